@@ -1,0 +1,164 @@
+//! What a block is: to the one who writes it ([`Block`]), and to the one who runs it ([`BlockType`]).
+
+use crate::{Cycle, PinType};
+
+/// The pins of one direction, as a struct with a field for each. Made by [`block!`](crate::block!).
+pub trait Slots: Copy + Default {
+    /// Number of pins.
+    const LEN: usize;
+    /// Reads all pins from their slots, in the order of declaration.
+    fn read(slots: &[f64]) -> Self;
+    /// Writes all pins to their slots.
+    fn write(self, slots: &mut [f64]);
+}
+
+/// A block's private state, as a struct. Made by [`block!`](crate::block!).
+pub trait Words: Copy + Default {
+    /// Number of state words.
+    const LEN: usize;
+    /// Reads the state; words that are all zero are the initial state.
+    fn read(words: &[u64]) -> Self;
+    /// Writes the state back.
+    fn write(self, words: &mut [u64]);
+}
+
+/// What [`block!`](crate::block!) derives from a block's declaration.
+pub trait Declaration {
+    /// The input pins.
+    type Inputs: Slots;
+    /// The output pins.
+    type Outputs: Slots;
+    /// The private state.
+    type State: Words;
+    /// Name of the type in a configuration.
+    const NAME: &'static str;
+    /// What it computes.
+    const DOC: &'static str;
+    /// Input pins in order.
+    const INPUTS: &'static [Pin];
+    /// Output pins in order.
+    const OUTPUTS: &'static [Pin];
+    /// Status words and their meanings.
+    const STATUS: &'static [(u16, &'static str)];
+}
+
+/// A function block: a pure Mealy machine.
+pub trait Block: Declaration {
+    /// One cycle. Depends on nothing but its arguments.
+    fn step(state: &mut Self::State, inputs: &Self::Inputs, cycle: &Cycle<'_>) -> Self::Outputs;
+
+    /// Whether the outputs report an error. A block that cannot fail need not say so.
+    #[inline]
+    fn is_error(_outputs: &Self::Outputs) -> bool {
+        false
+    }
+}
+
+/// One pin, as the catalogue shows it.
+#[derive(Clone, Copy, Debug)]
+pub struct Pin {
+    /// LGF's spelling.
+    pub name: &'static str,
+    /// Type of its value.
+    pub pin_type: PinType,
+    /// Unit of its value; empty where it has none or takes that of another pin.
+    pub unit: &'static str,
+    /// Slot content when nothing is connected; `None` for an input that must be connected, and for
+    /// outputs. NaN is the default of `callOB`: the calling task.
+    pub default: Option<f64>,
+    pub(crate) doc: &'static str,
+}
+
+impl Pin {
+    /// What it means, in a sentence.
+    pub fn doc(&self) -> &'static str {
+        self.doc.trim_ascii()
+    }
+
+    /// For [`block!`](crate::block!) only.
+    #[doc(hidden)]
+    pub const fn declare(
+        name: &'static str,
+        pin_type: PinType,
+        unit: &'static str,
+        default: Option<f64>,
+        doc: &'static str,
+    ) -> Self {
+        Self { name, pin_type, unit, default, doc }
+    }
+}
+
+/// A block type with its Rust type erased: what plan and engine work with.
+///
+/// An instance owns [`slots`](Self::slots) consecutive slots of the process image, its inputs then
+/// its outputs, and [`state_words`](Self::state_words) words of private state.
+#[derive(Clone, Copy, Debug)]
+pub struct BlockType {
+    /// Name in a configuration.
+    pub name: &'static str,
+    doc: &'static str,
+    /// Input pins in the order of their slots.
+    pub inputs: &'static [Pin],
+    /// Output pins in the order of their slots, which follow the inputs.
+    pub outputs: &'static [Pin],
+    /// Status words and their meanings.
+    pub status: &'static [(u16, &'static str)],
+    /// Words of private state of an instance, at least 1. All zero is the initial state.
+    pub state_words: usize,
+    step_bank: fn(&mut [f64], &mut [u64], &Cycle<'_>) -> u64,
+}
+
+impl BlockType {
+    /// Erases the type of a block.
+    pub const fn of<B: Block>() -> Self {
+        Self {
+            name: B::NAME,
+            doc: B::DOC,
+            inputs: B::INPUTS,
+            outputs: B::OUTPUTS,
+            status: B::STATUS,
+            state_words: state_words::<B>(),
+            step_bank: step_bank::<B>,
+        }
+    }
+
+    /// What it computes, in a sentence or two.
+    pub fn doc(&self) -> &'static str {
+        self.doc.trim_ascii()
+    }
+
+    /// Slots of one instance.
+    pub const fn slots(&self) -> usize {
+        self.inputs.len() + self.outputs.len()
+    }
+
+    /// Steps every instance of a bank once and returns how many reported an error.
+    ///
+    /// `image` holds the instances' slots one after the other, `state` their words.
+    #[inline]
+    pub fn step_bank(&self, image: &mut [f64], state: &mut [u64], cycle: &Cycle<'_>) -> u64 {
+        (self.step_bank)(image, state, cycle)
+    }
+}
+
+/// A block without state still owns a word, so that image and state divide into the same number of
+/// instances.
+const fn state_words<B: Block>() -> usize {
+    if B::State::LEN == 0 { 1 } else { B::State::LEN }
+}
+
+fn step_bank<B: Block>(image: &mut [f64], state: &mut [u64], cycle: &Cycle<'_>) -> u64 {
+    let stride = B::Inputs::LEN + B::Outputs::LEN;
+    let mut errors = 0;
+    for (slots, words) in
+        image.chunks_exact_mut(stride).zip(state.chunks_exact_mut(state_words::<B>()))
+    {
+        let (input_slots, output_slots) = slots.split_at_mut(B::Inputs::LEN);
+        let mut state = B::State::read(words);
+        let outputs = B::step(&mut state, &B::Inputs::read(input_slots), cycle);
+        state.write(words);
+        outputs.write(output_slots);
+        errors += u64::from(B::is_error(&outputs));
+    }
+    errors
+}

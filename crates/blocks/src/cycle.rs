@@ -1,0 +1,56 @@
+//! The cycle that a block is stepped in: number, period, and the sample times that `callOB` can name.
+
+use crate::{Ob, status};
+
+/// The cycle of a task.
+#[derive(Clone, Copy, Debug)]
+pub struct Cycle<'a> {
+    index: u64,
+    period_ns: u64,
+    sample_time_s: f64,
+    obs: &'a [(i16, u64)],
+}
+
+impl<'a> Cycle<'a> {
+    /// Cycle `index` (skipped cycles included) of a task with period `period_ns`; `obs` lists the
+    /// OB number and the period in nanoseconds of every task of the node that has a number.
+    pub fn new(index: u64, period_ns: u64, obs: &'a [(i16, u64)]) -> Self {
+        Self { index, period_ns, sample_time_s: sample_time_s(period_ns), obs }
+    }
+
+    /// Index on the task's grid; cycles that an overrun skipped count too.
+    #[inline]
+    pub fn index(&self) -> u64 {
+        self.index
+    }
+
+    /// The task's configured period in nanoseconds.
+    #[inline]
+    pub fn period_ns(&self) -> u64 {
+        self.period_ns
+    }
+
+    /// Sample time in seconds of the task that `ob` names: the configured period, never a measured
+    /// one. `Err` is the status word: [`status::OB_UNAVAILABLE`] or [`status::QRY_CINT`].
+    #[inline]
+    pub fn sample_time_s(&self, ob: Ob) -> Result<f64, u16> {
+        match ob {
+            Ob::Caller => Ok(self.sample_time_s),
+            Ob::Number(number) => match self.obs.iter().find(|(ob, _)| *ob == number) {
+                Some(&(_, period_ns)) => Ok(sample_time_s(period_ns)),
+                None if is_cyclic_ob(number) => Err(status::OB_UNAVAILABLE),
+                None => Err(status::QRY_CINT),
+            },
+        }
+    }
+}
+
+/// Whether `number` is one that a cyclic interrupt OB can have: 30 to 38, or 123 and above.
+pub fn is_cyclic_ob(number: i16) -> bool {
+    matches!(number, 30..=38 | 123..)
+}
+
+#[inline]
+fn sample_time_s(period_ns: u64) -> f64 {
+    period_ns as f64 / 1e9
+}

@@ -1,0 +1,155 @@
+//! The declaration of a block's pins, from which everything else is derived.
+
+/// Declares a block: its pins, its private state and its status words.
+///
+/// Makes a unit struct with the block's name, the structs `Inputs`, `Outputs` and `State`, and the
+/// [`Declaration`](crate::Declaration) that ties them together. What remains to be written is
+/// [`Block::step`](crate::Block::step). One block to a module, since those names are fixed.
+///
+/// A pin is `"name" => field: type` with an optional `[unit]` and, for inputs, `= default`; an
+/// input without a default must be connected. Types are `f64` (LREAL), `i16` (INT), `i32` (TIME,
+/// in ms), `bool` (BOOL), `u16` (WORD) and [`Ob`](crate::Ob) (the INT at `callOB`).
+///
+/// ```
+/// isochrone_blocks::block! {
+///     /// Moving average over two cycles.
+///     pub Average2 {
+///         inputs {
+///             /// Signal to smooth.
+///             "x" => x: f64 = 0.0,
+///         }
+///         outputs {
+///             /// Mean of this cycle's and the last cycle's `x`.
+///             "y" => y: f64,
+///         }
+///         state { last: f64 }
+///         status {}
+///     }
+/// }
+///
+/// impl isochrone_blocks::Block for Average2 {
+///     fn step(state: &mut State, inputs: &Inputs, _: &isochrone_blocks::Cycle<'_>) -> Outputs {
+///         let y = 0.5 * (state.last + inputs.x);
+///         state.last = inputs.x;
+///         Outputs { y }
+///     }
+/// }
+/// # fn main() {}
+/// ```
+#[macro_export]
+macro_rules! block {
+    (
+        $(#[doc = $doc:literal])+
+        $vis:vis $Block:ident {
+            inputs { $(
+                $(#[doc = $in_doc:literal])+
+                $in_name:literal => $in:ident: $in_type:ident $([$in_unit:literal])? $(= $default:expr)?
+            ),* $(,)? }
+            outputs { $(
+                $(#[doc = $out_doc:literal])+
+                $out_name:literal => $out:ident: $out_type:ident $([$out_unit:literal])?
+            ),* $(,)? }
+            state { $($(#[$word_attr:meta])* $word:ident: $word_type:ty),* $(,)? }
+            status { $($code:expr => $meaning:expr),* $(,)? }
+        }
+    ) => {
+        $(#[doc = $doc])+
+        #[derive(Clone, Copy, Debug)]
+        $vis struct $Block;
+
+        /// Input pins.
+        #[derive(Clone, Copy, Debug, PartialEq)]
+        $vis struct Inputs { $($(#[doc = $in_doc])+ pub $in: $crate::block!(@type $in_type)),* }
+
+        impl Default for Inputs {
+            /// What the pins hold when nothing is connected.
+            fn default() -> Self {
+                Self { $($in: $crate::block!(@default $($default)?)),* }
+            }
+        }
+
+        /// Output pins.
+        #[derive(Clone, Copy, Debug, Default, PartialEq)]
+        $vis struct Outputs { $($(#[doc = $out_doc])+ pub $out: $crate::block!(@type $out_type)),* }
+
+        /// Private state; the default is the state before the first call.
+        #[derive(Clone, Copy, Debug, Default, PartialEq)]
+        $vis struct State { $($(#[$word_attr])* $word: $word_type),* }
+
+        $crate::block!(@slots Inputs { $($in)* });
+        $crate::block!(@slots Outputs { $($out)* });
+
+        impl $crate::Words for State {
+            const LEN: usize = <[&str]>::len(&[$(stringify!($word)),*]);
+            #[inline]
+            fn read(words: &[u64]) -> Self {
+                let mut words = words.iter();
+                let _ = &mut words;
+                Self { $($word: $crate::Word::from_word(words.next().copied().unwrap_or_default())),* }
+            }
+            #[inline]
+            fn write(self, words: &mut [u64]) {
+                for (word, value) in words.iter_mut().zip([$($crate::Word::into_word(self.$word)),*]) {
+                    *word = value;
+                }
+            }
+        }
+
+        impl $crate::Declaration for $Block {
+            type Inputs = Inputs;
+            type Outputs = Outputs;
+            type State = State;
+            const NAME: &'static str = stringify!($Block);
+            const DOC: &'static str = concat!($($doc),+);
+            const INPUTS: &'static [$crate::Pin] = &[$($crate::Pin::declare(
+                $in_name,
+                <$crate::block!(@type $in_type) as $crate::Value>::TYPE,
+                concat!($($in_unit)?),
+                $crate::block!(@slot $in_type $($default)?),
+                concat!($($in_doc),+),
+            )),*];
+            const OUTPUTS: &'static [$crate::Pin] = &[$($crate::Pin::declare(
+                $out_name,
+                <$crate::block!(@type $out_type) as $crate::Value>::TYPE,
+                concat!($($out_unit)?),
+                None,
+                concat!($($out_doc),+),
+            )),*];
+            const STATUS: &'static [(u16, &'static str)] = &[$(($code, $meaning)),*];
+        }
+    };
+
+    (@slots $Pins:ident { $($pin:ident)* }) => {
+        impl $crate::Slots for $Pins {
+            const LEN: usize = <[&str]>::len(&[$(stringify!($pin)),*]);
+            #[inline]
+            fn read(slots: &[f64]) -> Self {
+                let mut slots = slots.iter();
+                let _ = &mut slots;
+                Self { $($pin: $crate::Value::from_slot(slots.next().copied().unwrap_or_default())),* }
+            }
+            #[inline]
+            fn write(self, slots: &mut [f64]) {
+                for (slot, value) in slots.iter_mut().zip([$($crate::Value::into_slot(self.$pin)),*]) {
+                    *slot = value;
+                }
+            }
+        }
+    };
+
+    (@type Ob) => { $crate::Ob };
+    (@type $type:ident) => { $type };
+
+    (@default) => { Default::default() };
+    (@default $default:expr) => { $default };
+
+    // Traits cannot convert in a constant yet, so the types are told apart by name.
+    (@slot $type:ident) => { None };
+    (@slot f64 $default:expr) => { Some($default) };
+    (@slot bool $default:expr) => { Some($default as u8 as f64) };
+    (@slot Ob $default:expr) => { match $default {
+        $crate::Ob::Caller => Some(f64::NAN),
+        $crate::Ob::Number(number) => Some(number as f64),
+    } };
+    (@slot $type:ident $default:expr) => { Some($default as $type as f64) };
+}

@@ -1,0 +1,42 @@
+//! Function blocks for cyclic control, as control engineers know them from Siemens' library of
+//! general functions (LGF): two ramps, a linear scale and a sawtooth.
+//!
+//! A block is one file. It declares its pins once with [`block!`](crate::block!) and implements
+//! [`Block::step`], a pure Mealy machine: `(state, inputs, cycle) -> outputs`. Time is an argument,
+//! never asked for. There is no clock here, no I/O, no allocation and no unsafe code.
+//!
+//! ```
+//! use isochrone_blocks::{Block, Cycle, lim_rate_of_change::{Inputs, LimRateOfChangeCI, State}};
+//!
+//! let mut state = State::default();
+//! let inputs = Inputs { value: 25.0, set_change_rate: 10.0, ..Inputs::default() };
+//! let cycle = Cycle::new(0, 100_000_000, &[]); // the first call of a 100 ms task
+//! let outputs = LimRateOfChangeCI::step(&mut state, &inputs, &cycle);
+//! assert_eq!(outputs.delayed_value, 1.0);
+//! ```
+#![no_std]
+#![forbid(unsafe_code)]
+
+mod block;
+mod cycle;
+mod declare;
+mod value;
+
+pub mod lim_rate_of_change;
+pub mod lim_rate_of_change_advanced;
+pub mod saw_tooth;
+pub mod scale_linear;
+pub mod status;
+
+pub use block::{Block, BlockType, Declaration, Pin, Slots, Words};
+pub use cycle::{Cycle, is_cyclic_ob};
+pub use value::{Ob, PinType, Value, Word};
+
+/// Every block type that this library has. One line makes a block known to the configuration, the
+/// catalogue and the documentation.
+pub static CATALOGUE: [BlockType; 4] = [
+    BlockType::of::<lim_rate_of_change::LimRateOfChangeCI>(),
+    BlockType::of::<lim_rate_of_change_advanced::LimRateOfChangeAdvancedCI>(),
+    BlockType::of::<scale_linear::ScaleLinear>(),
+    BlockType::of::<saw_tooth::SawTooth>(),
+];

@@ -1,0 +1,293 @@
+//! LimRateOfChangeAdvancedCI: a ramp with four rates, limits and operating modes.
+
+use crate::lim_rate_of_change::toward;
+use crate::{Block, Cycle, Ob, status};
+
+crate::block! {
+    /// Limits the rate of change of a signal with a rate for each range and direction, limits the
+    /// output, and can be tracked, preset, operated by hand and restarted.
+    pub LimRateOfChangeAdvancedCI {
+        inputs {
+            /// Signal to follow in automatic mode.
+            "autoValue" => auto_value: f64 = 0.0,
+            /// Output in manual mode.
+            "manualValue" => manual_value: f64 = 0.0,
+            /// Rate of change, rising in the positive range.
+            "setPosUpRateLim" => set_pos_up_rate_lim: f64 ["1/s"] = 0.0,
+            /// Rate of change, falling in the positive range.
+            "setPosDownRateLim" => set_pos_down_rate_lim: f64 ["1/s"] = 0.0,
+            /// Rate of change, falling (magnitude rising) in the negative range.
+            "setNegUpRateLim" => set_neg_up_rate_lim: f64 ["1/s"] = 0.0,
+            /// Rate of change, rising (magnitude falling) in the negative range.
+            "setNegDownRateLim" => set_neg_down_rate_lim: f64 ["1/s"] = 0.0,
+            /// High limit of the output.
+            "setHighLim" => set_high_lim: f64 = 0.0,
+            /// Low limit of the output.
+            "setLowLim" => set_low_lim: f64 = 0.0,
+            /// Value to preset the output with.
+            "defaultOutValue" => default_out_value: f64 = 0.0,
+            /// Preset the output with `defaultOutValue`.
+            "enDefaultOutValue" => en_default_out_value: bool = false,
+            /// Output follows `autoValue` without a ramp.
+            "track" => track: bool = false,
+            /// Manual mode: output is `manualValue`, without ramp and limits.
+            "manOp" => man_op: bool = false,
+            /// Restart: output is 0.0, or `defaultOutValue` if that is enabled.
+            "reset" => reset: bool = false,
+            /// Cyclic-interrupt OB whose period is the sample time.
+            "callOB" => call_ob: Ob = Ob::Caller,
+        }
+        outputs {
+            /// Signal with limited rate of change.
+            "outputValue" => output_value: f64,
+            /// The ramp `setPosUpRateLim` limits.
+            "posUpRateLim" => pos_up_rate_lim: bool,
+            /// The ramp `setPosDownRateLim` limits.
+            "posDownRateLim" => pos_down_rate_lim: bool,
+            /// The ramp `setNegUpRateLim` limits.
+            "negUpRateLim" => neg_up_rate_lim: bool,
+            /// The ramp `setNegDownRateLim` limits.
+            "negDownRateLim" => neg_down_rate_lim: bool,
+            /// The output is at `setHighLim`.
+            "highLim" => high_lim: bool,
+            /// The output is at `setLowLim`.
+            "lowLim" => low_lim: bool,
+            /// An error is reported in `status`.
+            "error" => error: bool,
+            /// Status word.
+            "status" => status: u16,
+            /// Status of the query of the OB's period.
+            "subfunctionStatus" => subfunction_status: u16,
+        }
+        state {
+            y: f64,
+            /// Manual mode was left and the range between the limits is not reached yet.
+            disarmed: bool,
+        }
+        status {
+            status::OK => "no error",
+            status::RANGE => "setHighLim is less than setLowLim",
+            status::NEGATIVE_RATE => "a rate of change is negative",
+            status::QRY_CINT => status::QRY_CINT_DOC,
+            status::OB_UNAVAILABLE => status::OB_UNAVAILABLE_DOC,
+            status::NOT_FINITE => "a rate or limit is NaN, or the active mode's signal is NaN or infinite",
+        }
+    }
+}
+
+/// Operating modes; the first whose condition holds is active.
+#[derive(Clone, Copy, PartialEq)]
+enum Mode {
+    Restart,
+    Manual,
+    Preset,
+    Tracking,
+    Disabled,
+    Automatic,
+}
+
+/// The four ramps.
+#[derive(Clone, Copy, PartialEq)]
+enum Ramp {
+    PosUp,
+    PosDown,
+    NegUp,
+    NegDown,
+}
+
+/// Why the output is not what was asked for.
+#[derive(Clone, Copy, Default)]
+struct Flags {
+    ramp: Option<Ramp>,
+    high: bool,
+    low: bool,
+}
+
+impl Block for LimRateOfChangeAdvancedCI {
+    #[inline]
+    fn step(state: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
+        let mode = inputs.mode();
+        let signal = inputs.signal(mode);
+        let sample_time_s = cycle.sample_time_s(inputs.call_ob);
+        let limits = inputs.check_limits();
+        let rates = inputs.check_rates();
+        let status = status::first(
+            sample_time_s,
+            [
+                (limits == status::RANGE, status::RANGE),
+                (rates == status::NEGATIVE_RATE, status::NEGATIVE_RATE),
+                (
+                    limits != status::OK || rates != status::OK || !signal.is_finite(),
+                    status::NOT_FINITE,
+                ),
+            ],
+        );
+        let needs_met = match mode {
+            Mode::Restart | Mode::Manual => true,
+            Mode::Preset | Mode::Tracking => limits == status::OK,
+            Mode::Disabled | Mode::Automatic => {
+                limits == status::OK && rates == status::OK && sample_time_s.is_ok()
+            }
+        };
+        let flags = if needs_met && signal.is_finite() {
+            inputs.act(mode, signal, sample_time_s.unwrap_or_default(), state)
+        } else {
+            Flags::default()
+        };
+        Outputs {
+            output_value: state.y,
+            pos_up_rate_lim: flags.ramp == Some(Ramp::PosUp),
+            pos_down_rate_lim: flags.ramp == Some(Ramp::PosDown),
+            neg_up_rate_lim: flags.ramp == Some(Ramp::NegUp),
+            neg_down_rate_lim: flags.ramp == Some(Ramp::NegDown),
+            high_lim: flags.high,
+            low_lim: flags.low,
+            error: status::is_error(status),
+            status,
+            subfunction_status: status::subfunction(status),
+        }
+    }
+
+    #[inline]
+    fn is_error(outputs: &Outputs) -> bool {
+        outputs.error
+    }
+}
+
+impl Inputs {
+    #[inline]
+    fn mode(&self) -> Mode {
+        if self.reset {
+            Mode::Restart
+        } else if self.man_op {
+            Mode::Manual
+        } else if self.en_default_out_value {
+            Mode::Preset
+        } else if self.track {
+            Mode::Tracking
+        } else if self.rates() == [0.0; 4] {
+            Mode::Disabled
+        } else {
+            Mode::Automatic
+        }
+    }
+
+    /// The signal that the mode uses, or what stands in its place.
+    #[inline]
+    fn signal(&self, mode: Mode) -> f64 {
+        match mode {
+            Mode::Restart if !self.en_default_out_value => 0.0,
+            Mode::Restart | Mode::Preset => self.default_out_value,
+            Mode::Manual => self.manual_value,
+            Mode::Disabled => 0.0,
+            Mode::Tracking | Mode::Automatic => self.auto_value,
+        }
+    }
+
+    #[inline]
+    fn rates(&self) -> [f64; 4] {
+        [
+            self.set_pos_up_rate_lim,
+            self.set_pos_down_rate_lim,
+            self.set_neg_up_rate_lim,
+            self.set_neg_down_rate_lim,
+        ]
+    }
+
+    #[inline]
+    fn rate(&self, ramp: Ramp) -> f64 {
+        match ramp {
+            Ramp::PosUp => self.set_pos_up_rate_lim,
+            Ramp::PosDown => self.set_pos_down_rate_lim,
+            Ramp::NegUp => self.set_neg_up_rate_lim,
+            Ramp::NegDown => self.set_neg_down_rate_lim,
+        }
+    }
+
+    #[inline]
+    fn check_limits(&self) -> u16 {
+        let (high, low) = (self.set_high_lim, self.set_low_lim);
+        if high < low {
+            status::RANGE
+        } else if high.is_nan() || low.is_nan() || high == f64::NEG_INFINITY || low == f64::INFINITY
+        {
+            // Limits that only an infinity lies between would make the output infinite.
+            status::NOT_FINITE
+        } else {
+            status::OK
+        }
+    }
+
+    #[inline]
+    fn check_rates(&self) -> u16 {
+        if self.rates().iter().any(|rate| *rate < 0.0) {
+            status::NEGATIVE_RATE
+        } else if self.rates().iter().any(|rate| rate.is_nan()) {
+            status::NOT_FINITE
+        } else {
+            status::OK
+        }
+    }
+
+    /// Moves the output; everything that the mode needs is valid.
+    #[inline]
+    fn act(&self, mode: Mode, signal: f64, sample_time_s: f64, state: &mut State) -> Flags {
+        match mode {
+            Mode::Restart | Mode::Manual | Mode::Disabled => {
+                match mode {
+                    Mode::Restart => state.disarmed = false,
+                    Mode::Manual => state.disarmed = true,
+                    _ => {}
+                }
+                state.y = signal;
+                Flags::default()
+            }
+            Mode::Preset | Mode::Tracking => self.limit(signal, None, state),
+            Mode::Automatic => {
+                let (candidate, ramp) = self.ramp(state.y, signal, sample_time_s);
+                self.limit(candidate, ramp, state)
+            }
+        }
+    }
+
+    /// One step from `y` toward `target`, and the ramp that stopped it short.
+    #[inline]
+    fn ramp(&self, y: f64, target: f64, sample_time_s: f64) -> (f64, Option<Ramp>) {
+        let rising = target > y;
+        let (first, second) = match (rising, y < 0.0, y > 0.0) {
+            (true, true, _) => (Ramp::NegDown, Ramp::PosUp),
+            (true, false, _) => (Ramp::PosUp, Ramp::PosUp),
+            (false, _, true) => (Ramp::PosDown, Ramp::NegUp),
+            (false, _, false) => (Ramp::NegUp, Ramp::NegUp),
+        };
+        // Only a target on the other side of zero makes the step cross it.
+        let crosses = first != second && target != 0.0 && (target > 0.0) == rising;
+        let goal = if crosses { 0.0 } else { target };
+        let next = toward(y, goal, self.rate(first) * sample_time_s);
+        if !crosses || next != 0.0 {
+            return (next, (next != target).then_some(first));
+        }
+        // Zero is split exactly: the time that remains is spent at the second rate.
+        let rest_s = sample_time_s - y.abs() / self.rate(first);
+        if rest_s > 0.0 {
+            let next = toward(0.0, target, self.rate(second) * rest_s);
+            (next, (next != target).then_some(second))
+        } else {
+            (0.0, Some(first))
+        }
+    }
+
+    #[inline]
+    fn limit(&self, candidate: f64, ramp: Option<Ramp>, state: &mut State) -> Flags {
+        let (high, low) = (candidate > self.set_high_lim, candidate < self.set_low_lim);
+        if !high && !low {
+            state.disarmed = false;
+        }
+        if state.disarmed || (!high && !low) {
+            state.y = candidate;
+            return Flags { ramp, ..Flags::default() };
+        }
+        state.y = if high { self.set_high_lim } else { self.set_low_lim };
+        Flags { ramp: None, high, low }
+    }
+}

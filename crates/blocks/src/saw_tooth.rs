@@ -1,0 +1,109 @@
+//! SawTooth: a staircase that starts again, or goes on for ever.
+
+use crate::{Block, Cycle};
+
+crate::block! {
+    /// Generates a sawtooth of steps: `incrementRange` is added after each `timeRange`, and after
+    /// `numberSteps` steps the signal starts again.
+    pub SawTooth {
+        inputs {
+            /// Value at which the signal begins.
+            "startValue" => start_value: i16 = 0,
+            /// Time after which the value is incremented; 0 or less: every cycle.
+            "timeRange" => time_range: i32 ["ms"] = 0,
+            /// Size of a step.
+            "incrementRange" => increment_range: i16 = 0,
+            /// Steps of one sawtooth; it lasts `timeRange * (numberSteps + 1)`.
+            "numberSteps" => number_steps: i16 = 0,
+            /// Never start again; the value passes 32767 to -32768.
+            "endlessSteps" => endless_steps: bool = false,
+            /// Start again at `startValue` and take over the other inputs.
+            "reset" => reset: bool = false,
+        }
+        outputs {
+            /// Current value of the signal.
+            "value" => value: i16,
+        }
+        state {
+            /// Cycle at which the inputs were taken over: the signal's time 0.
+            origin: u64,
+            /// Duration of a step in ns; 0: one cycle.
+            step_ns: u64,
+            start_value: i16,
+            increment: i16,
+            /// Number of different values of a sawtooth; 0: endless.
+            levels: u64,
+            /// The present value.
+            value: i16,
+            /// Cycle from which the value is another; 0: the inputs were never taken over.
+            until: u64,
+        }
+        status {}
+    }
+}
+
+const NS_PER_MS: u64 = 1_000_000;
+
+impl Block for SawTooth {
+    #[inline]
+    fn step(state: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
+        // Values last for many cycles, and the divisions that find the next one cost more than all
+        // the rest. A new state is due at once.
+        if cycle.index() >= state.until || inputs.reset {
+            if inputs.reset || state.until == 0 {
+                state.take_over(inputs, cycle.index());
+            }
+            state.find_value(cycle);
+        }
+        Outputs { value: state.value }
+    }
+}
+
+impl State {
+    fn take_over(&mut self, inputs: &Inputs, cycle: u64) {
+        *self = Self {
+            origin: cycle,
+            step_ns: u64::from(inputs.time_range.max(0).unsigned_abs()) * NS_PER_MS,
+            start_value: inputs.start_value,
+            increment: inputs.increment_range,
+            levels: match inputs.endless_steps {
+                true => 0,
+                false => u64::from(inputs.number_steps.max(0).unsigned_abs()) + 1,
+            },
+            ..Self::default()
+        };
+    }
+
+    /// Finds the value of a cycle and how long it lasts. Exact integers throughout: time is the
+    /// task's grid, so nothing drifts.
+    #[inline]
+    fn find_value(&mut self, cycle: &Cycle<'_>) {
+        let (cycles, period_ns) = (cycle.index().wrapping_sub(self.origin), cycle.period_ns());
+        let (level, end) = match (self.step_ns, cycles.checked_mul(period_ns)) {
+            (0, _) => (self.level(cycles), cycles.saturating_add(1)),
+            (step_ns, Some(elapsed_ns)) => {
+                let steps = elapsed_ns / step_ns;
+                let end_ns = (steps + 1).saturating_mul(step_ns);
+                (self.level(steps), end_ns.div_ceil(period_ns.max(1)))
+            }
+            (step_ns, None) => {
+                // More than 584 years.
+                let elapsed_ns = u128::from(cycles) * u128::from(period_ns);
+                let steps = elapsed_ns / u128::from(step_ns);
+                let level = steps.checked_rem(u128::from(self.levels)).unwrap_or(steps);
+                (level as u64, cycles.saturating_add(1))
+            }
+        };
+        // INT wraps: 2^16 divides 2^64, so the low 16 bits are right however far an endless signal
+        // has come.
+        self.value = self.start_value.wrapping_add((level as i16).wrapping_mul(self.increment));
+        self.until = self.origin.saturating_add(end);
+    }
+
+    /// Increments above the start after `steps` steps.
+    #[inline]
+    fn level(&self, steps: u64) -> u64 {
+        // Most divisions are saved: a signal is endless, or in its first period.
+        if steps < self.levels || self.levels == 0 { steps } else { steps % self.levels }
+    }
+}

@@ -1,0 +1,81 @@
+//! ScaleLinear: the straight line through two points, within limits.
+
+use crate::{Block, Cycle, status};
+
+crate::block! {
+    /// Scales a signal along the straight line through (`x1`, `y1`) and (`x2`, `y2`), within limits.
+    pub ScaleLinear {
+        inputs {
+            /// Signal to scale.
+            "x" => x: f64,
+            /// First point, abscissa.
+            "x1" => x1: f64,
+            /// First point, ordinate.
+            "y1" => y1: f64,
+            /// Second point, abscissa.
+            "x2" => x2: f64,
+            /// Second point, ordinate.
+            "y2" => y2: f64,
+            /// Low limit of the output.
+            "yMin" => y_min: f64,
+            /// High limit of the output.
+            "yMax" => y_max: f64,
+        }
+        outputs {
+            /// Scaled signal; `y1` where `x1` equals `x2`.
+            "y" => y: f64,
+            /// An error is reported in `status`.
+            "error" => error: bool,
+            /// Status word.
+            "status" => status: u16,
+        }
+        state { y: f64 }
+        status {
+            status::OK => "no error",
+            status::LIMITED_LOW => "y is limited to yMin",
+            status::LIMITED_HIGH => "y is limited to yMax",
+            status::RANGE => "yMin is greater than yMax; y holds",
+            status::NOT_FINITE => "an input, or y itself, is NaN or infinite; y holds",
+        }
+    }
+}
+
+impl Block for ScaleLinear {
+    #[inline]
+    fn step(state: &mut State, inputs: &Inputs, _: &Cycle<'_>) -> Outputs {
+        let status = match scale(inputs) {
+            Ok((y, status)) => {
+                state.y = y;
+                status
+            }
+            Err(status) => status,
+        };
+        Outputs { y: state.y, error: status::is_error(status), status }
+    }
+
+    #[inline]
+    fn is_error(outputs: &Outputs) -> bool {
+        outputs.error
+    }
+}
+
+#[inline]
+fn scale(&Inputs { x, x1, y1, x2, y2, y_min, y_max }: &Inputs) -> Result<(f64, u16), u16> {
+    if y_min > y_max {
+        return Err(status::RANGE);
+    }
+    // The sum of finite numbers may overflow, but a NaN or an infinity times zero is NaN.
+    let finite = x * 0.0 + x1 * 0.0 + y1 * 0.0 + x2 * 0.0 + y2 * 0.0 == 0.0;
+    if !finite || y_min.is_nan() || y_max.is_nan() {
+        return Err(status::NOT_FINITE);
+    }
+    let y = if x1 == x2 { y1 } else { (y2 - y1) / (x2 - x1) * (x - x1) + y1 };
+    let (y, status) = if y < y_min {
+        (y_min, status::LIMITED_LOW)
+    } else if y > y_max {
+        (y_max, status::LIMITED_HIGH)
+    } else {
+        (y, status::OK)
+    };
+    if y.is_finite() { Ok((y, status)) } else { Err(status::NOT_FINITE) }
+}

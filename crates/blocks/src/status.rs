@@ -1,0 +1,51 @@
+//! Status words. `16#0000` to `16#7FFF` inform, `16#8000` and above are errors.
+
+/// No error.
+pub const OK: u16 = 0x0000;
+/// The output was limited to `yMin`.
+pub const LIMITED_LOW: u16 = 0x6001;
+/// The output was limited to `yMax`.
+pub const LIMITED_HIGH: u16 = 0x6002;
+/// A negative rate of change, or a high limit below the low limit: see the block.
+pub const RANGE: u16 = 0x8200;
+/// A negative rate of change where `8200` is taken by the limits.
+pub const NEGATIVE_RATE: u16 = 0x8202;
+/// `callOB` is no number of a cyclic interrupt; `subfunctionStatus` tells more.
+pub const QRY_CINT: u16 = 0x8600;
+/// `callOB` names a cyclic interrupt that no task has.
+pub const OB_UNAVAILABLE: u16 = 0x8601;
+/// A value that is needed is NaN or infinite.
+pub const NOT_FINITE: u16 = 0x8F00;
+/// `subfunctionStatus` beside [`QRY_CINT`]: wrong OB number.
+pub const WRONG_OB_NUMBER: u16 = 0x8090;
+
+/// Meaning of [`QRY_CINT`] in the catalogue.
+pub(crate) const QRY_CINT_DOC: &str =
+    "callOB is no cyclic-interrupt number (30..38, 123..32767); subfunctionStatus is 16#8090";
+/// Meaning of [`OB_UNAVAILABLE`] in the catalogue.
+pub(crate) const OB_UNAVAILABLE_DOC: &str = "no task is configured with the OB number at callOB";
+
+/// Whether a status word is an error.
+#[inline]
+pub const fn is_error(status: u16) -> bool {
+    status >= 0x8000
+}
+
+/// The first finding, in the order of severity in which they are passed.
+#[inline]
+pub(crate) fn first(ob: Result<f64, u16>, findings: [(bool, u16); 3]) -> u16 {
+    let [a, b, c] = findings;
+    match ob {
+        Err(status) => status,
+        Ok(_) if a.0 => a.1,
+        Ok(_) if b.0 => b.1,
+        Ok(_) if c.0 => c.1,
+        Ok(_) => OK,
+    }
+}
+
+/// What `subfunctionStatus` says beside `status`.
+#[inline]
+pub(crate) const fn subfunction(status: u16) -> u16 {
+    if status == QRY_CINT { WRONG_OB_NUMBER } else { OK }
+}

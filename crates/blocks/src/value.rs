@@ -1,0 +1,163 @@
+//! The types of pins, and how a value of each stands in a slot of the process image.
+//!
+//! A slot is an `f64`. INT, TIME, BOOL and WORD are exact in it, so one contiguous `[f64]` holds
+//! every pin of a task.
+
+/// Type of a pin, of an input or of a signal in a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PinType {
+    /// 64-bit floating point, any value.
+    Lreal,
+    /// 16-bit signed integer, -32768 to 32767.
+    Int,
+    /// FALSE (0) or TRUE (1).
+    Bool,
+    /// Time span in milliseconds, 32-bit signed.
+    Time,
+    /// 16-bit word, 0 to 65535; here a status word.
+    Word,
+}
+
+impl PinType {
+    /// All types, in the order in which documentation lists them.
+    pub const ALL: [Self; 5] = [Self::Lreal, Self::Int, Self::Bool, Self::Time, Self::Word];
+
+    /// The name that configuration, attributes and documentation use.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Lreal => "LREAL",
+            Self::Int => "INT",
+            Self::Bool => "BOOL",
+            Self::Time => "TIME",
+            Self::Word => "WORD",
+        }
+    }
+
+    /// Smallest and largest value; LREAL has no bounds.
+    pub const fn range(self) -> Option<(f64, f64)> {
+        match self {
+            Self::Lreal => None,
+            Self::Int => Some((i16::MIN as f64, i16::MAX as f64)),
+            Self::Bool => Some((0.0, 1.0)),
+            Self::Time => Some((i32::MIN as f64, i32::MAX as f64)),
+            Self::Word => Some((0.0, u16::MAX as f64)),
+        }
+    }
+
+    /// Whether a value of this type can be exactly `sample`. LREAL holds everything, NaN too: what
+    /// a NaN means is for the block to say. The others hold whole numbers in their range.
+    pub fn holds(self, sample: f64) -> bool {
+        match self.range() {
+            None => true,
+            // A NaN fails the range check; the cast is exact for every value inside the range.
+            Some((min, max)) => sample >= min && sample <= max && (sample as i64) as f64 == sample,
+        }
+    }
+
+    /// Whether a wire from a source of this type may feed a pin of type `pin`.
+    pub fn feeds(self, pin: Self) -> bool {
+        self == pin || (self, pin) == (Self::Int, Self::Lreal)
+    }
+}
+
+impl core::fmt::Display for PinType {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.pad(self.as_str())
+    }
+}
+
+/// A Rust type that a pin can have.
+pub trait Value: Copy {
+    /// The pin type that it stands for.
+    const TYPE: PinType;
+    /// Reads it from a slot. A slot only ever holds what [`PinType::holds`] accepts.
+    fn from_slot(slot: f64) -> Self;
+    /// The slot's content for this value.
+    fn into_slot(self) -> f64;
+}
+
+macro_rules! number {
+    ($rust:ty, $pin:ident) => {
+        impl Value for $rust {
+            const TYPE: PinType = PinType::$pin;
+            #[inline]
+            fn from_slot(slot: f64) -> Self {
+                slot as Self
+            }
+            #[inline]
+            fn into_slot(self) -> f64 {
+                self as f64
+            }
+        }
+    };
+}
+number!(f64, Lreal);
+number!(i16, Int);
+number!(i32, Time);
+number!(u16, Word);
+
+impl Value for bool {
+    const TYPE: PinType = PinType::Bool;
+    #[inline]
+    fn from_slot(slot: f64) -> Self {
+        slot != 0.0
+    }
+    #[inline]
+    fn into_slot(self) -> f64 {
+        f64::from(u8::from(self))
+    }
+}
+
+/// The cyclic-interrupt OB whose period is a block's sample time (LGF: `OB_CYCLIC`, an INT).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Ob {
+    /// The task that runs the block: what a `callOB` that nothing is connected to means.
+    #[default]
+    Caller,
+    /// The task with this OB number.
+    Number(i16),
+}
+
+impl Value for Ob {
+    const TYPE: PinType = PinType::Int;
+    #[inline]
+    fn from_slot(slot: f64) -> Self {
+        // Every INT is a possible (wrong) OB number, so "not connected" is the one thing that no
+        // INT can be. Configuration refuses NaN, so it cannot come from there.
+        if slot.is_nan() { Self::Caller } else { Self::Number(slot as i16) }
+    }
+    #[inline]
+    fn into_slot(self) -> f64 {
+        match self {
+            Self::Caller => f64::NAN,
+            Self::Number(number) => f64::from(number),
+        }
+    }
+}
+
+/// A Rust type that a block's private state can be made of. Zero is every type's initial value.
+pub trait Word: Copy + Default {
+    /// Reads it from a state word.
+    fn from_word(word: u64) -> Self;
+    /// The state word for this value.
+    fn into_word(self) -> u64;
+}
+
+macro_rules! word {
+    ($rust:ty, $from:expr, $into:expr) => {
+        impl Word for $rust {
+            #[inline]
+            fn from_word(word: u64) -> Self {
+                $from(word)
+            }
+            #[inline]
+            fn into_word(self) -> u64 {
+                $into(self)
+            }
+        }
+    };
+}
+word!(f64, f64::from_bits, f64::to_bits);
+word!(u64, core::convert::identity, core::convert::identity);
+word!(bool, |word| word != 0, u64::from);
+word!(i16, |word| word as i16, |value| value as u16 as u64);

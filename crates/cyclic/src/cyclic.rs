@@ -1,0 +1,177 @@
+//! The cyclic executor: which cycle runs, when it was due, what was missed.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+
+use crate::clock::Clock;
+use crate::schedule::{Overrun, Schedule};
+use crate::wait::Waiter;
+
+/// Most late cycles that [`Overrun::CatchUp`] runs back to back before it skips the rest.
+pub const MAX_BURST: u32 = 8;
+
+/// One cycle that is to run now.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Release {
+    /// Index on the grid from 0, missed releases included.
+    pub cycle: u64,
+    /// When the cycle was due, in ns: `epoch + phase + cycle * period`.
+    pub release_ns: u64,
+    /// The first clock reading after the wait, in ns; never before `release_ns`.
+    pub start_ns: u64,
+    /// Releases lost since the loop began, those just lost included.
+    pub missed: u64,
+    /// Releases lost between the cycle before and this one.
+    pub newly_missed: u64,
+}
+
+/// Why a loop ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum StopReason {
+    /// The stop flag was set.
+    Requested,
+    /// A cycle overran or a release was missed, and the policy is [`Overrun::Stop`].
+    Overrun,
+}
+
+/// Releases cycles on an absolute grid.
+///
+/// Cycle `k` is due at `epoch + phase + k * period`. When the wait for cycle `n` ends `L` after its
+/// due time, `k = floor(L / period)` whole periods have passed; what becomes of those releases is
+/// the schedule's [`Overrun`] policy. A late release is never moved, so the grid does not drift.
+///
+/// All times are u64 nanoseconds, 584 years since the clock's origin. A due time beyond that
+/// saturates, and the wait for it then ends only by a stop request: nothing wraps or panics.
+#[derive(Debug)]
+pub struct Cyclic<C: Clock> {
+    clock: C,
+    waiter: Waiter,
+    period_ns: u64,
+    overrun: Overrun,
+    stop: Arc<AtomicBool>,
+    next_cycle: u64,
+    next_release_ns: u64,
+    missed: u64,
+    overruns: u64,
+    burst: u32,
+    stop_reason: Option<StopReason>,
+}
+
+impl<C: Clock> Cyclic<C> {
+    /// A loop whose cycle 0 is due at `epoch_ns + schedule.phase_ns`.
+    ///
+    /// Give all tasks of a node the same `epoch_ns`, a little in the future: releases that have
+    /// passed before the first wait count as missed. Setting `stop` ends the loop within 200 ms.
+    pub fn new(clock: C, schedule: Schedule, epoch_ns: u64, stop: Arc<AtomicBool>) -> Self {
+        let period_ns = schedule.period_ns.max(1);
+        Self {
+            clock,
+            waiter: Waiter::new(schedule.wake, period_ns),
+            period_ns,
+            overrun: schedule.overrun,
+            stop,
+            next_cycle: 0,
+            next_release_ns: epoch_ns.saturating_add(schedule.phase_ns),
+            missed: 0,
+            overruns: 0,
+            burst: 0,
+            stop_reason: None,
+        }
+    }
+
+    /// Waits for the next release. `None` ends the loop for good; [`stop_reason`](Self::stop_reason)
+    /// tells why.
+    pub fn wait(&mut self) -> Option<Release> {
+        if self.stop_reason.is_some() {
+            return None;
+        }
+        let waited = self
+            .waiter
+            .wait_until(&self.clock, self.next_release_ns, &self.stop);
+        let Some(start_ns) = waited else {
+            self.stop_reason = Some(StopReason::Requested);
+            return None;
+        };
+        let periods_late = start_ns.saturating_sub(self.next_release_ns) / self.period_ns;
+        let newly_missed = self.skipped(periods_late);
+        self.skip(newly_missed);
+        if self.stop_reason.is_some() {
+            return None;
+        }
+        let release = Release {
+            cycle: self.next_cycle,
+            release_ns: self.next_release_ns,
+            start_ns,
+            missed: self.missed,
+            newly_missed,
+        };
+        self.advance(1);
+        Some(release)
+    }
+
+    /// Tells that the cycle just released ended at `end_ns`. A cycle that ends after the next
+    /// release was due is an overrun; one that ends exactly then is not.
+    pub fn finished(&mut self, end_ns: u64) {
+        if end_ns > self.next_release_ns {
+            self.overruns = self.overruns.saturating_add(1);
+            if self.overrun == Overrun::Stop {
+                self.stop_reason = Some(StopReason::Overrun);
+            }
+        }
+    }
+
+    /// Why the loop ended, or `None` while it runs.
+    pub fn stop_reason(&self) -> Option<StopReason> {
+        self.stop_reason
+    }
+
+    /// Releases lost so far.
+    pub fn missed(&self) -> u64 {
+        self.missed
+    }
+
+    /// Cycles so far that ended after the next release was due.
+    pub fn overruns(&self) -> u64 {
+        self.overruns
+    }
+
+    /// When the next cycle is due, in ns: the end of the slack.
+    pub fn next_release_ns(&self) -> u64 {
+        self.next_release_ns
+    }
+
+    /// How long before the release a hybrid wait intends to be awake, in ns; `None` for other waits.
+    pub fn margin_ns(&self) -> Option<u64> {
+        self.waiter.margin_ns()
+    }
+
+    /// How many of the releases that have passed are given up.
+    fn skipped(&mut self, periods_late: u64) -> u64 {
+        match self.overrun {
+            Overrun::CatchUp if periods_late > 0 && self.burst < MAX_BURST => {
+                self.burst += 1;
+                return 0;
+            }
+            Overrun::Stop if periods_late > 0 => self.stop_reason = Some(StopReason::Overrun),
+            Overrun::Skip | Overrun::CatchUp | Overrun::Stop => {}
+        }
+        self.burst = 0;
+        periods_late
+    }
+
+    fn skip(&mut self, releases: u64) {
+        self.missed = self.missed.saturating_add(releases);
+        self.advance(releases);
+    }
+
+    fn advance(&mut self, releases: u64) {
+        self.next_cycle = self.next_cycle.saturating_add(releases);
+        self.next_release_ns = self
+            .next_release_ns
+            .saturating_add(releases.saturating_mul(self.period_ns));
+    }
+}
+
+#[cfg(test)]
+#[path = "cyclic_tests.rs"]
+mod tests;

@@ -1,0 +1,47 @@
+//! **When** a cycle runs: an absolute-grid cyclic executor and the real-time set-up of its thread.
+//!
+//! Cycle `k` of a task is due at `epoch + phase + k * period` on `CLOCK_MONOTONIC`. Due times are
+//! never derived from the moment a cycle happened to run, so the grid cannot drift, and tasks that
+//! share an epoch share the grid. A release that was missed is counted, never hidden.
+//!
+//! Real-time contract: [`Cyclic::wait`] and [`Cyclic::finished`] allocate nothing, take no lock,
+//! cannot panic, and make no system call except the sleep. Everything that can be refused by the
+//! system happens before, in [`prepare_process`] and [`prepare_thread`], which report each
+//! [`Refusal`] with its reason and its remedy and carry on with what was granted.
+//!
+//! ```
+//! use std::sync::{Arc, atomic::AtomicBool};
+//! use isochrone_cyclic::{Clock, Cyclic, Monotonic, Overrun, Schedule, Wake};
+//!
+//! let schedule = Schedule { period_ns: 1_000_000, phase_ns: 0, wake: Wake::Sleep, overrun: Overrun::Skip };
+//! let stop = Arc::new(AtomicBool::new(false));
+//! let epoch_ns = Monotonic.now_ns() + 1_000_000;
+//! let mut cyclic = Cyclic::new(Monotonic, schedule, epoch_ns, stop);
+//! for _ in 0..3 {
+//!     let Some(release) = cyclic.wait() else { break };
+//!     assert_eq!((release.release_ns - epoch_ns) % 1_000_000, 0);
+//!     cyclic.finished(Monotonic.now_ns());
+//! }
+//! ```
+
+mod alloc;
+mod clock;
+mod cyclic;
+mod margin;
+mod realtime;
+mod schedule;
+#[cfg(test)]
+mod simulated;
+mod usage;
+mod wait;
+
+pub use alloc::{CountingAllocator, thread_allocations};
+pub use clock::{Clock, Monotonic};
+pub use cyclic::{Cyclic, MAX_BURST, Release, StopReason};
+pub use margin::Margin;
+pub use realtime::{
+    PREFAULTED_STACK_BYTES, ProcessGrant, Refusal, ThreadGrant, ThreadRequest, prepare_process,
+    prepare_thread,
+};
+pub use schedule::{Overrun, Schedule, Wake};
+pub use usage::{ThreadUsage, thread_usage};

@@ -1,0 +1,14 @@
+//! Real-time set-up: what to ask of the system before the first cycle, and what it granted.
+
+mod os;
+mod process;
+mod refusal;
+mod thread;
+
+pub(crate) use os::thread_counters;
+pub use process::{ProcessGrant, prepare_process};
+pub use refusal::Refusal;
+pub use thread::{PREFAULTED_STACK_BYTES, ThreadGrant, ThreadRequest, prepare_thread};
+
+#[cfg(test)]
+mod simulated_os;

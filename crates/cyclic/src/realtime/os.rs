@@ -1,0 +1,308 @@
+//! The system calls of the set-up, behind a trait so that its decisions are tested without privilege.
+#![allow(unsafe_code)] // scheduling, signal masks and rusage have no safe wrapper in rustix.
+
+use std::fs;
+use std::io;
+use std::mem::MaybeUninit;
+use std::num::NonZeroU64;
+
+use rustix::mm::{MlockAllFlags, mlockall};
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+use rustix::thread::{
+    CapabilitySet, CpuSet, capabilities, sched_getaffinity, sched_setaffinity,
+    set_current_timer_slack,
+};
+
+use crate::usage::ThreadUsage;
+
+/// A resource limit; `u64::MAX` is no limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Limit {
+    pub(crate) soft: u64,
+    pub(crate) hard: u64,
+}
+
+/// The scheduler of a thread, as the kernel tells it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Scheduler {
+    Fifo(u8),
+    RoundRobin(u8),
+    Deadline,
+    Batch,
+    Idle,
+    Other,
+}
+
+/// The real-time budget of the control group that the thread is in (`RT_GROUP_SCHED`).
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct GroupBudget {
+    pub(crate) group: String,
+    pub(crate) runtime_us: i64,
+}
+
+/// What the set-up asks of the operating system. All of it concerns the calling thread or process.
+pub(crate) trait Os {
+    fn can_lock_memory(&self) -> bool;
+    fn can_set_priority(&self) -> bool;
+    fn memory_lock_limit(&self) -> Limit;
+    fn priority_limit(&self) -> Limit;
+    fn raise_memory_lock_limit(&self);
+    fn raise_priority_limit(&self);
+    fn lock_memory(&self) -> io::Result<()>;
+    fn keep_freed_memory(&self);
+    fn set_timer_slack_ns(&self, slack_ns: NonZeroU64);
+    fn block_signals(&self);
+    /// The kernel's list of usable CPUs, such as `0-3,8`.
+    fn online_cpus(&self) -> String;
+    fn pin(&self, cpu: usize) -> io::Result<()>;
+    fn pinned_cpu(&self) -> Option<usize>;
+    fn set_fifo(&self, priority: u8) -> io::Result<()>;
+    fn scheduler(&self) -> Scheduler;
+    fn group_budget(&self) -> Option<GroupBudget>;
+}
+
+/// The kernel we run on.
+pub(crate) struct Linux;
+
+impl Os for Linux {
+    fn can_lock_memory(&self) -> bool {
+        has_capability(CapabilitySet::IPC_LOCK)
+    }
+
+    fn can_set_priority(&self) -> bool {
+        has_capability(CapabilitySet::SYS_NICE)
+    }
+
+    fn memory_lock_limit(&self) -> Limit {
+        limit(Resource::Memlock)
+    }
+
+    fn priority_limit(&self) -> Limit {
+        limit(Resource::Rtprio)
+    }
+
+    fn raise_memory_lock_limit(&self) {
+        raise(Resource::Memlock);
+    }
+
+    fn raise_priority_limit(&self) {
+        raise(Resource::Rtprio);
+    }
+
+    fn lock_memory(&self) -> io::Result<()> {
+        Ok(mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE)?)
+    }
+
+    #[cfg(target_env = "gnu")]
+    fn keep_freed_memory(&self) {
+        // SAFETY: mallopt only sets parameters of glibc's malloc, under malloc's own lock; both
+        // parameters take any int.
+        unsafe {
+            libc::mallopt(libc::M_TRIM_THRESHOLD, -1);
+            libc::mallopt(libc::M_MMAP_MAX, 0);
+        }
+    }
+
+    #[cfg(not(target_env = "gnu"))]
+    fn keep_freed_memory(&self) {}
+
+    fn set_timer_slack_ns(&self, slack_ns: NonZeroU64) {
+        // It cannot fail for the calling thread, and the kernel ignores it under SCHED_FIFO.
+        let _ = set_current_timer_slack(Some(slack_ns));
+    }
+
+    fn block_signals(&self) {
+        let mut set = MaybeUninit::<libc::sigset_t>::uninit();
+        // SAFETY: sigfillset initialises the whole set it is given before anything reads it, and
+        // sigdelset takes valid signal numbers. pthread_sigmask reads the set and, given null,
+        // writes nothing. Only this thread's mask changes.
+        unsafe {
+            libc::sigfillset(set.as_mut_ptr());
+            // These report a fault of this very thread: blocked, they would kill without a word.
+            for fault in [
+                libc::SIGSEGV,
+                libc::SIGBUS,
+                libc::SIGFPE,
+                libc::SIGILL,
+                libc::SIGTRAP,
+            ] {
+                libc::sigdelset(set.as_mut_ptr(), fault);
+            }
+            libc::pthread_sigmask(libc::SIG_SETMASK, set.as_ptr(), std::ptr::null_mut());
+        }
+    }
+
+    fn online_cpus(&self) -> String {
+        let list = fs::read_to_string("/sys/devices/system/cpu/online").unwrap_or_default();
+        list.trim().to_owned()
+    }
+
+    fn pin(&self, cpu: usize) -> io::Result<()> {
+        if cpu >= CpuSet::MAX_CPU {
+            return Err(io::ErrorKind::InvalidInput.into());
+        }
+        let mut set = CpuSet::new();
+        set.set(cpu);
+        Ok(sched_setaffinity(None, &set)?)
+    }
+
+    fn pinned_cpu(&self) -> Option<usize> {
+        let set = sched_getaffinity(None).ok()?;
+        let first = (0..CpuSet::MAX_CPU).find(|&cpu| set.is_set(cpu));
+        first.filter(|_| set.count() == 1)
+    }
+
+    fn set_fifo(&self, priority: u8) -> io::Result<()> {
+        // SAFETY: an all-zero sched_param is valid: it consists of integers.
+        let mut param: libc::sched_param = unsafe { MaybeUninit::zeroed().assume_init() };
+        param.sched_priority = priority.into();
+        // SAFETY: `param` outlives the call, which only reads it; pid 0 is the calling thread. The
+        // bare system call, because musl's wrapper refuses.
+        let result = unsafe {
+            libc::syscall(
+                libc::SYS_sched_setscheduler,
+                0,
+                libc::SCHED_FIFO,
+                &raw const param,
+            )
+        };
+        if result == 0 {
+            Ok(())
+        } else {
+            Err(io::Error::last_os_error())
+        }
+    }
+
+    fn scheduler(&self) -> Scheduler {
+        // SAFETY: takes no pointer; pid 0 is the calling thread.
+        let policy = unsafe { libc::syscall(libc::SYS_sched_getscheduler, 0) };
+        // SAFETY: an all-zero sched_param is valid: it consists of integers.
+        let mut param: libc::sched_param = unsafe { MaybeUninit::zeroed().assume_init() };
+        // SAFETY: `param` outlives the call, which writes one sched_param to it.
+        unsafe { libc::syscall(libc::SYS_sched_getparam, 0, &raw mut param) };
+        let priority = u8::try_from(param.sched_priority).unwrap_or(0);
+        match policy & !libc::c_long::from(libc::SCHED_RESET_ON_FORK) {
+            policy if policy == libc::SCHED_FIFO.into() => Scheduler::Fifo(priority),
+            policy if policy == libc::SCHED_RR.into() => Scheduler::RoundRobin(priority),
+            policy if policy == libc::SCHED_DEADLINE.into() => Scheduler::Deadline,
+            policy if policy == libc::SCHED_BATCH.into() => Scheduler::Batch,
+            policy if policy == libc::SCHED_IDLE.into() => Scheduler::Idle,
+            _ => Scheduler::Other,
+        }
+    }
+
+    fn group_budget(&self) -> Option<GroupBudget> {
+        let groups = fs::read_to_string("/proc/thread-self/cgroup").ok()?;
+        let group = cpu_group(&groups)?;
+        let runtime_us = ["cpu", "cpu,cpuacct"].iter().find_map(|mount| {
+            fs::read_to_string(format!("/sys/fs/cgroup/{mount}{group}/cpu.rt_runtime_us")).ok()
+        })?;
+        Some(GroupBudget {
+            group: group.to_owned(),
+            runtime_us: runtime_us.trim().parse().ok()?,
+        })
+    }
+}
+
+/// The counters of `getrusage(RUSAGE_THREAD)`; `cpu_ns` is left 0, rusage being too coarse for it.
+pub(crate) fn thread_counters() -> ThreadUsage {
+    let mut usage = MaybeUninit::<libc::rusage>::zeroed();
+    // SAFETY: `usage` has room for one rusage, which the call fills; should it fail, the zeros it
+    // was initialised with are a valid rusage, which consists of integers.
+    let usage = unsafe {
+        libc::getrusage(libc::RUSAGE_THREAD, usage.as_mut_ptr());
+        usage.assume_init()
+    };
+    ThreadUsage {
+        cpu_ns: 0,
+        minor_faults: usage.ru_minflt as u64,
+        major_faults: usage.ru_majflt as u64,
+        voluntary_switches: usage.ru_nvcsw as u64,
+        involuntary_switches: usage.ru_nivcsw as u64,
+    }
+}
+
+fn has_capability(capability: CapabilitySet) -> bool {
+    capabilities(None).is_ok_and(|sets| sets.effective.contains(capability))
+}
+
+fn limit(resource: Resource) -> Limit {
+    let limit = getrlimit(resource);
+    Limit {
+        soft: limit.current.unwrap_or(u64::MAX),
+        hard: limit.maximum.unwrap_or(u64::MAX),
+    }
+}
+
+fn raise(resource: Resource) {
+    let maximum = getrlimit(resource).maximum;
+    // Every process may raise its soft limit to the hard one; the caller reads the outcome back.
+    let _ = setrlimit(
+        resource,
+        Rlimit {
+            current: maximum,
+            maximum,
+        },
+    );
+}
+
+/// The group of the version 1 `cpu` controller in a `/proc/<pid>/cgroup` file.
+fn cpu_group(groups: &str) -> Option<&str> {
+    groups.lines().find_map(|line| {
+        let mut fields = line.splitn(3, ':').skip(1);
+        let controllers = fields.next()?;
+        let group = fields.next()?;
+        controllers
+            .split(',')
+            .any(|name| name == "cpu")
+            .then_some(group)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cpu_group_is_found_among_the_other_controllers() {
+        let groups = "4:memory:/m\n3:cpuset:/s\n2:cpu,cpuacct:/a:b/c\n0::/unified\n";
+        assert_eq!(cpu_group(groups), Some("/a:b/c"));
+        assert_eq!(cpu_group("3:cpuset:/s\n0::/unified\n"), None);
+    }
+
+    #[test]
+    fn the_kernel_tells_that_a_new_thread_is_scheduled_like_its_parent() {
+        let parent = Linux.scheduler();
+        let child = std::thread::spawn(|| Linux.scheduler()).join().unwrap();
+        assert_eq!(child, parent);
+    }
+
+    #[test]
+    fn a_cpu_number_beyond_any_cpu_set_is_an_error_and_not_a_panic() {
+        assert!(Linux.pin(usize::MAX).is_err());
+    }
+
+    #[test]
+    fn a_thread_that_may_move_is_not_pinned() {
+        let may_move = std::thread::available_parallelism().is_ok_and(|cpus| cpus.get() > 1);
+        assert!(!may_move || Linux.pinned_cpu().is_none());
+    }
+
+    #[test]
+    fn a_thread_that_blocks_signals_still_receives_its_own_faults() {
+        std::thread::spawn(|| {
+            Linux.block_signals();
+            let status = fs::read_to_string("/proc/thread-self/status").unwrap();
+            let mask = status
+                .lines()
+                .find_map(|line| line.strip_prefix("SigBlk:"))
+                .unwrap();
+            let mask = u64::from_str_radix(mask.trim(), 16).unwrap();
+            let blocked = |signal: i32| mask & (1 << (signal - 1)) != 0;
+            assert!(blocked(libc::SIGTERM) && blocked(libc::SIGINT) && blocked(libc::SIGALRM));
+            assert!(!blocked(libc::SIGSEGV) && !blocked(libc::SIGBUS));
+        })
+        .join()
+        .unwrap();
+    }
+}

@@ -1,0 +1,133 @@
+//! Once per process: memory that is never paged out and never given back.
+
+use super::os::{Linux, Os};
+use super::refusal::Refusal;
+
+/// What the system granted the process.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ProcessGrant {
+    /// All memory is locked, present and future.
+    pub memory_locked: bool,
+    /// What was refused.
+    pub refusals: Vec<Refusal>,
+}
+
+/// Prepares the process: call it once, early in `main`, before other threads allocate.
+///
+/// glibc's malloc is told to keep freed memory and never to map it anew, so that memory once
+/// touched stays touched; then all memory is locked. Without CAP_IPC_LOCK a finite RLIMIT_MEMLOCK
+/// makes every later mapping beyond it fail, so in that case memory is left unlocked.
+pub fn prepare_process() -> ProcessGrant {
+    prepare(&Linux)
+}
+
+fn prepare(os: &impl Os) -> ProcessGrant {
+    os.keep_freed_memory();
+    let refusal = lock_memory(os).err();
+    ProcessGrant {
+        memory_locked: refusal.is_none(),
+        refusals: refusal.into_iter().collect(),
+    }
+}
+
+fn lock_memory(os: &impl Os) -> Result<(), Refusal> {
+    if !os.can_lock_memory() {
+        if os.memory_lock_limit().hard == u64::MAX {
+            os.raise_memory_lock_limit();
+        }
+        let limit = os.memory_lock_limit();
+        if limit.soft != u64::MAX {
+            return Err(Refusal::MemoryLimit {
+                limit_bytes: limit.hard,
+            });
+        }
+    }
+    os.lock_memory().map_err(|error| Refusal::MemoryLock {
+        reason: error.to_string(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::realtime::os::Limit;
+    use crate::realtime::simulated_os::SimulatedOs;
+
+    const FINITE: Limit = Limit {
+        soft: 65_536,
+        hard: 8_388_608,
+    };
+
+    #[test]
+    fn a_privileged_process_locks_memory_whatever_its_limit() {
+        let os = SimulatedOs {
+            can_lock_memory: true,
+            ..SimulatedOs::default()
+        }
+        .memlock(FINITE);
+        let grant = prepare(&os);
+        assert_eq!(
+            grant,
+            ProcessGrant {
+                memory_locked: true,
+                refusals: vec![]
+            }
+        );
+        assert_eq!(os.calls(), ["keep_freed_memory", "lock_memory"]);
+    }
+
+    #[test]
+    fn a_finite_limit_leaves_memory_unlocked_so_that_later_allocations_work() {
+        let os = SimulatedOs::default().memlock(FINITE);
+        let grant = prepare(&os);
+        assert!(!grant.memory_locked);
+        assert_eq!(
+            grant.refusals,
+            [Refusal::MemoryLimit {
+                limit_bytes: 8_388_608
+            }]
+        );
+        assert_eq!(grant.refusals[0].code(), "lock_denied");
+        assert!(
+            grant.refusals[0]
+                .to_string()
+                .contains("RLIMIT_MEMLOCK is 8388608 bytes")
+        );
+        assert!(grant.refusals[0].remedy().contains("memlock unlimited"));
+        assert_eq!(os.calls(), ["keep_freed_memory"]);
+    }
+
+    #[test]
+    fn an_unlimited_hard_limit_is_raised_to_before_locking() {
+        let os = SimulatedOs::default().memlock(Limit {
+            soft: 65_536,
+            hard: u64::MAX,
+        });
+        assert!(prepare(&os).memory_locked);
+        assert_eq!(
+            os.calls(),
+            [
+                "keep_freed_memory",
+                "raise_memory_lock_limit",
+                "lock_memory"
+            ]
+        );
+    }
+
+    #[test]
+    fn a_kernel_that_refuses_to_lock_is_reported_with_its_reason() {
+        let os = SimulatedOs {
+            can_lock_memory: true,
+            lock_memory_errno: Some(libc::ENOMEM),
+            ..SimulatedOs::default()
+        };
+        let grant = prepare(&os);
+        assert!(!grant.memory_locked);
+        assert_eq!(grant.refusals[0].code(), "lock_denied");
+        assert!(
+            grant.refusals[0]
+                .to_string()
+                .contains("Cannot allocate memory")
+        );
+    }
+}

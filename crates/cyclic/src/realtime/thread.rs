@@ -1,0 +1,142 @@
+//! Once per real-time thread: stack, timer slack, signals, CPU, priority.
+
+use std::fmt;
+use std::hint::black_box;
+use std::num::NonZeroU64;
+use std::ops::RangeInclusive;
+
+use super::os::{Linux, Os, Scheduler};
+use super::refusal::Refusal;
+
+/// How much stack [`prepare_thread`] touches, in bytes. The thread needs twice as much; threads of
+/// Rust's standard library have 2 MiB.
+pub const PREFAULTED_STACK_BYTES: usize = 256 * 1024;
+
+/// Priorities above 89 belong to the kernel's own threads (watchdog, migration).
+const PRIORITIES: RangeInclusive<u8> = 1..=89;
+const TIMER_SLACK_NS: NonZeroU64 = NonZeroU64::MIN;
+
+/// What a thread asks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ThreadRequest {
+    /// `SCHED_FIFO` priority 1..=89; `None` leaves the scheduler as it is.
+    pub priority: Option<u8>,
+    /// The one CPU to run on; `None` leaves the affinity as it is.
+    pub cpu: Option<usize>,
+}
+
+/// What the kernel says the thread has now.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ThreadGrant {
+    /// The scheduler: `other`, `fifo:80`, `rr:10`, `deadline`, `batch` or `idle`.
+    pub scheduler: String,
+    /// The CPU the thread is pinned to, `None` if it may move.
+    pub cpu: Option<usize>,
+    /// What was refused.
+    pub refusals: Vec<Refusal>,
+}
+
+/// Prepares the calling thread for real-time work; call it last before the loop.
+///
+/// Touches the stack, sets the timer slack to 1 ns, blocks all signals except those for its own
+/// faults (so another thread must handle SIGTERM), pins the CPU and sets the priority. A thread
+/// spawned afterwards inherits all but the stack.
+pub fn prepare_thread(request: ThreadRequest) -> ThreadGrant {
+    prefault_stack();
+    prepare(&Linux, request)
+}
+
+fn prepare(os: &impl Os, request: ThreadRequest) -> ThreadGrant {
+    os.set_timer_slack_ns(TIMER_SLACK_NS);
+    os.block_signals();
+    // Pinned first: from the moment the thread has its priority it must not disturb other CPUs.
+    let pinned = request.cpu.map_or(Ok(()), |cpu| pin(os, cpu));
+    let raised = request
+        .priority
+        .map_or(Ok(()), |priority| set_priority(os, priority));
+    ThreadGrant {
+        scheduler: os.scheduler().to_string(),
+        cpu: os.pinned_cpu(),
+        refusals: [pinned, raised]
+            .into_iter()
+            .filter_map(Result::err)
+            .collect(),
+    }
+}
+
+fn pin(os: &impl Os, cpu: usize) -> Result<(), Refusal> {
+    let online = os.online_cpus();
+    // An unreadable list says nothing; then the kernel decides.
+    if !online.is_empty() && !contains_cpu(&online, cpu) {
+        return Err(Refusal::NoSuchCpu { cpu, online });
+    }
+    os.pin(cpu).map_err(|error| Refusal::CpuExcluded {
+        cpu,
+        reason: error.to_string(),
+    })
+}
+
+fn set_priority(os: &impl Os, priority: u8) -> Result<(), Refusal> {
+    if !PRIORITIES.contains(&priority) {
+        return Err(Refusal::PriorityRange { priority });
+    }
+    let limit = os.priority_limit();
+    let wanted = u64::from(priority);
+    let privileged = os.can_set_priority();
+    if !privileged && limit.soft < wanted && wanted <= limit.hard {
+        os.raise_priority_limit();
+    }
+    os.set_fifo(priority).map_err(|error| {
+        if !privileged && limit.hard < wanted {
+            return Refusal::NoPriorityRight {
+                priority,
+                limit: limit.hard,
+            };
+        }
+        match os.group_budget() {
+            Some(budget) if budget.runtime_us == 0 => Refusal::NoGroupBudget {
+                priority,
+                group: budget.group,
+            },
+            _ => Refusal::PriorityRefused {
+                priority,
+                reason: error.to_string(),
+            },
+        }
+    })
+}
+
+/// Whether a kernel CPU list such as `0-3,8` names this CPU.
+fn contains_cpu(list: &str, cpu: usize) -> bool {
+    list.split(',').any(|range| {
+        let (first, last) = range.split_once('-').unwrap_or((range, range));
+        match (first.trim().parse::<usize>(), last.trim().parse::<usize>()) {
+            (Ok(first), Ok(last)) => (first..=last).contains(&cpu),
+            _ => false,
+        }
+    })
+}
+
+/// Makes the kernel map the stack now, so that no cycle takes the page faults.
+#[inline(never)]
+fn prefault_stack() {
+    let mut stack = [0u8; PREFAULTED_STACK_BYTES];
+    black_box(&mut stack);
+}
+
+impl fmt::Display for Scheduler {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Fifo(priority) => write!(f, "fifo:{priority}"),
+            Self::RoundRobin(priority) => write!(f, "rr:{priority}"),
+            Self::Deadline => f.write_str("deadline"),
+            Self::Batch => f.write_str("batch"),
+            Self::Idle => f.write_str("idle"),
+            Self::Other => f.write_str("other"),
+        }
+    }
+}
+
+#[cfg(test)]
+#[path = "thread_tests.rs"]
+mod tests;

@@ -1,0 +1,265 @@
+use super::*;
+use crate::realtime::os::{GroupBudget, Limit};
+use crate::realtime::simulated_os::SimulatedOs;
+use crate::usage::thread_usage;
+
+const BOTH: ThreadRequest = ThreadRequest {
+    priority: Some(80),
+    cpu: Some(1),
+};
+const PRIORITY: ThreadRequest = ThreadRequest {
+    priority: Some(80),
+    cpu: None,
+};
+
+fn only_refusal(os: &SimulatedOs, request: ThreadRequest) -> Refusal {
+    let mut grant = prepare(os, request);
+    assert_eq!(grant.refusals.len(), 1, "{grant:?}");
+    grant.refusals.remove(0)
+}
+
+#[test]
+fn a_privileged_thread_gets_its_priority_and_its_cpu() {
+    let os = SimulatedOs {
+        can_set_priority: true,
+        ..SimulatedOs::default()
+    };
+    let grant = prepare(&os, BOTH);
+    assert_eq!(grant.scheduler, "fifo:80");
+    assert_eq!(grant.cpu, Some(1));
+    assert_eq!(grant.refusals, []);
+    assert_eq!(
+        os.calls(),
+        ["set_timer_slack_ns", "block_signals", "pin", "set_fifo"]
+    );
+}
+
+#[test]
+fn a_thread_that_asks_for_nothing_keeps_scheduler_and_affinity() {
+    let os = SimulatedOs {
+        can_set_priority: true,
+        ..SimulatedOs::default()
+    };
+    let grant = prepare(&os, ThreadRequest::default());
+    assert_eq!(
+        grant,
+        ThreadGrant {
+            scheduler: "other".to_owned(),
+            cpu: None,
+            refusals: vec![]
+        }
+    );
+}
+
+#[test]
+fn without_right_the_refusal_names_capability_and_limit() {
+    let refusal = only_refusal(&SimulatedOs::default(), PRIORITY);
+    assert_eq!(
+        refusal,
+        Refusal::NoPriorityRight {
+            priority: 80,
+            limit: 0
+        }
+    );
+    assert_eq!(refusal.code(), "rt_denied");
+    let message = refusal.to_string();
+    assert!(message.contains("CAP_SYS_NICE") && message.contains("RLIMIT_RTPRIO is 0"));
+    assert!(refusal.remedy().contains("setcap") && refusal.remedy().contains("rtprio 89"));
+}
+
+#[test]
+fn a_refused_priority_is_reported_as_the_scheduler_that_is_left() {
+    assert_eq!(
+        prepare(&SimulatedOs::default(), PRIORITY).scheduler,
+        "other"
+    );
+}
+
+#[test]
+fn a_sufficient_hard_limit_is_raised_to_and_used() {
+    let os = SimulatedOs::default().rtprio(Limit { soft: 0, hard: 89 });
+    assert_eq!(prepare(&os, PRIORITY).scheduler, "fifo:80");
+    assert!(os.calls().contains(&"raise_priority_limit"));
+}
+
+#[test]
+fn a_group_without_budget_is_named() {
+    let os = SimulatedOs {
+        can_set_priority: true,
+        set_fifo_errno: Some(libc::EPERM),
+        group_budget: Some(GroupBudget {
+            group: "/box".to_owned(),
+            runtime_us: 0,
+        }),
+        ..SimulatedOs::default()
+    };
+    let refusal = only_refusal(&os, PRIORITY);
+    assert_eq!(
+        refusal,
+        Refusal::NoGroupBudget {
+            priority: 80,
+            group: "/box".to_owned()
+        }
+    );
+    assert_eq!(refusal.code(), "rt_denied");
+    assert!(
+        refusal
+            .remedy()
+            .contains("/sys/fs/cgroup/cpu/box/cpu.rt_runtime_us")
+    );
+}
+
+#[test]
+fn a_privileged_thread_that_is_refused_all_the_same_learns_of_containers() {
+    let os = SimulatedOs {
+        can_set_priority: true,
+        set_fifo_errno: Some(libc::EPERM),
+        group_budget: Some(GroupBudget {
+            group: "/".to_owned(),
+            runtime_us: 950_000,
+        }),
+        ..SimulatedOs::default()
+    };
+    let refusal = only_refusal(&os, PRIORITY);
+    assert_eq!(refusal.code(), "rt_denied");
+    assert!(refusal.to_string().contains("Operation not permitted"));
+    assert!(refusal.to_string().contains("seccomp"));
+}
+
+#[test]
+fn a_priority_outside_1_to_89_is_refused_without_asking_the_kernel() {
+    for priority in [0, 90, 255] {
+        let os = SimulatedOs {
+            can_set_priority: true,
+            ..SimulatedOs::default()
+        };
+        let request = ThreadRequest {
+            priority: Some(priority),
+            cpu: None,
+        };
+        assert_eq!(
+            only_refusal(&os, request),
+            Refusal::PriorityRange { priority }
+        );
+        assert!(!os.calls().contains(&"set_fifo"));
+    }
+}
+
+#[test]
+fn a_cpu_that_does_not_exist_is_refused_with_those_that_do() {
+    let request = ThreadRequest {
+        priority: None,
+        cpu: Some(7),
+    };
+    let os = SimulatedOs::default();
+    let refusal = only_refusal(&os, request);
+    assert_eq!(
+        refusal,
+        Refusal::NoSuchCpu {
+            cpu: 7,
+            online: "0-1".to_owned()
+        }
+    );
+    assert_eq!(refusal.code(), "cpu_denied");
+    assert!(refusal.to_string().ends_with("this machine has 0-1"));
+    assert!(!os.calls().contains(&"pin"));
+}
+
+#[test]
+fn a_cpu_outside_the_cpuset_is_refused_with_the_kernels_reason() {
+    let os = SimulatedOs {
+        pin_errno: Some(libc::EINVAL),
+        ..SimulatedOs::default()
+    };
+    let request = ThreadRequest {
+        priority: None,
+        cpu: Some(1),
+    };
+    let refusal = only_refusal(&os, request);
+    assert_eq!(refusal.code(), "cpu_denied");
+    assert!(refusal.to_string().contains("cpuset"));
+    assert_eq!(prepare(&os, request).cpu, None);
+}
+
+#[test]
+fn all_refusals_are_reported_together() {
+    let request = ThreadRequest {
+        priority: Some(80),
+        cpu: Some(7),
+    };
+    let codes: Vec<_> = prepare(&SimulatedOs::default(), request)
+        .refusals
+        .iter()
+        .map(Refusal::code)
+        .collect();
+    assert_eq!(codes, ["cpu_denied", "rt_denied"]);
+}
+
+#[test]
+fn a_cpu_list_contains_its_ranges_and_single_numbers() {
+    for cpu in [0, 1, 3, 8] {
+        assert!(contains_cpu("0-3,8\n", cpu), "{cpu}");
+    }
+    for cpu in [4, 7, 9] {
+        assert!(!contains_cpu("0-3,8\n", cpu), "{cpu}");
+    }
+}
+
+#[test]
+fn a_prefaulted_stack_takes_no_more_faults() {
+    #[inline(never)]
+    fn use_half_the_stack() {
+        let mut stack = [1u8; PREFAULTED_STACK_BYTES / 2];
+        black_box(&mut stack);
+    }
+    std::thread::spawn(|| {
+        prefault_stack();
+        let before = thread_usage().minor_faults;
+        use_half_the_stack();
+        assert!(
+            thread_usage().minor_faults - before <= 2,
+            "32 pages would fault otherwise"
+        );
+    })
+    .join()
+    .unwrap();
+}
+
+#[test]
+fn the_real_system_grants_or_explains() {
+    let grant = std::thread::spawn(|| prepare_thread(BOTH)).join().unwrap();
+    let refused_priority = grant
+        .refusals
+        .iter()
+        .any(|refusal| refusal.code() == "rt_denied");
+    let refused_cpu = grant
+        .refusals
+        .iter()
+        .any(|refusal| refusal.code() == "cpu_denied");
+    assert_eq!(grant.scheduler == "fifo:80", !refused_priority, "{grant:?}");
+    assert_eq!(grant.cpu == Some(1), !refused_cpu, "{grant:?}");
+}
+
+#[test]
+fn a_real_thread_without_right_is_told_so_by_the_kernel() {
+    use rustix::thread::{CapabilitySet, capabilities, set_capabilities};
+    std::thread::spawn(|| {
+        // Capabilities belong to the thread: the test may run as root or not.
+        let mut sets = capabilities(None).unwrap();
+        sets.effective = CapabilitySet::empty();
+        set_capabilities(None, sets).unwrap();
+        let limit = Linux.priority_limit().hard;
+        if limit < 80 {
+            let grant = prepare_thread(PRIORITY);
+            assert_eq!(
+                grant.refusals,
+                [Refusal::NoPriorityRight {
+                    priority: 80,
+                    limit
+                }]
+            );
+        }
+    })
+    .join()
+    .unwrap();
+}

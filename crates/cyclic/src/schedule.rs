@@ -1,0 +1,62 @@
+//! What a task asks for: when it is due, how it waits, what it does when it is late.
+
+/// When a task runs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Schedule {
+    /// Time between releases, in ns; meant for 10 us to 1 h. Zero counts as 1.
+    pub period_ns: u64,
+    /// Offset of the first release from the node's epoch, in ns.
+    pub phase_ns: u64,
+    /// How to wait for the release.
+    pub wake: Wake,
+    /// What to do when releases were missed.
+    pub overrun: Overrun,
+}
+
+/// How a task waits for its release: CPU time against punctuality.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wake {
+    /// Sleep until the release. Costs no CPU time; late by the system's wake-up latency.
+    Sleep,
+    /// Sleep until a margin before the release, then watch the clock.
+    Hybrid {
+        /// The margin in ns, or `None` to follow the observed wake-up latency ([`crate::Margin`]).
+        margin_ns: Option<u64>,
+    },
+    /// Watch the clock all the time. Costs a whole CPU, and with real-time priority the kernel's
+    /// throttling takes that CPU away for 50 ms of every second unless it is switched off.
+    Spin,
+}
+
+impl Wake {
+    /// The name used in configurations and reports: `sleep`, `hybrid` or `spin`.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Sleep => "sleep",
+            Self::Hybrid { .. } => "hybrid",
+            Self::Spin => "spin",
+        }
+    }
+}
+
+/// What a task does about releases it missed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Overrun {
+    /// Skip them and go on with the release that is current: the grid is kept, inputs are fresh.
+    Skip,
+    /// Run them late, back to back, at most [`crate::MAX_BURST`] in a row; then skip.
+    CatchUp,
+    /// End the loop.
+    Stop,
+}
+
+impl Overrun {
+    /// The name used in configurations: `skip`, `catch_up` or `stop`.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Skip => "skip",
+            Self::CatchUp => "catch_up",
+            Self::Stop => "stop",
+        }
+    }
+}

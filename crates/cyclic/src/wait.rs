@@ -1,0 +1,224 @@
+//! Every way of waiting for a deadline.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::clock::Clock;
+use crate::margin::Margin;
+use crate::schedule::Wake;
+
+/// Longest single sleep, so that a task with a period of an hour still notices a stop request.
+const SLICE_NS: u64 = 200_000_000;
+
+/// Waits for deadlines in one of the ways of [`Wake`].
+#[derive(Debug)]
+pub(crate) enum Waiter {
+    Sleep,
+    HybridFixed { margin_ns: u64 },
+    HybridAdaptive { margin: Margin },
+    Spin,
+}
+
+impl Waiter {
+    pub(crate) fn new(wake: Wake, period_ns: u64) -> Self {
+        match wake {
+            Wake::Sleep => Self::Sleep,
+            Wake::Hybrid {
+                margin_ns: Some(margin_ns),
+            } => Self::HybridFixed { margin_ns },
+            Wake::Hybrid { margin_ns: None } => Self::HybridAdaptive {
+                margin: Margin::new(period_ns),
+            },
+            Wake::Spin => Self::Spin,
+        }
+    }
+
+    /// Returns the first clock reading at or after `deadline_ns`, or `None` once `stop` is set.
+    pub(crate) fn wait_until<C: Clock>(
+        &mut self,
+        clock: &C,
+        deadline_ns: u64,
+        stop: &AtomicBool,
+    ) -> Option<u64> {
+        match self {
+            Self::Sleep => sleep(clock, deadline_ns, stop),
+            Self::HybridFixed { margin_ns } => {
+                sleep(clock, deadline_ns.saturating_sub(*margin_ns), stop)?;
+                spin(clock, deadline_ns, stop)
+            }
+            Self::HybridAdaptive { margin } => {
+                let wake_ns = deadline_ns.saturating_sub(margin.ns());
+                // Without a sleep there is no wake-up latency to learn from.
+                if clock.now_ns() < wake_ns {
+                    let woken_ns = sleep(clock, wake_ns, stop)?;
+                    margin.observe(woken_ns.saturating_sub(wake_ns));
+                }
+                spin(clock, deadline_ns, stop)
+            }
+            Self::Spin => spin(clock, deadline_ns, stop),
+        }
+    }
+
+    /// The margin of a hybrid wait, in ns.
+    pub(crate) fn margin_ns(&self) -> Option<u64> {
+        match self {
+            Self::Sleep | Self::Spin => None,
+            Self::HybridFixed { margin_ns } => Some(*margin_ns),
+            Self::HybridAdaptive { margin } => Some(margin.ns()),
+        }
+    }
+}
+
+fn sleep<C: Clock>(clock: &C, deadline_ns: u64, stop: &AtomicBool) -> Option<u64> {
+    loop {
+        if stop.load(Ordering::Relaxed) {
+            return None;
+        }
+        let now_ns = clock.now_ns();
+        if now_ns >= deadline_ns {
+            return Some(now_ns);
+        }
+        clock.sleep_until_ns(deadline_ns.min(now_ns.saturating_add(SLICE_NS)));
+    }
+}
+
+/// Bare clock reads: a PAUSE would be longer than the reading and only coarsen the result.
+fn spin<C: Clock>(clock: &C, deadline_ns: u64, stop: &AtomicBool) -> Option<u64> {
+    loop {
+        if stop.load(Ordering::Relaxed) {
+            return None;
+        }
+        let now_ns = clock.now_ns();
+        if now_ns >= deadline_ns {
+            return Some(now_ns);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::simulated::SimulatedClock;
+
+    const PERIOD_NS: u64 = 1_000_000;
+
+    fn wait_once(wake: Wake, clock: &SimulatedClock, deadline_ns: u64) -> Option<u64> {
+        Waiter::new(wake, PERIOD_NS).wait_until(clock, deadline_ns, &AtomicBool::new(false))
+    }
+
+    #[test]
+    fn a_sleeping_wait_is_late_by_the_wake_up_latency() {
+        let clock = SimulatedClock::at(0).wake_latency_ns(60_000);
+        assert_eq!(wait_once(Wake::Sleep, &clock, 500_000), Some(560_000));
+    }
+
+    #[test]
+    fn a_hybrid_wait_hides_a_wake_up_latency_shorter_than_its_margin() {
+        let clock = SimulatedClock::at(0)
+            .wake_latency_ns(60_000)
+            .read_cost_ns(40);
+        let start_ns = wait_once(
+            Wake::Hybrid {
+                margin_ns: Some(100_000),
+            },
+            &clock,
+            500_000,
+        );
+        assert!(
+            start_ns.is_some_and(|t| (500_000..500_040).contains(&t)),
+            "{start_ns:?}"
+        );
+    }
+
+    #[test]
+    fn an_adaptive_hybrid_wait_learns_to_hide_the_latency_it_saw() {
+        let clock = SimulatedClock::at(0)
+            .wake_latency_ns(120_000)
+            .read_cost_ns(40);
+        let stop = AtomicBool::new(false);
+        let mut waiter = Waiter::new(Wake::Hybrid { margin_ns: None }, PERIOD_NS);
+        let first = waiter.wait_until(&clock, PERIOD_NS, &stop).unwrap();
+        let second = waiter.wait_until(&clock, 2 * PERIOD_NS, &stop).unwrap();
+        assert!(
+            first - PERIOD_NS > 50_000,
+            "the first margin is too short: {first}"
+        );
+        assert!(second - 2 * PERIOD_NS <= 40, "the second is not: {second}");
+    }
+
+    #[test]
+    fn an_adaptive_margin_learns_nothing_from_a_wait_that_did_not_sleep() {
+        let clock = SimulatedClock::at(10_000_000);
+        let mut waiter = Waiter::new(Wake::Hybrid { margin_ns: None }, PERIOD_NS);
+        let before = waiter.margin_ns();
+        waiter.wait_until(&clock, 9_900_000, &AtomicBool::new(false));
+        assert_eq!(waiter.margin_ns(), before);
+    }
+
+    #[test]
+    fn a_spinning_wait_never_sleeps() {
+        let clock = SimulatedClock::at(0).read_cost_ns(40);
+        assert_eq!(wait_once(Wake::Spin, &clock, 4_000), Some(4_000));
+        assert_eq!(clock.sleeps(), 0);
+    }
+
+    #[test]
+    fn a_deadline_in_the_past_returns_without_sleeping() {
+        for wake in [Wake::Sleep, Wake::Hybrid { margin_ns: None }, Wake::Spin] {
+            let clock = SimulatedClock::at(7_000);
+            assert_eq!(
+                wait_once(wake, &clock, 6_000),
+                Some(7_000),
+                "{}",
+                wake.as_str()
+            );
+            assert_eq!(clock.sleeps(), 0);
+        }
+    }
+
+    #[test]
+    fn a_stop_request_ends_a_wait_of_an_hour_within_200_ms() {
+        const HOUR_NS: u64 = 3_600_000_000_000;
+        for wake in [Wake::Sleep, Wake::Hybrid { margin_ns: None }, Wake::Spin] {
+            let stop = Arc::new(AtomicBool::new(false));
+            let requested_ns = 1_234_567_890;
+            let clock = SimulatedClock::at(0)
+                .read_cost_ns(1_000)
+                .raises_at(requested_ns, Arc::clone(&stop));
+            assert_eq!(
+                Waiter::new(wake, HOUR_NS).wait_until(&clock, HOUR_NS, &stop),
+                None
+            );
+            assert!(
+                clock.now_ns() - requested_ns <= 200_000_000 + 10_000,
+                "{}",
+                wake.as_str()
+            );
+        }
+    }
+
+    #[test]
+    fn a_wait_of_up_to_200_ms_is_one_sleep() {
+        let clock = SimulatedClock::at(0);
+        wait_once(Wake::Sleep, &clock, 200_000_000);
+        assert_eq!(clock.sleeps(), 1);
+    }
+
+    proptest! {
+        #[test]
+        fn no_wait_returns_before_its_deadline(
+            wait_ns in 0u64..2_000_000,
+            margin_ns in prop::option::of(0u64..3_000_000),
+            latency_ns in 0u64..400_000,
+        ) {
+            for wake in [Wake::Sleep, Wake::Hybrid { margin_ns }, Wake::Spin] {
+                let clock = SimulatedClock::at(5_000_000).wake_latency_ns(latency_ns).read_cost_ns(37);
+                let deadline_ns = 5_000_000 + wait_ns;
+                prop_assert!(wait_once(wake, &clock, deadline_ns).is_some_and(|t| t >= deadline_ns));
+            }
+        }
+    }
+}

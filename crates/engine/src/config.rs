@@ -1,0 +1,136 @@
+//! A configuration as it is written: every value with its place in the file, nothing resolved.
+//!
+//! A value that could not be read is `None`; the error about it is already on the list. That is
+//! how all errors of a file are found in one go.
+
+use isochrone_blocks::PinType;
+use toml::Spanned;
+
+/// A configuration file.
+#[derive(Debug, Default)]
+pub struct Config {
+    /// Name of the node.
+    pub node: Option<Spanned<String>>,
+    /// `[[task]]`
+    pub tasks: Vec<Task>,
+    /// `[[input]]`
+    pub inputs: Vec<Input>,
+    /// `[[block]]`
+    pub blocks: Vec<Block>,
+    /// `[[output]]`
+    pub outputs: Vec<Output>,
+}
+
+/// A cyclic task.
+#[derive(Debug)]
+pub struct Task {
+    /// Unique name.
+    pub name: Option<Spanned<String>>,
+    /// Period, 10 us to 1 h.
+    pub period_ns: Option<Spanned<u64>>,
+    /// OB number.
+    pub ob: Option<Spanned<i16>>,
+    /// Offset of the releases on the common grid.
+    pub phase_ns: Option<Spanned<u64>>,
+    /// SCHED_FIFO priority.
+    pub priority: Option<u8>,
+    /// CPU to pin to.
+    pub cpu: Option<u32>,
+    /// How to wait for the release.
+    pub wake: Option<Wake>,
+    /// What to do about releases that were missed.
+    pub overrun: Option<Overrun>,
+}
+
+/// How a task waits for its release.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wake {
+    /// Sleep until the release.
+    Sleep,
+    /// Sleep until shortly before it, then watch the clock.
+    Hybrid,
+    /// Watch the clock.
+    Spin,
+}
+
+/// What a task does about releases that it missed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Overrun {
+    /// Leave them out, and count them.
+    #[default]
+    Skip,
+    /// Run them one after the other.
+    CatchUp,
+    /// End the node.
+    Stop,
+}
+
+/// A value that another process publishes.
+#[derive(Debug)]
+pub struct Input {
+    /// Unique name.
+    pub name: Option<Spanned<String>>,
+    /// Type of its samples.
+    pub value_type: Option<PinType>,
+    /// Service that carries it.
+    pub service: Option<Spanned<String>>,
+    /// Index in the service's frame.
+    pub channel: u32,
+    /// Task that reads it.
+    pub task: Option<Spanned<String>>,
+    /// Value before the first sample.
+    pub default: Option<Spanned<f64>>,
+    /// Age beyond which it is stale.
+    pub max_age_ns: Option<u64>,
+    /// What a stale input reads.
+    pub on_stale: OnStale,
+}
+
+/// What a stale input reads.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OnStale {
+    /// The last value.
+    #[default]
+    Hold,
+    /// The default.
+    Default,
+}
+
+/// One or more instances of a block.
+#[derive(Debug)]
+pub struct Block {
+    /// Unique name.
+    pub name: Option<Spanned<String>>,
+    /// Block type.
+    pub block_type: Option<Spanned<String>>,
+    /// Task that runs it.
+    pub task: Option<Spanned<String>>,
+    /// Number of instances.
+    pub count: Option<Spanned<u32>>,
+    /// Connected input pins.
+    pub pins: Vec<(Spanned<String>, Option<Spanned<Connection>>)>,
+}
+
+/// What stands at an input pin.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Connection {
+    /// A whole number.
+    Integer(i64),
+    /// A decimal number.
+    Float(f64),
+    /// TRUE or FALSE.
+    Bool(bool),
+    /// An input or a block's output pin.
+    Wire(String),
+}
+
+/// A frame that the node publishes.
+#[derive(Debug)]
+pub struct Output {
+    /// Service that carries it.
+    pub service: Option<Spanned<String>>,
+    /// Task whose cycles publish it.
+    pub task: Option<Spanned<String>>,
+    /// Its channels, in order.
+    pub signals: Vec<Spanned<String>>,
+}

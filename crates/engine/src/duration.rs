@@ -1,0 +1,99 @@
+//! Durations as people write them: `50us`, `2.5ms`, `1h`.
+
+const UNITS: [(&str, u64); 7] = [
+    ("ns", 1),
+    ("us", 1_000),
+    ("µs", 1_000),
+    ("ms", 1_000_000),
+    ("s", 1_000_000_000),
+    ("min", 60_000_000_000),
+    ("h", 3_600_000_000_000),
+];
+
+/// Parses a duration into whole nanoseconds. `Err` says what is wrong with it.
+pub fn parse_duration_ns(text: &str) -> Result<u64, String> {
+    let text = text.trim();
+    if text.starts_with('-') {
+        return Err("a duration cannot be negative".into());
+    }
+    let split = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
+    let (number, unit) = (&text[..split], text[split..].trim());
+    let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
+    let digits = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
+    if whole.is_empty() || number.ends_with('.') || !digits(whole) || !digits(fraction) {
+        return Err("a duration is a number and a unit, such as \"1ms\"".into());
+    }
+    let Some(&(_, unit_ns)) = UNITS.iter().find(|(name, _)| *name == unit) else {
+        return Err(match unit {
+            "" => format!("the unit is missing: \"{number}ms\"?"),
+            _ => format!("there is no unit \"{unit}\"; units are ns, us, ms, s, min, h"),
+        });
+    };
+    // Decimal digits, not floating point: "0.1us" is exactly 100 ns.
+    let too_long = || "the duration is too long".to_string();
+    let whole: u64 = whole.parse().map_err(|_| too_long())?;
+    let mut total_ns = whole.checked_mul(unit_ns).ok_or_else(too_long)?;
+    let mut place_ns = unit_ns;
+    for digit in fraction.trim_end_matches('0').bytes() {
+        if place_ns % 10 != 0 {
+            return Err("a duration is whole nanoseconds".into());
+        }
+        place_ns /= 10;
+        total_ns = total_ns
+            .checked_add(u64::from(digit - b'0') * place_ns)
+            .ok_or_else(too_long)?;
+    }
+    Ok(total_ns)
+}
+
+/// Writes a duration in the largest unit that keeps it whole.
+pub fn format_duration_ns(duration_ns: u64) -> String {
+    UNITS
+        .iter()
+        .rev()
+        .filter(|(name, _)| *name != "µs")
+        .find(|(_, unit_ns)| duration_ns >= *unit_ns && duration_ns.is_multiple_of(*unit_ns))
+        .map_or_else(|| format!("{duration_ns}ns"), |(name, unit_ns)| {
+            format!("{}{name}", duration_ns / unit_ns)
+        })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decimals_are_exact() {
+        assert_eq!(parse_duration_ns("50us"), Ok(50_000));
+        assert_eq!(parse_duration_ns("2.5ms"), Ok(2_500_000));
+        assert_eq!(parse_duration_ns("0.001us"), Ok(1));
+        assert_eq!(parse_duration_ns("1h"), Ok(3_600_000_000_000));
+        assert_eq!(parse_duration_ns("1.10 s"), Ok(1_100_000_000));
+    }
+
+    #[test]
+    fn what_is_no_duration_is_refused_with_the_reason() {
+        for (text, reason) in [
+            ("-1ms", "negative"),
+            ("1", "unit is missing"),
+            ("1 parsec", "no unit \"parsec\""),
+            ("ms", "a number and a unit"),
+            ("1.ms", "a number and a unit"),
+            ("1.2.3ms", "a number and a unit"),
+            ("", "a number and a unit"),
+            ("0.5ns", "whole nanoseconds"),
+            ("99999999999999999999s", "too long"),
+            ("99999999999h", "too long"),
+        ] {
+            let error = parse_duration_ns(text).unwrap_err();
+            assert!(error.contains(reason), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn formatting_reads_back() {
+        for duration_ns in [0, 1, 999, 1_000, 2_500_000, 1_000_000_000, 60_000_000_000, 90_000_000_000] {
+            assert_eq!(parse_duration_ns(&format_duration_ns(duration_ns)), Ok(duration_ns));
+        }
+    }
+}

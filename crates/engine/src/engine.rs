@@ -1,0 +1,259 @@
+//! A task's process image and banks, and the call that steps them.
+
+use isochrone_blocks::{BlockType, Cycle, PinType};
+use triple_buffer::{Input as Sender, Output as Receiver, TripleBuffer};
+
+use crate::plan::{Plan, TaskPlan, WirePlan};
+
+/// One task, ready to be stepped by the thread that owns it.
+///
+/// [`step`](Self::step) and everything that reads or writes values is for the real-time path: no
+/// allocation, no lock, no system call, no panic.
+pub struct TaskEngine {
+    period_ns: u64,
+    obs: Box<[(i16, u64)]>,
+    image: Box<[f64]>,
+    state: Box<[u64]>,
+    inputs: Box<[Input]>,
+    /// When each source's present value was published; 0: never. Inputs first, then imports.
+    sources_ns: Box<[u64]>,
+    imports: Box<[Import]>,
+    previous: Box<[WirePlan]>,
+    banks: Box<[Bank]>,
+    exports: Box<[Export]>,
+    outputs: Box<[Output]>,
+    block_errors: u64,
+}
+
+struct Input {
+    value_type: PinType,
+    default: f64,
+}
+
+/// A bank knows where its slots begin; they end where the next bank's begin.
+struct Bank {
+    block_type: BlockType,
+    first_slot: usize,
+    slots: usize,
+    state_words: usize,
+    wires: Box<[WirePlan]>,
+}
+
+struct Output {
+    slots: Box<[u32]>,
+    sources: Box<[usize]>,
+}
+
+/// Values on their way from one task to another.
+#[derive(Clone)]
+struct Parcel {
+    values: Box<[f64]>,
+    source_ns: u64,
+}
+
+struct Export {
+    slots: Box<[u32]>,
+    sources: Box<[usize]>,
+    sender: Sender<Parcel>,
+}
+
+struct Import {
+    first_slot: usize,
+    source: usize,
+    receiver: Receiver<Parcel>,
+}
+
+impl TaskEngine {
+    /// Builds the engines of a plan's tasks, in the plan's order, joined by wait-free buffers.
+    pub fn build(plan: &Plan) -> Vec<Self> {
+        let mut engines: Vec<_> =
+            plan.tasks.iter().map(|task| Builder::new(task, plan.obs.clone())).collect();
+        for link in &plan.links {
+            let values = vec![0.0; link.slots.len()].into();
+            let (sender, receiver) = TripleBuffer::new(&Parcel { values, source_ns: 0 }).split();
+            if let Some(from) = engines.get_mut(link.from) {
+                from.exports.push(Export {
+                    slots: link.slots.as_slice().into(),
+                    sources: link.sources.as_slice().into(),
+                    sender,
+                });
+            }
+            if let Some(to) = engines.get_mut(link.to) {
+                let source = to.task.inputs.len() + to.imports.len();
+                to.imports.push(Import { first_slot: link.first_slot, source, receiver });
+            }
+        }
+        engines.into_iter().map(Builder::finish).collect()
+    }
+
+    /// Steps every block of the task once. `cycle` is the index on the task's grid, skipped cycles
+    /// included.
+    pub fn step(&mut self, cycle: u64) {
+        let cycle = Cycle::new(cycle, self.period_ns, &self.obs);
+        for import in &mut self.imports {
+            let parcel = import.receiver.read();
+            let slots = self.image.get_mut(import.first_slot..).unwrap_or_default();
+            slots.iter_mut().zip(&parcel.values).for_each(|(slot, value)| *slot = *value);
+            if let Some(source_ns) = self.sources_ns.get_mut(import.source) {
+                *source_ns = parcel.source_ns;
+            }
+        }
+        for wire in &self.previous {
+            let value = read(&self.image, wire.from);
+            if let Some(slot) = self.image.get_mut(wire.to as usize) {
+                *slot = value;
+            }
+        }
+        let mut state = &mut *self.state;
+        for bank in &self.banks {
+            // Wires lead from banks of less depth, which stand before this one in the image.
+            let Some((before, rest)) = self.image.split_at_mut_checked(bank.first_slot) else { break };
+            let Some(slots) = rest.get_mut(..bank.slots) else { break };
+            let Some((words, later)) = state.split_at_mut_checked(bank.state_words) else { break };
+            for wire in &bank.wires {
+                if let Some(slot) = slots.get_mut(wire.to as usize) {
+                    *slot = read(before, wire.from);
+                }
+            }
+            self.block_errors += bank.block_type.step_bank(slots, words, &cycle);
+            state = later;
+        }
+        for export in &mut self.exports {
+            let parcel = export.sender.input_buffer_mut();
+            for (value, slot) in parcel.values.iter_mut().zip(&export.slots) {
+                *value = read(&self.image, *slot);
+            }
+            parcel.source_ns = oldest_ns(&self.sources_ns, &export.sources);
+            export.sender.publish();
+        }
+    }
+
+    /// Sets an input, by its index in the plan, to a sample published at `publish_ns`. `false`: its
+    /// type cannot hold the sample, and the last good value stays.
+    pub fn set_input(&mut self, input: usize, sample: f64, publish_ns: u64) -> bool {
+        let holds = self.inputs.get(input).is_some_and(|input| input.value_type.holds(sample));
+        if holds {
+            self.write_input(input, sample, publish_ns);
+        }
+        holds
+    }
+
+    /// Sets an input back to its default, as if no sample had come yet.
+    pub fn reset_input(&mut self, input: usize) {
+        if let Some(default) = self.inputs.get(input).map(|input| input.default) {
+            self.write_input(input, default, 0);
+        }
+    }
+
+    fn write_input(&mut self, input: usize, value: f64, publish_ns: u64) {
+        if let Some(slot) = self.image.get_mut(input) {
+            *slot = value;
+        }
+        if let Some(source_ns) = self.sources_ns.get_mut(input) {
+            *source_ns = publish_ns;
+        }
+    }
+
+    /// Copies an output's signals, by its index in the plan, into a frame.
+    pub fn read_output(&self, output: usize, frame: &mut [f64]) {
+        let slots = self.outputs.get(output).map_or(&[][..], |output| &output.slots);
+        for (value, slot) in frame.iter_mut().zip(slots) {
+            *value = read(&self.image, *slot);
+        }
+    }
+
+    /// When the oldest sample that an output is computed from was published; 0: from none.
+    pub fn output_source_ns(&self, output: usize) -> u64 {
+        let sources = self.outputs.get(output).map_or(&[][..], |output| &output.sources);
+        oldest_ns(&self.sources_ns, sources)
+    }
+
+    /// How many steps of blocks have reported an error since the start.
+    pub fn block_errors(&self) -> u64 {
+        self.block_errors
+    }
+
+    /// The process image.
+    pub fn image(&self) -> &[f64] {
+        &self.image
+    }
+
+    /// The blocks' private state. Image and state together are all that the next cycle depends on.
+    pub fn state(&self) -> &[u64] {
+        &self.state
+    }
+}
+
+#[inline]
+fn read(image: &[f64], slot: u32) -> f64 {
+    image.get(slot as usize).copied().unwrap_or_default()
+}
+
+fn oldest_ns(sources_ns: &[u64], sources: &[usize]) -> u64 {
+    sources
+        .iter()
+        .filter_map(|source| sources_ns.get(*source).copied())
+        .filter(|source_ns| *source_ns > 0)
+        .min()
+        .unwrap_or_default()
+}
+
+/// An engine whose links are being connected.
+struct Builder<'a> {
+    task: &'a TaskPlan,
+    obs: Vec<(i16, u64)>,
+    imports: Vec<Import>,
+    exports: Vec<Export>,
+}
+
+impl<'a> Builder<'a> {
+    fn new(task: &'a TaskPlan, obs: Vec<(i16, u64)>) -> Self {
+        Self { task, obs, imports: Vec::new(), exports: Vec::new() }
+    }
+
+    fn finish(self) -> TaskEngine {
+        let task = self.task;
+        let banks: Vec<Bank> = task
+            .banks
+            .iter()
+            .map(|bank| Bank {
+                block_type: bank.block_type,
+                first_slot: bank.first_slot,
+                slots: bank.instances.len() * bank.block_type.slots(),
+                state_words: bank.instances.len() * bank.block_type.state_words,
+                // The bank sees its own slots only, so its wires count from there.
+                wires: bank
+                    .wires
+                    .iter()
+                    .map(|wire| WirePlan { to: wire.to - bank.first_slot as u32, ..*wire })
+                    .collect(),
+            })
+            .collect();
+        let inputs: Box<[Input]> = task
+            .inputs
+            .iter()
+            .map(|input| Input { value_type: input.value_type, default: input.default })
+            .collect();
+        TaskEngine {
+            period_ns: task.period_ns,
+            obs: self.obs.into(),
+            image: task.image.as_slice().into(),
+            state: vec![0; banks.iter().map(|bank| bank.state_words).sum()].into(),
+            sources_ns: vec![0; inputs.len() + self.imports.len()].into(),
+            inputs,
+            imports: self.imports.into(),
+            previous: task.previous.as_slice().into(),
+            banks: banks.into(),
+            exports: self.exports.into(),
+            outputs: task
+                .outputs
+                .iter()
+                .map(|output| Output {
+                    slots: output.signals.iter().map(|signal| signal.slot as u32).collect(),
+                    sources: output.sources.as_slice().into(),
+                })
+                .collect(),
+            block_errors: 0,
+        }
+    }
+}

@@ -1,0 +1,53 @@
+//! In what order: from a configuration file to a process image that one call steps.
+//!
+//! Data goes one way: TOML, [`Config`](config::Config) (as written), [`Plan`] (resolved, checked,
+//! ordered), [`TaskEngine`] (image and banks), cycle. Strings and hash maps end at the plan.
+//!
+//! ```
+//! use isochrone_engine::{Plan, Rules, Source, TaskEngine};
+//!
+//! let text = r#"
+//!     [node]
+//!     name = "level"
+//!     [[task]]
+//!     name = "fast"
+//!     period = "100ms"
+//!     [[block]]
+//!     name = "ramp"
+//!     type = "LimRateOfChangeCI"
+//!     in = { value = 25.0, setChangeRate = 10.0 }
+//!     [[output]]
+//!     service = "plant/level"
+//!     signals = ["ramp.delayedValue"]
+//! "#;
+//! let plan = Plan::new(Source { name: "level.toml".into(), text: text.into() }, &Rules::default())?;
+//! let mut engines = TaskEngine::build(&plan);
+//! let engine = &mut engines[0];
+//! let mut frame = [0.0];
+//! for cycle in 0..3 {
+//!     engine.step(cycle);
+//!     engine.read_output(0, &mut frame);
+//! }
+//! assert_eq!(frame, [3.0]);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! There is no clock here, no operating system and no IPC.
+#![forbid(unsafe_code)]
+
+pub mod config;
+mod duration;
+mod engine;
+mod finding;
+mod parse;
+mod plan;
+mod section;
+mod source;
+
+pub use duration::{format_duration_ns, parse_duration_ns};
+pub use engine::TaskEngine;
+pub use finding::{Finding, Findings, Problem, Source};
+pub use plan::{
+    BankPlan, InputPlan, LinkPlan, OutputPlan, Plan, Rules, SignalPlan, TaskPlan, WirePlan,
+};
+pub use source::{MAX_BYTES, ReadError};

@@ -1,0 +1,242 @@
+//! From TOML to [`Config`].
+
+use isochrone_blocks::{PinType, is_cyclic_ob};
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::config::{Block, Config, Connection, Input, OnStale, Output, Overrun, Task, Wake};
+use crate::finding::Problem;
+use crate::section::{Errors, Rule, Section, parse_integer};
+use crate::{Finding, Source};
+
+/// Most instances that one entry may have.
+const MAX_COUNT: i64 = 10_000_000;
+/// A frame's channels are counted in 16 bits.
+const MAX_CHANNEL: i64 = 65_535;
+const PERIOD_NS: std::ops::RangeInclusive<u64> = 10_000..=3_600_000_000_000;
+
+const NODE_NAME: Rule = Rule {
+    accepts: |name| {
+        name.starts_with(|c: char| c.is_ascii_lowercase())
+            && name.chars().all(|c| matches!(c, 'a'..='z' | '0'..='9' | '_' | '-'))
+    },
+    form: "a lowercase letter, then lowercase letters, digits, _ and -",
+};
+
+const NAME: Rule = Rule {
+    accepts: |name| {
+        name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+            && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
+    },
+    form: "a letter or _, then letters, digits, _ and -",
+};
+
+/// Reads a configuration. Whatever could be read is in the [`Config`], the rest in the findings.
+pub(crate) fn parse(source: &Source) -> (Config, Vec<Finding>) {
+    let (document, syntax_errors) = DeTable::parse_recoverable(&source.text);
+    if !syntax_errors.is_empty() {
+        // What a broken file seems to say would only add errors that are none.
+        let findings = syntax_errors.iter().map(|error| {
+            let message = format!("this is not TOML: {}", error.message());
+            Finding::new(Problem::Syntax, error.span().unwrap_or_default(), message)
+        });
+        return (Config::default(), findings.collect());
+    }
+    let errors = Errors::default();
+    let file = Section::new("the file", document.get_ref(), 0..0, &errors);
+    let config = Config {
+        node: node(&file),
+        tasks: file.tables("task", "[[task]]").into_iter().map(task).collect(),
+        inputs: file.tables("input", "[[input]]").into_iter().map(input).collect(),
+        blocks: file.tables("block", "[[block]]").into_iter().map(block).collect(),
+        outputs: file.tables("output", "[[output]]").into_iter().map(output).collect(),
+    };
+    if file.get("task").is_none() {
+        let finding = Finding::new(Problem::MissingKey, 0..0, "the file has no [[task]]");
+        file.report(finding.help("a task gives the blocks their period: [[task]] name = \"main\", period = \"1ms\""));
+    }
+    file.finish();
+    (config, errors.into_inner())
+}
+
+fn node(file: &Section<'_>) -> Option<Spanned<String>> {
+    let Some(section) = file.table("node", "[node]") else {
+        if file.get("node").is_none() {
+            let finding = Finding::new(Problem::MissingKey, 0..0, "the file has no [node]");
+            file.report(finding.help("begin with [node] and name = \"…\""));
+        }
+        return None;
+    };
+    let name = section.name("name", &NODE_NAME);
+    section.finish();
+    name
+}
+
+fn task(section: Section<'_>) -> Task {
+    section.required("period");
+    let task = Task {
+        name: section.name("name", &NAME),
+        period_ns: section.duration_ns(
+            "period",
+            |period_ns| PERIOD_NS.contains(&period_ns),
+            "from \"10us\" to \"1h\"",
+        ),
+        ob: section
+            .integer("ob", |ob| i16::try_from(ob).is_ok_and(is_cyclic_ob), "30 to 38 or 123 to 32767")
+            .map(narrow),
+        phase_ns: section.duration_ns("phase", |_| true, "less than the period"),
+        priority: section
+            .integer("priority", |priority| (1..=89).contains(&priority), "a SCHED_FIFO priority from 1 to 89")
+            .map(|priority| narrow(priority).into_inner()),
+        cpu: section
+            .integer("cpu", |cpu| (0..=1023).contains(&cpu), "the number of a CPU, from 0 to 1023")
+            .map(|cpu| narrow(cpu).into_inner()),
+        wake: section
+            .choice(
+                "wake",
+                &[("sleep", Wake::Sleep), ("hybrid", Wake::Hybrid), ("spin", Wake::Spin)],
+            )
+            .map(Spanned::into_inner),
+        overrun: section
+            .choice(
+                "overrun",
+                &[
+                    ("skip", Overrun::Skip),
+                    ("catch_up", Overrun::CatchUp),
+                    ("stop", Overrun::Stop),
+                ],
+            )
+            .map(Spanned::into_inner),
+    };
+    if let (Some(phase), Some(period)) = (&task.phase_ns, &task.period_ns)
+        && phase.get_ref() >= period.get_ref()
+    {
+        let message = "[[task]] phase is not less than the period";
+        section.report(
+            Finding::new(Problem::OutOfRange, phase.span(), message)
+                .help("phase moves the releases within the period"),
+        );
+    }
+    section.finish();
+    task
+}
+
+fn input(section: Section<'_>) -> Input {
+    let types = PinType::ALL.map(|pin_type| (pin_type.as_str(), pin_type));
+    // WORD is a type of outputs: no pin of a library block takes one.
+    let value_type = section.choice("type", types.get(..4).unwrap_or_default());
+    let value_type = match (value_type, section.get("type")) {
+        (None, Some(_)) => None,
+        (value_type, _) => Some(value_type.map_or(PinType::Lreal, Spanned::into_inner)),
+    };
+    let input = Input {
+        name: section.name("name", &NAME),
+        value_type,
+        service: section.string("service"),
+        channel: section
+            .integer("channel", |channel| (0..=MAX_CHANNEL).contains(&channel), "from 0 to 65535")
+            .map_or(0, |channel| narrow(channel).into_inner()),
+        task: section.string("task"),
+        default: default_of(&section, value_type),
+        max_age_ns: section
+            .duration_ns("max_age", |age_ns| age_ns > 0, "longer than 0")
+            .map(Spanned::into_inner),
+        on_stale: section
+            .choice("on_stale", &[("hold", OnStale::Hold), ("default", OnStale::Default)])
+            .map_or(OnStale::Hold, Spanned::into_inner),
+    };
+    section.finish();
+    input
+}
+
+/// An input's default: a number, or for a BOOL also true or false.
+fn default_of(section: &Section<'_>, value_type: Option<PinType>) -> Option<Spanned<f64>> {
+    section.read("default", "a number", |value| {
+        let number = match (connection(value), value_type) {
+            (Some(Connection::Integer(integer)), _) => integer as f64,
+            (Some(Connection::Float(float)), _) => float,
+            (Some(Connection::Bool(bool)), Some(PinType::Bool) | None) => f64::from(u8::from(bool)),
+            _ => return Err(None),
+        };
+        if number.is_nan() || value_type.is_some_and(|value_type| !value_type.holds(number)) {
+            let range = value_type.map_or("LREAL", PinType::as_str);
+            return Err(Some(section.out_of_range("default", &number.to_string(), &format!("a number that {range} can hold, and not NaN"))));
+        }
+        Ok(number)
+    })
+}
+
+fn block(section: Section<'_>) -> Block {
+    section.required("type");
+    let pins = section.table("in", "[block.in]").map_or_else(Vec::new, |pins| {
+        pins.entries()
+            .map(|(pin, value)| {
+                let connection = connection(value.get_ref());
+                if connection.is_none() {
+                    let message = format!(
+                        "pin \"{}\" takes a number, true or false, or a wire, not {}",
+                        pin.get_ref(),
+                        value.get_ref().type_str()
+                    );
+                    pins.report(Finding::new(Problem::WrongType, value.span(), message));
+                }
+                (pin, connection.map(|connection| Spanned::new(value.span(), connection)))
+            })
+            .collect()
+    });
+    let block = Block {
+        name: section.name("name", &NAME),
+        block_type: section.string("type"),
+        task: section.string("task"),
+        count: section
+            .integer("count", |count| (1..=MAX_COUNT).contains(&count), "from 1 to 10000000")
+            .map(narrow),
+        pins,
+    };
+    section.finish();
+    block
+}
+
+fn output(section: Section<'_>) -> Output {
+    section.required("service");
+    section.required("signals");
+    let signals = section
+        .read("signals", "an array of strings", |value| {
+            let array = value.as_array().ok_or(None)?;
+            if array.is_empty() {
+                let finding = Finding::new(Problem::OutOfRange, 0..0, "[[output]] signals is empty");
+                return Err(Some(finding.help("name at least one \"block.pin\"")));
+            }
+            array
+                .iter()
+                .map(|item| match item.get_ref().as_str() {
+                    Some(signal) => Ok(Spanned::new(item.span(), signal.to_owned())),
+                    None => Err(None),
+                })
+                .collect()
+        })
+        .map_or_else(Vec::new, Spanned::into_inner);
+    let output =
+        Output { service: section.string("service"), task: section.string("task"), signals };
+    section.finish();
+    output
+}
+
+fn connection(value: &DeValue<'_>) -> Option<Connection> {
+    match value {
+        DeValue::Integer(integer) => Some(match parse_integer(integer) {
+            Some(integer) => Connection::Integer(integer),
+            None => Connection::Float(integer.as_str().parse().ok()?),
+        }),
+        DeValue::Float(float) => Some(Connection::Float(float.as_str().parse().ok()?)),
+        DeValue::Boolean(bool) => Some(Connection::Bool(*bool)),
+        DeValue::String(wire) => Some(Connection::Wire(wire.to_string())),
+        _ => None,
+    }
+}
+
+/// Narrows a number whose range was checked.
+fn narrow<T: TryFrom<i64> + Default>(number: Spanned<i64>) -> Spanned<T> {
+    let span = number.span();
+    Spanned::new(span, T::try_from(number.into_inner()).unwrap_or_default())
+}

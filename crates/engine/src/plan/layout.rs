@@ -1,0 +1,289 @@
+//! Where everything stands in the process images.
+
+use std::collections::{BTreeMap, HashMap};
+
+use toml::Spanned;
+
+use super::names::{Entry, Names};
+use super::wires::{Origin, Wiring};
+use super::{BankPlan, InputPlan, LinkPlan, OutputPlan, SignalPlan, TaskPlan, WirePlan};
+use crate::config::{self, Config, Wake};
+
+/// Most instances of a bank. The wires of a bank are copied just before it steps, so its slots
+/// (at most 24 of 8 bytes each) should still be in the first-level cache when it does.
+const BANK_INSTANCES: usize = 128;
+
+/// Lays out the images of a configuration without errors.
+pub(super) fn lay_out(
+    config: &Config,
+    names: &Names<'_>,
+    wiring: &Wiring,
+    depths: &[usize],
+) -> (Vec<TaskPlan>, Vec<LinkPlan>) {
+    let mut layout = Layout {
+        names,
+        wiring,
+        tasks: config.tasks.iter().map(task_plan).collect(),
+        input_slots: vec![(0, 0); config.inputs.len()],
+        first_slots: vec![0; names.instances()],
+        links: BTreeMap::new(),
+    };
+    layout.place_inputs(config);
+    layout.place_imports();
+    let banks = layout.place_banks(depths);
+    layout.wire(&banks);
+    layout.outputs(config);
+    layout.finish()
+}
+
+fn task_plan(task: &config::Task) -> TaskPlan {
+    TaskPlan {
+        name: task.name.as_ref().map(|name| name.get_ref().clone()).unwrap_or_default(),
+        period_ns: task.period_ns.as_ref().map_or(0, |period_ns| *period_ns.get_ref()),
+        phase_ns: task.phase_ns.as_ref().map_or(0, |phase_ns| *phase_ns.get_ref()),
+        ob: task.ob.as_ref().map(|ob| *ob.get_ref()),
+        priority: task.priority,
+        cpu: task.cpu,
+        wake: task.wake.unwrap_or(match task.priority {
+            Some(_) => Wake::Hybrid,
+            None => Wake::Sleep,
+        }),
+        overrun: task.overrun.unwrap_or_default(),
+        inputs: Vec::new(),
+        outputs: Vec::new(),
+        banks: Vec::new(),
+        previous: Vec::new(),
+        image: Vec::new(),
+    }
+}
+
+/// A link that is being filled.
+#[derive(Default)]
+struct Link {
+    origins: Vec<Origin>,
+    positions: HashMap<Origin, usize>,
+    first_slot: usize,
+}
+
+struct Layout<'a> {
+    names: &'a Names<'a>,
+    wiring: &'a Wiring,
+    tasks: Vec<TaskPlan>,
+    /// Task and slot of every input.
+    input_slots: Vec<(usize, usize)>,
+    /// First slot of every instance in its task's image.
+    first_slots: Vec<usize>,
+    /// Links by reader and producer.
+    links: BTreeMap<(usize, usize), Link>,
+}
+
+impl Layout<'_> {
+    fn place_inputs(&mut self, config: &Config) {
+        for (index, input) in config.inputs.iter().enumerate() {
+            let Some(name) = &input.name else { continue };
+            let Some(known) = self.names.inputs.get(name.get_ref().as_str()) else { continue };
+            let (Some(task), Some(value_type)) = (known.task, known.value_type) else { continue };
+            let plan = &mut self.tasks[task];
+            let default = input.default.as_ref().map_or(0.0, |default| *default.get_ref());
+            self.input_slots[index] = (task, plan.image.len());
+            plan.image.push(default);
+            plan.inputs.push(InputPlan {
+                name: name.get_ref().clone(),
+                value_type,
+                service: input.service.as_ref().map(|service| service.get_ref().clone()),
+                channel: input.channel as usize,
+                default,
+                max_age_ns: input.max_age_ns,
+                on_stale: input.on_stale,
+                span: name.span(),
+            });
+        }
+    }
+
+    fn task_of(&self, instance: usize) -> usize {
+        self.names.entry_of(instance).and_then(|entry| entry.task).unwrap_or_default()
+    }
+
+    fn task_of_origin(&self, origin: Origin) -> usize {
+        match origin {
+            Origin::Input(input) => self.input_slots[input].0,
+            Origin::Pin { instance, .. } => self.task_of(instance),
+        }
+    }
+
+    /// Gives every value that comes from another task a slot in its reader's image.
+    fn place_imports(&mut self) {
+        let wires = self.wiring.wires.iter().map(|wire| (wire.from, self.task_of(wire.to_instance)));
+        let signals = self.wiring.signals.iter().zip(&self.names.outputs).flat_map(|(signals, task)| {
+            signals.iter().map(|signal| (signal.from, task.unwrap_or_default()))
+        });
+        let crossing: Vec<(Origin, usize)> = wires
+            .chain(signals)
+            .filter(|(origin, reader)| self.task_of_origin(*origin) != *reader)
+            .collect();
+        let mut seen = std::collections::HashSet::new();
+        for (origin, reader) in crossing.into_iter().filter(|import| seen.insert(*import)) {
+            let producer = self.task_of_origin(origin);
+            let link = self.links.entry((reader, producer)).or_default();
+            link.positions.insert(origin, link.origins.len());
+            link.origins.push(origin);
+        }
+        for ((reader, _), link) in &mut self.links {
+            let image = &mut self.tasks[*reader].image;
+            link.first_slot = image.len();
+            image.resize(image.len() + link.origins.len(), 0.0);
+        }
+    }
+
+    /// Groups the instances into banks and places them; returns the instances of every bank.
+    fn place_banks(&mut self, depths: &[usize]) -> Vec<Vec<Vec<usize>>> {
+        // Within a depth, types come in the order in which the file first names them.
+        let mut groups: BTreeMap<(usize, usize, usize), Vec<usize>> = BTreeMap::new();
+        let mut first_of_type: HashMap<(usize, usize, &str), usize> = HashMap::new();
+        let entry_of = |instance| self.names.entry_of(instance);
+        for (instance, &depth) in depths.iter().enumerate() {
+            let Some(Entry { block_type: Some(block_type), .. }) = entry_of(instance) else { continue };
+            let task = self.task_of(instance);
+            let first = *first_of_type.entry((task, depth, block_type.name)).or_insert(instance);
+            groups.entry((task, depth, first)).or_default().push(instance);
+        }
+        let mut banks = vec![Vec::new(); self.tasks.len()];
+        for ((task, depth, _), instances) in groups {
+            for instances in instances.chunks(BANK_INSTANCES) {
+                self.place_bank(task, depth, instances);
+                banks[task].push(instances.to_vec());
+            }
+        }
+        banks
+    }
+
+    fn place_bank(&mut self, task: usize, depth: usize, instances: &[usize]) {
+        let Some(first) = instances.first().and_then(|first| self.names.entry_of(*first)) else { return };
+        let Some(block_type) = first.block_type else { return };
+        let plan = &mut self.tasks[task];
+        let first_slot = plan.image.len();
+        for &instance in instances {
+            self.first_slots[instance] = plan.image.len();
+            let entry = self.names.entries.partition_point(|entry| entry.first <= instance) - 1;
+            let constants = self.wiring.constants[entry].iter();
+            plan.image.extend(constants.map(|constant| constant.unwrap_or_default()));
+            plan.image.resize(plan.image.len() + block_type.outputs.len(), 0.0);
+        }
+        plan.banks.push(BankPlan {
+            block_type,
+            depth,
+            first_slot,
+            instances: instances.iter().map(|instance| self.names.instance_name(*instance)).collect(),
+            wires: Vec::new(),
+        });
+    }
+
+    /// Slot in the image of `reader` where a value is found.
+    fn slot(&self, origin: Origin, reader: usize) -> usize {
+        let producer = self.task_of_origin(origin);
+        if producer != reader {
+            let link = &self.links[&(reader, producer)];
+            return link.first_slot + link.positions[&origin];
+        }
+        match origin {
+            Origin::Input(input) => self.input_slots[input].1,
+            Origin::Pin { instance, pin } => self.output_slot(instance, pin),
+        }
+    }
+
+    fn output_slot(&self, instance: usize, pin: usize) -> usize {
+        let block_type = self.names.entry_of(instance).and_then(|entry| entry.block_type);
+        self.first_slots[instance] + block_type.map_or(0, |known| known.inputs.len()) + pin
+    }
+
+    fn wire(&mut self, banks: &[Vec<Vec<usize>>]) {
+        for (task, banks) in banks.iter().enumerate() {
+            for (bank, instances) in banks.iter().enumerate() {
+                for wire in instances.iter().flat_map(|i| self.wiring.into_instance(*i)) {
+                    let copy = WirePlan {
+                        from: index(self.slot(wire.from, task)),
+                        to: index(self.first_slots[wire.to_instance] + wire.to_pin),
+                    };
+                    let plan = &mut self.tasks[task];
+                    // Another task's value is that of its last finished cycle either way.
+                    let previous = wire.previous && (copy.from as usize) >= plan.banks[0].first_slot;
+                    if previous {
+                        plan.previous.push(copy);
+                    } else {
+                        plan.banks[bank].wires.push(copy);
+                    }
+                }
+            }
+        }
+    }
+
+    fn outputs(&mut self, config: &Config) {
+        let outputs = config.outputs.iter().zip(&self.wiring.signals).zip(&self.names.outputs);
+        for (position, ((output, signals), task)) in outputs.enumerate() {
+            let task = task.unwrap_or_default();
+            let plan = OutputPlan {
+                position,
+                service: output.service.as_ref().map(|s| s.get_ref().clone()).unwrap_or_default(),
+                signals: output
+                    .signals
+                    .iter()
+                    .map(Spanned::get_ref)
+                    .zip(signals)
+                    .map(|(name, signal)| SignalPlan {
+                        name: name.clone(),
+                        value_type: signal.value_type,
+                        slot: self.slot(signal.from, task),
+                    })
+                    .collect(),
+                sources: self.sources(signals.iter().map(|signal| signal.from), task),
+            };
+            self.tasks[task].outputs.push(plan);
+        }
+    }
+
+    /// The sources of a task that values are computed from: everything that wires lead to, back to
+    /// its inputs and incoming links.
+    fn sources(&self, origins: impl Iterator<Item = Origin>, task: usize) -> Vec<usize> {
+        let mut sources = std::collections::BTreeSet::new();
+        let mut seen = std::collections::HashSet::new();
+        let mut open: Vec<Origin> = origins.collect();
+        while let Some(origin) = open.pop() {
+            let producer = self.task_of_origin(origin);
+            match origin {
+                _ if producer != task => {
+                    let links = self.links.keys().filter(|(reader, _)| *reader == task);
+                    let link = links.take_while(|(_, from)| *from != producer).count();
+                    sources.insert(self.tasks[task].inputs.len() + link);
+                }
+                Origin::Input(input) => {
+                    sources.insert(self.input_slots[input].1);
+                }
+                Origin::Pin { instance, .. } if seen.insert(instance) => {
+                    open.extend(self.wiring.into_instance(instance).iter().map(|wire| wire.from));
+                }
+                Origin::Pin { .. } => {}
+            }
+        }
+        sources.into_iter().collect()
+    }
+
+    fn finish(self) -> (Vec<TaskPlan>, Vec<LinkPlan>) {
+        let links = self
+            .links
+            .iter()
+            .map(|(&(to, from), link)| LinkPlan {
+                from,
+                to,
+                slots: link.origins.iter().map(|origin| index(self.slot(*origin, from))).collect(),
+                first_slot: link.first_slot,
+                sources: self.sources(link.origins.iter().copied(), from),
+            })
+            .collect();
+        (self.tasks, links)
+    }
+}
+
+/// Slots are counted in 32 bits: a wire is then one 64-bit word, and a million blocks need few.
+fn index(slot: usize) -> u32 {
+    u32::try_from(slot).unwrap_or(u32::MAX)
+}

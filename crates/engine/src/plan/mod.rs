@@ -1,0 +1,225 @@
+//! A configuration, resolved: every name is an index, every wire a pair of slots, every block in
+//! its place in the order.
+
+mod layout;
+mod names;
+mod order;
+mod probe;
+mod wires;
+
+use isochrone_blocks::{BlockType, CATALOGUE, PinType};
+
+use crate::config::{OnStale, Overrun, Wake};
+use crate::{Finding, Findings, Source, parse};
+
+/// What a configuration is checked against beside itself.
+pub struct Rules<'a> {
+    /// The block types that it may name.
+    pub catalogue: &'a [BlockType],
+    /// Whether the transport can carry a service of this name; `Err` says why not.
+    pub service_name: fn(&str) -> Result<(), String>,
+}
+
+impl Default for Rules<'_> {
+    /// The library's blocks, and any service name that is not empty.
+    fn default() -> Self {
+        Self {
+            catalogue: &CATALOGUE,
+            service_name: |name| match name {
+                "" => Err("it is empty".into()),
+                _ => Ok(()),
+            },
+        }
+    }
+}
+
+/// A node that can be run.
+#[derive(Debug)]
+pub struct Plan {
+    /// Name of the node.
+    pub node: String,
+    /// Its tasks in file order.
+    pub tasks: Vec<TaskPlan>,
+    /// Wires between tasks, one link for each pair of tasks.
+    pub links: Vec<LinkPlan>,
+    /// OB number and period in nanoseconds of every task that has a number.
+    pub obs: Vec<(i16, u64)>,
+    /// What is allowed but hardly meant.
+    pub warnings: Vec<Finding>,
+    /// Where it was read from.
+    pub source: Source,
+}
+
+/// One task: when it runs, and its process image.
+#[derive(Debug)]
+pub struct TaskPlan {
+    /// Unique name.
+    pub name: String,
+    /// Period in nanoseconds.
+    pub period_ns: u64,
+    /// Offset on the common grid in nanoseconds, less than the period.
+    pub phase_ns: u64,
+    /// OB number, if it has one.
+    pub ob: Option<i16>,
+    /// SCHED_FIFO priority, 1 to 89; `None`: normal scheduling.
+    pub priority: Option<u8>,
+    /// CPU to pin to.
+    pub cpu: Option<u32>,
+    /// How it waits for its releases.
+    pub wake: Wake,
+    /// What it does about releases that were missed.
+    pub overrun: Overrun,
+    /// Its inputs; input k stands in slot k of the image.
+    pub inputs: Vec<InputPlan>,
+    /// Its outputs in file order.
+    pub outputs: Vec<OutputPlan>,
+    /// Its blocks in the order in which they step.
+    pub banks: Vec<BankPlan>,
+    /// Copies of values of the cycle before, done before any block steps.
+    pub previous: Vec<WirePlan>,
+    /// The image before the first cycle: constants and defaults.
+    pub image: Vec<f64>,
+}
+
+/// One value that another process publishes.
+#[derive(Debug)]
+pub struct InputPlan {
+    /// Unique name.
+    pub name: String,
+    /// Type of its samples.
+    pub value_type: PinType,
+    /// Service that carries it; needed only to run.
+    pub service: Option<String>,
+    /// Index in the service's frame.
+    pub channel: usize,
+    /// Value before the first sample.
+    pub default: f64,
+    /// Age in nanoseconds beyond which it is stale.
+    pub max_age_ns: Option<u64>,
+    /// What it reads when it is stale.
+    pub on_stale: OnStale,
+    /// Place of its name in the file, for errors that only running can find.
+    pub span: std::ops::Range<usize>,
+}
+
+/// One frame that the node publishes every cycle of the task.
+#[derive(Debug)]
+pub struct OutputPlan {
+    /// Its place among the outputs of the file, from 0.
+    pub position: usize,
+    /// Service that carries it.
+    pub service: String,
+    /// Its channels.
+    pub signals: Vec<SignalPlan>,
+    /// The sources that it is computed from: inputs, then incoming links.
+    pub sources: Vec<usize>,
+}
+
+/// One channel of a frame.
+#[derive(Debug)]
+pub struct SignalPlan {
+    /// As written: `block.pin`.
+    pub name: String,
+    /// Type of the value.
+    pub value_type: PinType,
+    /// Where it stands in the image.
+    pub slot: usize,
+}
+
+/// Instances of one type at one depth, which step in one loop.
+#[derive(Debug)]
+pub struct BankPlan {
+    /// Their type.
+    pub block_type: BlockType,
+    /// Longest path of wires that leads here.
+    pub depth: usize,
+    /// First slot of the first instance.
+    pub first_slot: usize,
+    /// Their names, in order.
+    pub instances: Vec<String>,
+    /// Copies into the bank's slots, done before it steps.
+    pub wires: Vec<WirePlan>,
+}
+
+/// A copy of one slot of the image to another.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WirePlan {
+    /// Slot to copy from.
+    pub from: u32,
+    /// Slot to copy to.
+    pub to: u32,
+}
+
+/// Values that one task hands to another after each of its cycles.
+#[derive(Debug)]
+pub struct LinkPlan {
+    /// Index of the task that computes them.
+    pub from: usize,
+    /// Index of the task that reads them.
+    pub to: usize,
+    /// Their slots in the image of the first.
+    pub slots: Vec<u32>,
+    /// Their first slot in the image of the second; the others follow.
+    pub first_slot: usize,
+    /// The sources that they are computed from in the first task.
+    pub sources: Vec<usize>,
+}
+
+impl Plan {
+    /// Checks and resolves a configuration. All errors are found together.
+    pub fn new(source: Source, rules: &Rules<'_>) -> Result<Self, Findings> {
+        let (config, mut findings) = parse::parse(&source);
+        if findings.iter().any(|finding| finding.problem == crate::Problem::Syntax) {
+            return Err(Findings::new(source, findings));
+        }
+        let names = names::Names::resolve(&config, rules, &mut findings);
+        let wiring = wires::Wiring::resolve(&config, &names, &mut findings);
+        let depths = order::depths(&names, &wiring, &mut findings);
+        probe::constants(&names, &wiring, &mut findings);
+        if findings.iter().any(|finding| !finding.is_warning()) {
+            return Err(Findings::new(source, findings));
+        }
+        let (tasks, links) = layout::lay_out(&config, &names, &wiring, &depths);
+        Ok(Self {
+            node: config.node.as_ref().map(|node| node.get_ref().clone()).unwrap_or_default(),
+            tasks,
+            links,
+            obs: names.obs(),
+            warnings: findings,
+            source,
+        })
+    }
+
+    /// Number of block instances.
+    pub fn instances(&self) -> usize {
+        self.tasks.iter().flat_map(|task| &task.banks).map(|bank| bank.instances.len()).sum()
+    }
+
+    /// The output pin or input that a slot of a task's image holds, as a wire would name it, or the
+    /// input pin that it belongs to.
+    pub fn slot_name(&self, task: usize, slot: usize) -> String {
+        self.find_slot_name(task, slot).unwrap_or_default()
+    }
+
+    fn find_slot_name(&self, task: usize, slot: usize) -> Option<String> {
+        let plan = self.tasks.get(task)?;
+        if let Some(input) = plan.inputs.get(slot) {
+            return Some(input.name.clone());
+        }
+        let bank = plan.banks.partition_point(|bank| bank.first_slot <= slot);
+        if let Some(bank) = bank.checked_sub(1).and_then(|bank| plan.banks.get(bank)) {
+            let (stride, offset) = (bank.block_type.slots(), slot - bank.first_slot);
+            let mut pins = bank.block_type.inputs.iter().chain(bank.block_type.outputs);
+            let pin = pins.nth(offset % stride)?;
+            return Some(format!("{}.{}", bank.instances.get(offset / stride)?, pin.name));
+        }
+        let link = self.links.iter().filter(|link| link.to == task && link.first_slot <= slot).last()?;
+        let from = *link.slots.get(slot - link.first_slot)?;
+        self.find_slot_name(link.from, from as usize)
+    }
+
+    /// Looks a task up by name.
+    pub fn task_index(&self, name: &str) -> Option<usize> {
+        self.tasks.iter().position(|task| task.name == name)
+    }
+}

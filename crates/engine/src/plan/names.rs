@@ -1,0 +1,212 @@
+//! What the names of a configuration stand for.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use isochrone_blocks::{BlockType, PinType};
+use toml::Spanned;
+
+use super::Rules;
+use crate::Finding;
+use crate::config::{Block, Config};
+use crate::finding::Problem;
+
+/// Names resolved to indexes. Entries whose name, type or task is unknown are `None`; the errors
+/// about them are reported.
+pub(super) struct Names<'a> {
+    pub(super) tasks: Vec<TaskName>,
+    pub(super) inputs: HashMap<&'a str, InputName>,
+    pub(super) blocks: HashMap<&'a str, usize>,
+    /// One for each `[[block]]`, in file order.
+    pub(super) entries: Vec<Entry<'a>>,
+    /// The task of each `[[output]]`.
+    pub(super) outputs: Vec<Option<usize>>,
+}
+
+pub(super) struct TaskName {
+    pub(super) ob: Option<i16>,
+    pub(super) period_ns: u64,
+}
+
+#[derive(Clone, Copy)]
+pub(super) struct InputName {
+    pub(super) index: usize,
+    pub(super) task: Option<usize>,
+    pub(super) value_type: Option<PinType>,
+}
+
+/// The instances of one `[[block]]`.
+pub(super) struct Entry<'a> {
+    pub(super) name: &'a str,
+    pub(super) span: Range<usize>,
+    pub(super) block_type: Option<BlockType>,
+    pub(super) task: Option<usize>,
+    pub(super) count: usize,
+    /// Number of the first instance among all instances of the file.
+    pub(super) first: usize,
+}
+
+impl Entry<'_> {
+    /// Name of instance `index`: the entry's own, or with its number if it is one of several.
+    pub(super) fn instance_name(&self, index: usize) -> String {
+        if self.count == 1 { self.name.to_owned() } else { format!("{}.{index}", self.name) }
+    }
+}
+
+impl<'a> Names<'a> {
+    pub(super) fn resolve(
+        config: &'a Config,
+        rules: &Rules<'_>,
+        findings: &mut Vec<Finding>,
+    ) -> Self {
+        unique("task", config.tasks.iter().map(|task| task.name.as_ref()), findings);
+        unique("input", config.inputs.iter().map(|input| input.name.as_ref()), findings);
+        unique("block", config.blocks.iter().map(|block| block.name.as_ref()), findings);
+        unique("service", config.outputs.iter().map(|output| output.service.as_ref()), findings);
+        unique("ob", config.tasks.iter().map(|task| task.ob.as_ref()), findings);
+        let services = config.outputs.iter().map(|output| &output.service);
+        for service in services.chain(config.inputs.iter().map(|input| &input.service)).flatten() {
+            if let Err(reason) = (rules.service_name)(service.get_ref()) {
+                let message =
+                    format!("\"{}\" cannot be the name of a service: {reason}", service.get_ref());
+                findings.push(Finding::new(Problem::BadName, service.span(), message));
+            }
+        }
+
+        let tasks = Tasks::new(config);
+        let mut first = 0;
+        let mut entry = |block: &'a Block, findings: &mut Vec<Finding>| {
+            let (name, span) = match &block.name {
+                Some(name) => (name.get_ref().as_str(), name.span()),
+                None => ("", block.block_type.as_ref().map_or(0..0, Spanned::span)),
+            };
+            let block_type = block_type(block, rules, findings);
+            let task = tasks.resolve(block.task.as_ref(), "block", span.clone(), findings);
+            let count = block.count.as_ref().map_or(1, |count| *count.get_ref() as usize);
+            first += count;
+            Entry { name, span, block_type, task, count, first: first - count }
+        };
+        let entries: Vec<_> = config.blocks.iter().map(|block| entry(block, findings)).collect();
+        let inputs = config.inputs.iter().enumerate().filter_map(|(index, input)| {
+            let name = input.name.as_ref()?;
+            let task = tasks.resolve(input.task.as_ref(), "input", name.span(), findings);
+            let value_type = input.value_type;
+            Some((name.get_ref().as_str(), InputName { index, task, value_type }))
+        });
+        Self {
+            inputs: inputs.collect(),
+            blocks: entries.iter().enumerate().map(|(index, entry)| (entry.name, index)).collect(),
+            entries,
+            outputs: config
+                .outputs
+                .iter()
+                .map(|output| {
+                    let span = output.service.as_ref().map_or(0..0, Spanned::span);
+                    tasks.resolve(output.task.as_ref(), "output", span, findings)
+                })
+                .collect(),
+            tasks: config
+                .tasks
+                .iter()
+                .map(|task| TaskName {
+                    ob: task.ob.as_ref().map(|ob| *ob.get_ref()),
+                    // A period that could not be read stops the plan later; any will do until then.
+                    period_ns: task.period_ns.as_ref().map_or(1, |period_ns| *period_ns.get_ref()),
+                })
+                .collect(),
+        }
+    }
+
+    pub(super) fn obs(&self) -> Vec<(i16, u64)> {
+        self.tasks.iter().filter_map(|task| Some((task.ob?, task.period_ns))).collect()
+    }
+
+    /// Number of instances in the file.
+    pub(super) fn instances(&self) -> usize {
+        self.entries.last().map_or(0, |entry| entry.first + entry.count)
+    }
+
+    /// Entry that an instance belongs to.
+    pub(super) fn entry_of(&self, instance: usize) -> Option<&Entry<'a>> {
+        let next = self.entries.partition_point(|entry| entry.first <= instance);
+        self.entries.get(next.checked_sub(1)?)
+    }
+
+    /// Name of an instance.
+    pub(super) fn instance_name(&self, instance: usize) -> String {
+        self.entry_of(instance)
+            .map_or_else(String::new, |entry| entry.instance_name(instance - entry.first))
+    }
+}
+
+/// The names of the tasks.
+struct Tasks<'a> {
+    names: Vec<&'a str>,
+}
+
+impl<'a> Tasks<'a> {
+    fn new(config: &'a Config) -> Self {
+        let name = |task: &'a crate::config::Task| {
+            task.name.as_ref().map_or("", |name| name.get_ref().as_str())
+        };
+        Self { names: config.tasks.iter().map(name).collect() }
+    }
+
+    /// The task that is named, or the only one.
+    fn resolve(
+        &self,
+        task: Option<&Spanned<String>>,
+        of: &str,
+        span: Range<usize>,
+        findings: &mut Vec<Finding>,
+    ) -> Option<usize> {
+        let Some(task) = task else {
+            if self.names.len() > 1 {
+                let message = format!("this {of} does not say which task it belongs to");
+                findings.push(
+                    Finding::new(Problem::MissingKey, span, message)
+                        .help(format!("there are several tasks: {}", self.names.join(", "))),
+                );
+            }
+            return (self.names.len() == 1).then_some(0);
+        };
+        let index = self.names.iter().position(|name| name == task.get_ref());
+        if index.is_none() {
+            let message = format!("there is no task \"{}\"", task.get_ref());
+            findings.push(
+                Finding::new(Problem::UnknownTask, task.span(), message)
+                    .did_you_mean(task.get_ref(), self.names.iter().copied()),
+            );
+        }
+        index
+    }
+}
+
+fn block_type(block: &Block, rules: &Rules<'_>, findings: &mut Vec<Finding>) -> Option<BlockType> {
+    let written = block.block_type.as_ref()?;
+    let found = rules.catalogue.iter().find(|known| known.name == written.get_ref());
+    if found.is_none() {
+        let message = format!("there is no block type \"{}\"", written.get_ref());
+        findings.push(
+            Finding::new(Problem::UnknownBlockType, written.span(), message)
+                .did_you_mean(written.get_ref(), rules.catalogue.iter().map(|known| known.name)),
+        );
+    }
+    found.copied()
+}
+
+/// Reports every value that stands a second time.
+fn unique<'a, T: std::fmt::Display + Eq + std::hash::Hash + 'a>(
+    what: &str,
+    values: impl Iterator<Item = Option<&'a Spanned<T>>>,
+    findings: &mut Vec<Finding>,
+) {
+    let mut seen = std::collections::HashSet::new();
+    for value in values.flatten().filter(|value| !seen.insert(value.get_ref())) {
+        let message = format!("{what} \"{}\" is taken already", value.get_ref());
+        findings.push(
+            Finding::new(Problem::Duplicate, value.span(), message)
+                .help(format!("each {what} stands once; choose another")),
+        );
+    }
+}

@@ -1,0 +1,354 @@
+//! What stands at every input pin and in every frame: a constant, or a wire and where it comes from.
+
+use std::ops::Range;
+
+use isochrone_blocks::{BlockType, Pin, PinType};
+use toml::Spanned;
+
+use super::names::{Entry, Names};
+use crate::Finding;
+use crate::config::{Block, Config, Connection};
+use crate::finding::Problem;
+
+/// Stands for the number of an instance in a wire.
+const INSTANCE: &str = "{i}";
+
+/// Where a wire comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Origin {
+    /// An input of the node.
+    Input(usize),
+    /// An output pin of an instance.
+    Pin { instance: usize, pin: usize },
+}
+
+/// A wire into an instance's pin.
+pub(super) struct Wire {
+    pub(super) from: Origin,
+    pub(super) to_instance: usize,
+    pub(super) to_pin: usize,
+    /// It carries the value of the cycle before.
+    pub(super) previous: bool,
+    /// Where it stands in the file.
+    pub(super) span: Range<usize>,
+}
+
+/// A channel of a frame.
+pub(super) struct Signal {
+    pub(super) from: Origin,
+    pub(super) value_type: PinType,
+}
+
+/// Everything that is connected.
+pub(super) struct Wiring {
+    /// Wires in the order of the instances that they lead to.
+    pub(super) wires: Vec<Wire>,
+    /// For each entry the slots of its unwired input pins; `None` where a wire leads.
+    pub(super) constants: Vec<Vec<Option<f64>>>,
+    /// For each output its signals.
+    pub(super) signals: Vec<Vec<Signal>>,
+}
+
+impl Wiring {
+    pub(super) fn resolve(
+        config: &Config,
+        names: &Names<'_>,
+        findings: &mut Vec<Finding>,
+    ) -> Self {
+        let mut resolver = Resolver { names, findings };
+        let mut wires = Vec::new();
+        let mut constants = Vec::new();
+        for (block, entry) in config.blocks.iter().zip(&names.entries) {
+            let pins = resolver.pins(block, entry);
+            let from = wires.len();
+            for (pin, wire) in &pins.wired {
+                resolver.wire(entry, *pin, wire, &mut wires);
+            }
+            if let Some(new) = wires.get_mut(from..) {
+                new.sort_by_key(|wire: &Wire| wire.to_instance);
+            }
+            constants.push(pins.constants);
+        }
+        let signals = config.outputs.iter().map(|output| resolver.signals(&output.signals)).collect();
+        Self { wires, constants, signals }
+    }
+
+    /// The wires that lead to an instance.
+    pub(super) fn into_instance(&self, instance: usize) -> &[Wire] {
+        let start = self.wires.partition_point(|wire| wire.to_instance < instance);
+        let tail = self.wires.get(start..).unwrap_or_default();
+        let len = tail.partition_point(|wire| wire.to_instance == instance);
+        tail.get(..len).unwrap_or_default()
+    }
+}
+
+/// The input pins of an entry.
+#[derive(Default)]
+struct Pins<'a> {
+    constants: Vec<Option<f64>>,
+    wired: Vec<(usize, Spanned<&'a str>)>,
+}
+
+struct Resolver<'a, 'f> {
+    names: &'a Names<'a>,
+    findings: &'f mut Vec<Finding>,
+}
+
+impl Resolver<'_, '_> {
+    fn report(&mut self, finding: Finding) {
+        self.findings.push(finding);
+    }
+
+    /// Sorts an entry's connections into constants and wires, and reports what is wrong with them.
+    fn pins<'b>(&mut self, block: &'b Block, entry: &Entry<'_>) -> Pins<'b> {
+        let Some(block_type) = &entry.block_type else { return Pins::default() };
+        let mut pins = Pins {
+            constants: block_type.inputs.iter().map(|pin| pin.default).collect(),
+            wired: Vec::new(),
+        };
+        for (name, connection) in &block.pins {
+            let found = block_type.inputs.iter().position(|pin| pin.name == name.get_ref());
+            let Some(index) = found else {
+                self.report(unknown_input(block_type, name));
+                continue;
+            };
+            let (Some(connection), Some(pin)) = (connection, block_type.inputs.get(index)) else {
+                continue;
+            };
+            let constant = match connection.get_ref() {
+                Connection::Wire(wire) => {
+                    pins.wired.push((index, Spanned::new(connection.span(), wire)));
+                    None
+                }
+                constant => match constant_slot(constant, pin) {
+                    Ok(slot) => Some(slot),
+                    Err(finding) => {
+                        self.report(Finding { span: connection.span(), ..finding });
+                        continue;
+                    }
+                },
+            };
+            if let Some(slot) = pins.constants.get_mut(index) {
+                *slot = constant;
+            }
+        }
+        let connected = |pin: &Pin| block.pins.iter().any(|(name, _)| name.get_ref() == pin.name);
+        let missing: Vec<_> = block_type
+            .inputs
+            .iter()
+            .filter(|pin| pin.default.is_none() && !connected(pin))
+            .map(|pin| pin.name)
+            .collect();
+        if !missing.is_empty() {
+            let (noun, verb) = if missing.len() == 1 { ("pin", "is") } else { ("pins", "are") };
+            let message = format!(
+                "{noun} {} of block \"{}\" {verb} not connected",
+                missing.join(", "),
+                entry.name
+            );
+            self.report(
+                Finding::new(Problem::MissingPin, entry.span.clone(), message)
+                    .help(format!("{} has no default for them: set them in [block.in]", block_type.name)),
+            );
+        }
+        pins
+    }
+
+    /// Resolves a wire for every instance of an entry.
+    fn wire(&mut self, entry: &Entry<'_>, to_pin: usize, wire: &Spanned<&str>, wires: &mut Vec<Wire>) {
+        let Some(pin) = entry.block_type.and_then(|known| known.inputs.get(to_pin)) else { return };
+        let (text, previous) = match wire.get_ref().strip_suffix("@prev") {
+            Some(text) => (text, true),
+            None => (*wire.get_ref(), false),
+        };
+        let same_for_all = !text.contains(INSTANCE);
+        let mut resolved = None;
+        for index in 0..entry.count {
+            if resolved.is_none() || !same_for_all {
+                let text = text.replace(INSTANCE, &index.to_string());
+                match self.origin(&text, wire.span(), entry, index, same_for_all) {
+                    Some(origin) => resolved = Some(origin),
+                    // One error for the wire, not one for each instance.
+                    None => return,
+                }
+                if let Some((from, from_type)) = resolved
+                    && let Err(finding) = self.check(from, from_type, pin, &text, previous)
+                {
+                    self.report(Finding { span: wire.span(), ..finding });
+                    return;
+                }
+            }
+            let Some((from, _)) = resolved else { return };
+            let to_instance = entry.first + index;
+            wires.push(Wire { from, to_instance, to_pin, previous, span: wire.span() });
+        }
+    }
+
+    fn check(
+        &self,
+        from: Origin,
+        from_type: PinType,
+        pin: &Pin,
+        text: &str,
+        previous: bool,
+    ) -> Result<(), Finding> {
+        if previous && matches!(from, Origin::Input(_)) {
+            let message = format!("\"{text}\" is an input, which has no value of the cycle before");
+            return Err(Finding::new(Problem::UnknownSource, 0..0, message)
+                .help("@prev goes behind a block's output pin"));
+        }
+        if !from_type.feeds(pin.pin_type) {
+            let message =
+                format!("\"{text}\" is {from_type}, but pin {} takes {}", pin.name, pin.pin_type);
+            return Err(Finding::new(Problem::TypeMismatch, 0..0, message)
+                .help("a wire joins pins of the same type; INT also feeds LREAL"));
+        }
+        Ok(())
+    }
+
+    fn signals(&mut self, signals: &[Spanned<String>]) -> Vec<Signal> {
+        let nowhere = Entry {
+            name: "",
+            span: 0..0,
+            block_type: None,
+            task: None,
+            count: 1,
+            first: 0,
+        };
+        signals
+            .iter()
+            .filter_map(|signal| {
+                let (from, value_type) =
+                    self.origin(signal.get_ref(), signal.span(), &nowhere, 0, true)?;
+                Some(Signal { from, value_type })
+            })
+            .collect()
+    }
+
+    /// What a wire's text stands for; reports what is wrong with it. `None` without a report where
+    /// the error is known already.
+    fn origin(
+        &mut self,
+        text: &str,
+        span: Range<usize>,
+        reader: &Entry<'_>,
+        reader_index: usize,
+        same_for_all: bool,
+    ) -> Option<(Origin, PinType)> {
+        let mut parts = text.splitn(2, '.');
+        let (name, rest) = (parts.next().unwrap_or_default(), parts.next());
+        let Some(rest) = rest else {
+            if let Some(input) = self.names.inputs.get(name) {
+                return Some((Origin::Input(input.index), input.value_type?));
+            }
+            let finding = Finding::new(Problem::UnknownSource, span, format!("there is no input \"{name}\""));
+            let finding = match self.names.blocks.get(name).and_then(|b| self.names.entries.get(*b)) {
+                Some(entry) => finding.help(match entry.block_type?.outputs.first() {
+                    Some(pin) => format!("{name} is a block; name one of its output pins, such as \"{name}.{}\"", pin.name),
+                    None => format!("{name} is a block without outputs"),
+                }),
+                None => finding.did_you_mean(name, self.names.inputs.keys().copied()),
+            };
+            self.report(finding);
+            return None;
+        };
+        let found = self.names.blocks.get(name).and_then(|block| self.names.entries.get(*block));
+        let Some(entry) = found else {
+            let finding =
+                Finding::new(Problem::UnknownSource, span, format!("there is no block \"{name}\""));
+            self.report(finding.did_you_mean(name, self.names.blocks.keys().copied()));
+            return None;
+        };
+        let block_type = entry.block_type?;
+        let (index, pin_name) = match rest.split_once('.') {
+            Some((index, pin)) => match index.parse::<usize>() {
+                Ok(index) if index < entry.count => (index, pin),
+                _ => {
+                    let mut message = format!("there is no \"{name}.{index}\"");
+                    if !same_for_all {
+                        message += &format!(", which instance {reader_index} of {} is wired to", reader.name);
+                    }
+                    self.report(Finding::new(Problem::UnknownSource, span, message).help(
+                        match entry.count {
+                            1 => format!("{name} is a single block: \"{name}.{pin}\""),
+                            count => format!("the instances of {name} are {name}.0 to {name}.{}", count - 1),
+                        },
+                    ));
+                    return None;
+                }
+            },
+            None if entry.count > 1 => {
+                let finding = Finding::new(
+                    Problem::UnknownSource,
+                    span,
+                    format!("\"{text}\" does not say which of the {} instances of {name}", entry.count),
+                );
+                self.report(finding.help(format!(
+                    "\"{name}.0.{rest}\" is the first, \"{name}.{{i}}.{rest}\" the one with the reader's number"
+                )));
+                return None;
+            }
+            None => (0, rest),
+        };
+        let Some(pin) = block_type.outputs.iter().position(|pin| pin.name == pin_name) else {
+            self.report(unknown_output(&block_type, name, pin_name, span));
+            return None;
+        };
+        let value_type = block_type.outputs.get(pin)?.pin_type;
+        Some((Origin::Pin { instance: entry.first + index, pin }, value_type))
+    }
+}
+
+fn unknown_input(block_type: &BlockType, name: &Spanned<String>) -> Finding {
+    let message = format!("{} has no input pin \"{}\"", block_type.name, name.get_ref());
+    let finding = Finding::new(Problem::UnknownPin, name.span(), message);
+    if block_type.outputs.iter().any(|pin| pin.name == name.get_ref()) {
+        return finding.help(format!("{} is an output pin; it cannot be set", name.get_ref()));
+    }
+    finding.did_you_mean(name.get_ref(), block_type.inputs.iter().map(|pin| pin.name))
+}
+
+fn unknown_output(block_type: &BlockType, block: &str, pin: &str, span: Range<usize>) -> Finding {
+    let message = format!("block \"{block}\" ({}) has no output pin \"{pin}\"", block_type.name);
+    let finding = Finding::new(Problem::UnknownPin, span, message);
+    if block_type.inputs.iter().any(|input| input.name == pin) {
+        return finding.help(format!("{pin} is an input pin; a wire starts at an output pin"));
+    }
+    finding.did_you_mean(pin, block_type.outputs.iter().map(|pin| pin.name))
+}
+
+/// The slot of a constant, if its type is the pin's.
+fn constant_slot(constant: &Connection, pin: &Pin) -> Result<f64, Finding> {
+    let (written, slot) = match (constant, pin.pin_type) {
+        (Connection::Float(float), PinType::Lreal) if float.is_nan() => {
+            let message = format!("pin {} cannot be NaN", pin.name);
+            return Err(Finding::new(Problem::OutOfRange, 0..0, message)
+                .help("inf and -inf stand for \"no limit\""));
+        }
+        (Connection::Float(float), PinType::Lreal) => return Ok(*float),
+        (Connection::Bool(bool), PinType::Bool) => return Ok(f64::from(u8::from(*bool))),
+        (Connection::Integer(integer), PinType::Bool) => (integer.to_string(), None),
+        (Connection::Integer(integer), _) => (integer.to_string(), Some(*integer as f64)),
+        (Connection::Float(float), _) => (format!("{float:?}"), None),
+        (Connection::Bool(bool), _) => (bool.to_string(), None),
+        (Connection::Wire(wire), _) => (wire.clone(), None),
+    };
+    match slot {
+        Some(slot) if pin.pin_type.holds(slot) => Ok(slot),
+        Some(_) => {
+            let (min, max) = pin.pin_type.range().unwrap_or_default();
+            let message = format!("{written} does not fit pin {}", pin.name);
+            Err(Finding::new(Problem::OutOfRange, 0..0, message)
+                .help(format!("{} holds {min} to {max}", pin.pin_type)))
+        }
+        None => {
+            let message = format!("{written} is no {}, which pin {} takes", pin.pin_type, pin.name);
+            Err(Finding::new(Problem::TypeMismatch, 0..0, message).help(match pin.pin_type {
+                PinType::Lreal => "write a number such as 1.0",
+                PinType::Bool => "write true or false",
+                PinType::Time => "write whole milliseconds",
+                PinType::Int | PinType::Word => "write a whole number",
+            }))
+        }
+    }
+}

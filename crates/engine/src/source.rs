@@ -1,0 +1,75 @@
+//! Reading a configuration file, whatever it may turn out to be.
+
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::Path;
+
+use crate::Source;
+
+/// Longest configuration that is read, in bytes. A million blocks are a few lines (`count`), so a
+/// file beyond this is no configuration.
+pub const MAX_BYTES: u64 = 16 * 1024 * 1024;
+
+/// Why a configuration file could not be read.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ReadError {
+    /// The operating system refused.
+    #[error("cannot read {path}: {source}")]
+    Io {
+        /// The file.
+        path: String,
+        /// Why.
+        source: io::Error,
+    },
+    /// It is a directory.
+    #[error("{path} is a directory; name the configuration file in it")]
+    Directory {
+        /// The directory.
+        path: String,
+    },
+    /// It is longer than [`MAX_BYTES`].
+    #[error("{path} is larger than {} MiB, which no configuration is; blocks of one kind go into one entry with `count`", MAX_BYTES >> 20)]
+    TooLarge {
+        /// The file.
+        path: String,
+    },
+    /// It is not UTF-8.
+    #[error("{path} is not a text file: byte {offset} is not UTF-8; a configuration is TOML")]
+    NotText {
+        /// The file.
+        path: String,
+        /// First byte that is not UTF-8.
+        offset: usize,
+    },
+    /// It has no content.
+    #[error("{path} is empty; a configuration needs at least [node] and one [[task]]")]
+    Empty {
+        /// The file.
+        path: String,
+    },
+}
+
+impl Source {
+    /// Reads a file.
+    pub fn read(path: &Path) -> Result<Self, ReadError> {
+        let name = path.display().to_string();
+        let io = |source| ReadError::Io { path: name.clone(), source };
+        let file = File::open(path).map_err(io)?;
+        if file.metadata().map_err(io)?.is_dir() {
+            return Err(ReadError::Directory { path: name });
+        }
+        let mut bytes = Vec::new();
+        file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(io)?;
+        if bytes.len() as u64 > MAX_BYTES {
+            return Err(ReadError::TooLarge { path: name });
+        }
+        match String::from_utf8(bytes) {
+            Ok(text) if text.trim().is_empty() => Err(ReadError::Empty { path: name }),
+            Ok(text) => Ok(Self { name, text: text.into() }),
+            Err(error) => {
+                Err(ReadError::NotText { path: name, offset: error.utf8_error().valid_up_to() })
+            }
+        }
+    }
+}

@@ -1,0 +1,279 @@
+//! What can go wrong during set-up: each error names the thing, the place and the way out.
+
+use thiserror::Error;
+
+/// Why [`load_config`](crate::load_config) failed.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum ConfigError {
+    /// There is no file at the path that was given.
+    #[error(
+        "iceoryx2 configuration {path}: no such file; give an existing file, or none for the defaults"
+    )]
+    NotFound {
+        /// The path as given.
+        path: String,
+    },
+    /// The path is not UTF-8, is empty, is a directory or is longer than iceoryx2 can hold (255 bytes).
+    #[error(
+        "iceoryx2 configuration {path}: not a usable file path; use an ASCII path of at most 255 bytes"
+    )]
+    UnusablePath {
+        /// The path as given.
+        path: String,
+    },
+    /// The file exists but cannot be read.
+    #[error("iceoryx2 configuration {path}: cannot be read; check its permissions")]
+    Unreadable {
+        /// The path of the file.
+        path: String,
+    },
+    /// The file is not TOML or has a value of a wrong type.
+    #[error(
+        "iceoryx2 configuration {path}: not a valid iceoryx2 0.10 configuration; compare it with `iox2 config show`"
+    )]
+    Malformed {
+        /// The path of the file.
+        path: String,
+    },
+}
+
+/// Why [`Participant::join`](crate::Participant::join) failed.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum JoinError {
+    /// The name is longer than 128 bytes or is not ASCII.
+    #[error("node name {name:?}: iceoryx2 takes at most 128 ASCII characters")]
+    Name {
+        /// The name as given.
+        name: String,
+    },
+    /// The domain belongs to another user or cannot be written.
+    #[error(
+        "cannot join the iceoryx2 domain {domain}: no permission; all its processes must run as one user, or choose another root-path and prefix"
+    )]
+    Permission {
+        /// Root path and prefix.
+        domain: String,
+    },
+    /// iceoryx2 kept failing although it was tried for most of a second.
+    #[error(
+        "cannot join the iceoryx2 domain {domain}: {cause}; see that the root path is writable, and /dev/shm not full"
+    )]
+    Failed {
+        /// Root path and prefix.
+        domain: String,
+        /// What iceoryx2 said last.
+        cause: String,
+    },
+}
+
+/// Why [`check_service_name`](crate::check_service_name) refuses a name.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum ServiceNameError {
+    /// The name is empty.
+    #[error(
+        "the service name is empty; give 1 to 255 printable ASCII characters, such as \"plant/level\""
+    )]
+    Empty,
+    /// The name is longer than 255 bytes.
+    #[error("service name {name:?} is {length} bytes long; at most 255 are possible")]
+    TooLong {
+        /// The name as given.
+        name: String,
+        /// Its length in bytes.
+        length: usize,
+    },
+    /// The name has a control or a non-ASCII character.
+    #[error(
+        "service name {name:?} contains {character:?}; only printable ASCII characters are possible"
+    )]
+    Character {
+        /// The name as given.
+        name: String,
+        /// The first character that does not fit.
+        character: char,
+    },
+    /// The name begins with `iox2://`, which iceoryx2 keeps for itself.
+    #[error(
+        "service name {name:?} begins with \"iox2://\", which iceoryx2 keeps for itself; choose another beginning"
+    )]
+    Reserved {
+        /// The name as given.
+        name: String,
+    },
+}
+
+/// Why a [`FrameLayout`](crate::FrameLayout) cannot be written to or read from attributes.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum LayoutError {
+    /// A frame needs at least one signal.
+    #[error("the frame has no signal; give it at least one")]
+    Empty,
+    /// A signal's name or type has a character that the notation uses itself.
+    #[error(
+        "channel {channel}: {word:?} cannot be described; use printable ASCII without space and without {{ }} , * and not \"-\" alone"
+    )]
+    Word {
+        /// Index of the signal.
+        channel: usize,
+        /// Its name or type.
+        word: String,
+    },
+    /// The description is longer than iceoryx2's attributes can hold.
+    #[error(
+        "{signals} signals need {needed} attributes of 256 bytes, but an iceoryx2 0.10 service holds 8; number the signals' names in series (ramp.0.y, ramp.1.y …), shorten them, or split the frame"
+    )]
+    TooLarge {
+        /// How many signals the layout has.
+        signals: usize,
+        /// How many attributes would be needed.
+        needed: usize,
+    },
+    /// The attributes of an existing service do not follow the notation.
+    #[error(
+        "the service's attribute {key:?} is not understood at {at:?}; whoever creates the service must follow isochrone's notation or leave the attribute out"
+    )]
+    Malformed {
+        /// Which attribute.
+        key: String,
+        /// The word that cannot be read.
+        at: String,
+    },
+    /// `signals` and `types` do not describe the same number of channels.
+    #[error(
+        "the service's attributes name {signals} signals but {types} types; whoever creates the service must give as many of both"
+    )]
+    Uneven {
+        /// Number of words of `signals`.
+        signals: usize,
+        /// Number of words of `types`.
+        types: usize,
+    },
+}
+
+/// How the frames that a service carries differ from those that are needed.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum LayoutConflict {
+    /// The frames have too few channels.
+    #[error("its frames have {available} channels, {needed} are needed")]
+    TooFewChannels {
+        /// Channels of the frames.
+        available: usize,
+        /// Channels that are needed.
+        needed: usize,
+    },
+    /// A channel carries another type.
+    #[error("channel {channel} ({name}) carries {available}, {needed} is needed")]
+    ValueType {
+        /// Index of the channel.
+        channel: usize,
+        /// The signal's name, or `-` when nobody gave one.
+        name: String,
+        /// Type on the wire.
+        available: String,
+        /// Type that is needed.
+        needed: String,
+    },
+}
+
+/// Why a [`FramePublisher`](crate::FramePublisher) or [`FrameSubscriber`](crate::FrameSubscriber)
+/// could not be opened.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum OpenError {
+    /// The service name is not possible.
+    #[error(transparent)]
+    ServiceName(#[from] ServiceNameError),
+    /// The layout cannot be described, or the service's description not be read.
+    #[error("service {service:?}: {source}")]
+    Layout {
+        /// Name of the service.
+        service: String,
+        /// What is wrong with the layout.
+        source: LayoutError,
+    },
+    /// The service's frames are not those that the reader needs.
+    #[error(
+        "service {service:?} does not fit: {conflict}; correct the channel or the type on one side (a service keeps its layout until all its processes have ended)"
+    )]
+    LayoutConflict {
+        /// Name of the service.
+        service: String,
+        /// The difference.
+        conflict: LayoutConflict,
+    },
+    /// The service carries other messages than frames.
+    #[error(
+        "service {service:?} carries {carries}, but frames are {needs}; use another service name, or end all processes of the service and start again"
+    )]
+    OtherTypes {
+        /// Name of the service.
+        service: String,
+        /// Its types and sizes.
+        carries: String,
+        /// Types and sizes of a frame.
+        needs: String,
+    },
+    /// The service was made by another version of iceoryx2.
+    #[error(
+        "service {service:?} was created by another version of iceoryx2, this process has {ours}; run the same version everywhere, or separate the domains by prefix and root path"
+    )]
+    OtherVersion {
+        /// Name of the service.
+        service: String,
+        /// Version of this process.
+        ours: String,
+    },
+    /// Somebody writes the service already.
+    #[error(
+        "service {service:?} is written by {other} already; a service has one writer: end that one, or use another service name"
+    )]
+    SecondPublisher {
+        /// Name of the service.
+        service: String,
+        /// Node name, executable and process id of the other publisher.
+        other: String,
+    },
+    /// All places that the service's creator provided for are taken.
+    #[error(
+        "service {service:?} has no place for another {what} (its creator provided {limit}); end one, or end all of them and let a node of isochrone create the service"
+    )]
+    Full {
+        /// Name of the service.
+        service: String,
+        /// `publisher`, `subscriber` or `node`.
+        what: &'static str,
+        /// How many there can be.
+        limit: usize,
+    },
+    /// The service belongs to another user.
+    #[error(
+        "service {service:?} in {domain}: no permission; all its processes must run as one user"
+    )]
+    Permission {
+        /// Name of the service.
+        service: String,
+        /// Root path and prefix.
+        domain: String,
+    },
+    /// The service's files are damaged or were removed while it lived.
+    #[error(
+        "service {service:?} in {domain} is damaged; end all its processes, then remove its files in that place"
+    )]
+    Corrupted {
+        /// Name of the service.
+        service: String,
+        /// Root path and prefix.
+        domain: String,
+    },
+    /// iceoryx2 kept failing although it was tried for most of a second.
+    #[error(
+        "service {service:?} in {domain} cannot be opened: {cause}; see that /dev/shm is not full and that no peer hangs in its start, then try again"
+    )]
+    Failed {
+        /// Name of the service.
+        service: String,
+        /// Root path and prefix.
+        domain: String,
+        /// What iceoryx2 said last.
+        cause: String,
+    },
+}

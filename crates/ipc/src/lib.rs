@@ -1,0 +1,52 @@
+//! Frames of values between processes, over [iceoryx2] shared memory and without copying.
+//!
+//! A **frame** is one consistent snapshot of one cycle: a slice of `f64` with a [`FrameHeader`].
+//! A [`FramePublisher`] writes frames of one service, a [`FrameSubscriber`] reads them; both belong
+//! to a [`Participant`]. All are generic over the service variant, so the same ports run across
+//! processes ([`ipc::Service`]) and inside one ([`local::Service`]).
+//!
+//! Set-up (`join`, `open`) allocates, touches files, may wait for some hundred milliseconds and
+//! returns `Result`. The cycle (`send`, `newest`) never waits, never logs and counts what went
+//! wrong. What allocates or maps memory belongs in the *slack* between two cycles:
+//! [`FramePublisher::prepare`] and [`FrameSubscriber::maintain`].
+//!
+//! The services are plain iceoryx2: every other program, tool or language binding of the same
+//! version sees them. [`FrameLayout`] documents how a service names its signals.
+//!
+//! [iceoryx2]: https://docs.rs/iceoryx2/0.10.0
+
+mod backoff;
+mod config;
+mod error;
+mod header;
+mod layout;
+mod leftovers;
+mod notation;
+mod participant;
+mod peers;
+mod publisher;
+mod service;
+mod subscriber;
+
+pub use config::load_config;
+pub use error::{ConfigError, JoinError, LayoutConflict, LayoutError, OpenError, ServiceNameError};
+pub use header::FrameHeader;
+pub use iceoryx2::config::Config;
+pub use iceoryx2::prelude::LogLevel;
+pub use iceoryx2::service::{Service, ipc, local};
+pub use layout::{FrameLayout, SignalSpec};
+pub use leftovers::remove_leftovers;
+pub use participant::Participant;
+pub use publisher::{FramePublisher, PUBLISHER_PORT_NAME, PublisherCounters, Stamp};
+pub use service::check_service_name;
+pub use subscriber::{Depth, FrameRef, FrameSubscriber, SubscriberCounters};
+
+/// Makes iceoryx2 hand on only messages of `level` and above.
+///
+/// Messages go to `tracing` (the workspace enables iceoryx2's feature of that name), but
+/// iceoryx2 asks its own level first, and that is `Info` until somebody calls this.
+/// [`Participant::join`] makes it [`LogLevel::Warn`] unless this was called before.
+pub fn set_log_level(level: LogLevel) {
+    participant::LOG_LEVEL.get_or_init(|| ());
+    iceoryx2::prelude::set_log_level(level);
+}

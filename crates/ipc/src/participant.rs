@@ -1,0 +1,110 @@
+//! The process's membership in an iceoryx2 domain.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::OnceLock;
+use std::time::Duration;
+
+use iceoryx2::config::Config;
+use iceoryx2::node::{Node, NodeBuilder, NodeCreationFailure};
+use iceoryx2::prelude::{LogLevel, NodeName, SignalHandlingMode};
+
+use crate::backoff::Backoff;
+use crate::{JoinError, Service};
+
+/// Set once somebody chose a log level, so that joining does not override the choice.
+pub(crate) static LOG_LEVEL: OnceLock<()> = OnceLock::new();
+
+/// How long to wait, per dead node, for another process that is cleaning up after it.
+const CLEANUP_TIMEOUT: Duration = Duration::from_millis(200);
+
+/// A process (or a part of one) that takes part in an iceoryx2 domain; ports belong to one.
+///
+/// Ports stay usable after their participant was dropped; it then ends with the last of them.
+/// iceoryx2 installs no signal handler through it. It can be shared between threads; the ports of
+/// [`ipc::Service`](crate::ipc::Service) stay in the thread that opened them.
+#[derive(Debug)]
+pub struct Participant<S: Service> {
+    node: Node<S>,
+}
+
+impl<S: Service> Participant<S> {
+    /// Joins the domain of `config` under `name`, and removes what killed processes left in it.
+    ///
+    /// Takes milliseconds; waits up to a second for others that start at the same moment.
+    ///
+    /// # Errors
+    /// `name` is not a node name, or iceoryx2 cannot use the domain.
+    pub fn join(name: &str, config: &Config) -> Result<Self, JoinError> {
+        LOG_LEVEL.get_or_init(|| iceoryx2::prelude::set_log_level(LogLevel::Warn));
+        let node_name = NodeName::new(name).map_err(|_| JoinError::Name {
+            name: name.to_owned(),
+        })?;
+        let mut config = config.clone();
+        // iceoryx2 would clean up on its own when a node is made or dropped and when a service
+        // is opened. That is done here instead, see `clean_up`.
+        config.global.node.cleanup_dead_nodes_on_creation = false;
+        config.global.node.cleanup_dead_nodes_on_destruction = false;
+        config.global.service.cleanup_dead_nodes_on_open = false;
+
+        let mut backoff = Backoff::new();
+        let node = loop {
+            let created = NodeBuilder::new()
+                .name(&node_name)
+                .signal_handling_mode(SignalHandlingMode::Disabled)
+                .config(&config)
+                .create();
+            match created {
+                Ok(node) => break node,
+                Err(NodeCreationFailure::InsufficientPermissions) => {
+                    return Err(JoinError::Permission {
+                        domain: domain(&config),
+                    });
+                }
+                // Two processes that create the domain's first files at once can trip each other.
+                Err(_) if backoff.try_again() => {}
+                Err(cause) => {
+                    return Err(JoinError::Failed {
+                        domain: domain(&config),
+                        cause: cause.to_string(),
+                    });
+                }
+            }
+        };
+        let participant = Self { node };
+        participant.clean_up();
+        Ok(participant)
+    }
+
+    /// The name under which this participant joined.
+    pub fn name(&self) -> &str {
+        self.node.name().as_str()
+    }
+
+    /// Removes what killed processes left: their ports, samples and files.
+    ///
+    /// Touches many files; never call it in a cycle. Others that clean up at the same time are
+    /// waited for, 200 ms at most per dead process.
+    pub fn clean_up(&self) {
+        // iceoryx2 panics when it meets a node that is between "created" and "alive"
+        // (eclipse-iceoryx/iceoryx2#1880). That node is not dead, so there is nothing to do.
+        let _ = catch_unwind(AssertUnwindSafe(|| {
+            self.node.blocking_cleanup_dead_nodes(CLEANUP_TIMEOUT)
+        }));
+    }
+
+    pub(crate) fn node(&self) -> &Node<S> {
+        &self.node
+    }
+
+    pub(crate) fn domain(&self) -> String {
+        domain(self.node.config())
+    }
+}
+
+fn domain(config: &Config) -> String {
+    format!(
+        "{} (prefix {})",
+        config.global.root_path(),
+        config.global.prefix
+    )
+}

@@ -1,0 +1,45 @@
+//! What a port knows about the ports at the other end.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use iceoryx2::port::{DegradationAction, DegradationFn};
+
+/// Counts peers that come and go, and connections to them that failed.
+#[derive(Debug, Default)]
+pub(crate) struct Peers {
+    present: usize,
+    changes: u64,
+    failures: Arc<AtomicU64>,
+}
+
+impl Peers {
+    /// A handler that counts a failed connection and lets the port go on with the others.
+    ///
+    /// iceoryx2's own handler logs a warning, and it runs inside `send` and `receive`.
+    pub(crate) fn counting_handler(&self) -> impl DegradationFn + use<> {
+        let failures = Arc::clone(&self.failures);
+        move |_, _: &_| {
+            failures.fetch_add(1, Ordering::Relaxed);
+            DegradationAction::Ignore
+        }
+    }
+
+    /// Takes note of how many peers there are, and returns whether that changed.
+    pub(crate) fn note(&mut self, present: usize) -> bool {
+        let changed = present != self.present;
+        self.present = present;
+        self.changes += u64::from(changed);
+        changed
+    }
+
+    /// How often the number of peers was seen to change.
+    pub(crate) fn changes(&self) -> u64 {
+        self.changes
+    }
+
+    /// How many connections failed.
+    pub(crate) fn failures(&self) -> u64 {
+        self.failures.load(Ordering::Relaxed)
+    }
+}

@@ -1,0 +1,297 @@
+//! The writing end of a service.
+
+use iceoryx2::identifiers::UniquePublisherId;
+use iceoryx2::node::{NodeState, NodeView};
+use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
+use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, CallbackProgression, PortName};
+use iceoryx2::sample_mut::SampleMut;
+use iceoryx2::service::port_factory::PortFactory as _;
+
+use crate::backoff::Backoff;
+use crate::peers::Peers;
+use crate::service::{self, FrameService};
+use crate::{FrameHeader, FrameLayout, OpenError, Participant, Service};
+
+/// The port name by which frame publishers of this crate know each other.
+pub const PUBLISHER_PORT_NAME: &str = "isochrone";
+
+/// The frame that is being written, and the one that is on its way.
+const MAX_LOANED: usize = 2;
+
+/// What the sender knows about the frame it sends; see [`FrameHeader`] for the rest.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Stamp {
+    /// The cycle's index, skipped cycles included.
+    pub cycle: u64,
+    /// When the cycle was due, `CLOCK_MONOTONIC` nanoseconds.
+    pub release_ns: u64,
+    /// `publish_ns` of the oldest input that the frame was computed from; 0: none.
+    pub source_ns: u64,
+    /// Cycles lost since start.
+    pub missed: u64,
+}
+
+/// What a publisher did and what went wrong, since it was opened.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct PublisherCounters {
+    /// Frames sent.
+    pub sent: u64,
+    /// Calls of `send` that had no frame, because none could be loaned.
+    pub unsent: u64,
+    /// Frames that iceoryx2 refused or could deliver only in part.
+    pub send_errors: u64,
+    /// Calls of `prepare` that got no frame: readers hold on to too many.
+    pub loan_errors: u64,
+    /// How often the number of subscribers was seen to change; each change costs one `prepare`
+    /// or `send` some hundred microseconds.
+    pub connects: u64,
+    /// Connections to a subscriber that failed. iceoryx2 tries again only when the next peer
+    /// joins or leaves; until then the subscriber gets nothing.
+    pub connect_errors: u64,
+    /// Frames that reached fewer subscribers than there were, as `prepare` finds out afterwards.
+    /// A number that goes on growing means a failed connection and calls for opening anew.
+    pub silent: u64,
+}
+
+/// Publishes the frames of one service; its only writer.
+///
+/// [`prepare`](Self::prepare) in the slack, then in the cycle [`values_mut`](Self::values_mut) and
+/// [`send`](Self::send).
+#[derive(Debug)]
+pub struct FramePublisher<S: Service> {
+    prepared: Option<SampleMut<S, [f64], FrameHeader>>,
+    port: Publisher<S, [f64], FrameHeader>,
+    service: FrameService<S>,
+    channels: usize,
+    next_sequence: u64,
+    /// How many subscribers the last frame was given to.
+    reached: Option<usize>,
+    peers: Peers,
+    counters: PublisherCounters,
+}
+
+impl<S: Service> FramePublisher<S> {
+    /// Opens `service` for writing frames of `layout`; creates it when there is none.
+    ///
+    /// A publisher that a killed process left is removed. One that lives is an error; publishers
+    /// that are not ours do not count, so a link may mirror its peer's frames into the service:
+    /// ours carry the port name [`PUBLISHER_PORT_NAME`].
+    ///
+    /// # Errors
+    /// The name, the layout or the existing service does not fit, or somebody writes it already.
+    pub fn open(
+        participant: &Participant<S>,
+        service: &str,
+        layout: &FrameLayout,
+    ) -> Result<Self, OpenError> {
+        let opened = service::open_or_create(participant, service, layout)?;
+        // What stands in an existing service are readers' expectations, or what the writer before
+        // this one promised them.
+        let promised = service::layout_of(&opened, service)?;
+        let needed = FrameLayout {
+            signals: promised.signals,
+            period_ns: None,
+        };
+        let fits = match layout.signals.len() < needed.signals.len() {
+            true => Err(crate::LayoutConflict::TooFewChannels {
+                available: layout.signals.len(),
+                needed: needed.signals.len(),
+            }),
+            false => layout.serves(&needed),
+        };
+        fits.map_err(|conflict| OpenError::LayoutConflict {
+            service: service.to_owned(),
+            conflict,
+        })?;
+
+        let channels = layout.signals.len();
+        let peers = Peers::default();
+        let port = sole_port(participant, service, &opened, channels, &peers)?;
+        let mut publisher = Self {
+            prepared: None,
+            port,
+            service: opened,
+            channels,
+            next_sequence: 0,
+            reached: None,
+            peers,
+            counters: PublisherCounters::default(),
+        };
+        publisher.prepare();
+        Ok(publisher)
+    }
+
+    /// Gets the next frame ready, all zero, and connects to subscribers that joined.
+    ///
+    /// For the slack: iceoryx2 allocates, and maps memory when a peer joined or left. Returns
+    /// whether there is a frame; if one was ready already, it stays as it is.
+    pub fn prepare(&mut self) -> bool {
+        // Failures are counted by the handler that the port was given.
+        let _ = self.port.update_connections();
+        let subscribers = self.subscribers();
+        // Right after somebody came or went the numbers may differ, which means nothing.
+        let settled = !self.peers.note(subscribers);
+        if settled
+            && self
+                .reached
+                .take()
+                .is_some_and(|reached| reached < subscribers)
+        {
+            self.counters.silent += 1;
+        }
+        if self.prepared.is_none() {
+            match self.port.loan_slice(self.channels) {
+                Ok(frame) => self.prepared = Some(frame),
+                Err(_) => self.counters.loan_errors += 1,
+            }
+        }
+        self.prepared.is_some()
+    }
+
+    /// The values of the prepared frame, one per channel; `None` when there is no frame.
+    pub fn values_mut(&mut self) -> Option<&mut [f64]> {
+        self.prepared.as_mut().map(|frame| frame.payload_mut())
+    }
+
+    /// Sends the prepared frame and returns whether that worked.
+    ///
+    /// `now_ns` is asked once, right before sending, and becomes `publish_ns`. Never waits, logs
+    /// or panics. A frame that was not sent leaves a gap in the sequence, so readers see the loss.
+    pub fn send(&mut self, stamp: Stamp, now_ns: impl FnOnce() -> u64) -> bool {
+        let sequence = self.next_sequence;
+        self.next_sequence += 1;
+        let Some(mut frame) = self.prepared.take() else {
+            self.counters.unsent += 1;
+            return false;
+        };
+        let header = frame.user_header_mut();
+        *header = FrameHeader {
+            sequence,
+            cycle: stamp.cycle,
+            release_ns: stamp.release_ns,
+            publish_ns: 0,
+            source_ns: stamp.source_ns,
+            missed: stamp.missed,
+        };
+        header.publish_ns = now_ns();
+        match frame.send() {
+            Ok(reached) => {
+                self.counters.sent += 1;
+                self.reached = Some(reached);
+                true
+            }
+            Err(_) => {
+                self.counters.send_errors += 1;
+                false
+            }
+        }
+    }
+
+    /// What happened since the publisher was opened.
+    pub fn counters(&self) -> PublisherCounters {
+        PublisherCounters {
+            connects: self.peers.changes(),
+            connect_errors: self.peers.failures(),
+            ..self.counters
+        }
+    }
+
+    /// How many subscribers the service has now, connected or not.
+    ///
+    /// Not for the cycle: counting writes to shared memory and may repeat while peers come or go.
+    pub fn subscribers(&self) -> usize {
+        self.service.dynamic_config().number_of_subscribers()
+    }
+}
+
+/// Creates the port, and makes sure that it is the only one of ours.
+fn sole_port<S: Service>(
+    participant: &Participant<S>,
+    service: &str,
+    opened: &FrameService<S>,
+    channels: usize,
+    peers: &Peers,
+) -> Result<Publisher<S, [f64], FrameHeader>, OpenError> {
+    let name = PortName::new(PUBLISHER_PORT_NAME)
+        .map_err(|cause| service::failed(participant, service, cause))?;
+    let attempt = || {
+        // Looking first spares the readers a connection to a port that must go at once.
+        refuse_second(opened, service, None)?;
+        let created = opened
+            .publisher_builder()
+            .name(&name)
+            .max_loaned_samples(MAX_LOANED)
+            .initial_max_slice_len(channels)
+            // Anything else would map new memory in the middle of a cycle.
+            .allocation_strategy(AllocationStrategy::Static)
+            // With overflow on this never matters. With it off (somebody else created the
+            // service) the alternative is to wait for the reader, maybe for ever.
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .set_degradation_handler(peers.counting_handler())
+            .create();
+        let port = created.map_err(|cause| match cause {
+            PublisherCreateError::ExceedsMaxSupportedPublishers => OpenError::Full {
+                service: service.to_owned(),
+                what: "publisher",
+                limit: opened.static_config().max_publishers(),
+            },
+            cause => service::failed(participant, service, cause),
+        })?;
+        // Two that open at once may both pass the first look, but then at least one of them sees
+        // the other now, and steps back.
+        refuse_second(opened, service, Some(port.id()))?;
+        Ok(port)
+    };
+    let mut backoff = Backoff::new();
+    loop {
+        match attempt() {
+            Ok(port) => return Ok(port),
+            Err(refusal) => {
+                // Whoever is in the way may be dead, or about to leave.
+                participant.clean_up();
+                if !backoff.try_again() {
+                    return Err(refusal);
+                }
+            }
+        }
+    }
+}
+
+/// Fails when a publisher of ours other than `own` is on the service.
+fn refuse_second<S: Service>(
+    opened: &FrameService<S>,
+    service: &str,
+    own: Option<UniquePublisherId>,
+) -> Result<(), OpenError> {
+    let mut other = None;
+    opened.dynamic_config().list_publishers(|publisher| {
+        let ours = publisher.publisher_name.as_str() == PUBLISHER_PORT_NAME;
+        if ours && Some(publisher.publisher_id) != own {
+            other = Some(publisher.node_id);
+            return CallbackProgression::Stop;
+        }
+        CallbackProgression::Continue
+    });
+    let Some(node_id) = other else {
+        return Ok(());
+    };
+    let mut other = format!("a node that does not tell its name (id {node_id})");
+    // When the nodes cannot be listed, the id must do.
+    let _ = opened.nodes(|state| {
+        let details = match &state {
+            NodeState::Alive(node) if *node.id() == node_id => node.details(),
+            NodeState::Dead(node) if *node.id() == node_id => node.details(),
+            _ => return CallbackProgression::Continue,
+        };
+        if let Some(node) = details {
+            let (name, program, pid) = (node.name(), node.executable(), node.process_id());
+            other = format!("node \"{name}\" ({program}, pid {pid})");
+        }
+        CallbackProgression::Stop
+    });
+    Err(OpenError::SecondPublisher {
+        service: service.to_owned(),
+        other,
+    })
+}

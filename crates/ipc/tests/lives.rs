@@ -1,0 +1,199 @@
+//! What remains of processes that end, and of those that are killed.
+
+#![allow(clippy::unwrap_used, reason = "a test may fail")]
+
+mod common;
+
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+
+use common::{Domain, layout, send};
+use isochrone_ipc::{
+    ConfigError, Depth, FramePublisher, FrameSubscriber, Participant, Service, ipc, load_config,
+    remove_leftovers,
+};
+
+#[test]
+fn nothing_is_left_when_all_have_gone() {
+    let domain = Domain::new();
+    let node = domain.join::<ipc::Service>();
+    let shape = layout(&["a:LREAL"]);
+    let mut reader = FrameSubscriber::open(&node, "x", &shape, Depth::All).unwrap();
+    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    send(&mut writer, 1.0, 1);
+    let held = reader.newest();
+    assert!(domain.files().len() > 5);
+    assert!(
+        !remove_leftovers::<ipc::Service>(&domain.config),
+        "the domain is in use"
+    );
+    drop(node);
+    send(&mut writer, 2.0, 2);
+    drop(writer);
+    drop(held);
+    drop(reader);
+
+    let files = domain.files();
+    let counter = |file: &String| file.ends_with("_node.0_10_0.global_mgmt");
+    assert!(files.iter().all(counter) && files.len() == 1, "{files:?}");
+    assert!(remove_leftovers::<ipc::Service>(&domain.config));
+    assert_eq!(domain.files(), Vec::<String>::new());
+    assert!(!remove_leftovers::<ipc::Service>(&domain.config));
+}
+
+#[test]
+fn a_domain_lives_on_after_its_leftovers_were_removed() {
+    let domain = Domain::new();
+    drop(domain.join::<ipc::Service>());
+    assert!(remove_leftovers::<ipc::Service>(&domain.config));
+    let node = domain.join::<ipc::Service>();
+    FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+}
+
+#[test]
+fn a_publisher_that_lives_elsewhere_blocks_and_one_that_was_killed_does_not() {
+    let domain = Domain::new();
+    let shape = layout(&["a:LREAL"]);
+    let node = domain.join::<ipc::Service>();
+    let mut reader = FrameSubscriber::open(&node, "x", &shape, Depth::Newest).unwrap();
+    for life in 0..3 {
+        let mut child = start_publisher(&domain);
+        let error = FramePublisher::open(&node, "x", &shape)
+            .unwrap_err()
+            .to_string();
+        assert!(error.contains("\"victim\" (lives-"), "{error}");
+        assert!(error.contains(&format!("pid {})", child.id())), "{error}");
+        child.kill().unwrap();
+        child.wait().unwrap();
+
+        let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+        send(&mut writer, f64::from(life), 1_000 + life as u64);
+        let frame = reader.newest().unwrap();
+        assert_eq!(
+            frame.values(),
+            [f64::from(life)],
+            "the dead one's frames are older"
+        );
+    }
+    drop((reader, node));
+    remove_leftovers::<ipc::Service>(&domain.config);
+    assert_eq!(domain.files(), Vec::<String>::new());
+}
+
+#[test]
+fn joining_removes_what_a_killed_process_left() {
+    let domain = Domain::new();
+    let mut child = start_publisher(&domain);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(domain.files().len() > 5);
+    drop(domain.join::<ipc::Service>());
+    remove_leftovers::<ipc::Service>(&domain.config);
+    assert_eq!(domain.files(), Vec::<String>::new());
+}
+
+/// Runs this test binary again, as a process that publishes until it is killed.
+fn start_publisher(domain: &Domain) -> Child {
+    let mut child = Command::new(std::env::current_exe().unwrap())
+        .args([
+            "--exact",
+            "publishes_until_killed",
+            "--ignored",
+            "--nocapture",
+        ])
+        .env("ISOCHRONE_TEST_ROOT", domain.root())
+        .env("ISOCHRONE_TEST_PREFIX", domain.prefix())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let said = BufReader::new(child.stdout.take().unwrap()).lines();
+    let ready = said
+        .map(Result::unwrap)
+        .any(|line| line.ends_with("published"));
+    assert!(ready);
+    child
+}
+
+#[test]
+#[ignore = "is run by the tests that kill it"]
+fn publishes_until_killed() {
+    let Ok(root) = std::env::var("ISOCHRONE_TEST_ROOT") else {
+        return;
+    };
+    let config = Domain::config_of(&root, &std::env::var("ISOCHRONE_TEST_PREFIX").unwrap());
+    let node = Participant::<ipc::Service>::join("victim", &config).unwrap();
+    let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+    for n in 0..10 {
+        send(&mut writer, -1.0, n);
+    }
+    println!("\npublished");
+    std::thread::sleep(std::time::Duration::from_secs(60));
+}
+
+#[test]
+fn many_that_join_and_leave_at_once_all_succeed() {
+    let domain = Domain::new();
+    std::thread::scope(|scope| {
+        for thread in 0..8 {
+            let domain = &domain;
+            scope.spawn(move || {
+                for _ in 0..20 {
+                    let node = domain.join::<ipc::Service>();
+                    let service = format!("x{thread}");
+                    let shape = layout(&["a:LREAL"]);
+                    let mut writer = FramePublisher::open(&node, &service, &shape).unwrap();
+                    let mut reader =
+                        FrameSubscriber::open(&node, &service, &shape, Depth::All).unwrap();
+                    send(&mut writer, 1.0, 1);
+                    assert!(reader.newest().is_some());
+                }
+            });
+        }
+    });
+}
+
+#[test]
+fn a_node_name_that_cannot_be_is_refused() {
+    let domain = Domain::new();
+    for name in ["ü", &"x".repeat(129)] {
+        let error = Participant::<ipc::Service>::join(name, &domain.config).unwrap_err();
+        assert!(error.to_string().contains("at most 128 ASCII"), "{error}");
+    }
+}
+
+#[test]
+fn a_participant_can_be_shared_between_threads() {
+    fn shareable<T: Send + Sync>() {}
+    fn check<S: Service>() {
+        shareable::<Participant<S>>();
+    }
+    check::<ipc::Service>();
+}
+
+#[test]
+fn a_configuration_file_is_read_and_a_bad_one_named() {
+    let directory = tempfile::tempdir().unwrap();
+    let path = directory.path().join("iceoryx2.toml");
+    let missing = load_config(Some(&path)).unwrap_err();
+    assert!(matches!(missing, ConfigError::NotFound { .. }), "{missing}");
+
+    std::fs::write(&path, "[global]\nprefix = \"line7_\"\n").unwrap();
+    let config = load_config(Some(&path)).unwrap();
+    assert_eq!(config.global.prefix.to_string(), "line7_");
+    assert_eq!(config.global.creation_timeout.as_millis(), 20);
+
+    std::fs::write(&path, "[global]\nprefix = 7\n").unwrap();
+    let bad = load_config(Some(&path)).unwrap_err().to_string();
+    assert!(bad.contains(path.to_str().unwrap()), "{bad}");
+    assert!(
+        bad.contains("not a valid iceoryx2 0.10 configuration"),
+        "{bad}"
+    );
+
+    let unusable = load_config(Some(Path::new(""))).unwrap_err();
+    assert!(
+        matches!(unusable, ConfigError::UnusablePath { .. }),
+        "{unusable}"
+    );
+}

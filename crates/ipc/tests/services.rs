@@ -1,0 +1,485 @@
+//! Which services can be opened, and what is said of the others.
+
+#![allow(clippy::unwrap_used, reason = "a test may fail")]
+
+mod common;
+
+use std::sync::mpsc::{RecvTimeoutError, channel};
+
+use common::{Domain, layout, send};
+use iceoryx2::prelude::{NodeBuilder, ServiceName};
+use iceoryx2::service::port_factory::PortFactory as _;
+use isochrone_ipc::{
+    Depth, FrameHeader, FrameLayout, FramePublisher, FrameSubscriber, LayoutConflict, OpenError,
+    Service, ServiceNameError, SignalSpec, check_service_name,
+};
+
+for_both_variants! {
+    a_second_publisher_is_refused_and_told_who_the_first_is
+    a_service_of_another_payload_type_is_refused_with_both_sides_named
+    a_service_of_another_header_is_refused_with_both_sides_named
+    too_few_channels_are_refused
+    another_value_type_is_refused
+    a_writer_that_promises_less_than_its_readers_need_is_refused
+    readers_may_come_first_whatever_channels_they_need
+    an_observer_finds_no_service_where_there_is_none
+    an_observer_reads_the_layout_from_the_service
+    a_service_of_foreign_quality_is_taken_as_it_is
+    a_service_without_overflow_never_blocks_the_writer
+    whoever_creates_a_service_sets_its_quality
+    the_publisher_of_a_link_is_no_second_writer
+    a_full_service_says_so
+    opening_fails_for_a_name_that_cannot_be
+    a_description_that_is_not_ours_is_refused
+    publishers_that_open_at_once_end_as_one
+}
+
+fn a_second_publisher_is_refused_and_told_who_the_first_is<S: Service>() {
+    let domain = Domain::new();
+    let first = isochrone_ipc::Participant::<S>::join("the-first", &domain.config).unwrap();
+    let second = domain.join::<S>();
+    let shape = layout(&["a:LREAL"]);
+    let held = FramePublisher::open(&first, "plant/x", &shape).unwrap();
+    let error = FramePublisher::open(&second, "plant/x", &shape).unwrap_err();
+    let text = error.to_string();
+    assert!(matches!(error, OpenError::SecondPublisher { .. }), "{text}");
+    for part in [
+        "\"plant/x\"",
+        "\"the-first\"",
+        &format!("pid {}", std::process::id()),
+    ] {
+        assert!(text.contains(part), "{part} in {text}");
+    }
+    FramePublisher::open(&second, "plant/y", &shape).unwrap();
+    drop(held);
+    FramePublisher::open(&second, "plant/x", &shape).unwrap();
+}
+
+fn a_service_of_another_payload_type_is_refused_with_both_sides_named<S: Service>() {
+    let domain = Domain::new();
+    let other = NodeBuilder::new()
+        .config(&domain.config)
+        .create::<S>()
+        .unwrap();
+    let _service = other
+        .service_builder(&ServiceName::new("x").unwrap())
+        .publish_subscribe::<u64>()
+        .user_header::<FrameHeader>()
+        .create()
+        .unwrap();
+    let node = domain.join::<S>();
+    let shape = layout(&["a:LREAL"]);
+    let errors = [
+        FramePublisher::open(&node, "x", &shape)
+            .map(drop)
+            .unwrap_err(),
+        FrameSubscriber::open(&node, "x", &shape, Depth::All)
+            .map(drop)
+            .unwrap_err(),
+        FrameSubscriber::open_existing(&node, "x", Depth::All)
+            .map(drop)
+            .unwrap_err(),
+    ];
+    for error in errors {
+        let text = error.to_string();
+        assert!(matches!(error, OpenError::OtherTypes { .. }), "{text}");
+        assert!(text.contains("carries u64 (elements of 8 bytes)"), "{text}");
+        assert!(
+            text.contains("frames are [f64] (elements of 8 bytes)"),
+            "{text}"
+        );
+    }
+}
+
+fn a_service_of_another_header_is_refused_with_both_sides_named<S: Service>() {
+    let domain = Domain::new();
+    let other = NodeBuilder::new()
+        .config(&domain.config)
+        .create::<S>()
+        .unwrap();
+    let _service = other
+        .service_builder(&ServiceName::new("x").unwrap())
+        .publish_subscribe::<[f64]>()
+        .user_header::<[u64; 6]>()
+        .create()
+        .unwrap();
+    let error = FramePublisher::open(&domain.join::<S>(), "x", &layout(&["a:LREAL"])).unwrap_err();
+    let text = error.to_string();
+    assert!(text.contains("user header [u64; 6] (48 bytes)"), "{text}");
+    assert!(
+        text.contains("user header isochrone.FrameHeader.v1 (48 bytes)"),
+        "{text}"
+    );
+}
+
+fn too_few_channels_are_refused<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let _writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL", "b:LREAL"])).unwrap();
+    let needed = layout(&[":", ":", ":LREAL"]);
+    let error = FrameSubscriber::open(&node, "x", &needed, Depth::Newest).unwrap_err();
+    let conflict = LayoutConflict::TooFewChannels {
+        available: 2,
+        needed: 3,
+    };
+    assert_eq!(
+        error,
+        OpenError::LayoutConflict {
+            service: "x".to_owned(),
+            conflict
+        }
+    );
+    FrameSubscriber::open(&node, "x", &layout(&[":", ":LREAL"]), Depth::Newest).unwrap();
+}
+
+fn another_value_type_is_refused<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let _writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL", "valve:BOOL"])).unwrap();
+    let needed = layout(&[":", ":INT"]);
+    let error = FrameSubscriber::open(&node, "x", &needed, Depth::Newest).unwrap_err();
+    let text = error.to_string();
+    assert!(
+        text.contains("channel 1 (valve) carries BOOL, INT is needed"),
+        "{text}"
+    );
+}
+
+fn a_writer_that_promises_less_than_its_readers_need_is_refused<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let _reader = FrameSubscriber::open(&node, "x", &layout(&[":", ":INT"]), Depth::All).unwrap();
+    let short = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap_err();
+    assert!(
+        short.to_string().contains("1 channels, 2 are needed"),
+        "{short}"
+    );
+    let other = FramePublisher::open(&node, "x", &layout(&["a:LREAL", "b:BOOL"])).unwrap_err();
+    assert!(
+        other
+            .to_string()
+            .contains("channel 1 (b) carries BOOL, INT is needed"),
+        "{other}"
+    );
+    FramePublisher::open(&node, "x", &layout(&["a:LREAL", "b:INT", "c:LREAL"])).unwrap();
+}
+
+fn readers_may_come_first_whatever_channels_they_need<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let mut first = FrameSubscriber::open(&node, "x", &layout(&[":LREAL"]), Depth::Newest).unwrap();
+    let needed = layout(&[":", ":", ":INT"]);
+    let mut second = FrameSubscriber::open(&node, "x", &needed, Depth::Newest).unwrap();
+    let shape = layout(&["a:LREAL", "b:LREAL", "c:INT"]);
+    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    send(&mut writer, 1.0, 1);
+    assert_eq!(first.newest().unwrap().values(), [1.0, 0.0, 0.0]);
+    assert_eq!(second.newest().unwrap().values(), [1.0, 0.0, 0.0]);
+}
+
+fn an_observer_finds_no_service_where_there_is_none<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let found = FrameSubscriber::open_existing(&node, "x", Depth::All).unwrap();
+    assert!(found.is_none());
+    let found = FrameSubscriber::open_existing(&node, "x", Depth::All).unwrap();
+    assert!(found.is_none(), "looking does not create it");
+}
+
+fn an_observer_reads_the_layout_from_the_service<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let shape = layout(&["level.y:LREAL", "alarm:BOOL", "count:INT"]);
+    let _writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    let observer = FrameSubscriber::open_existing(&node, "x", Depth::All)
+        .unwrap()
+        .unwrap();
+    assert_eq!(*observer.layout(), shape);
+}
+
+fn a_service_of_foreign_quality_is_taken_as_it_is<S: Service>() {
+    let domain = Domain::new();
+    let other = NodeBuilder::new()
+        .config(&domain.config)
+        .create::<S>()
+        .unwrap();
+    let _service = other
+        .service_builder(&ServiceName::new("x").unwrap())
+        .publish_subscribe::<[f64]>()
+        .user_header::<FrameHeader>()
+        .history_size(3)
+        .subscriber_max_buffer_size(2)
+        .subscriber_max_borrowed_samples(1)
+        .max_publishers(1)
+        .max_subscribers(2)
+        .max_nodes(2)
+        .create()
+        .unwrap();
+    let node = domain.join::<S>();
+    let shape = layout(&["a:LREAL"]);
+    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    send(&mut writer, 0.0, 0);
+    let mut reader = FrameSubscriber::open(&node, "x", &shape, Depth::All).unwrap();
+    assert_eq!(
+        *reader.layout(),
+        FrameLayout::default(),
+        "the layout is unknown"
+    );
+    writer.prepare();
+    assert!(reader.newest().is_none(), "the history was not asked for");
+    for n in 1..100 {
+        send(&mut writer, n as f64, n);
+        send(&mut writer, n as f64 + 0.5, n);
+        assert_eq!(reader.newest().unwrap().values(), [n as f64 + 0.5]);
+    }
+    assert_eq!(reader.counters().receive_errors, 0);
+}
+
+fn a_service_without_overflow_never_blocks_the_writer<S: Service>() {
+    let (done, finished) = channel();
+    let scenario = std::thread::spawn(move || {
+        let domain = Domain::new();
+        let other = NodeBuilder::new()
+            .config(&domain.config)
+            .create::<S>()
+            .unwrap();
+        let _service = other
+            .service_builder(&ServiceName::new("x").unwrap())
+            .publish_subscribe::<[f64]>()
+            .user_header::<FrameHeader>()
+            .enable_safe_overflow(false)
+            .create()
+            .unwrap();
+        let node = domain.join::<S>();
+        let shape = layout(&["a:LREAL"]);
+        let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+        let _reader = FrameSubscriber::open(&node, "x", &shape, Depth::All).unwrap();
+        for n in 0..10 {
+            send(&mut writer, 0.0, n);
+        }
+        writer.prepare();
+        let missed = writer.counters().silent;
+        assert_eq!(missed, 8, "two fit, the reader missed the others");
+        done.send(()).unwrap();
+    });
+    // A writer that waits for its reader would do so for ever.
+    let timeout = std::time::Duration::from_secs(20);
+    let outcome = finished.recv_timeout(timeout);
+    assert_ne!(
+        outcome,
+        Err(RecvTimeoutError::Timeout),
+        "the writer is blocked"
+    );
+    scenario.join().unwrap();
+}
+
+fn whoever_creates_a_service_sets_its_quality<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let _writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+    let other = NodeBuilder::new()
+        .config(&domain.config)
+        .create::<S>()
+        .unwrap();
+    let service = other
+        .service_builder(&ServiceName::new("x").unwrap())
+        .publish_subscribe::<[f64]>()
+        .user_header::<FrameHeader>()
+        .open()
+        .unwrap();
+    let quality = service.static_config();
+    assert!(quality.has_safe_overflow());
+    assert_eq!(quality.history_size(), 0, "a command must not be stale");
+    assert_eq!(quality.subscriber_max_buffer_size(), 256);
+    assert_eq!(quality.subscriber_max_borrowed_samples(), 2);
+    assert_eq!(quality.max_publishers(), 2);
+    assert_eq!(quality.max_subscribers(), 16);
+    assert_eq!(quality.max_nodes(), 40);
+}
+
+fn the_publisher_of_a_link_is_no_second_writer<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let shape = layout(&["a:LREAL"]);
+    let _reader = FrameSubscriber::open(&node, "x", &shape, Depth::All).unwrap();
+    let link = NodeBuilder::new()
+        .config(&domain.config)
+        .create::<S>()
+        .unwrap();
+    let service = link
+        .service_builder(&ServiceName::new("x").unwrap())
+        .publish_subscribe::<[f64]>()
+        .user_header::<FrameHeader>()
+        .open()
+        .unwrap();
+    let mirror = service.publisher_builder().create().unwrap();
+    let writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    drop(writer);
+    let second_mirror = service.publisher_builder().create().unwrap();
+    let error = FramePublisher::open(&node, "x", &shape)
+        .unwrap_err()
+        .to_string();
+    assert!(error.contains("no place for another publisher"), "{error}");
+    drop((mirror, second_mirror));
+}
+
+fn a_full_service_says_so<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let shape = layout(&["a:LREAL"]);
+    let open = || FrameSubscriber::open(&node, "x", &shape, Depth::Newest);
+    let readers: Vec<_> = (0..16).map(|_| open().unwrap()).collect();
+    let error = open().unwrap_err().to_string();
+    assert!(error.contains("no place for another subscriber"), "{error}");
+    assert!(error.contains("provided 16"), "{error}");
+    drop(readers);
+    open().unwrap();
+}
+
+fn opening_fails_for_a_name_that_cannot_be<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let shape = layout(&["a:LREAL"]);
+    let error = FramePublisher::open(&node, "", &shape).unwrap_err();
+    assert_eq!(error, OpenError::ServiceName(ServiceNameError::Empty));
+    let error = FrameSubscriber::open_existing(&node, "a\nb", Depth::All).unwrap_err();
+    assert!(matches!(error, OpenError::ServiceName(_)));
+}
+
+fn a_description_that_is_not_ours_is_refused<S: Service>() {
+    let domain = Domain::new();
+    let other = NodeBuilder::new()
+        .config(&domain.config)
+        .create::<S>()
+        .unwrap();
+    let attributes = iceoryx2::prelude::AttributeSpecifier::new()
+        .define(&"signals".try_into().unwrap(), &"a b c".try_into().unwrap())
+        .unwrap()
+        .define(&"types".try_into().unwrap(), &"INT*2".try_into().unwrap())
+        .unwrap();
+    let _service = other
+        .service_builder(&ServiceName::new("x").unwrap())
+        .publish_subscribe::<[f64]>()
+        .user_header::<FrameHeader>()
+        .create_with_attributes(&attributes)
+        .unwrap();
+    let node = domain.join::<S>();
+    let error = FrameSubscriber::open_existing(&node, "x", Depth::All).unwrap_err();
+    assert!(
+        error.to_string().contains("3 signals but 2 types"),
+        "{error}"
+    );
+}
+
+fn publishers_that_open_at_once_end_as_one<S: Service>() {
+    const THREADS: usize = 4;
+    let domain = Domain::new();
+    let shape = layout(&["a:LREAL"]);
+    let node = domain.join::<S>();
+    // Services that exist already, so that all reach the port at the same time.
+    let names: Vec<String> = (0..3).map(|round| format!("x{round}")).collect();
+    let open = |name| FrameSubscriber::open(&node, name, &shape, Depth::Newest).unwrap();
+    let _readers: Vec<_> = names.iter().map(|name| open(name)).collect();
+    let together = std::sync::Barrier::new(THREADS);
+    let open_all = || {
+        let node = domain.join::<S>();
+        let open = |name: &String| {
+            together.wait();
+            let port = FramePublisher::open(&node, name, &shape);
+            together.wait();
+            usize::from(port.is_ok())
+        };
+        names.iter().map(open).collect::<Vec<_>>()
+    };
+    let opened: Vec<Vec<usize>> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..THREADS).map(|_| scope.spawn(open_all)).collect();
+        threads
+            .into_iter()
+            .map(|thread| thread.join().unwrap())
+            .collect()
+    });
+    for round in 0..names.len() {
+        let writers: usize = opened.iter().map(|thread| thread[round]).sum();
+        assert_eq!(writers, 1, "round {round}");
+    }
+}
+
+#[test]
+fn names_are_refused_with_the_rule_that_they_break() {
+    let long = "x".repeat(256);
+    let cases = [
+        ("", "1 to 255 printable ASCII"),
+        (long.as_str(), "at most 255"),
+        ("a\tb", "printable ASCII"),
+        ("füllstand", "'ü'"),
+        ("iox2://x", "keeps for itself"),
+    ];
+    for (name, rule) in cases {
+        let error = check_service_name(name).unwrap_err().to_string();
+        assert!(error.contains(rule), "{error}");
+    }
+    for name in ["a", "plant/analog", "with space", &long[..255]] {
+        assert_eq!(check_service_name(name), Ok(()));
+    }
+}
+
+#[test]
+fn a_thousand_signals_survive_the_attributes_of_a_service() {
+    let domain = Domain::new();
+    let node = domain.join::<isochrone_ipc::ipc::Service>();
+    let pins = [
+        ("y", "LREAL"),
+        ("done", "BOOL"),
+        ("count", "INT"),
+        ("et", "TIME"),
+    ];
+    let block = |i: usize| ["ramp", "filter", "timer"][i / 4 % 3];
+    let signals = (0..6000).map(|i| SignalSpec {
+        name: format!("{}{}.{}", block(i), i / 12, pins[i % 4].0),
+        value_type: pins[i % 4].1.to_owned(),
+    });
+    let mut signals: Vec<_> = signals.collect();
+    signals.sort_by_key(|signal| {
+        signal
+            .name
+            .split(|c: char| c.is_ascii_digit())
+            .next()
+            .map(str::len)
+    });
+    signals.extend((0..60).map(|i| SignalSpec {
+        name: format!("station{}.level{}x", i * 7 % 60, i * 13 % 17),
+        value_type: if i % 5 == 2 {
+            String::new()
+        } else {
+            "WORD".to_owned()
+        },
+    }));
+    let shape = FrameLayout {
+        signals,
+        period_ns: Some(u64::MAX),
+    };
+    assert_eq!(shape.check(), Ok(()));
+    let _writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    let observer = FrameSubscriber::open_existing(&node, "x", Depth::All)
+        .unwrap()
+        .unwrap();
+    assert_eq!(*observer.layout(), shape);
+}
+
+#[test]
+fn a_layout_that_does_not_fit_is_refused_with_the_limit() {
+    let mut shape = layout(&["a:LREAL"]);
+    shape.signals = (0..400)
+        .map(|i| SignalSpec {
+            name: format!("p{:x}", i * 7919 % 65_537),
+            value_type: "LREAL".to_owned(),
+        })
+        .collect();
+    let error = shape.check().unwrap_err().to_string();
+    assert!(error.contains("400 signals need"), "{error}");
+    assert!(error.contains("holds 8"), "{error}");
+    let error = layout(&[]).check().unwrap_err().to_string();
+    assert!(error.contains("at least one"), "{error}");
+    let error = layout(&["a b:LREAL"]).check().unwrap_err().to_string();
+    assert!(error.contains("\"a b\""), "{error}");
+}

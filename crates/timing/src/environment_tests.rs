@@ -1,0 +1,160 @@
+use std::path::PathBuf;
+
+use super::*;
+
+/// Path and content.
+type File = (&'static str, &'static str);
+
+/// A file tree in the temporary directory, removed again.
+struct Tree(PathBuf);
+
+impl Tree {
+    fn new(test: &str, files: &[File]) -> Self {
+        let root = std::env::temp_dir().join(format!("isochrone-{}-{test}", std::process::id()));
+        fs::create_dir_all(&root).unwrap();
+        for (path, text) in files {
+            let path = root.join(path);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
+        }
+        Self(root)
+    }
+
+    fn environment(&self) -> Environment {
+        Environment::read_below(&self.0)
+    }
+}
+
+impl Drop for Tree {
+    fn drop(&mut self) {
+        fs::remove_dir_all(&self.0).ok();
+    }
+}
+
+#[test]
+fn a_machine_that_shows_everything_is_read_completely() {
+    let tree = Tree::new(
+        "everything",
+        &[
+            ("proc/sys/kernel/osrelease", "6.18.44\n"),
+            (
+                "sys/kernel/debug/sched/preempt",
+                "none voluntary (full) lazy \n",
+            ),
+            ("sys/devices/system/cpu/online", "0-3,6\n"),
+            (
+                "proc/cpuinfo",
+                "processor : 0\nflags\t\t: fpu hypervisor sse\n",
+            ),
+            (
+                "sys/devices/system/clocksource/clocksource0/current_clocksource",
+                "tsc\n",
+            ),
+            (
+                "sys/devices/system/clocksource/clocksource0/available_clocksource",
+                "tsc kvm-clock\n",
+            ),
+            (
+                "sys/devices/system/cpu/cpufreq/policy0/scaling_governor",
+                "powersave\n",
+            ),
+            (
+                "sys/devices/system/cpu/cpufreq/policy1/scaling_governor",
+                "performance\n",
+            ),
+            (
+                "sys/devices/system/cpu/cpufreq/policy2/scaling_governor",
+                "powersave\n",
+            ),
+            ("sys/devices/system/cpu/isolated", "3\n"),
+            ("proc/sys/kernel/sched_rt_runtime_us", "950000\n"),
+            ("proc/sys/kernel/sched_rt_period_us", "1000000\n"),
+        ],
+    );
+    let some = |text: &str| Some(text.to_owned());
+    let expected = Environment {
+        kernel: some("6.18.44"),
+        preempt: some("full"),
+        cpus: 5,
+        hypervisor: some("kvm"),
+        clocksource: some("tsc"),
+        clock_read_ns: 0,
+        governor: some("performance,powersave"),
+        isolated_cpus: "3".to_owned(),
+        rt_throttling: some("950000/1000000"),
+    };
+    assert_eq!(tree.environment(), expected);
+}
+
+#[test]
+fn a_machine_that_shows_nothing_is_all_unknown() {
+    assert_eq!(
+        Tree::new("nothing", &[]).environment(),
+        Environment::default()
+    );
+}
+
+#[test]
+fn preemption_is_taken_from_the_best_source_there_is() {
+    let version = (
+        "proc/version",
+        "Linux version 6.1 (gcc 13) #1 SMP PREEMPT_DYNAMIC @0",
+    );
+    let rt = (
+        "proc/version",
+        "Linux version 6.1 (gcc 13) #1 SMP PREEMPT_RT Thu",
+    );
+    let silent = ("proc/version", "Linux version 6.1 (gcc 13) #1 SMP Thu");
+    let cases: [(&str, &[File], Option<&str>); 6] = [
+        ("dynamic", &[version], Some("dynamic")),
+        (
+            "cmdline",
+            &[version, ("proc/cmdline", "quiet preempt=lazy ro\n")],
+            Some("lazy"),
+        ),
+        (
+            "no-choice",
+            &[version, ("proc/cmdline", "quiet ro\n")],
+            Some("dynamic"),
+        ),
+        ("version-rt", &[rt], Some("rt")),
+        (
+            "sys-rt",
+            &[silent, ("sys/kernel/realtime", "1\n")],
+            Some("rt"),
+        ),
+        ("silent", &[silent], None),
+    ];
+    for (case, files, expected) in cases {
+        let tree = Tree::new(case, files);
+        assert_eq!(tree.environment().preempt.as_deref(), expected, "{case}");
+    }
+}
+
+#[test]
+fn a_hypervisor_is_named_as_well_as_it_shows_itself() {
+    let flag = ("proc/cpuinfo", "flags\t\t: fpu hypervisor\n");
+    let vendor = ("sys/class/dmi/id/sys_vendor", "VMware, Inc.\n");
+    let cases: [(&str, &[File], Option<&str>); 4] = [
+        (
+            "metal",
+            &[("proc/cpuinfo", "flags\t\t: fpu\n"), vendor],
+            None,
+        ),
+        ("flag-only", &[flag], Some("unknown")),
+        ("vendor", &[flag, vendor], Some("VMware, Inc.")),
+        ("xen", &[("sys/hypervisor/type", "xen\n")], Some("xen")),
+    ];
+    for (case, files, expected) in cases {
+        let tree = Tree::new(case, files);
+        assert_eq!(tree.environment().hypervisor.as_deref(), expected, "{case}");
+    }
+}
+
+#[test]
+fn this_machine_has_a_kernel_and_cpus_and_a_clock_that_takes_time_to_read() {
+    let environment = Environment::read();
+    assert!(environment.kernel.is_some());
+    assert!(environment.cpus > 0);
+    assert!(environment.clock_read_ns < 1_000_000, "{environment:?}");
+}

@@ -1,0 +1,36 @@
+//! **How well** it went: cycle records, distributions, the environment, and the report of a run.
+//!
+//! Plain data goes in, from the loop ([`CycleRecord`]) and from a subscriber ([`FrameRecord`]);
+//! a [`Report`] comes out, as JSON (serde, both ways) and as a table (`Display`). Nothing here runs
+//! on the real-time thread: records reach this crate through a ring.
+//!
+//! A number is only reported when the samples support it, see [`Summary`].
+//!
+//! ```
+//! use isochrone_timing::{CycleRecord, TaskTiming};
+//!
+//! let mut timing = TaskTiming::new(1_000_000).with_warm_up(0);
+//! timing.record(&CycleRecord {
+//!     cycle: 0, release_ns: 5_000_000, start_ns: 5_000_090, end_ns: 5_012_000, missed: 0, overruns: 0,
+//! });
+//! let task = timing.report("fast");
+//! assert_eq!(task.release_jitter_ns.max, Some(90));
+//! assert_eq!(task.response_ns.max, Some(12_000));
+//! assert_eq!(task.release_jitter_ns.p99, None, "one sample says nothing about a tail");
+//! ```
+
+mod distribution;
+mod environment;
+mod link;
+mod report;
+mod summary;
+mod table;
+mod task;
+mod units;
+
+pub use distribution::{Distribution, HIGHEST_NS};
+pub use environment::Environment;
+pub use link::{FrameRecord, LinkTiming};
+pub use report::{LinkReport, Report, TaskReport, Warning};
+pub use summary::Summary;
+pub use task::{CycleRecord, DEFAULT_WARM_UP_CYCLES, TaskTiming};

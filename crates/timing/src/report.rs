@@ -1,0 +1,132 @@
+//! The report of a run: one JSON document, the same shape from every verb.
+
+use jiff::Timestamp;
+use serde::{Deserialize, Serialize};
+
+use crate::environment::Environment;
+use crate::summary::Summary;
+
+/// What a run did and how punctual it was. `Display` is the table for a terminal.
+///
+/// Times are integer nanoseconds. When read, unknown keys are ignored and missing ones take their
+/// default, so that versions can read each other's reports; only `isochrone` is required.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// Version of the program that wrote the report.
+    pub isochrone: String,
+    /// The command line, without the program.
+    #[serde(default)]
+    pub command: Vec<String>,
+    /// When the run began: RFC 3339, UTC, whole seconds.
+    #[serde(default)]
+    pub started: String,
+    /// Where it ran.
+    #[serde(default)]
+    pub environment: Environment,
+    /// What was refused, and other reasons to read the numbers with care.
+    #[serde(default)]
+    pub warnings: Vec<Warning>,
+    /// The cyclic tasks.
+    #[serde(default)]
+    pub tasks: Vec<TaskReport>,
+    /// The streams of frames that were received.
+    #[serde(default)]
+    pub links: Vec<LinkReport>,
+}
+
+impl Report {
+    /// A report of a run that starts now, of this version, still without tasks and links.
+    pub fn new(command: Vec<String>, environment: Environment) -> Self {
+        Self {
+            isochrone: env!("CARGO_PKG_VERSION").to_owned(),
+            command,
+            started: Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string(),
+            environment,
+            ..Self::default()
+        }
+    }
+}
+
+/// A reason to read the numbers with care, and the way out.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Warning {
+    /// Stable code, such as `rt_denied`.
+    pub code: String,
+    /// What happened and why.
+    pub message: String,
+    /// What to do about it, in one line; empty if there is nothing to do.
+    pub remedy: String,
+}
+
+/// The timing of one cyclic task; the distributions are of the cycles that ran after the warm-up.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct TaskReport {
+    /// Name of the task.
+    pub name: String,
+    /// Its period, in ns.
+    pub period_ns: u64,
+    /// How it waited: `sleep`, `hybrid` or `spin`.
+    pub wake: String,
+    /// The scheduler that the kernel granted: `fifo:80`, `other`.
+    pub scheduler: String,
+    /// The CPU it was pinned to, `null` if it could move.
+    pub cpu: Option<usize>,
+    /// Cycles that ran, the warm-up included.
+    pub cycles: u64,
+    /// First cycles that are in no distribution.
+    pub warm_up_cycles: u64,
+    /// Releases that never ran, because the cycle before took too long or the wake-up came too late.
+    pub missed: u64,
+    /// Cycles that ended after the next release.
+    pub overruns: u64,
+    /// Cycles that ran but are in no distribution, because their records were dropped.
+    pub lost_records: u64,
+    /// First instruction of the cycle minus its due time.
+    pub release_jitter_ns: Summary,
+    /// End of the cycle (frame sent) minus its start.
+    pub execution_ns: Summary,
+    /// Frame sent minus due time.
+    pub response_ns: Summary,
+    /// |interval between two starts - interval between their due times|.
+    pub period_error_ns: Summary,
+    /// CPU time of the task's thread per elapsed time, 0 to 1; waiting by spinning counts.
+    pub cpu_fraction: f64,
+    /// Allocations by the cycles.
+    pub allocations: u64,
+    /// Page faults without I/O.
+    pub minor_faults: u64,
+    /// Page faults with I/O.
+    pub major_faults: u64,
+    /// Times that the thread gave up its CPU, as a sleep does.
+    pub voluntary_switches: u64,
+    /// Times that the CPU was taken away.
+    pub involuntary_switches: u64,
+    /// Block steps that ended with an error status.
+    pub block_errors: u64,
+    /// Samples that their declared type could not hold.
+    pub input_rejects: u64,
+    /// Peers that connected or left while the task ran.
+    pub connects: u64,
+}
+
+/// The timing of one stream of frames.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct LinkReport {
+    /// The service that was received.
+    pub service: String,
+    /// Frames received.
+    pub frames: u64,
+    /// Frames published and not received.
+    pub lost: u64,
+    /// Times that a publisher began anew.
+    pub restarts: u64,
+    /// Frames received per second.
+    pub rate_hz: Option<f64>,
+    /// Received minus published.
+    pub one_way_ns: Summary,
+    /// Received minus the publishing of the oldest input behind the frame.
+    pub end_to_end_ns: Summary,
+}

@@ -1,0 +1,41 @@
+//! A distribution in the few numbers that a report shows.
+
+use serde::{Deserialize, Serialize};
+
+/// Minimum, mean, percentiles and maximum of a distribution, in ns.
+///
+/// A percentile `p` is given only if at least one sample is expected beyond it, that is from
+/// `1 / (1 - p)` samples on: p50 from 2, p90 from 10, p99 from 100, p99.9 from 1000 and p99.99 from
+/// 10 000. Below that it would be the maximum under another name, so it is `None` and its key is
+/// left out of the JSON. An empty distribution is `{"count": 0}`. At the threshold a percentile
+/// still rests on one sample: compare runs only with ten times as many and more.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Summary {
+    /// Samples.
+    pub count: u64,
+    /// Smallest sample, exact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min: Option<u64>,
+    /// Mean, rounded to 0.1 ns.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mean: Option<f64>,
+    /// Median; percentiles lie at most 0.1 % above the sample they stand for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub p50: Option<u64>,
+    /// 90th percentile.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub p90: Option<u64>,
+    /// 99th percentile.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub p99: Option<u64>,
+    /// 99.9th percentile.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub p99_9: Option<u64>,
+    /// 99.99th percentile.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub p99_99: Option<u64>,
+    /// Largest sample, exact.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max: Option<u64>,
+}

@@ -1,0 +1,138 @@
+//! A report as a table for a terminal: plain ASCII, human units, the same order as the JSON.
+
+use std::fmt::{Display, Formatter, Result};
+
+use crate::environment::Environment;
+use crate::report::{LinkReport, Report, TaskReport, Warning};
+use crate::summary::Summary;
+use crate::units::{duration, period, three_digits};
+
+const LABEL_WIDTH: usize = 16;
+const COLUMN_WIDTH: usize = 9;
+const COLUMNS: [&str; 7] = ["min", "p50", "p90", "p99", "p99.9", "p99.99", "max"];
+/// Stands where the samples are too few.
+const UNKNOWN: &str = "-";
+
+impl Display for Report {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
+        writeln!(f, "isochrone {} {}", self.isochrone, self.command.join(" "))?;
+        writeln!(f, "started {}", self.started)?;
+        environment(f, &self.environment)?;
+        for report in &self.tasks {
+            task(f, report)?;
+        }
+        for report in &self.links {
+            link(f, report)?;
+        }
+        if !self.warnings.is_empty() {
+            writeln!(f)?;
+        }
+        self.warnings
+            .iter()
+            .try_for_each(|report| warning(f, report))
+    }
+}
+
+fn environment(f: &mut Formatter<'_>, environment: &Environment) -> Result {
+    let known = |value: &Option<String>| value.clone().unwrap_or_else(|| UNKNOWN.to_owned());
+    writeln!(
+        f,
+        "kernel {}, preempt {}, {} CPUs, hypervisor {}, clock {} ({} ns per reading)",
+        known(&environment.kernel),
+        known(&environment.preempt),
+        environment.cpus,
+        known(&environment.hypervisor),
+        known(&environment.clocksource),
+        environment.clock_read_ns,
+    )
+}
+
+fn task(f: &mut Formatter<'_>, task: &TaskReport) -> Result {
+    writeln!(f)?;
+    write!(
+        f,
+        "task {}: period {}, wake {}, scheduler {}",
+        task.name,
+        period(task.period_ns),
+        task.wake,
+        task.scheduler
+    )?;
+    match task.cpu {
+        Some(cpu) => writeln!(f, ", CPU {cpu}")?,
+        None => writeln!(f, ", any CPU")?,
+    }
+    write!(
+        f,
+        "  {} cycles, {} missed, {} overruns, {} warm-up cycles excluded",
+        task.cycles, task.missed, task.overruns, task.warm_up_cycles
+    )?;
+    if task.lost_records > 0 {
+        write!(f, ", {} records lost", task.lost_records)?;
+    }
+    writeln!(f)?;
+    heading(f)?;
+    row(f, "release jitter", &task.release_jitter_ns)?;
+    row(f, "execution", &task.execution_ns)?;
+    row(f, "response", &task.response_ns)?;
+    row(f, "period error", &task.period_error_ns)?;
+    writeln!(
+        f,
+        "  CPU {:.1} %, {} allocations, {} minor and {} major faults, {} voluntary and {} involuntary switches",
+        task.cpu_fraction * 100.0,
+        task.allocations,
+        task.minor_faults,
+        task.major_faults,
+        task.voluntary_switches,
+        task.involuntary_switches
+    )?;
+    writeln!(
+        f,
+        "  {} block errors, {} input rejects, {} connects",
+        task.block_errors, task.input_rejects, task.connects
+    )
+}
+
+fn link(f: &mut Formatter<'_>, link: &LinkReport) -> Result {
+    writeln!(f)?;
+    let rate = link
+        .rate_hz
+        .map_or_else(|| UNKNOWN.to_owned(), three_digits);
+    writeln!(f, "link {}: {} Hz", link.service, rate)?;
+    writeln!(
+        f,
+        "  {} frames, {} lost, {} restarts",
+        link.frames, link.lost, link.restarts
+    )?;
+    heading(f)?;
+    row(f, "one-way", &link.one_way_ns)?;
+    row(f, "end-to-end", &link.end_to_end_ns)
+}
+
+fn warning(f: &mut Formatter<'_>, warning: &Warning) -> Result {
+    writeln!(f, "warning [{}]: {}", warning.code, warning.message)?;
+    if !warning.remedy.is_empty() {
+        writeln!(f, "  remedy: {}", warning.remedy)?;
+    }
+    Ok(())
+}
+
+fn heading(f: &mut Formatter<'_>) -> Result {
+    cells(f, "", COLUMNS.map(str::to_owned))
+}
+
+fn row(f: &mut Formatter<'_>, label: &str, s: &Summary) -> Result {
+    let cell = |ns: Option<u64>| ns.map_or_else(|| UNKNOWN.to_owned(), |ns| duration(ns as f64));
+    cells(
+        f,
+        label,
+        [s.min, s.p50, s.p90, s.p99, s.p99_9, s.p99_99, s.max].map(cell),
+    )
+}
+
+fn cells(f: &mut Formatter<'_>, label: &str, cells: [String; COLUMNS.len()]) -> Result {
+    write!(f, "  {label:<LABEL_WIDTH$}")?;
+    for cell in cells {
+        write!(f, "{cell:>COLUMN_WIDTH$}")?;
+    }
+    writeln!(f)
+}

@@ -1,0 +1,251 @@
+//! The timing of one cyclic task.
+
+use crate::distribution::Distribution;
+use crate::report::TaskReport;
+
+/// First cycles that are left out of the distributions unless told otherwise: caches and branch
+/// predictors are cold, peers are connecting, and an adaptive margin has not yet adapted.
+pub const DEFAULT_WARM_UP_CYCLES: u64 = 100;
+
+/// One cycle as the loop saw it, all times in ns on one clock. 48 bytes, made for a ring.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct CycleRecord {
+    /// Index on the grid from 0, missed releases included.
+    pub cycle: u64,
+    /// When the cycle was due.
+    pub release_ns: u64,
+    /// First clock reading of the cycle.
+    pub start_ns: u64,
+    /// After its frame was sent.
+    pub end_ns: u64,
+    /// Releases missed since the loop began.
+    pub missed: u64,
+    /// Overruns since the loop began, this cycle's included.
+    pub overruns: u64,
+}
+
+/// Takes in the cycle records of one task, in order, and tells how punctual it was.
+///
+/// - *release jitter*: start minus release.
+/// - *execution*: end minus start.
+/// - *response*: end minus release.
+/// - *period error*: the difference between the interval of two starts and the interval of their
+///   releases. Between consecutive cycles that is |interval - period|; across missed releases, or
+///   records lost on the way, the releases lie several periods apart and the starts should too.
+///
+/// The first [`DEFAULT_WARM_UP_CYCLES`] records are in no distribution. A missed release is in none
+/// either: it never ran, so it is counted.
+#[derive(Debug, Clone)]
+pub struct TaskTiming {
+    period_ns: u64,
+    warm_up_cycles: u64,
+    records: u64,
+    last: Option<CycleRecord>,
+    release_jitter: Distribution,
+    execution: Distribution,
+    response: Distribution,
+    period_error: Distribution,
+}
+
+impl TaskTiming {
+    /// Timing of a task with this period in ns.
+    pub fn new(period_ns: u64) -> Self {
+        Self {
+            period_ns,
+            warm_up_cycles: DEFAULT_WARM_UP_CYCLES,
+            records: 0,
+            last: None,
+            release_jitter: Distribution::new(),
+            execution: Distribution::new(),
+            response: Distribution::new(),
+            period_error: Distribution::new(),
+        }
+    }
+
+    /// Leaves out this many first records instead.
+    #[must_use]
+    pub fn with_warm_up(self, warm_up_cycles: u64) -> Self {
+        Self {
+            warm_up_cycles,
+            ..self
+        }
+    }
+
+    /// Takes in the next cycle.
+    pub fn record(&mut self, record: &CycleRecord) {
+        self.records += 1;
+        let last = self.last.replace(*record);
+        if self.records <= self.warm_up_cycles {
+            return;
+        }
+        let jitter_ns = record.start_ns.saturating_sub(record.release_ns);
+        self.release_jitter.record(jitter_ns);
+        self.execution
+            .record(record.end_ns.saturating_sub(record.start_ns));
+        self.response
+            .record(record.end_ns.saturating_sub(record.release_ns));
+        if let Some(last) = last {
+            let interval_ns = record.start_ns.saturating_sub(last.start_ns);
+            let due_interval_ns = record.release_ns.saturating_sub(last.release_ns);
+            self.period_error
+                .record(interval_ns.abs_diff(due_interval_ns));
+        }
+    }
+
+    /// Cycles that ran so far, those of the warm-up and those whose records were lost included.
+    pub fn cycles(&self) -> u64 {
+        // Every release up to the last record's either ran or was missed.
+        self.last.map_or(0, |last| {
+            last.cycle.saturating_add(1).saturating_sub(last.missed)
+        })
+    }
+
+    /// Cycles of the warm-up: seen, and in no distribution.
+    pub fn warm_up_cycles(&self) -> u64 {
+        self.records.min(self.warm_up_cycles)
+    }
+
+    /// Releases that were missed, the warm-up's included.
+    pub fn missed(&self) -> u64 {
+        self.last.map_or(0, |last| last.missed)
+    }
+
+    /// Cycles that ended after the next release, the warm-up's included.
+    pub fn overruns(&self) -> u64 {
+        self.last.map_or(0, |last| last.overruns)
+    }
+
+    /// Cycles that ran but whose records never came, because the ring was full.
+    pub fn lost_records(&self) -> u64 {
+        self.cycles().saturating_sub(self.records)
+    }
+
+    /// The report of a task of this name. What the records do not know (wake, scheduler, CPU,
+    /// usage, block counters) is left for the caller to fill in.
+    pub fn report(&self, name: impl Into<String>) -> TaskReport {
+        TaskReport {
+            name: name.into(),
+            period_ns: self.period_ns,
+            cycles: self.cycles(),
+            warm_up_cycles: self.warm_up_cycles(),
+            missed: self.missed(),
+            overruns: self.overruns(),
+            lost_records: self.lost_records(),
+            release_jitter_ns: self.release_jitter.summary(),
+            execution_ns: self.execution.summary(),
+            response_ns: self.response.summary(),
+            period_error_ns: self.period_error.summary(),
+            ..TaskReport::default()
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PERIOD_NS: u64 = 1_000_000;
+
+    /// Cycle `cycle`, `jitter_ns` late, that works for 10 us.
+    fn record(cycle: u64, jitter_ns: u64) -> CycleRecord {
+        let release_ns = 7_000_000_000 + cycle * PERIOD_NS;
+        let start_ns = release_ns + jitter_ns;
+        CycleRecord {
+            cycle,
+            release_ns,
+            start_ns,
+            end_ns: start_ns + 10_000,
+            ..CycleRecord::default()
+        }
+    }
+
+    fn report(warm_up_cycles: u64, records: impl IntoIterator<Item = CycleRecord>) -> TaskReport {
+        let mut timing = TaskTiming::new(PERIOD_NS).with_warm_up(warm_up_cycles);
+        records
+            .into_iter()
+            .for_each(|record| timing.record(&record));
+        timing.report("fast")
+    }
+
+    #[test]
+    fn a_record_fits_in_48_bytes() {
+        assert!(size_of::<CycleRecord>() <= 48);
+    }
+
+    #[test]
+    fn jitter_execution_and_response_follow_from_the_three_times() {
+        let report = report(0, [record(0, 90)]);
+        assert_eq!(report.release_jitter_ns.max, Some(90));
+        assert_eq!(report.execution_ns.max, Some(10_000));
+        assert_eq!(report.response_ns.max, Some(10_090));
+        assert_eq!(report.period_error_ns.count, 0, "one start has no interval");
+    }
+
+    #[test]
+    fn the_period_error_is_how_far_an_interval_is_from_the_period() {
+        let report = report(0, [record(0, 100), record(1, 30), record(2, 500)]);
+        assert_eq!(report.period_error_ns.count, 2);
+        assert_eq!(report.period_error_ns.min, Some(70));
+        assert_eq!(report.period_error_ns.max, Some(470));
+    }
+
+    #[test]
+    fn across_missed_releases_the_interval_should_span_several_periods() {
+        let late = CycleRecord {
+            missed: 49,
+            ..record(50, 250)
+        };
+        let report = report(0, [record(0, 100), late]);
+        assert_eq!(report.period_error_ns.max, Some(150));
+        assert_eq!(report.missed, 49);
+        assert_eq!(report.cycles, 2);
+        assert_eq!(report.lost_records, 0);
+    }
+
+    #[test]
+    fn the_warm_up_is_in_no_distribution_and_is_reported() {
+        let slow_start = (0..100).map(|cycle| record(cycle, 500_000));
+        let punctual = (100..300).map(|cycle| record(cycle, 50));
+        let report = report(DEFAULT_WARM_UP_CYCLES, slow_start.chain(punctual));
+        assert_eq!(report.warm_up_cycles, 100);
+        assert_eq!(report.cycles, 300);
+        assert_eq!(report.release_jitter_ns.count, 200);
+        assert_eq!(report.release_jitter_ns.max, Some(50));
+        assert_eq!(report.execution_ns.count, 200);
+        assert_eq!(report.response_ns.max, Some(10_050));
+        assert_eq!(
+            report.period_error_ns.count, 200,
+            "the first interval began in the warm-up"
+        );
+    }
+
+    #[test]
+    fn a_run_shorter_than_its_warm_up_reports_only_warm_up() {
+        let report = report(
+            DEFAULT_WARM_UP_CYCLES,
+            (0..30).map(|cycle| record(cycle, 50)),
+        );
+        assert_eq!((report.cycles, report.warm_up_cycles), (30, 30));
+        assert_eq!(report.release_jitter_ns.count, 0);
+    }
+
+    #[test]
+    fn losses_in_the_warm_up_are_counted() {
+        let late = CycleRecord {
+            missed: 3,
+            overruns: 1,
+            ..record(4, 0)
+        };
+        let report = report(DEFAULT_WARM_UP_CYCLES, [record(0, 0), late]);
+        assert_eq!((report.missed, report.overruns), (3, 1));
+    }
+
+    #[test]
+    fn records_lost_on_the_way_are_neither_hidden_nor_called_missed() {
+        let report = report(0, [record(0, 10), record(1, 10), record(7, 40)]);
+        assert_eq!(report.cycles, 8);
+        assert_eq!(report.missed, 0);
+        assert_eq!(report.lost_records, 5);
+        assert_eq!(report.period_error_ns.max, Some(30));
+    }
+}

@@ -1,0 +1,132 @@
+//! The table, letter by letter.
+
+use isochrone_timing::{Environment, LinkReport, Report, Summary, TaskReport, Warning};
+
+fn jitter() -> Summary {
+    Summary {
+        count: 59_900,
+        min: Some(41),
+        mean: Some(105.2),
+        p50: Some(98),
+        p90: Some(150),
+        p99: Some(260),
+        p99_9: Some(2_100),
+        p99_99: Some(52_000),
+        max: Some(231_000),
+    }
+}
+
+fn few() -> Summary {
+    Summary {
+        count: 12,
+        min: Some(1_204),
+        p50: Some(1_250),
+        p90: Some(10_004),
+        max: Some(1_300_000),
+        ..Summary::default()
+    }
+}
+
+fn report() -> Report {
+    let some = |text: &str| Some(text.to_owned());
+    Report {
+        isochrone: "0.1.0".to_owned(),
+        command: ["run", "level.toml", "--cycles", "60000"]
+            .map(str::to_owned)
+            .to_vec(),
+        started: "2026-11-20T12:00:00Z".to_owned(),
+        environment: Environment {
+            kernel: some("6.18.44"),
+            preempt: None,
+            cpus: 2,
+            hypervisor: some("kvm"),
+            clocksource: some("tsc"),
+            clock_read_ns: 42,
+            ..Environment::default()
+        },
+        warnings: vec![
+            Warning {
+                code: "rt_denied".to_owned(),
+                message: "no real-time priority".to_owned(),
+                remedy: "run as root".to_owned(),
+            },
+            Warning {
+                code: "steal".to_owned(),
+                message: "CPU was stolen".to_owned(),
+                remedy: String::new(),
+            },
+        ],
+        tasks: vec![TaskReport {
+            name: "fast".to_owned(),
+            period_ns: 1_000_000,
+            wake: "hybrid".to_owned(),
+            scheduler: "fifo:80".to_owned(),
+            cpu: Some(1),
+            cycles: 60_000,
+            warm_up_cycles: 100,
+            release_jitter_ns: jitter(),
+            execution_ns: few(),
+            cpu_fraction: 0.0625,
+            minor_faults: 3,
+            voluntary_switches: 60_000,
+            involuntary_switches: 1,
+            connects: 2,
+            ..TaskReport::default()
+        }],
+        links: vec![LinkReport {
+            service: "plant/level".to_owned(),
+            frames: 60_000,
+            lost: 1,
+            rate_hz: Some(999.98),
+            one_way_ns: few(),
+            ..LinkReport::default()
+        }],
+    }
+}
+
+#[test]
+fn a_report_prints_as_an_aligned_table_with_human_units() {
+    let expected = "\
+isochrone 0.1.0 run level.toml --cycles 60000
+started 2026-11-20T12:00:00Z
+kernel 6.18.44, preempt -, 2 CPUs, hypervisor kvm, clock tsc (42 ns per reading)
+
+task fast: period 1 ms, wake hybrid, scheduler fifo:80, CPU 1
+  60000 cycles, 0 missed, 0 overruns, 100 warm-up cycles excluded
+                        min      p50      p90      p99    p99.9   p99.99      max
+  release jitter      41 ns    98 ns   150 ns   260 ns  2.10 us  52.0 us   231 us
+  execution         1.20 us  1.25 us  10.0 us        -        -        -  1.30 ms
+  response                -        -        -        -        -        -        -
+  period error            -        -        -        -        -        -        -
+  CPU 6.2 %, 0 allocations, 3 minor and 0 major faults, 60000 voluntary and 1 involuntary switches
+  0 block errors, 0 input rejects, 2 connects
+
+link plant/level: 1000 Hz
+  60000 frames, 1 lost, 0 restarts
+                        min      p50      p90      p99    p99.9   p99.99      max
+  one-way           1.20 us  1.25 us  10.0 us        -        -        -  1.30 ms
+  end-to-end              -        -        -        -        -        -        -
+
+warning [rt_denied]: no real-time priority
+  remedy: run as root
+warning [steal]: CPU was stolen
+";
+    assert_eq!(report().to_string(), expected);
+}
+
+#[test]
+fn a_task_that_may_move_and_lost_records_says_so() {
+    let mut report = report();
+    report.tasks[0].cpu = None;
+    report.tasks[0].lost_records = 7;
+    let table = report.to_string();
+    assert!(table.contains("scheduler fifo:80, any CPU\n"));
+    assert!(table.contains("100 warm-up cycles excluded, 7 records lost\n"));
+}
+
+#[test]
+fn the_table_is_plain_ascii_without_trailing_blanks() {
+    let table = report().to_string();
+    assert!(table.is_ascii());
+    assert!(table.lines().all(|line| line.trim_end() == line));
+}

@@ -1,0 +1,220 @@
+//! `check`: reads and plans a configuration, and shows what would run.
+
+use std::path::PathBuf;
+
+use isochrone_engine::config::{OnStale, Overrun, Wake};
+use isochrone_engine::{InputPlan, OutputPlan, Plan, TaskPlan, WirePlan, format_duration_ns};
+use serde_json::{Value, json};
+
+use crate::failure::Failure;
+use crate::table::Table;
+use crate::{load, numbers, terminal};
+
+/// Check a configuration: print tasks, order, wires and warnings
+///
+/// A file that passes runs. All errors of a file are shown together, each with its place in the
+/// file and what would be right.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  isochrone check examples/level.toml\n  isochrone check level.toml --json")]
+pub(crate) struct Args {
+    /// Configuration file (TOML)
+    file: PathBuf,
+    /// Count warnings as errors
+    #[arg(long)]
+    strict: bool,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// Rows shown of a long list; JSON has them all.
+const ROWS: usize = 40;
+
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let plan = load::plan_strictly(&args.file, args.strict)?;
+    if args.json {
+        return terminal::print_json(&document(&plan));
+    }
+    load::note_warnings(&plan);
+    terminal::print(&text(&plan))
+}
+
+fn text(plan: &Plan) -> String {
+    let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
+    let outputs = plan.tasks.iter().map(|task| task.outputs.len()).sum();
+    let inputs = plan.tasks.iter().map(|task| task.inputs.len()).sum();
+    let mut text = format!(
+        "{}: ok. Node \"{}\": {}, {}, {}, {}\n",
+        plan.source.name,
+        plan.node,
+        count(plan.tasks.len(), "task"),
+        count(inputs, "input"),
+        count(plan.instances(), "block"),
+        count(outputs, "output"),
+    );
+    for (index, task) in plan.tasks.iter().enumerate() {
+        text += &format!("\ntask {}: {}\n", task.name, schedule(task));
+        let mut inputs = Table::default();
+        for input in &task.inputs {
+            inputs.row([input.name.clone(), input.value_type.to_string(), origin(input), fallback(input)]);
+        }
+        section(&mut text, "inputs", task.inputs.len(), &inputs);
+
+        let mut order = Table::default();
+        let blocks = task.banks.iter().flat_map(|bank| {
+            bank.instances.iter().map(|name| (bank.block_type.name, name, bank.depth))
+        });
+        for (position, (block_type, name, depth)) in blocks.take(ROWS).enumerate() {
+            order.row([format!("{}.", position + 1), name.clone(), block_type.into(), format!("depth {depth}")]);
+        }
+        let blocks = task.banks.iter().map(|bank| bank.instances.len()).sum();
+        section(&mut text, "order of execution", blocks, &order);
+
+        let mut wires = Table::default();
+        for (from, to) in wire_names(plan, index).take(ROWS) {
+            wires.row([from, "->".into(), to]);
+        }
+        section(&mut text, "wires", wire_names(plan, index).count(), &wires);
+
+        let mut outputs = Table::default();
+        for output in &task.outputs {
+            outputs.row([output.service.clone(), signals(output)]);
+        }
+        section(&mut text, "outputs", task.outputs.len(), &outputs);
+    }
+    text
+}
+
+fn section(text: &mut String, title: &str, rows: usize, table: &Table) {
+    if rows == 0 {
+        return;
+    }
+    *text += &format!("  {title}\n{}", table.draw(4));
+    if table.len() < rows {
+        *text += &format!("    … and {} more (--json lists all)\n", rows - table.len());
+    }
+}
+
+fn schedule(task: &TaskPlan) -> String {
+    let mut words = vec![format!("every {}", format_duration_ns(task.period_ns))];
+    if task.phase_ns > 0 {
+        words.push(format!("phase {}", format_duration_ns(task.phase_ns)));
+    }
+    words.extend(task.ob.map(|ob| format!("OB {ob}")));
+    words.push(match task.priority {
+        Some(priority) => format!("SCHED_FIFO {priority}"),
+        None => "normal scheduling".into(),
+    });
+    words.extend(task.cpu.map(|cpu| format!("CPU {cpu}")));
+    words.push(format!("wake {}", wake(task.wake)));
+    words.push(format!("overrun {}", overrun(task.overrun)));
+    words.join(", ")
+}
+
+fn origin(input: &InputPlan) -> String {
+    match &input.service {
+        Some(service) => format!("{service}[{}]", input.channel),
+        None => "no service (only for simulate)".into(),
+    }
+}
+
+fn fallback(input: &InputPlan) -> String {
+    let default = numbers::format(input.default);
+    match input.max_age_ns {
+        None => format!("default {default}"),
+        Some(age_ns) => format!(
+            "default {default}, stale after {}: {}",
+            format_duration_ns(age_ns),
+            on_stale(input.on_stale)
+        ),
+    }
+}
+
+fn signals(output: &OutputPlan) -> String {
+    let names = output.signals.iter().take(ROWS).map(|s| format!("{} {}", s.name, s.value_type));
+    let mut text = names.collect::<Vec<_>>().join(", ");
+    if output.signals.len() > ROWS {
+        text += &format!(", … and {} more", output.signals.len() - ROWS);
+    }
+    text
+}
+
+/// The wires of a task by name, in the order in which they are copied.
+fn wire_names(plan: &Plan, task: usize) -> impl Iterator<Item = (String, String)> {
+    let tasks = plan.tasks.get(task);
+    let previous = tasks.into_iter().flat_map(|task| &task.previous).map(|wire| (wire, "@prev"));
+    let banks = tasks.into_iter().flat_map(|task| &task.banks);
+    let direct = banks.flat_map(|bank| &bank.wires).map(|wire| (wire, ""));
+    previous.chain(direct).map(move |(WirePlan { from, to }, suffix)| {
+        let name = |slot: u32| plan.slot_name(task, slot as usize);
+        (name(*from) + suffix, name(*to))
+    })
+}
+
+fn document(plan: &Plan) -> Value {
+    let tasks = plan.tasks.iter().enumerate().map(|(index, task)| {
+        json!({
+            "name": task.name,
+            "period_ns": task.period_ns,
+            "phase_ns": task.phase_ns,
+            "ob": task.ob,
+            "priority": task.priority,
+            "cpu": task.cpu,
+            "wake": wake(task.wake),
+            "overrun": overrun(task.overrun),
+            "inputs": task.inputs.iter().map(|input| json!({
+                "name": input.name,
+                "type": input.value_type.as_str(),
+                "service": input.service,
+                "channel": input.channel,
+                "default": input.default,
+                "max_age_ns": input.max_age_ns,
+                "on_stale": on_stale(input.on_stale),
+            })).collect::<Vec<_>>(),
+            "order": task.banks.iter().flat_map(|bank| bank.instances.iter().map(|name| json!({
+                "block": name,
+                "type": bank.block_type.name,
+                "depth": bank.depth,
+            }))).collect::<Vec<_>>(),
+            "wires": wire_names(plan, index)
+                .map(|(from, to)| json!({ "from": from, "to": to }))
+                .collect::<Vec<_>>(),
+            "outputs": task.outputs.iter().map(|output| json!({
+                "service": output.service,
+                "signals": output.signals.iter().map(|signal| json!({
+                    "name": signal.name,
+                    "type": signal.value_type.as_str(),
+                })).collect::<Vec<_>>(),
+            })).collect::<Vec<_>>(),
+        })
+    });
+    json!({
+        "file": plan.source.name,
+        "node": plan.node,
+        "tasks": tasks.collect::<Vec<_>>(),
+        "warnings": load::findings_json(&load::warnings(plan)),
+    })
+}
+
+fn wake(wake: Wake) -> &'static str {
+    match wake {
+        Wake::Sleep => "sleep",
+        Wake::Hybrid => "hybrid",
+        Wake::Spin => "spin",
+    }
+}
+
+fn overrun(overrun: Overrun) -> &'static str {
+    match overrun {
+        Overrun::Skip => "skip",
+        Overrun::CatchUp => "catch_up",
+        Overrun::Stop => "stop",
+    }
+}
+
+fn on_stale(on_stale: OnStale) -> &'static str {
+    match on_stale {
+        OnStale::Hold => "hold",
+        OnStale::Default => "default",
+    }
+}

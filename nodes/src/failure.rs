@@ -1,0 +1,42 @@
+//! How a verb ends when it does not end well: an exit status and sentences on stderr.
+
+use std::process::ExitCode;
+
+use miette::{Diagnostic, Report};
+
+use crate::terminal;
+
+/// A verb's failure.
+#[derive(Debug)]
+pub(crate) struct Failure {
+    status: u8,
+    report: Report,
+}
+
+impl Failure {
+    /// It ran and found something wrong: exit status 1.
+    pub(crate) fn found(what: impl std::fmt::Display) -> Self {
+        Self { status: 1, report: Report::msg(what.to_string()) }
+    }
+
+    /// The command line or a file is wrong: exit status 2.
+    pub(crate) fn usage(what: impl std::fmt::Display) -> Self {
+        Self { status: 2, report: Report::msg(what.to_string()) }
+    }
+
+    /// A configuration has errors: exit status 2, with each of them shown in the file.
+    pub(crate) fn configuration(findings: impl Diagnostic + Send + Sync + 'static) -> Self {
+        Self { status: 2, report: Report::new(findings) }
+    }
+
+    /// There is nothing to talk to: exit status 3.
+    pub(crate) fn nobody(what: impl std::fmt::Display) -> Self {
+        Self { status: 3, report: Report::msg(what.to_string()) }
+    }
+
+    /// Shows the failure on stderr.
+    pub(crate) fn report(self) -> ExitCode {
+        terminal::note(&format!("{:?}", self.report));
+        ExitCode::from(self.status)
+    }
+}

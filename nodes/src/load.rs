@@ -1,0 +1,54 @@
+//! From a path on the command line to a plan.
+
+use std::path::Path;
+
+use isochrone_engine::{Findings, Plan, Rules, Source};
+
+use crate::failure::Failure;
+use crate::terminal;
+
+/// Reads and plans a configuration.
+pub(crate) fn plan(path: &Path) -> Result<Plan, Failure> {
+    let source = Source::read(path).map_err(Failure::usage)?;
+    Plan::new(source, &rules()).map_err(Failure::configuration)
+}
+
+/// Reads and plans a configuration; with `strict`, warnings are errors too.
+pub(crate) fn plan_strictly(path: &Path, strict: bool) -> Result<Plan, Failure> {
+    let plan = plan(path)?;
+    if strict && !plan.warnings.is_empty() {
+        return Err(Failure::configuration(warnings(&plan)));
+    }
+    Ok(plan)
+}
+
+/// The warnings of a plan, to be shown in its file.
+pub(crate) fn warnings(plan: &Plan) -> Findings {
+    Findings::new(plan.source.clone(), plan.warnings.clone())
+}
+
+/// Shows a plan's warnings on stderr, if it has any.
+pub(crate) fn note_warnings(plan: &Plan) {
+    if !plan.warnings.is_empty() {
+        terminal::note(&format!("{:?}", miette::Report::new(warnings(plan))));
+    }
+}
+
+/// Findings for programs: kind, message, place and remedy of each.
+pub(crate) fn findings_json(findings: &Findings) -> Vec<serde_json::Value> {
+    let place = |finding: &isochrone_engine::Finding| {
+        let (line, column) = findings.source.position(finding.span.start);
+        serde_json::json!({
+            "code": finding.problem.as_str(),
+            "message": finding.message,
+            "line": line,
+            "column": column,
+            "remedy": finding.help,
+        })
+    };
+    findings.findings.iter().map(place).collect()
+}
+
+fn rules() -> Rules<'static> {
+    Rules::default()
+}

@@ -1,0 +1,225 @@
+//! `simulate`: the same engine with no clock and no IPC, as fast as it goes.
+
+use std::fs::File;
+use std::io::{self, BufWriter, ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use isochrone_engine::{Plan, TaskEngine};
+
+use crate::failure::Failure;
+use crate::recording::Recording;
+use crate::{load, numbers, terminal};
+
+/// Run a configuration without clock and IPC, from CSV to CSV
+///
+/// With several tasks the common grid advances: tasks due at the same instant run by descending
+/// priority, then in file order.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  isochrone simulate examples/level.toml --cycles 1000\n  \
+    isochrone simulate level.toml --cycles 5000 --inputs in.csv --output out.csv")]
+pub(crate) struct Args {
+    /// Configuration file (TOML)
+    file: PathBuf,
+    /// Cycles to run; by default as many as --inputs has rows
+    #[arg(long, required_unless_present = "inputs")]
+    cycles: Option<u64>,
+    /// CSV with a column for each input by name; row k applies at cycle k, the last row holds, an
+    /// input without a column keeps its default
+    #[arg(long, value_name = "IN.csv")]
+    inputs: Option<PathBuf>,
+    /// CSV to write, "-" for stdout: `cycle` and every signal of every output
+    #[arg(long, value_name = "OUT.csv", default_value = "-")]
+    output: PathBuf,
+    /// Task whose cycles are the rows; by default the first
+    #[arg(long)]
+    task: Option<String>,
+}
+
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let plan = load::plan(&args.file)?;
+    load::note_warnings(&plan);
+    let reference = match &args.task {
+        None => 0,
+        Some(name) => plan.task_index(name).ok_or_else(|| {
+            let names = plan.tasks.iter().map(|task| task.name.as_str()).collect::<Vec<_>>();
+            let file = args.file.display();
+            Failure::usage(format!("{file} has no task \"{name}\"; it has: {}", names.join(", ")))
+        })?,
+    };
+    let inputs: Vec<_> = plan.tasks.iter().flat_map(|task| &task.inputs).collect();
+    let recording = match &args.inputs {
+        None => Recording::default(),
+        Some(path) => {
+            let columns: Vec<_> =
+                inputs.iter().map(|input| (input.name.as_str(), input.value_type)).collect();
+            let recording = Recording::read(path, Some(&columns)).map_err(Failure::usage)?;
+            for (name, _) in columns.iter().filter(|(name, _)| !recording.has(name)) {
+                terminal::note(&format!(
+                    "note: {} has no column \"{name}\"; the input keeps its default",
+                    path.display()
+                ));
+            }
+            recording
+        }
+    };
+    let cycles = args.cycles.unwrap_or(recording.len() as u64);
+    let mut simulation = Simulation::new(&plan, reference, recording);
+    let mut rows = Rows::create(&args.output, &plan)?;
+    for cycle in 0..cycles {
+        simulation.advance(cycle);
+        if !rows.write(cycle, &simulation)? {
+            break; // Nobody reads on.
+        }
+    }
+    rows.finish()?;
+    if simulation.rejects > 0 {
+        let n = simulation.rejects;
+        terminal::note(&format!("note: {n} samples rejected, which their input's type cannot hold"));
+    }
+    Ok(())
+}
+
+/// All tasks of a plan on their common grid.
+struct Simulation<'a> {
+    plan: &'a Plan,
+    engines: Vec<TaskEngine>,
+    /// Tasks in the order in which they run when they are due at the same instant.
+    order: Vec<usize>,
+    /// Next cycle of every task.
+    next: Vec<u64>,
+    reference: usize,
+    recording: Recording,
+    rejects: u64,
+}
+
+impl<'a> Simulation<'a> {
+    fn new(plan: &'a Plan, reference: usize, recording: Recording) -> Self {
+        let mut order: Vec<usize> = (0..plan.tasks.len()).collect();
+        order.sort_by_key(|task| std::cmp::Reverse(plan.tasks[*task].priority.unwrap_or(0)));
+        Self {
+            plan,
+            engines: TaskEngine::build(plan),
+            order,
+            next: vec![0; plan.tasks.len()],
+            reference,
+            recording,
+            rejects: 0,
+        }
+    }
+
+    /// Runs everything up to and including cycle `cycle` of the reference task.
+    fn advance(&mut self, cycle: u64) {
+        let until_ns = self.due_ns(self.reference);
+        // Everything before this instant ran on the rows before.
+        self.run_before(until_ns);
+        self.apply(cycle);
+        for task in self.order.clone() {
+            if self.due_ns(task) == until_ns {
+                self.step(task);
+            }
+            if task == self.reference {
+                return;
+            }
+        }
+    }
+
+    /// Runs every task that is due before an instant, in the order of time.
+    fn run_before(&mut self, until_ns: u128) {
+        loop {
+            // `min_by_key` takes the first of equals, which is the order of execution.
+            let next = self.order.iter().copied().min_by_key(|task| self.due_ns(*task));
+            match next {
+                Some(task) if self.due_ns(task) < until_ns => self.step(task),
+                _ => return,
+            }
+        }
+    }
+
+    fn due_ns(&self, task: usize) -> u128 {
+        let plan = &self.plan.tasks[task];
+        u128::from(plan.phase_ns) + u128::from(self.next[task]) * u128::from(plan.period_ns)
+    }
+
+    fn step(&mut self, task: usize) {
+        self.engines[task].step(self.next[task]);
+        self.next[task] += 1;
+    }
+
+    /// Sets the inputs to the row of a cycle.
+    fn apply(&mut self, cycle: u64) {
+        for (task, engine) in self.plan.tasks.iter().zip(&mut self.engines) {
+            for (index, input) in task.inputs.iter().enumerate() {
+                if let Some(sample) = self.recording.sample(&input.name, cycle) {
+                    self.rejects += u64::from(!engine.set_input(index, sample, 0));
+                }
+            }
+        }
+    }
+}
+
+/// The rows of the output file.
+struct Rows {
+    name: String,
+    out: Box<dyn Write>,
+    /// Task and index of every output in the order of the file, and room for its signals.
+    outputs: Vec<(usize, usize, Vec<f64>)>,
+    header: Option<String>,
+}
+
+impl Rows {
+    fn create(path: &Path, plan: &Plan) -> Result<Self, Failure> {
+        let (name, out): (_, Box<dyn Write>) = if path == Path::new("-") {
+            ("stdout".into(), Box::new(io::stdout().lock()))
+        } else {
+            let file = File::create(path).map_err(|error| {
+                Failure::usage(format!("cannot write {}: {error}", path.display()))
+            })?;
+            (path.display().to_string(), Box::new(file))
+        };
+        let mut outputs: Vec<_> = plan
+            .tasks
+            .iter()
+            .enumerate()
+            .flat_map(|(t, task)| task.outputs.iter().enumerate().map(move |(o, plan)| (t, o, plan)))
+            .collect();
+        outputs.sort_by_key(|(_, _, output)| output.position);
+        let signals = outputs.iter().flat_map(|(_, _, output)| &output.signals);
+        let header = std::iter::once("cycle").chain(signals.map(|signal| signal.name.as_str()));
+        Ok(Self {
+            header: Some(header.collect::<Vec<_>>().join(",") + "\n"),
+            outputs: outputs.iter().map(|(t, o, plan)| (*t, *o, vec![0.0; plan.signals.len()])).collect(),
+            name,
+            out: Box::new(BufWriter::with_capacity(1 << 16, out)),
+        })
+    }
+
+    /// Writes a row. `false`: the reader of stdout went away.
+    fn write(&mut self, cycle: u64, simulation: &Simulation<'_>) -> Result<bool, Failure> {
+        let mut row = self.header.take().unwrap_or_default();
+        row += &cycle.to_string();
+        for (task, output, values) in &mut self.outputs {
+            simulation.engines[*task].read_output(*output, values);
+            for value in values {
+                row.push(',');
+                row += &numbers::format(*value);
+            }
+        }
+        row.push('\n');
+        let written = self.out.write_all(row.as_bytes());
+        self.check(written)
+    }
+
+    fn finish(mut self) -> Result<(), Failure> {
+        let header = self.header.take().unwrap_or_default();
+        let written = self.out.write_all(header.as_bytes()).and_then(|()| self.out.flush());
+        self.check(written).map(|_| ())
+    }
+
+    fn check(&self, written: io::Result<()>) -> Result<bool, Failure> {
+        match written {
+            Ok(()) => Ok(true),
+            Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(false),
+            Err(error) => Err(Failure::found(format!("cannot write {}: {error}", self.name))),
+        }
+    }
+}

@@ -1,0 +1,47 @@
+//! Writing to stdout and stderr. A reader that went away (`| head`) ends the program in silence.
+
+use std::io::{self, ErrorKind, IsTerminal, Write};
+
+use crate::failure::Failure;
+
+/// Writes a result to stdout.
+pub(crate) fn print(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            Err(Failure::found(format!("cannot write to stdout: {error}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Writes a note for people to stderr. There is no one to tell if that fails.
+pub(crate) fn note(text: &str) {
+    let _ = writeln!(io::stderr(), "{}", text.trim_end());
+}
+
+/// Writes a result to stdout as JSON.
+pub(crate) fn print_json(value: &impl serde::Serialize) -> Result<(), Failure> {
+    match serde_json::to_string_pretty(value) {
+        Ok(text) => print(&(text + "\n")),
+        Err(error) => Err(Failure::found(format!("cannot write JSON: {error}"))),
+    }
+}
+
+/// How errors look: drawn with lines and colour on a terminal, plain where they are piped.
+pub(crate) fn set_up_reports() {
+    let terminal = io::stderr().is_terminal();
+    let hook = miette::set_hook(Box::new(move |_| {
+        Box::new(
+            miette::MietteHandlerOpts::new()
+                .terminal_links(false)
+                .color(terminal && std::env::var_os("NO_COLOR").is_none())
+                .unicode(terminal)
+                .context_lines(1)
+                .wrap_lines(terminal)
+                .build(),
+        )
+    }));
+    // Only a second call could fail.
+    debug_assert!(hook.is_ok());
+}
