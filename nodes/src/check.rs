@@ -196,7 +196,8 @@ fn document(plan: &Plan) -> Value {
     })
 }
 
-fn wake(wake: Wake) -> &'static str {
+/// The word of a configuration for a way to wait.
+pub(crate) fn wake(wake: Wake) -> &'static str {
     match wake {
         Wake::Sleep => "sleep",
         Wake::Hybrid => "hybrid",

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use isochrone_engine::{Findings, Plan, Rules, Source};
+use isochrone_ipc::check_service_name;
 
 use crate::failure::Failure;
 use crate::terminal;
@@ -50,5 +51,8 @@ pub(crate) fn findings_json(findings: &Findings) -> Vec<serde_json::Value> {
 }
 
 fn rules() -> Rules<'static> {
-    Rules::default()
+    Rules {
+        service_name: |name| check_service_name(name).map_err(|error| error.to_string()),
+        ..Rules::default()
+    }
 }

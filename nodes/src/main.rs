@@ -2,21 +2,36 @@
 
 mod blocks;
 mod check;
+mod completions;
+mod demo;
+mod domain;
 mod failure;
 mod load;
+mod logging;
 mod numbers;
+mod ports;
+mod publish;
 mod recording;
+mod report_file;
+mod run;
 mod simulate;
+mod stop;
+mod subscribe;
 mod table;
+mod task;
 mod terminal;
+mod wave;
 
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use isochrone_cyclic::CountingAllocator;
 
-use failure::Failure;
+/// Counts the allocations of every thread, so that reports can say what the cycle allocates.
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
 
-/// Run function blocks at a deterministic period and exchange values through shared memory.
+/// Run function blocks at a deterministic period and exchange values through shared memory
 ///
 /// Without a verb, `demo` runs: three processes on one machine, live values, and a summary of
 /// latency and jitter at the end.
@@ -27,23 +42,37 @@ use failure::Failure;
 struct Cli {
     #[command(subcommand)]
     verb: Option<Verb>,
+    /// Log more to stderr: -v info, -vv debug, -vvv trace; RUST_LOG overrides it
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    verbose: u8,
 }
 
 #[derive(Subcommand)]
 enum Verb {
+    Demo(demo::Args),
     Check(check::Args),
+    Run(run::Args),
     Simulate(simulate::Args),
+    Publish(publish::Args),
+    Subscribe(subscribe::Args),
     Blocks(blocks::Args),
+    Completions(completions::Args),
 }
 
 fn main() -> ExitCode {
     let cli = Cli::parse();
     terminal::set_up_reports();
-    let done: Result<(), Failure> = match cli.verb {
+    logging::set_up(cli.verbose);
+    let done = match cli.verb {
+        None => demo::run(&demo::Args::default()),
+        Some(Verb::Demo(args)) => demo::run(&args),
         Some(Verb::Check(args)) => check::run(&args),
+        Some(Verb::Run(args)) => run::run(&args),
         Some(Verb::Simulate(args)) => simulate::run(&args),
+        Some(Verb::Publish(args)) => publish::run(&args),
+        Some(Verb::Subscribe(args)) => subscribe::run(&args),
         Some(Verb::Blocks(args)) => blocks::run(&args),
-        None => Ok(()),
+        Some(Verb::Completions(args)) => completions::run(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

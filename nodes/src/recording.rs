@@ -91,6 +91,17 @@ impl Recording {
         self.values.len().checked_div(self.columns.len()).unwrap_or(0)
     }
 
+    /// Names of the columns.
+    pub(crate) fn columns(&self) -> &[String] {
+        &self.columns
+    }
+
+    /// The values of row `row`, or of the last row after the end.
+    pub(crate) fn row(&self, row: u64) -> &[f64] {
+        let row = usize::try_from(row).unwrap_or(usize::MAX).min(self.len().saturating_sub(1));
+        self.values.chunks(self.columns.len().max(1)).nth(row).unwrap_or_default()
+    }
+
     /// Whether there is a column of this name.
     pub(crate) fn has(&self, column: &str) -> bool {
         self.columns.iter().any(|known| known == column)
@@ -99,8 +110,7 @@ impl Recording {
     /// The value of a column in row `row`, or in the last row after the end.
     pub(crate) fn sample(&self, column: &str, row: u64) -> Option<f64> {
         let column = self.columns.iter().position(|known| known == column)?;
-        let row = usize::try_from(row).unwrap_or(usize::MAX).min(self.len().checked_sub(1)?);
-        self.values.get(row * self.columns.len() + column).copied()
+        self.row(row).get(column).copied()
     }
 }
 

@@ -28,6 +28,11 @@ pub(crate) fn print_json(value: &impl serde::Serialize) -> Result<(), Failure> {
     }
 }
 
+/// Whether stderr is a terminal where colour is welcome.
+pub(crate) fn stderr_has_colour() -> bool {
+    io::stderr().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+}
+
 /// How errors look: drawn with lines and colour on a terminal, plain where they are piped.
 pub(crate) fn set_up_reports() {
     let terminal = io::stderr().is_terminal();
@@ -35,7 +40,7 @@ pub(crate) fn set_up_reports() {
         Box::new(
             miette::MietteHandlerOpts::new()
                 .terminal_links(false)
-                .color(terminal && std::env::var_os("NO_COLOR").is_none())
+                .color(stderr_has_colour())
                 .unicode(terminal)
                 .context_lines(1)
                 .wrap_lines(terminal)

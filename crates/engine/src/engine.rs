@@ -15,7 +15,8 @@ pub struct TaskEngine {
     image: Box<[f64]>,
     state: Box<[u64]>,
     inputs: Box<[Input]>,
-    /// When each source's present value was published; 0: never. Inputs first, then imports.
+    /// When each source's present value was published; 0: never. Inputs first, then the imported
+    /// values, as in the image.
     sources_ns: Box<[u64]>,
     imports: Box<[Import]>,
     previous: Box<[WirePlan]>,
@@ -48,18 +49,19 @@ struct Output {
 #[derive(Clone)]
 struct Parcel {
     values: Box<[f64]>,
-    source_ns: u64,
+    sources_ns: Box<[u64]>,
 }
 
 struct Export {
     slots: Box<[u32]>,
-    sources: Box<[usize]>,
+    /// For each value its sources.
+    sources: Box<[Box<[usize]>]>,
     sender: Sender<Parcel>,
 }
 
 struct Import {
+    /// First slot of the values, and first source of their times.
     first_slot: usize,
-    source: usize,
     receiver: Receiver<Parcel>,
 }
 
@@ -69,18 +71,21 @@ impl TaskEngine {
         let mut engines: Vec<_> =
             plan.tasks.iter().map(|task| Builder::new(task, plan.obs.clone())).collect();
         for link in &plan.links {
-            let values = vec![0.0; link.slots.len()].into();
-            let (sender, receiver) = TripleBuffer::new(&Parcel { values, source_ns: 0 }).split();
+            // Until the producer has finished a cycle, its inputs read their defaults here too.
+            let image = plan.tasks.get(link.from).map_or(&[][..], |from| &from.image);
+            let values = link.slots.iter().map(|slot| read(image, *slot)).collect();
+            let sources_ns = vec![0; link.slots.len()].into();
+            let (sender, receiver) = TripleBuffer::new(&Parcel { values, sources_ns }).split();
             if let Some(from) = engines.get_mut(link.from) {
                 from.exports.push(Export {
                     slots: link.slots.as_slice().into(),
-                    sources: link.sources.as_slice().into(),
+                    sources: link.sources.iter().map(|sources| sources.as_slice().into()).collect(),
                     sender,
                 });
             }
             if let Some(to) = engines.get_mut(link.to) {
-                let source = to.task.inputs.len() + to.imports.len();
-                to.imports.push(Import { first_slot: link.first_slot, source, receiver });
+                to.imported += link.slots.len();
+                to.imports.push(Import { first_slot: link.first_slot, receiver });
             }
         }
         engines.into_iter().map(Builder::finish).collect()
@@ -94,9 +99,8 @@ impl TaskEngine {
             let parcel = import.receiver.read();
             let slots = self.image.get_mut(import.first_slot..).unwrap_or_default();
             slots.iter_mut().zip(&parcel.values).for_each(|(slot, value)| *slot = *value);
-            if let Some(source_ns) = self.sources_ns.get_mut(import.source) {
-                *source_ns = parcel.source_ns;
-            }
+            let sources_ns = self.sources_ns.get_mut(import.first_slot..).unwrap_or_default();
+            sources_ns.iter_mut().zip(&parcel.sources_ns).for_each(|(to, from)| *to = *from);
         }
         for wire in &self.previous {
             let value = read(&self.image, wire.from);
@@ -123,7 +127,9 @@ impl TaskEngine {
             for (value, slot) in parcel.values.iter_mut().zip(&export.slots) {
                 *value = read(&self.image, *slot);
             }
-            parcel.source_ns = oldest_ns(&self.sources_ns, &export.sources);
+            for (source_ns, sources) in parcel.sources_ns.iter_mut().zip(&export.sources) {
+                *source_ns = oldest_ns(&self.sources_ns, sources);
+            }
             export.sender.publish();
         }
     }
@@ -203,12 +209,13 @@ struct Builder<'a> {
     task: &'a TaskPlan,
     obs: Vec<(i16, u64)>,
     imports: Vec<Import>,
+    imported: usize,
     exports: Vec<Export>,
 }
 
 impl<'a> Builder<'a> {
     fn new(task: &'a TaskPlan, obs: Vec<(i16, u64)>) -> Self {
-        Self { task, obs, imports: Vec::new(), exports: Vec::new() }
+        Self { task, obs, imports: Vec::new(), imported: 0, exports: Vec::new() }
     }
 
     fn finish(self) -> TaskEngine {
@@ -234,12 +241,13 @@ impl<'a> Builder<'a> {
             .iter()
             .map(|input| Input { value_type: input.value_type, default: input.default })
             .collect();
+        let imported = self.imported;
         TaskEngine {
             period_ns: task.period_ns,
             obs: self.obs.into(),
             image: task.image.as_slice().into(),
             state: vec![0; banks.iter().map(|bank| bank.state_words).sum()].into(),
-            sources_ns: vec![0; inputs.len() + self.imports.len()].into(),
+            sources_ns: vec![0; inputs.len() + imported].into(),
             inputs,
             imports: self.imports.into(),
             previous: task.previous.as_slice().into(),

@@ -182,7 +182,7 @@ pub struct Findings {
     pub source: Source,
     /// All findings in the order of the file.
     pub findings: Vec<Finding>,
-    code: NamedSource<Arc<str>>,
+    code: Box<NamedSource<Arc<str>>>,
 }
 
 impl Findings {
@@ -190,7 +190,7 @@ impl Findings {
     pub fn new(source: Source, mut findings: Vec<Finding>) -> Self {
         findings.sort_by_key(|finding| finding.span.start);
         let code = NamedSource::new(&source.name, source.text.clone()).with_language("toml");
-        Self { source, findings, code }
+        Self { source, findings, code: Box::new(code) }
     }
 }
 
@@ -219,7 +219,7 @@ impl Diagnostic for Findings {
     }
 
     fn source_code(&self) -> Option<&dyn SourceCode> {
-        Some(&self.code)
+        Some(&*self.code)
     }
 
     fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {

@@ -51,7 +51,8 @@ pub(crate) fn parse(source: &Source) -> (Config, Vec<Finding>) {
         blocks: file.tables("block", "[[block]]").into_iter().map(block).collect(),
         outputs: file.tables("output", "[[output]]").into_iter().map(output).collect(),
     };
-    if file.get("task").is_none() {
+    let tasks = file.get("task").map(|tasks| tasks.get_ref().as_array().is_some_and(|a| a.is_empty()));
+    if tasks.unwrap_or(true) {
         let finding = Finding::new(Problem::MissingKey, 0..0, "the file has no [[task]]");
         file.report(finding.help("a task gives the blocks their period: [[task]] name = \"main\", period = \"1ms\""));
     }
@@ -73,7 +74,7 @@ fn node(file: &Section<'_>) -> Option<Spanned<String>> {
 }
 
 fn task(section: Section<'_>) -> Task {
-    section.required("period");
+    section.required("period", "\"1ms\"");
     let task = Task {
         name: section.name("name", &NAME),
         period_ns: section.duration_ns(
@@ -167,7 +168,7 @@ fn default_of(section: &Section<'_>, value_type: Option<PinType>) -> Option<Span
 }
 
 fn block(section: Section<'_>) -> Block {
-    section.required("type");
+    section.required("type", "\"LimRateOfChangeCI\"");
     let pins = section.table("in", "[block.in]").map_or_else(Vec::new, |pins| {
         pins.entries()
             .map(|(pin, value)| {
@@ -198,8 +199,8 @@ fn block(section: Section<'_>) -> Block {
 }
 
 fn output(section: Section<'_>) -> Output {
-    section.required("service");
-    section.required("signals");
+    section.required("service", "\"plant/level\"");
+    section.required("signals", "[\"block.pin\"]");
     let signals = section
         .read("signals", "an array of strings", |value| {
             let array = value.as_array().ok_or(None)?;
@@ -226,7 +227,9 @@ fn connection(value: &DeValue<'_>) -> Option<Connection> {
     match value {
         DeValue::Integer(integer) => Some(match parse_integer(integer) {
             Some(integer) => Connection::Integer(integer),
-            None => Connection::Float(integer.as_str().parse().ok()?),
+            // Digits of another radix would parse as a decimal number, and a wrong one.
+            None if integer.radix() == 10 => Connection::Float(integer.as_str().parse().ok()?),
+            None => return None,
         }),
         DeValue::Float(float) => Some(Connection::Float(float.as_str().parse().ok()?)),
         DeValue::Boolean(bool) => Some(Connection::Bool(*bool)),

@@ -78,7 +78,7 @@ impl<'a> Section<'a> {
 
     /// A name that others refer to.
     pub(crate) fn name(&self, key: &'static str, rule: &Rule) -> Option<Spanned<String>> {
-        self.required(key);
+        self.required(key, "\"…\"");
         let name = self.string(key)?;
         if (rule.accepts)(name.get_ref()) {
             return Some(name);
@@ -92,10 +92,13 @@ impl<'a> Section<'a> {
     }
 
     /// Reports a key that must be there and is not.
-    pub(crate) fn required(&self, key: &'static str) {
+    pub(crate) fn required(&self, key: &'static str, example: &str) {
         if !self.table.contains_key(key) {
             let message = format!("{} has no {key}", self.title);
-            self.report(Finding::new(Problem::MissingKey, self.span.clone(), message));
+            self.report(
+                Finding::new(Problem::MissingKey, self.span.clone(), message)
+                    .help(format!("write {key} = {example}")),
+            );
         }
     }
 
@@ -129,7 +132,8 @@ impl<'a> Section<'a> {
                 Ok(_) => Err(Some(self.out_of_range(key, text, range))),
                 Err(reason) => {
                     let message = format!("{} {key} \"{text}\": {reason}", self.title);
-                    Err(Some(Finding::new(Problem::OutOfRange, 0..0, message)))
+                    let finding = Finding::new(Problem::OutOfRange, 0..0, message);
+                    Err(Some(finding.help(format!("{key} is {range}"))))
                 }
             }
         })

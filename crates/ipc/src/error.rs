@@ -118,16 +118,6 @@ pub enum LayoutError {
         /// Its name or type.
         word: String,
     },
-    /// The description is longer than iceoryx2's attributes can hold.
-    #[error(
-        "{signals} signals need {needed} attributes of 256 bytes, but an iceoryx2 0.10 service holds 8; number the signals' names in series (ramp.0.y, ramp.1.y …), shorten them, or split the frame"
-    )]
-    TooLarge {
-        /// How many signals the layout has.
-        signals: usize,
-        /// How many attributes would be needed.
-        needed: usize,
-    },
     /// The attributes of an existing service do not follow the notation.
     #[error(
         "the service's attribute {key:?} is not understood at {at:?}; whoever creates the service must follow isochrone's notation or leave the attribute out"

@@ -34,7 +34,8 @@ pub struct SignalSpec {
 /// Long lists use a shell's braces: `ramp.{0..999}.{y,done}` is what `echo ramp.{0..999}.{y,done}`
 /// prints, `LREAL*1000` is that word a thousand times, and `-` is an empty one. A value of more
 /// than 256 bytes goes on in `signals.1`, `signals.2` … (`types.1` …), to be joined without
-/// anything in between. All together may need 8 attributes: 2 KiB.
+/// anything in between. iceoryx2 holds 8 attributes, 2 KiB: when names and types do not fit, the
+/// names are left out, and when that is not enough the types too. The values are all there.
 ///
 /// A service that a reader had to create, because it came first, has `types` only: the names and
 /// the period are the writer's to give, and attributes cannot be changed later. A service without
@@ -51,7 +52,7 @@ impl FrameLayout {
     /// Says whether a service can carry this layout; for checks ahead of time.
     ///
     /// # Errors
-    /// There is no signal, a name cannot be written, or all names together are too long.
+    /// There is no signal, or a name or type cannot be written.
     pub fn check(&self) -> Result<(), LayoutError> {
         self.to_attributes().map(drop)
     }
@@ -74,29 +75,19 @@ impl FrameLayout {
                 }
             }
         }
-        let mut attributes = pieces(
-            TYPES,
-            &notation::write(self.signals.iter().map(|s| s.value_type.as_str())),
-        );
-        if self.is_named() {
-            let names = notation::write(self.signals.iter().map(|s| s.name.as_str()));
-            attributes.extend(pieces(SIGNALS, &names));
-        }
-        if let Some(period_ns) = self.period_ns {
-            attributes.push((PERIOD_NS.to_owned(), period_ns.to_string()));
-        }
-
-        let too_large = || LayoutError::TooLarge {
-            signals: self.signals.len(),
-            needed: attributes.len(),
+        let value = |word: fn(&SignalSpec) -> &str| notation::write(self.signals.iter().map(word));
+        let types = pieces(TYPES, &value(|signal| &signal.value_type));
+        let names = match self.is_named() {
+            true => pieces(SIGNALS, &value(|signal| &signal.name)),
+            false => Vec::new(),
         };
-        let mut specifier = AttributeSpecifier::new();
-        for (key, value) in &attributes {
-            let key = AttributeKey::try_from(key.as_str()).map_err(|_| too_large())?;
-            let value = AttributeValue::try_from(value.as_str()).map_err(|_| too_large())?;
-            specifier = specifier.define(&key, &value).map_err(|_| too_large())?;
-        }
-        Ok(specifier)
+        let period = self.period_ns.map(|period_ns| (PERIOD_NS.to_owned(), period_ns.to_string()));
+        let period = Vec::from_iter(period);
+        // Frames are read by index, so a description that is too long must not stop them.
+        let described = [[&period, &types, &names].as_slice(), &[&period, &types], &[&period]]
+            .into_iter()
+            .find_map(|parts| specifier(parts.iter().copied().flatten()));
+        Ok(described.unwrap_or_default())
     }
 
     /// Reads the layout from the attributes of an existing service; the unknown layout if it
@@ -178,6 +169,19 @@ impl FrameLayout {
         }
         Ok(())
     }
+}
+
+/// The attributes as iceoryx2 takes them; `None` when they are too many.
+fn specifier<'a>(
+    attributes: impl Iterator<Item = &'a (String, String)>,
+) -> Option<AttributeSpecifier> {
+    let mut specifier = AttributeSpecifier::new();
+    for (key, value) in attributes {
+        let key = AttributeKey::try_from(key.as_str()).ok()?;
+        let value = AttributeValue::try_from(value.as_str()).ok()?;
+        specifier = specifier.define(&key, &value).ok()?;
+    }
+    Some(specifier)
 }
 
 /// Name of the `index`-th attribute that a long value is spread over.

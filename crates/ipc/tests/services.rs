@@ -11,7 +11,7 @@ use iceoryx2::prelude::{NodeBuilder, ServiceName};
 use iceoryx2::service::port_factory::PortFactory as _;
 use isochrone_ipc::{
     Depth, FrameHeader, FrameLayout, FramePublisher, FrameSubscriber, LayoutConflict, OpenError,
-    Service, ServiceNameError, SignalSpec, check_service_name,
+    Service, ServiceNameError, SignalSpec, Stamp, check_service_name,
 };
 
 for_both_variants! {
@@ -32,6 +32,7 @@ for_both_variants! {
     opening_fails_for_a_name_that_cannot_be
     a_description_that_is_not_ours_is_refused
     publishers_that_open_at_once_end_as_one
+    a_layout_that_is_too_long_to_describe_keeps_what_fits_and_still_carries_every_value
 }
 
 fn a_second_publisher_is_refused_and_told_who_the_first_is<S: Service>() {
@@ -466,18 +467,35 @@ fn a_thousand_signals_survive_the_attributes_of_a_service() {
     assert_eq!(*observer.layout(), shape);
 }
 
+fn a_layout_that_is_too_long_to_describe_keeps_what_fits_and_still_carries_every_value<S: Service>() {
+    let scattered = |count: usize, types: &[&str]| FrameLayout {
+        signals: (0..count)
+            .map(|i| SignalSpec {
+                name: format!("p{:x}", i * 7919 % 65_537),
+                value_type: types[i * 7919 % 65_537 % types.len()].to_owned(),
+            })
+            .collect(),
+        period_ns: Some(1_000_000),
+    };
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    for (service, types, count, described) in [
+        ("types", ["LREAL"].as_slice(), 400, 400),
+        ("period", ["LREAL", "BOOL", "INT", "TIME", "WORD"].as_slice(), 1000, 0),
+    ] {
+        let mut writer = FramePublisher::open(&node, service, &scattered(count, types)).unwrap();
+        let mut reader = FrameSubscriber::open_existing(&node, service, Depth::All).unwrap().unwrap();
+        assert_eq!(reader.layout().signals.len(), described, "{service}");
+        assert!(!reader.layout().is_named());
+        assert_eq!(reader.layout().period_ns, Some(1_000_000));
+        writer.values_mut().unwrap()[count - 1] = 1.5;
+        assert!(writer.send(Stamp::default(), || 1));
+        assert_eq!(reader.newest().unwrap().values()[count - 1], 1.5);
+    }
+}
+
 #[test]
-fn a_layout_that_does_not_fit_is_refused_with_the_limit() {
-    let mut shape = layout(&["a:LREAL"]);
-    shape.signals = (0..400)
-        .map(|i| SignalSpec {
-            name: format!("p{:x}", i * 7919 % 65_537),
-            value_type: "LREAL".to_owned(),
-        })
-        .collect();
-    let error = shape.check().unwrap_err().to_string();
-    assert!(error.contains("400 signals need"), "{error}");
-    assert!(error.contains("holds 8"), "{error}");
+fn a_layout_that_cannot_be_written_is_refused_with_the_reason() {
     let error = layout(&[]).check().unwrap_err().to_string();
     assert!(error.contains("at least one"), "{error}");
     let error = layout(&["a b:LREAL"]).check().unwrap_err().to_string();

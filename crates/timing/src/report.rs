@@ -93,8 +93,10 @@ pub struct TaskReport {
     pub period_error_ns: Summary,
     /// CPU time of the task's thread per elapsed time, 0 to 1; waiting by spinning counts.
     pub cpu_fraction: f64,
-    /// Allocations by the cycles.
+    /// Allocations by the cycles, those of the IPC library apart.
     pub allocations: u64,
+    /// Allocations by the IPC library: one for each frame, in the slack.
+    pub ipc_allocations: u64,
     /// Page faults without I/O.
     pub minor_faults: u64,
     /// Page faults with I/O.

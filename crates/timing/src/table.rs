@@ -77,9 +77,10 @@ fn task(f: &mut Formatter<'_>, task: &TaskReport) -> Result {
     row(f, "period error", &task.period_error_ns)?;
     writeln!(
         f,
-        "  CPU {:.1} %, {} allocations, {} minor and {} major faults, {} voluntary and {} involuntary switches",
+        "  CPU {:.1} %, {} allocations ({} more by the IPC library), {} minor and {} major faults, {} voluntary and {} involuntary switches",
         task.cpu_fraction * 100.0,
         task.allocations,
+        task.ipc_allocations,
         task.minor_faults,
         task.major_faults,
         task.voluntary_switches,

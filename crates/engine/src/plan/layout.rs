@@ -242,7 +242,7 @@ impl Layout<'_> {
     }
 
     /// The sources of a task that values are computed from: everything that wires lead to, back to
-    /// its inputs and incoming links.
+    /// its inputs and the values of its incoming links.
     fn sources(&self, origins: impl Iterator<Item = Origin>, task: usize) -> Vec<usize> {
         let mut sources = std::collections::BTreeSet::new();
         let mut seen = std::collections::HashSet::new();
@@ -251,9 +251,8 @@ impl Layout<'_> {
             let producer = self.task_of_origin(origin);
             match origin {
                 _ if producer != task => {
-                    let links = self.links.keys().filter(|(reader, _)| *reader == task);
-                    let link = links.take_while(|(_, from)| *from != producer).count();
-                    sources.insert(self.tasks[task].inputs.len() + link);
+                    // Imports stand right behind the inputs.
+                    sources.insert(self.slot(origin, task));
                 }
                 Origin::Input(input) => {
                     sources.insert(self.input_slots[input].1);
@@ -276,7 +275,11 @@ impl Layout<'_> {
                 to,
                 slots: link.origins.iter().map(|origin| index(self.slot(*origin, from))).collect(),
                 first_slot: link.first_slot,
-                sources: self.sources(link.origins.iter().copied(), from),
+                sources: link
+                    .origins
+                    .iter()
+                    .map(|origin| self.sources(std::iter::once(*origin), from))
+                    .collect(),
             })
             .collect();
         (self.tasks, links)

@@ -111,7 +111,8 @@ pub struct OutputPlan {
     pub service: String,
     /// Its channels.
     pub signals: Vec<SignalPlan>,
-    /// The sources that it is computed from: inputs, then incoming links.
+    /// The sources that it is computed from: the task's inputs, then the values of its incoming
+    /// links, one link after the other.
     pub sources: Vec<usize>,
 }
 
@@ -161,8 +162,8 @@ pub struct LinkPlan {
     pub slots: Vec<u32>,
     /// Their first slot in the image of the second; the others follow.
     pub first_slot: usize,
-    /// The sources that they are computed from in the first task.
-    pub sources: Vec<usize>,
+    /// For each of them the sources that it is computed from in the first task.
+    pub sources: Vec<Vec<usize>>,
 }
 
 impl Plan {
@@ -213,7 +214,7 @@ impl Plan {
             let pin = pins.nth(offset % stride)?;
             return Some(format!("{}.{}", bank.instances.get(offset / stride)?, pin.name));
         }
-        let link = self.links.iter().filter(|link| link.to == task && link.first_slot <= slot).last()?;
+        let link = self.links.iter().filter(|link| link.to == task && link.first_slot <= slot).next_back()?;
         let from = *link.slots.get(slot - link.first_slot)?;
         self.find_slot_name(link.from, from as usize)
     }

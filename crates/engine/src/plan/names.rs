@@ -11,6 +11,9 @@ use crate::Finding;
 use crate::config::{Block, Config};
 use crate::finding::Problem;
 
+/// Most instances of a file. Their slots are counted in 32 bits, and their memory is finite.
+const MAX_INSTANCES: usize = 10_000_000;
+
 /// Names resolved to indexes. Entries whose name, type or task is unknown are `None`; the errors
 /// about them are reported.
 pub(super) struct Names<'a> {
@@ -82,7 +85,7 @@ impl<'a> Names<'a> {
             };
             let block_type = block_type(block, rules, findings);
             let task = tasks.resolve(block.task.as_ref(), "block", span.clone(), findings);
-            let count = block.count.as_ref().map_or(1, |count| *count.get_ref() as usize);
+            let count = instances(block, first, findings);
             first += count;
             Entry { name, span, block_type, task, count, first: first - count }
         };
@@ -119,6 +122,13 @@ impl<'a> Names<'a> {
 
     pub(super) fn obs(&self) -> Vec<(i16, u64)> {
         self.tasks.iter().filter_map(|task| Some((task.ob?, task.period_ns))).collect()
+    }
+
+    /// Names of the inputs in file order.
+    pub(super) fn inputs_in_order(&self) -> Vec<&'a str> {
+        let mut names: Vec<_> = self.inputs.iter().map(|(name, input)| (input.index, *name)).collect();
+        names.sort_unstable();
+        names.into_iter().map(|(_, name)| name).collect()
     }
 
     /// Number of instances in the file.
@@ -180,6 +190,21 @@ impl<'a> Tasks<'a> {
         }
         index
     }
+}
+
+/// Number of instances of a block, when there are `before` in the entries before it.
+fn instances(block: &Block, before: usize, findings: &mut Vec<Finding>) -> usize {
+    let Some(count) = &block.count else { return 1 };
+    let (instances, span) = (*count.get_ref() as usize, count.span());
+    if before.saturating_add(instances) <= MAX_INSTANCES {
+        return instances;
+    }
+    let message = format!("count {instances} is too many: {before} instances stand before it");
+    findings.push(
+        Finding::new(Problem::OutOfRange, span, message)
+            .help(format!("a file has at most {MAX_INSTANCES} instances")),
+    );
+    1
 }
 
 fn block_type(block: &Block, rules: &Rules<'_>, findings: &mut Vec<Finding>) -> Option<BlockType> {

@@ -1,5 +1,7 @@
 //! In what order blocks step: a block's depth is the longest path of wires that leads to it.
 
+use std::collections::{HashMap, HashSet};
+
 use super::names::Names;
 use super::wires::{Origin, Wire, Wiring};
 use crate::Finding;
@@ -19,6 +21,7 @@ pub(super) fn depths(names: &Names<'_>, wiring: &Wiring, findings: &mut Vec<Find
     let mut depths = vec![0; instances];
     let mut ready: Vec<usize> = (0..instances).filter(|instance| waiting[*instance] == 0).collect();
     let mut unordered = 0;
+    let mut reported = HashSet::new();
     loop {
         while let Some(instance) = ready.pop() {
             for &reader in &readers[instance] {
@@ -38,7 +41,7 @@ pub(super) fn depths(names: &Names<'_>, wiring: &Wiring, findings: &mut Vec<Find
         if unordered == instances {
             return depths;
         }
-        let cut = report_loop(names, wiring, &waiting, unordered, findings);
+        let cut = report_loop(names, wiring, &waiting, unordered, &mut reported, findings);
         waiting[cut] = 0;
         ready.push(cut);
     }
@@ -52,15 +55,18 @@ fn producer(names: &Names<'_>, wire: &Wire) -> Option<usize> {
 }
 
 /// Walks back along the wires from an instance that waits until the walk meets itself; reports the
-/// loop and returns an instance on it.
+/// loop and returns an instance on it. A wire that closes a loop in each instance of its block is
+/// reported once.
 fn report_loop(
     names: &Names<'_>,
     wiring: &Wiring,
     waiting: &[usize],
     from: usize,
+    reported: &mut HashSet<usize>,
     findings: &mut Vec<Finding>,
 ) -> usize {
     let mut path: Vec<&Wire> = Vec::new();
+    let mut visited = HashMap::new();
     let mut at = from;
     let start = loop {
         let back = wiring.into_instance(at).iter().find(|wire| {
@@ -68,17 +74,21 @@ fn report_loop(
         });
         // An instance that waits has a producer that waits.
         let Some(wire) = back else { return at };
+        visited.insert(at, path.len());
         path.push(wire);
         at = producer(names, wire).unwrap_or(at);
-        if let Some(start) = path.iter().position(|wire| wire.to_instance == at) {
-            break start;
+        if let Some(start) = visited.get(&at) {
+            break *start;
         }
     };
     let on_loop = path.get(start..).unwrap_or_default();
+    let span = on_loop.first().map_or(0..0, |wire| wire.span.clone());
+    if !reported.insert(span.start) {
+        return at;
+    }
     let mut blocks: Vec<String> =
         on_loop.iter().rev().map(|wire| names.instance_name(wire.to_instance)).collect();
     blocks.insert(0, names.instance_name(at));
-    let span = on_loop.first().map_or(0..0, |wire| wire.span.clone());
     findings.push(
         Finding::new(Problem::Loop, span, format!("loop: {}", blocks.join(" -> ")))
             .help("one wire of a loop must say \"block.pin@prev\": the value of the cycle before"),

@@ -1,37 +1,51 @@
 //! Finds constants that make a block report an error from its first call.
 
-use isochrone_blocks::{BlockType, Cycle, PinType, status};
+use isochrone_blocks::{BlockType, Cycle, Pin, PinType, status};
 
 use super::names::{Entry, Names};
 use super::wires::Wiring;
 use crate::Finding;
 use crate::finding::Problem;
 
-/// Steps every entry once with its constants. Where wires lead, several values are tried: an error
+/// What wired pins are tried with.
+const LREALS: [f64; 8] = [0.0, 1.0, -1.0, 1e6, -1e6, 1e150, -1e150, f64::MAX];
+const TRIES: u64 = 256;
+
+/// Steps every entry once with its constants. Where wires lead, many values are tried: an error
 /// that none of them avoids is the constants' doing.
 pub(super) fn constants(names: &Names<'_>, wiring: &Wiring, findings: &mut Vec<Finding>) {
-    const WIRED: [(f64, f64); 6] =
-        [(0.0, 0.0), (1e6, 0.0), (-1e6, 0.0), (0.0, 1.0), (1e6, 1.0), (-1e6, 1.0)];
     let obs = names.obs();
     for (entry, constants) in names.entries.iter().zip(&wiring.constants) {
         let (Some(block_type), Some(task)) = (&entry.block_type, entry.task) else { continue };
         let cycle = Cycle::new(0, names.tasks[task].period_ns, &obs);
-        let statuses = WIRED.map(|(lreal, bool)| {
-            let slot = |(pin, constant): (&isochrone_blocks::Pin, &Option<f64>)| {
-                constant.unwrap_or(match pin.pin_type {
-                    PinType::Bool => bool,
-                    PinType::Lreal => lreal,
-                    // Reads as 0, and at callOB as "not connected".
-                    PinType::Int | PinType::Time | PinType::Word => f64::NAN,
-                })
+        let wired = constants.iter().any(Option::is_none);
+        let status = |attempt: u64| {
+            let slot = |(index, (pin, constant)): (usize, (&Pin, &Option<f64>))| {
+                constant.unwrap_or_else(|| wired_slot(pin, index, attempt))
             };
-            first_status(block_type, block_type.inputs.iter().zip(constants).map(slot).collect(), &cycle)
-        });
-        if let [Some(first), rest @ ..] = &statuses
-            && rest.iter().all(Option::is_some)
-        {
-            findings.push(finding(entry, block_type, *first));
+            let pins = block_type.inputs.iter().zip(constants).enumerate();
+            first_status(block_type, pins.map(slot).collect(), &cycle)
+        };
+        let Some(first) = status(0) else { continue };
+        if !wired || (1..TRIES).all(|attempt| status(attempt).is_some()) {
+            findings.push(finding(entry, block_type, first));
         }
+    }
+}
+
+/// What a wire brings to a pin in one of the attempts: the same to all pins in the first ones, then
+/// to each another.
+fn wired_slot(pin: &Pin, index: usize, attempt: u64) -> f64 {
+    let choice = match attempt {
+        0..16 => attempt,
+        // Any function that scatters will do; this one gives the same warnings in every run.
+        _ => (attempt << 8 | index as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 40,
+    };
+    match pin.pin_type {
+        PinType::Lreal => LREALS.get(choice as usize % LREALS.len()).copied().unwrap_or_default(),
+        PinType::Bool => (choice >> 3 & 1) as f64,
+        // Reads as 0, and at callOB as "not connected".
+        PinType::Int | PinType::Time | PinType::Word => f64::NAN,
     }
 }
 

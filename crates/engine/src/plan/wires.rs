@@ -247,7 +247,7 @@ impl Resolver<'_, '_> {
                     Some(pin) => format!("{name} is a block; name one of its output pins, such as \"{name}.{}\"", pin.name),
                     None => format!("{name} is a block without outputs"),
                 }),
-                None => finding.did_you_mean(name, self.names.inputs.keys().copied()),
+                None => finding.did_you_mean(name, self.names.inputs_in_order()),
             };
             self.report(finding);
             return None;
@@ -256,7 +256,8 @@ impl Resolver<'_, '_> {
         let Some(entry) = found else {
             let finding =
                 Finding::new(Problem::UnknownSource, span, format!("there is no block \"{name}\""));
-            self.report(finding.did_you_mean(name, self.names.blocks.keys().copied()));
+            let known = self.names.entries.iter().map(|entry| entry.name);
+            self.report(finding.did_you_mean(name, known.filter(|name| !name.is_empty())));
             return None;
         };
         let block_type = entry.block_type?;

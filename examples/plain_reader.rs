@@ -1,0 +1,98 @@
+//! Reads the frames of a service with nothing but iceoryx2: whatever can talk to iceoryx2, in any
+//! of its languages, can talk to an isochrone node. No isochrone crate is used here.
+//!
+//! Start a node (`isochrone run examples/level.toml`, or `isochrone demo`), then:
+//!
+//! ```text
+//! cargo run --release -p isochrone-examples --bin plain_reader -- [SERVICE] [FRAMES]
+//! ```
+//!
+//! SERVICE is plant/level and FRAMES 5 if left out. Exit status: 0 done, 1 the service cannot be
+//! read, 3 nobody published for five seconds. It looks for others where they are told to be: in
+//! the domain of `config/iceoryx2.toml`, or in iceoryx2's default domain.
+#![allow(
+    clippy::print_stdout,
+    reason = "showing frames is what this program is for"
+)]
+
+use std::error::Error;
+use std::process::ExitCode;
+use std::time::{Duration, Instant};
+
+use iceoryx2::prelude::*;
+use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError::DoesNotExist;
+use iceoryx2::service::port_factory::PortFactory;
+
+const PATIENCE: Duration = Duration::from_secs(5);
+const POLL: Duration = Duration::from_millis(1);
+
+/// The user header of a frame. iceoryx2 compares type name and layout, not the Rust type; times
+/// are nanoseconds of CLOCK_MONOTONIC.
+#[repr(C)]
+#[derive(Debug, ZeroCopySend)]
+#[type_name("isochrone.FrameHeader.v1")]
+struct FrameHeader {
+    sequence: u64,   // 0, 1, 2 ... per publisher; a gap is a loss
+    cycle: u64,      // the publisher's cycle, skipped ones included
+    release_ns: u64, // when the cycle was due
+    publish_ns: u64, // when the frame was sent
+    source_ns: u64,  // when the oldest input behind the values was published; 0: none
+    missed: u64,     // cycles the publisher has lost since its start
+}
+
+fn main() -> Result<ExitCode, Box<dyn Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let name = arguments.next().unwrap_or_else(|| "plant/level".into());
+    let mut frames_left: u32 = arguments
+        .next()
+        .map_or(Ok(5), |text| text.parse())
+        .map_err(|_| "FRAMES is a number")?;
+
+    let node = NodeBuilder::new().create::<ipc::Service>()?;
+    let mut deadline = Instant::now() + PATIENCE;
+    let service = loop {
+        // Open, not create: who creates a service decides its history, buffers and overflow.
+        let opened = node
+            .service_builder(&name.as_str().try_into()?)
+            .publish_subscribe::<[f64]>()
+            .user_header::<FrameHeader>()
+            .open();
+        match opened {
+            Err(DoesNotExist) if Instant::now() > deadline => {
+                println!("there is no service {name}");
+                return Ok(ExitCode::from(3));
+            }
+            Err(DoesNotExist) => node.wait(100 * POLL)?,
+            opened => break opened?,
+        }
+    };
+
+    // The attributes tell what the values of a frame are:
+    //   signals    their names, separated by spaces
+    //   types      their types; LREAL, INT, BOOL, TIME and WORD are all exact in an f64
+    //   period_ns  the time between two frames
+    // Long lists use a shell's braces: ramp.{0..999}.y is what `echo ramp.{0..999}.y` prints, and
+    // LREAL*1000 is that word a thousand times.
+    println!("service {name}");
+    for attribute in service.attributes().iter() {
+        println!("  {} = {}", attribute.key(), attribute.value());
+    }
+
+    let subscriber = service.subscriber_builder().create()?;
+    deadline = Instant::now() + PATIENCE;
+    while frames_left > 0 {
+        let Some(frame) = subscriber.receive()? else {
+            if Instant::now() > deadline {
+                println!("no frames on {name}");
+                return Ok(ExitCode::from(3));
+            }
+            node.wait(POLL)?; // ends the program on Ctrl-C
+            continue;
+        };
+        println!("{:?}", frame.user_header());
+        println!("  {:?}", frame.payload());
+        frames_left -= 1;
+        deadline = Instant::now() + PATIENCE;
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,182 @@
+//! The configurations are right, and compute what their comments say.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
+
+use std::path::{Path, PathBuf};
+
+use isochrone_engine::{Plan, Rules, Source, TaskEngine};
+use isochrone_ipc::{FrameLayout, SignalSpec, check_service_name};
+
+fn folder() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+fn configurations() -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder()).unwrap();
+    let paths = entries.map(|entry| entry.unwrap().path());
+    let is_configuration = |path: &PathBuf| {
+        path.extension().is_some_and(|end| end == "toml") && !path.ends_with("Cargo.toml")
+    };
+    paths.filter(is_configuration).collect()
+}
+
+/// Plans a configuration as `isochrone run` does.
+fn plan(path: &Path) -> Plan {
+    let rules = Rules {
+        service_name: |name| check_service_name(name).map_err(|cause| cause.to_string()),
+        ..Rules::default()
+    };
+    Plan::new(Source::read(path).unwrap(), &rules)
+        .unwrap_or_else(|wrong| panic!("{wrong}: {:?}", wrong.findings))
+}
+
+fn frame(engine: &TaskEngine, plan: &Plan, task: usize) -> Vec<f64> {
+    let mut frame = vec![f64::NAN; plan.tasks[task].outputs[0].signals.len()];
+    engine.read_output(0, &mut frame);
+    frame
+}
+
+#[test]
+fn every_configuration_is_planned_without_a_warning() {
+    let paths = configurations();
+    assert!(paths.len() >= 3, "{paths:?}");
+    for path in paths {
+        let plan = plan(&path);
+        assert!(plan.warnings.is_empty(), "{path:?}: {:?}", plan.warnings);
+    }
+}
+
+#[test]
+fn every_configuration_steps_without_an_error_of_a_block() {
+    for path in configurations() {
+        let plan = plan(&path);
+        let mut engines = TaskEngine::build(&plan);
+        for cycle in 0..1_000 {
+            engines.iter_mut().for_each(|engine| engine.step(cycle));
+        }
+        for (task, engine) in engines.iter().enumerate() {
+            assert_eq!(engine.block_errors(), 0, "{path:?}");
+            let frame = frame(engine, &plan, task);
+            assert!(
+                frame.iter().all(|value| value.is_finite()),
+                "{path:?}: {frame:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn every_output_fits_into_the_attributes_of_a_service() {
+    for path in configurations() {
+        for task in plan(&path).tasks {
+            for output in task.outputs {
+                let signals = output.signals.iter().map(|signal| SignalSpec {
+                    name: signal.name.clone(),
+                    value_type: signal.value_type.to_string(),
+                });
+                let layout = FrameLayout {
+                    signals: signals.collect(),
+                    period_ns: Some(task.period_ns),
+                };
+                layout.check().unwrap();
+            }
+        }
+    }
+}
+
+#[test]
+fn the_level_follows_the_sensor_and_the_ramp_follows_the_level() {
+    let plan = plan(&folder().join("level.toml"));
+    let mut engines = TaskEngine::build(&plan);
+    let engine = &mut engines[0];
+    engine.set_input(0, 20736.0, 1);
+    engine.step(0);
+    let three_quarters = 1.7 / 27648.0 * 20736.0;
+    assert_eq!(
+        frame(engine, &plan, 0),
+        [20736.0, three_quarters, 0.01, 0.0]
+    );
+    (1..200).for_each(|cycle| engine.step(cycle));
+    assert_eq!(
+        frame(engine, &plan, 0),
+        [20736.0, three_quarters, three_quarters, 1.0]
+    );
+    // A broken wire, and a sensor beyond its range.
+    engine.set_input(0, -4864.0, 2);
+    engine.step(200);
+    assert_eq!(
+        frame(engine, &plan, 0)[1..],
+        [0.0, three_quarters - 0.01, 2.0]
+    );
+    engine.set_input(0, 32511.0, 3);
+    engine.step(201);
+    assert_eq!(frame(engine, &plan, 0)[1], 1.7);
+}
+
+#[test]
+fn the_heartbeat_counts_up_ten_times_a_second_and_passes_into_the_negative() {
+    let plan = plan(&folder().join("level.toml"));
+    let mut engines = TaskEngine::build(&plan);
+    for (cycle, value) in [
+        (0, 0.0),
+        (99, 0.0),
+        (100, 1.0),
+        (3_276_700, 32767.0),
+        (3_276_800, -32768.0),
+    ] {
+        engines[0].step(cycle);
+        assert_eq!(frame(&engines[0], &plan, 0)[3], value, "cycle {cycle}");
+    }
+}
+
+#[test]
+fn the_tanks_reach_their_set_points_and_the_display_shows_them() {
+    let plan = plan(&folder().join("two_tasks.toml"));
+    let mut engines = TaskEngine::build(&plan);
+    let [fast, slow] = engines.as_mut_slice() else {
+        panic!("two tasks")
+    };
+    let mut reached_ms = [None; 3];
+    let set_points = [50.0, 75.0, 100.0].map(|percent| (1.7_f64 / 100.0 * percent).min(1.7));
+    for ms in 0..6_000 {
+        fast.step(ms);
+        if ms % 10 == 0 {
+            slow.step(ms / 10); // 500 us later
+        }
+        let levels = frame(fast, &plan, 0);
+        if ms == 1 {
+            assert_eq!(
+                levels, [0.001; 3],
+                "the set-points are there after one cycle"
+            );
+        }
+        for ((reached_ms, level), set_point) in reached_ms.iter_mut().zip(levels).zip(set_points) {
+            if level == set_point {
+                reached_ms.get_or_insert(ms);
+            }
+        }
+    }
+    assert_eq!(frame(fast, &plan, 0), set_points);
+    for (shown, percent) in frame(slow, &plan, 1).into_iter().zip([50.0, 75.0, 100.0]) {
+        assert!((shown - percent).abs() < 1e-9, "{shown}");
+    }
+    let [half, more, full] = reached_ms.map(Option::unwrap);
+    assert!(
+        more - half > half / 4 && full - more > more - half,
+        "fuller means slower: {reached_ms:?}"
+    );
+}
+
+#[test]
+fn a_thousand_chains_climb_the_same_stairs() {
+    let plan = plan(&folder().join("chains.toml"));
+    assert_eq!(plan.instances(), 3_000);
+    let mut engines = TaskEngine::build(&plan);
+    for cycle in 0..220_u64 {
+        engines[0].step(cycle);
+        let frame = frame(&engines[0], &plan, 0);
+        let saw = 2764.0 * (cycle / 10 % 11) as f64;
+        assert_eq!(frame[..2], [saw, 1.7 / 27648.0 * saw], "cycle {cycle}");
+        assert_eq!(frame[2], frame[3], "the first and the last ramp");
+    }
+}

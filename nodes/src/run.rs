@@ -1,0 +1,247 @@
+//! `run`: the control node.
+
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
+use std::time::Duration;
+
+use isochrone_cyclic::{Clock, Monotonic, Refusal, StopReason, ThreadGrant, prepare_process};
+use isochrone_engine::{Finding, Findings, Plan, Problem, TaskEngine};
+use isochrone_ipc::{Participant, ipc};
+use isochrone_timing::{
+    CycleRecord, Environment, LinkReport, Report, TaskReport, TaskTiming, Warning,
+};
+use rtrb::{Consumer, RingBuffer};
+
+use crate::domain::{self, Domain};
+use crate::failure::Failure;
+use crate::report_file::ReportFile;
+use crate::stop::{Stop, parse_seconds};
+use crate::task::{self, Job, Outcome};
+use crate::{check, load, terminal};
+
+/// Run a control node until Ctrl-C, SIGTERM, --seconds or --cycles
+///
+/// Reads the newest frame of every input's service, steps the blocks and publishes a frame for
+/// every output, at the period of each task. Peers may come, go and be killed at any time. Real-time
+/// scheduling that the machine refuses is a warning with its remedy; --strict makes it an error.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  isochrone run examples/level.toml\n  \
+    isochrone run level.toml --seconds 60 --report level.json\n  isochrone run level.toml --strict")]
+pub(crate) struct Args {
+    /// Configuration file (TOML)
+    file: PathBuf,
+    /// End after this many seconds
+    #[arg(long, value_parser = parse_seconds)]
+    seconds: Option<f64>,
+    /// End after this many cycles of the first task
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
+    cycles: Option<u64>,
+    /// Write the report (JSON) to this file at the end
+    #[arg(long, value_name = "FILE.json")]
+    report: Option<PathBuf>,
+    /// Print the report as JSON instead of the table
+    #[arg(long)]
+    json: bool,
+    /// Refuse to start with warnings or without the scheduling that was asked for
+    #[arg(long)]
+    strict: bool,
+    #[command(flatten)]
+    domain: domain::Args,
+}
+
+/// Records that fit between the cycle and the thread that reads them: 40 ms at the shortest period.
+const RING_RECORDS: usize = 4096;
+/// How often the records are read.
+const DRAIN_INTERVAL: Duration = Duration::from_millis(20);
+/// From the end of the set-up to the first release.
+const START_DELAY_NS: u64 = 20_000_000;
+
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let plan = load::plan_strictly(&args.file, args.strict)?;
+    require_services(&plan)?;
+    load::note_warnings(&plan);
+    let report_file = args.report.as_deref().map(ReportFile::create).transpose()?;
+    let stop = Stop::on_signal(args.seconds)?;
+    let domain = Domain::find(&args.domain)?;
+
+    let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
+    if plan.tasks.iter().any(|task| task.priority.is_some()) {
+        report.warnings.extend(prepare_process().refusals.iter().map(warning));
+    }
+    let participant = domain.join(&format!("isochrone/{}", plan.node))?;
+    let overrun = run_tasks(args, &plan, &participant, &stop, &mut report)?;
+    drop(participant);
+    drop(domain);
+
+    if let Some(file) = report_file {
+        file.write(&report)?;
+    }
+    match args.json {
+        true => terminal::print_json(&report)?,
+        false => terminal::print(&report.to_string())?,
+    }
+    match overrun {
+        None => Ok(()),
+        Some(task) => Err(Failure::found(format!(
+            "task \"{task}\" missed a release and has overrun = \"stop\": the node stopped"
+        ))),
+    }
+}
+
+/// Runs all tasks to their end and completes the report. Returns the task that stopped the node
+/// because it overran.
+fn run_tasks(
+    args: &Args,
+    plan: &Plan,
+    participant: &Participant<ipc::Service>,
+    stop: &Stop,
+    report: &mut Report,
+) -> Result<Option<String>, Failure> {
+    thread::scope(|scope| {
+        let mut threads = Vec::new();
+        let mut watches = Vec::new();
+        for (index, (task, engine)) in plan.tasks.iter().zip(TaskEngine::build(plan)).enumerate() {
+            let (ready, is_ready) = channel();
+            let (start, epoch_ns) = channel();
+            let (records, consumer) = RingBuffer::new(RING_RECORDS);
+            let job = Job {
+                plan: task,
+                participant,
+                engine,
+                cycles: args.cycles.filter(|_| index == 0),
+                stop: stop.flag(),
+                records,
+                ready,
+                epoch_ns,
+            };
+            let spawned = thread::Builder::new()
+                .name(task.name.chars().take(15).collect())
+                .spawn_scoped(scope, move || task::run(job));
+            let thread = spawned
+                .map_err(|error| Failure::found(format!("cannot start a thread: {error}")))?;
+            threads.push((thread, start));
+            watches.push(Watch { timing: TaskTiming::new(task.period_ns), consumer, is_ready });
+        }
+
+        // Dropping `start` without a word, as every early return does, ends the threads.
+        let grants =
+            watches.iter().map(Watch::granted).collect::<Result<Vec<ThreadGrant>, Failure>>()?;
+        let refusals: Vec<&Refusal> = grants.iter().flat_map(|grant| &grant.refusals).collect();
+        report.warnings.extend(refusals.into_iter().map(warning));
+        if args.strict && let Some(warning) = report.warnings.first() {
+            let Warning { message, remedy, .. } = warning;
+            return Err(Failure::found(format!("{message}\nremedy: {remedy}")));
+        }
+        note_start(plan, report);
+        let epoch_ns = Monotonic.now_ns() + START_DELAY_NS;
+        for (_, start) in &threads {
+            let _ = start.send(epoch_ns);
+        }
+        while !stop.is_due() {
+            thread::sleep(DRAIN_INTERVAL);
+            watches.iter_mut().for_each(Watch::drain);
+        }
+        let mut overrun = None;
+        for (((thread, _), mut watch), (task, grant)) in
+            threads.into_iter().zip(watches).zip(plan.tasks.iter().zip(grants))
+        {
+            let outcome = thread.join().map_err(|_| Failure::found("a task's thread panicked"))?;
+            watch.drain();
+            let Some(outcome) = outcome else { continue };
+            if outcome.stop_reason == Some(StopReason::Overrun) {
+                overrun = Some(task.name.clone());
+            }
+            report.links.extend(links(&outcome));
+            report.tasks.push(TaskReport {
+                wake: check::wake(task.wake).into(),
+                scheduler: grant.scheduler,
+                cpu: grant.cpu,
+                ..task_report(watch.timing.report(&task.name), &outcome)
+            });
+        }
+        Ok(overrun)
+    })
+}
+
+/// What the main thread keeps of a task.
+struct Watch {
+    timing: TaskTiming,
+    consumer: Consumer<CycleRecord>,
+    is_ready: Receiver<Result<ThreadGrant, Failure>>,
+}
+
+impl Watch {
+    /// Waits for the end of the task's set-up.
+    fn granted(&self) -> Result<ThreadGrant, Failure> {
+        let gone = |_| Failure::found("a task's thread ended during its set-up");
+        self.is_ready.recv().map_err(gone)?
+    }
+
+    fn drain(&mut self) {
+        while let Ok(record) = self.consumer.pop() {
+            self.timing.record(&record);
+        }
+    }
+}
+
+fn task_report(report: TaskReport, outcome: &Outcome) -> TaskReport {
+    TaskReport {
+        cpu_fraction: outcome.usage.cpu_ns as f64 / outcome.elapsed_ns.max(1) as f64,
+        allocations: outcome.allocations,
+        ipc_allocations: outcome.ipc_allocations,
+        minor_faults: outcome.usage.minor_faults,
+        major_faults: outcome.usage.major_faults,
+        voluntary_switches: outcome.usage.voluntary_switches,
+        involuntary_switches: outcome.usage.involuntary_switches,
+        block_errors: outcome.block_errors,
+        input_rejects: outcome.input_rejects,
+        connects: outcome.connects,
+        ..report
+    }
+}
+
+/// The frames that the node received and sent. How long they took is for their readers to say.
+fn links(outcome: &Outcome) -> impl Iterator<Item = LinkReport> {
+    let received = outcome.received.iter().map(|(service, frames)| (service, *frames, 0));
+    let sent = outcome.sent.iter().map(|(service, frames, lost)| (service, *frames, *lost));
+    received.chain(sent).map(|(service, frames, lost)| LinkReport {
+        service: service.clone(),
+        frames,
+        lost,
+        ..LinkReport::default()
+    })
+}
+
+fn warning(refusal: &Refusal) -> Warning {
+    Warning {
+        code: refusal.code().into(),
+        message: refusal.to_string(),
+        remedy: refusal.remedy(),
+    }
+}
+
+fn note_start(plan: &Plan, report: &Report) {
+    for Warning { message, remedy, .. } in &report.warnings {
+        terminal::note(&format!("warning: {message}\n  remedy: {remedy}"));
+    }
+    let tasks: Vec<_> = plan.tasks.iter().map(|task| task.name.as_str()).collect();
+    terminal::note(&format!("node \"{}\" runs: {}. Ctrl-C ends it.", plan.node, tasks.join(", ")));
+}
+
+/// Running needs a service for every input.
+fn require_services(plan: &Plan) -> Result<(), Failure> {
+    let without = plan.tasks.iter().flat_map(|task| &task.inputs).filter(|i| i.service.is_none());
+    let findings: Vec<Finding> = without
+        .map(|input| Finding {
+            problem: Problem::MissingKey,
+            message: format!("input \"{}\" has no service, which `run` needs", input.name),
+            span: input.span.clone(),
+            help: Some("add service = \"…\", the service whose frames carry the value".into()),
+        })
+        .collect();
+    match findings.is_empty() {
+        true => Ok(()),
+        false => Err(Failure::configuration(Findings::new(plan.source.clone(), findings))),
+    }
+}

@@ -1,0 +1,167 @@
+//! The thread of one task: set-up, and the cycle.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender};
+
+use isochrone_cyclic::{
+    Clock, Cyclic, Monotonic, Release, Schedule, StopReason, ThreadGrant, ThreadRequest,
+    ThreadUsage, prepare_thread, thread_allocations, thread_usage,
+};
+use isochrone_engine::{TaskEngine, TaskPlan};
+use isochrone_ipc::{Participant, ipc};
+use isochrone_timing::{CycleRecord, DEFAULT_WARM_UP_CYCLES};
+use rtrb::Producer;
+
+use crate::failure::Failure;
+use crate::ports::{InputPorts, OutputPorts};
+
+/// What a task's thread is given.
+pub(crate) struct Job<'a> {
+    pub(crate) plan: &'a TaskPlan,
+    pub(crate) participant: &'a Participant<ipc::Service>,
+    pub(crate) engine: TaskEngine,
+    /// Cycles to run; until stopped if there is none.
+    pub(crate) cycles: Option<u64>,
+    pub(crate) stop: Arc<AtomicBool>,
+    pub(crate) records: Producer<CycleRecord>,
+    /// Tells that the set-up is done, or why it failed.
+    pub(crate) ready: Sender<Result<ThreadGrant, Failure>>,
+    /// The instant at which the common grid of all tasks begins.
+    pub(crate) epoch_ns: Receiver<u64>,
+}
+
+/// What a task's thread has to say in the end.
+pub(crate) struct Outcome {
+    pub(crate) stop_reason: Option<StopReason>,
+    /// Used by the cycles after the warm-up, in `elapsed_ns`.
+    pub(crate) usage: ThreadUsage,
+    pub(crate) elapsed_ns: u64,
+    pub(crate) allocations: u64,
+    pub(crate) ipc_allocations: u64,
+    pub(crate) block_errors: u64,
+    pub(crate) input_rejects: u64,
+    pub(crate) connects: u64,
+    /// Service and number of frames received.
+    pub(crate) received: Vec<(String, u64)>,
+    /// Service, number of frames sent, and number that could not be sent.
+    pub(crate) sent: Vec<(String, u64, u64)>,
+}
+
+/// Runs a task to its end. `None`: it did not come to run, and `ready` was told why, or the node
+/// was stopped before.
+pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
+    let ports = InputPorts::open(job.participant, job.plan)
+        .and_then(|inputs| Ok((inputs, OutputPorts::open(job.participant, job.plan)?)));
+    let (mut inputs, mut outputs) = match ports {
+        Ok(ports) => ports,
+        Err(error) => {
+            let _ = job.ready.send(Err(Failure::found(error)));
+            return None;
+        }
+    };
+    let grant = prepare_thread(ThreadRequest {
+        priority: job.plan.priority,
+        cpu: job.plan.cpu.map(|cpu| cpu as usize),
+    });
+    job.ready.send(Ok(grant)).ok()?;
+    let epoch_ns = job.epoch_ns.recv().ok()?;
+
+    let mut cyclic = Cyclic::new(Monotonic, schedule(job.plan), epoch_ns, job.stop.clone());
+    let mut account = Account::open();
+    let mut cycles = 0;
+    while let Some(release) = cyclic.wait() {
+        inputs.read(&mut job.engine, release.start_ns);
+        job.engine.step(release.cycle);
+        outputs.send(&job.engine, &release);
+        let end_ns = Monotonic.now_ns();
+        cyclic.finished(end_ns);
+
+        // The slack: what may take its time, until the next release.
+        account.library(|| {
+            outputs.prepare();
+            inputs.maintain();
+        });
+        // A full ring drops the record, and the reader of the ring sees the gap.
+        let _ = job.records.push(record(&release, end_ns, cyclic.overruns()));
+        cycles += 1;
+        if cycles == DEFAULT_WARM_UP_CYCLES {
+            account = Account::open();
+        }
+        if job.cycles.is_some_and(|wanted| cycles >= wanted) {
+            break;
+        }
+    }
+    // One task's end is the node's.
+    job.stop.store(true, Ordering::Relaxed);
+    Some(Outcome {
+        stop_reason: cyclic.stop_reason(),
+        usage: thread_usage().since(account.usage),
+        elapsed_ns: Monotonic.now_ns().saturating_sub(account.opened_ns),
+        allocations: (thread_allocations() - account.allocations)
+            .saturating_sub(account.library_allocations),
+        ipc_allocations: account.library_allocations,
+        block_errors: job.engine.block_errors(),
+        input_rejects: inputs.rejects(),
+        connects: inputs.connects() + outputs.connects(),
+        received: inputs.received().map(|(service, n)| (service.to_owned(), n)).collect(),
+        sent: outputs.sent().map(|(service, n, lost)| (service.to_owned(), n, lost)).collect(),
+    })
+}
+
+fn record(release: &Release, end_ns: u64, overruns: u64) -> CycleRecord {
+    CycleRecord {
+        cycle: release.cycle,
+        release_ns: release.release_ns,
+        start_ns: release.start_ns,
+        end_ns,
+        missed: release.missed,
+        overruns,
+    }
+}
+
+/// What the thread had used when counting began.
+struct Account {
+    usage: ThreadUsage,
+    opened_ns: u64,
+    allocations: u64,
+    /// Allocations since then that were iceoryx2's.
+    library_allocations: u64,
+}
+
+impl Account {
+    fn open() -> Self {
+        Self {
+            usage: thread_usage(),
+            opened_ns: Monotonic.now_ns(),
+            allocations: thread_allocations(),
+            library_allocations: 0,
+        }
+    }
+
+    /// Does something whose allocations are not ours.
+    fn library(&mut self, work: impl FnOnce()) {
+        let before = thread_allocations();
+        work();
+        self.library_allocations += thread_allocations() - before;
+    }
+}
+
+fn schedule(plan: &TaskPlan) -> Schedule {
+    use isochrone_cyclic::{Overrun, Wake};
+    use isochrone_engine::config;
+    Schedule {
+        period_ns: plan.period_ns,
+        phase_ns: plan.phase_ns,
+        wake: match plan.wake {
+            config::Wake::Sleep => Wake::Sleep,
+            config::Wake::Hybrid => Wake::Hybrid { margin_ns: None },
+            config::Wake::Spin => Wake::Spin,
+        },
+        overrun: match plan.overrun {
+            config::Overrun::Skip => Overrun::Skip,
+            config::Overrun::CatchUp => Overrun::CatchUp,
+            config::Overrun::Stop => Overrun::Stop,
+        },
+    }
+}
