@@ -105,7 +105,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         text: CONFIGURATION.into(),
     };
     let plan =
-        Plan::new(source, &rules).map_err(|wrong| format!("{wrong}: {}", wrong.findings[0]))?;
+        Plan::new(source, &rules)?;
     let mut engine = TaskEngine::build(&plan).pop().ok_or("there is no task")?;
 
     println!("cycle  saw  smooth");

@@ -39,7 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         text: include_str!("level.toml").into(),
     };
     let plan = Plan::new(source, &Rules::default())
-        .map_err(|wrong| format!("{wrong}: {}", wrong.findings[0]))?;
+        ?;
     let task = plan.tasks.first().ok_or("there is no task")?;
     let input = task
         .inputs

@@ -71,8 +71,9 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     //   signals    their names, separated by spaces
     //   types      their types; LREAL, INT, BOOL, TIME and WORD are all exact in an f64
     //   period_ns  the time between two frames
-    // Long lists use a shell's braces: ramp.{0..999}.y is what `echo ramp.{0..999}.y` prints, and
-    // LREAL*1000 is that word a thousand times.
+    // Similar words are written with a shell's braces: ramp.{0..999}.y is what bash prints for
+    // `echo ramp.{0..999}.y`. LREAL*1000 is that word a thousand times. A list that is too long even
+    // so is left out: a value is known by its place, which is that in `signals` of the [[output]].
     println!("service {name}");
     for attribute in service.attributes().iter() {
         println!("  {} = {}", attribute.key(), attribute.value());

@@ -1,12 +1,12 @@
 //! `blocks`: the catalogue.
 
 use clap::ValueEnum;
-use isochrone_blocks::{BlockType, CATALOGUE, Pin, PinType};
+use isochrone_blocks::{BlockType, CATALOGUE, Pin};
 use serde_json::json;
 
 use crate::failure::Failure;
 use crate::table::Table;
-use crate::terminal;
+use crate::{numbers, terminal};
 
 /// Show the block catalogue: pins, types, defaults and status words
 #[derive(clap::Args)]
@@ -62,7 +62,11 @@ fn text(known: &BlockType) -> String {
     for (code, meaning) in known.status {
         status.row([format!("16#{code:04X}"), (*meaning).to_owned()]);
     }
-    format!("{}\n  {}\n\n{}\n{}", known.name, known.doc(), pins.draw(2), status.draw(2))
+    let mut text = format!("{}\n  {}\n\n{}", known.name, known.doc(), pins.draw(2));
+    if status.len() > 0 {
+        text += &format!("\n{}", status.draw(2));
+    }
+    text
 }
 
 fn markdown(types: &[&BlockType]) -> String {
@@ -86,10 +90,8 @@ fn print_json(types: &[&BlockType]) -> Result<(), Failure> {
         let mut value = pin(input);
         // `required` tells a pin without a default from callOB, whose default is no number.
         value["required"] = json!(input.default.is_none());
-        value["default"] = match (input.pin_type, input.default) {
-            (PinType::Bool, Some(slot)) => json!(slot != 0.0),
-            (PinType::Lreal, default) => json!(default),
-            (_, Some(slot)) if !slot.is_nan() => json!(slot as i64),
+        value["default"] = match input.default {
+            Some(slot) if !slot.is_nan() => numbers::json(slot, input.pin_type),
             _ => json!(null),
         };
         value
@@ -108,13 +110,10 @@ fn print_json(types: &[&BlockType]) -> Result<(), Failure> {
     terminal::print_json(&json!({ "blocks": blocks.collect::<Vec<_>>() }))
 }
 
-/// A default as LGF's documents write it.
 fn default(pin: &Pin) -> String {
-    match (pin.pin_type, pin.default) {
-        (_, None) => "required".into(),
-        (_, Some(slot)) if slot.is_nan() => "calling task".into(),
-        (PinType::Bool, Some(slot)) => if slot == 0.0 { "FALSE" } else { "TRUE" }.into(),
-        (PinType::Lreal, Some(slot)) => format!("{slot:?}"),
-        (_, Some(slot)) => format!("{slot}"),
+    match pin.default {
+        None => "required".into(),
+        Some(slot) if slot.is_nan() => "calling task".into(),
+        Some(slot) => numbers::literal(slot, pin.pin_type),
     }
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use isochrone_engine::config::{OnStale, Overrun, Wake};
-use isochrone_engine::{InputPlan, OutputPlan, Plan, TaskPlan, WirePlan, format_duration_ns};
+use isochrone_engine::{Findings, InputPlan, OutputPlan, Plan, TaskPlan, WirePlan, format_duration_ns};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
@@ -31,7 +31,12 @@ pub(crate) struct Args {
 const ROWS: usize = 40;
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let plan = load::plan_strictly(&args.file, args.strict)?;
+    let plan = load::plan_strictly(&args.file, args.strict).or_else(|failure| {
+        match failure.findings().filter(|_| args.json) {
+            Some(findings) => terminal::print_json(&refusal(findings)).and(Err(failure)),
+            None => Err(failure),
+        }
+    })?;
     if args.json {
         return terminal::print_json(&document(&plan));
     }
@@ -119,7 +124,7 @@ fn origin(input: &InputPlan) -> String {
 }
 
 fn fallback(input: &InputPlan) -> String {
-    let default = numbers::format(input.default);
+    let default = numbers::literal(input.default, input.value_type);
     match input.max_age_ns {
         None => format!("default {default}"),
         Some(age_ns) => format!(
@@ -167,7 +172,7 @@ fn document(plan: &Plan) -> Value {
                 "type": input.value_type.as_str(),
                 "service": input.service,
                 "channel": input.channel,
-                "default": input.default,
+                "default": numbers::json(input.default, input.value_type),
                 "max_age_ns": input.max_age_ns,
                 "on_stale": on_stale(input.on_stale),
             })).collect::<Vec<_>>(),
@@ -192,7 +197,17 @@ fn document(plan: &Plan) -> Value {
         "file": plan.source.name,
         "node": plan.node,
         "tasks": tasks.collect::<Vec<_>>(),
-        "warnings": load::findings_json(&load::warnings(plan)),
+        "errors": [],
+        "warnings": load::findings_json(&load::warnings(plan), true),
+    })
+}
+
+/// The document of a file that has errors.
+fn refusal(findings: &Findings) -> Value {
+    json!({
+        "file": findings.source.name,
+        "errors": load::findings_json(findings, false),
+        "warnings": load::findings_json(findings, true),
     })
 }
 

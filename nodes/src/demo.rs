@@ -23,7 +23,7 @@ use crate::terminal;
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct Args {
     /// End after this many seconds
-    #[arg(long, default_value = "10", value_parser = parse_seconds)]
+    #[arg(long, default_value = "10", value_parser = parse_seconds, allow_negative_numbers = true)]
     seconds: f64,
     /// Print the summary as JSON; live values go to stderr
     #[arg(long)]

@@ -8,6 +8,7 @@ use crate::failure::Failure;
 
 /// Which iceoryx2 domain to use
 #[derive(Clone, Debug, clap::Args)]
+#[group(skip)]
 pub(crate) struct Args {
     /// iceoryx2 configuration; its root-path and prefix say which processes see each other.
     /// Without it iceoryx2's own places are searched: ./config/iceoryx2.toml, ~/.config, /etc

@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use isochrone_engine::Findings;
 use miette::{Diagnostic, Report};
 
 use crate::terminal;
@@ -10,33 +11,46 @@ use crate::terminal;
 #[derive(Debug)]
 pub(crate) struct Failure {
     status: u8,
-    report: Report,
+    /// What to say; nothing where nobody listens.
+    report: Option<Report>,
 }
 
 impl Failure {
     /// It ran and found something wrong: exit status 1.
     pub(crate) fn found(what: impl std::fmt::Display) -> Self {
-        Self { status: 1, report: Report::msg(what.to_string()) }
+        Self { status: 1, report: Some(Report::msg(what.to_string())) }
     }
 
     /// The command line or a file is wrong: exit status 2.
     pub(crate) fn usage(what: impl std::fmt::Display) -> Self {
-        Self { status: 2, report: Report::msg(what.to_string()) }
+        Self { status: 2, report: Some(Report::msg(what.to_string())) }
     }
 
     /// A configuration has errors: exit status 2, with each of them shown in the file.
     pub(crate) fn configuration(findings: impl Diagnostic + Send + Sync + 'static) -> Self {
-        Self { status: 2, report: Report::new(findings) }
+        Self { status: 2, report: Some(Report::new(findings)) }
     }
 
     /// There is nothing to talk to: exit status 3.
     pub(crate) fn nobody(what: impl std::fmt::Display) -> Self {
-        Self { status: 3, report: Report::msg(what.to_string()) }
+        Self { status: 3, report: Some(Report::msg(what.to_string())) }
+    }
+
+    /// Whoever read stdout went away (`| head`): the verb ends in silence, exit status 0.
+    pub(crate) fn reader_left() -> Self {
+        Self { status: 0, report: None }
+    }
+
+    /// What is wrong with the configuration, if that is the failure.
+    pub(crate) fn findings(&self) -> Option<&Findings> {
+        self.report.as_ref()?.downcast_ref()
     }
 
     /// Shows the failure on stderr.
     pub(crate) fn report(self) -> ExitCode {
-        terminal::note(&format!("{:?}", self.report));
+        if let Some(report) = &self.report {
+            terminal::note(&format!("{report:?}"));
+        }
         ExitCode::from(self.status)
     }
 }

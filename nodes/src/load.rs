@@ -35,8 +35,8 @@ pub(crate) fn note_warnings(plan: &Plan) {
     }
 }
 
-/// Findings for programs: kind, message, place and remedy of each.
-pub(crate) fn findings_json(findings: &Findings) -> Vec<serde_json::Value> {
+/// Findings for programs, warnings or errors: kind, message, place and remedy of each.
+pub(crate) fn findings_json(findings: &Findings, warnings: bool) -> Vec<serde_json::Value> {
     let place = |finding: &isochrone_engine::Finding| {
         let (line, column) = findings.source.position(finding.span.start);
         serde_json::json!({
@@ -47,7 +47,7 @@ pub(crate) fn findings_json(findings: &Findings) -> Vec<serde_json::Value> {
             "remedy": finding.help,
         })
     };
-    findings.findings.iter().map(place).collect()
+    findings.findings.iter().filter(|finding| finding.is_warning() == warnings).map(place).collect()
 }
 
 fn rules() -> Rules<'static> {

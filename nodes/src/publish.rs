@@ -45,13 +45,13 @@ pub(crate) struct Args {
     #[arg(long, value_delimiter = ',', default_value = "1", value_name = "HZ,…")]
     frequency: Vec<f64>,
     /// Frames per second
-    #[arg(long, default_value = "1000", value_name = "HZ", value_parser = parse_rate)]
+    #[arg(long, default_value = "1000", value_name = "HZ", value_parser = parse_rate, allow_negative_numbers = true)]
     rate: f64,
     /// End after this many frames
     #[arg(long)]
     count: Option<u64>,
     /// End after this many seconds
-    #[arg(long, value_parser = parse_seconds)]
+    #[arg(long, value_parser = parse_seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// Print the summary as JSON
     #[arg(long)]

@@ -32,7 +32,7 @@ pub(crate) struct Args {
     /// Configuration file (TOML)
     file: PathBuf,
     /// End after this many seconds
-    #[arg(long, value_parser = parse_seconds)]
+    #[arg(long, value_parser = parse_seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// End after this many cycles of the first task
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]

@@ -72,9 +72,14 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         }
     }
     rows.finish()?;
-    if simulation.rejects > 0 {
-        let n = simulation.rejects;
-        terminal::note(&format!("note: {n} samples rejected, which their input's type cannot hold"));
+    if let Some(first) = &simulation.first_reject {
+        let samples = match simulation.rejects {
+            1 => "1 sample was".into(),
+            n => format!("{n} samples were"),
+        };
+        terminal::note(&format!(
+            "note: {samples} rejected, and the input kept its value; the first: {first}"
+        ));
     }
     Ok(())
 }
@@ -89,7 +94,9 @@ struct Simulation<'a> {
     next: Vec<u64>,
     reference: usize,
     recording: Recording,
+    /// Samples that their input's type cannot hold, each counted once.
     rejects: u64,
+    first_reject: Option<String>,
 }
 
 impl<'a> Simulation<'a> {
@@ -104,6 +111,7 @@ impl<'a> Simulation<'a> {
             reference,
             recording,
             rejects: 0,
+            first_reject: None,
         }
     }
 
@@ -149,9 +157,17 @@ impl<'a> Simulation<'a> {
     fn apply(&mut self, cycle: u64) {
         for (task, engine) in self.plan.tasks.iter().zip(&mut self.engines) {
             for (index, input) in task.inputs.iter().enumerate() {
-                if let Some(sample) = self.recording.sample(&input.name, cycle) {
-                    self.rejects += u64::from(!engine.set_input(index, sample, 0));
+                let Some(sample) = self.recording.sample(&input.name, cycle) else { continue };
+                // Rows after the end are the last row again.
+                if engine.set_input(index, sample, 0) || cycle >= self.recording.len() as u64 {
+                    continue;
                 }
+                self.rejects += 1;
+                self.first_reject.get_or_insert_with(|| {
+                    let (name, value_type) = (&input.name, input.value_type);
+                    let sample = numbers::format(sample);
+                    format!("{name} is {value_type}, which cannot hold {sample} (cycle {cycle})")
+                });
             }
         }
     }
@@ -169,7 +185,7 @@ struct Rows {
 impl Rows {
     fn create(path: &Path, plan: &Plan) -> Result<Self, Failure> {
         let (name, out): (_, Box<dyn Write>) = if path == Path::new("-") {
-            ("stdout".into(), Box::new(io::stdout().lock()))
+            ("to stdout".into(), Box::new(io::stdout().lock()))
         } else {
             let file = File::create(path).map_err(|error| {
                 Failure::usage(format!("cannot write {}: {error}", path.display()))

@@ -40,7 +40,7 @@ pub(crate) struct Args {
     #[arg(long)]
     count: Option<u64>,
     /// End after this many seconds
-    #[arg(long, value_parser = parse_seconds)]
+    #[arg(long, value_parser = parse_seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// Look for frames without pause: uses a whole CPU, and the latency is that of the link alone.
     /// Otherwise it looks every 100 us, and that is part of the latency
@@ -81,8 +81,17 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             "there is no service \"{service}\"; start its publisher, or see `iox2 service list` for those that there are"
         )));
     };
+    let layout = subscriber.layout().clone();
+    terminal::note(&format!(
+        "subscribed to \"{}\": {}. Ctrl-C ends it.",
+        args.service,
+        match layout.signals.len() {
+            0 => "a frame that does not describe itself".into(),
+            channels => column_names(&layout, channels).join(", "),
+        }
+    ));
     let report = Report::new(std::env::args().skip(1).collect(), Environment::read());
-    let mut sink = Sink::new(args, csv, subscriber.layout().clone());
+    let mut sink = Sink::new(args, csv, layout);
     let mut timing = LinkTiming::new();
     while !stop.is_due() {
         let Some(frame) = subscriber.next() else {

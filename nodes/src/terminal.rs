@@ -7,12 +7,10 @@ use crate::failure::Failure;
 /// Writes a result to stdout.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
-    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
-        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            Err(Failure::found(format!("cannot write to stdout: {error}")))
-        }
-        _ => Ok(()),
-    }
+    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|error| match error.kind() {
+        ErrorKind::BrokenPipe => Failure::reader_left(),
+        _ => Failure::found(format!("cannot write to stdout: {error}")),
+    })
 }
 
 /// Writes a note for people to stderr. There is no one to tell if that fails.

@@ -30,6 +30,12 @@ impl<'a> Cycle<'a> {
         self.period_ns
     }
 
+    /// The task's configured period in seconds.
+    #[inline]
+    pub fn period_s(&self) -> f64 {
+        self.sample_time_s
+    }
+
     /// Sample time in seconds of the task that `ob` names: the configured period, never a measured
     /// one. `Err` is the status word: [`status::OB_UNAVAILABLE`] or [`status::QRY_CINT`].
     #[inline]

@@ -160,4 +160,6 @@ macro_rules! word {
 word!(f64, f64::from_bits, f64::to_bits);
 word!(u64, core::convert::identity, core::convert::identity);
 word!(bool, |word| word != 0, u64::from);
+word!(u16, |word| word as u16, u64::from);
 word!(i16, |word| word as i16, |value| value as u16 as u64);
+word!(i32, |word| word as i32, |value| value as u32 as u64);

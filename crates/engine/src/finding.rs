@@ -166,6 +166,11 @@ pub struct Source {
 }
 
 impl Source {
+    /// A configuration that is in memory.
+    pub fn new(name: impl Into<String>, text: impl Into<Arc<str>>) -> Self {
+        Self { name: name.into(), text: text.into() }
+    }
+
     /// Line and column, both from 1, of a byte offset; columns count characters.
     pub fn position(&self, offset: usize) -> (usize, usize) {
         let before = self.text.get(..offset).unwrap_or(&self.text);
@@ -176,7 +181,10 @@ impl Source {
 }
 
 /// Everything that is wrong with one file. Never empty.
-#[derive(Clone, Debug)]
+///
+/// `Display` counts them; `Debug`, which a `main` that returns them prints, has a line for each.
+/// For excerpts of the file, show them with miette.
+#[derive(Clone)]
 pub struct Findings {
     /// The file.
     pub source: Source,
@@ -208,6 +216,20 @@ impl fmt::Display for Findings {
                 .flatten()
                 .collect();
         write!(f, "{}: {}", self.source.name, counts.join(" and "))
+    }
+}
+
+impl fmt::Debug for Findings {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{self}")?;
+        for finding in &self.findings {
+            let (line, column) = self.source.position(finding.span.start);
+            write!(f, "\n{}:{line}:{column}: {finding}", self.source.name)?;
+            if let Some(help) = &finding.help {
+                write!(f, " ({help})")?;
+            }
+        }
+        Ok(())
     }
 }
 

@@ -20,7 +20,7 @@
 //!     service = "plant/level"
 //!     signals = ["ramp.delayedValue"]
 //! "#;
-//! let plan = Plan::new(Source { name: "level.toml".into(), text: text.into() }, &Rules::default())?;
+//! let plan = Plan::new(Source::new("level.toml", text), &Rules::default())?;
 //! let mut engines = TaskEngine::build(&plan);
 //! let engine = &mut engines[0];
 //! let mut frame = [0.0];

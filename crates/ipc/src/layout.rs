@@ -31,7 +31,7 @@ pub struct SignalSpec {
 /// | `types` | their types, likewise; `-` for an unknown one |
 /// | `period_ns` | the publisher's period, decimal nanoseconds; left out when it has none |
 ///
-/// Long lists use a shell's braces: `ramp.{0..999}.{y,done}` is what `echo ramp.{0..999}.{y,done}`
+/// A list of more than 256 bytes uses a shell's braces: `ramp.{0..999}.{y,done}` is what `echo ramp.{0..999}.{y,done}`
 /// prints, `LREAL*1000` is that word a thousand times, and `-` is an empty one. A value of more
 /// than 256 bytes goes on in `signals.1`, `signals.2` … (`types.1` …), to be joined without
 /// anything in between. iceoryx2 holds 8 attributes, 2 KiB: when names and types do not fit, the
@@ -46,6 +46,13 @@ pub struct FrameLayout {
     pub signals: Vec<SignalSpec>,
     /// Time between two frames in nanoseconds, if they are periodic.
     pub period_ns: Option<u64>,
+}
+
+impl SignalSpec {
+    /// A channel of this name and type.
+    pub fn new(name: impl Into<String>, value_type: impl Into<String>) -> Self {
+        Self { name: name.into(), value_type: value_type.into() }
+    }
 }
 
 impl FrameLayout {
@@ -75,7 +82,12 @@ impl FrameLayout {
                 }
             }
         }
-        let value = |word: fn(&SignalSpec) -> &str| notation::write(self.signals.iter().map(word));
+        let value = |word: fn(&SignalSpec) -> &str| {
+            let words = || self.signals.iter().map(word);
+            let plain = notation::plain(words());
+            // Whoever splits at spaces reads most frames; only long lists are written in short.
+            if plain.len() > MAX_ATTRIBUTE_VALUE_LENGTH { notation::write(words()) } else { plain }
+        };
         let types = pieces(TYPES, &value(|signal| &signal.value_type));
         let names = match self.is_named() {
             true => pieces(SIGNALS, &value(|signal| &signal.name)),

@@ -19,6 +19,12 @@ pub(crate) fn is_word(word: &str) -> bool {
             .all(|b| b.is_ascii_graphic() && !b"{},*".contains(&b))
 }
 
+/// Writes a list word by word; [`read`] understands this too.
+pub(crate) fn plain<'a>(words: impl Iterator<Item = &'a str>) -> String {
+    let words = words.map(|word| if word.is_empty() { "-" } else { word });
+    words.collect::<Vec<_>>().join(" ")
+}
+
 /// Writes `words` as briefly as simple rules can; all must satisfy [`is_word`].
 pub(crate) fn write<'a>(words: impl Iterator<Item = &'a str>) -> String {
     let words: Vec<&str> = words.map(|w| if w.is_empty() { "-" } else { w }).collect();

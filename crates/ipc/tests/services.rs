@@ -472,7 +472,7 @@ fn a_layout_that_is_too_long_to_describe_keeps_what_fits_and_still_carries_every
         signals: (0..count)
             .map(|i| SignalSpec {
                 name: format!("p{:x}", i * 7919 % 65_537),
-                value_type: types[i * 7919 % 65_537 % types.len()].to_owned(),
+                value_type: types[(i * i * 7919 + i * 31) % 65_537 % types.len()].to_owned(),
             })
             .collect(),
         period_ns: Some(1_000_000),

@@ -94,19 +94,25 @@ fn task(f: &mut Formatter<'_>, task: &TaskReport) -> Result {
 }
 
 fn link(f: &mut Formatter<'_>, link: &LinkReport) -> Result {
+    write!(f, "\nlink {}", link.service)?;
+    if let Some(rate_hz) = link.rate_hz {
+        write!(f, ": {} Hz", three_digits(rate_hz))?;
+    }
     writeln!(f)?;
-    let rate = link
-        .rate_hz
-        .map_or_else(|| UNKNOWN.to_owned(), three_digits);
-    writeln!(f, "link {}: {} Hz", link.service, rate)?;
     writeln!(
         f,
         "  {} frames, {} lost, {} restarts",
         link.frames, link.lost, link.restarts
     )?;
-    heading(f)?;
-    row(f, "one-way", &link.one_way_ns)?;
-    row(f, "end-to-end", &link.end_to_end_ns)
+    // Who only counts frames, as their sender does, has no latencies.
+    let latencies = [("one-way", &link.one_way_ns), ("end-to-end", &link.end_to_end_ns)];
+    if latencies.iter().any(|(_, summary)| summary.count > 0) {
+        heading(f)?;
+        for (label, summary) in latencies {
+            row(f, label, summary)?;
+        }
+    }
+    Ok(())
 }
 
 fn warning(f: &mut Formatter<'_>, warning: &Warning) -> Result {

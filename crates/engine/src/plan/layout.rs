@@ -199,7 +199,7 @@ impl Layout<'_> {
     fn wire(&mut self, banks: &[Vec<Vec<usize>>]) {
         for (task, banks) in banks.iter().enumerate() {
             for (bank, instances) in banks.iter().enumerate() {
-                for wire in instances.iter().flat_map(|i| self.wiring.into_instance(*i)) {
+                for wire in instances.iter().flat_map(|i| self.wiring.wires_to(*i)) {
                     let copy = WirePlan {
                         from: index(self.slot(wire.from, task)),
                         to: index(self.first_slots[wire.to_instance] + wire.to_pin),
@@ -258,7 +258,7 @@ impl Layout<'_> {
                     sources.insert(self.input_slots[input].1);
                 }
                 Origin::Pin { instance, .. } if seen.insert(instance) => {
-                    open.extend(self.wiring.into_instance(instance).iter().map(|wire| wire.from));
+                    open.extend(self.wiring.wires_to(instance).iter().map(|wire| wire.from));
                 }
                 Origin::Pin { .. } => {}
             }

@@ -214,7 +214,7 @@ impl Plan {
             let pin = pins.nth(offset % stride)?;
             return Some(format!("{}.{}", bank.instances.get(offset / stride)?, pin.name));
         }
-        let link = self.links.iter().filter(|link| link.to == task && link.first_slot <= slot).next_back()?;
+        let link = self.links.iter().rfind(|link| link.to == task && link.first_slot <= slot)?;
         let from = *link.slots.get(slot - link.first_slot)?;
         self.find_slot_name(link.from, from as usize)
     }

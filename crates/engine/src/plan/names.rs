@@ -162,6 +162,10 @@ impl<'a> Tasks<'a> {
         Self { names: config.tasks.iter().map(name).collect() }
     }
 
+    fn known(&self) -> impl Iterator<Item = &'a str> {
+        self.names.iter().copied().filter(|name| !name.is_empty())
+    }
+
     /// The task that is named, or the only one.
     fn resolve(
         &self,
@@ -175,7 +179,7 @@ impl<'a> Tasks<'a> {
                 let message = format!("this {of} does not say which task it belongs to");
                 findings.push(
                     Finding::new(Problem::MissingKey, span, message)
-                        .help(format!("there are several tasks: {}", self.names.join(", "))),
+                        .help(format!("there are several tasks: {}", self.known().collect::<Vec<_>>().join(", "))),
                 );
             }
             return (self.names.len() == 1).then_some(0);
@@ -185,7 +189,7 @@ impl<'a> Tasks<'a> {
             let message = format!("there is no task \"{}\"", task.get_ref());
             findings.push(
                 Finding::new(Problem::UnknownTask, task.span(), message)
-                    .did_you_mean(task.get_ref(), self.names.iter().copied()),
+                    .did_you_mean(task.get_ref(), self.known()),
             );
         }
         index

@@ -69,7 +69,7 @@ fn report_loop(
     let mut visited = HashMap::new();
     let mut at = from;
     let start = loop {
-        let back = wiring.into_instance(at).iter().find(|wire| {
+        let back = wiring.wires_to(at).iter().find(|wire| {
             producer(names, wire).is_some_and(|producer| waiting[producer] > 0)
         });
         // An instance that waits has a producer that waits.

@@ -74,7 +74,7 @@ impl Wiring {
     }
 
     /// The wires that lead to an instance.
-    pub(super) fn into_instance(&self, instance: usize) -> &[Wire] {
+    pub(super) fn wires_to(&self, instance: usize) -> &[Wire] {
         let start = self.wires.partition_point(|wire| wire.to_instance < instance);
         let tail = self.wires.get(start..).unwrap_or_default();
         let len = tail.partition_point(|wire| wire.to_instance == instance);

@@ -1,0 +1,167 @@
+//! The catalogue against the documents that it stands for, and against the golden cases.
+
+#![allow(clippy::unwrap_used, reason = "a test may fail")]
+
+use std::collections::HashSet;
+use std::fs;
+use std::path::Path;
+
+use isochrone_blocks::{BlockType, CATALOGUE};
+
+/// Block, direction, pin in LGF's spelling, type, default (`-`: none).
+const PINS: &str = "
+LimRateOfChangeCI in value LREAL 0
+LimRateOfChangeCI in setChangeRate LREAL 0
+LimRateOfChangeCI in defaultOutValue LREAL 0
+LimRateOfChangeCI in enDefaultOutValue BOOL 0
+LimRateOfChangeCI in callOB INT NaN
+LimRateOfChangeCI out delayedValue LREAL -
+LimRateOfChangeCI out error BOOL -
+LimRateOfChangeCI out status WORD -
+LimRateOfChangeCI out subfunctionStatus WORD -
+LimRateOfChangeAdvancedCI in autoValue LREAL 0
+LimRateOfChangeAdvancedCI in manualValue LREAL 0
+LimRateOfChangeAdvancedCI in setPosUpRateLim LREAL 0
+LimRateOfChangeAdvancedCI in setPosDownRateLim LREAL 0
+LimRateOfChangeAdvancedCI in setNegUpRateLim LREAL 0
+LimRateOfChangeAdvancedCI in setNegDownRateLim LREAL 0
+LimRateOfChangeAdvancedCI in setHighLim LREAL 0
+LimRateOfChangeAdvancedCI in setLowLim LREAL 0
+LimRateOfChangeAdvancedCI in defaultOutValue LREAL 0
+LimRateOfChangeAdvancedCI in enDefaultOutValue BOOL 0
+LimRateOfChangeAdvancedCI in track BOOL 0
+LimRateOfChangeAdvancedCI in manOp BOOL 0
+LimRateOfChangeAdvancedCI in reset BOOL 0
+LimRateOfChangeAdvancedCI in callOB INT NaN
+LimRateOfChangeAdvancedCI out outputValue LREAL -
+LimRateOfChangeAdvancedCI out posUpRateLim BOOL -
+LimRateOfChangeAdvancedCI out posDownRateLim BOOL -
+LimRateOfChangeAdvancedCI out negUpRateLim BOOL -
+LimRateOfChangeAdvancedCI out negDownRateLim BOOL -
+LimRateOfChangeAdvancedCI out highLim BOOL -
+LimRateOfChangeAdvancedCI out lowLim BOOL -
+LimRateOfChangeAdvancedCI out error BOOL -
+LimRateOfChangeAdvancedCI out status WORD -
+LimRateOfChangeAdvancedCI out subfunctionStatus WORD -
+ScaleLinear in x LREAL -
+ScaleLinear in x1 LREAL -
+ScaleLinear in y1 LREAL -
+ScaleLinear in x2 LREAL -
+ScaleLinear in y2 LREAL -
+ScaleLinear in yMin LREAL -
+ScaleLinear in yMax LREAL -
+ScaleLinear out y LREAL -
+ScaleLinear out error BOOL -
+ScaleLinear out status WORD -
+SawTooth in startValue INT 0
+SawTooth in timeRange TIME 0
+SawTooth in incrementRange INT 0
+SawTooth in numberSteps INT 0
+SawTooth in endlessSteps BOOL 0
+SawTooth in reset BOOL 0
+SawTooth out value INT -
+";
+
+#[test]
+fn pins_have_the_spelling_order_types_and_defaults_of_lgf() {
+    let mut listed = vec![String::new()];
+    for block_type in &CATALOGUE {
+        let inputs = block_type.inputs.iter().map(|pin| ("in", pin));
+        let outputs = block_type.outputs.iter().map(|pin| ("out", pin));
+        for (direction, pin) in inputs.chain(outputs) {
+            let default = pin.default.map_or_else(|| "-".to_string(), |slot| slot.to_string());
+            let (block, name, pin_type) = (block_type.name, pin.name, pin.pin_type);
+            listed.push(format!("{block} {direction} {name} {pin_type} {default}"));
+        }
+    }
+    assert_eq!(listed, PINS.trim_end().lines().collect::<Vec<_>>());
+}
+
+#[test]
+fn status_lists_are_complete() {
+    let listed: Vec<(&str, Vec<u16>)> = CATALOGUE
+        .iter()
+        .map(|block| (block.name, block.status.iter().map(|(code, _)| *code).collect()))
+        .collect();
+    let expected = [
+        ("LimRateOfChangeCI", vec![0, 0x8200, 0x8600, 0x8601, 0x8F00]),
+        ("LimRateOfChangeAdvancedCI", vec![0, 0x8200, 0x8202, 0x8600, 0x8601, 0x8F00]),
+        ("ScaleLinear", vec![0, 0x6001, 0x6002, 0x8200, 0x8F00]),
+        ("SawTooth", vec![]),
+    ];
+    assert_eq!(listed, expected);
+    let meanings = CATALOGUE.iter().flat_map(|block| block.status);
+    assert!(meanings.clone().all(|(_, meaning)| !meaning.is_empty()));
+}
+
+#[test]
+fn names_are_unique() {
+    let mut blocks = HashSet::new();
+    for block_type in &CATALOGUE {
+        assert!(blocks.insert(block_type.name), "{} stands twice", block_type.name);
+        let mut pins = HashSet::new();
+        for pin in block_type.inputs.iter().chain(block_type.outputs) {
+            assert!(pins.insert(pin.name), "{}.{} stands twice", block_type.name, pin.name);
+        }
+    }
+}
+
+#[test]
+fn every_block_and_pin_is_described_in_a_sentence() {
+    let is_sentence = |doc: &str| doc.ends_with('.') && doc.len() > 5 && doc.trim() == doc;
+    for block_type in &CATALOGUE {
+        assert!(is_sentence(block_type.doc()), "{}: {:?}", block_type.name, block_type.doc());
+        for pin in block_type.inputs.iter().chain(block_type.outputs) {
+            assert!(is_sentence(pin.doc()), "{}.{}: {:?}", block_type.name, pin.name, pin.doc());
+        }
+    }
+}
+
+#[test]
+fn every_default_is_a_value_of_its_pins_type() {
+    for pin in CATALOGUE.iter().flat_map(|block| block.inputs) {
+        let Some(default) = pin.default else { continue };
+        let calling_task = pin.name == "callOB" && default.is_nan();
+        assert!(calling_task || pin.pin_type.holds(default), "{}", pin.name);
+    }
+}
+
+#[test]
+fn an_instance_is_its_input_slots_then_its_output_slots() {
+    let ramp = CATALOGUE[0];
+    assert_eq!(ramp.slots(), 9);
+    let mut image = [25.0, 10.0, 0.0, 0.0, f64::NAN, -1.0, -1.0, -1.0, -1.0];
+    let mut state = [0];
+    let cycle = isochrone_blocks::Cycle::new(0, 100_000_000, &[]);
+    assert_eq!(ramp.step_bank(&mut image, &mut state, &cycle), 0);
+    assert_eq!(image[..4], [25.0, 10.0, 0.0, 0.0]);
+    assert_eq!(image[5..], [1.0, 0.0, 0.0, 0.0]);
+    assert_eq!(state, [1.0f64.to_bits()]);
+}
+
+#[test]
+fn every_block_type_owns_at_least_a_state_word() {
+    assert!(CATALOGUE.iter().all(|block| block.state_words >= 1));
+}
+
+/// Whether a golden case with all its files has an instance of the block.
+fn has_golden_case(golden: &Path, block_type: &BlockType) -> bool {
+    let line = format!("type = \"{}\"", block_type.name);
+    fs::read_dir(golden).unwrap().any(|case| {
+        let case = case.unwrap().path();
+        let config = fs::read_to_string(case.join("config.toml")).unwrap_or_default();
+        config.lines().any(|written| written.trim() == line) && case.join("expected.csv").is_file()
+    })
+}
+
+#[test]
+fn every_block_type_has_a_golden_case() {
+    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../golden");
+    for block_type in &CATALOGUE {
+        assert!(
+            has_golden_case(&golden, block_type),
+            "add a case for {} to golden/",
+            block_type.name
+        );
+    }
+}

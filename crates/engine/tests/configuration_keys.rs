@@ -1,0 +1,275 @@
+//! Keys, sections and names of entries: what is wrong, where, and what would be right.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
+
+mod findings;
+
+use findings::{VALID, assert_one, assert_rows, plan};
+use isochrone_engine::Problem::*;
+
+#[test]
+fn the_configuration_that_all_mistakes_are_made_in_is_valid() {
+    let plan = plan(VALID).unwrap();
+    assert!(plan.warnings.is_empty(), "{:?}", plan.warnings);
+    assert_eq!(plan.instances(), 5);
+}
+
+#[test]
+fn unknown_keys_are_errors_at_every_level() {
+    assert_rows(&[
+        (
+            "file",
+            "[[task]]",
+            "[[«tsk]]\nname = \"x\"\n[[task]]",
+            UnknownKey,
+            "the file has no key \"tsk\"",
+            "did you mean \"task\"?",
+        ),
+        (
+            "node",
+            "name = \"level\"",
+            "name = \"level\"\n«names = 1",
+            UnknownKey,
+            "[node] has no key \"names\"",
+            "did you mean \"name\"?",
+        ),
+        (
+            "task",
+            "ob = 35",
+            "«perid = 35",
+            UnknownKey,
+            "[[task]] has no key \"perid\"",
+            "did you mean \"period\"?",
+        ),
+        (
+            "input",
+            "channel = 7",
+            "«chanel = 7",
+            UnknownKey,
+            "[[input]] has no key \"chanel\"",
+            "did you mean \"channel\"?",
+        ),
+        (
+            "block",
+            "count = 3",
+            "count = 3\n«cuont = 3",
+            UnknownKey,
+            "[[block]] has no key \"cuont\"",
+            "did you mean \"count\"?",
+        ),
+        (
+            "output",
+            "signals =",
+            "«sevice = 1\nsignals =",
+            UnknownKey,
+            "[[output]] has no key \"sevice\"",
+            "did you mean \"service\"?",
+        ),
+        ("not near any", "ob = 35", "«zzzzzz = 35", UnknownKey, "zzzzzz", "there is: "),
+    ]);
+}
+
+#[test]
+fn missing_keys_and_sections_are_reported_at_their_section() {
+    assert_rows(&[
+        (
+            "[node]",
+            "[node]\nname = \"level\"\n",
+            "«",
+            MissingKey,
+            "the file has no [node]",
+            "begin with [node]",
+        ),
+        (
+            "node name",
+            "[node]\nname = \"level\"\n",
+            "«[node]\n",
+            MissingKey,
+            "[node] has no name",
+            "write name = ",
+        ),
+        (
+            "task period",
+            "[[task]]\nname = \"fast\"\nperiod = \"1ms\"\n",
+            "«[[task]]\nname = \"fast\"\n",
+            MissingKey,
+            "[[task]] has no period",
+            "write period = \"1ms\"",
+        ),
+        (
+            "input name",
+            "[[block]]\nname = \"saw\"",
+            "«[[input]]\n[[block]]\nname = \"saw\"",
+            MissingKey,
+            "[[input]] has no name",
+            "write name = ",
+        ),
+        (
+            "block name",
+            "[[block]]\nname = \"saw\"\n",
+            "«[[block]]\n",
+            MissingKey,
+            "[[block]] has no name",
+            "write name = ",
+        ),
+        (
+            "block type",
+            "[[block]]\nname = \"saw\"\ntype = \"SawTooth\"\n",
+            "«[[block]]\nname = \"saw\"\n",
+            MissingKey,
+            "[[block]] has no type",
+            "write type = ",
+        ),
+        (
+            "output service",
+            "[[output]]\nservice = \"plant/level\"\n",
+            "«[[output]]\n",
+            MissingKey,
+            "[[output]] has no service",
+            "write service = ",
+        ),
+        (
+            "output signals",
+            "[[output]]",
+            "«[[output]]\nservice = \"other\"\n[[output]]",
+            MissingKey,
+            "[[output]] has no signals",
+            "write signals = ",
+        ),
+    ]);
+}
+
+#[test]
+fn a_task_without_a_name_is_reported_and_a_reference_to_it_too() {
+    assert_one(
+        "name",
+        "[node]\nname = \"n\"\n«[[task]]\nperiod = \"1ms\"\n",
+        MissingKey,
+        "[[task]] has no name",
+        "write name = ",
+    );
+    let found = findings::findings(
+        "[node]\nname = \"n\"\n[[task]]\nperiod = \"1ms\"\n[[input]]\nname = \"i\"\ntask = \"t\"\n",
+    );
+    assert_eq!(
+        found.iter().map(|finding| finding.problem).collect::<Vec<_>>(),
+        [MissingKey, UnknownTask]
+    );
+    assert_eq!(found[1].help.as_deref(), Some("there is none"));
+}
+
+#[test]
+fn a_task_name_with_a_space_is_refused() {
+    let text = "[node]\nname = \"n\"\n[[task]]\nname = «\"a b\"\nperiod = \"1ms\"\n";
+    assert_one("space", text, BadName, "not a valid name", "a letter or _, then");
+}
+
+#[test]
+fn a_file_without_a_task_is_an_error_however_it_says_so() {
+    let rest = "[node]\nname = \"n\"\n[[block]]\nname = \"s\"\ntype = \"SawTooth\"\n";
+    let help = "a task gives the blocks their period";
+    assert_one("none", &format!("«{rest}"), MissingKey, "the file has no [[task]]", help);
+    assert_one(
+        "empty",
+        &format!("«task = []\n{rest}"),
+        MissingKey,
+        "the file has no [[task]]",
+        help,
+    );
+    assert_one(
+        "number",
+        &format!("task = «5\n{rest}"),
+        WrongType,
+        "task is an array",
+        "write [[task]]",
+    );
+    assert_one(
+        "table",
+        &format!("«[task]\n{rest}"),
+        WrongType,
+        "task is an array",
+        "write [[task]]",
+    );
+    assert_one("items", &format!("task = [«5]\n{rest}"), WrongType, "task is a table", "");
+}
+
+#[test]
+fn with_several_tasks_every_entry_must_name_its_own() {
+    let two = |entry: &str| {
+        format!(
+            "[node]\nname = \"n\"\n[[task]]\nname = \"a\"\nperiod = \"1ms\"\n[[task]]\nname = \"b\"\nperiod = \"1ms\"\n{entry}"
+        )
+    };
+    let help = "there are several tasks: a, b";
+    let message = "does not say which task";
+    assert_one(
+        "block",
+        &two("[[block]]\nname = «\"s\"\ntype = \"SawTooth\"\n"),
+        MissingKey,
+        message,
+        help,
+    );
+    assert_one("input", &two("[[input]]\nname = «\"i\"\n"), MissingKey, message, help);
+    let output =
+        "[[input]]\nname = \"i\"\ntask = \"a\"\n[[output]]\nservice = «\"s\"\nsignals = [\"i\"]\n";
+    assert_one("output", &two(output), MissingKey, message, help);
+}
+
+#[test]
+fn names_that_do_not_follow_the_rule_are_refused_with_the_rule() {
+    let node = "a lowercase letter, then";
+    let other = "a letter or _, then";
+    assert_rows(&[
+        (
+            "node: capital",
+            "\"level\"",
+            "«\"Level\"",
+            BadName,
+            "\"Level\" is not a valid name",
+            node,
+        ),
+        ("node: digit first", "\"level\"", "«\"1level\"", BadName, "not a valid name", node),
+        ("node: slash", "\"level\"", "«\"a/b\"", BadName, "not a valid name", node),
+        ("node: empty", "\"level\"", "«\"\"", BadName, "not a valid name", node),
+        (
+            "input: dot",
+            "name = \"start\"\ntype = \"INT\"",
+            "name = \"start\"\ntype = \"INT\"\n[[input]]\nname = «\"a.b\"",
+            BadName,
+            "not a valid name",
+            other,
+        ),
+        ("block: brace", "name = \"saw\"", "name = «\"{i}\"", BadName, "not a valid name", other),
+        ("block: umlaut", "name = \"saw\"", "name = «\"säge\"", BadName, "not a valid name", other),
+    ]);
+}
+
+#[test]
+fn sections_of_another_kind_are_refused_with_the_kind() {
+    assert_rows(&[
+        (
+            "block.in",
+            "[block.in]\nstartValue = \"start\"\ntimeRange = 50\nendlessSteps = true",
+            "in = «5",
+            WrongType,
+            "[[block]] in is a table, not an integer",
+            "",
+        ),
+        (
+            "node",
+            "[node]\nname = \"level\"",
+            "node = «\"level\"",
+            WrongType,
+            "node is a table, not a string",
+            "",
+        ),
+        (
+            "node name",
+            "name = \"level\"",
+            "name = «5",
+            WrongType,
+            "[node] name is a string, not an integer",
+            "",
+        ),
+    ]);
+}

@@ -1,0 +1,225 @@
+//! Names that stand twice, or for nothing: where, and what would be right.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
+
+mod findings;
+
+use findings::{VALID, assert_one, assert_rows};
+use isochrone_engine::Problem::*;
+use isochrone_engine::{Plan, Rules, Source};
+
+#[test]
+fn names_that_stand_twice_are_refused_where_they_stand_again() {
+    let once = "stands once; choose another";
+    assert_rows(&[
+        (
+            "input",
+            "[[block]]\nname = \"scale\"",
+            "[[input]]\nname = «\"start\"\ntype = \"INT\"\n[[block]]\nname = \"scale\"",
+            Duplicate,
+            "input \"start\" is taken",
+            once,
+        ),
+        (
+            "block",
+            "[[output]]",
+            "[[block]]\nname = «\"saw\"\ntype = \"SawTooth\"\n[[output]]",
+            Duplicate,
+            "block \"saw\" is taken",
+            once,
+        ),
+        (
+            "service",
+            "signals = [\"scale.y\", \"ramp.0.delayedValue\"]",
+            "signals = [\"raw\"]\n[[output]]\nservice = «\"plant/level\"\nsignals = [\"raw\"]",
+            Duplicate,
+            "service \"plant/level\" is taken",
+            once,
+        ),
+    ]);
+    let tasks = |second: &str| {
+        format!(
+            "[node]\nname = \"n\"\n[[task]]\nname = \"a\"\nperiod = \"1ms\"\nob = 35\n[[task]]\nperiod = \"1ms\"\n{second}\n"
+        )
+    };
+    assert_one("task", &tasks("name = «\"a\""), Duplicate, "task \"a\" is taken", once);
+    assert_one("ob", &tasks("name = \"b\"\nob = «35"), Duplicate, "ob \"35\" is taken", once);
+}
+
+#[test]
+fn names_of_nothing_are_refused_with_the_nearest_that_exists() {
+    assert_rows(&[
+        (
+            "task of a block",
+            "name = \"saw\"",
+            "name = \"saw\"\ntask = «\"fats\"",
+            UnknownTask,
+            "there is no task \"fats\"",
+            "did you mean \"fast\"?",
+        ),
+        (
+            "task of an input",
+            "name = \"start\"",
+            "name = \"start\"\ntask = «\"quick\"",
+            UnknownTask,
+            "there is no task \"quick\"",
+            "there is: fast",
+        ),
+        (
+            "task of an output",
+            "signals = [",
+            "signals = [\"raw\"]\n[[output]]\nservice = \"s\"\ntask = «\"fst\"\nsignals = [",
+            UnknownTask,
+            "there is no task \"fst\"",
+            "did you mean \"fast\"?",
+        ),
+        (
+            "block type",
+            "[[output]]",
+            "[[block]]\nname = \"b\"\ntype = «\"Sawtoth\"\n[[output]]",
+            UnknownBlockType,
+            "there is no block type \"Sawtoth\"",
+            "did you mean \"SawTooth\"?",
+        ),
+        (
+            "block type: nothing near",
+            "[[output]]",
+            "[[block]]\nname = \"b\"\ntype = «\"PID\"\n[[output]]",
+            UnknownBlockType,
+            "there is no block type \"PID\"",
+            "there is: LimRateOfChangeCI, LimRateOfChangeAdvancedCI, ScaleLinear, SawTooth",
+        ),
+        (
+            "input",
+            "startValue = \"start\"",
+            "startValue = «\"strat\"",
+            UnknownSource,
+            "there is no input \"strat\"",
+            "did you mean \"start\"?",
+        ),
+        (
+            "input: nothing near",
+            "startValue = \"start\"",
+            "startValue = «\"q\"",
+            UnknownSource,
+            "there is no input \"q\"",
+            "there is: raw, start",
+        ),
+        (
+            "block",
+            "value = \"scale.y\"",
+            "value = «\"scael.y\"",
+            UnknownSource,
+            "there is no block \"scael\"",
+            "did you mean \"scale\"?",
+        ),
+        (
+            "block: nothing near",
+            "value = \"scale.y\"",
+            "value = «\"q.y\"",
+            UnknownSource,
+            "there is no block \"q\"",
+            "there is: scale, ramp, saw",
+        ),
+        (
+            "block of a signal",
+            "\"scale.y\", \"ramp",
+            "«\"scal.y\", \"ramp",
+            UnknownSource,
+            "there is no block \"scal\"",
+            "did you mean \"scale\"?",
+        ),
+    ]);
+}
+
+#[test]
+fn a_pin_that_does_not_exist_or_is_of_the_other_direction_is_refused() {
+    assert_rows(&[
+        (
+            "input pin",
+            "setChangeRate = 10.0",
+            "«setChangRate = 10.0",
+            UnknownPin,
+            "LimRateOfChangeCI has no input pin \"setChangRate\"",
+            "did you mean \"setChangeRate\"?",
+        ),
+        (
+            "input pin in other case",
+            "setChangeRate = 10.0",
+            "«setchangerate = 10.0",
+            UnknownPin,
+            "no input pin",
+            "did you mean \"setChangeRate\"?",
+        ),
+        (
+            "output set",
+            "setChangeRate = 10.0",
+            "«delayedValue = 10.0",
+            UnknownPin,
+            "no input pin \"delayedValue\"",
+            "delayedValue is an output pin; it cannot be set",
+        ),
+        (
+            "output pin",
+            "value = \"scale.y\"",
+            "value = «\"scale.zz\"",
+            UnknownPin,
+            "block \"scale\" (ScaleLinear) has no output pin \"zz\"",
+            "there is: y, error, status",
+        ),
+        (
+            "input read",
+            "value = \"scale.y\"",
+            "value = «\"scale.x1\"",
+            UnknownPin,
+            "has no output pin \"x1\"",
+            "x1 is an input pin; a wire starts at an output pin",
+        ),
+        (
+            "signal",
+            "\"scale.y\", \"ramp",
+            "«\"scale.statsu\", \"ramp",
+            UnknownPin,
+            "no output pin \"statsu\"",
+            "did you mean \"status\"?",
+        ),
+        (
+            "previous signal",
+            "\"scale.y\", \"ramp",
+            "«\"scale.y@prev\", \"ramp",
+            UnknownPin,
+            "no output pin \"y@prev\"",
+            "",
+        ),
+    ]);
+}
+
+#[test]
+fn a_service_name_that_the_transport_refuses_is_reported_with_its_reason() {
+    let rules = Rules {
+        service_name: |name| match name.contains("level") {
+            true => Err("levels are secret".into()),
+            false => Ok(()),
+        },
+        ..Rules::default()
+    };
+    let source = Source { name: "level.toml".into(), text: VALID.into() };
+    let findings = Plan::new(source, &rules).unwrap_err();
+    assert_eq!(findings.findings.len(), 1);
+    let finding = &findings.findings[0];
+    assert_eq!(finding.problem, BadName);
+    assert_eq!(
+        finding.message,
+        "\"plant/level\" cannot be the name of a service: levels are secret"
+    );
+    assert_eq!(&VALID[finding.span.clone()], "\"plant/level\"");
+}
+
+#[test]
+fn the_catalogue_of_the_rules_is_the_one_that_counts() {
+    let rules = Rules { catalogue: &[], ..Rules::default() };
+    let source = Source { name: String::new(), text: VALID.into() };
+    let findings = Plan::new(source, &rules).unwrap_err();
+    let unknown = findings.findings.iter().filter(|finding| finding.problem == UnknownBlockType);
+    assert_eq!(unknown.count(), 3);
+}

@@ -1,0 +1,300 @@
+//! Values of keys: what is wrong, where, and what would be right.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
+
+mod findings;
+
+use findings::{VALID, assert_one, assert_rows, plan};
+use isochrone_engine::Problem::*;
+
+#[test]
+fn periods_outside_10_us_to_1_h_and_what_is_no_duration_are_refused() {
+    let range = "from \"10us\" to \"1h\"";
+    let rows = [
+        ("zero", "«\"0ms\"", "0ms is out of range"),
+        ("negative", "«\"-1ms\"", "cannot be negative"),
+        ("below 10 us", "«\"9.999us\"", "out of range"),
+        ("above 1 h", "«\"3600.000000001s\"", "out of range"),
+        ("unknown unit", "«\"1 fortnight\"", "no unit \"fortnight\""),
+        ("missing unit", "«\"1\"", "the unit is missing: \"1ms\"?"),
+        ("fractions of a nanosecond", "«\"10000.5ns\"", "whole nanoseconds"),
+        ("empty", "«\"\"", "a number and a unit"),
+        ("exponent", "«\"1e3us\"", "no unit"),
+        ("huge", "«\"99999999999999999999s\"", "too long"),
+    ];
+    for (name, period, message) in rows {
+        let text = VALID.replace("period = \"1ms\"", &format!("period = {period}"));
+        assert_one(name, &text, OutOfRange, message, range);
+    }
+    let text = VALID.replace("period = \"1ms\"", "period = «1");
+    assert_one("number", &text, WrongType, "a duration such as \"1ms\", not an integer", "");
+}
+
+#[test]
+fn the_shortest_and_the_longest_period_are_accepted() {
+    for (period, period_ns) in
+        [("10us", 10_000), ("1h", 3_600_000_000_000), ("12345.678us", 12_345_678)]
+    {
+        let text = format!("[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"{period}\"\n");
+        assert_eq!(plan(&text).unwrap().tasks[0].period_ns, period_ns);
+    }
+}
+
+#[test]
+fn a_phase_is_less_than_the_period() {
+    let help = "within the period";
+    assert_rows(&[
+        (
+            "equal",
+            "phase = \"100us\"",
+            "phase = «\"1ms\"",
+            OutOfRange,
+            "phase is not less than the period",
+            help,
+        ),
+        (
+            "longer",
+            "phase = \"100us\"",
+            "phase = «\"1s\"",
+            OutOfRange,
+            "phase is not less than the period",
+            help,
+        ),
+        (
+            "negative",
+            "phase = \"100us\"",
+            "phase = «\"-1us\"",
+            OutOfRange,
+            "cannot be negative",
+            "less than the period",
+        ),
+    ]);
+}
+
+#[test]
+fn ob_numbers_are_30_to_38_or_123_and_above() {
+    for ob in
+        ["29", "39", "122", "32768", "0", "-35", "9223372036854775807", "99999999999999999999"]
+    {
+        let text = VALID.replace("ob = 35", &format!("ob = «{ob}"));
+        assert_one(
+            ob,
+            &text,
+            OutOfRange,
+            &format!("ob {ob} is out of range"),
+            "30 to 38 or 123 to 32767",
+        );
+    }
+    for ob in ["30", "38", "123", "32767"] {
+        assert!(plan(&VALID.replace("ob = 35", &format!("ob = {ob}"))).is_ok(), "{ob}");
+    }
+}
+
+#[test]
+fn values_of_tasks_that_are_out_of_range_are_refused_with_the_range() {
+    assert_rows(&[
+        ("priority 0", "priority = 80", "priority = «0", OutOfRange, "priority 0", "from 1 to 89"),
+        (
+            "priority 90",
+            "priority = 80",
+            "priority = «90",
+            OutOfRange,
+            "priority 90",
+            "from 1 to 89",
+        ),
+        (
+            "priority text",
+            "priority = 80",
+            "priority = «\"80\"",
+            WrongType,
+            "a whole number, not a string",
+            "",
+        ),
+        (
+            "priority decimal",
+            "priority = 80",
+            "priority = «80.0",
+            WrongType,
+            "a whole number, not a float",
+            "",
+        ),
+        ("cpu negative", "cpu = 1", "cpu = «-1", OutOfRange, "cpu -1", "from 0 to 1023"),
+        ("cpu too large", "cpu = 1", "cpu = «1024", OutOfRange, "cpu 1024", "from 0 to 1023"),
+        (
+            "wake",
+            "wake = \"hybrid\"",
+            "wake = «\"hybird\"",
+            OutOfRange,
+            "cannot be \"hybird\"",
+            "did you mean \"hybrid\"?",
+        ),
+        (
+            "wake: nothing near",
+            "wake = \"hybrid\"",
+            "wake = «\"9\"",
+            OutOfRange,
+            "cannot be \"9\"",
+            "there is: sleep, hybrid, spin",
+        ),
+        (
+            "overrun",
+            "overrun = \"skip\"",
+            "overrun = «\"catchup\"",
+            OutOfRange,
+            "cannot be \"catchup\"",
+            "did you mean \"catch_up\"?",
+        ),
+    ]);
+}
+
+#[test]
+fn values_of_inputs_that_are_out_of_range_are_refused_with_the_range() {
+    assert_rows(&[
+        (
+            "type",
+            "type = \"LREAL\"",
+            "type = «\"REAL\"",
+            OutOfRange,
+            "cannot be \"REAL\"",
+            "did you mean \"LREAL\"?",
+        ),
+        (
+            "type WORD",
+            "type = \"LREAL\"",
+            "type = «\"WORD\"",
+            OutOfRange,
+            "cannot be \"WORD\"",
+            "there is: LREAL, INT, BOOL, TIME",
+        ),
+        (
+            "channel negative",
+            "channel = 7",
+            "channel = «-1",
+            OutOfRange,
+            "channel -1",
+            "from 0 to 65535",
+        ),
+        (
+            "channel too large",
+            "channel = 7",
+            "channel = «65536",
+            OutOfRange,
+            "channel 65536",
+            "from 0 to 65535",
+        ),
+        ("default NaN", "default = 0.5", "default = «nan", OutOfRange, "default NaN", "not NaN"),
+        (
+            "default text",
+            "default = 0.5",
+            "default = «\"0\"",
+            WrongType,
+            "a number, not a string",
+            "",
+        ),
+        (
+            "default BOOL for LREAL",
+            "default = 0.5",
+            "default = «true",
+            WrongType,
+            "a number, not a boolean",
+            "",
+        ),
+        (
+            "default 1.5 for INT",
+            "type = \"INT\"",
+            "type = \"INT\"\ndefault = «1.5",
+            OutOfRange,
+            "default 1.5",
+            "that INT can hold",
+        ),
+        (
+            "default 40000 for INT",
+            "type = \"INT\"",
+            "type = \"INT\"\ndefault = «40000",
+            OutOfRange,
+            "default 40000",
+            "that INT can hold",
+        ),
+        (
+            "max_age 0",
+            "max_age = \"20ms\"",
+            "max_age = «\"0ms\"",
+            OutOfRange,
+            "max_age 0ms",
+            "longer than 0",
+        ),
+        (
+            "on_stale",
+            "on_stale = \"hold\"",
+            "on_stale = «\"hodl\"",
+            OutOfRange,
+            "cannot be \"hodl\"",
+            "did you mean \"hold\"?",
+        ),
+    ]);
+}
+
+#[test]
+fn counts_are_at_least_1_and_a_file_has_at_most_ten_million_instances() {
+    let range = "from 1 to 10000000";
+    assert_rows(&[
+        ("zero", "count = 3", "count = «0", OutOfRange, "count 0", range),
+        ("negative", "count = 3", "count = «-3", OutOfRange, "count -3", range),
+        ("too many", "count = 3", "count = «10000001", OutOfRange, "count 10000001", range),
+        (
+            "beyond 64 bits",
+            "count = 3",
+            "count = «99999999999999999999",
+            OutOfRange,
+            "out of range",
+            range,
+        ),
+        ("decimal", "count = 3", "count = «3.0", WrongType, "a whole number, not a float", ""),
+    ]);
+}
+
+#[test]
+fn outputs_have_signals_and_services_have_names() {
+    assert_rows(&[
+        (
+            "no signals",
+            "signals = [\"scale.y\", \"ramp.0.delayedValue\"]",
+            "signals = «[]",
+            OutOfRange,
+            "signals is empty",
+            "at least one \"block.pin\"",
+        ),
+        (
+            "signals text",
+            "signals = [\"scale.y\", \"ramp.0.delayedValue\"]",
+            "signals = «\"scale.y\"",
+            WrongType,
+            "an array of strings, not a string",
+            "",
+        ),
+        (
+            "signals number",
+            "signals = [\"scale.y\", \"ramp.0.delayedValue\"]",
+            "signals = «[1]",
+            WrongType,
+            "an array of strings",
+            "",
+        ),
+        (
+            "output service",
+            "\"plant/level\"",
+            "«\"\"",
+            BadName,
+            "cannot be the name of a service: it is empty",
+            "",
+        ),
+        (
+            "input service",
+            "\"plant/analog\"",
+            "«\"\"",
+            BadName,
+            "cannot be the name of a service: it is empty",
+            "",
+        ),
+    ]);
+}

@@ -1,0 +1,291 @@
+//! Constants and wires: what is wrong, where, and what would be right.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
+
+mod findings;
+
+use findings::{VALID, assert_one, assert_rows, plan};
+use isochrone_engine::Problem::*;
+
+#[test]
+fn a_pin_without_a_default_must_be_connected() {
+    let help = "set them in [block.in]";
+    assert_rows(&[
+        (
+            "one",
+            "name = \"scale\"\ntype = \"ScaleLinear\"\ntask = \"fast\"\n[block.in]\nx = \"raw\"\n",
+            "name = «\"scale\"\ntype = \"ScaleLinear\"\n[block.in]\n",
+            MissingPin,
+            "pin x of block \"scale\" is not connected",
+            help,
+        ),
+        (
+            "several",
+            "[[output]]",
+            "[[block]]\nname = «\"b\"\ntype = \"ScaleLinear\"\nin = { x = 1.0, x1 = 0.0, x2 = 1.0, y1 = 0.0, y2 = 1.0 }\n[[output]]",
+            MissingPin,
+            "pins yMin, yMax of block \"b\" are not connected",
+            help,
+        ),
+    ]);
+}
+
+#[test]
+fn a_wire_joins_pins_of_one_type_and_int_feeds_lreal() {
+    let sources =
+        [("r", "LREAL"), ("i", "INT"), ("b", "BOOL"), ("t", "TIME"), ("ramp.status", "WORD")];
+    let pins = [
+        ("LimRateOfChangeCI", "value", "LREAL"),
+        ("SawTooth", "startValue", "INT"),
+        ("SawTooth", "reset", "BOOL"),
+        ("SawTooth", "timeRange", "TIME"),
+        ("LimRateOfChangeCI", "callOB", "INT"),
+    ];
+    for (source, source_type) in sources {
+        for (block_type, pin, pin_type) in pins {
+            let marked = format!(
+                "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"1ms\"\n\
+                 [[input]]\nname = \"r\"\n\
+                 [[input]]\nname = \"i\"\ntype = \"INT\"\n\
+                 [[input]]\nname = \"b\"\ntype = \"BOOL\"\n\
+                 [[input]]\nname = \"t\"\ntype = \"TIME\"\n\
+                 [[block]]\nname = \"ramp\"\ntype = \"LimRateOfChangeCI\"\n\
+                 [[block]]\nname = \"x\"\ntype = \"{block_type}\"\nin.{pin} = «\"{source}\"\n"
+            );
+            if source_type == pin_type || (source_type, pin_type) == ("INT", "LREAL") {
+                assert!(plan(&marked.replace('«', "")).is_ok(), "{source_type} to {pin_type}");
+            } else {
+                let message =
+                    format!("\"{source}\" is {source_type}, but pin {pin} takes {pin_type}");
+                assert_one(source, &marked, TypeMismatch, &message, "INT also feeds LREAL");
+            }
+        }
+    }
+}
+
+#[test]
+fn constants_of_another_type_or_out_of_range_are_refused() {
+    let (rate, start) = ("setChangeRate = 10.0", "startValue = \"start\"");
+    let (time, endless) = ("timeRange = 50", "endlessSteps = true");
+    assert_rows(&[
+        (
+            "NaN",
+            rate,
+            "setChangeRate = «nan",
+            OutOfRange,
+            "setChangeRate cannot be NaN",
+            "inf and -inf",
+        ),
+        (
+            "-NaN",
+            rate,
+            "setChangeRate = «-nan",
+            OutOfRange,
+            "setChangeRate cannot be NaN",
+            "inf and -inf",
+        ),
+        (
+            "true for LREAL",
+            rate,
+            "setChangeRate = «true",
+            TypeMismatch,
+            "true is no LREAL",
+            "a number such as 1.0",
+        ),
+        (
+            "array",
+            rate,
+            "setChangeRate = «[1]",
+            WrongType,
+            "takes a number, true or false, or a wire, not array",
+            "",
+        ),
+        (
+            "hexadecimal beyond 64 bits",
+            rate,
+            "setChangeRate = «0x1E99999999999999999",
+            WrongType,
+            "setChangeRate",
+            "",
+        ),
+        (
+            "decimal for INT",
+            start,
+            "startValue = «1.5",
+            TypeMismatch,
+            "1.5 is no INT",
+            "a whole number",
+        ),
+        (
+            "whole decimal for INT",
+            start,
+            "startValue = «1.0",
+            TypeMismatch,
+            "1.0 is no INT",
+            "a whole number",
+        ),
+        (
+            "true for INT",
+            start,
+            "startValue = «true",
+            TypeMismatch,
+            "true is no INT",
+            "a whole number",
+        ),
+        (
+            "too large for INT",
+            start,
+            "startValue = «32768",
+            OutOfRange,
+            "32768 does not fit",
+            "INT holds -32768 to 32767",
+        ),
+        (
+            "too small for INT",
+            start,
+            "startValue = «-32769",
+            OutOfRange,
+            "-32769 does not fit",
+            "INT holds",
+        ),
+        (
+            "decimal for TIME",
+            time,
+            "timeRange = «0.5",
+            TypeMismatch,
+            "0.5 is no TIME",
+            "whole milliseconds",
+        ),
+        (
+            "too large for TIME",
+            time,
+            "timeRange = «2147483648",
+            OutOfRange,
+            "does not fit",
+            "TIME holds",
+        ),
+        (
+            "text for TIME",
+            time,
+            "timeRange = «\"50ms\"",
+            UnknownSource,
+            "there is no input \"50ms\"",
+            "",
+        ),
+        ("1 for BOOL", endless, "endlessSteps = «1", TypeMismatch, "1 is no BOOL", "true or false"),
+        (
+            "0.0 for BOOL",
+            endless,
+            "endlessSteps = «0.0",
+            TypeMismatch,
+            "0.0 is no BOOL",
+            "true or false",
+        ),
+    ]);
+}
+
+#[test]
+fn constants_in_every_notation_of_toml_are_read() {
+    for (written, value) in [
+        ("10", 10.0),
+        ("0x10", 16.0),
+        ("0b11", 3.0),
+        ("0o17", 15.0),
+        ("1_000", 1000.0),
+        ("+5", 5.0),
+        ("1e3", 1000.0),
+        ("inf", f64::INFINITY),
+        ("100000000000000000000", 1e20),
+    ] {
+        let text = VALID.replace("setChangeRate = 10.0", &format!("setChangeRate = {written}"));
+        let plan = plan(&text).unwrap();
+        let slot = (0..).find(|slot| plan.slot_name(0, *slot) == "ramp.0.setChangeRate").unwrap();
+        assert_eq!(plan.tasks[0].image[slot], value, "{written}");
+    }
+}
+
+#[test]
+fn a_wire_must_say_which_of_several_instances_and_only_one_that_exists() {
+    let signals = "\"ramp.0.delayedValue\"";
+    assert_rows(&[
+        (
+            "none",
+            signals,
+            "«\"ramp.delayedValue\"",
+            UnknownSource,
+            "which of the 3 instances of ramp",
+            "\"ramp.0.delayedValue\" is the first",
+        ),
+        (
+            "beyond",
+            signals,
+            "«\"ramp.3.delayedValue\"",
+            UnknownSource,
+            "there is no \"ramp.3\"",
+            "ramp.0 to ramp.2",
+        ),
+        (
+            "negative",
+            signals,
+            "«\"ramp.-1.delayedValue\"",
+            UnknownSource,
+            "there is no \"ramp.-1\"",
+            "ramp.0 to ramp.2",
+        ),
+        (
+            "of a single block",
+            signals,
+            "«\"scale.1.y\"",
+            UnknownSource,
+            "there is no \"scale.1\"",
+            "scale is a single block: \"scale.y\"",
+        ),
+        (
+            "a block without a pin",
+            signals,
+            "«\"scale\"",
+            UnknownSource,
+            "there is no input \"scale\"",
+            "such as \"scale.y\"",
+        ),
+        (
+            "{i} in a signal",
+            signals,
+            "«\"ramp.{i}.delayedValue\"",
+            UnknownSource,
+            "there is no \"ramp.{i}\"",
+            "ramp.0 to ramp.2",
+        ),
+        (
+            "{i} beyond",
+            "[[output]]",
+            "[[block]]\nname = \"four\"\ncount = 4\ntype = \"LimRateOfChangeCI\"\nin.value = «\"ramp.{i}.delayedValue\"\n[[output]]",
+            UnknownSource,
+            "there is no \"ramp.3\", which instance 3 of four is wired to",
+            "ramp.0 to ramp.2",
+        ),
+        (
+            "{i} of inputs",
+            "value = \"scale.y\"",
+            "value = «\"raw{i}\"",
+            UnknownSource,
+            "there is no input \"raw0\"",
+            "did you mean \"raw\"?",
+        ),
+    ]);
+}
+
+#[test]
+fn the_value_of_the_cycle_before_exists_only_behind_a_blocks_pin() {
+    assert_rows(&[
+        (
+            "input",
+            "x = \"raw\"",
+            "x = «\"raw@prev\"",
+            UnknownSource,
+            "\"raw\" is an input, which has no value of the cycle before",
+            "@prev goes behind",
+        ),
+        ("pin", "x = \"raw\"", "x = «\"scale.yy@prev\"", UnknownPin, "no output pin \"yy\"", ""),
+    ]);
+}

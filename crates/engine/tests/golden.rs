@@ -1,0 +1,59 @@
+//! Every case in golden/, bit for bit.
+
+#![allow(clippy::unwrap_used, reason = "a test may fail")]
+
+use std::fs;
+use std::path::Path;
+
+use isochrone_engine::{Plan, Rules, Source, TaskEngine};
+
+/// Header and rows of a table of numbers.
+fn table(text: &str) -> (Vec<&str>, Vec<Vec<f64>>) {
+    let mut lines = text.lines();
+    let header = lines.next().unwrap_or_default().split(',').collect();
+    let row = |line: &str| line.split(',').map(|cell| cell.parse().unwrap()).collect();
+    (header, lines.map(row).collect())
+}
+
+/// Runs a case of one task and one output; column 0 of the expected table is the cycle.
+fn assert_case(case: &Path) {
+    let source = Source::read(&case.join("config.toml")).unwrap();
+    let plan = Plan::new(source, &Rules::default()).unwrap();
+    let mut engine = TaskEngine::build(&plan).remove(0);
+    let expected = fs::read_to_string(case.join("expected.csv")).unwrap();
+    let (columns, expected) = table(&expected);
+    let signals: Vec<&str> =
+        plan.tasks[0].outputs[0].signals.iter().map(|signal| signal.name.as_str()).collect();
+    assert_eq!(columns[1..], signals, "{}", case.display());
+    let samples = fs::read_to_string(case.join("in.csv")).unwrap_or_default();
+    let (inputs, samples) = table(&samples);
+    let input = |name: &&str| plan.tasks[0].inputs.iter().position(|input| input.name == *name);
+    let inputs: Vec<Option<usize>> = inputs.iter().map(input).collect();
+    let mut frame = vec![0.0; signals.len()];
+    assert!(!expected.is_empty());
+    for (cycle, expected) in expected.iter().enumerate() {
+        for (input, sample) in inputs.iter().zip(samples.get(cycle).into_iter().flatten()) {
+            engine.set_input(input.unwrap(), *sample, 0);
+        }
+        engine.step(expected[0] as u64);
+        engine.read_output(0, &mut frame);
+        for ((signal, actual), expected) in signals.iter().zip(&frame).zip(&expected[1..]) {
+            let place = format!("{} cycle {cycle} {signal}", case.display());
+            assert_eq!(
+                actual.to_bits(),
+                expected.to_bits(),
+                "{place}: {actual:?} not {expected:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn every_golden_case_is_reproduced_bit_for_bit() {
+    let golden = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../golden");
+    let cases: Vec<_> = fs::read_dir(golden).unwrap().map(|case| case.unwrap().path()).collect();
+    assert!(cases.len() >= 16);
+    for case in cases {
+        assert_case(&case);
+    }
+}

@@ -1,0 +1,117 @@
+//! Nothing on the real-time path allocates.
+
+#![allow(clippy::unwrap_used, reason = "a test may fail")]
+
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
+
+use isochrone_engine::{Plan, Rules, Source, TaskEngine};
+
+thread_local! {
+    /// Calls of the allocator by this thread: the test harness has threads of its own.
+    static CALLS: Cell<u64> = const { Cell::new(0) };
+}
+
+struct Counting;
+
+#[allow(unsafe_code, reason = "a global allocator is an unsafe trait")]
+// SAFETY: every call is passed on to the system's allocator as it is. Counting does not allocate:
+// the thread-local is const-initialised and has no destructor.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        CALLS.set(CALLS.get() + 1);
+        // SAFETY: the caller keeps the contract of `alloc`.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        CALLS.set(CALLS.get() + 1);
+        // SAFETY: the caller keeps the contract of `dealloc`, and `pointer` came from `System`.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+
+    unsafe fn realloc(&self, pointer: *mut u8, layout: Layout, size: usize) -> *mut u8 {
+        CALLS.set(CALLS.get() + 1);
+        // SAFETY: the caller keeps the contract of `realloc`, and `pointer` came from `System`.
+        unsafe { System.realloc(pointer, layout, size) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+/// Two tasks that wire each other, every block type, loops through the cycle before, and errors.
+const CONFIGURATION: &str = r#"
+[node]
+name = "n"
+[[task]]
+name = "fast"
+period = "1ms"
+ob = 35
+[[task]]
+name = "slow"
+period = "10ms"
+[[input]]
+name = "x"
+task = "fast"
+[[block]]
+name = "saw"
+task = "fast"
+type = "SawTooth"
+in = { timeRange = 3, incrementRange = 100, numberSteps = 9 }
+[[block]]
+name = "scale"
+task = "fast"
+type = "ScaleLinear"
+in = { x = "saw.value", x1 = 0, y1 = 0, x2 = 100, y2 = 1, yMin = "x", yMax = 5 }
+[[block]]
+name = "ramp"
+task = "fast"
+count = 1000
+type = "LimRateOfChangeCI"
+in = { value = "scale.y", setChangeRate = "x", defaultOutValue = "advanced.{i}.outputValue", callOB = 35 }
+[[block]]
+name = "advanced"
+task = "slow"
+count = 1000
+type = "LimRateOfChangeAdvancedCI"
+in = { autoValue = "ramp.{i}.delayedValue", setPosUpRateLim = "advanced.0.outputValue@prev", setHighLim = 9 }
+[[output]]
+service = "s"
+task = "slow"
+signals = ["advanced.0.outputValue", "scale.y", "x"]
+"#;
+
+#[test]
+fn stepping_reading_and_writing_do_not_allocate_from_the_first_cycle_on() {
+    let source = Source { name: "n.toml".into(), text: CONFIGURATION.into() };
+    let plan = Plan::new(source, &Rules::default()).unwrap();
+    let mut engines = TaskEngine::build(&plan);
+    let [fast, slow] = &mut engines[..] else { unreachable!("two tasks") };
+    let mut frame = [0.0; 3];
+
+    let before = CALLS.get();
+    for cycle in 0..500 {
+        // Rejected, erroneous and good samples.
+        fast.set_input(0, [f64::NAN, -1.0, 2.0, 1e300][cycle as usize % 4], cycle);
+        if cycle % 50 == 0 {
+            fast.reset_input(0);
+        }
+        fast.step(cycle);
+        if cycle % 10 == 0 {
+            slow.step(cycle / 10);
+            slow.read_output(0, &mut frame);
+            std::hint::black_box((
+                slow.output_source_ns(0),
+                slow.block_errors(),
+                slow.image(),
+                slow.state(),
+            ));
+        }
+    }
+    let calls = CALLS.get() - before;
+
+    assert_eq!(calls, 0);
+    assert!(before > 0, "the counter counts");
+    assert!(fast.block_errors() > 0, "errors were among what was measured");
+}

@@ -1,0 +1,124 @@
+//! Constants that make a block report an error from its first call, and those that only may.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
+
+mod findings;
+
+use findings::plan;
+use isochrone_engine::Problem;
+
+/// The warnings about one block in a node with an LREAL, a BOOL and an INT input and OB 35.
+fn warnings(block_type: &str, pins: &str) -> Vec<String> {
+    let text = format!(
+        "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"1ms\"\nob = 35\n\
+         [[input]]\nname = \"r\"\n[[input]]\nname = \"b\"\ntype = \"BOOL\"\n\
+         [[input]]\nname = \"i\"\ntype = \"INT\"\n\
+         [[block]]\nname = \"x\"\ntype = \"{block_type}\"\nin = {{ {pins} }}\n"
+    );
+    let plan = plan(&text).unwrap();
+    for warning in &plan.warnings {
+        assert_eq!(warning.problem, Problem::ConstantError);
+        assert!(warning.is_warning() && warning.help.is_some());
+        assert_eq!(&text[warning.span.clone()], "\"x\"");
+    }
+    plan.warnings.into_iter().map(|warning| warning.message).collect()
+}
+
+#[track_caller]
+fn assert_warned(block_type: &str, pins: &str, status: &str) {
+    let warnings = warnings(block_type, pins);
+    assert_eq!(warnings.len(), 1, "{pins}: {warnings:?}");
+    let expected = format!("block \"x\" reports 16#{status} from its first call: ");
+    assert!(warnings[0].starts_with(&expected), "{pins}: {warnings:?}");
+}
+
+#[track_caller]
+fn assert_quiet(block_type: &str, pins: &str) {
+    assert_eq!(warnings(block_type, pins), Vec::<String>::new(), "{pins}");
+}
+
+const RAMP: &str = "LimRateOfChangeCI";
+const ADVANCED: &str = "LimRateOfChangeAdvancedCI";
+const SCALE: &str = "ScaleLinear";
+
+#[test]
+fn a_negative_rate_is_a_warning_whatever_is_wired() {
+    assert_warned(RAMP, "setChangeRate = -1.0", "8200");
+    assert_warned(RAMP, "setChangeRate = -1.0, value = \"r\", enDefaultOutValue = \"b\"", "8200");
+    assert_warned(ADVANCED, "setNegUpRateLim = -1, autoValue = \"r\"", "8202");
+    assert_warned(ADVANCED, "setNegUpRateLim = -1, reset = \"b\", manOp = \"b\"", "8202");
+}
+
+#[test]
+fn limits_the_wrong_way_round_are_a_warning() {
+    assert_warned(SCALE, "x = \"r\", x1 = 0, y1 = 0, x2 = 1, y2 = 1, yMin = 1, yMax = 0", "8200");
+    assert_warned(ADVANCED, "autoValue = \"r\", setLowLim = 1.0", "8200");
+}
+
+#[test]
+fn a_signal_that_is_infinite_is_a_warning_unless_a_mode_avoids_it() {
+    assert_warned(RAMP, "value = inf", "8F00");
+    assert_quiet(RAMP, "value = inf, enDefaultOutValue = true");
+    assert_quiet(RAMP, "value = inf, enDefaultOutValue = \"b\"");
+}
+
+#[test]
+fn an_ob_that_no_task_has_is_a_warning_that_says_what_to_do() {
+    assert_warned(RAMP, "callOB = 36, value = \"r\"", "8601");
+    assert_warned(ADVANCED, "callOB = 7, autoValue = \"r\"", "8600");
+    assert_quiet(RAMP, "callOB = 35");
+    assert_quiet(RAMP, "callOB = \"i\"");
+}
+
+#[test]
+fn a_wire_that_can_avoid_the_error_avoids_the_warning() {
+    let line = "x = \"r\", x1 = 0, y1 = 0, x2 = 1, y2 = 1";
+    for pins in [
+        "yMin = 2e6, yMax = \"r\"",
+        "yMin = \"r\", yMax = -2e6",
+        "yMin = 1e200, yMax = \"r\"",
+        "yMin = \"r\", yMax = \"r\"",
+    ] {
+        assert_quiet(SCALE, &format!("{line}, {pins}"));
+    }
+    assert_quiet(
+        SCALE,
+        "x = 3.0, x1 = 3.0, y1 = 0, x2 = 3.5, y2 = \"r\", yMin = 5.0, yMax = \"r\"",
+    );
+    // The low limit must be below -5 while the rate must not be negative.
+    assert_quiet(ADVANCED, "setHighLim = -5.0, setLowLim = \"r\", setPosUpRateLim = \"r\"");
+    assert_quiet(ADVANCED, "setHighLim = \"r\", setLowLim = 5e6, setPosUpRateLim = \"r\"");
+    assert_quiet(RAMP, "setChangeRate = \"r\"");
+}
+
+#[test]
+fn what_is_only_limited_is_no_warning() {
+    assert_quiet(SCALE, "x = 5, x1 = 0, y1 = 0, x2 = 1, y2 = 1, yMin = 0, yMax = 1");
+    assert_quiet(SCALE, "x = 5, x1 = 1, y1 = 0, x2 = 1, y2 = 1, yMin = 0, yMax = 1");
+    assert_quiet("SawTooth", "timeRange = -5, numberSteps = -1");
+}
+
+#[test]
+fn the_defaults_of_a_block_are_no_warning() {
+    assert_quiet(RAMP, "");
+    assert_quiet(ADVANCED, "");
+    assert_quiet("SawTooth", "");
+}
+
+#[test]
+fn many_instances_are_one_warning() {
+    let text = "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"1ms\"\n\
+        [[block]]\nname = \"x\"\ncount = 1000\ntype = \"LimRateOfChangeCI\"\nin.setChangeRate = -1.0\n";
+    assert_eq!(plan(text).unwrap().warnings.len(), 1);
+}
+
+#[test]
+fn warnings_stand_beside_the_errors_of_the_file_in_its_order() {
+    let text = "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"1ms\"\n\
+        [[block]]\nname = \"x\"\ntype = \"LimRateOfChangeCI\"\nin.setChangeRate = -1.0\n\
+        [[block]]\nname = \"y\"\ntype = \"LimRateOfChangeCI\"\nin.value = \"z.y\"\n";
+    let findings = plan(text).unwrap_err();
+    let problems: Vec<Problem> = findings.findings.iter().map(|finding| finding.problem).collect();
+    assert_eq!(problems, [Problem::ConstantError, Problem::UnknownSource]);
+    assert_eq!(findings.to_string(), "level.toml: 1 error and 1 warning");
+}

@@ -1,0 +1,177 @@
+//! What the command line says about itself, and what it refuses.
+
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
+
+mod program;
+
+use program::{Folder, Ran, assert_says};
+
+const VERBS: [&str; 8] =
+    ["demo", "check", "run", "simulate", "publish", "subscribe", "blocks", "completions"];
+
+fn run(args: &str) -> Ran {
+    Folder::new().run(args)
+}
+
+#[test]
+fn the_help_names_every_verb_and_what_the_exit_status_means() {
+    let help = run("--help").silently();
+    assert_says(&help, &VERBS);
+    assert_says(&help, &["Usage: isochrone", "Exit status: 0", "1 it ran", "2 usage", "3 nothing"]);
+    assert_says(
+        &help,
+        &["stdout", "stderr", "--verbose", "RUST_LOG", "Without a verb, `demo` runs"],
+    );
+    assert_eq!(run("help").silently(), help);
+}
+
+#[test]
+fn the_help_of_a_verb_says_all_that_it_needs() {
+    for (verb, needs) in [
+        ("demo", &["--seconds", "[default: 10]", "--json", "three processes"][..]),
+        ("check", &["<FILE>", "TOML", "--strict", "--json", "Examples:"]),
+        (
+            "run",
+            &[
+                "<FILE>",
+                "--seconds",
+                "--cycles",
+                "--report",
+                "--json",
+                "--strict",
+                "Ctrl-C",
+                "SIGTERM",
+                "Examples:",
+            ],
+        ),
+        (
+            "simulate",
+            &[
+                "<FILE>",
+                "--cycles",
+                "--inputs",
+                "--output",
+                "\"-\" for stdout",
+                "--task",
+                "last row holds",
+                "Examples:",
+            ],
+        ),
+        (
+            "publish",
+            &[
+                "<SERVICE>",
+                "--value",
+                "--wave",
+                "sawtooth",
+                "sine",
+                "step",
+                "square",
+                "--csv",
+                "--amplitude",
+                "--offset",
+                "--frequency",
+                "--rate",
+                "--count",
+                "Examples:",
+            ],
+        ),
+        (
+            "subscribe",
+            &[
+                "<SERVICE>",
+                "--csv",
+                "--stats",
+                "--count",
+                "--seconds",
+                "--json",
+                "latency",
+                "Examples:",
+            ],
+        ),
+        ("blocks", &["[BLOCK]", "--json", "--format", "markdown", "Examples:"]),
+        ("completions", &["<SHELL>", "bash", "zsh", "fish", "Examples:"]),
+    ] {
+        assert!(VERBS.contains(&verb));
+        let help = run(&format!("{verb} --help")).silently();
+        assert_says(&help, &[format!("Usage: isochrone {verb}")]);
+        assert_says(&help, needs);
+        let short = run(&format!("{verb} -h")).silently();
+        assert_says(&short, &[format!("Usage: isochrone {verb}")]);
+        assert_eq!(run(&format!("help {verb}")).silently(), help);
+        let line = run("--help")
+            .silently()
+            .lines()
+            .find(|line| line.trim().starts_with(verb))
+            .map(str::to_owned);
+        assert!(
+            line.is_some_and(|line| line.split_whitespace().count() > 3),
+            "{verb} has no summary"
+        );
+    }
+}
+
+#[test]
+fn the_version_is_that_of_the_package() {
+    let version = concat!("isochrone ", env!("CARGO_PKG_VERSION"), "\n");
+    assert_eq!(run("--version").silently(), version);
+    assert_eq!(run("-V").silently(), version);
+    for verb in VERBS {
+        assert_says(&run(&format!("{verb} --version")).silently(), &[env!("CARGO_PKG_VERSION")]);
+    }
+}
+
+#[test]
+fn what_the_command_line_does_not_know_is_refused_by_name() {
+    for (args, named) in [
+        ("frobnicate", &["'frobnicate'", "--help"][..]),
+        ("simulat x.toml", &["'simulat'", "'simulate'"]),
+        ("--frob", &["'--frob'"]),
+        ("check --strickt x.toml", &["'--strickt'", "'--strict'"]),
+        ("check a.toml b.toml", &["'b.toml'"]),
+        ("check", &["<FILE>"]),
+        ("run", &["<FILE>"]),
+        ("simulate", &["<FILE>", "--cycles"]),
+        ("simulate x.toml --cycles 1.5", &["'1.5'", "--cycles"]),
+        ("simulate x.toml --cycles 99999999999999999999", &["'99999999999999999999'", "--cycles"]),
+        ("publish", &["<SERVICE>"]),
+        ("publish plant/analog", &["--value", "--wave", "--csv"]),
+        ("publish plant/analog --wave cosine", &["'cosine'", "sawtooth", "sine", "step", "square"]),
+        ("subscribe", &["<SERVICE>"]),
+        ("blocks --format html", &["'html'", "text", "markdown", "json"]),
+        ("blocks A B", &["'B'"]),
+        ("completions", &["<SHELL>"]),
+        ("completions tcsh", &["'tcsh'", "bash", "zsh", "fish"]),
+    ] {
+        let error = run(args).refused(2);
+        assert_says(&error, named);
+    }
+}
+
+#[test]
+fn completions_know_every_verb_and_its_flags() {
+    for shell in ["bash", "zsh", "fish"] {
+        let script = run(&format!("completions {shell}")).silently();
+        assert_says(&script, &VERBS);
+        assert_says(&script, &["strict", "cycles", "inputs", "amplitude", "markdown"]);
+    }
+}
+
+#[test]
+fn results_that_cannot_be_written_are_an_error() {
+    for args in ["blocks", "blocks --json", "completions bash"] {
+        let full = std::fs::File::create("/dev/full").unwrap();
+        let args: Vec<&str> = args.split_whitespace().collect();
+        let ran = Ran::new(Folder::new().command(&args).stdout(full).output().unwrap());
+        assert_eq!(ran.code, 1, "{args:?}");
+        assert_says(&ran.err, &["cannot write to stdout", "No space left"]);
+    }
+}
+
+#[test]
+fn the_log_level_shows_in_the_log_and_not_in_the_result() {
+    let folder = Folder::new();
+    let quiet = folder.run("blocks").silently();
+    let loud = folder.run("blocks -vvv");
+    assert_eq!((loud.code, loud.out), (0, quiet));
+}

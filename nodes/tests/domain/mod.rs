@@ -1,0 +1,213 @@
+//! An iceoryx2 domain for each test and the processes in it, so that tests run in parallel and
+//! leave nothing behind.
+#![allow(dead_code, reason = "each test file uses a part")]
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{Arc, Mutex};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+
+/// Longer than anything here takes on a machine that is busy with other tests.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+pub(crate) struct Domain {
+    folder: tempfile::TempDir,
+    prefix: String,
+}
+
+impl Domain {
+    pub(crate) fn new() -> Self {
+        static NEXT: AtomicU32 = AtomicU32::new(0);
+        let number = NEXT.fetch_add(1, Ordering::Relaxed);
+        let prefix = format!("isoproc{}x{number}_", std::process::id());
+        let domain = Self { folder: tempfile::tempdir().unwrap(), prefix };
+        let root = domain.path("iceoryx2");
+        let text =
+            format!("[global]\nroot-path = \"{}\"\nprefix = \"{}\"\n", root.display(), domain.prefix);
+        domain.write("domain.toml", &text);
+        domain
+    }
+
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    pub(crate) fn write(&self, name: &str, text: &str) -> PathBuf {
+        std::fs::write(self.path(name), text).unwrap();
+        self.path(name)
+    }
+
+    pub(crate) fn read(&self, name: &str) -> String {
+        std::fs::read_to_string(self.path(name)).unwrap()
+    }
+
+    pub(crate) fn json(&self, name: &str) -> Value {
+        serde_json::from_str(&self.read(name)).unwrap()
+    }
+
+    pub(crate) fn config_file(&self) -> PathBuf {
+        self.path("domain.toml")
+    }
+
+    /// Starts the program in this domain; the arguments are separated by spaces.
+    pub(crate) fn start(&self, arguments: &str) -> Process {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
+        command.args(arguments.split_whitespace()).current_dir(self.folder.path());
+        if !arguments.starts_with("simulate") {
+            command.arg("--iceoryx2-config").arg(self.config_file());
+        }
+        Process::start(command)
+    }
+
+    /// Runs the program to its end.
+    pub(crate) fn run(&self, arguments: &str) -> Ended {
+        self.start(arguments).finish()
+    }
+
+    /// Files that are left, in shared memory and in the root path.
+    pub(crate) fn leftovers(&self) -> Vec<PathBuf> {
+        let mut files = files_below(&self.path("iceoryx2"));
+        files.extend(shared_memory(&self.prefix));
+        files
+    }
+}
+
+/// Files in shared memory whose names begin with `prefix`.
+pub(crate) fn shared_memory(prefix: &str) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir("/dev/shm").unwrap();
+    let of_domain = |path: &PathBuf| {
+        path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(prefix))
+    };
+    entries.map(|entry| entry.unwrap().path()).filter(of_domain).collect()
+}
+
+fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
+    let paths = entries.map(|entry| entry.unwrap().path());
+    paths.flat_map(|path| if path.is_dir() { files_below(&path) } else { vec![path] }).collect()
+}
+
+/// A process and what it printed so far. It is killed when the test ends without ending it.
+pub(crate) struct Process {
+    child: Child,
+    stdout: Text,
+    stderr: Text,
+}
+
+pub(crate) struct Ended {
+    pub(crate) status: ExitStatus,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
+}
+
+impl Ended {
+    #[track_caller]
+    pub(crate) fn expect_code(self, code: i32) -> Self {
+        assert_eq!(self.status.code(), Some(code), "{}\n{}", self.stdout, self.stderr);
+        self
+    }
+}
+
+impl Process {
+    pub(crate) fn start(mut command: Command) -> Self {
+        let piped = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let mut child = piped.spawn().unwrap();
+        let stdout = Text::collect(child.stdout.take().unwrap());
+        let stderr = Text::collect(child.stderr.take().unwrap());
+        Self { child, stdout, stderr }
+    }
+
+    /// Waits until a text stands in what the process printed.
+    #[track_caller]
+    pub(crate) fn wait_for(&mut self, text: &str) {
+        self.wait_until(text, |stdout, stderr| stdout.contains(text) || stderr.contains(text));
+    }
+
+    #[track_caller]
+    pub(crate) fn wait_until(&mut self, what: &str, met: impl Fn(&str, &str) -> bool) {
+        let since = Instant::now();
+        while !met(&self.stdout.get(), &self.stderr.get()) {
+            let (stdout, stderr) = (self.stdout.get(), self.stderr.get());
+            let waits = since.elapsed() < PATIENCE && self.child.try_wait().unwrap().is_none();
+            assert!(waits || met(&stdout, &stderr), "waited for {what}\n{stdout}\n{stderr}");
+            thread::sleep(Duration::from_millis(2));
+        }
+    }
+
+    pub(crate) fn id(&self) -> u32 {
+        self.child.id()
+    }
+
+    pub(crate) fn signal(&self, signal: Signal) {
+        let pid = Pid::from_raw(self.child.id().cast_signed()).unwrap();
+        kill_process(pid, signal).unwrap();
+    }
+
+    /// Kills the process as a crash would.
+    pub(crate) fn kill(mut self) {
+        self.child.kill().unwrap();
+        self.child.wait().unwrap();
+    }
+
+    /// Sends SIGTERM and waits for the end.
+    pub(crate) fn stop(self) -> Ended {
+        self.signal(Signal::TERM);
+        self.finish()
+    }
+
+    /// Waits for the end.
+    pub(crate) fn finish(mut self) -> Ended {
+        let since = Instant::now();
+        let status = loop {
+            if let Some(status) = self.child.try_wait().unwrap() {
+                break status;
+            }
+            let (stdout, stderr) = (self.stdout.get(), self.stderr.get());
+            assert!(since.elapsed() < PATIENCE, "the process does not end\n{stdout}\n{stderr}");
+            thread::sleep(Duration::from_millis(2));
+        };
+        Ended { status, stdout: self.stdout.finish(), stderr: self.stderr.finish() }
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// What comes out of a pipe.
+struct Text {
+    text: Arc<Mutex<String>>,
+    reader: Option<JoinHandle<()>>,
+}
+
+impl Text {
+    fn collect(pipe: impl Read + Send + 'static) -> Self {
+        let text = Arc::new(Mutex::new(String::new()));
+        let collected = text.clone();
+        let reader = thread::spawn(move || {
+            for line in BufReader::new(pipe).lines() {
+                let line = line.unwrap();
+                collected.lock().unwrap().push_str(&(line + "\n"));
+            }
+        });
+        Self { text, reader: Some(reader) }
+    }
+
+    fn get(&self) -> String {
+        self.text.lock().unwrap().clone()
+    }
+
+    fn finish(&mut self) -> String {
+        self.reader.take().unwrap().join().unwrap();
+        self.get()
+    }
+}

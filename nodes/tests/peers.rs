@@ -1,0 +1,229 @@
+//! Peers that are absent, come late, leave, restart or are killed; and peers that do not fit.
+
+mod domain;
+
+use std::path::PathBuf;
+
+use domain::{Domain, Process};
+use iceoryx2::prelude::{NodeBuilder, ServiceName, ipc};
+use isochrone_ipc::load_config;
+
+/// Passes its input on. What the subscriber prints shows what the node saw.
+const NODE: &str = r#"
+[node]
+name = "relay"
+[[task]]
+name = "t"
+period = "2ms"
+[[input]]
+name = "x"
+service = "relay/in"
+default = -1.0
+[[output]]
+service = "relay/out"
+signals = ["x"]
+"#;
+
+const NOTHING: Vec<PathBuf> = Vec::new();
+
+fn relay() -> (Domain, Process) {
+    let domain = Domain::new();
+    domain.write("node.toml", NODE);
+    let mut node = domain.start("run node.toml");
+    node.wait_for("node \"relay\" runs");
+    (domain, node)
+}
+
+/// A subscriber of the node's output that is connected.
+fn observer(domain: &Domain) -> Process {
+    let mut observer = domain.start("subscribe relay/out");
+    observer.wait_for("x=");
+    observer
+}
+
+fn publisher(domain: &Domain, value: &str) -> Process {
+    let mut publisher = domain.start(&format!("publish relay/in --rate 200 --value {value}"));
+    publisher.wait_for("publishing");
+    publisher
+}
+
+#[test]
+fn a_node_runs_on_its_defaults_until_a_publisher_comes() {
+    let (domain, node) = relay();
+    let mut observer = observer(&domain);
+    observer.wait_for("x=-1.0");
+    let publisher = publisher(&domain, "4.5");
+    observer.wait_for("x=4.5");
+    publisher.stop().expect_code(0);
+    observer.stop().expect_code(0);
+    node.stop().expect_code(0);
+    assert_eq!(domain.leftovers(), NOTHING);
+}
+
+#[test]
+fn peers_may_start_in_any_order() {
+    let domain = Domain::new();
+    domain.write("node.toml", NODE);
+    let mut observer = domain.start("subscribe relay/out");
+    let publisher = publisher(&domain, "7");
+    let mut node = domain.start("run node.toml");
+    node.wait_for("runs");
+    observer.wait_for("x=7.0");
+    for process in [observer, node, publisher] {
+        process.stop().expect_code(0);
+    }
+    assert_eq!(domain.leftovers(), NOTHING);
+}
+
+#[test]
+fn a_publisher_that_restarts_is_heard_again() {
+    let (domain, node) = relay();
+    let mut observer = observer(&domain);
+    let first = publisher(&domain, "1");
+    observer.wait_for("x=1.0");
+    first.stop().expect_code(0);
+    let second = publisher(&domain, "2");
+    observer.wait_for("x=2.0");
+    second.stop().expect_code(0);
+    observer.stop().expect_code(0);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn a_publisher_that_was_killed_is_replaced_without_a_restart_of_the_node() {
+    let (domain, node) = relay();
+    let mut observer = observer(&domain);
+    for value in 1..4 {
+        let publisher = publisher(&domain, &value.to_string());
+        observer.wait_for(&format!("x={value}.0"));
+        publisher.kill();
+    }
+    observer.stop().expect_code(0);
+    node.stop().expect_code(0);
+    // The last publisher's remains go with the next process that joins.
+    domain.run("subscribe relay/out --seconds 0.1").expect_code(3);
+    assert_eq!(domain.leftovers(), NOTHING);
+}
+
+#[test]
+fn subscribers_that_are_killed_neither_hold_up_the_node_nor_use_up_its_places() {
+    let (domain, node) = relay();
+    // More than a service has places for.
+    for _ in 0..20 {
+        observer(&domain).kill();
+    }
+    observer(&domain).stop().expect_code(0);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn a_node_that_was_killed_starts_again_and_its_peers_carry_on() {
+    let (domain, node) = relay();
+    let publisher = publisher(&domain, "3");
+    let mut observer = observer(&domain);
+    observer.wait_for("x=3.0");
+    node.kill();
+    let mut node = domain.start("run node.toml --report node.json");
+    node.wait_for("runs");
+    let seen = std::cell::Cell::new(0);
+    observer.wait_until("frames of the second node", |stdout, _| {
+        // The second node's sequence begins anew.
+        seen.set(stdout.lines().filter(|line| line.trim_start().starts_with("5 ")).count());
+        seen.get() >= 1 && stdout.lines().last().is_some_and(|line| line.contains("x=3.0"))
+    });
+    for process in [observer, node, publisher] {
+        process.stop().expect_code(0);
+    }
+    assert_eq!(domain.leftovers(), NOTHING);
+}
+
+#[test]
+fn a_second_node_on_the_same_service_is_refused_and_told_who_has_it() {
+    let (domain, node) = relay();
+    let mut observer = observer(&domain);
+    let second = domain.run("run node.toml").expect_code(1);
+    assert!(second.stderr.contains("\"relay/out\""), "{}", second.stderr);
+    assert!(second.stderr.contains("isochrone/relay"), "{}", second.stderr);
+    let more = domain.run("publish relay/out --value 1").expect_code(1);
+    assert!(more.stderr.contains("isochrone/relay"), "{}", more.stderr);
+    observer.wait_for("x=-1.0");
+    observer.stop().expect_code(0);
+    node.stop().expect_code(0);
+    assert_eq!(domain.leftovers(), NOTHING);
+}
+
+#[test]
+fn a_service_of_another_type_is_refused_with_both_sides_named() {
+    let domain = Domain::new();
+    domain.write("node.toml", NODE);
+    let config = load_config(Some(&domain.config_file())).unwrap();
+    let other = NodeBuilder::new().config(&config).create::<ipc::Service>().unwrap();
+    let name = ServiceName::new("relay/in").unwrap();
+    let service = other.service_builder(&name).publish_subscribe::<u64>().create().unwrap();
+    let refused = domain.run("run node.toml").expect_code(1);
+    for part in ["relay/in", "u64", "f64", "isochrone.FrameHeader.v1"] {
+        assert!(refused.stderr.contains(part), "{part}: {}", refused.stderr);
+    }
+    let refused = domain.run("subscribe relay/in").expect_code(1);
+    assert!(refused.stderr.contains("u64"), "{}", refused.stderr);
+    drop(service);
+}
+
+#[test]
+fn a_channel_of_another_type_is_refused_with_both_sides_named() {
+    let (domain, node) = relay();
+    domain.write("bool.toml", &NODE.replace("\"relay\"", "\"other\"").replace("relay/out", "other/out").replace(
+        "service = \"relay/in\"",
+        "service = \"relay/in\"\ntype = \"BOOL\"",
+    ).replace("default = -1.0", ""));
+    let refused = domain.run("run bool.toml").expect_code(1);
+    for part in ["relay/in", "channel 0", "LREAL", "BOOL"] {
+        assert!(refused.stderr.contains(part), "{part}: {}", refused.stderr);
+    }
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn samples_that_the_type_cannot_hold_are_rejected_counted_and_leave_the_last_good_value() {
+    let domain = Domain::new();
+    let node = NODE.replace("default = -1.0", "default = -1\ntype = \"INT\"");
+    domain.write("node.toml", &node);
+    domain.write("in.csv", "x\n5\n1.5\nNaN\n40000\n-32769\ninf\n");
+    let mut node = domain.start("run node.toml --report node.json");
+    node.wait_for("runs");
+    let mut observer = domain.start("subscribe relay/out --csv out.csv");
+    observer.wait_for("subscribed");
+    domain.run("publish relay/in --csv in.csv --rate 50").expect_code(0);
+    node.stop().expect_code(0);
+    observer.stop().expect_code(0);
+    let rejects = domain.json("node.json")["tasks"][0]["input_rejects"].as_u64().unwrap();
+    assert_eq!(rejects, 5);
+    let recorded = domain.read("out.csv");
+    let mut values: Vec<&str> = recorded.lines().skip(1).map(|row| row.split(',').nth(1).unwrap()).collect();
+    values.dedup();
+    assert_eq!(values, ["-1.0", "5.0"]);
+}
+
+#[test]
+fn a_stale_input_holds_or_falls_back_as_configured() {
+    for (on_stale, last) in [("hold", "x=9.0"), ("default", "x=-1.0")] {
+        let domain = Domain::new();
+        let stale = format!("default = -1.0\nmax_age = \"100ms\"\non_stale = \"{on_stale}\"");
+        domain.write("node.toml", &NODE.replace("default = -1.0", &stale));
+        let mut node = domain.start("run node.toml");
+        node.wait_for("runs");
+        let mut observer = observer(&domain);
+        let publisher = publisher(&domain, "9");
+        observer.wait_for("x=9.0");
+        publisher.stop().expect_code(0);
+        let frames = |stdout: &str| stdout.lines().count();
+        let ended = std::cell::Cell::new(0);
+        observer.wait_until("200 more frames", |stdout, _| {
+            ended.set(if ended.get() == 0 { frames(stdout) } else { ended.get() });
+            frames(stdout) > ended.get() + 200
+        });
+        node.stop().expect_code(0);
+        let stdout = observer.stop().expect_code(0).stdout;
+        assert!(stdout.trim_end().ends_with(last), "{on_stale}: {}", stdout.lines().last().unwrap());
+    }
+}

@@ -1,0 +1,220 @@
+//! The verbs that talk to each other: how they end, and what they report.
+
+mod domain;
+
+use std::path::PathBuf;
+
+use domain::Domain;
+use rustix::process::Signal;
+use serde_json::Value;
+
+const NODE: &str = r#"
+[node]
+name = "clock"
+[[task]]
+name = "fast"
+period = "1ms"
+ob = 35
+[[task]]
+name = "slow"
+period = "5ms"
+phase = "1ms"
+[[input]]
+name = "x"
+task = "fast"
+service = "clock/in"
+[[block]]
+name = "saw"
+type = "SawTooth"
+task = "fast"
+in = { incrementRange = 1, endlessSteps = true }
+[[block]]
+name = "level"
+type = "ScaleLinear"
+task = "slow"
+in = { x = "saw.value", x1 = 0, y1 = 0, x2 = 1, y2 = 2, yMin = -inf, yMax = inf }
+[[output]]
+service = "clock/fast"
+task = "fast"
+signals = ["saw.value", "x"]
+[[output]]
+service = "clock/slow"
+task = "slow"
+signals = ["level.y", "saw.value", "x"]
+"#;
+
+fn domain() -> Domain {
+    let domain = Domain::new();
+    domain.write("node.toml", NODE);
+    domain
+}
+
+#[test]
+fn sigint_and_sigterm_end_every_verb_with_its_summary() {
+    for signal in [Signal::INT, Signal::TERM] {
+        let domain = domain();
+        let mut node = domain.start("run node.toml");
+        node.wait_for("runs");
+        let mut publisher = domain.start("publish clock/in --wave sine,step");
+        publisher.wait_for("publishing");
+        let mut stats = domain.start("subscribe clock/fast --stats");
+        stats.wait_for("subscribed");
+        let mut lines = domain.start("subscribe clock/slow");
+        lines.wait_for("level.y=");
+        // A stats subscriber that saw nothing would say so.
+        std::thread::sleep(std::time::Duration::from_millis(50));
+        for (process, summary) in [
+            (stats, "one-way"),
+            (lines, "0 lost"),
+            (node, "release jitter"),
+            (publisher, "published"),
+        ] {
+            process.signal(signal);
+            let ended = process.finish().expect_code(0);
+            assert!((ended.stdout + &ended.stderr).contains(summary), "{summary}");
+        }
+        assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
+    }
+}
+
+#[test]
+fn a_node_with_an_hour_long_period_ends_on_a_signal_too() {
+    let domain = domain();
+    domain.write("hour.toml", "[node]\nname = \"h\"\n[[task]]\nname = \"t\"\nperiod = \"1h\"\nphase = \"59min\"\n");
+    let mut node = domain.start("run hour.toml");
+    node.wait_for("runs");
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn run_reports_every_task_and_link() {
+    let domain = domain();
+    let mut node = domain.start("run node.toml --cycles 400 --report node.json --json");
+    node.wait_for("runs");
+    let publisher = domain.start("publish clock/in --value 1");
+    let ended = node.finish().expect_code(0);
+    publisher.stop().expect_code(0);
+    let report = domain.json("node.json");
+    assert_eq!(serde_json::from_str::<Value>(&ended.stdout).unwrap(), report);
+    let tasks = report["tasks"].as_array().unwrap();
+    let [fast, slow] = tasks.as_slice() else { panic!("{tasks:?}") };
+    assert_eq!((&fast["name"], &fast["cycles"]), (&"fast".into(), &400.into()));
+    assert_eq!((&slow["name"], &slow["period_ns"]), (&"slow".into(), &5_000_000.into()));
+    assert_eq!(fast["allocations"], 0);
+    let measured = fast["cycles"].as_u64().unwrap() - fast["warm_up_cycles"].as_u64().unwrap();
+    for distribution in ["release_jitter_ns", "execution_ns", "response_ns", "period_error_ns"] {
+        assert_eq!(fast[distribution]["count"], measured, "{distribution}");
+        assert!(fast[distribution]["max"].as_u64() >= fast[distribution]["p50"].as_u64());
+    }
+    let links = report["links"].as_array().unwrap();
+    let services: Vec<&str> = links.iter().map(|link| link["service"].as_str().unwrap()).collect();
+    assert_eq!(services, ["clock/in", "clock/fast", "clock/slow"]);
+    assert_eq!(links[1]["frames"], 400);
+    assert!(report["environment"]["cpus"].as_u64() > Some(0));
+    assert_eq!(report["command"][0], "run");
+}
+
+#[test]
+fn stats_tell_rate_loss_and_latency_and_the_age_of_the_input_behind_a_frame() {
+    let domain = domain();
+    let mut node = domain.start("run node.toml");
+    node.wait_for("runs");
+    let mut publisher = domain.start("publish clock/in --value 1");
+    publisher.wait_for("publishing");
+    let ended = domain.run("subscribe clock/fast --stats --json --count 500 --report link.json");
+    let report: Value = serde_json::from_str(&ended.expect_code(0).stdout).unwrap();
+    assert_eq!(report, domain.json("link.json"));
+    let link = &report["links"][0];
+    assert_eq!((&link["frames"], &link["one_way_ns"]["count"]), (&500.into(), &500.into()));
+    assert!(link["rate_hz"].as_f64() > Some(0.0));
+    assert!(link["one_way_ns"]["p50"].as_u64() > Some(0));
+    // x came from a publisher, and the frame is computed from it.
+    assert!(link["end_to_end_ns"]["count"].as_u64() > Some(0));
+    assert!(link["end_to_end_ns"]["p50"].as_u64() > link["one_way_ns"]["p50"].as_u64());
+    publisher.stop().expect_code(0);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn a_wire_between_tasks_carries_values_of_one_finished_cycle() {
+    let domain = domain();
+    let mut node = domain.start("run node.toml");
+    node.wait_for("runs");
+    domain.run("subscribe clock/slow --csv slow.csv --count 300").expect_code(0);
+    node.stop().expect_code(0);
+    let recorded = domain.read("slow.csv");
+    assert_eq!(recorded.lines().next(), Some("cycle,level.y,saw.value,x"));
+    for row in recorded.lines().skip(1) {
+        let values: Vec<f64> = row.split(',').map(|value| value.parse().unwrap()).collect();
+        assert_eq!(values[1], 2.0 * values[2], "{row}");
+    }
+}
+
+#[test]
+fn where_there_is_nothing_to_talk_to_the_exit_status_is_3() {
+    let domain = domain();
+    let ended = domain.run("subscribe no/body --seconds 0.2").expect_code(3);
+    assert!(ended.stderr.contains("there is no service \"no/body\""), "{}", ended.stderr);
+    let mut node = domain.start("run node.toml");
+    node.wait_for("runs");
+    let ended = domain.run("subscribe clock/in --seconds 0.2").expect_code(3);
+    assert!(ended.stderr.contains("has no publisher"), "{}", ended.stderr);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn what_cannot_be_is_refused_before_anything_starts() {
+    let domain = domain();
+    domain.write("deaf.toml", &NODE.replace("service = \"clock/in\"", ""));
+    for (arguments, code, parts) in [
+        ("run node.toml --report /no/where.json", 2, ["cannot write", "/no/where.json"]),
+        ("run deaf.toml", 2, ["deaf.toml:", "has no service"]),
+        ("run node.toml --cycles 0", 2, ["--cycles", "0"]),
+        ("run node.toml --seconds -1", 2, ["--seconds", "greater than 0"]),
+        ("publish clock/in", 2, ["--value", "--wave"]),
+        ("publish clock/in --value 1 --rate 0", 2, ["--rate", "frames per second"]),
+        ("publish clock/in --value x", 2, ["--value", "x"]),
+        ("publish clock/in --csv none.csv", 2, ["none.csv", "No such file"]),
+        ("publish clock/in --wave sine --amplitude 1,2", 2, ["--amplitude", "2 values for 1 waves"]),
+        ("publish iox2://x --value 1", 1, ["iox2://", "keeps for itself"]),
+        ("subscribe clock/fast --csv /no/where.csv", 2, ["cannot write", "/no/where.csv"]),
+        ("subscribe clock/fast --json", 2, ["--stats", "--json"]),
+    ] {
+        let ended = domain.run(arguments).expect_code(code);
+        for part in parts {
+            assert!(ended.stderr.contains(part), "{arguments}: {part}\n{}", ended.stderr);
+        }
+        assert!(!ended.stderr.contains("panicked"), "{arguments}\n{}", ended.stderr);
+    }
+    let mut elsewhere = domain.start("run node.toml --seconds 0.1");
+    elsewhere.wait_for("runs");
+    elsewhere.finish().expect_code(0);
+}
+
+#[test]
+fn a_full_disk_is_said() {
+    let domain = domain();
+    let ended = domain.run("run node.toml --cycles 10 --report /dev/full").expect_code(1);
+    assert!(ended.stderr.contains("/dev/full: No space left"), "{}", ended.stderr);
+    let mut node = domain.start("run node.toml");
+    node.wait_for("runs");
+    let ended = domain.run("subscribe clock/fast --csv /dev/full --count 5000").expect_code(1);
+    assert!(ended.stderr.contains("/dev/full: No space left"), "{}", ended.stderr);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn strict_refuses_to_start_without_the_scheduling_that_was_asked_for() {
+    let domain = domain();
+    domain.write("rt.toml", &NODE.replacen("ob = 35", "ob = 35\npriority = 50\ncpu = 1000", 1));
+    // No machine that runs this has a CPU 1000, whoever runs it.
+    let ended = domain.run("run rt.toml --strict").expect_code(1);
+    for part in ["1000", "remedy"] {
+        assert!(ended.stderr.contains(part), "{}", ended.stderr);
+    }
+    let ended = domain.run("run rt.toml --cycles 20 --report rt.json").expect_code(0);
+    assert!(ended.stderr.contains("warning"), "{}", ended.stderr);
+    let warnings = &domain.json("rt.json")["warnings"];
+    assert!(warnings.as_array().unwrap().iter().any(|w| w["code"] == "cpu_denied"), "{warnings}");
+    assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
+}
