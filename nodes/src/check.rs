@@ -67,19 +67,20 @@ fn text(plan: &Plan) -> String {
 
         let mut order = Table::default();
         let blocks = task.banks.iter().flat_map(|bank| {
-            bank.instances.iter().map(|name| (bank.block_type.name, name, bank.depth))
+            bank.instances.iter().map(|name| (bank.block_type.name, name))
         });
-        for (position, (block_type, name, depth)) in blocks.take(ROWS).enumerate() {
-            order.row([format!("{}.", position + 1), name.clone(), block_type.into(), format!("depth {depth}")]);
+        for (position, (block_type, name)) in blocks.take(ROWS).enumerate() {
+            order.row([format!("{}.", position + 1), name.clone(), block_type.into()]);
         }
         let blocks = task.banks.iter().map(|bank| bank.instances.len()).sum();
         section(&mut text, "order of execution", blocks, &order);
 
         let mut wires = Table::default();
-        for (from, to) in wire_names(plan, index).take(ROWS) {
-            wires.row([from, "->".into(), to]);
+        for NamedWire { from, from_task, to } in named_wires(plan, index).take(ROWS) {
+            let of_task = from_task.map_or_else(String::new, |task| format!(" of task {task}"));
+            wires.row([from + &of_task, "->".into(), to]);
         }
-        section(&mut text, "wires", wire_names(plan, index).count(), &wires);
+        section(&mut text, "wires", named_wires(plan, index).count(), &wires);
 
         let mut outputs = Table::default();
         for output in &task.outputs {
@@ -144,15 +145,29 @@ fn signals(output: &OutputPlan) -> String {
     text
 }
 
-/// The wires of a task by name, in the order in which they are copied.
-fn wire_names(plan: &Plan, task: usize) -> impl Iterator<Item = (String, String)> {
+/// A wire by names.
+struct NamedWire {
+    from: String,
+    /// The task that computes the value, if it is another one: its last finished cycle counts.
+    from_task: Option<String>,
+    to: String,
+}
+
+/// The wires of a task in the order in which they are copied.
+fn named_wires(plan: &Plan, task: usize) -> impl Iterator<Item = NamedWire> {
     let tasks = plan.tasks.get(task);
     let previous = tasks.into_iter().flat_map(|task| &task.previous).map(|wire| (wire, "@prev"));
     let banks = tasks.into_iter().flat_map(|task| &task.banks);
     let direct = banks.flat_map(|bank| &bank.wires).map(|wire| (wire, ""));
     previous.chain(direct).map(move |(WirePlan { from, to }, suffix)| {
         let name = |slot: u32| plan.slot_name(task, slot as usize);
-        (name(*from) + suffix, name(*to))
+        let link = plan.links.iter().find(|link| link.to == task && link.carries_to(*from));
+        let from_task = link.and_then(|link| plan.tasks.get(link.from));
+        NamedWire {
+            from: name(*from) + suffix,
+            from_task: from_task.map(|task| task.name.clone()),
+            to: name(*to),
+        }
     })
 }
 
@@ -181,9 +196,11 @@ fn document(plan: &Plan) -> Value {
                 "type": bank.block_type.name,
                 "depth": bank.depth,
             }))).collect::<Vec<_>>(),
-            "wires": wire_names(plan, index)
-                .map(|(from, to)| json!({ "from": from, "to": to }))
-                .collect::<Vec<_>>(),
+            "wires": named_wires(plan, index).map(|wire| json!({
+                "from": wire.from,
+                "from_task": wire.from_task.as_ref().unwrap_or(&task.name),
+                "to": wire.to,
+            })).collect::<Vec<_>>(),
             "outputs": task.outputs.iter().map(|output| json!({
                 "service": output.service,
                 "signals": output.signals.iter().map(|signal| json!({

@@ -116,15 +116,9 @@ impl Recording {
         self.values.chunks(self.columns.len().max(1)).nth(row).unwrap_or_default()
     }
 
-    /// Whether there is a column of this name.
-    pub(crate) fn has(&self, column: &str) -> bool {
-        self.columns.iter().any(|known| known == column)
-    }
-
-    /// The value of a column in row `row`, or in the last row after the end.
-    pub(crate) fn sample(&self, column: &str, row: u64) -> Option<f64> {
-        let column = self.columns.iter().position(|known| known == column)?;
-        self.row(row).get(column).copied()
+    /// Index of a column.
+    pub(crate) fn column(&self, name: &str) -> Option<usize> {
+        self.columns.iter().position(|known| known == name)
     }
 }
 

@@ -35,7 +35,7 @@ pub(crate) struct Args {
     #[arg(long, value_parser = parse_seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// End after this many cycles of the first task
-    #[arg(long, value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..), allow_negative_numbers = true)]
     cycles: Option<u64>,
     /// Write the report (JSON) to this file at the end
     #[arg(long, value_name = "FILE.json")]

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-use isochrone_engine::{Plan, TaskEngine};
+use isochrone_engine::{InputPlan, Plan, TaskEngine};
 
 use crate::failure::Failure;
 use crate::recording::Recording;
@@ -21,7 +21,7 @@ pub(crate) struct Args {
     /// Configuration file (TOML)
     file: PathBuf,
     /// Cycles to run; by default as many as --inputs has rows
-    #[arg(long, required_unless_present = "inputs")]
+    #[arg(long, required_unless_present = "inputs", allow_negative_numbers = true)]
     cycles: Option<u64>,
     /// CSV with a column for each input by name; row k applies at cycle k, the last row holds, an
     /// input without a column keeps its default
@@ -46,6 +46,12 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             Failure::usage(format!("{file} has no task \"{name}\"; it has: {}", names.join(", ")))
         })?,
     };
+    for source in [Some(&args.file), args.inputs.as_ref()].into_iter().flatten() {
+        if same_file(source, &args.output) {
+            let file = args.output.display();
+            return Err(Failure::usage(format!("--output {file} would overwrite what is read")));
+        }
+    }
     let inputs: Vec<_> = plan.tasks.iter().flat_map(|task| &task.inputs).collect();
     let recording = match &args.inputs {
         None => Recording::default(),
@@ -53,7 +59,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             let columns: Vec<_> =
                 inputs.iter().map(|input| (input.name.as_str(), input.value_type)).collect();
             let recording = Recording::read(path, Some(&columns)).map_err(Failure::usage)?;
-            for (name, _) in columns.iter().filter(|(name, _)| !recording.has(name)) {
+            for (name, _) in columns.iter().filter(|(name, _)| recording.column(name).is_none()) {
                 terminal::note(&format!(
                     "note: {} has no column \"{name}\"; the input keeps its default",
                     path.display()
@@ -84,6 +90,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
+fn same_file(a: &Path, b: &Path) -> bool {
+    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
+}
+
 /// All tasks of a plan on their common grid.
 struct Simulation<'a> {
     plan: &'a Plan,
@@ -94,6 +104,7 @@ struct Simulation<'a> {
     next: Vec<u64>,
     reference: usize,
     recording: Recording,
+    inputs: Vec<RecordedInput>,
     /// Samples that their input's type cannot hold, each counted once.
     rejects: u64,
     first_reject: Option<String>,
@@ -103,12 +114,19 @@ impl<'a> Simulation<'a> {
     fn new(plan: &'a Plan, reference: usize, recording: Recording) -> Self {
         let mut order: Vec<usize> = (0..plan.tasks.len()).collect();
         order.sort_by_key(|task| std::cmp::Reverse(plan.tasks[*task].priority.unwrap_or(0)));
+        let inputs = plan.tasks.iter().enumerate().flat_map(|(task, plan)| {
+            plan.inputs.iter().enumerate().map(move |(index, input)| (task, index, input))
+        });
+        let recorded = inputs.filter_map(|(task, index, input)| {
+            Some(RecordedInput { task, index, column: recording.column(&input.name)? })
+        });
         Self {
             plan,
             engines: TaskEngine::build(plan),
             order,
             next: vec![0; plan.tasks.len()],
             reference,
+            inputs: recorded.collect(),
             recording,
             rejects: 0,
             first_reject: None,
@@ -155,22 +173,33 @@ impl<'a> Simulation<'a> {
 
     /// Sets the inputs to the row of a cycle.
     fn apply(&mut self, cycle: u64) {
-        for (task, engine) in self.plan.tasks.iter().zip(&mut self.engines) {
-            for (index, input) in task.inputs.iter().enumerate() {
-                let Some(sample) = self.recording.sample(&input.name, cycle) else { continue };
-                // Rows after the end are the last row again.
-                if engine.set_input(index, sample, 0) || cycle >= self.recording.len() as u64 {
-                    continue;
-                }
-                self.rejects += 1;
-                self.first_reject.get_or_insert_with(|| {
-                    let (name, value_type) = (&input.name, input.value_type);
-                    let sample = numbers::format(sample);
-                    format!("{name} is {value_type}, which cannot hold {sample} (cycle {cycle})")
-                });
+        // Rows after the end are the last row again.
+        if cycle >= self.recording.len() as u64 {
+            return;
+        }
+        let row = self.recording.row(cycle);
+        for input in &self.inputs {
+            let Some(sample) = row.get(input.column) else { continue };
+            if self.engines[input.task].set_input(input.index, *sample, 0) {
+                continue;
             }
+            self.rejects += 1;
+            self.first_reject.get_or_insert_with(|| {
+                let InputPlan { name, value_type, .. } =
+                    &self.plan.tasks[input.task].inputs[input.index];
+                let sample = numbers::format(*sample);
+                format!("{name} is {value_type}, which cannot hold {sample} (cycle {cycle})")
+            });
         }
     }
+}
+
+/// An input that the recording has a column for.
+struct RecordedInput {
+    task: usize,
+    /// Index among the task's inputs.
+    index: usize,
+    column: usize,
 }
 
 /// The rows of the output file.

@@ -76,10 +76,10 @@ task fast: every 1ms, OB 35, SCHED_FIFO 80, CPU 1, wake hybrid, overrun skip
   inputs
     raw  LREAL  plant/analog[3]  default 2.5, stale after 20ms: default
   order of execution
-    1.  ramp.0  LimRateOfChangeCI  depth 0
-    2.  ramp.1  LimRateOfChangeCI  depth 0
-    3.  rate.0  ScaleLinear        depth 1
-    4.  rate.1  ScaleLinear        depth 1
+    1.  ramp.0  LimRateOfChangeCI
+    2.  ramp.1  LimRateOfChangeCI
+    3.  rate.0  ScaleLinear
+    4.  rate.1  ScaleLinear
   wires
     rate.0.y@prev        ->  ramp.0.setChangeRate
     rate.1.y@prev        ->  ramp.1.setChangeRate
@@ -94,10 +94,10 @@ task slow: every 2500us, phase 500us, normal scheduling, wake sleep, overrun sto
   inputs
     switch  BOOL  no service (only for simulate)  default FALSE
   order of execution
-    1.  show  LimRateOfChangeCI  depth 0
+    1.  show  LimRateOfChangeCI
   wires
-    switch               ->  show.enDefaultOutValue
-    ramp.1.delayedValue  ->  show.value
+    switch                            ->  show.enDefaultOutValue
+    ramp.1.delayedValue of task fast  ->  show.value
   outputs
     plant/show  show.delayedValue LREAL, show.status WORD
 "#;
@@ -175,8 +175,8 @@ fn the_json_has_all_that_the_text_has() {
         json!([{ "block": "show", "type": "LimRateOfChangeCI", "depth": 0 }])
     );
     assert_eq!(fast["order"][3], json!({ "block": "rate.1", "type": "ScaleLinear", "depth": 1 }));
-    assert_eq!(fast["wires"][1], json!({ "from": "rate.1.y@prev", "to": "ramp.1.setChangeRate" }));
-    assert_eq!(slow["wires"][1], json!({ "from": "ramp.1.delayedValue", "to": "show.value" }));
+    assert_eq!(fast["wires"][1], json!({ "from": "rate.1.y@prev", "from_task": "fast", "to": "ramp.1.setChangeRate" }));
+    assert_eq!(slow["wires"][1], json!({ "from": "ramp.1.delayedValue", "from_task": "fast", "to": "show.value" }));
     assert_eq!(
         slow["outputs"],
         json!([{

@@ -49,16 +49,29 @@ struct Entry {
 }
 
 /// A choice for a pin: what, which, which instance, of the cycle before.
-type PinChoice = (u8, u16, u8, bool);
+type PinChoice = (u8, u16, u8, u8);
 type EntryChoice = (usize, usize, usize, [PinChoice; 14], u16);
 
+/// Pins that decide whether a block works at all.
+fn is_parameter(name: &str) -> bool {
+    ["Rate", "Lim", "yMin", "yMax", "callOB", "enDefault", "track", "manOp", "reset"]
+        .iter()
+        .any(|part| name.contains(part))
+}
+
+/// A constant with which blocks mostly, but not always, work.
 fn constant(pin_type: PinType, choice: u16, name: &str) -> f64 {
     let pick = |values: &[f64]| values[usize::from(choice) % values.len()];
     match (pin_type, name) {
-        (PinType::Int, "callOB") => pick(&[35.0, 36.0, 7.0]),
-        (PinType::Bool, _) => f64::from(choice % 2),
+        (PinType::Int, "callOB") => pick(&[35.0, 35.0, 35.0, 36.0, 7.0]),
+        (PinType::Bool, _) => pick(&[0.0, 0.0, 0.0, 1.0]),
         (PinType::Int | PinType::Time, _) => pick(&[0.0, 1.0, 2.0, 7.0, -3.0, 30_000.0]),
-        _ => pick(&[0.0, 1.0, 10.0, 250.0, -2.5, 1e6, 1e300, -1e300, f64::INFINITY, -0.5]),
+        (_, "setHighLim" | "yMax") => pick(&[50.0, 1e6, f64::INFINITY, f64::INFINITY, -60.0]),
+        (_, "setLowLim" | "yMin") => {
+            pick(&[-50.0, -1e6, f64::NEG_INFINITY, f64::NEG_INFINITY, 60.0])
+        }
+        (_, name) if name.contains("Rate") => pick(&[250.0, 1e3, 1e4, f64::INFINITY, 0.0, -1.0]),
+        _ => pick(&[0.0, 1.0, 10.0, 250.0, -2.5, -0.5, 1e3, 1e6, 1e300, f64::INFINITY]),
     }
 }
 
@@ -76,7 +89,9 @@ fn entries(choices: Vec<EntryChoice>) -> Vec<Entry> {
             Some(_) if which % 5 == 0 => At::Default,
             _ => At::Constant(constant(pin.pin_type, which, pin.name)),
         };
+        let previous = previous < 64;
         match what % 4 {
+            2.. if is_parameter(pin.name) && what < 192 => constant,
             0 => constant,
             1 => {
                 let fits = |input: &usize| INPUTS[*input].1.feeds(pin.pin_type);
@@ -257,7 +272,13 @@ fn bits(values: &[f64]) -> Vec<u64> {
 
 fn entry_choice() -> impl Strategy<Value = EntryChoice> {
     let pin = any::<PinChoice>();
-    (0..CATALOGUE.len(), 1usize..5, 0usize..2, prop::array::uniform14(pin), any::<u16>())
+    (
+        0..CATALOGUE.len(),
+        1usize..5,
+        prop::sample::select(&[0, 0, 0, 1]),
+        prop::array::uniform14(pin),
+        any::<u16>(),
+    )
 }
 
 /// A step of a task: which, how many cycles it skips, and a sample for one of the inputs.

@@ -57,17 +57,22 @@ fn blocks_of_equal_depth_step_in_file_order() {
 }
 
 #[test]
-fn the_depth_of_a_block_is_the_longest_path_that_leads_to_it() {
-    let text = HEAD.to_string()
-        + &ramp("a", "1.0")
-        + &ramp("b", "\"a.delayedValue\"")
-        + &block(
-            "c",
-            1,
-            "LimRateOfChangeCI",
-            "value = \"a.delayedValue\", defaultOutValue = \"b.delayedValue\"",
-        );
-    assert_eq!(banks(&plan(&text).unwrap()), [(0, vec!["a"]), (1, vec!["b"]), (2, vec!["c"])]);
+fn the_depth_of_a_block_is_the_longest_path_that_leads_to_it_in_any_order_of_the_file() {
+    let reader = block(
+        "c",
+        1,
+        "LimRateOfChangeCI",
+        "value = \"b.delayedValue\", defaultOutValue = \"a.delayedValue\", setChangeRate = \"s.delayedValue\"",
+    );
+    let chain = ramp("a", "1.0") + &ramp("b", "\"a.delayedValue\"");
+    for blocks in [
+        ramp("s", "2.0") + &chain + &reader,
+        chain.clone() + &ramp("s", "2.0") + &reader,
+        reader.clone() + &chain + &ramp("s", "2.0"),
+    ] {
+        let plan = plan(&(HEAD.to_string() + &blocks)).unwrap();
+        assert_eq!(banks(&plan)[1..], [(1, vec!["b"]), (2, vec!["c"])]);
+    }
 }
 
 #[test]

@@ -166,6 +166,13 @@ pub struct LinkPlan {
     pub sources: Vec<Vec<usize>>,
 }
 
+impl LinkPlan {
+    /// Whether the link writes a slot of its reader's image.
+    pub fn carries_to(&self, slot: u32) -> bool {
+        (self.first_slot..self.first_slot + self.slots.len()).contains(&(slot as usize))
+    }
+}
+
 impl Plan {
     /// Checks and resolves a configuration. All errors are found together.
     pub fn new(source: Source, rules: &Rules<'_>) -> Result<Self, Findings> {
