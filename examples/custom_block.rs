@@ -6,10 +6,7 @@
 //! ```text
 //! cargo run --release -p isochrone-examples --bin custom_block
 //! ```
-#![allow(
-    clippy::print_stdout,
-    reason = "showing values is what this program is for"
-)]
+#![allow(clippy::print_stdout, reason = "showing values is what this program is for")]
 
 use std::error::Error;
 
@@ -59,11 +56,7 @@ mod low_pass {
                 let period_s = cycle.period_ns() as f64 / 1e9;
                 state.y += (inputs.x - state.y) * (period_s / (period_s + inputs.time_constant));
             }
-            Outputs {
-                y: state.y,
-                error: status::is_error(status),
-                status,
-            }
+            Outputs { y: state.y, error: status::is_error(status), status }
         }
 
         /// What the node counts as an error of a block.
@@ -96,16 +89,9 @@ const CONFIGURATION: &str = r#"
 fn main() -> Result<(), Box<dyn Error>> {
     let mut catalogue = CATALOGUE.to_vec();
     catalogue.push(BlockType::of::<low_pass::LowPass>());
-    let rules = Rules {
-        catalogue: &catalogue,
-        ..Rules::default()
-    };
-    let source = Source {
-        name: "custom_block.rs".into(),
-        text: CONFIGURATION.into(),
-    };
-    let plan =
-        Plan::new(source, &rules)?;
+    let rules = Rules { catalogue: &catalogue, ..Rules::default() };
+    let source = Source { name: "custom_block.rs".into(), text: CONFIGURATION.into() };
+    let plan = Plan::new(source, &rules)?;
     let mut engine = TaskEngine::build(&plan).pop().ok_or("there is no task")?;
 
     println!("cycle  saw  smooth");

@@ -7,10 +7,7 @@
 //! ```text
 //! cargo run --release -p isochrone-examples --bin embedded
 //! ```
-#![allow(
-    clippy::print_stdout,
-    reason = "showing values is what this program is for"
-)]
+#![allow(clippy::print_stdout, reason = "showing values is what this program is for")]
 
 use std::error::Error;
 use std::sync::Arc;
@@ -34,17 +31,10 @@ fn read_sensor(step: usize) -> f64 {
 fn main() -> Result<(), Box<dyn Error>> {
     // What, and in what order: text -> plan -> engine. Strings end here; from now on an input is
     // its index among the task's inputs, an output likewise.
-    let source = Source {
-        name: "level.toml".into(),
-        text: include_str!("level.toml").into(),
-    };
-    let plan = Plan::new(source, &Rules::default())
-        ?;
+    let source = Source { name: "level.toml".into(), text: include_str!("level.toml").into() };
+    let plan = Plan::new(source, &Rules::default())?;
     let task = plan.tasks.first().ok_or("there is no task")?;
-    let input = task
-        .inputs
-        .iter()
-        .position(|input| input.name == "level_raw");
+    let input = task.inputs.iter().position(|input| input.name == "level_raw");
     let input = input.ok_or("there is no input level_raw")?;
     let mut engine = TaskEngine::build(&plan).pop().ok_or("there is no task")?;
 
@@ -55,10 +45,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         wake: Wake::Hybrid { margin_ns: None },
         overrun: Overrun::Skip,
     };
-    let request = ThreadRequest {
-        priority: task.priority,
-        cpu: None,
-    };
+    let request = ThreadRequest { priority: task.priority, cpu: None };
     let stop = Arc::new(AtomicBool::new(false)); // set it to end the loop early
 
     let mut frames = vec![[0.0; SIGNALS]; CYCLES];
@@ -94,10 +81,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 
     println!("step  raw    level in m  ramp in m");
-    for (step, frame) in (1..)
-        .zip(&frames)
-        .filter(|(step, _)| [1, 2, 50, 51, 100].contains(step))
-    {
+    for (step, frame) in (1..).zip(&frames).filter(|(step, _)| [1, 2, 50, 51, 100].contains(step)) {
         let [raw, level, ramp, _heartbeat] = frame;
         println!("{step:<4}  {raw:<5}  {level:<10}  {ramp}");
     }

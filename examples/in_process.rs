@@ -7,10 +7,7 @@
 //! ```text
 //! cargo run --release -p isochrone-examples --bin in_process
 //! ```
-#![allow(
-    clippy::print_stdout,
-    reason = "showing values is what this program is for"
-)]
+#![allow(clippy::print_stdout, reason = "showing values is what this program is for")]
 
 use std::error::Error;
 use std::thread;
@@ -27,10 +24,7 @@ const FRAMES: u64 = 5;
 fn main() -> Result<(), Box<dyn Error>> {
     let participant = Participant::<local::Service>::join("in_process", &load_config(None)?)?;
     // What a frame holds. A reader of the service finds this in its attributes.
-    let signal = |name: &str| SignalSpec {
-        name: name.into(),
-        value_type: "LREAL".into(),
-    };
+    let signal = |name: &str| SignalSpec { name: name.into(), value_type: "LREAL".into() };
     let layout = FrameLayout {
         signals: vec![signal("level"), signal("level_in_percent")],
         period_ns: Some(1_000_000),
@@ -45,10 +39,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             while let Some(frame) = subscriber.next() {
                 // The values stand where the writer put them: nothing was copied.
                 let (header, values) = (frame.header(), frame.values());
-                println!(
-                    "frame {} of cycle {}: {values:?}",
-                    header.sequence, header.cycle
-                );
+                println!("frame {} of cycle {}: {values:?}", header.sequence, header.cycle);
             }
             if last_look {
                 break;
@@ -58,10 +49,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         writer.join().map_err(|_| "the writer panicked")?
     })?;
     let counters = subscriber.counters();
-    println!(
-        "received {}, errors {}",
-        counters.received, counters.receive_errors
-    );
+    println!("received {}, errors {}", counters.received, counters.receive_errors);
     Ok(())
 }
 
@@ -77,11 +65,7 @@ fn publish(
             *level = 0.425 * cycle as f64;
             *percent = *level / 1.7 * 100.0;
         }
-        let stamp = Stamp {
-            cycle,
-            release_ns,
-            ..Stamp::default()
-        };
+        let stamp = Stamp { cycle, release_ns, ..Stamp::default() };
         if !publisher.send(stamp, || Monotonic.now_ns()) {
             return Err(format!("frame {cycle} was not sent: {:?}", publisher.counters()).into());
         }

@@ -10,10 +10,7 @@
 //! SERVICE is plant/level and FRAMES 5 if left out. Exit status: 0 done, 1 the service cannot be
 //! read, 3 nobody published for five seconds. It looks for others where they are told to be: in
 //! the domain of `config/iceoryx2.toml`, or in iceoryx2's default domain.
-#![allow(
-    clippy::print_stdout,
-    reason = "showing frames is what this program is for"
-)]
+#![allow(clippy::print_stdout, reason = "showing frames is what this program is for")]
 
 use std::error::Error;
 use std::process::ExitCode;
@@ -43,10 +40,8 @@ struct FrameHeader {
 fn main() -> Result<ExitCode, Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let name = arguments.next().unwrap_or_else(|| "plant/level".into());
-    let mut frames_left: u32 = arguments
-        .next()
-        .map_or(Ok(5), |text| text.parse())
-        .map_err(|_| "FRAMES is a number")?;
+    let mut frames_left: u32 =
+        arguments.next().map_or(Ok(5), |text| text.parse()).map_err(|_| "FRAMES is a number")?;
 
     let node = NodeBuilder::new().create::<ipc::Service>()?;
     let mut deadline = Instant::now() + PATIENCE;

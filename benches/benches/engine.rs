@@ -28,7 +28,9 @@ fn mixed(instances: usize) -> String {
 }
 
 fn only(block_type: &str, pins: &str) -> String {
-    format!("{HEAD}[[block]]\nname = \"b\"\ntype = \"{block_type}\"\ncount = 1000\nin = {{ {pins} }}\n")
+    format!(
+        "{HEAD}[[block]]\nname = \"b\"\ntype = \"{block_type}\"\ncount = 1000\nin = {{ {pins} }}\n"
+    )
 }
 
 fn engine(text: String) -> (TaskEngine, u64) {

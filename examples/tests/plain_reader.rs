@@ -3,8 +3,6 @@
 //! Each test has an iceoryx2 domain of its own. The child finds it in the file
 //! `config/iceoryx2.toml` of its working directory, where iceoryx2 looks first.
 
-#![allow(clippy::unwrap_used, reason = "a test may fail")]
-
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
@@ -30,21 +28,14 @@ impl Domain {
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
         let prefix = format!("isoex{}_{number}_", std::process::id());
         // Root path and prefix end up in the address of a socket, which is short.
-        let directory = tempfile::Builder::new()
-            .prefix("isoex")
-            .tempdir_in("/tmp")
-            .unwrap();
+        let directory = tempfile::Builder::new().prefix("isoex").tempdir_in("/tmp").unwrap();
         let root = directory.path().join("iox2").display().to_string();
         let file = directory.path().join("config/iceoryx2.toml");
         std::fs::create_dir(directory.path().join("config")).unwrap();
         let text = format!("[global]\nroot-path = \"{root}\"\nprefix = \"{prefix}\"\n");
         std::fs::write(&file, text).unwrap();
         let config = load_config(Some(&file)).unwrap();
-        Self {
-            directory,
-            prefix,
-            config,
-        }
+        Self { directory, prefix, config }
     }
 
     fn join(&self) -> Participant<ipc::Service> {
@@ -66,14 +57,9 @@ impl Domain {
         remove_leftovers::<ipc::Service>(&self.config);
         let shared = std::fs::read_dir("/dev/shm").unwrap();
         let names = shared.map(|entry| entry.unwrap().file_name().into_string().unwrap());
-        let left: Vec<_> = names
-            .filter(|name| name.starts_with(&self.prefix))
-            .collect();
+        let left: Vec<_> = names.filter(|name| name.starts_with(&self.prefix)).collect();
         assert!(left.is_empty(), "{left:?}");
-        assert_eq!(
-            files(&self.directory.path().join("iox2")),
-            Vec::<String>::new()
-        );
+        assert_eq!(files(&self.directory.path().join("iox2")), Vec::<String>::new());
     }
 }
 
@@ -91,13 +77,11 @@ fn files(directory: &Path) -> Vec<String> {
     };
     let paths = entries.map(|entry| entry.unwrap().path());
     paths
-        .flat_map(|path| {
-            if path.is_dir() {
-                files(&path)
-            } else {
-                vec![path.display().to_string()]
-            }
-        })
+        .flat_map(
+            |path| {
+                if path.is_dir() { files(&path) } else { vec![path.display().to_string()] }
+            },
+        )
         .collect()
 }
 
@@ -108,14 +92,9 @@ fn layout() -> FrameLayout {
         ("ramp.delayedValue", "LREAL"),
         ("heartbeat.value", "INT"),
     ];
-    let signals = signals.map(|(name, value_type)| SignalSpec {
-        name: name.into(),
-        value_type: value_type.into(),
-    });
-    FrameLayout {
-        signals: signals.into(),
-        period_ns: Some(1_000_000),
-    }
+    let signals = signals
+        .map(|(name, value_type)| SignalSpec { name: name.into(), value_type: value_type.into() });
+    FrameLayout { signals: signals.into(), period_ns: Some(1_000_000) }
 }
 
 /// What a program that has ended printed, and its exit status.
@@ -123,10 +102,7 @@ fn ended(child: Child) -> (String, Option<i32>) {
     let output = child.wait_with_output().unwrap();
     let complaint = String::from_utf8_lossy(&output.stderr);
     assert_eq!(complaint, "");
-    (
-        String::from_utf8(output.stdout).unwrap(),
-        output.status.code(),
-    )
+    (String::from_utf8(output.stdout).unwrap(), output.status.code())
 }
 
 #[test]
@@ -149,12 +125,7 @@ fn a_plain_reader_sees_attributes_headers_and_values() {
         let values = [20736.0, 1.275, 0.01 * cycle as f64, -1.0];
         publisher.values_mut().unwrap().copy_from_slice(&values);
         let release_ns = cycle * 1_000_000;
-        let stamp = Stamp {
-            cycle,
-            release_ns,
-            source_ns: release_ns - 500,
-            missed: 2,
-        };
+        let stamp = Stamp { cycle, release_ns, source_ns: release_ns - 500, missed: 2 };
         assert!(publisher.send(stamp, || release_ns + 7));
         std::thread::sleep(STEP);
     }
@@ -163,10 +134,7 @@ fn a_plain_reader_sees_attributes_headers_and_values() {
     let attributes = layout().to_attributes().unwrap();
     let attributes = attributes.attributes().iter();
     let attributes = attributes.map(|each| format!("  {} = {}\n", each.key(), each.value()));
-    assert_eq!(
-        service,
-        format!("service plant/level\n{}", attributes.collect::<String>())
-    );
+    assert_eq!(service, format!("service plant/level\n{}", attributes.collect::<String>()));
     assert!(service.contains("\n  period_ns = 1000000\n"), "{service}");
     assert_eq!(
         frames,
@@ -197,10 +165,7 @@ fn a_plain_reader_gives_up_when_nobody_publishes() {
     let node = domain.join();
     let other = FrameSubscriber::open(&node, "plant/quiet", &layout(), Depth::Newest).unwrap();
     let (printed, code) = ended(domain.start_reader(&["plant/quiet"]));
-    assert!(
-        printed.ends_with("\nno frames on plant/quiet\n"),
-        "{printed}"
-    );
+    assert!(printed.ends_with("\nno frames on plant/quiet\n"), "{printed}");
     assert_eq!(code, Some(3));
     drop((other, node));
     domain.close();

@@ -1,7 +1,5 @@
 //! The programs that need nobody else do what they say.
 
-#![allow(clippy::unwrap_used, reason = "a test may fail")]
-
 use std::process::Command;
 
 /// Runs a program to its end and returns what it printed.
@@ -26,15 +24,9 @@ fn the_embedded_pipeline_computes_level_and_ramp_exactly() {
         (100, 30000, 1.7),
     ];
     for (step, raw, level) in rows {
-        let row = [
-            step.to_string(),
-            raw.to_string(),
-            level.to_string(),
-            ramp_after(step).to_string(),
-        ];
-        let found = printed
-            .lines()
-            .any(|line| line.split_whitespace().eq(row.iter()));
+        let row =
+            [step.to_string(), raw.to_string(), level.to_string(), ramp_after(step).to_string()];
+        let found = printed.lines().any(|line| line.split_whitespace().eq(row.iter()));
         assert!(found, "{row:?} in\n{printed}");
     }
 }
@@ -43,10 +35,7 @@ fn the_embedded_pipeline_computes_level_and_ramp_exactly() {
 fn the_embedded_pipeline_runs_a_hundred_cycles_and_reports_their_jitter() {
     let printed = run(env!("CARGO_BIN_EXE_embedded"));
     assert!(printed.contains("\n100 cycles, "), "{printed}");
-    let numbers = printed
-        .split("\nrelease jitter in ns: p50 ")
-        .nth(1)
-        .unwrap();
+    let numbers = printed.split("\nrelease jitter in ns: p50 ").nth(1).unwrap();
     let numbers = numbers.trim_end().replace("p90 ", "").replace("max ", "");
     let ns: Vec<u64> = numbers.split(", ").map(|ns| ns.parse().unwrap()).collect();
     assert!(ns.len() == 3 && ns.is_sorted(), "{printed}");

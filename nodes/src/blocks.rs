@@ -10,7 +10,9 @@ use crate::{numbers, terminal};
 
 /// Show the block catalogue: pins, types, defaults and status words
 #[derive(clap::Args)]
-#[command(after_help = "Examples:\n  isochrone blocks\n  isochrone blocks SawTooth\n  isochrone blocks --format json")]
+#[command(
+    after_help = "Examples:\n  isochrone blocks\n  isochrone blocks SawTooth\n  isochrone blocks --format json"
+)]
 pub(crate) struct Args {
     /// Show only this block type
     block: Option<String>,
@@ -37,7 +39,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let types: Vec<&BlockType> = CATALOGUE.iter().filter(wanted).collect();
     if let (Some(name), []) = (&args.block, types.as_slice()) {
         let known = CATALOGUE.iter().map(|known| known.name).collect::<Vec<_>>().join(", ");
-        return Err(Failure::usage(format!("there is no block type \"{name}\"; there is: {known}")));
+        return Err(Failure::usage(format!(
+            "there is no block type \"{name}\"; there is: {known}"
+        )));
     }
     match args.format {
         Format::Json => print_json(&types),
@@ -83,9 +87,7 @@ fn markdown(types: &[&BlockType]) -> String {
 }
 
 fn print_json(types: &[&BlockType]) -> Result<(), Failure> {
-    let pin = |pin: &Pin| {
-        json!({ "name": pin.name, "type": pin.pin_type.as_str(), "unit": pin.unit, "doc": pin.doc() })
-    };
+    let pin = |pin: &Pin| json!({ "name": pin.name, "type": pin.pin_type.as_str(), "unit": pin.unit, "doc": pin.doc() });
     let input = |input: &Pin| {
         let mut value = pin(input);
         // `required` tells a pin without a default from callOB, whose default is no number.

@@ -3,7 +3,9 @@
 use std::path::PathBuf;
 
 use isochrone_engine::config::{OnStale, Overrun, Wake};
-use isochrone_engine::{Findings, InputPlan, OutputPlan, Plan, TaskPlan, WirePlan, format_duration_ns};
+use isochrone_engine::{
+    Findings, InputPlan, OutputPlan, Plan, TaskPlan, WirePlan, format_duration_ns,
+};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
@@ -15,7 +17,9 @@ use crate::{load, numbers, terminal};
 /// A file that passes runs. All errors of a file are shown together, each with its place in the
 /// file and what would be right.
 #[derive(clap::Args)]
-#[command(after_help = "Examples:\n  isochrone check examples/level.toml\n  isochrone check level.toml --json")]
+#[command(
+    after_help = "Examples:\n  isochrone check examples/level.toml\n  isochrone check level.toml --json"
+)]
 pub(crate) struct Args {
     /// Configuration file (TOML)
     file: PathBuf,
@@ -61,14 +65,20 @@ fn text(plan: &Plan) -> String {
         text += &format!("\ntask {}: {}\n", task.name, schedule(task));
         let mut inputs = Table::default();
         for input in &task.inputs {
-            inputs.row([input.name.clone(), input.value_type.to_string(), origin(input), fallback(input)]);
+            inputs.row([
+                input.name.clone(),
+                input.value_type.to_string(),
+                origin(input),
+                fallback(input),
+            ]);
         }
         section(&mut text, "inputs", task.inputs.len(), &inputs);
 
         let mut order = Table::default();
-        let blocks = task.banks.iter().flat_map(|bank| {
-            bank.instances.iter().map(|name| (bank.block_type.name, name))
-        });
+        let blocks = task
+            .banks
+            .iter()
+            .flat_map(|bank| bank.instances.iter().map(|name| (bank.block_type.name, name)));
         for (position, (block_type, name)) in blocks.take(ROWS).enumerate() {
             order.row([format!("{}.", position + 1), name.clone(), block_type.into()]);
         }

@@ -8,8 +8,10 @@ use crate::{Cli, terminal};
 
 /// Print a completion script for a shell
 #[derive(clap::Args)]
-#[command(after_help = "Examples:\n  isochrone completions bash > ~/.local/share/bash-completion/completions/isochrone\n  \
-    isochrone completions zsh > \"${fpath[1]}/_isochrone\"\n  isochrone completions fish > ~/.config/fish/completions/isochrone.fish")]
+#[command(
+    after_help = "Examples:\n  isochrone completions bash > ~/.local/share/bash-completion/completions/isochrone\n  \
+    isochrone completions zsh > \"${fpath[1]}/_isochrone\"\n  isochrone completions fish > ~/.config/fish/completions/isochrone.fish"
+)]
 pub(crate) struct Args {
     /// Shell to complete in
     #[arg(value_enum)]

@@ -51,11 +51,29 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let limit = (args.seconds + GRACE_S).to_string();
     let mut node = folder.start(&["run", "level.toml", "--json", "--seconds", &limit])?;
     let mut publisher = folder.start(&[
-        "publish", INPUT, "--wave", "sine", "--amplitude", "13824", "--offset", "13824",
-        "--frequency", "0.2", "--seconds", &limit,
+        "publish",
+        INPUT,
+        "--wave",
+        "sine",
+        "--amplitude",
+        "13824",
+        "--offset",
+        "13824",
+        "--frequency",
+        "0.2",
+        "--seconds",
+        &limit,
     ])?;
     let mut subscriber = folder.start(&[
-        "subscribe", OUTPUT, "--stats", "--json", "--every", SHOWN, "--spin", "--seconds", &limit,
+        "subscribe",
+        OUTPUT,
+        "--stats",
+        "--json",
+        "--every",
+        SHOWN,
+        "--spin",
+        "--seconds",
+        &limit,
     ])?;
     let node_report = node.document(|_| ());
     let _ = publisher.document(|_| ());
@@ -80,11 +98,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let node = node_report.recv().map_err(missing)?;
     let link = link_report.recv().map_err(missing)?;
     let (node, link) = (parse(&node)?, parse(&link)?);
-    let report = Report {
-        command: std::env::args().skip(1).collect(),
-        links: link.links,
-        ..node
-    };
+    let report = Report { command: std::env::args().skip(1).collect(), links: link.links, ..node };
     match args.json {
         true => terminal::print_json(&report),
         false => terminal::print(&format!("\n{report}")),
@@ -140,7 +154,8 @@ impl Folder {
                 .stdout(Stdio::piped())
                 .spawn()
         });
-        let child = child.map_err(|error| Failure::found(format!("cannot start {verb}: {error}")))?;
+        let child =
+            child.map_err(|error| Failure::found(format!("cannot start {verb}: {error}")))?;
         Ok(Process { verb, child, ended: false })
     }
 }
@@ -192,7 +207,10 @@ impl Process {
 
     /// Ends the process with SIGTERM and waits for it.
     fn end(&mut self) -> Option<Failure> {
-        if !self.ended && let Ok(pid) = i32::try_from(self.child.id()) && let Some(pid) = Pid::from_raw(pid) {
+        if !self.ended
+            && let Ok(pid) = i32::try_from(self.child.id())
+            && let Some(pid) = Pid::from_raw(pid)
+        {
             let _ = kill_process(pid, Signal::TERM);
         }
         let status = self.child.wait();

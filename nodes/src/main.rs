@@ -1,9 +1,20 @@
 //! `isochrone`: the processes of a control node, and its command line.
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::print_stdout,
+        clippy::print_stderr
+    )
+)]
 
 mod blocks;
 mod check;
 mod completions;
 mod demo;
+mod doctor;
 mod domain;
 mod failure;
 mod load;
@@ -19,6 +30,7 @@ mod stop;
 mod subscribe;
 mod table;
 mod task;
+mod telemetry;
 mod terminal;
 mod wave;
 
@@ -56,6 +68,7 @@ enum Verb {
     Publish(publish::Args),
     Subscribe(subscribe::Args),
     Blocks(blocks::Args),
+    Doctor(doctor::Args),
     Completions(completions::Args),
 }
 
@@ -72,6 +85,7 @@ fn main() -> ExitCode {
         Some(Verb::Publish(args)) => publish::run(&args),
         Some(Verb::Subscribe(args)) => subscribe::run(&args),
         Some(Verb::Blocks(args)) => blocks::run(&args),
+        Some(Verb::Doctor(args)) => doctor::run(&args),
         Some(Verb::Completions(args)) => completions::run(&args),
     };
     match done {

@@ -40,11 +40,13 @@ impl InputPorts {
         participant: &Participant<Service>,
         task: &TaskPlan,
     ) -> Result<Self, OpenError> {
-        let mut services: Vec<&String> = task.inputs.iter().flat_map(|input| &input.service).collect();
+        let mut services: Vec<&String> =
+            task.inputs.iter().flat_map(|input| &input.service).collect();
         services.sort();
         services.dedup();
         let open = |service: &String| {
-            let of_service = |(_, input): &(usize, &InputPlan)| input.service.as_ref() == Some(service);
+            let of_service =
+                |(_, input): &(usize, &InputPlan)| input.service.as_ref() == Some(service);
             let inputs: Vec<_> = task.inputs.iter().enumerate().filter(of_service).collect();
             let expected = expected_layout(inputs.iter().map(|(_, input)| *input));
             Ok::<_, OpenError>(InputPort {
@@ -210,8 +212,5 @@ pub(crate) fn layout(output: &OutputPlan, period_ns: u64) -> FrameLayout {
         name: signal.name.clone(),
         value_type: signal.value_type.to_string(),
     };
-    FrameLayout {
-        signals: output.signals.iter().map(signal).collect(),
-        period_ns: Some(period_ns),
-    }
+    FrameLayout { signals: output.signals.iter().map(signal).collect(), period_ns: Some(period_ns) }
 }

@@ -36,10 +36,22 @@ pub(crate) struct Args {
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Peak of each wave, or one for all
-    #[arg(long, value_delimiter = ',', default_value = "1", allow_negative_numbers = true, value_name = "A,…")]
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "1",
+        allow_negative_numbers = true,
+        value_name = "A,…"
+    )]
     amplitude: Vec<f64>,
     /// Mean of each wave, or one for all
-    #[arg(long, value_delimiter = ',', default_value = "0", allow_negative_numbers = true, value_name = "O,…")]
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "0",
+        allow_negative_numbers = true,
+        value_name = "O,…"
+    )]
     offset: Vec<f64>,
     /// Frequency of each wave in Hz, or one for all
     #[arg(long, value_delimiter = ',', default_value = "1", value_name = "HZ,…")]
@@ -70,9 +82,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let domain = Domain::find(&args.domain)?;
     let participant = domain.join("isochrone/publish")?;
     let layout = FrameLayout { signals: signals.specs(), period_ns: Some(period_ns) };
-    let mut publisher =
-        FramePublisher::<ipc::Service>::open(&participant, &args.service, &layout)
-            .map_err(Failure::found)?;
+    let mut publisher = FramePublisher::<ipc::Service>::open(&participant, &args.service, &layout)
+        .map_err(Failure::found)?;
     terminal::note(&format!(
         "publishing {} on \"{}\" at {} Hz. Ctrl-C ends it.",
         layout.signals.iter().map(|signal| signal.name.as_str()).collect::<Vec<_>>().join(", "),
@@ -130,7 +141,8 @@ impl Signals {
             return Ok(Self::Constant(args.value.clone()));
         }
         let channels = args.wave.len();
-        let of = |option: &str, values: &[f64], channel: usize| match values {
+        let of = |option: &str, values: &[f64], channel: usize| {
+            match values {
             [one] => Ok(*one),
             several => several.get(channel).copied().filter(|_| several.len() == channels).ok_or_else(
                 || {
@@ -140,6 +152,7 @@ impl Signals {
                     ))
                 },
             ),
+        }
         };
         let wave = |(channel, shape): (usize, &Shape)| {
             Ok(Wave {
@@ -154,7 +167,9 @@ impl Signals {
 
     fn specs(&self) -> Vec<SignalSpec> {
         let names: Vec<String> = match self {
-            Self::Constant(values) => (0..values.len()).map(|channel| format!("ch{channel}")).collect(),
+            Self::Constant(values) => {
+                (0..values.len()).map(|channel| format!("ch{channel}")).collect()
+            }
             Self::Waves(waves) => waves
                 .iter()
                 .enumerate()

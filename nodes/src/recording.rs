@@ -36,7 +36,9 @@ pub(crate) enum RecordingError {
     #[error("{path}:{line}: there are two columns \"{column}\"; name each column once")]
     DuplicateColumn { path: String, line: usize, column: String },
     /// A row with too few or too many values.
-    #[error("{path}:{line}: a row has one value for each column; this one has {found} for {expected}")]
+    #[error(
+        "{path}:{line}: a row has one value for each column; this one has {found} for {expected}"
+    )]
     RowLength { path: String, line: usize, found: usize, expected: usize },
     /// Text where a number should be.
     #[error("{path}:{line}: column \"{column}\": \"{text}\" is {expected}")]
@@ -46,7 +48,10 @@ pub(crate) enum RecordingError {
 impl Recording {
     /// Reads a file whose columns are among `known`, in any order; without `known` columns may
     /// have any name and are LREAL.
-    pub(crate) fn read(path: &Path, known: Option<&[(&str, PinType)]>) -> Result<Self, RecordingError> {
+    pub(crate) fn read(
+        path: &Path,
+        known: Option<&[(&str, PinType)]>,
+    ) -> Result<Self, RecordingError> {
         let name = || path.display().to_string();
         let bytes =
             std::fs::read(path).map_err(|source| RecordingError::Io { path: name(), source })?;
@@ -54,8 +59,10 @@ impl Recording {
             let line = line_at(error.as_bytes(), error.utf8_error().valid_up_to());
             RecordingError::NotText { path: name(), line }
         })?;
-        let mut reader =
-            csv::ReaderBuilder::new().flexible(true).trim(csv::Trim::All).from_reader(text.as_bytes());
+        let mut reader = csv::ReaderBuilder::new()
+            .flexible(true)
+            .trim(csv::Trim::All)
+            .from_reader(text.as_bytes());
         let refused = |source| RecordingError::Csv { path: name(), source };
         let header = reader.headers().map_err(refused)?.clone();
         let line_of = |row: &csv::StringRecord| line_at(text.as_bytes(), start(&text, row));
@@ -64,13 +71,22 @@ impl Recording {
         let mut types = Vec::new();
         for column in &header {
             if columns.iter().any(|seen| seen == column) {
-                return Err(RecordingError::DuplicateColumn { path: name(), line, column: quoted(column) });
+                return Err(RecordingError::DuplicateColumn {
+                    path: name(),
+                    line,
+                    column: quoted(column),
+                });
             }
             types.push(match known {
                 None => PinType::Lreal,
                 Some(known) => column_type(column, known).ok_or_else(|| {
                     let known = listed(known);
-                    RecordingError::UnknownColumn { path: name(), line, column: quoted(column), known }
+                    RecordingError::UnknownColumn {
+                        path: name(),
+                        line,
+                        column: quoted(column),
+                        known,
+                    }
                 })?,
             });
             columns.push(column.to_owned());

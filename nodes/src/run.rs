@@ -18,6 +18,7 @@ use crate::failure::Failure;
 use crate::report_file::ReportFile;
 use crate::stop::{Stop, parse_seconds};
 use crate::task::{self, Job, Outcome};
+use crate::telemetry::Telemetry;
 use crate::{check, load, terminal};
 
 /// Run a control node until Ctrl-C, SIGTERM, --seconds or --cycles
@@ -98,10 +99,12 @@ fn run_tasks(
     stop: &Stop,
     report: &mut Report,
 ) -> Result<Option<String>, Failure> {
+    let (mut telemetry, taps) = Telemetry::open(participant, plan).map_err(Failure::found)?;
     thread::scope(|scope| {
         let mut threads = Vec::new();
         let mut watches = Vec::new();
-        for (index, (task, engine)) in plan.tasks.iter().zip(TaskEngine::build(plan)).enumerate() {
+        let engines = TaskEngine::build(plan).into_iter().zip(taps);
+        for (index, (task, (engine, tap))) in plan.tasks.iter().zip(engines).enumerate() {
             let (ready, is_ready) = channel();
             let (start, epoch_ns) = channel();
             let (records, consumer) = RingBuffer::new(RING_RECORDS);
@@ -112,6 +115,7 @@ fn run_tasks(
                 cycles: args.cycles.filter(|_| index == 0),
                 stop: stop.flag(),
                 records,
+                tap,
                 ready,
                 epoch_ns,
             };
@@ -129,7 +133,9 @@ fn run_tasks(
             watches.iter().map(Watch::granted).collect::<Result<Vec<ThreadGrant>, Failure>>()?;
         let refusals: Vec<&Refusal> = grants.iter().flat_map(|grant| &grant.refusals).collect();
         report.warnings.extend(refusals.into_iter().map(warning));
-        if args.strict && let Some(warning) = report.warnings.first() {
+        if args.strict
+            && let Some(warning) = report.warnings.first()
+        {
             let Warning { message, remedy, .. } = warning;
             return Err(Failure::found(format!("{message}\nremedy: {remedy}")));
         }
@@ -140,7 +146,12 @@ fn run_tasks(
         }
         while !stop.is_due() {
             thread::sleep(DRAIN_INTERVAL);
-            watches.iter_mut().for_each(Watch::drain);
+            for (task, watch) in watches.iter_mut().enumerate() {
+                if let Some(newest) = watch.drain() {
+                    telemetry.note(task, &newest);
+                }
+            }
+            telemetry.publish();
         }
         let mut overrun = None;
         for (((thread, _), mut watch), (task, grant)) in
@@ -178,10 +189,14 @@ impl Watch {
         self.is_ready.recv().map_err(gone)?
     }
 
-    fn drain(&mut self) {
+    /// Takes all records in; returns the newest.
+    fn drain(&mut self) -> Option<CycleRecord> {
+        let mut newest = None;
         while let Ok(record) = self.consumer.pop() {
             self.timing.record(&record);
+            newest = Some(record);
         }
+        newest
     }
 }
 
@@ -214,11 +229,7 @@ fn links(outcome: &Outcome) -> impl Iterator<Item = LinkReport> {
 }
 
 fn warning(refusal: &Refusal) -> Warning {
-    Warning {
-        code: refusal.code().into(),
-        message: refusal.to_string(),
-        remedy: refusal.remedy(),
-    }
+    Warning { code: refusal.code().into(), message: refusal.to_string(), remedy: refusal.remedy() }
 }
 
 fn note_start(plan: &Plan, report: &Report) {
@@ -233,11 +244,10 @@ fn note_start(plan: &Plan, report: &Report) {
 fn require_services(plan: &Plan) -> Result<(), Failure> {
     let without = plan.tasks.iter().flat_map(|task| &task.inputs).filter(|i| i.service.is_none());
     let findings: Vec<Finding> = without
-        .map(|input| Finding {
-            problem: Problem::MissingKey,
-            message: format!("input \"{}\" has no service, which `run` needs", input.name),
-            span: input.span.clone(),
-            help: Some("add service = \"…\", the service whose frames carry the value".into()),
+        .map(|input| {
+            let message = format!("input \"{}\" has no service, which `run` needs", input.name);
+            Finding::new(Problem::MissingKey, input.span.clone(), message)
+                .help("add service = \"…\", the service whose frames carry the value")
         })
         .collect();
     match findings.is_empty() {

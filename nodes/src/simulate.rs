@@ -225,14 +225,19 @@ impl Rows {
             .tasks
             .iter()
             .enumerate()
-            .flat_map(|(t, task)| task.outputs.iter().enumerate().map(move |(o, plan)| (t, o, plan)))
+            .flat_map(|(t, task)| {
+                task.outputs.iter().enumerate().map(move |(o, plan)| (t, o, plan))
+            })
             .collect();
         outputs.sort_by_key(|(_, _, output)| output.position);
         let signals = outputs.iter().flat_map(|(_, _, output)| &output.signals);
         let header = std::iter::once("cycle").chain(signals.map(|signal| signal.name.as_str()));
         Ok(Self {
             header: Some(header.collect::<Vec<_>>().join(",") + "\n"),
-            outputs: outputs.iter().map(|(t, o, plan)| (*t, *o, vec![0.0; plan.signals.len()])).collect(),
+            outputs: outputs
+                .iter()
+                .map(|(t, o, plan)| (*t, *o, vec![0.0; plan.signals.len()]))
+                .collect(),
             name,
             out: Box::new(BufWriter::with_capacity(1 << 16, out)),
         })

@@ -152,7 +152,12 @@ enum Sink {
     /// A line for each, for people.
     Lines { every: u64, names: Vec<String> },
     /// A CSV file of the same form that `simulate` writes.
-    Csv { name: String, out: BufWriter<Box<dyn Write>>, layout: FrameLayout, columns: Option<usize> },
+    Csv {
+        name: String,
+        out: BufWriter<Box<dyn Write>>,
+        layout: FrameLayout,
+        columns: Option<usize>,
+    },
 }
 
 impl Sink {
@@ -165,9 +170,10 @@ impl Sink {
                 columns: None,
             },
             None if args.stats && args.every.is_none() => Self::Count,
-            None => {
-                Self::Lines { every: args.every.unwrap_or(1), names: column_names(&layout, layout.signals.len()) }
-            }
+            None => Self::Lines {
+                every: args.every.unwrap_or(1),
+                names: column_names(&layout, layout.signals.len()),
+            },
         }
     }
 
@@ -184,7 +190,8 @@ impl Sink {
             Self::Lines { names, .. } => {
                 names.resize_with(values.len().min(names.len()), String::new);
                 let age_us = received_ns.saturating_sub(header.publish_ns) as f64 / 1e3;
-                let mut line = format!("{:>8} {:>8} {age_us:>9.1} us ", header.sequence, header.cycle);
+                let mut line =
+                    format!("{:>8} {:>8} {age_us:>9.1} us ", header.sequence, header.cycle);
                 for (channel, value) in values.iter().enumerate() {
                     let name = names.get(channel).map_or("", String::as_str);
                     let equals = if name.is_empty() { "" } else { "=" };

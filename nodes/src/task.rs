@@ -15,6 +15,7 @@ use rtrb::Producer;
 
 use crate::failure::Failure;
 use crate::ports::{InputPorts, OutputPorts};
+use crate::telemetry::Tap;
 
 /// What a task's thread is given.
 pub(crate) struct Job<'a> {
@@ -25,6 +26,7 @@ pub(crate) struct Job<'a> {
     pub(crate) cycles: Option<u64>,
     pub(crate) stop: Arc<AtomicBool>,
     pub(crate) records: Producer<CycleRecord>,
+    pub(crate) tap: Tap,
     /// Tells that the set-up is done, or why it failed.
     pub(crate) ready: Sender<Result<ThreadGrant, Failure>>,
     /// The instant at which the common grid of all tasks begins.
@@ -82,6 +84,7 @@ pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
             outputs.prepare();
             inputs.maintain();
         });
+        job.tap.take(job.engine.image());
         // A full ring drops the record, and the reader of the ring sees the gap.
         let _ = job.records.push(record(&release, end_ns, cyclic.overruns()));
         cycles += 1;

@@ -46,8 +46,20 @@ impl Wave {
         let unit = match self.shape {
             Shape::Sawtooth => 2.0 * phase - 1.0,
             Shape::Sine => (TAU * phase).sin(),
-            Shape::Step => if periods >= 1.0 { 1.0 } else { -1.0 },
-            Shape::Square => if phase < 0.5 { 1.0 } else { -1.0 },
+            Shape::Step => {
+                if periods >= 1.0 {
+                    1.0
+                } else {
+                    -1.0
+                }
+            }
+            Shape::Square => {
+                if phase < 0.5 {
+                    1.0
+                } else {
+                    -1.0
+                }
+            }
         };
         self.offset + self.amplitude * unit
     }

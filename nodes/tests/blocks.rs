@@ -1,7 +1,5 @@
 //! `blocks`: the catalogue in three forms.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
-
 mod program;
 
 use isochrone_blocks::{CATALOGUE, Pin, PinType};

@@ -1,7 +1,5 @@
 //! `check`: what runs is shown, and what does not is shown with its place and the way out.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
-
 mod program;
 
 use program::{Folder, Ran, assert_says};
@@ -175,8 +173,14 @@ fn the_json_has_all_that_the_text_has() {
         json!([{ "block": "show", "type": "LimRateOfChangeCI", "depth": 0 }])
     );
     assert_eq!(fast["order"][3], json!({ "block": "rate.1", "type": "ScaleLinear", "depth": 1 }));
-    assert_eq!(fast["wires"][1], json!({ "from": "rate.1.y@prev", "from_task": "fast", "to": "ramp.1.setChangeRate" }));
-    assert_eq!(slow["wires"][1], json!({ "from": "ramp.1.delayedValue", "from_task": "fast", "to": "show.value" }));
+    assert_eq!(
+        fast["wires"][1],
+        json!({ "from": "rate.1.y@prev", "from_task": "fast", "to": "ramp.1.setChangeRate" })
+    );
+    assert_eq!(
+        slow["wires"][1],
+        json!({ "from": "ramp.1.delayedValue", "from_task": "fast", "to": "show.value" })
+    );
     assert_eq!(
         slow["outputs"],
         json!([{

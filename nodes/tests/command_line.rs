@@ -1,7 +1,5 @@
 //! What the command line says about itself, and what it refuses.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
-
 mod program;
 
 use program::{Folder, Ran, assert_says};

@@ -1,7 +1,5 @@
 //! Each error of a configuration: where it is, what is wrong, and the way out.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
-
 mod program;
 
 use program::{Folder, assert_says};

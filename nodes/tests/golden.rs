@@ -1,7 +1,5 @@
 //! Every case in `golden/` comes out bit for bit.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
-
 mod program;
 
 use std::collections::BTreeSet;

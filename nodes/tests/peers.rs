@@ -141,9 +141,12 @@ fn a_node_that_was_killed_starts_again_and_its_peers_carry_on() {
 fn a_second_node_on_the_same_service_is_refused_and_told_who_has_it() {
     let (domain, node) = relay();
     let mut observer = observer(&domain);
-    let second = domain.run("run node.toml").expect_code(1);
-    assert!(second.stderr.contains("\"relay/out\""), "{}", second.stderr);
-    assert!(second.stderr.contains("isochrone/relay"), "{}", second.stderr);
+    domain.write("other.toml", &NODE.replace("\"relay\"", "\"other\""));
+    for (file, service) in [("other", "relay/out"), ("node", "isochrone/relay/telemetry")] {
+        let second = domain.run(&format!("run {file}.toml")).expect_code(1);
+        assert!(second.stderr.contains(&format!("\"{service}\"")), "{}", second.stderr);
+        assert!(second.stderr.contains("isochrone/relay"), "{}", second.stderr);
+    }
     let more = domain.run("publish relay/out --value 1").expect_code(1);
     assert!(more.stderr.contains("isochrone/relay"), "{}", more.stderr);
     observer.wait_for("x=-1.0");
@@ -172,10 +175,14 @@ fn a_service_of_another_type_is_refused_with_both_sides_named() {
 #[test]
 fn a_channel_of_another_type_is_refused_with_both_sides_named() {
     let (domain, node) = relay();
-    domain.write("bool.toml", &NODE.replace("\"relay\"", "\"other\"").replace("relay/out", "other/out").replace(
-        "service = \"relay/in\"",
-        "service = \"relay/in\"\ntype = \"BOOL\"",
-    ).replace("default = -1.0", ""));
+    domain.write(
+        "bool.toml",
+        &NODE
+            .replace("\"relay\"", "\"other\"")
+            .replace("relay/out", "other/out")
+            .replace("service = \"relay/in\"", "service = \"relay/in\"\ntype = \"BOOL\"")
+            .replace("default = -1.0", ""),
+    );
     let refused = domain.run("run bool.toml").expect_code(1);
     for part in ["relay/in", "channel 0", "LREAL", "BOOL"] {
         assert!(refused.stderr.contains(part), "{part}: {}", refused.stderr);
@@ -199,7 +206,8 @@ fn samples_that_the_type_cannot_hold_are_rejected_counted_and_leave_the_last_goo
     let rejects = domain.json("node.json")["tasks"][0]["input_rejects"].as_u64().unwrap();
     assert_eq!(rejects, 5);
     let recorded = domain.read("out.csv");
-    let mut values: Vec<&str> = recorded.lines().skip(1).map(|row| row.split(',').nth(1).unwrap()).collect();
+    let mut values: Vec<&str> =
+        recorded.lines().skip(1).map(|row| row.split(',').nth(1).unwrap()).collect();
     values.dedup();
     assert_eq!(values, ["-1.0", "5.0"]);
 }
@@ -224,6 +232,10 @@ fn a_stale_input_holds_or_falls_back_as_configured() {
         });
         node.stop().expect_code(0);
         let stdout = observer.stop().expect_code(0).stdout;
-        assert!(stdout.trim_end().ends_with(last), "{on_stale}: {}", stdout.lines().last().unwrap());
+        assert!(
+            stdout.trim_end().ends_with(last),
+            "{on_stale}: {}",
+            stdout.lines().last().unwrap()
+        );
     }
 }

@@ -80,7 +80,10 @@ fn sigint_and_sigterm_end_every_verb_with_its_summary() {
 #[test]
 fn a_node_with_an_hour_long_period_ends_on_a_signal_too() {
     let domain = domain();
-    domain.write("hour.toml", "[node]\nname = \"h\"\n[[task]]\nname = \"t\"\nperiod = \"1h\"\nphase = \"59min\"\n");
+    domain.write(
+        "hour.toml",
+        "[node]\nname = \"h\"\n[[task]]\nname = \"t\"\nperiod = \"1h\"\nphase = \"59min\"\n",
+    );
     let mut node = domain.start("run hour.toml");
     node.wait_for("runs");
     node.stop().expect_code(0);
@@ -175,7 +178,11 @@ fn what_cannot_be_is_refused_before_anything_starts() {
         ("publish clock/in --value 1 --rate 0", 2, ["--rate", "frames per second"]),
         ("publish clock/in --value x", 2, ["--value", "x"]),
         ("publish clock/in --csv none.csv", 2, ["none.csv", "No such file"]),
-        ("publish clock/in --wave sine --amplitude 1,2", 2, ["--amplitude", "2 values for 1 waves"]),
+        (
+            "publish clock/in --wave sine --amplitude 1,2",
+            2,
+            ["--amplitude", "2 values for 1 waves"],
+        ),
         ("publish iox2://x --value 1", 1, ["iox2://", "keeps for itself"]),
         ("subscribe clock/fast --csv /no/where.csv", 2, ["cannot write", "/no/where.csv"]),
         ("subscribe clock/fast --json", 2, ["--stats", "--json"]),

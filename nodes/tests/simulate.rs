@@ -1,7 +1,5 @@
 //! `simulate`: files, numbers and ways to fail.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
-
 mod program;
 
 use std::io::{BufRead, BufReader, Read};

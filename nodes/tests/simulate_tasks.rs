@@ -3,8 +3,6 @@
 //! A sawtooth counts the cycles of each task: `fast` from 100, `slow` from 10. A ramp without a
 //! limit in each task shows what it sees of the other. The numbers here are worked out by hand.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
-
 mod program;
 
 use program::{Folder, assert_says};

@@ -14,6 +14,16 @@
 //! let outputs = LimRateOfChangeCI::step(&mut state, &inputs, &cycle);
 //! assert_eq!(outputs.delayed_value, 1.0);
 //! ```
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::print_stdout,
+        clippy::print_stderr
+    )
+)]
 #![no_std]
 #![forbid(unsafe_code)]
 

@@ -1,7 +1,5 @@
 //! The catalogue against the documents that it stands for, and against the golden cases.
 
-#![allow(clippy::unwrap_used, reason = "a test may fail")]
-
 use std::collections::HashSet;
 use std::fs;
 use std::path::Path;

@@ -3,8 +3,6 @@
 //! A reference works on slots, knows no other block, and favours the words of the specification
 //! over speed.
 
-#![allow(clippy::unwrap_used, reason = "a test may fail")]
-
 mod arbitrary;
 
 use arbitrary::OBS;

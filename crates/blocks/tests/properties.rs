@@ -1,7 +1,5 @@
 //! What holds for every input, finite or not.
 
-#![allow(clippy::unwrap_used, reason = "a test may fail")]
-
 mod arbitrary;
 
 use arbitrary::OBS;

@@ -47,16 +47,11 @@ impl Clock for Monotonic {
 
 pub(crate) fn to_ns(time: Timespec) -> u64 {
     // Times since boot and CPU times are never negative.
-    (time.tv_sec as u64)
-        .wrapping_mul(NS_PER_S)
-        .wrapping_add(time.tv_nsec as u64)
+    (time.tv_sec as u64).wrapping_mul(NS_PER_S).wrapping_add(time.tv_nsec as u64)
 }
 
 fn to_timespec(ns: u64) -> Timespec {
-    Timespec {
-        tv_sec: (ns / NS_PER_S) as _,
-        tv_nsec: (ns % NS_PER_S) as _,
-    }
+    Timespec { tv_sec: (ns / NS_PER_S) as _, tv_nsec: (ns % NS_PER_S) as _ }
 }
 
 #[cfg(test)]

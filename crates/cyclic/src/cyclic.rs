@@ -85,9 +85,7 @@ impl<C: Clock> Cyclic<C> {
         if self.stop_reason.is_some() {
             return None;
         }
-        let waited = self
-            .waiter
-            .wait_until(&self.clock, self.next_release_ns, &self.stop);
+        let waited = self.waiter.wait_until(&self.clock, self.next_release_ns, &self.stop);
         let Some(start_ns) = waited else {
             self.stop_reason = Some(StopReason::Requested);
             return None;
@@ -166,9 +164,8 @@ impl<C: Clock> Cyclic<C> {
 
     fn advance(&mut self, releases: u64) {
         self.next_cycle = self.next_cycle.saturating_add(releases);
-        self.next_release_ns = self
-            .next_release_ns
-            .saturating_add(releases.saturating_mul(self.period_ns));
+        self.next_release_ns =
+            self.next_release_ns.saturating_add(releases.saturating_mul(self.period_ns));
     }
 }
 

@@ -11,12 +11,7 @@ const EPOCH_NS: u64 = 1_000_000_000;
 const PERIOD_NS: u64 = 1_000_000;
 
 fn schedule(overrun: Overrun) -> Schedule {
-    Schedule {
-        period_ns: PERIOD_NS,
-        phase_ns: 0,
-        wake: Wake::Sleep,
-        overrun,
-    }
+    Schedule { period_ns: PERIOD_NS, phase_ns: 0, wake: Wake::Sleep, overrun }
 }
 
 fn cyclic(clock: &SimulatedClock, schedule: Schedule) -> Cyclic<&SimulatedClock> {
@@ -49,11 +44,7 @@ fn a_million_late_wake_ups_do_not_move_the_grid() {
 fn a_cycle_late_by_less_than_a_period_misses_nothing() {
     for late_ns in [0, 1, PERIOD_NS - 1] {
         let release = after_stall(Overrun::Skip, late_ns).unwrap();
-        assert_eq!(
-            (release.cycle, release.newly_missed),
-            (1, 0),
-            "late by {late_ns} ns"
-        );
+        assert_eq!((release.cycle, release.newly_missed), (1, 0), "late by {late_ns} ns");
         assert_eq!(release.start_ns - release.release_ns, late_ns);
     }
 }
@@ -84,11 +75,7 @@ fn catching_up_runs_a_short_backlog_without_missing_any() {
     let starts: Vec<_> = (0..5).map(|_| cyclic.wait().unwrap()).collect();
     let cycles: Vec<_> = starts.iter().map(|r| r.cycle).collect();
     assert_eq!(cycles, [0, 1, 2, 3, 4]);
-    assert!(
-        starts[..4]
-            .iter()
-            .all(|r| r.start_ns == EPOCH_NS + 3 * PERIOD_NS + 10)
-    );
+    assert!(starts[..4].iter().all(|r| r.start_ns == EPOCH_NS + 3 * PERIOD_NS + 10));
     assert_eq!(starts[4].start_ns, EPOCH_NS + 4 * PERIOD_NS);
     assert_eq!(cyclic.missed(), 0);
 }
@@ -171,18 +158,9 @@ fn a_stop_request_ends_the_loop() {
 #[test]
 fn the_phase_shifts_every_release() {
     let clock = SimulatedClock::at(0);
-    let mut cyclic = cyclic(
-        &clock,
-        Schedule {
-            phase_ns: 250_000,
-            ..schedule(Overrun::Skip)
-        },
-    );
+    let mut cyclic = cyclic(&clock, Schedule { phase_ns: 250_000, ..schedule(Overrun::Skip) });
     for cycle in 0..3 {
-        assert_eq!(
-            cyclic.wait().unwrap().release_ns,
-            EPOCH_NS + 250_000 + cycle * PERIOD_NS
-        );
+        assert_eq!(cyclic.wait().unwrap().release_ns, EPOCH_NS + 250_000 + cycle * PERIOD_NS);
     }
 }
 
@@ -191,10 +169,7 @@ fn two_tasks_with_one_epoch_share_the_grid() {
     let fast_clock = SimulatedClock::at(0).wake_latency_ns(11_000);
     let slow_clock = SimulatedClock::at(0).wake_latency_ns(97_000);
     let mut fast = cyclic(&fast_clock, schedule(Overrun::Skip));
-    let slow_schedule = Schedule {
-        period_ns: 10 * PERIOD_NS,
-        ..schedule(Overrun::Skip)
-    };
+    let slow_schedule = Schedule { period_ns: 10 * PERIOD_NS, ..schedule(Overrun::Skip) };
     let mut slow = cyclic(&slow_clock, slow_schedule);
     for cycle in 0..1000 {
         let fast = fast.wait().unwrap();
@@ -208,10 +183,7 @@ fn two_tasks_with_one_epoch_share_the_grid() {
 fn an_epoch_in_the_distant_past_counts_every_lost_release_exactly() {
     let lost = 1_000_000_000_000;
     let clock = SimulatedClock::at(lost * 10_000 + 3);
-    let schedule = Schedule {
-        period_ns: 10_000,
-        ..schedule(Overrun::Skip)
-    };
+    let schedule = Schedule { period_ns: 10_000, ..schedule(Overrun::Skip) };
     let stop = Arc::new(AtomicBool::new(false));
     let release = Cyclic::new(&clock, schedule, 0, stop).wait().unwrap();
     assert_eq!(release.cycle, lost);
@@ -224,10 +196,7 @@ fn a_due_time_beyond_the_clock_is_waited_for_until_a_stop_request() {
     let stop = Arc::new(AtomicBool::new(false));
     let clock = SimulatedClock::at(u64::MAX - 2_000_000_000)
         .raises_at(u64::MAX - 1_000_000_000, Arc::clone(&stop));
-    let schedule = Schedule {
-        period_ns: u64::MAX,
-        ..schedule(Overrun::Skip)
-    };
+    let schedule = Schedule { period_ns: u64::MAX, ..schedule(Overrun::Skip) };
     let mut cyclic = Cyclic::new(&clock, schedule, EPOCH_NS, stop);
     assert_eq!(cyclic.wait().map(|release| release.cycle), Some(0));
     assert_eq!(cyclic.wait(), None);
@@ -237,14 +206,7 @@ fn a_due_time_beyond_the_clock_is_waited_for_until_a_stop_request() {
 #[test]
 fn a_period_of_zero_counts_as_one_nanosecond() {
     let clock = SimulatedClock::at(EPOCH_NS + 5);
-    let release = cyclic(
-        &clock,
-        Schedule {
-            period_ns: 0,
-            ..schedule(Overrun::Skip)
-        },
-    )
-    .wait();
+    let release = cyclic(&clock, Schedule { period_ns: 0, ..schedule(Overrun::Skip) }).wait();
     assert_eq!(release.unwrap().missed, 5);
 }
 
@@ -253,10 +215,7 @@ fn real_cycles_start_on_the_grid_and_never_early() {
     for wake in [Wake::Sleep, Wake::Hybrid { margin_ns: None }, Wake::Spin] {
         let epoch_ns = Monotonic.now_ns() + PERIOD_NS;
         let stop = Arc::new(AtomicBool::new(false));
-        let schedule = Schedule {
-            wake,
-            ..schedule(Overrun::Skip)
-        };
+        let schedule = Schedule { wake, ..schedule(Overrun::Skip) };
         let mut cyclic = Cyclic::new(Monotonic, schedule, epoch_ns, stop);
         for _ in 0..5 {
             let release = cyclic.wait().unwrap();

@@ -23,6 +23,16 @@
 //!     cyclic.finished(Monotonic.now_ns());
 //! }
 //! ```
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::print_stdout,
+        clippy::print_stderr
+    )
+)]
 
 mod alloc;
 mod clock;

@@ -47,11 +47,8 @@ impl Margin {
         let latency = latency_ns as f64;
         let kept = (self.margin_ns * self.keep_per_wake).max(self.floor_ns);
         let wanted = HEADROOM * latency + HEADROOM_NS;
-        self.margin_ns = if latency > self.ceiling_ns {
-            kept
-        } else {
-            kept.max(wanted.min(self.ceiling_ns))
-        };
+        self.margin_ns =
+            if latency > self.ceiling_ns { kept } else { kept.max(wanted.min(self.ceiling_ns)) };
     }
 
     /// The margin in ns.

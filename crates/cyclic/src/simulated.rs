@@ -27,26 +27,17 @@ impl SimulatedClock {
 
     /// Every sleep ends this much after its deadline.
     pub(crate) fn wake_latency_ns(self, wake_latency_ns: u64) -> Self {
-        Self {
-            wake_latency_ns,
-            ..self
-        }
+        Self { wake_latency_ns, ..self }
     }
 
     /// Every reading takes this long.
     pub(crate) fn read_cost_ns(self, read_cost_ns: u64) -> Self {
-        Self {
-            read_cost_ns,
-            ..self
-        }
+        Self { read_cost_ns, ..self }
     }
 
     /// Sets `flag` as soon as the clock reaches `at_ns`.
     pub(crate) fn raises_at(self, at_ns: u64, flag: Arc<AtomicBool>) -> Self {
-        Self {
-            raise: Some((at_ns, flag)),
-            ..self
-        }
+        Self { raise: Some((at_ns, flag)), ..self }
     }
 
     /// Lets time pass, as a computation would.

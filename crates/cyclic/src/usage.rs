@@ -28,9 +28,7 @@ impl ThreadUsage {
             cpu_ns: self.cpu_ns.saturating_sub(earlier.cpu_ns),
             minor_faults: self.minor_faults.saturating_sub(earlier.minor_faults),
             major_faults: self.major_faults.saturating_sub(earlier.major_faults),
-            voluntary_switches: self
-                .voluntary_switches
-                .saturating_sub(earlier.voluntary_switches),
+            voluntary_switches: self.voluntary_switches.saturating_sub(earlier.voluntary_switches),
             involuntary_switches: self
                 .involuntary_switches
                 .saturating_sub(earlier.involuntary_switches),
@@ -40,10 +38,7 @@ impl ThreadUsage {
 
 /// Reads the calling thread's totals (`getrusage(RUSAGE_THREAD)`). Two system calls, no allocation.
 pub fn thread_usage() -> ThreadUsage {
-    ThreadUsage {
-        cpu_ns: to_ns(clock_gettime(ClockId::ThreadCPUTime)),
-        ..thread_counters()
-    }
+    ThreadUsage { cpu_ns: to_ns(clock_gettime(ClockId::ThreadCPUTime)), ..thread_counters() }
 }
 
 #[cfg(test)]

@@ -22,12 +22,10 @@ impl Waiter {
     pub(crate) fn new(wake: Wake, period_ns: u64) -> Self {
         match wake {
             Wake::Sleep => Self::Sleep,
-            Wake::Hybrid {
-                margin_ns: Some(margin_ns),
-            } => Self::HybridFixed { margin_ns },
-            Wake::Hybrid { margin_ns: None } => Self::HybridAdaptive {
-                margin: Margin::new(period_ns),
-            },
+            Wake::Hybrid { margin_ns: Some(margin_ns) } => Self::HybridFixed { margin_ns },
+            Wake::Hybrid { margin_ns: None } => {
+                Self::HybridAdaptive { margin: Margin::new(period_ns) }
+            }
             Wake::Spin => Self::Spin,
         }
     }
@@ -117,35 +115,19 @@ mod tests {
 
     #[test]
     fn a_hybrid_wait_hides_a_wake_up_latency_shorter_than_its_margin() {
-        let clock = SimulatedClock::at(0)
-            .wake_latency_ns(60_000)
-            .read_cost_ns(40);
-        let start_ns = wait_once(
-            Wake::Hybrid {
-                margin_ns: Some(100_000),
-            },
-            &clock,
-            500_000,
-        );
-        assert!(
-            start_ns.is_some_and(|t| (500_000..500_040).contains(&t)),
-            "{start_ns:?}"
-        );
+        let clock = SimulatedClock::at(0).wake_latency_ns(60_000).read_cost_ns(40);
+        let start_ns = wait_once(Wake::Hybrid { margin_ns: Some(100_000) }, &clock, 500_000);
+        assert!(start_ns.is_some_and(|t| (500_000..500_040).contains(&t)), "{start_ns:?}");
     }
 
     #[test]
     fn an_adaptive_hybrid_wait_learns_to_hide_the_latency_it_saw() {
-        let clock = SimulatedClock::at(0)
-            .wake_latency_ns(120_000)
-            .read_cost_ns(40);
+        let clock = SimulatedClock::at(0).wake_latency_ns(120_000).read_cost_ns(40);
         let stop = AtomicBool::new(false);
         let mut waiter = Waiter::new(Wake::Hybrid { margin_ns: None }, PERIOD_NS);
         let first = waiter.wait_until(&clock, PERIOD_NS, &stop).unwrap();
         let second = waiter.wait_until(&clock, 2 * PERIOD_NS, &stop).unwrap();
-        assert!(
-            first - PERIOD_NS > 50_000,
-            "the first margin is too short: {first}"
-        );
+        assert!(first - PERIOD_NS > 50_000, "the first margin is too short: {first}");
         assert!(second - 2 * PERIOD_NS <= 40, "the second is not: {second}");
     }
 
@@ -169,12 +151,7 @@ mod tests {
     fn a_deadline_in_the_past_returns_without_sleeping() {
         for wake in [Wake::Sleep, Wake::Hybrid { margin_ns: None }, Wake::Spin] {
             let clock = SimulatedClock::at(7_000);
-            assert_eq!(
-                wait_once(wake, &clock, 6_000),
-                Some(7_000),
-                "{}",
-                wake.as_str()
-            );
+            assert_eq!(wait_once(wake, &clock, 6_000), Some(7_000), "{}", wake.as_str());
             assert_eq!(clock.sleeps(), 0);
         }
     }
@@ -188,15 +165,8 @@ mod tests {
             let clock = SimulatedClock::at(0)
                 .read_cost_ns(1_000)
                 .raises_at(requested_ns, Arc::clone(&stop));
-            assert_eq!(
-                Waiter::new(wake, HOUR_NS).wait_until(&clock, HOUR_NS, &stop),
-                None
-            );
-            assert!(
-                clock.now_ns() - requested_ns <= 200_000_000 + 10_000,
-                "{}",
-                wake.as_str()
-            );
+            assert_eq!(Waiter::new(wake, HOUR_NS).wait_until(&clock, HOUR_NS, &stop), None);
+            assert!(clock.now_ns() - requested_ns <= 200_000_000 + 10_000, "{}", wake.as_str());
         }
     }
 

@@ -36,12 +36,7 @@ fn allocations_of_another_thread_are_not_counted() {
 #[test]
 fn a_cycle_allocates_nothing() {
     for wake in [Wake::Sleep, Wake::Hybrid { margin_ns: None }, Wake::Spin] {
-        let schedule = Schedule {
-            period_ns: 100_000,
-            phase_ns: 0,
-            wake,
-            overrun: Overrun::Skip,
-        };
+        let schedule = Schedule { period_ns: 100_000, phase_ns: 0, wake, overrun: Overrun::Skip };
         let stop = Arc::new(AtomicBool::new(false));
         let mut cyclic = Cyclic::new(Monotonic, schedule, Monotonic.now_ns(), stop);
         let before = thread_allocations();

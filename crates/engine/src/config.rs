@@ -107,6 +107,8 @@ pub struct Block {
     pub task: Option<Spanned<String>>,
     /// Number of instances.
     pub count: Option<Spanned<u32>>,
+    /// There is a count, but none that could be read.
+    pub count_is_wrong: bool,
     /// Connected input pins.
     pub pins: Vec<(Spanned<String>, Option<Spanned<Connection>>)>,
 }

@@ -39,9 +39,7 @@ pub fn parse_duration_ns(text: &str) -> Result<u64, String> {
             return Err("a duration is whole nanoseconds".into());
         }
         place_ns /= 10;
-        total_ns = total_ns
-            .checked_add(u64::from(digit - b'0') * place_ns)
-            .ok_or_else(too_long)?;
+        total_ns = total_ns.checked_add(u64::from(digit - b'0') * place_ns).ok_or_else(too_long)?;
     }
     Ok(total_ns)
 }
@@ -53,9 +51,10 @@ pub fn format_duration_ns(duration_ns: u64) -> String {
         .rev()
         .filter(|(name, _)| *name != "µs")
         .find(|(_, unit_ns)| duration_ns >= *unit_ns && duration_ns.is_multiple_of(*unit_ns))
-        .map_or_else(|| format!("{duration_ns}ns"), |(name, unit_ns)| {
-            format!("{}{name}", duration_ns / unit_ns)
-        })
+        .map_or_else(
+            || format!("{duration_ns}ns"),
+            |(name, unit_ns)| format!("{}{name}", duration_ns / unit_ns),
+        )
 }
 
 #[cfg(test)]
@@ -92,7 +91,9 @@ mod tests {
 
     #[test]
     fn formatting_reads_back() {
-        for duration_ns in [0, 1, 999, 1_000, 2_500_000, 1_000_000_000, 60_000_000_000, 90_000_000_000] {
+        for duration_ns in
+            [0, 1, 999, 1_000, 2_500_000, 1_000_000_000, 60_000_000_000, 90_000_000_000]
+        {
             assert_eq!(parse_duration_ns(&format_duration_ns(duration_ns)), Ok(duration_ns));
         }
     }

@@ -111,7 +111,9 @@ impl TaskEngine {
         let mut state = &mut *self.state;
         for bank in &self.banks {
             // Wires lead from banks of less depth, which stand before this one in the image.
-            let Some((before, rest)) = self.image.split_at_mut_checked(bank.first_slot) else { break };
+            let Some((before, rest)) = self.image.split_at_mut_checked(bank.first_slot) else {
+                break;
+            };
             let Some(slots) = rest.get_mut(..bank.slots) else { break };
             let Some((words, later)) = state.split_at_mut_checked(bank.state_words) else { break };
             for wire in &bank.wires {

@@ -84,16 +84,21 @@ pub struct Finding {
     pub message: String,
     /// Where in the file, in bytes.
     pub span: Range<usize>,
+    /// Another place that has to do with it, in bytes: where a name stands for the first time.
+    pub first: Option<Range<usize>>,
     /// What would be right.
     pub help: Option<String>,
 }
 
 impl Finding {
-    pub(crate) fn new(problem: Problem, span: Range<usize>, message: impl Into<String>) -> Self {
-        Self { problem, message: message.into(), span, help: None }
+    /// A finding without help.
+    pub fn new(problem: Problem, span: Range<usize>, message: impl Into<String>) -> Self {
+        Self { problem, message: message.into(), span, first: None, help: None }
     }
 
-    pub(crate) fn help(mut self, help: impl Into<String>) -> Self {
+    /// Says what would be right.
+    #[must_use]
+    pub fn help(mut self, help: impl Into<String>) -> Self {
         self.help = Some(help.into());
         self
     }
@@ -109,11 +114,7 @@ impl Finding {
         let known: Vec<&str> = known.into_iter().collect();
         let nearest = known
             .iter()
-            .map(|name| {
-                let (written, name) = (written.to_lowercase(), name.to_lowercase());
-                strsim::jaro_winkler(&written, &name)
-            })
-            .zip(&known)
+            .map(|name| (nearness(&written.to_lowercase(), &name.to_lowercase()), name))
             .filter(|(nearness, _)| *nearness > NEAR)
             .max_by(|(a, _), (b, _)| a.total_cmp(b));
         match nearest {
@@ -131,6 +132,12 @@ impl Finding {
     pub fn is_warning(&self) -> bool {
         self.problem.severity() == Severity::Warning
     }
+}
+
+/// How alike two names are, from 0 to 1. Jaro-Winkler finds long names that begin alike, and the
+/// edit distance short ones with a slip.
+fn nearness(a: &str, b: &str) -> f64 {
+    strsim::jaro_winkler(a, b).max(strsim::normalized_damerau_levenshtein(a, b) + 0.1)
 }
 
 impl fmt::Display for Finding {
@@ -151,8 +158,10 @@ impl Diagnostic for Finding {
     }
 
     fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let label = LabeledSpan::new_with_span(Some("here".into()), self.span.clone());
-        Some(Box::new(std::iter::once(label)))
+        let first = self.first.clone();
+        let first = first.map(|span| LabeledSpan::new_with_span(Some("the first".into()), span));
+        let here = LabeledSpan::new_primary_with_span(None, self.span.clone());
+        Some(Box::new(std::iter::once(here).chain(first)))
     }
 }
 

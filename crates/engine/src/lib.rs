@@ -33,6 +33,16 @@
 //! ```
 //!
 //! There is no clock here, no operating system and no IPC.
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::print_stdout,
+        clippy::print_stderr
+    )
+)]
 #![forbid(unsafe_code)]
 
 pub mod config;

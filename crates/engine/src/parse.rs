@@ -51,10 +51,13 @@ pub(crate) fn parse(source: &Source) -> (Config, Vec<Finding>) {
         blocks: file.tables("block", "[[block]]").into_iter().map(block).collect(),
         outputs: file.tables("output", "[[output]]").into_iter().map(output).collect(),
     };
-    let tasks = file.get("task").map(|tasks| tasks.get_ref().as_array().is_some_and(|a| a.is_empty()));
+    let tasks =
+        file.get("task").map(|tasks| tasks.get_ref().as_array().is_some_and(|a| a.is_empty()));
     if tasks.unwrap_or(true) {
         let finding = Finding::new(Problem::MissingKey, 0..0, "the file has no [[task]]");
-        file.report(finding.help("a task gives the blocks their period: [[task]] name = \"main\", period = \"1ms\""));
+        file.report(finding.help(
+            "a task gives the blocks their period: [[task]] name = \"main\", period = \"1ms\"",
+        ));
     }
     file.finish();
     (config, errors.into_inner())
@@ -83,11 +86,19 @@ fn task(section: Section<'_>) -> Task {
             "from \"10us\" to \"1h\"",
         ),
         ob: section
-            .integer("ob", |ob| i16::try_from(ob).is_ok_and(is_cyclic_ob), "30 to 38 or 123 to 32767")
+            .integer(
+                "ob",
+                |ob| i16::try_from(ob).is_ok_and(is_cyclic_ob),
+                "30 to 38 or 123 to 32767",
+            )
             .map(narrow),
         phase_ns: section.duration_ns("phase", |_| true, "less than the period"),
         priority: section
-            .integer("priority", |priority| (1..=89).contains(&priority), "a SCHED_FIFO priority from 1 to 89")
+            .integer(
+                "priority",
+                |priority| (1..=89).contains(&priority),
+                "a SCHED_FIFO priority from 1 to 89",
+            )
             .map(|priority| narrow(priority).into_inner()),
         cpu: section
             .integer("cpu", |cpu| (0..=1023).contains(&cpu), "the number of a CPU, from 0 to 1023")
@@ -101,11 +112,7 @@ fn task(section: Section<'_>) -> Task {
         overrun: section
             .choice(
                 "overrun",
-                &[
-                    ("skip", Overrun::Skip),
-                    ("catch_up", Overrun::CatchUp),
-                    ("stop", Overrun::Stop),
-                ],
+                &[("skip", Overrun::Skip), ("catch_up", Overrun::CatchUp), ("stop", Overrun::Stop)],
             )
             .map(Spanned::into_inner),
     };
@@ -161,7 +168,11 @@ fn default_of(section: &Section<'_>, value_type: Option<PinType>) -> Option<Span
         };
         if number.is_nan() || value_type.is_some_and(|value_type| !value_type.holds(number)) {
             let range = value_type.map_or("LREAL", PinType::as_str);
-            return Err(Some(section.out_of_range("default", &number.to_string(), &format!("a number that {range} can hold, and not NaN"))));
+            return Err(Some(section.out_of_range(
+                "default",
+                &number.to_string(),
+                &format!("a number that {range} can hold, and not NaN"),
+            )));
         }
         Ok(number)
     })
@@ -185,13 +196,14 @@ fn block(section: Section<'_>) -> Block {
             })
             .collect()
     });
+    let count =
+        section.integer("count", |count| (1..=MAX_COUNT).contains(&count), "from 1 to 10000000");
     let block = Block {
         name: section.name("name", &NAME),
         block_type: section.string("type"),
         task: section.string("task"),
-        count: section
-            .integer("count", |count| (1..=MAX_COUNT).contains(&count), "from 1 to 10000000")
-            .map(narrow),
+        count_is_wrong: count.is_none() && section.get("count").is_some(),
+        count: count.map(narrow),
         pins,
     };
     section.finish();
@@ -205,7 +217,8 @@ fn output(section: Section<'_>) -> Output {
         .read("signals", "an array of strings", |value| {
             let array = value.as_array().ok_or(None)?;
             if array.is_empty() {
-                let finding = Finding::new(Problem::OutOfRange, 0..0, "[[output]] signals is empty");
+                let finding =
+                    Finding::new(Problem::OutOfRange, 0..0, "[[output]] signals is empty");
                 return Err(Some(finding.help("name at least one \"block.pin\"")));
             }
             array

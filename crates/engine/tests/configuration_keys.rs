@@ -1,7 +1,5 @@
 //! Keys, sections and names of entries: what is wrong, where, and what would be right.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
-
 mod findings;
 
 use findings::{VALID, assert_one, assert_rows, plan};

@@ -1,7 +1,5 @@
 //! Loops of blocks, and the wire that breaks one.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
-
 mod findings;
 
 use findings::{assert_one, findings, plan};

@@ -3,8 +3,6 @@
 //! The reference takes nothing from the plan but block types: it knows the graph from which the
 //! configuration was written.
 
-#![allow(clippy::unwrap_used, reason = "a test may fail")]
-
 use std::fmt::Write as _;
 
 use isochrone_blocks::{BlockType, CATALOGUE, Cycle, PinType};

@@ -1,7 +1,5 @@
 //! Every case in golden/, bit for bit.
 
-#![allow(clippy::unwrap_used, reason = "a test may fail")]
-
 use std::fs;
 use std::path::Path;
 

@@ -1,7 +1,5 @@
 //! Samples at the inputs, errors of blocks, and how old the sources of an output are.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
-
 mod findings;
 
 use findings::plan;

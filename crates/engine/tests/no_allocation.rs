@@ -1,7 +1,5 @@
 //! Nothing on the real-time path allocates.
 
-#![allow(clippy::unwrap_used, reason = "a test may fail")]
-
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 

@@ -1,7 +1,5 @@
 //! In what order blocks step, and where they stand in the image.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
-
 mod findings;
 
 use findings::plan;

@@ -1,7 +1,5 @@
 //! Wires between tasks: the values of the producer's last finished cycle, all of the same one.
 
-#![allow(clippy::unwrap_used, clippy::panic, reason = "a test may fail")]
-
 mod findings;
 
 use std::sync::atomic::{AtomicBool, Ordering};

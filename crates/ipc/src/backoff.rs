@@ -15,10 +15,7 @@ pub(crate) struct Backoff {
 
 impl Backoff {
     pub(crate) fn new() -> Self {
-        Self {
-            left: ATTEMPTS,
-            pause: FIRST_PAUSE,
-        }
+        Self { left: ATTEMPTS, pause: FIRST_PAUSE }
     }
 
     /// Sleeps, then says whether another attempt is due.

@@ -49,9 +49,7 @@ fn read(path: &Path) -> Result<Config, ConfigError> {
     let file = path
         .to_str()
         .and_then(|path| FilePath::new(path.as_bytes()).ok())
-        .ok_or_else(|| ConfigError::UnusablePath {
-            path: shown.clone(),
-        })?;
+        .ok_or_else(|| ConfigError::UnusablePath { path: shown.clone() })?;
     Config::from_file(&file).map_err(|cause| match cause {
         ConfigCreationError::ConfigFileDoesNotExist => ConfigError::NotFound { path: shown },
         ConfigCreationError::InsufficientPermissions

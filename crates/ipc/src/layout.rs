@@ -75,10 +75,7 @@ impl FrameLayout {
         for (channel, signal) in self.signals.iter().enumerate() {
             for word in [&signal.name, &signal.value_type] {
                 if !notation::is_word(word) {
-                    return Err(LayoutError::Word {
-                        channel,
-                        word: word.clone(),
-                    });
+                    return Err(LayoutError::Word { channel, word: word.clone() });
                 }
             }
         }
@@ -112,18 +109,15 @@ impl FrameLayout {
         let types = words(attributes, TYPES)?;
         let period_ns = match value_of(attributes, PERIOD_NS) {
             None => None,
-            Some(text) => Some(text.parse().map_err(|_| LayoutError::Malformed {
-                key: PERIOD_NS.to_owned(),
-                at: text,
-            })?),
+            Some(text) => Some(
+                text.parse()
+                    .map_err(|_| LayoutError::Malformed { key: PERIOD_NS.to_owned(), at: text })?,
+            ),
         };
         if let (Some(names), Some(types)) = (&names, &types)
             && names.len() != types.len()
         {
-            return Err(LayoutError::Uneven {
-                signals: names.len(),
-                types: types.len(),
-            });
+            return Err(LayoutError::Uneven { signals: names.len(), types: types.len() });
         }
         let count = names.as_ref().or(types.as_ref()).map_or(0, Vec::len);
         let mut names = names.into_iter().flatten();
@@ -132,10 +126,7 @@ impl FrameLayout {
             name: names.next().unwrap_or_default(),
             value_type: types.next().unwrap_or_default(),
         });
-        Ok(Self {
-            signals: signals.collect(),
-            period_ns,
-        })
+        Ok(Self { signals: signals.collect(), period_ns })
     }
 
     /// Whether any channel has a name: then a writer described it, and it is complete.
@@ -149,10 +140,7 @@ impl FrameLayout {
             name: String::new(),
             value_type: signal.value_type.clone(),
         });
-        Self {
-            signals: signals.collect(),
-            period_ns: None,
-        }
+        Self { signals: signals.collect(), period_ns: None }
     }
 
     /// Says whether frames of this layout serve a reader who needs `needed`.
@@ -210,12 +198,7 @@ fn pieces(key: &str, value: &str) -> Vec<(String, String)> {
     let bytes = value.as_bytes().chunks(MAX_ATTRIBUTE_VALUE_LENGTH);
     bytes
         .enumerate()
-        .map(|(index, piece)| {
-            (
-                key_of(key, index),
-                String::from_utf8_lossy(piece).into_owned(),
-            )
-        })
+        .map(|(index, piece)| (key_of(key, index), String::from_utf8_lossy(piece).into_owned()))
         .collect()
 }
 
@@ -239,11 +222,6 @@ fn value_of(attributes: &AttributeSet, key: &str) -> Option<String> {
 }
 
 fn words(attributes: &AttributeSet, key: &str) -> Result<Option<Vec<String>>, LayoutError> {
-    let malformed = |at| LayoutError::Malformed {
-        key: key.to_owned(),
-        at,
-    };
-    value_of(attributes, key)
-        .map(|text| notation::read(&text).map_err(malformed))
-        .transpose()
+    let malformed = |at| LayoutError::Malformed { key: key.to_owned(), at };
+    value_of(attributes, key).map(|text| notation::read(&text).map_err(malformed)).transpose()
 }

@@ -14,6 +14,16 @@
 //! version sees them. [`FrameLayout`] documents how a service names its signals.
 //!
 //! [iceoryx2]: https://docs.rs/iceoryx2/0.10.0
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::print_stdout,
+        clippy::print_stderr
+    )
+)]
 
 mod backoff;
 mod config;

@@ -13,10 +13,7 @@ const MAX_GROUP: usize = 64;
 
 /// Whether the notation can carry `word`.
 pub(crate) fn is_word(word: &str) -> bool {
-    word != "-"
-        && word
-            .bytes()
-            .all(|b| b.is_ascii_graphic() && !b"{},*".contains(&b))
+    word != "-" && word.bytes().all(|b| b.is_ascii_graphic() && !b"{},*".contains(&b))
 }
 
 /// Writes a list word by word; [`read`] understands this too.
@@ -31,18 +28,10 @@ pub(crate) fn write<'a>(words: impl Iterator<Item = &'a str>) -> String {
     let mut rest = words.as_slice();
     let mut text = String::new();
     while let Some(first) = rest.first() {
-        let mut best = Group {
-            text: (*first).to_owned(),
-            words: 1,
-            saved: 0,
-        };
+        let mut best = Group { text: (*first).to_owned(), words: 1, saved: 0 };
         for length in 1..=MAX_GROUP.min(rest.len()) {
             let (group, rest) = rest.split_at(length);
-            for found in [
-                one_group(group),
-                repeated(group, rest),
-                numbered(group, rest),
-            ] {
+            for found in [one_group(group), repeated(group, rest), numbered(group, rest)] {
                 if let Some(found) = found.filter(|found| found.saved > best.saved) {
                     best = found;
                 }
@@ -72,10 +61,7 @@ pub(crate) fn read(text: &str) -> Result<Vec<String>, String> {
             return Err(unreadable());
         }
         for _ in 0..times {
-            words.extend(
-                once.iter()
-                    .map(|w| if w == "-" { String::new() } else { w.clone() }),
-            );
+            words.extend(once.iter().map(|w| if w == "-" { String::new() } else { w.clone() }));
         }
     }
     Ok(words)
@@ -120,11 +106,7 @@ struct Group {
 impl Group {
     fn new<'a>(text: String, words: impl Iterator<Item = &'a str>) -> Self {
         let (count, plain) = words.fold((0, 0), |(n, sum), word| (n + 1, sum + word.len() + 1));
-        Self {
-            saved: plain.saturating_sub(text.len() + 1),
-            words: count,
-            text,
-        }
+        Self { saved: plain.saturating_sub(text.len() + 1), words: count, text }
     }
 }
 
@@ -135,10 +117,7 @@ fn one_group(group: &[&str]) -> Option<Group> {
 
 /// `word*n`: the group again and again.
 fn repeated(group: &[&str], rest: &[&str]) -> Option<Group> {
-    let more = rest
-        .chunks_exact(group.len())
-        .take_while(|next| *next == group)
-        .count();
+    let more = rest.chunks_exact(group.len()).take_while(|next| *next == group).count();
     let text = format!("{}*{}", choice(group), more + 1);
     let words = group.iter().chain(rest.iter().take(more * group.len()));
     (more > 0).then(|| Group::new(text, words.copied()))
@@ -151,10 +130,8 @@ fn numbered(group: &[&str], rest: &[&str]) -> Option<Group> {
         let tail = first.get(stem.len() + digits(*number)..);
         tail.is_some() && after(next, stem, number + 1) == tail
     })?;
-    let tails: Vec<&str> = group
-        .iter()
-        .map(|word| after(word, stem, start))
-        .collect::<Option<_>>()?;
+    let tails: Vec<&str> =
+        group.iter().map(|word| after(word, stem, start)).collect::<Option<_>>()?;
     let more = rest
         .chunks_exact(group.len())
         .zip(start + 1..)
@@ -178,9 +155,7 @@ fn numbers(word: &str) -> impl Iterator<Item = (&str, usize)> {
     });
     starts.filter_map(|stem| {
         let tail = word.get(stem.len()..)?;
-        let end = tail
-            .find(|c: char| !c.is_ascii_digit())
-            .unwrap_or(tail.len());
+        let end = tail.find(|c: char| !c.is_ascii_digit()).unwrap_or(tail.len());
         let number: usize = tail.get(..end)?.parse().ok()?;
         (digits(number) == end && number < MAX_WORDS).then_some((stem, number))
     })
@@ -192,8 +167,7 @@ fn digits(number: usize) -> usize {
 
 /// What follows `stem` and `number` in `word`.
 fn after<'a>(word: &'a str, stem: &str, number: usize) -> Option<&'a str> {
-    word.strip_prefix(stem)?
-        .strip_prefix(number.to_string().as_str())
+    word.strip_prefix(stem)?.strip_prefix(number.to_string().as_str())
 }
 
 /// `stem{a,b}` with the longest stem that all share; one word stands without braces.
@@ -209,11 +183,7 @@ fn choice(words: &[&str]) -> String {
         same.take_while(|(a, b)| a == b).count().min(shared)
     });
     let tails: Vec<&str> = words.iter().filter_map(|word| word.get(shared..)).collect();
-    format!(
-        "{}{{{}}}",
-        first.get(..shared).unwrap_or_default(),
-        tails.join(",")
-    )
+    format!("{}{{{}}}", first.get(..shared).unwrap_or_default(), tails.join(","))
 }
 
 #[cfg(test)]
@@ -232,30 +202,21 @@ mod tests {
 
     #[test]
     fn a_series_is_written_as_a_range() {
-        assert_eq!(
-            written(&words(1000, |i| format!("ramp.{i}.y"))),
-            "ramp.{0..999}.y"
-        );
+        assert_eq!(written(&words(1000, |i| format!("ramp.{i}.y"))), "ramp.{0..999}.y");
     }
 
     #[test]
     fn pins_of_instances_are_written_as_a_range_of_groups() {
         let pins = ["value", "setChangeRate", "delayedValue"];
         let all = words(3000, |i| format!("ramp.{}.{}", i / 3, pins[i % 3]));
-        assert_eq!(
-            written(&all),
-            "ramp.{0..999}.{value,setChangeRate,delayedValue}"
-        );
+        assert_eq!(written(&all), "ramp.{0..999}.{value,setChangeRate,delayedValue}");
     }
 
     #[test]
     fn equal_words_are_counted() {
         let types = ["LREAL", "BOOL"];
         assert_eq!(written(&words(64, |_| "LREAL".to_owned())), "LREAL*64");
-        assert_eq!(
-            written(&words(64, |i| types[i % 2].to_owned())),
-            "{LREAL,BOOL}*32"
-        );
+        assert_eq!(written(&words(64, |i| types[i % 2].to_owned())), "{LREAL,BOOL}*32");
         assert_eq!(written(&words(300, |_| String::new())), "-*300");
     }
 
@@ -288,34 +249,21 @@ mod tests {
 
     #[test]
     fn a_shell_expands_it_the_same_way() {
-        let all = words(40, |i| {
-            format!("b{}.{}", i / 4, ["p", "q", "r2", ""][i % 4])
-        });
+        let all = words(40, |i| format!("b{}.{}", i / 4, ["p", "q", "r2", ""][i % 4]));
         let text = written(&all);
-        let shell = std::process::Command::new("bash")
-            .args(["-c", &format!("echo {text}")])
-            .output();
+        let shell =
+            std::process::Command::new("bash").args(["-c", &format!("echo {text}")]).output();
         // Machines without bash cannot say; the notation does not depend on it.
         if let Ok(shell) = shell {
-            assert_eq!(
-                String::from_utf8_lossy(&shell.stdout).trim_end(),
-                all.join(" ")
-            );
+            assert_eq!(String::from_utf8_lossy(&shell.stdout).trim_end(), all.join(" "));
         }
     }
 
     #[test]
     fn what_is_no_notation_is_refused_and_named() {
-        for bad in [
-            "a{",
-            "a}",
-            "{a}",
-            "{3..1}",
-            "x*y",
-            "x*99999999",
-            "{0..9999999}",
-            "{0..2000}{0..2000}",
-        ] {
+        for bad in
+            ["a{", "a}", "{a}", "{3..1}", "x*y", "x*99999999", "{0..9999999}", "{0..2000}{0..2000}"]
+        {
             assert_eq!(read(&format!("ok {bad}")), Err(bad.to_owned()));
         }
     }

@@ -36,9 +36,8 @@ impl<S: Service> Participant<S> {
     /// `name` is not a node name, or iceoryx2 cannot use the domain.
     pub fn join(name: &str, config: &Config) -> Result<Self, JoinError> {
         LOG_LEVEL.get_or_init(|| iceoryx2::prelude::set_log_level(LogLevel::Warn));
-        let node_name = NodeName::new(name).map_err(|_| JoinError::Name {
-            name: name.to_owned(),
-        })?;
+        let node_name =
+            NodeName::new(name).map_err(|_| JoinError::Name { name: name.to_owned() })?;
         let mut config = config.clone();
         // iceoryx2 would clean up on its own when a node is made or dropped and when a service
         // is opened. That is done here instead, see `clean_up`.
@@ -56,9 +55,7 @@ impl<S: Service> Participant<S> {
             match created {
                 Ok(node) => break node,
                 Err(NodeCreationFailure::InsufficientPermissions) => {
-                    return Err(JoinError::Permission {
-                        domain: domain(&config),
-                    });
+                    return Err(JoinError::Permission { domain: domain(&config) });
                 }
                 // Two processes that create the domain's first files at once can trip each other.
                 Err(_) if backoff.try_again() => {}
@@ -102,9 +99,5 @@ impl<S: Service> Participant<S> {
 }
 
 fn domain(config: &Config) -> String {
-    format!(
-        "{} (prefix {})",
-        config.global.root_path(),
-        config.global.prefix
-    )
+    format!("{} (prefix {})", config.global.root_path(), config.global.prefix)
 }

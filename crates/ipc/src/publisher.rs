@@ -89,10 +89,7 @@ impl<S: Service> FramePublisher<S> {
         // What stands in an existing service are readers' expectations, or what the writer before
         // this one promised them.
         let promised = service::layout_of(&opened, service)?;
-        let needed = FrameLayout {
-            signals: promised.signals,
-            period_ns: None,
-        };
+        let needed = FrameLayout { signals: promised.signals, period_ns: None };
         let fits = match layout.signals.len() < needed.signals.len() {
             true => Err(crate::LayoutConflict::TooFewChannels {
                 available: layout.signals.len(),
@@ -132,12 +129,7 @@ impl<S: Service> FramePublisher<S> {
         let subscribers = self.subscribers();
         // Right after somebody came or went the numbers may differ, which means nothing.
         let settled = !self.peers.note(subscribers);
-        if settled
-            && self
-                .reached
-                .take()
-                .is_some_and(|reached| reached < subscribers)
-        {
+        if settled && self.reached.take().is_some_and(|reached| reached < subscribers) {
             self.counters.silent += 1;
         }
         if self.prepared.is_none() {
@@ -290,8 +282,5 @@ fn refuse_second<S: Service>(
         }
         CallbackProgression::Stop
     });
-    Err(OpenError::SecondPublisher {
-        service: service.to_owned(),
-        other,
-    })
+    Err(OpenError::SecondPublisher { service: service.to_owned(), other })
 }

@@ -41,16 +41,10 @@ fn service_name(name: &str) -> Result<ServiceName, ServiceNameError> {
     }
     let printable = |c: char| c.is_ascii_graphic() || c == ' ';
     if let Some(character) = name.chars().find(|c| !printable(*c)) {
-        return Err(ServiceNameError::Character {
-            name: owned(),
-            character,
-        });
+        return Err(ServiceNameError::Character { name: owned(), character });
     }
     if name.len() > ServiceName::max_len() {
-        return Err(ServiceNameError::TooLong {
-            name: owned(),
-            length: name.len(),
-        });
+        return Err(ServiceNameError::TooLong { name: owned(), length: name.len() });
     }
     ServiceName::new(name).map_err(|_| ServiceNameError::Reserved { name: owned() })
 }
@@ -117,10 +111,7 @@ pub(crate) fn failed<S: Service>(
 }
 
 fn layout_error(service: &str) -> impl Fn(LayoutError) -> OpenError {
-    move |source| OpenError::Layout {
-        service: service.to_owned(),
-        source,
-    }
+    move |source| OpenError::Layout { service: service.to_owned(), source }
 }
 
 enum Attempt<S: Service> {
@@ -151,27 +142,22 @@ fn open_once<S: Service>(
         Cause::DoesNotExist => return Ok(Attempt::Absent),
         Cause::ExceedsMaxNumberOfNodes => {
             participant.clean_up();
-            return Ok(Attempt::Again(
-                "all its places for nodes are taken".to_owned(),
-            ));
+            return Ok(Attempt::Again("all its places for nodes are taken".to_owned()));
         }
         Cause::IncompatibleTypes | Cause::IncompatibleMessagingPattern => OpenError::OtherTypes {
             service: owned(),
             carries: types_of(participant, name),
             needs: needed_types(),
         },
-        Cause::VersionMismatch => OpenError::OtherVersion {
-            service: owned(),
-            ours: "0.10.0".to_owned(),
-        },
-        Cause::ServiceInCorruptedState => OpenError::Corrupted {
-            service: owned(),
-            domain: participant.domain(),
-        },
-        Cause::InsufficientPermissions => OpenError::Permission {
-            service: owned(),
-            domain: participant.domain(),
-        },
+        Cause::VersionMismatch => {
+            OpenError::OtherVersion { service: owned(), ours: "0.10.0".to_owned() }
+        }
+        Cause::ServiceInCorruptedState => {
+            OpenError::Corrupted { service: owned(), domain: participant.domain() }
+        }
+        Cause::InsufficientPermissions => {
+            OpenError::Permission { service: owned(), domain: participant.domain() }
+        }
         // Somebody creates or removes the service at this moment, or died while doing it.
         cause => return Ok(Attempt::Again(cause.to_string())),
     })
@@ -214,17 +200,10 @@ fn needed_types() -> String {
 }
 
 fn types_of<S: Service>(participant: &Participant<S>, name: &ServiceName) -> String {
-    let details = S::details(
-        name,
-        participant.node().config(),
-        MessagingPattern::PublishSubscribe,
-    );
+    let details = S::details(name, participant.node().config(), MessagingPattern::PublishSubscribe);
     match details {
         Ok(Some(details)) => {
-            let types = details
-                .static_details
-                .publish_subscribe()
-                .message_type_details();
+            let types = details.static_details.publish_subscribe().message_type_details();
             describe(&types.payload, &types.user_header)
         }
         _ => "messages of unknown type".to_owned(),

@@ -71,12 +71,10 @@ impl<S: Service> FrameSubscriber<S> {
         let expected = expected.as_expectation();
         let opened = service::open_or_create(participant, service, &expected)?;
         let layout = service::layout_of(&opened, service)?;
-        layout
-            .serves(&expected)
-            .map_err(|conflict| OpenError::LayoutConflict {
-                service: service.to_owned(),
-                conflict,
-            })?;
+        layout.serves(&expected).map_err(|conflict| OpenError::LayoutConflict {
+            service: service.to_owned(),
+            conflict,
+        })?;
         Self::connect(participant, service, opened, layout, depth)
     }
 
@@ -236,10 +234,7 @@ pub struct FrameRef<'a, S: Service> {
 
 impl<S: Service> FrameRef<'_, S> {
     fn new(sample: Sample<S, [f64], FrameHeader>) -> Self {
-        Self {
-            sample,
-            subscriber: PhantomData,
-        }
+        Self { sample, subscriber: PhantomData }
     }
 
     /// When and from what the frame was made.

@@ -1,7 +1,5 @@
 //! What a frame is when it arrives.
 
-#![allow(clippy::unwrap_used, reason = "a test may fail")]
-
 mod common;
 
 use common::{Domain, layout, send};
@@ -53,12 +51,7 @@ fn the_header_tells_all_that_was_stamped<S: Service>() {
     let mut reader = FrameSubscriber::open(&node, "x", &shape, Depth::Newest).unwrap();
     let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
     writer.prepare();
-    let stamp = Stamp {
-        cycle: 11,
-        release_ns: 22,
-        source_ns: 44,
-        missed: 55,
-    };
+    let stamp = Stamp { cycle: 11, release_ns: 22, source_ns: 44, missed: 55 };
     writer.send(stamp, || 33);
     assert_eq!(
         *reader.newest().unwrap().header(),
@@ -166,21 +159,14 @@ fn newest_goes_by_publish_time_and_not_by_arrival<S: Service>() {
     let mut reader = FrameSubscriber::open(&node, "x", &shape, Depth::Newest).unwrap();
     let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
     // A link's publisher has the second place, and is read after ours.
-    let link = iceoryx2::prelude::NodeBuilder::new()
-        .config(&domain.config)
-        .create::<S>()
-        .unwrap();
+    let link = iceoryx2::prelude::NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
     let service = link
         .service_builder(&"x".try_into().unwrap())
         .publish_subscribe::<[f64]>()
         .user_header::<FrameHeader>()
         .open()
         .unwrap();
-    let mirror = service
-        .publisher_builder()
-        .initial_max_slice_len(1)
-        .create()
-        .unwrap();
+    let mirror = service.publisher_builder().initial_max_slice_len(1).create().unwrap();
     let mirror = |value, publish_ns, sequence| {
         let mut frame = mirror.loan_slice(1).unwrap();
         frame.payload_mut()[0] = value;
@@ -203,10 +189,7 @@ fn nothing_is_sent_that_was_not_prepared<S: Service>() {
     let shape = layout(&["a:LREAL"]);
     let mut reader = FrameSubscriber::open(&node, "x", &shape, Depth::All).unwrap();
     let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
-    assert!(
-        writer.send(Stamp::default(), || 1),
-        "opening prepared a frame"
-    );
+    assert!(writer.send(Stamp::default(), || 1), "opening prepared a frame");
     assert!(writer.values_mut().is_none());
     assert!(!writer.send(Stamp::default(), || 2));
     assert_eq!(writer.counters().unsent, 1);

@@ -1,7 +1,5 @@
 //! What remains of processes that end, and of those that are killed.
 
-#![allow(clippy::unwrap_used, reason = "a test may fail")]
-
 mod common;
 
 use std::io::{BufRead, BufReader};
@@ -24,10 +22,7 @@ fn nothing_is_left_when_all_have_gone() {
     send(&mut writer, 1.0, 1);
     let held = reader.newest();
     assert!(domain.files().len() > 5);
-    assert!(
-        !remove_leftovers::<ipc::Service>(&domain.config),
-        "the domain is in use"
-    );
+    assert!(!remove_leftovers::<ipc::Service>(&domain.config), "the domain is in use");
     drop(node);
     send(&mut writer, 2.0, 2);
     drop(writer);
@@ -59,9 +54,7 @@ fn a_publisher_that_lives_elsewhere_blocks_and_one_that_was_killed_does_not() {
     let mut reader = FrameSubscriber::open(&node, "x", &shape, Depth::Newest).unwrap();
     for life in 0..3 {
         let mut child = start_publisher(&domain);
-        let error = FramePublisher::open(&node, "x", &shape)
-            .unwrap_err()
-            .to_string();
+        let error = FramePublisher::open(&node, "x", &shape).unwrap_err().to_string();
         assert!(error.contains("\"victim\" (lives-"), "{error}");
         assert!(error.contains(&format!("pid {})", child.id())), "{error}");
         child.kill().unwrap();
@@ -70,11 +63,7 @@ fn a_publisher_that_lives_elsewhere_blocks_and_one_that_was_killed_does_not() {
         let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
         send(&mut writer, f64::from(life), 1_000 + life as u64);
         let frame = reader.newest().unwrap();
-        assert_eq!(
-            frame.values(),
-            [f64::from(life)],
-            "the dead one's frames are older"
-        );
+        assert_eq!(frame.values(), [f64::from(life)], "the dead one's frames are older");
     }
     drop((reader, node));
     remove_leftovers::<ipc::Service>(&domain.config);
@@ -96,21 +85,14 @@ fn joining_removes_what_a_killed_process_left() {
 /// Runs this test binary again, as a process that publishes until it is killed.
 fn start_publisher(domain: &Domain) -> Child {
     let mut child = Command::new(std::env::current_exe().unwrap())
-        .args([
-            "--exact",
-            "publishes_until_killed",
-            "--ignored",
-            "--nocapture",
-        ])
+        .args(["--exact", "publishes_until_killed", "--ignored", "--nocapture"])
         .env("ISOCHRONE_TEST_ROOT", domain.root())
         .env("ISOCHRONE_TEST_PREFIX", domain.prefix())
         .stdout(Stdio::piped())
         .spawn()
         .unwrap();
     let said = BufReader::new(child.stdout.take().unwrap()).lines();
-    let ready = said
-        .map(Result::unwrap)
-        .any(|line| line.ends_with("published"));
+    let ready = said.map(Result::unwrap).any(|line| line.ends_with("published"));
     assert!(ready);
     child
 }
@@ -186,14 +168,8 @@ fn a_configuration_file_is_read_and_a_bad_one_named() {
     std::fs::write(&path, "[global]\nprefix = 7\n").unwrap();
     let bad = load_config(Some(&path)).unwrap_err().to_string();
     assert!(bad.contains(path.to_str().unwrap()), "{bad}");
-    assert!(
-        bad.contains("not a valid iceoryx2 0.10 configuration"),
-        "{bad}"
-    );
+    assert!(bad.contains("not a valid iceoryx2 0.10 configuration"), "{bad}");
 
     let unusable = load_config(Some(Path::new(""))).unwrap_err();
-    assert!(
-        matches!(unusable, ConfigError::UnusablePath { .. }),
-        "{unusable}"
-    );
+    assert!(matches!(unusable, ConfigError::UnusablePath { .. }), "{unusable}");
 }

@@ -1,7 +1,5 @@
 //! Which services can be opened, and what is said of the others.
 
-#![allow(clippy::unwrap_used, reason = "a test may fail")]
-
 mod common;
 
 use std::sync::mpsc::{RecvTimeoutError, channel};
@@ -44,11 +42,7 @@ fn a_second_publisher_is_refused_and_told_who_the_first_is<S: Service>() {
     let error = FramePublisher::open(&second, "plant/x", &shape).unwrap_err();
     let text = error.to_string();
     assert!(matches!(error, OpenError::SecondPublisher { .. }), "{text}");
-    for part in [
-        "\"plant/x\"",
-        "\"the-first\"",
-        &format!("pid {}", std::process::id()),
-    ] {
+    for part in ["\"plant/x\"", "\"the-first\"", &format!("pid {}", std::process::id())] {
         assert!(text.contains(part), "{part} in {text}");
     }
     FramePublisher::open(&second, "plant/y", &shape).unwrap();
@@ -58,10 +52,7 @@ fn a_second_publisher_is_refused_and_told_who_the_first_is<S: Service>() {
 
 fn a_service_of_another_payload_type_is_refused_with_both_sides_named<S: Service>() {
     let domain = Domain::new();
-    let other = NodeBuilder::new()
-        .config(&domain.config)
-        .create::<S>()
-        .unwrap();
+    let other = NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
     let _service = other
         .service_builder(&ServiceName::new("x").unwrap())
         .publish_subscribe::<u64>()
@@ -71,33 +62,21 @@ fn a_service_of_another_payload_type_is_refused_with_both_sides_named<S: Service
     let node = domain.join::<S>();
     let shape = layout(&["a:LREAL"]);
     let errors = [
-        FramePublisher::open(&node, "x", &shape)
-            .map(drop)
-            .unwrap_err(),
-        FrameSubscriber::open(&node, "x", &shape, Depth::All)
-            .map(drop)
-            .unwrap_err(),
-        FrameSubscriber::open_existing(&node, "x", Depth::All)
-            .map(drop)
-            .unwrap_err(),
+        FramePublisher::open(&node, "x", &shape).map(drop).unwrap_err(),
+        FrameSubscriber::open(&node, "x", &shape, Depth::All).map(drop).unwrap_err(),
+        FrameSubscriber::open_existing(&node, "x", Depth::All).map(drop).unwrap_err(),
     ];
     for error in errors {
         let text = error.to_string();
         assert!(matches!(error, OpenError::OtherTypes { .. }), "{text}");
         assert!(text.contains("carries u64 (elements of 8 bytes)"), "{text}");
-        assert!(
-            text.contains("frames are [f64] (elements of 8 bytes)"),
-            "{text}"
-        );
+        assert!(text.contains("frames are [f64] (elements of 8 bytes)"), "{text}");
     }
 }
 
 fn a_service_of_another_header_is_refused_with_both_sides_named<S: Service>() {
     let domain = Domain::new();
-    let other = NodeBuilder::new()
-        .config(&domain.config)
-        .create::<S>()
-        .unwrap();
+    let other = NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
     let _service = other
         .service_builder(&ServiceName::new("x").unwrap())
         .publish_subscribe::<[f64]>()
@@ -107,10 +86,7 @@ fn a_service_of_another_header_is_refused_with_both_sides_named<S: Service>() {
     let error = FramePublisher::open(&domain.join::<S>(), "x", &layout(&["a:LREAL"])).unwrap_err();
     let text = error.to_string();
     assert!(text.contains("user header [u64; 6] (48 bytes)"), "{text}");
-    assert!(
-        text.contains("user header isochrone.FrameHeader.v1 (48 bytes)"),
-        "{text}"
-    );
+    assert!(text.contains("user header isochrone.FrameHeader.v1 (48 bytes)"), "{text}");
 }
 
 fn too_few_channels_are_refused<S: Service>() {
@@ -119,17 +95,8 @@ fn too_few_channels_are_refused<S: Service>() {
     let _writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL", "b:LREAL"])).unwrap();
     let needed = layout(&[":", ":", ":LREAL"]);
     let error = FrameSubscriber::open(&node, "x", &needed, Depth::Newest).unwrap_err();
-    let conflict = LayoutConflict::TooFewChannels {
-        available: 2,
-        needed: 3,
-    };
-    assert_eq!(
-        error,
-        OpenError::LayoutConflict {
-            service: "x".to_owned(),
-            conflict
-        }
-    );
+    let conflict = LayoutConflict::TooFewChannels { available: 2, needed: 3 };
+    assert_eq!(error, OpenError::LayoutConflict { service: "x".to_owned(), conflict });
     FrameSubscriber::open(&node, "x", &layout(&[":", ":LREAL"]), Depth::Newest).unwrap();
 }
 
@@ -140,10 +107,7 @@ fn another_value_type_is_refused<S: Service>() {
     let needed = layout(&[":", ":INT"]);
     let error = FrameSubscriber::open(&node, "x", &needed, Depth::Newest).unwrap_err();
     let text = error.to_string();
-    assert!(
-        text.contains("channel 1 (valve) carries BOOL, INT is needed"),
-        "{text}"
-    );
+    assert!(text.contains("channel 1 (valve) carries BOOL, INT is needed"), "{text}");
 }
 
 fn a_writer_that_promises_less_than_its_readers_need_is_refused<S: Service>() {
@@ -151,17 +115,9 @@ fn a_writer_that_promises_less_than_its_readers_need_is_refused<S: Service>() {
     let node = domain.join::<S>();
     let _reader = FrameSubscriber::open(&node, "x", &layout(&[":", ":INT"]), Depth::All).unwrap();
     let short = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap_err();
-    assert!(
-        short.to_string().contains("1 channels, 2 are needed"),
-        "{short}"
-    );
+    assert!(short.to_string().contains("1 channels, 2 are needed"), "{short}");
     let other = FramePublisher::open(&node, "x", &layout(&["a:LREAL", "b:BOOL"])).unwrap_err();
-    assert!(
-        other
-            .to_string()
-            .contains("channel 1 (b) carries BOOL, INT is needed"),
-        "{other}"
-    );
+    assert!(other.to_string().contains("channel 1 (b) carries BOOL, INT is needed"), "{other}");
     FramePublisher::open(&node, "x", &layout(&["a:LREAL", "b:INT", "c:LREAL"])).unwrap();
 }
 
@@ -192,18 +148,13 @@ fn an_observer_reads_the_layout_from_the_service<S: Service>() {
     let node = domain.join::<S>();
     let shape = layout(&["level.y:LREAL", "alarm:BOOL", "count:INT"]);
     let _writer = FramePublisher::open(&node, "x", &shape).unwrap();
-    let observer = FrameSubscriber::open_existing(&node, "x", Depth::All)
-        .unwrap()
-        .unwrap();
+    let observer = FrameSubscriber::open_existing(&node, "x", Depth::All).unwrap().unwrap();
     assert_eq!(*observer.layout(), shape);
 }
 
 fn a_service_of_foreign_quality_is_taken_as_it_is<S: Service>() {
     let domain = Domain::new();
-    let other = NodeBuilder::new()
-        .config(&domain.config)
-        .create::<S>()
-        .unwrap();
+    let other = NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
     let _service = other
         .service_builder(&ServiceName::new("x").unwrap())
         .publish_subscribe::<[f64]>()
@@ -221,11 +172,7 @@ fn a_service_of_foreign_quality_is_taken_as_it_is<S: Service>() {
     let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
     send(&mut writer, 0.0, 0);
     let mut reader = FrameSubscriber::open(&node, "x", &shape, Depth::All).unwrap();
-    assert_eq!(
-        *reader.layout(),
-        FrameLayout::default(),
-        "the layout is unknown"
-    );
+    assert_eq!(*reader.layout(), FrameLayout::default(), "the layout is unknown");
     writer.prepare();
     assert!(reader.newest().is_none(), "the history was not asked for");
     for n in 1..100 {
@@ -240,10 +187,7 @@ fn a_service_without_overflow_never_blocks_the_writer<S: Service>() {
     let (done, finished) = channel();
     let scenario = std::thread::spawn(move || {
         let domain = Domain::new();
-        let other = NodeBuilder::new()
-            .config(&domain.config)
-            .create::<S>()
-            .unwrap();
+        let other = NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
         let _service = other
             .service_builder(&ServiceName::new("x").unwrap())
             .publish_subscribe::<[f64]>()
@@ -266,11 +210,7 @@ fn a_service_without_overflow_never_blocks_the_writer<S: Service>() {
     // A writer that waits for its reader would do so for ever.
     let timeout = std::time::Duration::from_secs(20);
     let outcome = finished.recv_timeout(timeout);
-    assert_ne!(
-        outcome,
-        Err(RecvTimeoutError::Timeout),
-        "the writer is blocked"
-    );
+    assert_ne!(outcome, Err(RecvTimeoutError::Timeout), "the writer is blocked");
     scenario.join().unwrap();
 }
 
@@ -278,10 +218,7 @@ fn whoever_creates_a_service_sets_its_quality<S: Service>() {
     let domain = Domain::new();
     let node = domain.join::<S>();
     let _writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
-    let other = NodeBuilder::new()
-        .config(&domain.config)
-        .create::<S>()
-        .unwrap();
+    let other = NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
     let service = other
         .service_builder(&ServiceName::new("x").unwrap())
         .publish_subscribe::<[f64]>()
@@ -303,10 +240,7 @@ fn the_publisher_of_a_link_is_no_second_writer<S: Service>() {
     let node = domain.join::<S>();
     let shape = layout(&["a:LREAL"]);
     let _reader = FrameSubscriber::open(&node, "x", &shape, Depth::All).unwrap();
-    let link = NodeBuilder::new()
-        .config(&domain.config)
-        .create::<S>()
-        .unwrap();
+    let link = NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
     let service = link
         .service_builder(&ServiceName::new("x").unwrap())
         .publish_subscribe::<[f64]>()
@@ -317,9 +251,7 @@ fn the_publisher_of_a_link_is_no_second_writer<S: Service>() {
     let writer = FramePublisher::open(&node, "x", &shape).unwrap();
     drop(writer);
     let second_mirror = service.publisher_builder().create().unwrap();
-    let error = FramePublisher::open(&node, "x", &shape)
-        .unwrap_err()
-        .to_string();
+    let error = FramePublisher::open(&node, "x", &shape).unwrap_err().to_string();
     assert!(error.contains("no place for another publisher"), "{error}");
     drop((mirror, second_mirror));
 }
@@ -349,10 +281,7 @@ fn opening_fails_for_a_name_that_cannot_be<S: Service>() {
 
 fn a_description_that_is_not_ours_is_refused<S: Service>() {
     let domain = Domain::new();
-    let other = NodeBuilder::new()
-        .config(&domain.config)
-        .create::<S>()
-        .unwrap();
+    let other = NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
     let attributes = iceoryx2::prelude::AttributeSpecifier::new()
         .define(&"signals".try_into().unwrap(), &"a b c".try_into().unwrap())
         .unwrap()
@@ -366,10 +295,7 @@ fn a_description_that_is_not_ours_is_refused<S: Service>() {
         .unwrap();
     let node = domain.join::<S>();
     let error = FrameSubscriber::open_existing(&node, "x", Depth::All).unwrap_err();
-    assert!(
-        error.to_string().contains("3 signals but 2 types"),
-        "{error}"
-    );
+    assert!(error.to_string().contains("3 signals but 2 types"), "{error}");
 }
 
 fn publishers_that_open_at_once_end_as_one<S: Service>() {
@@ -394,10 +320,7 @@ fn publishers_that_open_at_once_end_as_one<S: Service>() {
     };
     let opened: Vec<Vec<usize>> = std::thread::scope(|scope| {
         let threads: Vec<_> = (0..THREADS).map(|_| scope.spawn(open_all)).collect();
-        threads
-            .into_iter()
-            .map(|thread| thread.join().unwrap())
-            .collect()
+        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
     });
     for round in 0..names.len() {
         let writers: usize = opened.iter().map(|thread| thread[round]).sum();
@@ -428,46 +351,29 @@ fn names_are_refused_with_the_rule_that_they_break() {
 fn a_thousand_signals_survive_the_attributes_of_a_service() {
     let domain = Domain::new();
     let node = domain.join::<isochrone_ipc::ipc::Service>();
-    let pins = [
-        ("y", "LREAL"),
-        ("done", "BOOL"),
-        ("count", "INT"),
-        ("et", "TIME"),
-    ];
+    let pins = [("y", "LREAL"), ("done", "BOOL"), ("count", "INT"), ("et", "TIME")];
     let block = |i: usize| ["ramp", "filter", "timer"][i / 4 % 3];
     let signals = (0..6000).map(|i| SignalSpec {
         name: format!("{}{}.{}", block(i), i / 12, pins[i % 4].0),
         value_type: pins[i % 4].1.to_owned(),
     });
     let mut signals: Vec<_> = signals.collect();
-    signals.sort_by_key(|signal| {
-        signal
-            .name
-            .split(|c: char| c.is_ascii_digit())
-            .next()
-            .map(str::len)
-    });
+    signals
+        .sort_by_key(|signal| signal.name.split(|c: char| c.is_ascii_digit()).next().map(str::len));
     signals.extend((0..60).map(|i| SignalSpec {
         name: format!("station{}.level{}x", i * 7 % 60, i * 13 % 17),
-        value_type: if i % 5 == 2 {
-            String::new()
-        } else {
-            "WORD".to_owned()
-        },
+        value_type: if i % 5 == 2 { String::new() } else { "WORD".to_owned() },
     }));
-    let shape = FrameLayout {
-        signals,
-        period_ns: Some(u64::MAX),
-    };
+    let shape = FrameLayout { signals, period_ns: Some(u64::MAX) };
     assert_eq!(shape.check(), Ok(()));
     let _writer = FramePublisher::open(&node, "x", &shape).unwrap();
-    let observer = FrameSubscriber::open_existing(&node, "x", Depth::All)
-        .unwrap()
-        .unwrap();
+    let observer = FrameSubscriber::open_existing(&node, "x", Depth::All).unwrap().unwrap();
     assert_eq!(*observer.layout(), shape);
 }
 
-fn a_layout_that_is_too_long_to_describe_keeps_what_fits_and_still_carries_every_value<S: Service>() {
+fn a_layout_that_is_too_long_to_describe_keeps_what_fits_and_still_carries_every_value<
+    S: Service,
+>() {
     let scattered = |count: usize, types: &[&str]| FrameLayout {
         signals: (0..count)
             .map(|i| SignalSpec {
@@ -484,7 +390,8 @@ fn a_layout_that_is_too_long_to_describe_keeps_what_fits_and_still_carries_every
         ("period", ["LREAL", "BOOL", "INT", "TIME", "WORD"].as_slice(), 1000, 0),
     ] {
         let mut writer = FramePublisher::open(&node, service, &scattered(count, types)).unwrap();
-        let mut reader = FrameSubscriber::open_existing(&node, service, Depth::All).unwrap().unwrap();
+        let mut reader =
+            FrameSubscriber::open_existing(&node, service, Depth::All).unwrap().unwrap();
         assert_eq!(reader.layout().signals.len(), described, "{service}");
         assert!(!reader.layout().is_named());
         assert_eq!(reader.layout().period_ns, Some(1_000_000));

@@ -27,12 +27,7 @@ impl Distribution {
         let Ok(histogram) = Histogram::new_with_bounds(1, HIGHEST_NS, SIGNIFICANT_DIGITS) else {
             unreachable!("the bounds are constants that every test of this crate creates")
         };
-        Self {
-            histogram,
-            min_ns: u64::MAX,
-            max_ns: 0,
-            sum_ns: 0,
-        }
+        Self { histogram, min_ns: u64::MAX, max_ns: 0, sum_ns: 0 }
     }
 
     /// Adds one sample, in ns.
@@ -102,19 +97,11 @@ mod tests {
     fn a_percentile_appears_with_the_sample_that_supports_it() {
         let last_missing = |count: u64| {
             let s = of(0..count);
-            [s.p50, s.p90, s.p99, s.p99_9, s.p99_99]
-                .iter()
-                .filter(|p| p.is_some())
-                .count()
+            [s.p50, s.p90, s.p99, s.p99_9, s.p99_99].iter().filter(|p| p.is_some()).count()
         };
         for (supported, needed) in [(1, 2), (2, 10), (3, 100), (4, 1_000), (5, 10_000)] {
             assert_eq!(last_missing(needed), supported, "{needed} samples");
-            assert_eq!(
-                last_missing(needed - 1),
-                supported - 1,
-                "{} samples",
-                needed - 1
-            );
+            assert_eq!(last_missing(needed - 1), supported - 1, "{} samples", needed - 1);
         }
     }
 
@@ -135,11 +122,7 @@ mod tests {
         let summary = of([u64::MAX, u64::MAX]);
         assert_eq!(summary.max, Some(u64::MAX));
         assert_eq!(summary.mean, Some(u64::MAX as f64));
-        assert!(
-            summary
-                .p50
-                .is_some_and(|p50| (HIGHEST_NS..2 * HIGHEST_NS).contains(&p50))
-        );
+        assert!(summary.p50.is_some_and(|p50| (HIGHEST_NS..2 * HIGHEST_NS).contains(&p50)));
     }
 
     proptest! {

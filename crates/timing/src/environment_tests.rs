@@ -1,3 +1,4 @@
+use std::fs;
 use std::path::PathBuf;
 
 use super::*;
@@ -21,7 +22,7 @@ impl Tree {
     }
 
     fn environment(&self) -> Environment {
-        Environment::read_below(&self.0)
+        Environment::of(&Machine::below(&self.0))
     }
 }
 
@@ -37,35 +38,17 @@ fn a_machine_that_shows_everything_is_read_completely() {
         "everything",
         &[
             ("proc/sys/kernel/osrelease", "6.18.44\n"),
-            (
-                "sys/kernel/debug/sched/preempt",
-                "none voluntary (full) lazy \n",
-            ),
+            ("sys/kernel/debug/sched/preempt", "none voluntary (full) lazy \n"),
             ("sys/devices/system/cpu/online", "0-3,6\n"),
-            (
-                "proc/cpuinfo",
-                "processor : 0\nflags\t\t: fpu hypervisor sse\n",
-            ),
-            (
-                "sys/devices/system/clocksource/clocksource0/current_clocksource",
-                "tsc\n",
-            ),
+            ("proc/cpuinfo", "processor : 0\nflags\t\t: fpu hypervisor sse\n"),
+            ("sys/devices/system/clocksource/clocksource0/current_clocksource", "tsc\n"),
             (
                 "sys/devices/system/clocksource/clocksource0/available_clocksource",
                 "tsc kvm-clock\n",
             ),
-            (
-                "sys/devices/system/cpu/cpufreq/policy0/scaling_governor",
-                "powersave\n",
-            ),
-            (
-                "sys/devices/system/cpu/cpufreq/policy1/scaling_governor",
-                "performance\n",
-            ),
-            (
-                "sys/devices/system/cpu/cpufreq/policy2/scaling_governor",
-                "powersave\n",
-            ),
+            ("sys/devices/system/cpu/cpufreq/policy0/scaling_governor", "powersave\n"),
+            ("sys/devices/system/cpu/cpufreq/policy1/scaling_governor", "performance\n"),
+            ("sys/devices/system/cpu/cpufreq/policy2/scaling_governor", "powersave\n"),
             ("sys/devices/system/cpu/isolated", "3\n"),
             ("proc/sys/kernel/sched_rt_runtime_us", "950000\n"),
             ("proc/sys/kernel/sched_rt_period_us", "1000000\n"),
@@ -88,41 +71,20 @@ fn a_machine_that_shows_everything_is_read_completely() {
 
 #[test]
 fn a_machine_that_shows_nothing_is_all_unknown() {
-    assert_eq!(
-        Tree::new("nothing", &[]).environment(),
-        Environment::default()
-    );
+    assert_eq!(Tree::new("nothing", &[]).environment(), Environment::default());
 }
 
 #[test]
 fn preemption_is_taken_from_the_best_source_there_is() {
-    let version = (
-        "proc/version",
-        "Linux version 6.1 (gcc 13) #1 SMP PREEMPT_DYNAMIC @0",
-    );
-    let rt = (
-        "proc/version",
-        "Linux version 6.1 (gcc 13) #1 SMP PREEMPT_RT Thu",
-    );
+    let version = ("proc/version", "Linux version 6.1 (gcc 13) #1 SMP PREEMPT_DYNAMIC @0");
+    let rt = ("proc/version", "Linux version 6.1 (gcc 13) #1 SMP PREEMPT_RT Thu");
     let silent = ("proc/version", "Linux version 6.1 (gcc 13) #1 SMP Thu");
     let cases: [(&str, &[File], Option<&str>); 6] = [
         ("dynamic", &[version], Some("dynamic")),
-        (
-            "cmdline",
-            &[version, ("proc/cmdline", "quiet preempt=lazy ro\n")],
-            Some("lazy"),
-        ),
-        (
-            "no-choice",
-            &[version, ("proc/cmdline", "quiet ro\n")],
-            Some("dynamic"),
-        ),
+        ("cmdline", &[version, ("proc/cmdline", "quiet preempt=lazy ro\n")], Some("lazy")),
+        ("no-choice", &[version, ("proc/cmdline", "quiet ro\n")], Some("dynamic")),
         ("version-rt", &[rt], Some("rt")),
-        (
-            "sys-rt",
-            &[silent, ("sys/kernel/realtime", "1\n")],
-            Some("rt"),
-        ),
+        ("sys-rt", &[silent, ("sys/kernel/realtime", "1\n")], Some("rt")),
         ("silent", &[silent], None),
     ];
     for (case, files, expected) in cases {
@@ -136,11 +98,7 @@ fn a_hypervisor_is_named_as_well_as_it_shows_itself() {
     let flag = ("proc/cpuinfo", "flags\t\t: fpu hypervisor\n");
     let vendor = ("sys/class/dmi/id/sys_vendor", "VMware, Inc.\n");
     let cases: [(&str, &[File], Option<&str>); 4] = [
-        (
-            "metal",
-            &[("proc/cpuinfo", "flags\t\t: fpu\n"), vendor],
-            None,
-        ),
+        ("metal", &[("proc/cpuinfo", "flags\t\t: fpu\n"), vendor], None),
         ("flag-only", &[flag], Some("unknown")),
         ("vendor", &[flag, vendor], Some("VMware, Inc.")),
         ("xen", &[("sys/hypervisor/type", "xen\n")], Some("xen")),

@@ -6,6 +6,8 @@
 //!
 //! A number is only reported when the samples support it, see [`Summary`].
 //!
+//! [`examine`] says beforehand what a machine does to jitter, and the way out; it changes nothing.
+//!
 //! ```
 //! use isochrone_timing::{CycleRecord, TaskTiming};
 //!
@@ -18,10 +20,22 @@
 //! assert_eq!(task.response_ns.max, Some(12_000));
 //! assert_eq!(task.release_jitter_ns.p99, None, "one sample says nothing about a tail");
 //! ```
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::print_stdout,
+        clippy::print_stderr
+    )
+)]
 
 mod distribution;
+mod doctor;
 mod environment;
 mod link;
+mod machine;
 mod report;
 mod summary;
 mod table;
@@ -29,8 +43,10 @@ mod task;
 mod units;
 
 pub use distribution::{Distribution, HIGHEST_NS};
+pub use doctor::{Examination, Finding, NoSuchCpu, Severity, examine};
 pub use environment::Environment;
 pub use link::{FrameRecord, LinkTiming};
+pub use machine::Machine;
 pub use report::{LinkReport, Report, TaskReport, Warning};
 pub use summary::Summary;
 pub use task::{CycleRecord, DEFAULT_WARM_UP_CYCLES, TaskTiming};

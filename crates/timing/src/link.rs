@@ -59,11 +59,9 @@ impl LinkTiming {
             Some(_) => self.restarts += 1,
         }
         self.frames += 1;
-        self.one_way
-            .record(frame.received_ns.saturating_sub(frame.publish_ns));
+        self.one_way.record(frame.received_ns.saturating_sub(frame.publish_ns));
         if frame.source_ns != 0 {
-            self.end_to_end
-                .record(frame.received_ns.saturating_sub(frame.source_ns));
+            self.end_to_end.record(frame.received_ns.saturating_sub(frame.source_ns));
         }
     }
 
@@ -84,10 +82,7 @@ impl LinkTiming {
 
     /// Frames received per second, between the first and the last; `None` before the second.
     pub fn rate_hz(&self) -> Option<f64> {
-        let elapsed_ns = self
-            .last?
-            .received_ns
-            .saturating_sub(self.first_received_ns);
+        let elapsed_ns = self.last?.received_ns.saturating_sub(self.first_received_ns);
         (elapsed_ns > 0).then(|| (self.frames - 1) as f64 * 1e9 / elapsed_ns as f64)
     }
 
@@ -124,10 +119,11 @@ mod tests {
     }
 
     fn sequences(sequences: impl IntoIterator<Item = u64>) -> LinkTiming {
-        link(sequences.into_iter().map(|sequence| FrameRecord {
-            sequence,
-            ..FrameRecord::default()
-        }))
+        link(
+            sequences
+                .into_iter()
+                .map(|sequence| FrameRecord { sequence, ..FrameRecord::default() }),
+        )
     }
 
     #[test]
@@ -154,12 +150,8 @@ mod tests {
 
     #[test]
     fn one_way_counts_from_publishing_and_end_to_end_from_the_source() {
-        let frame = FrameRecord {
-            sequence: 0,
-            publish_ns: 1_000,
-            source_ns: 400,
-            received_ns: 1_250,
-        };
+        let frame =
+            FrameRecord { sequence: 0, publish_ns: 1_000, source_ns: 400, received_ns: 1_250 };
         let report = link([frame]).report("plant/level");
         assert_eq!(report.one_way_ns.max, Some(250));
         assert_eq!(report.end_to_end_ns.max, Some(850));
@@ -174,11 +166,8 @@ mod tests {
 
     #[test]
     fn the_rate_is_of_the_intervals_between_frames() {
-        let at = |sequence, received_ns| FrameRecord {
-            sequence,
-            received_ns,
-            ..FrameRecord::default()
-        };
+        let at =
+            |sequence, received_ns| FrameRecord { sequence, received_ns, ..FrameRecord::default() };
         assert_eq!(link([at(0, 500)]).rate_hz(), None);
         let rate_hz = link((0..11).map(|k| at(k, 500 + k * 1_000_000))).rate_hz();
         assert_eq!(rate_hz, Some(1_000.0));

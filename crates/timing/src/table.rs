@@ -27,9 +27,7 @@ impl Display for Report {
         if !self.warnings.is_empty() {
             writeln!(f)?;
         }
-        self.warnings
-            .iter()
-            .try_for_each(|report| warning(f, report))
+        self.warnings.iter().try_for_each(|report| warning(f, report))
     }
 }
 
@@ -99,11 +97,7 @@ fn link(f: &mut Formatter<'_>, link: &LinkReport) -> Result {
         write!(f, ": {} Hz", three_digits(rate_hz))?;
     }
     writeln!(f)?;
-    writeln!(
-        f,
-        "  {} frames, {} lost, {} restarts",
-        link.frames, link.lost, link.restarts
-    )?;
+    writeln!(f, "  {} frames, {} lost, {} restarts", link.frames, link.lost, link.restarts)?;
     // Who only counts frames, as their sender does, has no latencies.
     let latencies = [("one-way", &link.one_way_ns), ("end-to-end", &link.end_to_end_ns)];
     if latencies.iter().any(|(_, summary)| summary.count > 0) {
@@ -129,11 +123,7 @@ fn heading(f: &mut Formatter<'_>) -> Result {
 
 fn row(f: &mut Formatter<'_>, label: &str, s: &Summary) -> Result {
     let cell = |ns: Option<u64>| ns.map_or_else(|| UNKNOWN.to_owned(), |ns| duration(ns as f64));
-    cells(
-        f,
-        label,
-        [s.min, s.p50, s.p90, s.p99, s.p99_9, s.p99_99, s.max].map(cell),
-    )
+    cells(f, label, [s.min, s.p50, s.p90, s.p99, s.p99_9, s.p99_99, s.max].map(cell))
 }
 
 fn cells(f: &mut Formatter<'_>, label: &str, cells: [String; COLUMNS.len()]) -> Result {

@@ -65,10 +65,7 @@ impl TaskTiming {
     /// Leaves out this many first records instead.
     #[must_use]
     pub fn with_warm_up(self, warm_up_cycles: u64) -> Self {
-        Self {
-            warm_up_cycles,
-            ..self
-        }
+        Self { warm_up_cycles, ..self }
     }
 
     /// Takes in the next cycle.
@@ -80,24 +77,19 @@ impl TaskTiming {
         }
         let jitter_ns = record.start_ns.saturating_sub(record.release_ns);
         self.release_jitter.record(jitter_ns);
-        self.execution
-            .record(record.end_ns.saturating_sub(record.start_ns));
-        self.response
-            .record(record.end_ns.saturating_sub(record.release_ns));
+        self.execution.record(record.end_ns.saturating_sub(record.start_ns));
+        self.response.record(record.end_ns.saturating_sub(record.release_ns));
         if let Some(last) = last {
             let interval_ns = record.start_ns.saturating_sub(last.start_ns);
             let due_interval_ns = record.release_ns.saturating_sub(last.release_ns);
-            self.period_error
-                .record(interval_ns.abs_diff(due_interval_ns));
+            self.period_error.record(interval_ns.abs_diff(due_interval_ns));
         }
     }
 
     /// Cycles that ran so far, those of the warm-up and those whose records were lost included.
     pub fn cycles(&self) -> u64 {
         // Every release up to the last record's either ran or was missed.
-        self.last.map_or(0, |last| {
-            last.cycle.saturating_add(1).saturating_sub(last.missed)
-        })
+        self.last.map_or(0, |last| last.cycle.saturating_add(1).saturating_sub(last.missed))
     }
 
     /// Cycles of the warm-up: seen, and in no distribution.
@@ -161,9 +153,7 @@ mod tests {
 
     fn report(warm_up_cycles: u64, records: impl IntoIterator<Item = CycleRecord>) -> TaskReport {
         let mut timing = TaskTiming::new(PERIOD_NS).with_warm_up(warm_up_cycles);
-        records
-            .into_iter()
-            .for_each(|record| timing.record(&record));
+        records.into_iter().for_each(|record| timing.record(&record));
         timing.report("fast")
     }
 
@@ -191,10 +181,7 @@ mod tests {
 
     #[test]
     fn across_missed_releases_the_interval_should_span_several_periods() {
-        let late = CycleRecord {
-            missed: 49,
-            ..record(50, 250)
-        };
+        let late = CycleRecord { missed: 49, ..record(50, 250) };
         let report = report(0, [record(0, 100), late]);
         assert_eq!(report.period_error_ns.max, Some(150));
         assert_eq!(report.missed, 49);
@@ -213,29 +200,19 @@ mod tests {
         assert_eq!(report.release_jitter_ns.max, Some(50));
         assert_eq!(report.execution_ns.count, 200);
         assert_eq!(report.response_ns.max, Some(10_050));
-        assert_eq!(
-            report.period_error_ns.count, 200,
-            "the first interval began in the warm-up"
-        );
+        assert_eq!(report.period_error_ns.count, 200, "the first interval began in the warm-up");
     }
 
     #[test]
     fn a_run_shorter_than_its_warm_up_reports_only_warm_up() {
-        let report = report(
-            DEFAULT_WARM_UP_CYCLES,
-            (0..30).map(|cycle| record(cycle, 50)),
-        );
+        let report = report(DEFAULT_WARM_UP_CYCLES, (0..30).map(|cycle| record(cycle, 50)));
         assert_eq!((report.cycles, report.warm_up_cycles), (30, 30));
         assert_eq!(report.release_jitter_ns.count, 0);
     }
 
     #[test]
     fn losses_in_the_warm_up_are_counted() {
-        let late = CycleRecord {
-            missed: 3,
-            overruns: 1,
-            ..record(4, 0)
-        };
+        let late = CycleRecord { missed: 3, overruns: 1, ..record(4, 0) };
         let report = report(DEFAULT_WARM_UP_CYCLES, [record(0, 0), late]);
         assert_eq!((report.missed, report.overruns), (3, 1));
     }

@@ -73,12 +73,7 @@ mod tests {
 
     #[test]
     fn a_number_has_three_digits() {
-        for (value, text) in [
-            (0.5, "0.500"),
-            (0.9996, "1.00"),
-            (20.0, "20.0"),
-            (1234.5, "1234"),
-        ] {
+        for (value, text) in [(0.5, "0.500"), (0.9996, "1.00"), (20.0, "20.0"), (1234.5, "1234")] {
             assert_eq!(three_digits(value), text);
         }
     }

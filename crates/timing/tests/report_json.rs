@@ -32,10 +32,7 @@ fn assert_contains(whole: &Value, part: &Value, path: &str) {
         }
         (Value::Array(whole), Value::Array(part)) => {
             assert_eq!(whole.len(), part.len(), "{path}");
-            whole
-                .iter()
-                .zip(part)
-                .for_each(|(whole, part)| assert_contains(whole, part, path));
+            whole.iter().zip(part).for_each(|(whole, part)| assert_contains(whole, part, path));
         }
         _ => assert_eq!(whole, part, "{path}"),
     }
@@ -70,18 +67,11 @@ fn a_document_that_is_no_report_is_an_error() {
 #[test]
 fn a_percentile_without_enough_samples_has_no_key() {
     let task = TaskReport {
-        execution_ns: Summary {
-            count: 1,
-            max: Some(5),
-            ..Summary::default()
-        },
+        execution_ns: Summary { count: 1, max: Some(5), ..Summary::default() },
         ..TaskReport::default()
     };
     let json = serde_json::to_value(&task).unwrap();
-    assert_eq!(
-        json["execution_ns"],
-        serde_json::json!({"count": 1, "max": 5})
-    );
+    assert_eq!(json["execution_ns"], serde_json::json!({"count": 1, "max": 5}));
     assert_eq!(json["cpu"], Value::Null);
 }
 

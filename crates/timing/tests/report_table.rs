@@ -31,9 +31,7 @@ fn report() -> Report {
     let some = |text: &str| Some(text.to_owned());
     Report {
         isochrone: "0.1.0".to_owned(),
-        command: ["run", "level.toml", "--cycles", "60000"]
-            .map(str::to_owned)
-            .to_vec(),
+        command: ["run", "level.toml", "--cycles", "60000"].map(str::to_owned).to_vec(),
         started: "2026-11-20T12:00:00Z".to_owned(),
         environment: Environment {
             kernel: some("6.18.44"),

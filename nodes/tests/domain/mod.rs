@@ -28,8 +28,11 @@ impl Domain {
         let prefix = format!("isoproc{}x{number}_", std::process::id());
         let domain = Self { folder: tempfile::tempdir().unwrap(), prefix };
         let root = domain.path("iceoryx2");
-        let text =
-            format!("[global]\nroot-path = \"{}\"\nprefix = \"{}\"\n", root.display(), domain.prefix);
+        let text = format!(
+            "[global]\nroot-path = \"{}\"\nprefix = \"{}\"\n",
+            root.display(),
+            domain.prefix
+        );
         domain.write("domain.toml", &text);
         domain
     }

@@ -119,13 +119,7 @@ impl Os for Linux {
         unsafe {
             libc::sigfillset(set.as_mut_ptr());
             // These report a fault of this very thread: blocked, they would kill without a word.
-            for fault in [
-                libc::SIGSEGV,
-                libc::SIGBUS,
-                libc::SIGFPE,
-                libc::SIGILL,
-                libc::SIGTRAP,
-            ] {
+            for fault in [libc::SIGSEGV, libc::SIGBUS, libc::SIGFPE, libc::SIGILL, libc::SIGTRAP] {
                 libc::sigdelset(set.as_mut_ptr(), fault);
             }
             libc::pthread_sigmask(libc::SIG_SETMASK, set.as_ptr(), std::ptr::null_mut());
@@ -159,18 +153,9 @@ impl Os for Linux {
         // SAFETY: `param` outlives the call, which only reads it; pid 0 is the calling thread. The
         // bare system call, because musl's wrapper refuses.
         let result = unsafe {
-            libc::syscall(
-                libc::SYS_sched_setscheduler,
-                0,
-                libc::SCHED_FIFO,
-                &raw const param,
-            )
+            libc::syscall(libc::SYS_sched_setscheduler, 0, libc::SCHED_FIFO, &raw const param)
         };
-        if result == 0 {
-            Ok(())
-        } else {
-            Err(io::Error::last_os_error())
-        }
+        if result == 0 { Ok(()) } else { Err(io::Error::last_os_error()) }
     }
 
     fn scheduler(&self) -> Scheduler {
@@ -197,10 +182,7 @@ impl Os for Linux {
         let runtime_us = ["cpu", "cpu,cpuacct"].iter().find_map(|mount| {
             fs::read_to_string(format!("/sys/fs/cgroup/{mount}{group}/cpu.rt_runtime_us")).ok()
         })?;
-        Some(GroupBudget {
-            group: group.to_owned(),
-            runtime_us: runtime_us.trim().parse().ok()?,
-        })
+        Some(GroupBudget { group: group.to_owned(), runtime_us: runtime_us.trim().parse().ok()? })
     }
 }
 
@@ -228,22 +210,13 @@ fn has_capability(capability: CapabilitySet) -> bool {
 
 fn limit(resource: Resource) -> Limit {
     let limit = getrlimit(resource);
-    Limit {
-        soft: limit.current.unwrap_or(u64::MAX),
-        hard: limit.maximum.unwrap_or(u64::MAX),
-    }
+    Limit { soft: limit.current.unwrap_or(u64::MAX), hard: limit.maximum.unwrap_or(u64::MAX) }
 }
 
 fn raise(resource: Resource) {
     let maximum = getrlimit(resource).maximum;
     // Every process may raise its soft limit to the hard one; the caller reads the outcome back.
-    let _ = setrlimit(
-        resource,
-        Rlimit {
-            current: maximum,
-            maximum,
-        },
-    );
+    let _ = setrlimit(resource, Rlimit { current: maximum, maximum });
 }
 
 /// The group of the version 1 `cpu` controller in a `/proc/<pid>/cgroup` file.
@@ -252,10 +225,7 @@ fn cpu_group(groups: &str) -> Option<&str> {
         let mut fields = line.splitn(3, ':').skip(1);
         let controllers = fields.next()?;
         let group = fields.next()?;
-        controllers
-            .split(',')
-            .any(|name| name == "cpu")
-            .then_some(group)
+        controllers.split(',').any(|name| name == "cpu").then_some(group)
     })
 }
 
@@ -293,10 +263,7 @@ mod tests {
         std::thread::spawn(|| {
             Linux.block_signals();
             let status = fs::read_to_string("/proc/thread-self/status").unwrap();
-            let mask = status
-                .lines()
-                .find_map(|line| line.strip_prefix("SigBlk:"))
-                .unwrap();
+            let mask = status.lines().find_map(|line| line.strip_prefix("SigBlk:")).unwrap();
             let mask = u64::from_str_radix(mask.trim(), 16).unwrap();
             let blocked = |signal: i32| mask & (1 << (signal - 1)) != 0;
             assert!(blocked(libc::SIGTERM) && blocked(libc::SIGINT) && blocked(libc::SIGALRM));

@@ -24,10 +24,7 @@ pub fn prepare_process() -> ProcessGrant {
 fn prepare(os: &impl Os) -> ProcessGrant {
     os.keep_freed_memory();
     let refusal = lock_memory(os).err();
-    ProcessGrant {
-        memory_locked: refusal.is_none(),
-        refusals: refusal.into_iter().collect(),
-    }
+    ProcessGrant { memory_locked: refusal.is_none(), refusals: refusal.into_iter().collect() }
 }
 
 fn lock_memory(os: &impl Os) -> Result<(), Refusal> {
@@ -37,14 +34,10 @@ fn lock_memory(os: &impl Os) -> Result<(), Refusal> {
         }
         let limit = os.memory_lock_limit();
         if limit.soft != u64::MAX {
-            return Err(Refusal::MemoryLimit {
-                limit_bytes: limit.hard,
-            });
+            return Err(Refusal::MemoryLimit { limit_bytes: limit.hard });
         }
     }
-    os.lock_memory().map_err(|error| Refusal::MemoryLock {
-        reason: error.to_string(),
-    })
+    os.lock_memory().map_err(|error| Refusal::MemoryLock { reason: error.to_string() })
 }
 
 #[cfg(test)]
@@ -53,26 +46,13 @@ mod tests {
     use crate::realtime::os::Limit;
     use crate::realtime::simulated_os::SimulatedOs;
 
-    const FINITE: Limit = Limit {
-        soft: 65_536,
-        hard: 8_388_608,
-    };
+    const FINITE: Limit = Limit { soft: 65_536, hard: 8_388_608 };
 
     #[test]
     fn a_privileged_process_locks_memory_whatever_its_limit() {
-        let os = SimulatedOs {
-            can_lock_memory: true,
-            ..SimulatedOs::default()
-        }
-        .memlock(FINITE);
+        let os = SimulatedOs { can_lock_memory: true, ..SimulatedOs::default() }.memlock(FINITE);
         let grant = prepare(&os);
-        assert_eq!(
-            grant,
-            ProcessGrant {
-                memory_locked: true,
-                refusals: vec![]
-            }
-        );
+        assert_eq!(grant, ProcessGrant { memory_locked: true, refusals: vec![] });
         assert_eq!(os.calls(), ["keep_freed_memory", "lock_memory"]);
     }
 
@@ -81,37 +61,18 @@ mod tests {
         let os = SimulatedOs::default().memlock(FINITE);
         let grant = prepare(&os);
         assert!(!grant.memory_locked);
-        assert_eq!(
-            grant.refusals,
-            [Refusal::MemoryLimit {
-                limit_bytes: 8_388_608
-            }]
-        );
+        assert_eq!(grant.refusals, [Refusal::MemoryLimit { limit_bytes: 8_388_608 }]);
         assert_eq!(grant.refusals[0].code(), "lock_denied");
-        assert!(
-            grant.refusals[0]
-                .to_string()
-                .contains("RLIMIT_MEMLOCK is 8388608 bytes")
-        );
+        assert!(grant.refusals[0].to_string().contains("RLIMIT_MEMLOCK is 8388608 bytes"));
         assert!(grant.refusals[0].remedy().contains("memlock unlimited"));
         assert_eq!(os.calls(), ["keep_freed_memory"]);
     }
 
     #[test]
     fn an_unlimited_hard_limit_is_raised_to_before_locking() {
-        let os = SimulatedOs::default().memlock(Limit {
-            soft: 65_536,
-            hard: u64::MAX,
-        });
+        let os = SimulatedOs::default().memlock(Limit { soft: 65_536, hard: u64::MAX });
         assert!(prepare(&os).memory_locked);
-        assert_eq!(
-            os.calls(),
-            [
-                "keep_freed_memory",
-                "raise_memory_lock_limit",
-                "lock_memory"
-            ]
-        );
+        assert_eq!(os.calls(), ["keep_freed_memory", "raise_memory_lock_limit", "lock_memory"]);
     }
 
     #[test]
@@ -124,10 +85,6 @@ mod tests {
         let grant = prepare(&os);
         assert!(!grant.memory_locked);
         assert_eq!(grant.refusals[0].code(), "lock_denied");
-        assert!(
-            grant.refusals[0]
-                .to_string()
-                .contains("Cannot allocate memory")
-        );
+        assert!(grant.refusals[0].to_string().contains("Cannot allocate memory"));
     }
 }

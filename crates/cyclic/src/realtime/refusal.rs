@@ -137,38 +137,18 @@ mod tests {
     #[test]
     fn every_remedy_is_one_line() {
         let refusals = [
-            Refusal::MemoryLimit {
-                limit_bytes: 8_388_608,
-            },
+            Refusal::MemoryLimit { limit_bytes: 8_388_608 },
             Refusal::MemoryLock { reason: reason() },
-            Refusal::NoSuchCpu {
-                cpu: 9,
-                online: "0-1".to_owned(),
-            },
-            Refusal::CpuExcluded {
-                cpu: 1,
-                reason: reason(),
-            },
+            Refusal::NoSuchCpu { cpu: 9, online: "0-1".to_owned() },
+            Refusal::CpuExcluded { cpu: 1, reason: reason() },
             Refusal::PriorityRange { priority: 95 },
-            Refusal::NoPriorityRight {
-                priority: 80,
-                limit: 0,
-            },
-            Refusal::NoGroupBudget {
-                priority: 80,
-                group: "/box".to_owned(),
-            },
-            Refusal::PriorityRefused {
-                priority: 80,
-                reason: reason(),
-            },
+            Refusal::NoPriorityRight { priority: 80, limit: 0 },
+            Refusal::NoGroupBudget { priority: 80, group: "/box".to_owned() },
+            Refusal::PriorityRefused { priority: 80, reason: reason() },
         ];
         for refusal in refusals {
             let remedy = refusal.remedy();
-            assert!(
-                !remedy.is_empty() && !remedy.contains('\n'),
-                "{refusal}: {remedy:?}"
-            );
+            assert!(!remedy.is_empty() && !remedy.contains('\n'), "{refusal}: {remedy:?}");
             assert!(!refusal.to_string().contains('\n'), "{refusal}");
         }
     }

@@ -30,10 +30,7 @@ impl Default for SimulatedOs {
             set_fifo_errno: None,
             pin_errno: None,
             group_budget: None,
-            memory_lock_limit: Cell::new(Limit {
-                soft: 65_536,
-                hard: 65_536,
-            }),
+            memory_lock_limit: Cell::new(Limit { soft: 65_536, hard: 65_536 }),
             priority_limit: Cell::new(Limit { soft: 0, hard: 0 }),
             scheduler: Cell::new(Scheduler::Other),
             pinned_cpu: Cell::new(None),
@@ -68,10 +65,7 @@ fn outcome(errno: Option<i32>) -> io::Result<()> {
 }
 
 fn raised(limit: Limit) -> Limit {
-    Limit {
-        soft: limit.hard,
-        ..limit
-    }
+    Limit { soft: limit.hard, ..limit }
 }
 
 impl Os for SimulatedOs {
@@ -93,8 +87,7 @@ impl Os for SimulatedOs {
 
     fn raise_memory_lock_limit(&self) {
         self.called("raise_memory_lock_limit");
-        self.memory_lock_limit
-            .set(raised(self.memory_lock_limit.get()));
+        self.memory_lock_limit.set(raised(self.memory_lock_limit.get()));
     }
 
     fn raise_priority_limit(&self) {

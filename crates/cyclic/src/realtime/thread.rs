@@ -51,16 +51,11 @@ fn prepare(os: &impl Os, request: ThreadRequest) -> ThreadGrant {
     os.block_signals();
     // Pinned first: from the moment the thread has its priority it must not disturb other CPUs.
     let pinned = request.cpu.map_or(Ok(()), |cpu| pin(os, cpu));
-    let raised = request
-        .priority
-        .map_or(Ok(()), |priority| set_priority(os, priority));
+    let raised = request.priority.map_or(Ok(()), |priority| set_priority(os, priority));
     ThreadGrant {
         scheduler: os.scheduler().to_string(),
         cpu: os.pinned_cpu(),
-        refusals: [pinned, raised]
-            .into_iter()
-            .filter_map(Result::err)
-            .collect(),
+        refusals: [pinned, raised].into_iter().filter_map(Result::err).collect(),
     }
 }
 
@@ -70,10 +65,7 @@ fn pin(os: &impl Os, cpu: usize) -> Result<(), Refusal> {
     if !online.is_empty() && !contains_cpu(&online, cpu) {
         return Err(Refusal::NoSuchCpu { cpu, online });
     }
-    os.pin(cpu).map_err(|error| Refusal::CpuExcluded {
-        cpu,
-        reason: error.to_string(),
-    })
+    os.pin(cpu).map_err(|error| Refusal::CpuExcluded { cpu, reason: error.to_string() })
 }
 
 fn set_priority(os: &impl Os, priority: u8) -> Result<(), Refusal> {
@@ -88,20 +80,13 @@ fn set_priority(os: &impl Os, priority: u8) -> Result<(), Refusal> {
     }
     os.set_fifo(priority).map_err(|error| {
         if !privileged && limit.hard < wanted {
-            return Refusal::NoPriorityRight {
-                priority,
-                limit: limit.hard,
-            };
+            return Refusal::NoPriorityRight { priority, limit: limit.hard };
         }
         match os.group_budget() {
-            Some(budget) if budget.runtime_us == 0 => Refusal::NoGroupBudget {
-                priority,
-                group: budget.group,
-            },
-            _ => Refusal::PriorityRefused {
-                priority,
-                reason: error.to_string(),
-            },
+            Some(budget) if budget.runtime_us == 0 => {
+                Refusal::NoGroupBudget { priority, group: budget.group }
+            }
+            _ => Refusal::PriorityRefused { priority, reason: error.to_string() },
         }
     })
 }

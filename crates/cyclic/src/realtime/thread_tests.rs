@@ -3,14 +3,8 @@ use crate::realtime::os::{GroupBudget, Limit};
 use crate::realtime::simulated_os::SimulatedOs;
 use crate::usage::thread_usage;
 
-const BOTH: ThreadRequest = ThreadRequest {
-    priority: Some(80),
-    cpu: Some(1),
-};
-const PRIORITY: ThreadRequest = ThreadRequest {
-    priority: Some(80),
-    cpu: None,
-};
+const BOTH: ThreadRequest = ThreadRequest { priority: Some(80), cpu: Some(1) };
+const PRIORITY: ThreadRequest = ThreadRequest { priority: Some(80), cpu: None };
 
 fn only_refusal(os: &SimulatedOs, request: ThreadRequest) -> Refusal {
     let mut grant = prepare(os, request);
@@ -20,47 +14,25 @@ fn only_refusal(os: &SimulatedOs, request: ThreadRequest) -> Refusal {
 
 #[test]
 fn a_privileged_thread_gets_its_priority_and_its_cpu() {
-    let os = SimulatedOs {
-        can_set_priority: true,
-        ..SimulatedOs::default()
-    };
+    let os = SimulatedOs { can_set_priority: true, ..SimulatedOs::default() };
     let grant = prepare(&os, BOTH);
     assert_eq!(grant.scheduler, "fifo:80");
     assert_eq!(grant.cpu, Some(1));
     assert_eq!(grant.refusals, []);
-    assert_eq!(
-        os.calls(),
-        ["set_timer_slack_ns", "block_signals", "pin", "set_fifo"]
-    );
+    assert_eq!(os.calls(), ["set_timer_slack_ns", "block_signals", "pin", "set_fifo"]);
 }
 
 #[test]
 fn a_thread_that_asks_for_nothing_keeps_scheduler_and_affinity() {
-    let os = SimulatedOs {
-        can_set_priority: true,
-        ..SimulatedOs::default()
-    };
+    let os = SimulatedOs { can_set_priority: true, ..SimulatedOs::default() };
     let grant = prepare(&os, ThreadRequest::default());
-    assert_eq!(
-        grant,
-        ThreadGrant {
-            scheduler: "other".to_owned(),
-            cpu: None,
-            refusals: vec![]
-        }
-    );
+    assert_eq!(grant, ThreadGrant { scheduler: "other".to_owned(), cpu: None, refusals: vec![] });
 }
 
 #[test]
 fn without_right_the_refusal_names_capability_and_limit() {
     let refusal = only_refusal(&SimulatedOs::default(), PRIORITY);
-    assert_eq!(
-        refusal,
-        Refusal::NoPriorityRight {
-            priority: 80,
-            limit: 0
-        }
-    );
+    assert_eq!(refusal, Refusal::NoPriorityRight { priority: 80, limit: 0 });
     assert_eq!(refusal.code(), "rt_denied");
     let message = refusal.to_string();
     assert!(message.contains("CAP_SYS_NICE") && message.contains("RLIMIT_RTPRIO is 0"));
@@ -69,10 +41,7 @@ fn without_right_the_refusal_names_capability_and_limit() {
 
 #[test]
 fn a_refused_priority_is_reported_as_the_scheduler_that_is_left() {
-    assert_eq!(
-        prepare(&SimulatedOs::default(), PRIORITY).scheduler,
-        "other"
-    );
+    assert_eq!(prepare(&SimulatedOs::default(), PRIORITY).scheduler, "other");
 }
 
 #[test]
@@ -87,26 +56,13 @@ fn a_group_without_budget_is_named() {
     let os = SimulatedOs {
         can_set_priority: true,
         set_fifo_errno: Some(libc::EPERM),
-        group_budget: Some(GroupBudget {
-            group: "/box".to_owned(),
-            runtime_us: 0,
-        }),
+        group_budget: Some(GroupBudget { group: "/box".to_owned(), runtime_us: 0 }),
         ..SimulatedOs::default()
     };
     let refusal = only_refusal(&os, PRIORITY);
-    assert_eq!(
-        refusal,
-        Refusal::NoGroupBudget {
-            priority: 80,
-            group: "/box".to_owned()
-        }
-    );
+    assert_eq!(refusal, Refusal::NoGroupBudget { priority: 80, group: "/box".to_owned() });
     assert_eq!(refusal.code(), "rt_denied");
-    assert!(
-        refusal
-            .remedy()
-            .contains("/sys/fs/cgroup/cpu/box/cpu.rt_runtime_us")
-    );
+    assert!(refusal.remedy().contains("/sys/fs/cgroup/cpu/box/cpu.rt_runtime_us"));
 }
 
 #[test]
@@ -114,10 +70,7 @@ fn a_privileged_thread_that_is_refused_all_the_same_learns_of_containers() {
     let os = SimulatedOs {
         can_set_priority: true,
         set_fifo_errno: Some(libc::EPERM),
-        group_budget: Some(GroupBudget {
-            group: "/".to_owned(),
-            runtime_us: 950_000,
-        }),
+        group_budget: Some(GroupBudget { group: "/".to_owned(), runtime_us: 950_000 }),
         ..SimulatedOs::default()
     };
     let refusal = only_refusal(&os, PRIORITY);
@@ -129,37 +82,19 @@ fn a_privileged_thread_that_is_refused_all_the_same_learns_of_containers() {
 #[test]
 fn a_priority_outside_1_to_89_is_refused_without_asking_the_kernel() {
     for priority in [0, 90, 255] {
-        let os = SimulatedOs {
-            can_set_priority: true,
-            ..SimulatedOs::default()
-        };
-        let request = ThreadRequest {
-            priority: Some(priority),
-            cpu: None,
-        };
-        assert_eq!(
-            only_refusal(&os, request),
-            Refusal::PriorityRange { priority }
-        );
+        let os = SimulatedOs { can_set_priority: true, ..SimulatedOs::default() };
+        let request = ThreadRequest { priority: Some(priority), cpu: None };
+        assert_eq!(only_refusal(&os, request), Refusal::PriorityRange { priority });
         assert!(!os.calls().contains(&"set_fifo"));
     }
 }
 
 #[test]
 fn a_cpu_that_does_not_exist_is_refused_with_those_that_do() {
-    let request = ThreadRequest {
-        priority: None,
-        cpu: Some(7),
-    };
+    let request = ThreadRequest { priority: None, cpu: Some(7) };
     let os = SimulatedOs::default();
     let refusal = only_refusal(&os, request);
-    assert_eq!(
-        refusal,
-        Refusal::NoSuchCpu {
-            cpu: 7,
-            online: "0-1".to_owned()
-        }
-    );
+    assert_eq!(refusal, Refusal::NoSuchCpu { cpu: 7, online: "0-1".to_owned() });
     assert_eq!(refusal.code(), "cpu_denied");
     assert!(refusal.to_string().ends_with("this machine has 0-1"));
     assert!(!os.calls().contains(&"pin"));
@@ -167,14 +102,8 @@ fn a_cpu_that_does_not_exist_is_refused_with_those_that_do() {
 
 #[test]
 fn a_cpu_outside_the_cpuset_is_refused_with_the_kernels_reason() {
-    let os = SimulatedOs {
-        pin_errno: Some(libc::EINVAL),
-        ..SimulatedOs::default()
-    };
-    let request = ThreadRequest {
-        priority: None,
-        cpu: Some(1),
-    };
+    let os = SimulatedOs { pin_errno: Some(libc::EINVAL), ..SimulatedOs::default() };
+    let request = ThreadRequest { priority: None, cpu: Some(1) };
     let refusal = only_refusal(&os, request);
     assert_eq!(refusal.code(), "cpu_denied");
     assert!(refusal.to_string().contains("cpuset"));
@@ -183,15 +112,9 @@ fn a_cpu_outside_the_cpuset_is_refused_with_the_kernels_reason() {
 
 #[test]
 fn all_refusals_are_reported_together() {
-    let request = ThreadRequest {
-        priority: Some(80),
-        cpu: Some(7),
-    };
-    let codes: Vec<_> = prepare(&SimulatedOs::default(), request)
-        .refusals
-        .iter()
-        .map(Refusal::code)
-        .collect();
+    let request = ThreadRequest { priority: Some(80), cpu: Some(7) };
+    let codes: Vec<_> =
+        prepare(&SimulatedOs::default(), request).refusals.iter().map(Refusal::code).collect();
     assert_eq!(codes, ["cpu_denied", "rt_denied"]);
 }
 
@@ -216,10 +139,7 @@ fn a_prefaulted_stack_takes_no_more_faults() {
         prefault_stack();
         let before = thread_usage().minor_faults;
         use_half_the_stack();
-        assert!(
-            thread_usage().minor_faults - before <= 2,
-            "32 pages would fault otherwise"
-        );
+        assert!(thread_usage().minor_faults - before <= 2, "32 pages would fault otherwise");
     })
     .join()
     .unwrap();
@@ -228,14 +148,8 @@ fn a_prefaulted_stack_takes_no_more_faults() {
 #[test]
 fn the_real_system_grants_or_explains() {
     let grant = std::thread::spawn(|| prepare_thread(BOTH)).join().unwrap();
-    let refused_priority = grant
-        .refusals
-        .iter()
-        .any(|refusal| refusal.code() == "rt_denied");
-    let refused_cpu = grant
-        .refusals
-        .iter()
-        .any(|refusal| refusal.code() == "cpu_denied");
+    let refused_priority = grant.refusals.iter().any(|refusal| refusal.code() == "rt_denied");
+    let refused_cpu = grant.refusals.iter().any(|refusal| refusal.code() == "cpu_denied");
     assert_eq!(grant.scheduler == "fifo:80", !refused_priority, "{grant:?}");
     assert_eq!(grant.cpu == Some(1), !refused_cpu, "{grant:?}");
 }
@@ -251,13 +165,7 @@ fn a_real_thread_without_right_is_told_so_by_the_kernel() {
         let limit = Linux.priority_limit().hard;
         if limit < 80 {
             let grant = prepare_thread(PRIORITY);
-            assert_eq!(
-                grant.refusals,
-                [Refusal::NoPriorityRight {
-                    priority: 80,
-                    limit
-                }]
-            );
+            assert_eq!(grant.refusals, [Refusal::NoPriorityRight { priority: 80, limit }]);
         }
     })
     .join()

@@ -113,10 +113,12 @@ impl Layout<'_> {
 
     /// Gives every value that comes from another task a slot in its reader's image.
     fn place_imports(&mut self) {
-        let wires = self.wiring.wires.iter().map(|wire| (wire.from, self.task_of(wire.to_instance)));
-        let signals = self.wiring.signals.iter().zip(&self.names.outputs).flat_map(|(signals, task)| {
-            signals.iter().map(|signal| (signal.from, task.unwrap_or_default()))
-        });
+        let wires =
+            self.wiring.wires.iter().map(|wire| (wire.from, self.task_of(wire.to_instance)));
+        let signals =
+            self.wiring.signals.iter().zip(&self.names.outputs).flat_map(|(signals, task)| {
+                signals.iter().map(|signal| (signal.from, task.unwrap_or_default()))
+            });
         let crossing: Vec<(Origin, usize)> = wires
             .chain(signals)
             .filter(|(origin, reader)| self.task_of_origin(*origin) != *reader)
@@ -142,7 +144,9 @@ impl Layout<'_> {
         let mut first_of_type: HashMap<(usize, usize, &str), usize> = HashMap::new();
         let entry_of = |instance| self.names.entry_of(instance);
         for (instance, &depth) in depths.iter().enumerate() {
-            let Some(Entry { block_type: Some(block_type), .. }) = entry_of(instance) else { continue };
+            let Some(Entry { block_type: Some(block_type), .. }) = entry_of(instance) else {
+                continue;
+            };
             let task = self.task_of(instance);
             let first = *first_of_type.entry((task, depth, block_type.name)).or_insert(instance);
             groups.entry((task, depth, first)).or_default().push(instance);
@@ -158,7 +162,9 @@ impl Layout<'_> {
     }
 
     fn place_bank(&mut self, task: usize, depth: usize, instances: &[usize]) {
-        let Some(first) = instances.first().and_then(|first| self.names.entry_of(*first)) else { return };
+        let Some(first) = instances.first().and_then(|first| self.names.entry_of(*first)) else {
+            return;
+        };
         let Some(block_type) = first.block_type else { return };
         let plan = &mut self.tasks[task];
         let first_slot = plan.image.len();
@@ -173,7 +179,10 @@ impl Layout<'_> {
             block_type,
             depth,
             first_slot,
-            instances: instances.iter().map(|instance| self.names.instance_name(*instance)).collect(),
+            instances: instances
+                .iter()
+                .map(|instance| self.names.instance_name(*instance))
+                .collect(),
             wires: Vec::new(),
         });
     }
@@ -206,7 +215,8 @@ impl Layout<'_> {
                     };
                     let plan = &mut self.tasks[task];
                     // Another task's value is that of its last finished cycle either way.
-                    let previous = wire.previous && (copy.from as usize) >= plan.banks[0].first_slot;
+                    let previous =
+                        wire.previous && (copy.from as usize) >= plan.banks[0].first_slot;
                     if previous {
                         plan.previous.push(copy);
                     } else {

@@ -187,6 +187,8 @@ impl Plan {
         if findings.iter().any(|finding| !finding.is_warning()) {
             return Err(Findings::new(source, findings));
         }
+        // Only now: what an error keeps from being read is not the reader's choice.
+        wiring.report_unread(&config, &mut findings);
         let (tasks, links) = layout::lay_out(&config, &names, &wiring, &depths);
         Ok(Self {
             node: config.node.as_ref().map(|node| node.get_ref().clone()).unwrap_or_default(),

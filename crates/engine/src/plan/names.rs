@@ -45,6 +45,8 @@ pub(super) struct Entry<'a> {
     pub(super) block_type: Option<BlockType>,
     pub(super) task: Option<usize>,
     pub(super) count: usize,
+    /// Otherwise nothing can be said about a wire from one of the instances.
+    pub(super) count_is_known: bool,
     /// Number of the first instance among all instances of the file.
     pub(super) first: usize,
 }
@@ -87,7 +89,8 @@ impl<'a> Names<'a> {
             let task = tasks.resolve(block.task.as_ref(), "block", span.clone(), findings);
             let count = instances(block, first, findings);
             first += count;
-            Entry { name, span, block_type, task, count, first: first - count }
+            let count_is_known = !block.count_is_wrong;
+            Entry { name, span, block_type, task, count, count_is_known, first: first - count }
         };
         let entries: Vec<_> = config.blocks.iter().map(|block| entry(block, findings)).collect();
         let inputs = config.inputs.iter().enumerate().filter_map(|(index, input)| {
@@ -126,7 +129,8 @@ impl<'a> Names<'a> {
 
     /// Names of the inputs in file order.
     pub(super) fn inputs_in_order(&self) -> Vec<&'a str> {
-        let mut names: Vec<_> = self.inputs.iter().map(|(name, input)| (input.index, *name)).collect();
+        let mut names: Vec<_> =
+            self.inputs.iter().map(|(name, input)| (input.index, *name)).collect();
         names.sort_unstable();
         names.into_iter().map(|(_, name)| name).collect()
     }
@@ -177,10 +181,10 @@ impl<'a> Tasks<'a> {
         let Some(task) = task else {
             if self.names.len() > 1 {
                 let message = format!("this {of} does not say which task it belongs to");
-                findings.push(
-                    Finding::new(Problem::MissingKey, span, message)
-                        .help(format!("there are several tasks: {}", self.known().collect::<Vec<_>>().join(", "))),
-                );
+                findings.push(Finding::new(Problem::MissingKey, span, message).help(format!(
+                    "there are several tasks: {}",
+                    self.known().collect::<Vec<_>>().join(", ")
+                )));
             }
             return (self.names.len() == 1).then_some(0);
         };
@@ -230,12 +234,14 @@ fn unique<'a, T: std::fmt::Display + Eq + std::hash::Hash + 'a>(
     values: impl Iterator<Item = Option<&'a Spanned<T>>>,
     findings: &mut Vec<Finding>,
 ) {
-    let mut seen = std::collections::HashSet::new();
-    for value in values.flatten().filter(|value| !seen.insert(value.get_ref())) {
-        let message = format!("{what} \"{}\" is taken already", value.get_ref());
-        findings.push(
-            Finding::new(Problem::Duplicate, value.span(), message)
-                .help(format!("each {what} stands once; choose another")),
-        );
+    let mut seen = HashMap::new();
+    for value in values.flatten() {
+        let first = *seen.entry(value.get_ref()).or_insert(value);
+        if !std::ptr::eq(first, value) {
+            let message = format!("{what} \"{}\" is taken already", value.get_ref());
+            let finding = Finding::new(Problem::Duplicate, value.span(), message)
+                .help(format!("give every {what} a value of its own"));
+            findings.push(Finding { first: Some(first.span()), ..finding });
+        }
     }
 }

@@ -8,7 +8,11 @@ use crate::Finding;
 use crate::finding::Problem;
 
 /// Depth of every instance. Loops are reported, one finding for each.
-pub(super) fn depths(names: &Names<'_>, wiring: &Wiring, findings: &mut Vec<Finding>) -> Vec<usize> {
+pub(super) fn depths(
+    names: &Names<'_>,
+    wiring: &Wiring,
+    findings: &mut Vec<Finding>,
+) -> Vec<usize> {
     let instances = names.instances();
     let orders = |wire: &&Wire| producer(names, wire).is_some();
     let mut readers = vec![Vec::new(); instances];
@@ -69,9 +73,10 @@ fn report_loop(
     let mut visited = HashMap::new();
     let mut at = from;
     let start = loop {
-        let back = wiring.wires_to(at).iter().find(|wire| {
-            producer(names, wire).is_some_and(|producer| waiting[producer] > 0)
-        });
+        let back = wiring
+            .wires_to(at)
+            .iter()
+            .find(|wire| producer(names, wire).is_some_and(|producer| waiting[producer] > 0));
         // An instance that waits has a producer that waits.
         let Some(wire) = back else { return at };
         visited.insert(at, path.len());

@@ -1,5 +1,6 @@
 //! What stands at every input pin and in every frame: a constant, or a wire and where it comes from.
 
+use std::collections::HashSet;
 use std::ops::Range;
 
 use isochrone_blocks::{BlockType, Pin, PinType};
@@ -50,11 +51,7 @@ pub(super) struct Wiring {
 }
 
 impl Wiring {
-    pub(super) fn resolve(
-        config: &Config,
-        names: &Names<'_>,
-        findings: &mut Vec<Finding>,
-    ) -> Self {
+    pub(super) fn resolve(config: &Config, names: &Names<'_>, findings: &mut Vec<Finding>) -> Self {
         let mut resolver = Resolver { names, findings };
         let mut wires = Vec::new();
         let mut constants = Vec::new();
@@ -69,8 +66,30 @@ impl Wiring {
             }
             constants.push(pins.constants);
         }
-        let signals = config.outputs.iter().map(|output| resolver.signals(&output.signals)).collect();
+        let signals =
+            config.outputs.iter().map(|output| resolver.signals(&output.signals)).collect();
         Self { wires, constants, signals }
+    }
+
+    /// Warns of inputs that no wire and no frame reads.
+    pub(super) fn report_unread(&self, config: &Config, findings: &mut Vec<Finding>) {
+        let wires = self.wires.iter().map(|wire| wire.from);
+        let signals = self.signals.iter().flatten().map(|signal| signal.from);
+        let read: HashSet<usize> = wires
+            .chain(signals)
+            .filter_map(|origin| match origin {
+                Origin::Input(input) => Some(input),
+                Origin::Pin { .. } => None,
+            })
+            .collect();
+        let unread = config.inputs.iter().enumerate().filter(|(index, _)| !read.contains(index));
+        for name in unread.filter_map(|(_, input)| input.name.as_ref()) {
+            let message = format!("nothing reads input \"{}\"", name.get_ref());
+            findings.push(
+                Finding::new(Problem::NoEffect, name.span(), message)
+                    .help("wire it to a pin, name it in an output's signals, or leave it out"),
+            );
+        }
     }
 
     /// The wires that lead to an instance.
@@ -146,16 +165,21 @@ impl Resolver<'_, '_> {
                 missing.join(", "),
                 entry.name
             );
-            self.report(
-                Finding::new(Problem::MissingPin, entry.span.clone(), message)
-                    .help(format!("{} has no default for them: set them in [block.in]", block_type.name)),
-            );
+            self.report(Finding::new(Problem::MissingPin, entry.span.clone(), message).help(
+                format!("{} has no default for them: set them in [block.in]", block_type.name),
+            ));
         }
         pins
     }
 
     /// Resolves a wire for every instance of an entry.
-    fn wire(&mut self, entry: &Entry<'_>, to_pin: usize, wire: &Spanned<&str>, wires: &mut Vec<Wire>) {
+    fn wire(
+        &mut self,
+        entry: &Entry<'_>,
+        to_pin: usize,
+        wire: &Spanned<&str>,
+        wires: &mut Vec<Wire>,
+    ) {
         let Some(pin) = entry.block_type.and_then(|known| known.inputs.get(to_pin)) else { return };
         let (text, previous) = match wire.get_ref().strip_suffix("@prev") {
             Some(text) => (text, true),
@@ -213,6 +237,7 @@ impl Resolver<'_, '_> {
             block_type: None,
             task: None,
             count: 1,
+            count_is_known: true,
             first: 0,
         };
         signals
@@ -241,10 +266,15 @@ impl Resolver<'_, '_> {
             if let Some(input) = self.names.inputs.get(name) {
                 return Some((Origin::Input(input.index), input.value_type?));
             }
-            let finding = Finding::new(Problem::UnknownSource, span, format!("there is no input \"{name}\""));
-            let finding = match self.names.blocks.get(name).and_then(|b| self.names.entries.get(*b)) {
+            let finding =
+                Finding::new(Problem::UnknownSource, span, format!("there is no input \"{name}\""));
+            let finding = match self.names.blocks.get(name).and_then(|b| self.names.entries.get(*b))
+            {
                 Some(entry) => finding.help(match entry.block_type?.outputs.first() {
-                    Some(pin) => format!("{name} is a block; name one of its output pins, such as \"{name}.{}\"", pin.name),
+                    Some(pin) => format!(
+                        "{name} is a block; name one of its output pins, such as \"{name}.{}\"",
+                        pin.name
+                    ),
                     None => format!("{name} is a block without outputs"),
                 }),
                 None => finding.did_you_mean(name, self.names.inputs_in_order()),
@@ -260,19 +290,25 @@ impl Resolver<'_, '_> {
             self.report(finding.did_you_mean(name, known.filter(|name| !name.is_empty())));
             return None;
         };
-        let block_type = entry.block_type?;
+        let block_type = entry.block_type.filter(|_| entry.count_is_known)?;
         let (index, pin_name) = match rest.split_once('.') {
             Some((index, pin)) => match index.parse::<usize>() {
                 Ok(index) if index < entry.count => (index, pin),
                 _ => {
                     let mut message = format!("there is no \"{name}.{index}\"");
                     if !same_for_all {
-                        message += &format!(", which instance {reader_index} of {} is wired to", reader.name);
+                        message += &format!(
+                            ", which instance {reader_index} of {} is wired to",
+                            reader.name
+                        );
                     }
                     self.report(Finding::new(Problem::UnknownSource, span, message).help(
                         match entry.count {
                             1 => format!("{name} is a single block: \"{name}.{pin}\""),
-                            count => format!("the instances of {name} are {name}.0 to {name}.{}", count - 1),
+                            count => format!(
+                                "the instances of {name} are {name}.0 to {name}.{}",
+                                count - 1
+                            ),
                         },
                     ));
                     return None;
@@ -282,7 +318,10 @@ impl Resolver<'_, '_> {
                 let finding = Finding::new(
                     Problem::UnknownSource,
                     span,
-                    format!("\"{text}\" does not say which of the {} instances of {name}", entry.count),
+                    format!(
+                        "\"{text}\" does not say which of the {} instances of {name}",
+                        entry.count
+                    ),
                 );
                 self.report(finding.help(format!(
                     "\"{name}.0.{rest}\" is the first, \"{name}.{{i}}.{rest}\" the one with the reader's number"

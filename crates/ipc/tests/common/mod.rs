@@ -27,9 +27,7 @@ impl Domain {
     pub(crate) fn config_of(root: &str, prefix: &str) -> Config {
         let mut config = load_config(None).unwrap();
         config.global.prefix = FileName::new(prefix.as_bytes()).unwrap();
-        config
-            .global
-            .set_root_path(&Path::new(root.as_bytes()).unwrap());
+        config.global.set_root_path(&Path::new(root.as_bytes()).unwrap());
         config
     }
 
@@ -77,15 +75,9 @@ impl Drop for Domain {
 pub(crate) fn layout(signals: &[&str]) -> FrameLayout {
     let signals = signals.iter().map(|signal| {
         let (name, value_type) = signal.split_once(':').unwrap();
-        SignalSpec {
-            name: name.to_owned(),
-            value_type: value_type.to_owned(),
-        }
+        SignalSpec { name: name.to_owned(), value_type: value_type.to_owned() }
     });
-    FrameLayout {
-        signals: signals.collect(),
-        period_ns: Some(1_000_000),
-    }
+    FrameLayout { signals: signals.collect(), period_ns: Some(1_000_000) }
 }
 
 /// Sends one frame of one value.

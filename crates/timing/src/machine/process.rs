@@ -1,0 +1,107 @@
+//! What this process may do: limits, capabilities, control group.
+
+use super::{CpuList, Machine};
+
+/// A resource limit; `u64::MAX` is no limit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Limit {
+    pub(crate) soft: u64,
+    pub(crate) hard: u64,
+}
+
+/// Capabilities, by their bit.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Capability {
+    IpcLock = 14,
+    SysNice = 23,
+}
+
+/// The real-time budget of this process's control group.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum GroupBudget {
+    /// Version 1 with `RT_GROUP_SCHED`: the file and its runtime in us.
+    Budget { file: String, runtime_us: i64 },
+    /// Version 1 without `RT_GROUP_SCHED`.
+    NoBudgets,
+    /// Version 2, in a group that the `cpu` controller governs.
+    Governed { group: String },
+    /// Version 2, in a group that it does not govern.
+    Ungoverned { group: String },
+}
+
+impl Machine {
+    /// A line of `/proc/self/limits`, such as `Max locked memory`.
+    pub(crate) fn limit(&self, name: &str) -> Option<Limit> {
+        let limits = self.text("/proc/self/limits")?;
+        let line = limits.lines().find_map(|line| line.strip_prefix(name))?;
+        let mut values = line.split_whitespace().map(|word| match word {
+            "unlimited" => Some(u64::MAX),
+            word => word.parse().ok(),
+        });
+        Some(Limit { soft: values.next()??, hard: values.next()?? })
+    }
+
+    /// Whether this process has a capability that counts: one of a user namespace of its own does
+    /// not where the whole machine is concerned.
+    pub(crate) fn capability(&self, capability: Capability) -> Option<bool> {
+        let mask = u64::from_str_radix(&self.status("CapEff")?, 16).ok()?;
+        Some(mask & (1 << capability as u32) != 0 && !self.is_in_user_namespace())
+    }
+
+    /// Whether the root of this process is not the root of the machine.
+    pub(crate) fn is_in_user_namespace(&self) -> bool {
+        let map = self.text("/proc/self/uid_map").unwrap_or_default();
+        !map.is_empty() && !map.split_whitespace().eq(["0", "0", "4294967295"])
+    }
+
+    /// The CPUs that this process may use.
+    pub(crate) fn allowed(&self) -> Option<CpuList> {
+        CpuList::parse(&self.status("Cpus_allowed_list")?)
+    }
+
+    /// The real-time budget of this process's control group.
+    pub(crate) fn group_budget(&self) -> Option<GroupBudget> {
+        let groups = self.text("/proc/self/cgroup")?;
+        if let Some(group) = controlled_group(&groups, "cpu") {
+            let directory =
+                |mount: &str| format!("/sys/fs/cgroup/{mount}{}", group.trim_end_matches('/'));
+            let directory =
+                ["cpu", "cpu,cpuacct"].map(directory).into_iter().find(|path| self.has(path))?;
+            let file = format!("{directory}/cpu.rt_runtime_us");
+            return match self.number(&file) {
+                Some(runtime_us) => Some(GroupBudget::Budget { file, runtime_us }),
+                None => {
+                    self.has(&format!("{directory}/cpu.shares")).then_some(GroupBudget::NoBudgets)
+                }
+            };
+        }
+        let group = groups.lines().find_map(|line| line.strip_prefix("0::"))?.to_owned();
+        self.has("/sys/fs/cgroup/cgroup.controllers").then_some(())?;
+        // The nearest group that the controller is on for governs those below; the root has no file.
+        let mut path = group.trim_end_matches('/');
+        loop {
+            if self.has(&format!("/sys/fs/cgroup{path}/cpu.max")) {
+                return Some(GroupBudget::Governed { group });
+            }
+            match path.rsplit_once('/') {
+                Some((above, _)) => path = above,
+                None => return Some(GroupBudget::Ungoverned { group }),
+            }
+        }
+    }
+
+    fn status(&self, field: &str) -> Option<String> {
+        let status = self.text("/proc/self/status")?;
+        let value = status.lines().find_map(|line| line.strip_prefix(field)?.strip_prefix(':'))?;
+        Some(value.trim().to_owned())
+    }
+}
+
+/// The group of a version 1 controller in a `/proc/<pid>/cgroup` file.
+fn controlled_group<'a>(groups: &'a str, controller: &str) -> Option<&'a str> {
+    groups.lines().find_map(|line| {
+        let mut fields = line.splitn(3, ':').skip(1);
+        let (controllers, group) = (fields.next()?, fields.next()?);
+        controllers.split(',').any(|name| name == controller).then_some(group)
+    })
+}

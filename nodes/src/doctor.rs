@@ -1,0 +1,138 @@
+//! `doctor`: what this machine does to jitter, and the way out.
+
+use isochrone_timing::{Examination, Finding, Machine, Severity, examine};
+
+use crate::failure::Failure;
+use crate::terminal;
+
+/// Examine this machine: what makes cycles late here, and how to change it
+///
+/// Reads the kernel, the rights of this user and one CPU, and says of each finding what it is, what
+/// it does to jitter, the way out, and whether a setting does nothing here. Changes nothing, needs no
+/// rights, and says "unknown" to what it may not read: run it as the user that will run the node,
+/// and again as root to see more.
+///
+/// A problem keeps a task from real-time scheduling; a warning makes cycles late and can be changed;
+/// a note is good to know. Exit status: 0 nothing worse than a note, 1 a warning or a problem, 2 no
+/// such CPU.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  isochrone doctor\n  isochrone doctor --cpu 3\n  isochrone doctor --json > machine.json"
+)]
+pub(crate) struct Args {
+    /// The CPU that a task would be pinned to [default: the last]
+    #[arg(long, value_name = "N")]
+    cpu: Option<usize>,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+/// The groups, the worst first.
+const GROUPS: [(Severity, &str); 4] = [
+    (Severity::Problem, "problem"),
+    (Severity::Warning, "warning"),
+    (Severity::Note, "note"),
+    (Severity::Ok, "ok"),
+];
+
+/// Parts shown of one finding; JSON has them all.
+const DETAILS: usize = 8;
+
+/// Width of the text; commands are not broken, so that they can be copied.
+const COLUMNS: usize = 100;
+
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let examination = examine(&Machine::here(), args.cpu).map_err(Failure::usage)?;
+    match args.json {
+        true => terminal::print_json(&examination)?,
+        false => terminal::print(&text(&examination))?,
+    }
+    let bad: Vec<String> = GROUPS
+        .iter()
+        .filter(|(severity, _)| *severity >= Severity::Warning)
+        .map(|(severity, name)| (examination.of(*severity).count(), name))
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, name)| counted(count, name))
+        .collect();
+    if bad.is_empty() {
+        Ok(())
+    } else {
+        Err(Failure::found(format!("{} on CPU {}", bad.join(" and "), examination.cpu)))
+    }
+}
+
+fn text(examination: &Examination) -> String {
+    let environment = &examination.environment;
+    let mut text = format!(
+        "isochrone {} doctor: CPU {} of {}, Linux {}\n",
+        examination.isochrone,
+        examination.cpu,
+        examination.online_cpus,
+        environment.kernel.as_deref().unwrap_or("of unknown release"),
+    );
+    let margin =
+        examination.findings.iter().map(|finding| finding.code.len()).max().unwrap_or(0) + 4;
+    for (severity, name) in GROUPS {
+        let count = examination.of(severity).count();
+        if count == 0 {
+            continue;
+        }
+        text += &match severity {
+            Severity::Ok => format!("\n{count} ok\n"),
+            _ => format!("\n{}\n", counted(count, name)),
+        };
+        for finding in examination.of(severity) {
+            text += &lines(finding, margin);
+        }
+    }
+    text + "\nNothing was changed. Fixes need root; the kernel command line needs a restart.\n"
+}
+
+fn counted(count: usize, name: &str) -> String {
+    format!("{count} {name}{}", if count == 1 { "" } else { "s" })
+}
+
+/// A finding: one line if all is well, else with its parts, its effect and the way out.
+fn lines(finding: &Finding, margin: usize) -> String {
+    let matters = finding.severity > Severity::Ok;
+    let mut paragraphs = Vec::new();
+    if matters {
+        paragraphs.extend(finding.details.iter().take(DETAILS).map(|detail| format!("- {detail}")));
+        if let Some(more) = finding.details.len().checked_sub(DETAILS + 1) {
+            paragraphs.push(format!("- and {} more (--json lists all)", more + 1));
+        }
+        paragraphs.push(finding.effect.clone());
+    }
+    paragraphs.extend(finding.inert_why.iter().map(|why| format!("Inert here: {why}.")));
+
+    let head = format!("  {:<width$}", finding.code, width = margin - 2);
+    let mut text = wrapped(&head, &finding.value, margin);
+    for paragraph in paragraphs {
+        text += &wrapped(&" ".repeat(margin), &paragraph, margin);
+    }
+    if let Some(fix) = finding.fix.as_ref().filter(|_| matters) {
+        text += &format!("{:margin$}fix: {fix}\n", "");
+    }
+    if matters {
+        text += &wrapped(&" ".repeat(margin), &format!("read from {}", finding.source), margin);
+    }
+    text
+}
+
+/// Breaks a paragraph between words, each further line indented by `margin` spaces.
+fn wrapped(head: &str, paragraph: &str, margin: usize) -> String {
+    let mut text = String::new();
+    let mut line = head.to_owned();
+    for word in paragraph.split_whitespace() {
+        let is_first = line.len() <= margin;
+        if !is_first && line.chars().count() + 1 + word.chars().count() > COLUMNS {
+            text += &format!("{}\n", line.trim_end());
+            line = " ".repeat(margin);
+        } else if !is_first {
+            line.push(' ');
+        }
+        line += word;
+    }
+    text + line.trim_end() + "\n"
+}

@@ -1,0 +1,154 @@
+//! Telemetry: all signals of a node and the timing of its cycles, for whoever wants to watch.
+//!
+//! The cycle writes snapshots into a wait-free ring; an ordinary thread reads them and publishes
+//! one frame service of its own, `isochrone/<node>/telemetry`. Watching therefore costs the cycle
+//! the same with eight observers as with none.
+
+use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_engine::{Plan, TaskPlan};
+use isochrone_ipc::{FrameLayout, FramePublisher, OpenError, Participant, SignalSpec, Stamp, ipc};
+use isochrone_timing::CycleRecord;
+use rtrb::{Consumer, Producer, RingBuffer};
+
+/// Most signals of a task that are watched; a node with more has its first ones watched.
+const MAX_SIGNALS: usize = 1024;
+/// Snapshots are taken at most this often.
+const INTERVAL_NS: u64 = 20_000_000;
+/// Snapshots that fit into the ring.
+const SNAPSHOTS: usize = 4;
+
+/// The timing channels of a task, which stand before its signals.
+const TIMING: [&str; 6] =
+    ["cycle", "release_jitter_ns", "execution_ns", "response_ns", "missed", "overruns"];
+
+/// The end in the cycle.
+pub(crate) struct Tap {
+    ring: Producer<f64>,
+    slots: Box<[usize]>,
+    /// A snapshot is taken every so many cycles.
+    every: u64,
+    cycles: u64,
+}
+
+impl Tap {
+    /// Takes a snapshot if one is due; for the slack. A full ring drops it: nobody reads.
+    pub(crate) fn take(&mut self, image: &[f64]) {
+        self.cycles = self.cycles.wrapping_add(1);
+        if !self.cycles.is_multiple_of(self.every) {
+            return;
+        }
+        if let Ok(mut chunk) = self.ring.write_chunk(self.slots.len()) {
+            let (first, second) = chunk.as_mut_slices();
+            for (value, slot) in first.iter_mut().chain(second).zip(&self.slots) {
+                *value = image.get(*slot).copied().unwrap_or_default();
+            }
+            chunk.commit_all();
+        }
+    }
+}
+
+/// The end in the ordinary thread.
+pub(crate) struct Telemetry {
+    publisher: FramePublisher<ipc::Service>,
+    values: Vec<f64>,
+    sources: Vec<Source>,
+    frames: u64,
+    fresh: bool,
+}
+
+struct Source {
+    ring: Consumer<f64>,
+    /// Channels of the task's signals.
+    signals: std::ops::Range<usize>,
+}
+
+impl Telemetry {
+    /// Name of a node's telemetry service.
+    pub(crate) fn service(node: &str) -> String {
+        format!("isochrone/{node}/telemetry")
+    }
+
+    /// Opens the service; returns a tap for each task.
+    pub(crate) fn open(
+        participant: &Participant<ipc::Service>,
+        plan: &Plan,
+    ) -> Result<(Self, Vec<Tap>), OpenError> {
+        let mut signals = Vec::new();
+        let mut sources = Vec::new();
+        let mut taps = Vec::new();
+        for (index, task) in plan.tasks.iter().enumerate() {
+            let timing = TIMING.iter().map(|name| format!("task.{}.{name}", task.name));
+            signals.extend(timing.map(|name| SignalSpec::new(name, "LREAL")));
+            let first = signals.len();
+            let slots: Box<[usize]> = watched(task).map(|(slot, _)| slot).collect();
+            signals.extend(watched(task).map(|(slot, value_type)| {
+                SignalSpec::new(plan.slot_name(index, slot), value_type)
+            }));
+            let (producer, consumer) = RingBuffer::new((slots.len() * SNAPSHOTS).max(1));
+            sources.push(Source { ring: consumer, signals: first..signals.len() });
+            let every = INTERVAL_NS.div_ceil(task.period_ns).max(1);
+            taps.push(Tap { ring: producer, slots, every, cycles: 0 });
+        }
+        let values = vec![0.0; signals.len()];
+        let layout = FrameLayout { signals, period_ns: None };
+        let publisher = FramePublisher::open(participant, &Self::service(&plan.node), &layout)?;
+        Ok((Self { publisher, values, sources, frames: 0, fresh: false }, taps))
+    }
+
+    /// Notes a cycle of a task; the newest before [`publish`](Self::publish) is shown.
+    pub(crate) fn note(&mut self, task: usize, record: &CycleRecord) {
+        let first = self.sources.get(task).map_or(0, |source| source.signals.start);
+        let timing = [
+            record.cycle,
+            record.start_ns.saturating_sub(record.release_ns),
+            record.end_ns.saturating_sub(record.start_ns),
+            record.end_ns.saturating_sub(record.release_ns),
+            record.missed,
+            record.overruns,
+        ];
+        let channels = self.values.iter_mut().skip(first.saturating_sub(TIMING.len()));
+        channels.zip(timing).for_each(|(channel, value)| *channel = value as f64);
+        self.fresh = true;
+    }
+
+    /// Publishes the newest snapshot of every task, if there is anything new.
+    pub(crate) fn publish(&mut self) {
+        for source in &mut self.sources {
+            let channels = self.values.get_mut(source.signals.clone()).unwrap_or_default();
+            while !channels.is_empty()
+                && let Ok(chunk) = source.ring.read_chunk(channels.len())
+            {
+                let (first, second) = chunk.as_slices();
+                channels.iter_mut().zip(first.iter().chain(second)).for_each(|(c, v)| *c = *v);
+                chunk.commit_all();
+            }
+        }
+        if !std::mem::take(&mut self.fresh) {
+            return;
+        }
+        if let Some(values) = self.publisher.values_mut() {
+            values.copy_from_slice(&self.values);
+        }
+        let now_ns = Monotonic.now_ns();
+        let stamp = Stamp { cycle: self.frames, release_ns: now_ns, source_ns: 0, missed: 0 };
+        self.frames += 1;
+        // Whoever watches sees a frame that is missing by its sequence.
+        self.publisher.send(stamp, || now_ns);
+        self.publisher.prepare();
+    }
+}
+
+/// Slots and types of a task's inputs and of the outputs of its blocks.
+fn watched(task: &TaskPlan) -> impl Iterator<Item = (usize, &'static str)> {
+    let inputs =
+        task.inputs.iter().enumerate().map(|(slot, input)| (slot, input.value_type.as_str()));
+    let outputs = task.banks.iter().flat_map(|bank| {
+        let stride = bank.block_type.slots();
+        (0..bank.instances.len()).flat_map(move |instance| {
+            let first = bank.first_slot + instance * stride + bank.block_type.inputs.len();
+            let pins = bank.block_type.outputs.iter().enumerate();
+            pins.map(move |(pin, output)| (first + pin, output.pin_type.as_str()))
+        })
+    });
+    inputs.chain(outputs).take(MAX_SIGNALS)
+}
