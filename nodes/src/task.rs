@@ -73,9 +73,9 @@ pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
     let mut account = Account::open();
     let mut cycles = 0;
     while let Some(release) = cyclic.wait() {
-        inputs.read(&mut job.engine, release.start_ns);
+        account.library(|| inputs.read(&mut job.engine, release.start_ns));
         job.engine.step(release.cycle);
-        outputs.send(&job.engine, &release);
+        account.library(|| outputs.send(&job.engine, &release));
         let end_ns = Monotonic.now_ns();
         cyclic.finished(end_ns);
 

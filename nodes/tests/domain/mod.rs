@@ -10,6 +10,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use isochrone_ipc::{Participant, ipc, load_config, remove_leftovers};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
@@ -78,6 +79,15 @@ impl Domain {
         let mut files = files_below(&self.path("iceoryx2"));
         files.extend(shared_memory(&self.prefix));
         files
+    }
+}
+
+impl Drop for Domain {
+    fn drop(&mut self) {
+        // What killed processes left, also those that a failing test killed.
+        let config = load_config(Some(&self.config_file())).unwrap();
+        drop(Participant::<ipc::Service>::join("cleaner", &config));
+        remove_leftovers::<ipc::Service>(&config);
     }
 }
 
