@@ -4,8 +4,8 @@ mod program;
 
 use program::{Folder, Ran, assert_says};
 
-const VERBS: [&str; 8] =
-    ["demo", "check", "run", "simulate", "publish", "subscribe", "blocks", "completions"];
+const VERBS: [&str; 9] =
+    ["demo", "check", "run", "simulate", "publish", "subscribe", "blocks", "doctor", "completions"];
 
 fn run(args: &str) -> Ran {
     Folder::new().run(args)
