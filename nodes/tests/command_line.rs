@@ -88,6 +88,7 @@ fn the_help_of_a_verb_says_all_that_it_needs() {
             ],
         ),
         ("blocks", &["[BLOCK]", "--json", "--format", "markdown", "Examples:"]),
+        ("doctor", &["--cpu", "--json", "Changes nothing", "Examples:"]),
         ("completions", &["<SHELL>", "bash", "zsh", "fish", "Examples:"]),
     ] {
         assert!(VERBS.contains(&verb));

@@ -218,14 +218,24 @@ fn the_output_goes_to_a_file_when_there_is_one() {
     let folder = wire("a,n,b,d\n1,2,1,4\n");
     let text = folder.run("simulate wire.toml --inputs in.csv").silently();
     folder.write("out.csv", "an older and longer file\n".repeat(100));
-    for (output, found) in [("out.csv", "out.csv"), ("./new.csv", "new.csv"), ("in.csv", "in.csv")]
-    {
+    for (output, found) in [("out.csv", "out.csv"), ("./new.csv", "new.csv")] {
         let out =
             folder.run(&format!("simulate wire.toml --inputs in.csv --output {output}")).silently();
         assert_eq!((out.as_str(), folder.read(found)), ("", text.clone()), "{output}");
     }
-    folder.write("in.csv", "a,n,b,d\n1,2,1,4\n");
     assert_eq!(folder.run("simulate wire.toml --inputs in.csv --output -").silently(), text);
+}
+
+#[test]
+fn what_is_read_is_not_overwritten() {
+    let folder = wire("a,n,b,d\n1,2,1,4\n");
+    for file in ["wire.toml", "in.csv", "./in.csv"] {
+        let before = folder.read(file);
+        let error =
+            folder.run(&format!("simulate wire.toml --inputs in.csv --output {file}")).refused(2);
+        assert_says(&error, &[file, "would overwrite"]);
+        assert_eq!(folder.read(file), before);
+    }
 }
 
 #[test]
