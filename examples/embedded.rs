@@ -14,7 +14,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use isochrone_cyclic::{
-    Clock, Cyclic, Monotonic, Overrun, Schedule, ThreadRequest, Wake, prepare_thread,
+    Clock, Cyclic, Margin, Monotonic, Overrun, Schedule, ThreadRequest, Wake, prepare_thread,
 };
 use isochrone_engine::{Plan, Rules, Source, TaskEngine};
 use isochrone_timing::{CycleRecord, TaskTiming};
@@ -42,8 +42,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let schedule = Schedule {
         period_ns: task.period_ns,
         phase_ns: task.phase_ns,
-        wake: Wake::Hybrid { margin_ns: None },
+        wake: Wake::Hybrid(Margin::default()),
         overrun: Overrun::Skip,
+        limit: None,
     };
     let request = ThreadRequest { priority: task.priority, cpu: None };
     let stop = Arc::new(AtomicBool::new(false)); // set it to end the loop early

@@ -122,8 +122,18 @@ fn schedule(task: &TaskPlan) -> String {
         None => "normal scheduling".into(),
     });
     words.extend(task.cpu.map(|cpu| format!("CPU {cpu}")));
-    words.push(format!("wake {}", wake(task.wake)));
+    words.push(match (task.wake, task.margin_ns, task.cpu_budget) {
+        (Wake::Hybrid, Some(margin_ns), _) => {
+            format!("wake hybrid (margin {})", format_duration_ns(margin_ns))
+        }
+        (Wake::Hybrid, None, Some(budget)) => format!("wake hybrid (cpu_budget {budget})"),
+        (other, ..) => format!("wake {}", wake(other)),
+    });
     words.push(format!("overrun {}", overrun(task.overrun)));
+    words.extend(
+        task.on_overrun
+            .map(|limit| format!("stop at {} misses in {} cycles", limit.misses, limit.cycles)),
+    );
     words.join(", ")
 }
 
@@ -191,7 +201,13 @@ fn document(plan: &Plan) -> Value {
             "priority": task.priority,
             "cpu": task.cpu,
             "wake": wake(task.wake),
+            "margin_ns": task.margin_ns,
+            "cpu_budget": task.cpu_budget,
             "overrun": overrun(task.overrun),
+            "on_overrun": task.on_overrun.map(|limit| json!({
+                "misses": limit.misses,
+                "cycles": limit.cycles,
+            })),
             "inputs": task.inputs.iter().map(|input| json!({
                 "name": input.name,
                 "type": input.value_type.as_str(),

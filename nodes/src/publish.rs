@@ -91,7 +91,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         args.rate
     ));
 
-    let schedule = Schedule { period_ns, phase_ns: 0, wake: Wake::Sleep, overrun: Overrun::Skip };
+    let schedule =
+        Schedule { period_ns, phase_ns: 0, wake: Wake::Sleep, overrun: Overrun::Skip, limit: None };
     let mut cyclic = Cyclic::new(Monotonic, schedule, Monotonic.now_ns() + period_ns, stop.flag());
     let count = args.count.or(signals.frames());
     let mut frame = 0;

@@ -6,7 +6,8 @@ use std::thread;
 use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic, Refusal, StopReason, ThreadGrant, prepare_process};
-use isochrone_engine::{Finding, Findings, Plan, Problem, TaskEngine};
+use isochrone_engine::config::Wake;
+use isochrone_engine::{Finding, Findings, Plan, Problem, TaskEngine, TaskPlan};
 use isochrone_ipc::{Participant, ipc};
 use isochrone_timing::{
     CycleRecord, Environment, LinkReport, Report, TaskReport, TaskTiming, Warning,
@@ -57,6 +58,8 @@ const RING_RECORDS: usize = 4096;
 const DRAIN_INTERVAL: Duration = Duration::from_millis(20);
 /// From the end of the set-up to the first release.
 const START_DELAY_NS: u64 = 20_000_000;
+/// Ticks of 100, 250 and 1000 Hz fall on multiples of this.
+const EPOCH_GRID_NS: u64 = 20_000_000;
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let plan = load::plan_strictly(&args.file, args.strict)?;
@@ -70,6 +73,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if plan.tasks.iter().any(|task| task.priority.is_some()) {
         report.warnings.extend(prepare_process().refusals.iter().map(warning));
     }
+    refuse_throttled_spin(&plan, &report.environment)?;
     let participant = domain.join(&format!("isochrone/{}", plan.node))?;
     let overrun = run_tasks(args, &plan, &participant, &stop, &mut report)?;
     drop(participant);
@@ -85,7 +89,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     match overrun {
         None => Ok(()),
         Some(task) => Err(Failure::found(format!(
-            "task \"{task}\" missed a release and has overrun = \"stop\": the node stopped"
+            "task \"{task}\" missed a release and stopped the node, as its overrun and on_overrun say"
         ))),
     }
 }
@@ -140,7 +144,9 @@ fn run_tasks(
             return Err(Failure::found(format!("{message}\nremedy: {remedy}")));
         }
         note_start(plan, report);
-        let epoch_ns = Monotonic.now_ns() + START_DELAY_NS;
+        // A grid of whole milliseconds of the clock, as the kernel's ticks are: a phase then says
+        // where between the ticks a task is released.
+        let epoch_ns = (Monotonic.now_ns() + START_DELAY_NS).next_multiple_of(EPOCH_GRID_NS);
         for (_, start) in &threads {
             let _ = start.send(epoch_ns);
         }
@@ -168,6 +174,7 @@ fn run_tasks(
                 wake: check::wake(task.wake).into(),
                 scheduler: grant.scheduler,
                 cpu: grant.cpu,
+                margin_ns: outcome.margin_ns,
                 ..task_report(watch.timing.report(&task.name), &outcome)
             });
         }
@@ -238,6 +245,21 @@ fn note_start(plan: &Plan, report: &Report) {
     }
     let tasks: Vec<_> = plan.tasks.iter().map(|task| task.name.as_str()).collect();
     terminal::note(&format!("node \"{}\" runs: {}. Ctrl-C ends it.", plan.node, tasks.join(", ")));
+}
+
+/// A real-time task that never sleeps is taken off its CPU by the kernel's throttling.
+fn refuse_throttled_spin(plan: &Plan, environment: &Environment) -> Result<(), Failure> {
+    let spins = |task: &&TaskPlan| task.wake == Wake::Spin && task.priority.is_some();
+    let Some(task) = plan.tasks.iter().find(spins) else { return Ok(()) };
+    match environment.rt_throttling.as_deref() {
+        Some(throttling) if !throttling.starts_with('-') => Err(Failure::found(format!(
+            "task \"{}\" has wake = \"spin\" and a priority, but the kernel gives real-time threads \
+             only {throttling} us of a CPU and would stop the task for the rest\n\
+             remedy: wake = \"hybrid\", or sysctl -w kernel.sched_rt_runtime_us=-1",
+            task.name
+        ))),
+        _ => Ok(()),
+    }
 }
 
 /// Running needs a service for every input.

@@ -36,6 +36,8 @@ pub(crate) struct Job<'a> {
 /// What a task's thread has to say in the end.
 pub(crate) struct Outcome {
     pub(crate) stop_reason: Option<StopReason>,
+    /// Margin of a hybrid wait in the end.
+    pub(crate) margin_ns: Option<u64>,
     /// Used by the cycles after the warm-up, in `elapsed_ns`.
     pub(crate) usage: ThreadUsage,
     pub(crate) elapsed_ns: u64,
@@ -99,6 +101,7 @@ pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
     job.stop.store(true, Ordering::Relaxed);
     Some(Outcome {
         stop_reason: cyclic.stop_reason(),
+        margin_ns: cyclic.margin_ns(),
         usage: thread_usage().since(account.usage),
         elapsed_ns: Monotonic.now_ns().saturating_sub(account.opened_ns),
         allocations: (thread_allocations() - account.allocations)
@@ -151,14 +154,18 @@ impl Account {
 }
 
 fn schedule(plan: &TaskPlan) -> Schedule {
-    use isochrone_cyclic::{Overrun, Wake};
+    use isochrone_cyclic::{Margin, MissLimit, Overrun, Wake};
     use isochrone_engine::config;
     Schedule {
         period_ns: plan.period_ns,
         phase_ns: plan.phase_ns,
         wake: match plan.wake {
             config::Wake::Sleep => Wake::Sleep,
-            config::Wake::Hybrid => Wake::Hybrid { margin_ns: None },
+            config::Wake::Hybrid => Wake::Hybrid(match (plan.margin_ns, plan.cpu_budget) {
+                (Some(margin_ns), _) => Margin::Fixed(margin_ns),
+                (None, Some(cpu_budget)) => Margin::Adaptive { cpu_budget },
+                (None, None) => Margin::default(),
+            }),
             config::Wake::Spin => Wake::Spin,
         },
         overrun: match plan.overrun {
@@ -166,5 +173,8 @@ fn schedule(plan: &TaskPlan) -> Schedule {
             config::Overrun::CatchUp => Overrun::CatchUp,
             config::Overrun::Stop => Overrun::Stop,
         },
+        limit: plan
+            .on_overrun
+            .map(|limit| MissLimit { misses: limit.misses, cycles: limit.cycles }),
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use crate::clock::Clock;
-use crate::schedule::{Overrun, Schedule};
+use crate::schedule::{MissLimit, Overrun, Schedule};
 use crate::wait::Waiter;
 
 /// Most late cycles that [`Overrun::CatchUp`] runs back to back before it skips the rest.
@@ -54,6 +54,8 @@ pub struct Cyclic<C: Clock> {
     missed: u64,
     overruns: u64,
     burst: u32,
+    /// Cycles at which the last misses happened, as many as the limit counts.
+    limit: Option<MissWindow>,
     stop_reason: Option<StopReason>,
 }
 
@@ -75,12 +77,14 @@ impl<C: Clock> Cyclic<C> {
             missed: 0,
             overruns: 0,
             burst: 0,
+            limit: schedule.limit.map(MissWindow::new),
             stop_reason: None,
         }
     }
 
     /// Waits for the next release. `None` ends the loop for good; [`stop_reason`](Self::stop_reason)
-    /// tells why.
+    /// tells why. A loop that ends because it missed releases runs the late cycle first, so that
+    /// whoever reads its results learns of it.
     pub fn wait(&mut self) -> Option<Release> {
         if self.stop_reason.is_some() {
             return None;
@@ -93,8 +97,9 @@ impl<C: Clock> Cyclic<C> {
         let periods_late = start_ns.saturating_sub(self.next_release_ns) / self.period_ns;
         let newly_missed = self.skipped(periods_late);
         self.skip(newly_missed);
-        if self.stop_reason.is_some() {
-            return None;
+        let too_many = |window: &mut MissWindow| window.count(newly_missed, self.next_cycle);
+        if self.limit.as_mut().is_some_and(too_many) {
+            self.stop_reason = Some(StopReason::Overrun);
         }
         let release = Release {
             cycle: self.next_cycle,
@@ -166,6 +171,36 @@ impl<C: Clock> Cyclic<C> {
         self.next_cycle = self.next_cycle.saturating_add(releases);
         self.next_release_ns =
             self.next_release_ns.saturating_add(releases.saturating_mul(self.period_ns));
+    }
+}
+
+/// The last misses, to be compared with a limit.
+#[derive(Debug)]
+struct MissWindow {
+    within: u64,
+    /// Cycles of the last misses; the oldest is overwritten.
+    misses: Box<[Option<u64>]>,
+    oldest: usize,
+}
+
+impl MissWindow {
+    fn new(limit: MissLimit) -> Self {
+        let misses = vec![None; limit.misses.max(1) as usize].into();
+        Self { within: limit.cycles, misses, oldest: 0 }
+    }
+
+    /// Takes in `missed` releases just before cycle `next`; whether the limit is reached.
+    fn count(&mut self, missed: u64, next: u64) -> bool {
+        // More than the window holds need not be counted one by one.
+        let counted = missed.min(self.misses.len() as u64);
+        for cycle in next - counted..next {
+            if let Some(slot) = self.misses.get_mut(self.oldest) {
+                *slot = Some(cycle);
+            }
+            self.oldest = (self.oldest + 1) % self.misses.len();
+        }
+        let oldest = self.misses.get(self.oldest).copied().flatten();
+        counted > 0 && oldest.is_some_and(|oldest| next - oldest <= self.within)
     }
 }
 

@@ -4,14 +4,14 @@ use proptest::prelude::*;
 
 use super::*;
 use crate::clock::Monotonic;
-use crate::schedule::Wake;
+use crate::schedule::{Margin, MissLimit, Wake};
 use crate::simulated::SimulatedClock;
 
 const EPOCH_NS: u64 = 1_000_000_000;
 const PERIOD_NS: u64 = 1_000_000;
 
 fn schedule(overrun: Overrun) -> Schedule {
-    Schedule { period_ns: PERIOD_NS, phase_ns: 0, wake: Wake::Sleep, overrun }
+    Schedule { period_ns: PERIOD_NS, phase_ns: 0, wake: Wake::Sleep, overrun, limit: None }
 }
 
 fn cyclic(clock: &SimulatedClock, schedule: Schedule) -> Cyclic<&SimulatedClock> {
@@ -104,11 +104,13 @@ fn a_punctual_cycle_allows_another_eight_late_ones() {
 }
 
 #[test]
-fn the_stop_policy_ends_the_loop_at_the_first_missed_release() {
+fn the_stop_policy_ends_the_loop_after_the_cycle_that_missed_a_release() {
     let clock = SimulatedClock::at(0);
     let mut cyclic = cyclic(&clock, schedule(Overrun::Stop));
     assert!(cyclic.wait().is_some());
     clock.advance_to(EPOCH_NS + 2 * PERIOD_NS);
+    let last = cyclic.wait().unwrap();
+    assert_eq!((last.cycle, last.newly_missed), (2, 1), "the last frame tells of the miss");
     assert_eq!(cyclic.wait(), None);
     assert_eq!(cyclic.stop_reason(), Some(StopReason::Overrun));
     assert_eq!(cyclic.missed(), 1);
@@ -124,6 +126,37 @@ fn the_stop_policy_ends_the_loop_after_a_cycle_that_overran() {
     assert_eq!(cyclic.wait(), None);
     assert_eq!(clock.now_ns(), release.start_ns, "it did not wait first");
     assert_eq!(cyclic.stop_reason(), Some(StopReason::Overrun));
+}
+
+/// A loop that stalls by `stalls[k]` periods before its cycle k; how many cycles ran.
+fn cycles_until_limit(misses: u32, cycles: u64, stalls: &[u64]) -> Option<usize> {
+    let clock = SimulatedClock::at(0);
+    let limit = Some(MissLimit { misses, cycles });
+    let mut cyclic = cyclic(&clock, Schedule { limit, ..schedule(Overrun::Skip) });
+    for (ran, stall) in stalls.iter().enumerate() {
+        let due_ns = EPOCH_NS + (ran as u64 + cyclic.missed()) * PERIOD_NS;
+        clock.advance_to(due_ns + stall * PERIOD_NS);
+        if cyclic.wait().is_none() {
+            assert_eq!(cyclic.stop_reason(), Some(StopReason::Overrun));
+            return Some(ran);
+        }
+    }
+    None
+}
+
+#[test]
+fn a_limit_ends_the_loop_after_the_cycle_that_reaches_it() {
+    assert_eq!(cycles_until_limit(3, 10, &[0, 1, 0, 1, 1, 0]), Some(5));
+    assert_eq!(cycles_until_limit(3, 10, &[0, 3, 0]), Some(2), "three at once");
+    assert_eq!(cycles_until_limit(3, 10, &[0, 500, 0]), Some(2), "more than it counts");
+    assert_eq!(cycles_until_limit(1, 1, &[0, 0, 1, 0]), Some(3));
+}
+
+#[test]
+fn misses_that_lie_further_apart_than_the_limit_says_pass() {
+    let rare = [0, 1, 0, 0, 0, 0].repeat(5);
+    assert_eq!(cycles_until_limit(2, 5, &rare), None);
+    assert_eq!(cycles_until_limit(2, 8, &rare), Some(8), "the second miss is the seventh later");
 }
 
 #[test]
@@ -212,7 +245,7 @@ fn a_period_of_zero_counts_as_one_nanosecond() {
 
 #[test]
 fn real_cycles_start_on_the_grid_and_never_early() {
-    for wake in [Wake::Sleep, Wake::Hybrid { margin_ns: None }, Wake::Spin] {
+    for wake in [Wake::Sleep, Wake::Hybrid(Margin::default()), Wake::Spin] {
         let epoch_ns = Monotonic.now_ns() + PERIOD_NS;
         let stop = Arc::new(AtomicBool::new(false));
         let schedule = Schedule { wake, ..schedule(Overrun::Skip) };

@@ -13,7 +13,7 @@
 //! use std::sync::{Arc, atomic::AtomicBool};
 //! use isochrone_cyclic::{Clock, Cyclic, Monotonic, Overrun, Schedule, Wake};
 //!
-//! let schedule = Schedule { period_ns: 1_000_000, phase_ns: 0, wake: Wake::Sleep, overrun: Overrun::Skip };
+//! let schedule = Schedule { period_ns: 1_000_000, phase_ns: 0, wake: Wake::Sleep, overrun: Overrun::Skip, limit: None };
 //! let stop = Arc::new(AtomicBool::new(false));
 //! let epoch_ns = Monotonic.now_ns() + 1_000_000;
 //! let mut cyclic = Cyclic::new(Monotonic, schedule, epoch_ns, stop);
@@ -48,10 +48,9 @@ mod wait;
 pub use alloc::{CountingAllocator, thread_allocations};
 pub use clock::{Clock, Monotonic};
 pub use cyclic::{Cyclic, MAX_BURST, Release, StopReason};
-pub use margin::Margin;
 pub use realtime::{
     PREFAULTED_STACK_BYTES, ProcessGrant, Refusal, ThreadGrant, ThreadRequest, prepare_process,
     prepare_thread,
 };
-pub use schedule::{Overrun, Schedule, Wake};
+pub use schedule::{Margin, MissLimit, Overrun, Schedule, Wake};
 pub use usage::{ThreadUsage, thread_usage};

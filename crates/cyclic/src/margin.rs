@@ -4,8 +4,6 @@
 const FLOOR_NS: f64 = 5_000.0;
 /// No margin is longer: the price in CPU time would be more than most wake-ups need.
 const CEILING_NS: f64 = 200_000.0;
-/// Nor is it longer than this part of the period, so that other threads keep their CPU.
-const CEILING_OF_PERIOD: f64 = 0.4;
 /// Where a margin starts, before anything was observed.
 const INITIAL_NS: f64 = 50_000.0;
 /// A late wake-up raises the margin to this multiple of its latency ...
@@ -17,21 +15,22 @@ const DECAY_PER_S: f64 = 0.01;
 
 /// Follows the tail of the wake-up latency: up at once, down by 1 % per second.
 ///
-/// The margin lies between 5 us and min(0.4 * period, 200 us). A latency beyond that upper bound is
+/// The margin lies between 5 us and min(cpu_budget * period, 200 us). A latency beyond that upper bound is
 /// ignored, because no permitted margin would have hidden it and a longer one would only burn CPU.
 #[derive(Debug, Clone)]
-pub struct Margin {
+pub(crate) struct AdaptiveMargin {
     margin_ns: f64,
     floor_ns: f64,
     ceiling_ns: f64,
     keep_per_wake: f64,
 }
 
-impl Margin {
-    /// A margin for a task of this period in ns, before any observation.
-    pub fn new(period_ns: u64) -> Self {
+impl AdaptiveMargin {
+    /// A margin for a task of this period in ns, before any observation; at most the part
+    /// `cpu_budget` of the period.
+    pub(crate) fn new(period_ns: u64, cpu_budget: f64) -> Self {
         let period = period_ns as f64;
-        let ceiling_ns = CEILING_NS.min(CEILING_OF_PERIOD * period);
+        let ceiling_ns = CEILING_NS.min(cpu_budget * period);
         let floor_ns = FLOOR_NS.min(ceiling_ns);
         Self {
             margin_ns: INITIAL_NS.max(floor_ns).min(ceiling_ns),
@@ -43,7 +42,7 @@ impl Margin {
 
     /// Takes in one wake-up that came `latency_ns` after the time that was slept for.
     #[inline]
-    pub fn observe(&mut self, latency_ns: u64) {
+    pub(crate) fn observe(&mut self, latency_ns: u64) {
         let latency = latency_ns as f64;
         let kept = (self.margin_ns * self.keep_per_wake).max(self.floor_ns);
         let wanted = HEADROOM * latency + HEADROOM_NS;
@@ -53,7 +52,7 @@ impl Margin {
 
     /// The margin in ns.
     #[inline]
-    pub fn ns(&self) -> u64 {
+    pub(crate) fn ns(&self) -> u64 {
         self.margin_ns as u64
     }
 }
@@ -67,14 +66,14 @@ mod tests {
 
     #[test]
     fn a_late_wake_up_raises_the_margin_at_once() {
-        let mut margin = Margin::new(MS);
+        let mut margin = AdaptiveMargin::new(MS, 0.4);
         margin.observe(80_000);
         assert_eq!(margin.ns(), 102_000);
     }
 
     #[test]
     fn the_margin_falls_by_one_percent_in_a_second_of_punctual_wake_ups() {
-        let mut margin = Margin::new(MS);
+        let mut margin = AdaptiveMargin::new(MS, 0.4);
         margin.observe(100_000);
         let before = margin.ns() as f64;
         for _ in 0..1000 {
@@ -86,7 +85,7 @@ mod tests {
 
     #[test]
     fn punctual_wake_ups_bring_the_margin_down_to_its_floor() {
-        let mut margin = Margin::new(100 * MS);
+        let mut margin = AdaptiveMargin::new(100 * MS, 0.4);
         for _ in 0..100_000 {
             margin.observe(0);
         }
@@ -95,7 +94,7 @@ mod tests {
 
     #[test]
     fn a_latency_that_no_margin_could_hide_leaves_the_margin_alone() {
-        let mut margin = Margin::new(MS);
+        let mut margin = AdaptiveMargin::new(MS, 0.4);
         let before = margin.ns();
         margin.observe(10 * MS);
         assert!(margin.ns() <= before);
@@ -103,7 +102,7 @@ mod tests {
 
     #[test]
     fn a_short_period_caps_the_margin_at_two_fifths_of_itself() {
-        assert_eq!(Margin::new(10_000).ns(), 4_000);
+        assert_eq!(AdaptiveMargin::new(10_000, 0.4).ns(), 4_000);
     }
 
     proptest! {
@@ -112,7 +111,7 @@ mod tests {
             period_ns in 10_000u64..=3_600_000_000_000,
             latencies in prop::collection::vec(prop_oneof![0u64..400_000, any::<u64>()], 0..200),
         ) {
-            let mut margin = Margin::new(period_ns);
+            let mut margin = AdaptiveMargin::new(period_ns, 0.4);
             let ceiling = (period_ns * 2 / 5).min(200_000);
             for latency in latencies {
                 margin.observe(latency);
@@ -125,7 +124,7 @@ mod tests {
             period_ns in 10_000u64..=1_000_000_000,
             latencies in prop::collection::vec(0u64..400_000, 1..200),
         ) {
-            let mut margin = Margin::new(period_ns);
+            let mut margin = AdaptiveMargin::new(period_ns, 0.4);
             let ceiling = (period_ns * 2 / 5).min(200_000);
             for latency in latencies {
                 margin.observe(latency);

@@ -1,7 +1,7 @@
 //! What a task asks for: when it is due, how it waits, what it does when it is late.
 
 /// When a task runs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Schedule {
     /// Time between releases, in ns; meant for 10 us to 1 h. Zero counts as 1.
     pub period_ns: u64,
@@ -11,21 +11,49 @@ pub struct Schedule {
     pub wake: Wake,
     /// What to do when releases were missed.
     pub overrun: Overrun,
+    /// How many missed releases end the loop, whatever `overrun` says; `None`: any number passes.
+    pub limit: Option<MissLimit>,
+}
+
+/// Missed releases that are too many.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct MissLimit {
+    /// This many ...
+    pub misses: u32,
+    /// ... within this many cycles of the grid.
+    pub cycles: u64,
 }
 
 /// How a task waits for its release: CPU time against punctuality.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Wake {
     /// Sleep until the release. Costs no CPU time; late by the system's wake-up latency.
     Sleep,
     /// Sleep until a margin before the release, then watch the clock.
-    Hybrid {
-        /// The margin in ns, or `None` to follow the observed wake-up latency ([`crate::Margin`]).
-        margin_ns: Option<u64>,
-    },
+    Hybrid(Margin),
     /// Watch the clock all the time. Costs a whole CPU, and with real-time priority the kernel's
     /// throttling takes that CPU away for 50 ms of every second unless it is switched off.
     Spin,
+}
+
+/// How long before the release a hybrid wait is awake.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Margin {
+    /// Always this long, in ns.
+    Fixed(u64),
+    /// As long as the observed wake-up latency asks for, but no longer than this part of the
+    /// period: the most that the wait costs of a CPU.
+    Adaptive {
+        /// 0 to 1.
+        cpu_budget: f64,
+    },
+}
+
+impl Default for Margin {
+    /// Adaptive, at most a fifth of a CPU.
+    fn default() -> Self {
+        Self::Adaptive { cpu_budget: 0.2 }
+    }
 }
 
 impl Wake {
@@ -33,7 +61,7 @@ impl Wake {
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Sleep => "sleep",
-            Self::Hybrid { .. } => "hybrid",
+            Self::Hybrid(_) => "hybrid",
             Self::Spin => "spin",
         }
     }
@@ -46,7 +74,7 @@ pub enum Overrun {
     Skip,
     /// Run them late, back to back, at most [`crate::MAX_BURST`] in a row; then skip.
     CatchUp,
-    /// End the loop.
+    /// End the loop after the cycle that came late, so that its frame tells of it.
     Stop,
 }
 

@@ -3,8 +3,8 @@
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::clock::Clock;
-use crate::margin::Margin;
-use crate::schedule::Wake;
+use crate::margin::AdaptiveMargin;
+use crate::schedule::{Margin, Wake};
 
 /// Longest single sleep, so that a task with a period of an hour still notices a stop request.
 const SLICE_NS: u64 = 200_000_000;
@@ -14,7 +14,7 @@ const SLICE_NS: u64 = 200_000_000;
 pub(crate) enum Waiter {
     Sleep,
     HybridFixed { margin_ns: u64 },
-    HybridAdaptive { margin: Margin },
+    HybridAdaptive { margin: AdaptiveMargin },
     Spin,
 }
 
@@ -22,9 +22,9 @@ impl Waiter {
     pub(crate) fn new(wake: Wake, period_ns: u64) -> Self {
         match wake {
             Wake::Sleep => Self::Sleep,
-            Wake::Hybrid { margin_ns: Some(margin_ns) } => Self::HybridFixed { margin_ns },
-            Wake::Hybrid { margin_ns: None } => {
-                Self::HybridAdaptive { margin: Margin::new(period_ns) }
+            Wake::Hybrid(Margin::Fixed(margin_ns)) => Self::HybridFixed { margin_ns },
+            Wake::Hybrid(Margin::Adaptive { cpu_budget }) => {
+                Self::HybridAdaptive { margin: AdaptiveMargin::new(period_ns, cpu_budget) }
             }
             Wake::Spin => Self::Spin,
         }
@@ -116,7 +116,7 @@ mod tests {
     #[test]
     fn a_hybrid_wait_hides_a_wake_up_latency_shorter_than_its_margin() {
         let clock = SimulatedClock::at(0).wake_latency_ns(60_000).read_cost_ns(40);
-        let start_ns = wait_once(Wake::Hybrid { margin_ns: Some(100_000) }, &clock, 500_000);
+        let start_ns = wait_once(Wake::Hybrid(Margin::Fixed(100_000)), &clock, 500_000);
         assert!(start_ns.is_some_and(|t| (500_000..500_040).contains(&t)), "{start_ns:?}");
     }
 
@@ -124,7 +124,7 @@ mod tests {
     fn an_adaptive_hybrid_wait_learns_to_hide_the_latency_it_saw() {
         let clock = SimulatedClock::at(0).wake_latency_ns(120_000).read_cost_ns(40);
         let stop = AtomicBool::new(false);
-        let mut waiter = Waiter::new(Wake::Hybrid { margin_ns: None }, PERIOD_NS);
+        let mut waiter = Waiter::new(Wake::Hybrid(Margin::default()), PERIOD_NS);
         let first = waiter.wait_until(&clock, PERIOD_NS, &stop).unwrap();
         let second = waiter.wait_until(&clock, 2 * PERIOD_NS, &stop).unwrap();
         assert!(first - PERIOD_NS > 50_000, "the first margin is too short: {first}");
@@ -134,7 +134,7 @@ mod tests {
     #[test]
     fn an_adaptive_margin_learns_nothing_from_a_wait_that_did_not_sleep() {
         let clock = SimulatedClock::at(10_000_000);
-        let mut waiter = Waiter::new(Wake::Hybrid { margin_ns: None }, PERIOD_NS);
+        let mut waiter = Waiter::new(Wake::Hybrid(Margin::default()), PERIOD_NS);
         let before = waiter.margin_ns();
         waiter.wait_until(&clock, 9_900_000, &AtomicBool::new(false));
         assert_eq!(waiter.margin_ns(), before);
@@ -149,7 +149,7 @@ mod tests {
 
     #[test]
     fn a_deadline_in_the_past_returns_without_sleeping() {
-        for wake in [Wake::Sleep, Wake::Hybrid { margin_ns: None }, Wake::Spin] {
+        for wake in [Wake::Sleep, Wake::Hybrid(Margin::default()), Wake::Spin] {
             let clock = SimulatedClock::at(7_000);
             assert_eq!(wait_once(wake, &clock, 6_000), Some(7_000), "{}", wake.as_str());
             assert_eq!(clock.sleeps(), 0);
@@ -159,7 +159,7 @@ mod tests {
     #[test]
     fn a_stop_request_ends_a_wait_of_an_hour_within_200_ms() {
         const HOUR_NS: u64 = 3_600_000_000_000;
-        for wake in [Wake::Sleep, Wake::Hybrid { margin_ns: None }, Wake::Spin] {
+        for wake in [Wake::Sleep, Wake::Hybrid(Margin::default()), Wake::Spin] {
             let stop = Arc::new(AtomicBool::new(false));
             let requested_ns = 1_234_567_890;
             let clock = SimulatedClock::at(0)
@@ -184,7 +184,7 @@ mod tests {
             margin_ns in prop::option::of(0u64..3_000_000),
             latency_ns in 0u64..400_000,
         ) {
-            for wake in [Wake::Sleep, Wake::Hybrid { margin_ns }, Wake::Spin] {
+            for wake in [Wake::Sleep, Wake::Hybrid(margin_ns.map_or(Margin::default(), Margin::Fixed)), Wake::Spin] {
                 let clock = SimulatedClock::at(5_000_000).wake_latency_ns(latency_ns).read_cost_ns(37);
                 let deadline_ns = 5_000_000 + wait_ns;
                 prop_assert!(wait_once(wake, &clock, deadline_ns).is_some_and(|t| t >= deadline_ns));

@@ -38,8 +38,23 @@ pub struct Task {
     pub cpu: Option<u32>,
     /// How to wait for the release.
     pub wake: Option<Wake>,
+    /// Fixed margin of the hybrid wait.
+    pub margin_ns: Option<u64>,
+    /// Part of a CPU that the hybrid wait may use, 0 to 0.5.
+    pub cpu_budget: Option<f64>,
     /// What to do about releases that were missed.
     pub overrun: Option<Overrun>,
+    /// How many missed releases end the node.
+    pub on_overrun: Option<OverrunLimit>,
+}
+
+/// Missed releases that are too many: the node stops, as a PLC does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct OverrunLimit {
+    /// This many missed releases, 1 to 1000 ...
+    pub misses: u32,
+    /// ... within this many cycles.
+    pub cycles: u64,
 }
 
 /// How a task waits for its release.

@@ -4,7 +4,10 @@ use isochrone_blocks::{PinType, is_cyclic_ob};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::config::{Block, Config, Connection, Input, OnStale, Output, Overrun, Task, Wake};
+use crate::config::{
+    Block, Config, Connection, Input, OnStale, Output, Overrun, OverrunLimit, Task, Wake,
+};
+use crate::duration::parse_duration_ns;
 use crate::finding::Problem;
 use crate::section::{Errors, Rule, Section, parse_integer};
 use crate::{Finding, Source};
@@ -14,6 +17,8 @@ const MAX_COUNT: i64 = 10_000_000;
 /// A frame's channels are counted in 16 bits.
 const MAX_CHANNEL: i64 = 65_535;
 const PERIOD_NS: std::ops::RangeInclusive<u64> = 10_000..=3_600_000_000_000;
+
+const CPU_BUDGET: std::ops::RangeInclusive<f64> = 0.01..=0.5;
 
 const NODE_NAME: Rule = Rule {
     accepts: |name| {
@@ -92,7 +97,7 @@ fn task(section: Section<'_>) -> Task {
                 "30 to 38 or 123 to 32767",
             )
             .map(narrow),
-        phase_ns: section.duration_ns("phase", |_| true, "less than the period"),
+        phase_ns: phase(&section),
         priority: section
             .integer(
                 "priority",
@@ -109,6 +114,21 @@ fn task(section: Section<'_>) -> Task {
                 &[("sleep", Wake::Sleep), ("hybrid", Wake::Hybrid), ("spin", Wake::Spin)],
             )
             .map(Spanned::into_inner),
+        margin_ns: section
+            .duration_ns("margin", |margin_ns| margin_ns > 0, "longer than 0")
+            .map(Spanned::into_inner),
+        cpu_budget: section
+            .read("cpu_budget", "a number such as 0.10", |value| match connection(value) {
+                Some(Connection::Float(budget)) if CPU_BUDGET.contains(&budget) => Ok(budget),
+                Some(Connection::Float(budget)) => Err(Some(section.out_of_range(
+                    "cpu_budget",
+                    &budget.to_string(),
+                    "a part of one CPU, from 0.01 to 0.5",
+                ))),
+                _ => Err(None),
+            })
+            .map(Spanned::into_inner),
+        on_overrun: section.table("on_overrun", "[task.on_overrun]").and_then(overrun_limit),
         overrun: section
             .choice(
                 "overrun",
@@ -127,6 +147,31 @@ fn task(section: Section<'_>) -> Task {
     }
     section.finish();
     task
+}
+
+/// `phase = "auto"` is half a millisecond, or half of a shorter period: between the kernel's ticks,
+/// which come at whole milliseconds of the clock that the grid follows.
+fn phase(section: &Section<'_>) -> Option<Spanned<u64>> {
+    const AUTO_NS: u64 = 500_000;
+    let automatic = section.get("phase").filter(|phase| phase.get_ref().as_str() == Some("auto"));
+    let Some(automatic) = automatic else {
+        return section.duration_ns("phase", |_| true, "less than the period, or \"auto\"");
+    };
+    let period_ns = section.get("period").and_then(|period| period.get_ref().as_str());
+    let period_ns = period_ns.and_then(|text| parse_duration_ns(text).ok())?;
+    Some(Spanned::new(automatic.span(), AUTO_NS.min(period_ns / 2)))
+}
+
+fn overrun_limit(section: Section<'_>) -> Option<OverrunLimit> {
+    section.required("misses", "3");
+    section.required("cycles", "1000");
+    let misses = section.integer("misses", |misses| (1..=1000).contains(&misses), "from 1 to 1000");
+    let cycles = section.integer("cycles", |cycles| cycles > 0, "greater than 0");
+    section.finish();
+    Some(OverrunLimit {
+        misses: narrow(misses?).into_inner(),
+        cycles: narrow(cycles?).into_inner(),
+    })
 }
 
 fn input(section: Section<'_>) -> Input {

@@ -11,6 +11,7 @@ fn warnings(block_type: &str, pins: &str) -> Vec<String> {
         "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"1ms\"\nob = 35\n\
          [[input]]\nname = \"r\"\n[[input]]\nname = \"b\"\ntype = \"BOOL\"\n\
          [[input]]\nname = \"i\"\ntype = \"INT\"\n\
+         [[output]]\nservice = \"o\"\nsignals = [\"r\", \"b\", \"i\"]\n\
          [[block]]\nname = \"x\"\ntype = \"{block_type}\"\nin = {{ {pins} }}\n"
     );
     let plan = plan(&text).unwrap();
@@ -119,4 +120,16 @@ fn warnings_stand_beside_the_errors_of_the_file_in_its_order() {
     let problems: Vec<Problem> = findings.findings.iter().map(|finding| finding.problem).collect();
     assert_eq!(problems, [Problem::ConstantError, Problem::UnknownSource]);
     assert_eq!(findings.to_string(), "level.toml: 1 error and 1 warning");
+}
+
+#[test]
+fn an_input_that_nothing_reads_is_a_warning_at_its_name() {
+    let text = "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"1ms\"\n\
+        [[input]]\nname = \"wired\"\n[[input]]\nname = \"shown\"\n[[input]]\nname = \"lost\"\n\
+        [[block]]\nname = \"x\"\ntype = \"LimRateOfChangeCI\"\nin = { value = \"wired\" }\n\
+        [[output]]\nservice = \"o\"\nsignals = [\"shown\"]\n";
+    let warnings = plan(text).unwrap().warnings;
+    let [warning] = warnings.as_slice() else { panic!("{warnings:?}") };
+    assert_eq!(warning.problem, Problem::NoEffect);
+    assert_eq!(&text[warning.span.clone()], "\"lost\"");
 }

@@ -69,6 +69,8 @@ pub struct TaskReport {
     pub period_ns: u64,
     /// How it waited: `sleep`, `hybrid` or `spin`.
     pub wake: String,
+    /// How long before a release a hybrid wait was awake in the end, in ns; `null` for other waits.
+    pub margin_ns: Option<u64>,
     /// The scheduler that the kernel granted: `fifo:80`, `other`.
     pub scheduler: String,
     /// The CPU it was pinned to, `null` if it could move.

@@ -49,10 +49,11 @@ fn task(f: &mut Formatter<'_>, task: &TaskReport) -> Result {
     writeln!(f)?;
     write!(
         f,
-        "task {}: period {}, wake {}, scheduler {}",
+        "task {}: period {}, wake {}{}, scheduler {}",
         task.name,
         period(task.period_ns),
         task.wake,
+        task.margin_ns.map_or_else(String::new, |ns| format!(" (margin {})", duration(ns as f64))),
         task.scheduler
     )?;
     match task.cpu {

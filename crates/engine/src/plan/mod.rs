@@ -9,7 +9,7 @@ mod wires;
 
 use isochrone_blocks::{BlockType, CATALOGUE, PinType};
 
-use crate::config::{OnStale, Overrun, Wake};
+use crate::config::{OnStale, Overrun, OverrunLimit, Wake};
 use crate::{Finding, Findings, Source, parse};
 
 /// What a configuration is checked against beside itself.
@@ -67,8 +67,14 @@ pub struct TaskPlan {
     pub cpu: Option<u32>,
     /// How it waits for its releases.
     pub wake: Wake,
+    /// Fixed margin of the hybrid wait in nanoseconds; `None`: it adapts.
+    pub margin_ns: Option<u64>,
+    /// Part of a CPU that the hybrid wait may use; `None`: the executor's default.
+    pub cpu_budget: Option<f64>,
     /// What it does about releases that were missed.
     pub overrun: Overrun,
+    /// How many missed releases end the node.
+    pub on_overrun: Option<OverrunLimit>,
     /// Its inputs; input k stands in slot k of the image.
     pub inputs: Vec<InputPlan>,
     /// Its outputs in file order.

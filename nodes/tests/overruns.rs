@@ -1,0 +1,115 @@
+//! Missed releases: counted exactly, told on the wire, and where the node ends because of them.
+
+mod domain;
+
+use std::time::Duration;
+
+use domain::Domain;
+use isochrone_ipc::{Depth, FrameSubscriber, Participant, ipc, load_config};
+use rustix::process::Signal;
+
+const NODE: &str = r#"
+[node]
+name = "grid"
+[[task]]
+name = "t"
+period = "1ms"
+[[block]]
+name = "saw"
+type = "SawTooth"
+in = { incrementRange = 1, endlessSteps = true }
+[[output]]
+service = "grid/out"
+signals = ["saw.value"]
+"#;
+
+/// Freezes a process as a stall of the machine would.
+fn freeze(process: &domain::Process, time: Duration) {
+    process.signal(Signal::STOP);
+    std::thread::sleep(time);
+    process.signal(Signal::CONT);
+}
+
+#[test]
+fn every_release_missed_while_the_process_was_frozen_is_counted_and_told_on_the_wire() {
+    let domain = Domain::new();
+    domain.write("node.toml", NODE);
+    let mut node = domain.start("run node.toml --cycles 200 --report node.json");
+    node.wait_for("runs");
+    let config = load_config(Some(&domain.config_file())).unwrap();
+    // 200 frames fit into the buffer, so they are all there in the end.
+    let observer = Participant::<ipc::Service>::join("observer", &config).unwrap();
+    let mut frames =
+        FrameSubscriber::open_existing(&observer, "grid/out", Depth::All).unwrap().unwrap();
+    std::thread::sleep(Duration::from_millis(30));
+    freeze(&node, Duration::from_millis(50));
+    node.finish().expect_code(0);
+
+    let mut last: Option<isochrone_ipc::FrameHeader> = None;
+    let mut longest = 0;
+    while let Some(frame) = frames.next() {
+        let header = *frame.header();
+        // An endless saw of one cycle a step is the cycle's number: time goes on while cycles
+        // are missed.
+        assert_eq!(frame.values(), [f64::from(header.cycle as i16)]);
+        if let Some(last) = last.filter(|last| last.sequence + 1 == header.sequence) {
+            let skipped = header.cycle - last.cycle - 1;
+            assert_eq!(header.missed - last.missed, skipped, "told in the frame that came next");
+            assert_eq!(header.release_ns - last.release_ns, (skipped + 1) * 1_000_000);
+            longest = longest.max(skipped);
+        }
+        last = Some(header);
+    }
+    // The freeze may begin and end anywhere in a period, and the machine may add to it.
+    assert!(longest >= 48, "{longest} releases were missed in a freeze of 50 ms");
+    let last = last.unwrap();
+    let missed = domain.json("node.json")["tasks"][0]["missed"].as_u64().unwrap();
+    assert_eq!(missed, last.missed, "the report and the last frame agree");
+    assert_eq!(last.cycle + 1 - missed, 200, "every cycle either ran or was counted as missed");
+}
+
+#[test]
+fn a_node_that_misses_more_than_its_limit_ends_with_a_last_frame_and_status_1() {
+    for policy in ["on_overrun = { misses = 20, cycles = 1000 }", "overrun = \"stop\""] {
+        let domain = Domain::new();
+        // Slow enough that only the freeze makes it miss releases.
+        let node = NODE.replace("\"1ms\"", &format!("\"20ms\"\n{policy}"));
+        domain.write("node.toml", &node);
+        let mut node = domain.start("run node.toml --report node.json --seconds 50");
+        node.wait_for("runs");
+        let mut observer = domain.start("subscribe grid/out --csv out.csv");
+        observer.wait_for("subscribed");
+        std::thread::sleep(Duration::from_millis(100));
+        freeze(&node, Duration::from_millis(600));
+        let ended = node.finish().expect_code(1);
+        assert!(ended.stderr.contains("task \"t\" missed a release"), "{}", ended.stderr);
+        std::thread::sleep(Duration::from_millis(50));
+        observer.stop().expect_code(0);
+        let missed = domain.json("node.json")["tasks"][0]["missed"].as_u64().unwrap();
+        assert!(missed >= 20, "{policy}: {missed}");
+        let recorded = domain.read("out.csv");
+        let cycles: Vec<u64> = recorded
+            .lines()
+            .skip(1)
+            .map(|row| row.split(',').next().unwrap().parse().unwrap())
+            .collect();
+        let [.., before, last] = cycles.as_slice() else { panic!("{cycles:?}") };
+        assert!(last - before > 20, "the last frame is that of the late cycle: {cycles:?}");
+    }
+}
+
+#[test]
+fn spinning_with_priority_is_refused_where_the_kernel_would_throttle_it() {
+    let throttling = std::fs::read_to_string("/proc/sys/kernel/sched_rt_runtime_us").unwrap();
+    let domain = Domain::new();
+    domain.write("node.toml", &NODE.replace("\"1ms\"", "\"1ms\"\nwake = \"spin\"\npriority = 10"));
+    let ended = domain.run("run node.toml --cycles 5");
+    if throttling.trim() == "-1" {
+        ended.expect_code(0);
+    } else {
+        let ended = ended.expect_code(1);
+        for part in ["\"t\"", "spin", "hybrid", "sched_rt_runtime_us=-1"] {
+            assert!(ended.stderr.contains(part), "{part}: {}", ended.stderr);
+        }
+    }
+}
