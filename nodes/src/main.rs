@@ -25,6 +25,7 @@ mod publish;
 mod recording;
 mod report_file;
 mod run;
+mod service;
 mod simulate;
 mod stop;
 mod subscribe;

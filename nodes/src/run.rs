@@ -17,6 +17,7 @@ use rtrb::{Consumer, RingBuffer};
 use crate::domain::{self, Domain};
 use crate::failure::Failure;
 use crate::report_file::ReportFile;
+use crate::service::Service;
 use crate::stop::{Stop, parse_seconds};
 use crate::task::{self, Job, Outcome};
 use crate::telemetry::Telemetry;
@@ -137,11 +138,9 @@ fn run_tasks(
             watches.iter().map(Watch::granted).collect::<Result<Vec<ThreadGrant>, Failure>>()?;
         let refusals: Vec<&Refusal> = grants.iter().flat_map(|grant| &grant.refusals).collect();
         report.warnings.extend(refusals.into_iter().map(warning));
-        if args.strict
-            && let Some(warning) = report.warnings.first()
-        {
-            let Warning { message, remedy, .. } = warning;
-            return Err(Failure::found(format!("{message}\nremedy: {remedy}")));
+        if args.strict && !report.warnings.is_empty() {
+            let refusals: Vec<String> = report.warnings.iter().map(sentence).collect();
+            return Err(Failure::found(refusals.join("\n")));
         }
         note_start(plan, report);
         // A grid of whole milliseconds of the clock, as the kernel's ticks are: a phase then says
@@ -150,15 +149,19 @@ fn run_tasks(
         for (_, start) in &threads {
             let _ = start.send(epoch_ns);
         }
+        let mut service = Service::find(plan, epoch_ns);
         while !stop.is_due() {
             thread::sleep(DRAIN_INTERVAL);
             for (task, watch) in watches.iter_mut().enumerate() {
                 if let Some(newest) = watch.drain() {
                     telemetry.note(task, &newest);
+                    service.note(task, &newest);
                 }
             }
             telemetry.publish();
+            service.tell();
         }
+        service.stopping();
         let mut overrun = None;
         for (((thread, _), mut watch), (task, grant)) in
             threads.into_iter().zip(watches).zip(plan.tasks.iter().zip(grants))
@@ -239,9 +242,13 @@ fn warning(refusal: &Refusal) -> Warning {
     Warning { code: refusal.code().into(), message: refusal.to_string(), remedy: refusal.remedy() }
 }
 
+fn sentence(warning: &Warning) -> String {
+    format!("{}\n  remedy: {}", warning.message, warning.remedy)
+}
+
 fn note_start(plan: &Plan, report: &Report) {
-    for Warning { message, remedy, .. } in &report.warnings {
-        terminal::note(&format!("warning: {message}\n  remedy: {remedy}"));
+    for warning in &report.warnings {
+        terminal::note(&format!("warning: {}", sentence(warning)));
     }
     let tasks: Vec<_> = plan.tasks.iter().map(|task| task.name.as_str()).collect();
     terminal::note(&format!("node \"{}\" runs: {}. Ctrl-C ends it.", plan.node, tasks.join(", ")));

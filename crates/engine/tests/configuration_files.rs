@@ -3,32 +3,30 @@
 mod findings;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use findings::{VALID, assert_one, findings, plan};
 use isochrone_engine::{MAX_BYTES, Problem, ReadError, Source};
 use proptest::prelude::*;
 
-/// A file in a directory of the test's own.
-fn file(name: &str, content: &[u8]) -> PathBuf {
-    let directory = Path::new(env!("CARGO_TARGET_TMPDIR")).join("files");
-    fs::create_dir_all(&directory).unwrap();
-    let path = directory.join(name);
-    fs::write(&path, content).unwrap();
-    path
+/// A file that goes with the test.
+fn file(content: &[u8]) -> tempfile::NamedTempFile {
+    let file = tempfile::NamedTempFile::new().unwrap();
+    fs::write(file.path(), content).unwrap();
+    file
 }
 
 #[test]
 fn a_text_file_is_read_with_its_name() {
-    let path = file("valid.toml", VALID.as_bytes());
-    let source = Source::read(&path).unwrap();
-    assert_eq!((source.name, &*source.text), (path.display().to_string(), VALID));
+    let file = file(VALID.as_bytes());
+    let source = Source::read(file.path()).unwrap();
+    assert_eq!((source.name, &*source.text), (file.path().display().to_string(), VALID));
 }
 
 #[test]
 fn an_empty_or_blank_file_is_refused_with_what_it_needs() {
     for content in ["", " \n\t\r\n"] {
-        let error = Source::read(&file("empty.toml", content.as_bytes())).unwrap_err();
+        let error = Source::read(file(content.as_bytes()).path()).unwrap_err();
         assert!(matches!(error, ReadError::Empty { .. }), "{error:?}");
         assert!(error.to_string().ends_with("at least [node] and one [[task]]"), "{error}");
     }
@@ -43,22 +41,21 @@ fn a_directory_is_refused() {
 
 #[test]
 fn a_binary_file_is_refused_with_its_first_wrong_byte() {
-    let error = Source::read(&file("binary.toml", b"[node]\n\xFF\x00")).unwrap_err();
+    let error = Source::read(file(b"[node]\n\xFF\x00").path()).unwrap_err();
     assert!(matches!(error, ReadError::NotText { offset: 7, .. }), "{error:?}");
     assert!(error.to_string().contains("byte 7 is not UTF-8"), "{error}");
 }
 
 #[test]
 fn a_file_above_the_limit_is_refused_and_one_at_the_limit_read() {
-    let path = file("large.toml", b"");
-    let large = fs::OpenOptions::new().write(true).open(&path).unwrap();
+    let large = file(b"");
+    let (path, large) = (large.path(), large.as_file());
     large.set_len(1 << 40).unwrap();
-    let error = Source::read(&path).unwrap_err();
+    let error = Source::read(path).unwrap_err();
     assert!(matches!(error, ReadError::TooLarge { .. }), "{error:?}");
     assert!(error.to_string().contains("larger than 16 MiB"), "{error}");
     large.set_len(MAX_BYTES).unwrap();
-    assert_eq!(Source::read(&path).unwrap().text.len() as u64, MAX_BYTES);
-    fs::remove_file(path).unwrap();
+    assert_eq!(Source::read(path).unwrap().text.len() as u64, MAX_BYTES);
 }
 
 #[test]
