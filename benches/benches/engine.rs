@@ -14,16 +14,14 @@ const HEAD: &str = "[node]\nname = \"bench\"\n[[task]]\nname = \"t\"\nperiod = \
 /// A third of the instances each are saws, scales and ramps, wired in chains.
 fn mixed(instances: usize) -> String {
     let count = instances.div_ceil(3);
-    // One instance of a count is called by the plain name.
-    let i = if count == 1 { "" } else { ".{i}" };
     format!(
         "{HEAD}\
         [[block]]\nname = \"saw\"\ntype = \"SawTooth\"\ncount = {count}\n\
         in = {{ timeRange = 10, incrementRange = 2764, numberSteps = 10 }}\n\
         [[block]]\nname = \"scale\"\ntype = \"ScaleLinear\"\ncount = {count}\n\
-        in = {{ x = \"saw{i}.value\", x1 = 0, y1 = 0, x2 = 27648, y2 = 1.7, yMin = 0, yMax = 1.7 }}\n\
+        in = {{ x = \"saw.{{i}}.value\", x1 = 0, y1 = 0, x2 = 27648, y2 = 1.7, yMin = 0, yMax = 1.7 }}\n\
         [[block]]\nname = \"ramp\"\ntype = \"LimRateOfChangeCI\"\ncount = {count}\n\
-        in = {{ value = \"scale{i}.y\", setChangeRate = 10 }}\n"
+        in = {{ value = \"scale.{{i}}.y\", setChangeRate = 10 }}\n"
     )
 }
 

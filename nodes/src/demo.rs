@@ -1,7 +1,7 @@
 //! `demo`: publisher, control node and subscriber as three processes.
 
 use std::io::{BufRead, BufReader, Read};
-use std::os::unix::process::CommandExt;
+use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
@@ -94,10 +94,13 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if let Some(failure) = early.or(failures.into_iter().flatten().next()) {
         return Err(failure);
     }
-    let missing = |_| Failure::found("a process of the demo ended without its report");
-    let node = node_report.recv().map_err(missing)?;
-    let link = link_report.recv().map_err(missing)?;
-    let (node, link) = (parse(&node)?, parse(&link)?);
+    let reports = [node_report, link_report].map(|report| report.recv().unwrap_or_default());
+    if reports.iter().any(String::is_empty) {
+        terminal::note("stopped before anything was measured");
+        return Ok(());
+    }
+    let [node, link] = reports.map(|report| parse(&report));
+    let (node, link) = (node?, link?);
     let report = Report { command: std::env::args().skip(1).collect(), links: link.links, ..node };
     match args.json {
         true => terminal::print_json(&report),
@@ -125,8 +128,8 @@ impl Folder {
             .tempdir()
             .map_err(|error| Failure::found(format!("cannot create a folder: {error}")))?;
         let domain = format!(
-            "[global]\nroot-path = \"{}\"\nprefix = \"isodemo{}_\"\n",
-            folder.path().display(),
+            "[global]\nroot-path = {:?}\nprefix = \"isodemo{}_\"\n",
+            folder.path().display().to_string(),
             std::process::id()
         );
         for (name, text) in [("level.toml", CONFIGURATION), (DOMAIN_FILE, &domain)] {
@@ -217,6 +220,8 @@ impl Process {
         self.ended = true;
         match status {
             Ok(status) if status.success() => None,
+            // It was told to end before it had begun, or before a frame came.
+            Ok(status) if status.code() == Some(3) || status.signal().is_some() => None,
             Ok(status) => {
                 Some(Failure::found(format!("`isochrone {}` failed: {status}", self.verb)))
             }

@@ -28,6 +28,17 @@ pub(crate) fn warnings(plan: &Plan) -> Findings {
     Findings::new(plan.source.clone(), plan.warnings.clone())
 }
 
+/// Refuses to write over a file that is read.
+pub(crate) fn keep(read: &Path, written: &Path) -> Result<(), Failure> {
+    match (read.canonicalize(), written.canonicalize()) {
+        (Ok(a), Ok(b)) if a == b => {
+            let file = written.display();
+            Err(Failure::usage(format!("{file} would overwrite what is read; name another file")))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// Shows a plan's warnings on stderr, if it has any.
 pub(crate) fn note_warnings(plan: &Plan) {
     if !plan.warnings.is_empty() {

@@ -91,9 +91,12 @@ impl InputPorts {
         self.ports.iter().map(|port| port.subscriber.counters().connects).sum()
     }
 
-    /// Service and number of received frames of every port.
-    pub(crate) fn received(&self) -> impl Iterator<Item = (&str, u64)> {
-        self.ports.iter().map(|port| (port.service.as_str(), port.subscriber.counters().received))
+    /// Service, frames received, and frames that newer ones pushed out, of every port.
+    pub(crate) fn received(&self) -> impl Iterator<Item = (&str, u64, u64)> {
+        self.ports.iter().map(|port| {
+            let counters = port.subscriber.counters();
+            (port.service.as_str(), counters.received, counters.lost)
+        })
     }
 }
 

@@ -54,7 +54,14 @@ pub(crate) struct Args {
     )]
     offset: Vec<f64>,
     /// Frequency of each wave in Hz, or one for all
-    #[arg(long, value_delimiter = ',', default_value = "1", value_name = "HZ,…")]
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "1",
+        value_parser = parse_frequency,
+        allow_negative_numbers = true,
+        value_name = "HZ,…"
+    )]
     frequency: Vec<f64>,
     /// Frames per second
     #[arg(long, default_value = "1000", value_name = "HZ", value_parser = parse_rate, allow_negative_numbers = true)]
@@ -171,11 +178,7 @@ impl Signals {
             Self::Constant(values) => {
                 (0..values.len()).map(|channel| format!("ch{channel}")).collect()
             }
-            Self::Waves(waves) => waves
-                .iter()
-                .enumerate()
-                .map(|(channel, wave)| format!("{}{channel}", wave.shape.as_str()))
-                .collect(),
+            Self::Waves(waves) => (0..waves.len()).map(|channel| format!("ch{channel}")).collect(),
             Self::Recording(recording) => recording.columns().to_vec(),
         };
         // Untyped: whether a sample fits its input is for the input to say, sample by sample.
@@ -206,5 +209,12 @@ fn parse_rate(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(rate) if (MIN_RATE_HZ..=MAX_RATE_HZ).contains(&rate) => Ok(rate),
         _ => Err(format!("give frames per second, from {MIN_RATE_HZ:.4} to {MAX_RATE_HZ}")),
+    }
+}
+
+fn parse_frequency(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(frequency) if frequency.is_finite() && frequency >= 0.0 => Ok(frequency),
+        _ => Err("give a frequency in Hz, 0 or greater".into()),
     }
 }

@@ -66,6 +66,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let plan = load::plan_strictly(&args.file, args.strict)?;
     require_services(&plan)?;
     load::note_warnings(&plan);
+    if let Some(report) = &args.report {
+        load::keep(&args.file, report)?;
+    }
     let report_file = args.report.as_deref().map(ReportFile::create).transpose()?;
     let stop = Stop::on_signal(args.seconds)?;
     let domain = Domain::find(&args.domain)?;
@@ -228,12 +231,10 @@ fn task_report(report: TaskReport, outcome: &Outcome) -> TaskReport {
 
 /// The frames that the node received and sent. How long they took is for their readers to say.
 fn links(outcome: &Outcome) -> impl Iterator<Item = LinkReport> {
-    let received = outcome.received.iter().map(|(service, frames)| (service, *frames, 0));
-    let sent = outcome.sent.iter().map(|(service, frames, lost)| (service, *frames, *lost));
-    received.chain(sent).map(|(service, frames, lost)| LinkReport {
+    outcome.received.iter().chain(&outcome.sent).map(|(service, frames, lost)| LinkReport {
         service: service.clone(),
-        frames,
-        lost,
+        frames: *frames,
+        lost: *lost,
         ..LinkReport::default()
     })
 }

@@ -47,10 +47,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         })?,
     };
     for source in [Some(&args.file), args.inputs.as_ref()].into_iter().flatten() {
-        if same_file(source, &args.output) {
-            let file = args.output.display();
-            return Err(Failure::usage(format!("--output {file} would overwrite what is read")));
-        }
+        load::keep(source, &args.output)?;
     }
     let inputs: Vec<_> = plan.tasks.iter().flat_map(|task| &task.inputs).collect();
     let recording = match &args.inputs {
@@ -88,10 +85,6 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         ));
     }
     Ok(())
-}
-
-fn same_file(a: &Path, b: &Path) -> bool {
-    matches!((a.canonicalize(), b.canonicalize()), (Ok(a), Ok(b)) if a == b)
 }
 
 /// All tasks of a plan on their common grid.

@@ -1,7 +1,7 @@
 //! `subscribe`: a subscriber process.
 
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
@@ -37,7 +37,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     every: Option<u64>,
     /// End after this many frames
-    #[arg(long)]
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..), allow_negative_numbers = true)]
     count: Option<u64>,
     /// End after this many seconds
     #[arg(long, value_parser = parse_seconds, allow_negative_numbers = true)]
@@ -95,6 +95,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut timing = LinkTiming::new();
     while !stop.is_due() {
         let Some(frame) = subscriber.next() else {
+            // Whoever reads along shall not wait for a buffer to fill.
+            sink.flush()?;
             if !args.spin {
                 thread::sleep(LOOK_INTERVAL);
             }
@@ -113,7 +115,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             break;
         }
     }
-    sink.finish()?;
+    sink.flush()?;
     let publishers = subscriber.publishers();
     drop(subscriber);
     let report = Report { links: vec![timing.report(&args.service)], ..report };
@@ -188,7 +190,6 @@ impl Sink {
             Self::Count => Ok(()),
             Self::Lines { every, .. } if !(frames - 1).is_multiple_of(*every) => Ok(()),
             Self::Lines { names, .. } => {
-                names.resize_with(values.len().min(names.len()), String::new);
                 let age_us = received_ns.saturating_sub(header.publish_ns) as f64 / 1e3;
                 let mut line =
                     format!("{:>8} {:>8} {age_us:>9.1} us ", header.sequence, header.cycle);
@@ -222,18 +223,19 @@ impl Sink {
         }
     }
 
-    fn finish(self) -> Result<(), Failure> {
+    fn flush(&mut self) -> Result<(), Failure> {
         match self {
-            Self::Csv { name, mut out, .. } => {
-                out.flush().map_err(|error| cannot_write(&name, &error))
-            }
+            Self::Csv { name, out, .. } => out.flush().map_err(|error| cannot_write(name, &error)),
             _ => Ok(()),
         }
     }
 }
 
 fn cannot_write(name: &str, error: &std::io::Error) -> Failure {
-    Failure::found(format!("cannot write {name}: {error}"))
+    match error.kind() {
+        ErrorKind::BrokenPipe => Failure::reader_left(),
+        _ => Failure::found(format!("cannot write {name}: {error}")),
+    }
 }
 
 /// The signals' names, or the channels' numbers where the service does not say.

@@ -41,13 +41,16 @@ pub(crate) struct Outcome {
     /// Used by the cycles after the warm-up, in `elapsed_ns`.
     pub(crate) usage: ThreadUsage,
     pub(crate) elapsed_ns: u64,
+    /// From the release until the frames were sent; not ours only where a peer that came made
+    /// iceoryx2 map memory there.
     pub(crate) allocations: u64,
+    /// In the slack, where iceoryx2 loans the next frames.
     pub(crate) ipc_allocations: u64,
     pub(crate) block_errors: u64,
     pub(crate) input_rejects: u64,
     pub(crate) connects: u64,
-    /// Service and number of frames received.
-    pub(crate) received: Vec<(String, u64)>,
+    /// Service, number of frames received, and number that newer ones pushed out.
+    pub(crate) received: Vec<(String, u64, u64)>,
     /// Service, number of frames sent, and number that could not be sent.
     pub(crate) sent: Vec<(String, u64, u64)>,
 }
@@ -55,6 +58,7 @@ pub(crate) struct Outcome {
 /// Runs a task to its end. `None`: it did not come to run, and `ready` was told why, or the node
 /// was stopped before.
 pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
+    let _end = EndOfNode(job.stop.clone());
     let ports = InputPorts::open(job.participant, job.plan)
         .and_then(|inputs| Ok((inputs, OutputPorts::open(job.participant, job.plan)?)));
     let (mut inputs, mut outputs) = match ports {
@@ -75,9 +79,9 @@ pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
     let mut account = Account::open();
     let mut cycles = 0;
     while let Some(release) = cyclic.wait() {
-        account.library(|| inputs.read(&mut job.engine, release.start_ns));
+        inputs.read(&mut job.engine, release.start_ns);
         job.engine.step(release.cycle);
-        account.library(|| outputs.send(&job.engine, &release));
+        outputs.send(&job.engine, &release);
         let end_ns = Monotonic.now_ns();
         cyclic.finished(end_ns);
 
@@ -97,8 +101,6 @@ pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
             break;
         }
     }
-    // One task's end is the node's.
-    job.stop.store(true, Ordering::Relaxed);
     Some(Outcome {
         stop_reason: cyclic.stop_reason(),
         margin_ns: cyclic.margin_ns(),
@@ -110,9 +112,21 @@ pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
         block_errors: job.engine.block_errors(),
         input_rejects: inputs.rejects(),
         connects: inputs.connects() + outputs.connects(),
-        received: inputs.received().map(|(service, n)| (service.to_owned(), n)).collect(),
+        received: inputs
+            .received()
+            .map(|(service, n, lost)| (service.to_owned(), n, lost))
+            .collect(),
         sent: outputs.sent().map(|(service, n, lost)| (service.to_owned(), n, lost)).collect(),
     })
+}
+
+/// One task's end is the node's, also if it ends in a panic.
+struct EndOfNode(Arc<AtomicBool>);
+
+impl Drop for EndOfNode {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
 }
 
 fn record(release: &Release, end_ns: u64, overruns: u64) -> CycleRecord {

@@ -17,18 +17,6 @@ pub(crate) enum Shape {
     Square,
 }
 
-impl Shape {
-    /// Its name on the command line.
-    pub(crate) fn as_str(self) -> &'static str {
-        match self {
-            Self::Sawtooth => "sawtooth",
-            Self::Sine => "sine",
-            Self::Step => "step",
-            Self::Square => "square",
-        }
-    }
-}
-
 /// A wave around `offset`, from `offset - amplitude` to `offset + amplitude`.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Wave {

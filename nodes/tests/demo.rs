@@ -36,6 +36,13 @@ fn the_demo_s_json_is_a_report_of_the_node_and_the_link() {
 }
 
 #[test]
+fn a_demo_that_is_stopped_while_it_starts_ends_well() {
+    for seconds in ["0.001", "0.01", "0.05"] {
+        demo(&["demo", "--seconds", seconds]).finish().expect_code(0);
+    }
+}
+
+#[test]
 fn a_signal_ends_the_demo_with_its_summary_and_leaves_nothing() {
     // Without a verb, as a newcomer starts it.
     let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));

@@ -131,6 +131,21 @@ fn a_subscriber_of_a_live_node_receives_exactly_what_simulate_computes() {
     let inputs = |row: &str| row.split(',').skip(1).take(INPUTS).collect::<Vec<_>>().join(",");
     let different: HashSet<String> = rows.iter().map(|row| inputs(row)).collect();
     assert!(different.len() > ROWS / 2, "only {} different inputs arrived", different.len());
+    // What arrived is what was sent, in that order: rows may be seen more than once, or not at all.
+    let sent = recording();
+    let mut sent = sent
+        .lines()
+        .skip(1)
+        .map(|row| row.split(',').map(|value| value.parse().unwrap()).collect::<Vec<f64>>());
+    let mut arrived: Vec<Vec<f64>> = rows
+        .iter()
+        .map(|row| inputs(row).split(',').map(|value| value.parse().unwrap()).collect())
+        .skip_while(|row: &Vec<f64>| row.iter().all(|value| *value == 0.0))
+        .collect();
+    arrived.dedup();
+    for row in arrived {
+        assert!(sent.any(|sent| sent == row), "{row:?} was not sent, or not in this order");
+    }
     let mut seen = format!("{}\n", inputs(header));
     seen += &"0,0,0\n".repeat(first);
     rows.iter().for_each(|row| seen += &(inputs(row) + "\n"));

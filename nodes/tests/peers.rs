@@ -106,6 +106,37 @@ fn a_publisher_that_was_killed_is_replaced_without_a_restart_of_the_node() {
 }
 
 #[test]
+fn a_node_that_was_killed_while_it_started_starts_again() {
+    let domain = Domain::new();
+    domain.write("node.toml", NODE);
+    // From the first file to the first frame takes some milliseconds; every moment of it counts.
+    for delay_us in (0..60).map(|step| 1000 + step * 150) {
+        let node = domain.start("run node.toml");
+        std::thread::sleep(std::time::Duration::from_micros(delay_us));
+        node.kill();
+    }
+    domain.run("run node.toml --cycles 5").expect_code(0);
+    domain.run("run node.toml --cycles 5").expect_code(0);
+}
+
+#[test]
+fn a_writer_that_names_its_channels_otherwise_is_refused() {
+    let domain = Domain::new();
+    domain.write("xy.csv", "x,y\n1,2\n");
+    domain.write("yx.csv", "y,x\n2,1\n");
+    let mut first = domain.start("publish some/where --csv xy.csv --count 100000");
+    first.wait_for("publishing");
+    let mut observer = domain.start("subscribe some/where");
+    observer.wait_for("x=1.0 y=2.0");
+    first.stop().expect_code(0);
+    let refused = domain.run("publish some/where --csv yx.csv").expect_code(1);
+    for part in ["some/where", "channel 0", "\"x\"", "\"y\""] {
+        assert!(refused.stderr.contains(part), "{part}: {}", refused.stderr);
+    }
+    observer.stop().expect_code(0);
+}
+
+#[test]
 fn subscribers_that_are_killed_neither_hold_up_the_node_nor_use_up_its_places() {
     let (domain, node) = relay();
     // More than a service has places for.
@@ -147,7 +178,8 @@ fn a_second_node_on_the_same_service_is_refused_and_told_who_has_it() {
         assert!(second.stderr.contains(&format!("\"{service}\"")), "{}", second.stderr);
         assert!(second.stderr.contains("isochrone/relay"), "{}", second.stderr);
     }
-    let more = domain.run("publish relay/out --value 1").expect_code(1);
+    domain.write("more.csv", "x\n1\n");
+    let more = domain.run("publish relay/out --csv more.csv").expect_code(1);
     assert!(more.stderr.contains("isochrone/relay"), "{}", more.stderr);
     observer.wait_for("x=-1.0");
     observer.stop().expect_code(0);

@@ -45,6 +45,18 @@ fn names_that_stand_twice_are_refused_where_they_stand_again() {
 }
 
 #[test]
+fn the_services_of_the_nodes_themselves_are_no_outputs() {
+    assert_rows(&[(
+        "telemetry",
+        "[[output]]\nservice = \"plant/level\"",
+        "[[output]]\nservice = «\"isochrone/x/telemetry\"",
+        BadName,
+        "\"isochrone/x/telemetry\" is a node's own service",
+        "kept for telemetry",
+    )]);
+}
+
+#[test]
 fn names_of_nothing_are_refused_with_the_nearest_that_exists() {
     assert_rows(&[
         (

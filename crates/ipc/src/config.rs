@@ -7,6 +7,7 @@ use iceoryx2::config::{Config, ConfigCreationError};
 use iceoryx2::prelude::{FilePath, SemanticString};
 
 use crate::ConfigError;
+use crate::error::MAX_DOMAIN_BYTES;
 
 /// How long a port waits for a peer that is caught in the middle of its creation.
 ///
@@ -31,6 +32,11 @@ pub fn load_config(path: Option<&Path>) -> Result<Config, ConfigError> {
         },
     };
     config.global.creation_timeout = CREATION_TIMEOUT;
+    let (root_path, prefix) = (config.global.root_path(), &config.global.prefix);
+    if root_path.len() + prefix.len() > MAX_DOMAIN_BYTES {
+        let (root_path, prefix) = (root_path.to_string(), prefix.to_string());
+        return Err(ConfigError::DomainTooLong { root_path, prefix });
+    }
     Ok(config)
 }
 
@@ -50,6 +56,9 @@ fn read(path: &Path) -> Result<Config, ConfigError> {
         .to_str()
         .and_then(|path| FilePath::new(path.as_bytes()).ok())
         .ok_or_else(|| ConfigError::UnusablePath { path: shown.clone() })?;
+    // Where iceoryx2 finds no details of a dead node it cleans up in its global configuration's
+    // domain, so that should be ours. Only the first call counts; a process has one domain.
+    let _ = Config::setup_global_config_from_file(&file);
     Config::from_file(&file).map_err(|cause| match cause {
         ConfigCreationError::ConfigFileDoesNotExist => ConfigError::NotFound { path: shown },
         ConfigCreationError::InsufficientPermissions

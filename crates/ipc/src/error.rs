@@ -2,6 +2,10 @@
 
 use thiserror::Error;
 
+/// Most bytes of root path and prefix. iceoryx2's paths end at 255, and its own names take the rest;
+/// it panics beyond.
+pub(crate) const MAX_DOMAIN_BYTES: usize = 120;
+
 /// Why [`load_config`](crate::load_config) failed.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum ConfigError {
@@ -20,6 +24,16 @@ pub enum ConfigError {
     UnusablePath {
         /// The path as given.
         path: String,
+    },
+    /// The names of iceoryx2's files would be longer than it can hold.
+    #[error(
+        "root-path {root_path} and prefix {prefix} are too long for iceoryx2; together at most {MAX_DOMAIN_BYTES} bytes"
+    )]
+    DomainTooLong {
+        /// The root path.
+        root_path: String,
+        /// The prefix.
+        prefix: String,
     },
     /// The file exists but cannot be read.
     #[error("iceoryx2 configuration {path}: cannot be read; check its permissions")]
@@ -150,6 +164,16 @@ pub enum LayoutConflict {
         available: usize,
         /// Channels that are needed.
         needed: usize,
+    },
+    /// A writer would give a channel another meaning than the service tells its readers.
+    #[error("channel {channel} is {needed:?} there, and {available:?} is to be written")]
+    Name {
+        /// Index of the channel.
+        channel: usize,
+        /// The writer's name for it.
+        available: String,
+        /// The service's name for it.
+        needed: String,
     },
     /// A channel carries another type.
     #[error("channel {channel} ({name}) carries {available}, {needed} is needed")]

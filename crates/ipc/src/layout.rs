@@ -184,6 +184,23 @@ fn specifier<'a>(
     Some(specifier)
 }
 
+impl FrameLayout {
+    /// Says whether a writer of this layout keeps the names that the service promises: readers
+    /// show its values under those.
+    pub(crate) fn keeps_names(&self, promised: &Self) -> Result<(), LayoutConflict> {
+        let pairs = self.signals.iter().zip(&promised.signals).enumerate();
+        let mut named = pairs.filter(|(_, (_, promised))| !promised.name.is_empty());
+        match named.find(|(_, (ours, promised))| ours.name != promised.name) {
+            None => Ok(()),
+            Some((channel, (ours, promised))) => Err(LayoutConflict::Name {
+                channel,
+                available: ours.name.clone(),
+                needed: promised.name.clone(),
+            }),
+        }
+    }
+}
+
 /// Name of the `index`-th attribute that a long value is spread over.
 fn key_of(key: &str, index: usize) -> String {
     match index {

@@ -45,6 +45,7 @@ impl<S: Service> Participant<S> {
         config.global.node.cleanup_dead_nodes_on_destruction = false;
         config.global.service.cleanup_dead_nodes_on_open = false;
 
+        remove_half_made(&config);
         let mut backoff = Backoff::new();
         let node = loop {
             let created = NodeBuilder::new()
@@ -95,6 +96,31 @@ impl<S: Service> Participant<S> {
 
     pub(crate) fn domain(&self) -> String {
         domain(self.node.config())
+    }
+}
+
+/// Removes segments of the domain that have no size. Their creator was killed between making and
+/// sizing them, and iceoryx2 0.10, run as root, would wait for it for ever.
+fn remove_half_made(config: &Config) {
+    /// Making a segment takes microseconds; one that stays empty for so long belongs to nobody.
+    const ABANDONED: Duration = Duration::from_millis(200);
+    let prefix = config.global.prefix.to_string();
+    let empty = |entry: &DirEntry| {
+        let ours = entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes());
+        ours && entry.metadata().is_ok_and(|file| file.is_file() && file.len() == 0)
+    };
+    let find = || {
+        let entries = fs::read_dir("/dev/shm").into_iter().flatten().flatten();
+        entries.filter(empty).map(|entry| entry.path()).collect::<Vec<_>>()
+    };
+    let before = find();
+    if before.is_empty() {
+        return;
+    }
+    thread::sleep(ABANDONED);
+    for segment in find().iter().filter(|segment| before.contains(segment)) {
+        // Another process may do the same at this moment.
+        let _ = fs::remove_file(segment);
     }
 }
 

@@ -95,7 +95,7 @@ impl<S: Service> FramePublisher<S> {
                 available: layout.signals.len(),
                 needed: needed.signals.len(),
             }),
-            false => layout.serves(&needed),
+            false => layout.serves(&needed).and_then(|()| layout.keeps_names(&needed)),
         };
         fits.map_err(|conflict| OpenError::LayoutConflict {
             service: service.to_owned(),

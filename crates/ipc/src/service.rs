@@ -58,10 +58,19 @@ pub(crate) fn open_or_create<S: Service>(
     let name = service_name(service)?;
     let attributes = layout.to_attributes().map_err(layout_error(service))?;
     let mut backoff = Backoff::new();
+    let mut removed = false;
     loop {
         let cause = match open_once(participant, service, &name)? {
             Attempt::Done(opened) => return Ok(opened),
             Attempt::Again(cause) => cause,
+            Attempt::Unfinished if backoff.try_again() => continue,
+            Attempt::Unfinished if !removed => {
+                remove_unfinished(participant, &name);
+                removed = true;
+                backoff = Backoff::new();
+                continue;
+            }
+            Attempt::Unfinished => Cause::HangsInCreation.to_string(),
             Attempt::Absent => match create(participant, &name, &attributes, layout) {
                 Ok(created) => return Ok(created),
                 Err(cause) => cause.to_string(),
@@ -84,7 +93,9 @@ pub(crate) fn open_existing<S: Service>(
         match open_once(participant, service, &name)? {
             Attempt::Done(opened) => return Ok(Some(opened)),
             Attempt::Absent => return Ok(None),
-            Attempt::Again(_) if backoff.try_again() => {}
+            Attempt::Again(_) | Attempt::Unfinished if backoff.try_again() => {}
+            // Whoever creates the service next removes what stands there.
+            Attempt::Unfinished => return Ok(None),
             Attempt::Again(cause) => return Err(failed(participant, service, cause)),
         }
     }
@@ -117,7 +128,23 @@ fn layout_error(service: &str) -> impl Fn(LayoutError) -> OpenError {
 enum Attempt<S: Service> {
     Done(FrameService<S>),
     Absent,
+    /// Somebody is creating it, or was killed while doing so.
+    Unfinished,
     Again(String),
+}
+
+/// Removes what a process left that was killed while it created the service. iceoryx2 does not: to
+/// it the service looks for ever as if its creator needed just a moment more.
+fn remove_unfinished<S: Service>(participant: &Participant<S>, name: &ServiceName) {
+    // SAFETY: iceoryx2 demands that no other process uses the service. It was unfinished for as
+    // long as we tried to open it, most of a second, while a creation takes a millisecond; a
+    // service that is not finished cannot be opened, so nobody has a port of it.
+    #[allow(unsafe_code)]
+    let removed = unsafe {
+        participant.node().force_remove_service(name, MessagingPattern::PublishSubscribe)
+    };
+    // If it could not be removed, the next attempt to open it says why.
+    let _ = removed;
 }
 
 /// Opens without a single wish about quality of service, so that every service of our types fits,
@@ -158,6 +185,7 @@ fn open_once<S: Service>(
         Cause::InsufficientPermissions => {
             OpenError::Permission { service: owned(), domain: participant.domain() }
         }
+        Cause::HangsInCreation => return Ok(Attempt::Unfinished),
         // Somebody creates or removes the service at this moment, or died while doing it.
         cause => return Ok(Attempt::Again(cause.to_string())),
     })

@@ -31,6 +31,9 @@ pub enum Depth {
 pub struct SubscriberCounters {
     /// Frames taken out of the buffer, including those that `newest` passed over.
     pub received: u64,
+    /// Frames that were sent and pushed out by newer ones before they were taken: gaps in the
+    /// sequence, between the first frame and the last.
+    pub lost: u64,
     /// Calls into iceoryx2 that failed.
     pub receive_errors: u64,
     /// How often the number of publishers was seen to change.
@@ -51,6 +54,7 @@ pub struct FrameSubscriber<S: Service> {
     /// Whether two frames may be held at once.
     can_compare: bool,
     peers: Peers,
+    last_sequence: Option<u64>,
     counters: SubscriberCounters,
 }
 
@@ -139,6 +143,7 @@ impl<S: Service> FrameSubscriber<S> {
             service: opened,
             layout,
             peers,
+            last_sequence: None,
             counters: SubscriberCounters::default(),
         };
         subscriber.maintain();
@@ -214,6 +219,13 @@ impl<S: Service> FrameSubscriber<S> {
         match self.port.receive() {
             Ok(Some(sample)) => {
                 self.counters.received += 1;
+                let sequence = sample.user_header().sequence;
+                // A sequence that falls is that of a publisher that began anew.
+                if let Some(last) = self.last_sequence.replace(sequence)
+                    && sequence > last
+                {
+                    self.counters.lost += sequence - last - 1;
+                }
                 Some(sample)
             }
             Ok(None) => None,

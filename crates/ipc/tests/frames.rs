@@ -1,8 +1,8 @@
 //! What a frame is when it arrives.
 
-mod common;
+mod domain;
 
-use common::{Domain, layout, send};
+use domain::{Domain, layout, send};
 use isochrone_ipc::{Depth, FrameHeader, FramePublisher, FrameSubscriber, Service, Stamp};
 
 for_both_variants! {

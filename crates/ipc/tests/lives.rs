@@ -1,12 +1,12 @@
 //! What remains of processes that end, and of those that are killed.
 
-mod common;
+mod domain;
 
 use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-use common::{Domain, layout, send};
+use domain::{Domain, layout, send};
 use isochrone_ipc::{
     ConfigError, Depth, FramePublisher, FrameSubscriber, Participant, Service, ipc, load_config,
     remove_leftovers,

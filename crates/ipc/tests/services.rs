@@ -1,10 +1,10 @@
 //! Which services can be opened, and what is said of the others.
 
-mod common;
+mod domain;
 
 use std::sync::mpsc::{RecvTimeoutError, channel};
 
-use common::{Domain, layout, send};
+use domain::{Domain, layout, send};
 use iceoryx2::prelude::{NodeBuilder, ServiceName};
 use iceoryx2::service::port_factory::PortFactory as _;
 use isochrone_ipc::{

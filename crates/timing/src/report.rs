@@ -95,9 +95,10 @@ pub struct TaskReport {
     pub period_error_ns: Summary,
     /// CPU time of the task's thread per elapsed time, 0 to 1; waiting by spinning counts.
     pub cpu_fraction: f64,
-    /// Allocations by the cycles, those of the IPC library apart.
+    /// Allocations from a release until the frames were sent: none but what the IPC library needs
+    /// for a peer that came just then.
     pub allocations: u64,
-    /// Allocations by the IPC library: one for each frame, in the slack.
+    /// Allocations by the IPC library in the slack: one for each frame.
     pub ipc_allocations: u64,
     /// Page faults without I/O.
     pub minor_faults: u64,
@@ -119,11 +120,12 @@ pub struct TaskReport {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct LinkReport {
-    /// The service that was received.
+    /// The service.
     pub service: String,
-    /// Frames received.
+    /// Frames received, or sent by the node that reports.
     pub frames: u64,
-    /// Frames published and not received.
+    /// Frames published and not received, or that could not be sent. A control input reads the
+    /// newest frame, so a faster publisher loses by design.
     pub lost: u64,
     /// Times that a publisher began anew.
     pub restarts: u64,

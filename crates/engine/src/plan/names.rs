@@ -11,6 +11,8 @@ use crate::Finding;
 use crate::config::{Block, Config};
 use crate::finding::Problem;
 
+/// What the names of the nodes' own services begin with.
+const OWN_SERVICES: &str = "isochrone/";
 /// Most instances of a file. Their slots are counted in 32 bits, and their memory is finite.
 const MAX_INSTANCES: usize = 10_000_000;
 
@@ -75,6 +77,16 @@ impl<'a> Names<'a> {
                 let message =
                     format!("\"{}\" cannot be the name of a service: {reason}", service.get_ref());
                 findings.push(Finding::new(Problem::BadName, service.span(), message));
+            }
+        }
+
+        for service in config.outputs.iter().filter_map(|output| output.service.as_ref()) {
+            if service.get_ref().starts_with(OWN_SERVICES) {
+                let message = format!("\"{}\" is a node's own service", service.get_ref());
+                findings.push(
+                    Finding::new(Problem::BadName, service.span(), message)
+                        .help("names that begin with isochrone/ are kept for telemetry"),
+                );
             }
         }
 
