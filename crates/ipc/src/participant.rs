@@ -1,7 +1,9 @@
 //! The process's membership in an iceoryx2 domain.
 
+use std::fs::{self, DirEntry};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::OnceLock;
+use std::thread;
 use std::time::Duration;
 
 use iceoryx2::config::Config;
