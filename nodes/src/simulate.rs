@@ -8,6 +8,7 @@ use isochrone_engine::{InputPlan, Plan, TaskEngine};
 
 use crate::failure::Failure;
 use crate::recording::Recording;
+use crate::stop::Stop;
 use crate::{load, numbers, terminal};
 
 /// Run a configuration without clock and IPC, from CSV to CSV
@@ -67,8 +68,13 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     };
     let cycles = args.cycles.unwrap_or(recording.len() as u64);
     let mut simulation = Simulation::new(&plan, reference, recording);
+    let stop = Stop::on_signal(None)?;
     let mut rows = Rows::create(&args.output, &plan)?;
     for cycle in 0..cycles {
+        if stop.is_due() {
+            terminal::note(&format!("note: stopped after {cycle} of {cycles} cycles"));
+            break;
+        }
         simulation.advance(cycle);
         if !rows.write(cycle, &simulation)? {
             break; // Nobody reads on.

@@ -78,6 +78,20 @@ fn sigint_and_sigterm_end_every_verb_with_its_summary() {
 }
 
 #[test]
+fn a_simulation_that_is_stopped_keeps_the_rows_it_has() {
+    let domain = domain();
+    let simulation = domain.start("simulate node.toml --cycles 1000000000 --output out.csv");
+    while std::fs::metadata(domain.path("out.csv")).map_or(0, |file| file.len()) == 0 {
+        std::thread::sleep(std::time::Duration::from_millis(2));
+    }
+    let ended = simulation.stop().expect_code(0);
+    assert!(ended.stderr.contains("of 1000000000 cycles"), "{}", ended.stderr);
+    let rows = domain.read("out.csv");
+    let columns = |row: &str| row.split(',').count();
+    assert!(rows.ends_with('\n') && rows.lines().all(|row| columns(row) == 6), "no row is cut");
+}
+
+#[test]
 fn a_node_with_an_hour_long_period_ends_on_a_signal_too() {
     let domain = domain();
     domain.write(
