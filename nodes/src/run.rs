@@ -6,7 +6,7 @@ use std::thread;
 use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic, Refusal, StopReason, ThreadGrant, prepare_process};
-use isochrone_engine::config::Wake;
+use isochrone_engine::config::{EPOCH_OFFSET_NS, Wake};
 use isochrone_engine::{Finding, Findings, Plan, Problem, TaskEngine, TaskPlan};
 use isochrone_ipc::{Participant, ipc};
 use isochrone_timing::{
@@ -146,9 +146,10 @@ fn run_tasks(
             return Err(Failure::found(refusals.join("\n")));
         }
         note_start(plan, report);
-        // A grid of whole milliseconds of the clock, as the kernel's ticks are: a phase then says
-        // where between the ticks a task is released.
-        let epoch_ns = (Monotonic.now_ns() + START_DELAY_NS).next_multiple_of(EPOCH_GRID_NS);
+        // The kernel's ticks come at whole milliseconds of the clock; a release that meets one is
+        // late by what the tick does. So the grid begins between them.
+        let epoch_ns =
+            (Monotonic.now_ns() + START_DELAY_NS).next_multiple_of(EPOCH_GRID_NS) + EPOCH_OFFSET_NS;
         for (_, start) in &threads {
             let _ = start.send(epoch_ns);
         }

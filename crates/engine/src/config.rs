@@ -6,6 +6,10 @@
 use isochrone_blocks::PinType;
 use toml::Spanned;
 
+/// Where the common grid of a node's tasks begins, in nanoseconds behind a whole millisecond of the
+/// clock: between the kernel's ticks, which come at whole milliseconds.
+pub const EPOCH_OFFSET_NS: u64 = 500_000;
+
 /// A configuration file.
 #[derive(Debug, Default)]
 pub struct Config {

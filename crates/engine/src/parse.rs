@@ -5,7 +5,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::config::{
-    Block, Config, Connection, Input, OnStale, Output, Overrun, OverrunLimit, Task, Wake,
+    Block, Config, Connection, EPOCH_OFFSET_NS, Input, OnStale, Output, Overrun, OverrunLimit,
+    Task, Wake,
 };
 use crate::duration::parse_duration_ns;
 use crate::finding::Problem;
@@ -149,17 +150,21 @@ fn task(section: Section<'_>) -> Task {
     task
 }
 
-/// `phase = "auto"` is half a millisecond, or half of a shorter period: between the kernel's ticks,
-/// which come at whole milliseconds of the clock that the grid follows.
+/// `phase = "auto"` puts the releases between the kernel's ticks. Periods of a millisecond and more
+/// are there already, because the common grid begins there; shorter ones are moved so that a tick
+/// falls in the middle between two releases.
 fn phase(section: &Section<'_>) -> Option<Spanned<u64>> {
-    const AUTO_NS: u64 = 500_000;
     let automatic = section.get("phase").filter(|phase| phase.get_ref().as_str() == Some("auto"));
     let Some(automatic) = automatic else {
         return section.duration_ns("phase", |_| true, "less than the period, or \"auto\"");
     };
     let period_ns = section.get("period").and_then(|period| period.get_ref().as_str());
     let period_ns = period_ns.and_then(|text| parse_duration_ns(text).ok())?;
-    Some(Spanned::new(automatic.span(), AUTO_NS.min(period_ns / 2)))
+    let phase_ns = match period_ns {
+        0 | 1_000_000.. => 0,
+        _ => (period_ns + period_ns / 2 - EPOCH_OFFSET_NS % period_ns) % period_ns,
+    };
+    Some(Spanned::new(automatic.span(), phase_ns))
 }
 
 fn overrun_limit(section: Section<'_>) -> Option<OverrunLimit> {
