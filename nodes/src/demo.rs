@@ -101,7 +101,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
     let [node, link] = reports.map(|report| parse(&report));
     let (node, link) = (node?, link?);
-    let report = Report { command: std::env::args().skip(1).collect(), links: link.links, ..node };
+    let report = Report {
+        command: vec!["demo".into(), "--seconds".into(), args.seconds.to_string()],
+        links: link.links,
+        ..node
+    };
     match args.json {
         true => terminal::print_json(&report),
         false => terminal::print(&format!("\n{report}")),
