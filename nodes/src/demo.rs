@@ -221,11 +221,12 @@ impl Process {
             let _ = kill_process(pid, Signal::TERM);
         }
         let status = self.child.wait();
+        let told = Some(Signal::TERM.as_raw());
         self.ended = true;
         match status {
             Ok(status) if status.success() => None,
             // It was told to end before it had begun, or before a frame came.
-            Ok(status) if status.code() == Some(3) || status.signal().is_some() => None,
+            Ok(status) if status.code() == Some(3) || status.signal() == told => None,
             Ok(status) => {
                 Some(Failure::found(format!("`isochrone {}` failed: {status}", self.verb)))
             }

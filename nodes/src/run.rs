@@ -139,8 +139,7 @@ fn run_tasks(
         // Dropping `start` without a word, as every early return does, ends the threads.
         let grants =
             watches.iter().map(Watch::granted).collect::<Result<Vec<ThreadGrant>, Failure>>()?;
-        let refusals: Vec<&Refusal> = grants.iter().flat_map(|grant| &grant.refusals).collect();
-        report.warnings.extend(refusals.into_iter().map(warning));
+        report.warnings.extend(grants.iter().flat_map(|grant| &grant.refusals).map(warning));
         if args.strict && !report.warnings.is_empty() {
             let refusals: Vec<String> = report.warnings.iter().map(sentence).collect();
             return Err(Failure::found(refusals.join("\n")));
