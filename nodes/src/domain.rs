@@ -32,6 +32,14 @@ impl Domain {
     pub(crate) fn join(&self, name: &str) -> Result<Participant<ipc::Service>, Failure> {
         Participant::join(name, &self.config).map_err(Failure::found)
     }
+
+    /// Joins it with ports that belong to real-time threads.
+    pub(crate) fn join_for_real_time(
+        &self,
+        name: &str,
+    ) -> Result<Participant<ipc::Service>, Failure> {
+        Participant::join_for_real_time(name, &self.config).map_err(Failure::found)
+    }
 }
 
 impl Drop for Domain {

@@ -4,8 +4,8 @@ use isochrone_cyclic::{Clock, Monotonic, Release};
 use isochrone_engine::config::OnStale;
 use isochrone_engine::{InputPlan, OutputPlan, TaskEngine, TaskPlan};
 use isochrone_ipc::{
-    Depth, FrameLayout, FramePublisher, FrameSubscriber, OpenError, Participant, SignalSpec, Stamp,
-    ipc,
+    Depth, FrameLayout, FramePublisher, FrameSubscriber, OpenError, Participant, Repair, SignalSpec,
+    Stamp, ipc,
 };
 
 type Service = ipc::Service;
@@ -89,6 +89,16 @@ impl InputPorts {
     /// How often a publisher was seen to come or go.
     pub(crate) fn connects(&self) -> u64 {
         self.ports.iter().map(|port| port.subscriber.counters().connects).sum()
+    }
+
+    /// How many connections to a publisher failed.
+    pub(crate) fn connect_errors(&self) -> u64 {
+        self.ports.iter().map(|port| port.subscriber.counters().connect_errors).sum()
+    }
+
+    /// What makes good failed connections.
+    pub(crate) fn repairs(&self) -> impl Iterator<Item = Repair> {
+        self.ports.iter().map(|port| port.subscriber.repair())
     }
 
     /// Service, frames received, and frames that newer ones pushed out, of every port.
@@ -198,6 +208,16 @@ impl OutputPorts {
     /// How often a subscriber was seen to come or go.
     pub(crate) fn connects(&self) -> u64 {
         self.ports.iter().map(|port| port.publisher.counters().connects).sum()
+    }
+
+    /// How many connections to a subscriber failed.
+    pub(crate) fn connect_errors(&self) -> u64 {
+        self.ports.iter().map(|port| port.publisher.counters().connect_errors).sum()
+    }
+
+    /// What makes good failed connections.
+    pub(crate) fn repairs(&self) -> impl Iterator<Item = Repair> {
+        self.ports.iter().map(|port| port.publisher.repair())
     }
 
     /// Service, frames sent, and frames that could not be sent, of every port.

@@ -102,6 +102,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         Schedule { period_ns, phase_ns: 0, wake: Wake::Sleep, overrun: Overrun::Skip, limit: None };
     let mut cyclic = Cyclic::new(Monotonic, schedule, Monotonic.now_ns() + period_ns, stop.flag());
     let count = args.count.or(signals.frames());
+    let mut repair = publisher.repair();
     let mut frame = 0;
     while count.is_none_or(|count| frame < count) && !stop.is_due() {
         let Some(release) = cyclic.wait() else { break };
@@ -117,6 +118,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         };
         publisher.send(stamp, || Monotonic.now_ns());
         publisher.prepare();
+        repair.tend(&participant);
         frame += 1;
     }
     let counters = publisher.counters();

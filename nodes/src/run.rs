@@ -8,7 +8,7 @@ use std::time::Duration;
 use isochrone_cyclic::{Clock, Monotonic, Refusal, StopReason, ThreadGrant, prepare_process};
 use isochrone_engine::config::{EPOCH_OFFSET_NS, Wake};
 use isochrone_engine::{Finding, Findings, Plan, Problem, TaskEngine, TaskPlan};
-use isochrone_ipc::{Participant, ipc};
+use isochrone_ipc::{Participant, Repair, ipc};
 use isochrone_timing::{
     CycleRecord, Environment, LinkReport, Report, TaskReport, TaskTiming, Warning,
 };
@@ -19,7 +19,7 @@ use crate::failure::Failure;
 use crate::report_file::ReportFile;
 use crate::service::Service;
 use crate::stop::{Stop, parse_seconds};
-use crate::task::{self, Job, Outcome};
+use crate::task::{self, Job, Outcome, Ready};
 use crate::telemetry::Telemetry;
 use crate::{check, load, terminal};
 
@@ -78,7 +78,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         report.warnings.extend(prepare_process().refusals.iter().map(warning));
     }
     refuse_throttled_spin(&plan, &report.environment)?;
-    let participant = domain.join(&format!("isochrone/{}", plan.node))?;
+    let participant = domain.join_for_real_time(&format!("isochrone/{}", plan.node))?;
     let overrun = run_tasks(args, &plan, &participant, &stop, &mut report)?;
     drop(participant);
     drop(domain);
@@ -133,12 +133,13 @@ fn run_tasks(
             let thread = spawned
                 .map_err(|error| Failure::found(format!("cannot start a thread: {error}")))?;
             threads.push((thread, start));
-            watches.push(Watch { timing: TaskTiming::new(task.period_ns), consumer, is_ready });
+            let timing = TaskTiming::new(task.period_ns);
+            watches.push(Watch { timing, consumer, is_ready, repairs: Vec::new() });
         }
 
         // Dropping `start` without a word, as every early return does, ends the threads.
         let grants =
-            watches.iter().map(Watch::granted).collect::<Result<Vec<ThreadGrant>, Failure>>()?;
+            watches.iter_mut().map(Watch::granted).collect::<Result<Vec<ThreadGrant>, Failure>>()?;
         report.warnings.extend(grants.iter().flat_map(|grant| &grant.refusals).map(warning));
         if args.strict && !report.warnings.is_empty() {
             let refusals: Vec<String> = report.warnings.iter().map(sentence).collect();
@@ -160,8 +161,11 @@ fn run_tasks(
                     telemetry.note(task, &newest);
                     service.note(task, &newest);
                 }
+                for repair in &mut watch.repairs {
+                    repair.tend(participant);
+                }
             }
-            telemetry.publish();
+            telemetry.publish(participant);
             service.tell();
         }
         service.stopping();
@@ -192,14 +196,17 @@ fn run_tasks(
 struct Watch {
     timing: TaskTiming,
     consumer: Consumer<CycleRecord>,
-    is_ready: Receiver<Result<ThreadGrant, Failure>>,
+    is_ready: Receiver<Result<Ready, Failure>>,
+    repairs: Vec<Repair>,
 }
 
 impl Watch {
     /// Waits for the end of the task's set-up.
-    fn granted(&self) -> Result<ThreadGrant, Failure> {
+    fn granted(&mut self) -> Result<ThreadGrant, Failure> {
         let gone = |_| Failure::found("a task's thread ended during its set-up");
-        self.is_ready.recv().map_err(gone)?
+        let ready = self.is_ready.recv().map_err(gone)??;
+        self.repairs = ready.repairs;
+        Ok(ready.grant)
     }
 
     /// Takes all records in; returns the newest.
@@ -225,6 +232,7 @@ fn task_report(report: TaskReport, outcome: &Outcome) -> TaskReport {
         block_errors: outcome.block_errors,
         input_rejects: outcome.input_rejects,
         connects: outcome.connects,
+        connect_errors: outcome.connect_errors,
         ..report
     }
 }

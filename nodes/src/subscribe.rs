@@ -93,10 +93,12 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let report = Report::new(std::env::args().skip(1).collect(), Environment::read());
     let mut sink = Sink::new(args, csv, layout);
     let mut timing = LinkTiming::new();
+    let mut repair = subscriber.repair();
     while !stop.is_due() {
         let Some(frame) = subscriber.next() else {
             // Whoever reads along shall not wait for a buffer to fill.
             sink.flush()?;
+            repair.tend(&participant);
             if !args.spin {
                 thread::sleep(LOOK_INTERVAL);
             }

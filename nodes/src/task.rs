@@ -9,7 +9,7 @@ use isochrone_cyclic::{
     ThreadUsage, prepare_thread, thread_allocations, thread_usage,
 };
 use isochrone_engine::{TaskEngine, TaskPlan};
-use isochrone_ipc::{Participant, ipc};
+use isochrone_ipc::{Participant, Repair, give_up_file_override, ipc};
 use isochrone_timing::{CycleRecord, DEFAULT_WARM_UP_CYCLES};
 use rtrb::Producer;
 
@@ -28,9 +28,16 @@ pub(crate) struct Job<'a> {
     pub(crate) records: Producer<CycleRecord>,
     pub(crate) tap: Tap,
     /// Tells that the set-up is done, or why it failed.
-    pub(crate) ready: Sender<Result<ThreadGrant, Failure>>,
+    pub(crate) ready: Sender<Result<Ready, Failure>>,
     /// The instant at which the common grid of all tasks begins.
     pub(crate) epoch_ns: Receiver<u64>,
+}
+
+/// What a task's thread has to say when its set-up is done.
+pub(crate) struct Ready {
+    pub(crate) grant: ThreadGrant,
+    /// For each of its ports.
+    pub(crate) repairs: Vec<Repair>,
 }
 
 /// What a task's thread has to say in the end.
@@ -49,6 +56,7 @@ pub(crate) struct Outcome {
     pub(crate) block_errors: u64,
     pub(crate) input_rejects: u64,
     pub(crate) connects: u64,
+    pub(crate) connect_errors: u64,
     /// Service, number of frames received, and number that newer ones pushed out.
     pub(crate) received: Vec<(String, u64, u64)>,
     /// Service, number of frames sent, and number that could not be sent.
@@ -72,7 +80,11 @@ pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
         priority: job.plan.priority,
         cpu: job.plan.cpu.map(|cpu| cpu as usize),
     });
-    job.ready.send(Ok(grant)).ok()?;
+    if job.plan.priority.is_some() {
+        give_up_file_override();
+    }
+    let repairs = inputs.repairs().chain(outputs.repairs()).collect();
+    job.ready.send(Ok(Ready { grant, repairs })).ok()?;
     let epoch_ns = job.epoch_ns.recv().ok()?;
 
     let mut cyclic = Cyclic::new(Monotonic, schedule(job.plan), epoch_ns, job.stop.clone());
@@ -112,6 +124,7 @@ pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
         block_errors: job.engine.block_errors(),
         input_rejects: inputs.rejects(),
         connects: inputs.connects() + outputs.connects(),
+        connect_errors: inputs.connect_errors() + outputs.connect_errors(),
         received: inputs
             .received()
             .map(|(service, n, lost)| (service.to_owned(), n, lost))

@@ -6,7 +6,9 @@
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::{Plan, TaskPlan};
-use isochrone_ipc::{FrameLayout, FramePublisher, OpenError, Participant, SignalSpec, Stamp, ipc};
+use isochrone_ipc::{
+    FrameLayout, FramePublisher, OpenError, Participant, Repair, SignalSpec, Stamp, ipc,
+};
 use isochrone_timing::CycleRecord;
 use rtrb::{Consumer, Producer, RingBuffer};
 
@@ -50,6 +52,7 @@ impl Tap {
 /// The end in the ordinary thread.
 pub(crate) struct Telemetry {
     publisher: FramePublisher<ipc::Service>,
+    repair: Repair,
     values: Vec<f64>,
     sources: Vec<Source>,
     frames: u64,
@@ -92,7 +95,8 @@ impl Telemetry {
         let values = vec![0.0; signals.len()];
         let layout = FrameLayout { signals, period_ns: None };
         let publisher = FramePublisher::open(participant, &Self::service(&plan.node), &layout)?;
-        Ok((Self { publisher, values, sources, frames: 0, fresh: false }, taps))
+        let repair = publisher.repair();
+        Ok((Self { publisher, repair, values, sources, frames: 0, fresh: false }, taps))
     }
 
     /// Notes a cycle of a task; the newest before [`publish`](Self::publish) is shown.
@@ -112,7 +116,8 @@ impl Telemetry {
     }
 
     /// Publishes the newest snapshot of every task, if there is anything new.
-    pub(crate) fn publish(&mut self) {
+    pub(crate) fn publish(&mut self, participant: &Participant<ipc::Service>) {
+        self.repair.tend(participant);
         for source in &mut self.sources {
             let channels = self.values.get_mut(source.signals.clone()).unwrap_or_default();
             while !channels.is_empty()

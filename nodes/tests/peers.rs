@@ -3,10 +3,13 @@
 mod domain;
 
 use std::path::PathBuf;
+use std::thread;
+use std::time::Duration;
 
 use domain::{Domain, Process};
 use iceoryx2::prelude::{NodeBuilder, ServiceName, ipc};
 use isochrone_ipc::load_config;
+use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
 
 /// Passes its input on. What the subscriber prints shows what the node saw.
 const NODE: &str = r#"
@@ -145,6 +148,40 @@ fn subscribers_that_are_killed_neither_hold_up_the_node_nor_use_up_its_places() 
     }
     observer(&domain).stop().expect_code(0);
     node.stop().expect_code(0);
+}
+
+#[test]
+fn a_connection_that_failed_comes_about_once_its_cause_has_passed() {
+    let domain = Domain::new();
+    domain.write("node.toml", NODE);
+    let mut node = domain.start("run node.toml --report node.json");
+    node.wait_for("runs");
+    let pid = Pid::from_raw(node.id().cast_signed());
+    let usual = prlimit(pid, Resource::Nofile, getrlimit(Resource::Nofile)).unwrap();
+    // Without a free file descriptor a port can open no shared memory.
+    let none = Rlimit { current: Some(1), ..usual.clone() };
+    // No sign outside tells that the node has tried in vain; it does so every 2 ms.
+    let many_cycles = Duration::from_millis(200);
+
+    prlimit(pid, Resource::Nofile, none.clone()).unwrap();
+    let mut observer = domain.start("subscribe relay/out");
+    observer.wait_for("subscribed");
+    thread::sleep(many_cycles);
+    prlimit(pid, Resource::Nofile, usual.clone()).unwrap();
+    observer.wait_for("x=-1.0");
+
+    prlimit(pid, Resource::Nofile, none).unwrap();
+    let publisher = publisher(&domain, "4.5");
+    thread::sleep(many_cycles);
+    prlimit(pid, Resource::Nofile, usual).unwrap();
+    observer.wait_for("x=4.5");
+
+    for process in [publisher, observer, node] {
+        process.stop().expect_code(0);
+    }
+    let failed = domain.json("node.json")["tasks"][0]["connect_errors"].as_u64().unwrap();
+    assert!(failed >= 2, "{failed} connections failed; there were to be two at least");
+    assert_eq!(domain.leftovers(), NOTHING);
 }
 
 #[test]

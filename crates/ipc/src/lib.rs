@@ -8,7 +8,8 @@
 //! Set-up (`join`, `open`) allocates, touches files, may wait for some hundred milliseconds and
 //! returns `Result`. The cycle (`send`, `newest`) never waits, never logs and counts what went
 //! wrong. What allocates or maps memory belongs in the *slack* between two cycles:
-//! [`FramePublisher::prepare`] and [`FrameSubscriber::maintain`].
+//! [`FramePublisher::prepare`] and [`FrameSubscriber::maintain`]. Connections that fail are made
+//! good by an ordinary thread, with a [`Repair`].
 //!
 //! The services are plain iceoryx2: every other program, tool or language binding of the same
 //! version sees them. [`FrameLayout`] documents how a service names its signals.
@@ -35,6 +36,7 @@ mod notation;
 mod participant;
 mod peers;
 mod publisher;
+mod repair;
 mod service;
 mod subscriber;
 
@@ -46,8 +48,9 @@ pub use iceoryx2::prelude::LogLevel;
 pub use iceoryx2::service::{Service, ipc, local};
 pub use layout::{FrameLayout, SignalSpec};
 pub use leftovers::remove_leftovers;
-pub use participant::Participant;
+pub use participant::{Participant, give_up_file_override};
 pub use publisher::{FramePublisher, PUBLISHER_PORT_NAME, PublisherCounters, Stamp};
+pub use repair::Repair;
 pub use service::check_service_name;
 pub use subscriber::{Depth, FrameRef, FrameSubscriber, SubscriberCounters};
 

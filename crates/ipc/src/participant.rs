@@ -9,6 +9,7 @@ use std::time::Duration;
 use iceoryx2::config::Config;
 use iceoryx2::node::{Node, NodeBuilder, NodeCreationFailure};
 use iceoryx2::prelude::{LogLevel, NodeName, SignalHandlingMode};
+use rustix::thread::{CapabilitySet, capabilities, set_capabilities};
 
 use crate::backoff::Backoff;
 use crate::{JoinError, Service};
@@ -37,10 +38,27 @@ impl<S: Service> Participant<S> {
     /// # Errors
     /// `name` is not a node name, or iceoryx2 cannot use the domain.
     pub fn join(name: &str, config: &Config) -> Result<Self, JoinError> {
+        Self::join_with(name, config.clone())
+    }
+
+    /// As [`join`](Self::join), for ports in real-time threads: connecting never waits.
+    ///
+    /// A peer that is not fully made yet, or never will be because it was killed, is a failed
+    /// connection at once instead of after the creation timeout. Have a [`Repair`](crate::Repair)
+    /// for each port, and see [`give_up_file_override`].
+    ///
+    /// # Errors
+    /// As `join`.
+    pub fn join_for_real_time(name: &str, config: &Config) -> Result<Self, JoinError> {
+        let mut config = config.clone();
+        config.global.creation_timeout = Duration::ZERO;
+        Self::join_with(name, config)
+    }
+
+    fn join_with(name: &str, mut config: Config) -> Result<Self, JoinError> {
         LOG_LEVEL.get_or_init(|| iceoryx2::prelude::set_log_level(LogLevel::Warn));
         let node_name =
             NodeName::new(name).map_err(|_| JoinError::Name { name: name.to_owned() })?;
-        let mut config = config.clone();
         // iceoryx2 would clean up on its own when a node is made or dropped and when a service
         // is opened. That is done here instead, see `clean_up`.
         config.global.node.cleanup_dead_nodes_on_creation = false;
@@ -99,6 +117,19 @@ impl<S: Service> Participant<S> {
     pub(crate) fn domain(&self) -> String {
         domain(self.node.config())
     }
+}
+
+/// Gives up, for the calling thread, root's right to open files whatever their permissions say.
+///
+/// iceoryx2 marks shared memory that is still being made by its permissions. Root opens it all the
+/// same, finds it empty, and sleeps a millisecond at a time until it is not. Without the right a
+/// port of this thread sees the mark, and goes on. Call it after opening the ports; for a thread
+/// without privileges it does nothing.
+pub fn give_up_file_override() {
+    let Ok(mut sets) = capabilities(None) else { return };
+    sets.effective -= CapabilitySet::DAC_OVERRIDE | CapabilitySet::DAC_READ_SEARCH;
+    // To have fewer capabilities is always allowed.
+    let _ = set_capabilities(None, sets);
 }
 
 /// Removes segments of the domain that have no size. Their creator was killed between making and

@@ -25,6 +25,11 @@ impl Peers {
         }
     }
 
+    /// What counts the failures, for another thread.
+    pub(crate) fn failure_count(&self) -> Arc<AtomicU64> {
+        Arc::clone(&self.failures)
+    }
+
     /// Takes note of how many peers there are, and returns whether that changed.
     pub(crate) fn note(&mut self, present: usize) -> bool {
         let changed = present != self.present;

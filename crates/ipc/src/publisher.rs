@@ -10,6 +10,7 @@ use iceoryx2::service::port_factory::PortFactory as _;
 
 use crate::backoff::Backoff;
 use crate::peers::Peers;
+use crate::repair::{Peer, Repair};
 use crate::service::{self, FrameService};
 use crate::{FrameHeader, FrameLayout, OpenError, Participant, Service};
 
@@ -46,11 +47,11 @@ pub struct PublisherCounters {
     /// How often the number of subscribers was seen to change; each change costs one `prepare`
     /// or `send` some hundred microseconds.
     pub connects: u64,
-    /// Connections to a subscriber that failed. iceoryx2 tries again only when the next peer
-    /// joins or leaves; until then the subscriber gets nothing.
+    /// Connections to a subscriber that failed. The subscriber gets nothing until a [`Repair`], or
+    /// the next peer that joins or leaves, makes iceoryx2 try again.
     pub connect_errors: u64,
     /// Frames that reached fewer subscribers than there were, as `prepare` finds out afterwards.
-    /// A number that goes on growing means a failed connection and calls for opening anew.
+    /// A number that goes on growing means a failed connection.
     pub silent: u64,
 }
 
@@ -187,6 +188,12 @@ impl<S: Service> FramePublisher<S> {
             connect_errors: self.peers.failures(),
             ..self.counters
         }
+    }
+
+    /// What makes good the port's failed connections; for an ordinary thread.
+    pub fn repair(&self) -> Repair {
+        let service = self.service.name().as_str();
+        Repair::new(service, Peer::Subscriber, self.peers.failure_count())
     }
 
     /// How many subscribers the service has now, connected or not.

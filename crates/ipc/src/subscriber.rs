@@ -10,6 +10,7 @@ use iceoryx2::service::port_factory::PortFactory as _;
 
 use crate::backoff::Backoff;
 use crate::peers::Peers;
+use crate::repair::{Peer, Repair};
 use crate::service::{self, FrameService};
 use crate::{FrameHeader, FrameLayout, OpenError, Participant, Service};
 
@@ -38,8 +39,8 @@ pub struct SubscriberCounters {
     pub receive_errors: u64,
     /// How often the number of publishers was seen to change.
     pub connects: u64,
-    /// Connections to a publisher that failed. iceoryx2 tries again only when the next peer
-    /// joins or leaves; until then its frames do not arrive.
+    /// Connections to a publisher that failed. Its frames do not arrive until a [`Repair`], or the
+    /// next peer that joins or leaves, makes iceoryx2 try again.
     pub connect_errors: u64,
 }
 
@@ -204,6 +205,12 @@ impl<S: Service> FrameSubscriber<S> {
     /// Not for the cycle: counting writes to shared memory and may repeat while peers come or go.
     pub fn publishers(&self) -> usize {
         self.service.dynamic_config().number_of_publishers()
+    }
+
+    /// What makes good the port's failed connections; for an ordinary thread.
+    pub fn repair(&self) -> Repair {
+        let service = self.service.name().as_str();
+        Repair::new(service, Peer::Publisher, self.peers.failure_count())
     }
 
     /// What happened since the subscriber was opened.

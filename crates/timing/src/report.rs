@@ -114,6 +114,8 @@ pub struct TaskReport {
     pub input_rejects: u64,
     /// Peers that connected or left while the task ran.
     pub connects: u64,
+    /// Connections to a peer that failed at first, and were tried again.
+    pub connect_errors: u64,
 }
 
 /// The timing of one stream of frames.

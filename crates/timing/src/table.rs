@@ -87,8 +87,8 @@ fn task(f: &mut Formatter<'_>, task: &TaskReport) -> Result {
     )?;
     writeln!(
         f,
-        "  {} block errors, {} input rejects, {} connects",
-        task.block_errors, task.input_rejects, task.connects
+        "  {} block errors, {} input rejects, {} connects ({} failed at first)",
+        task.block_errors, task.input_rejects, task.connects, task.connect_errors
     )
 }
 

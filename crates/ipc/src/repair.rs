@@ -1,0 +1,93 @@
+//! Connections that failed, and how they come about after all.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{Duration, Instant};
+
+use crate::service;
+use crate::{OpenError, Participant, Service};
+
+/// The first attempts follow each other quickly: most failures are two ports that connect to each
+/// other at the same moment.
+const FIRST_PAUSE: Duration = Duration::from_millis(20);
+/// The last ones do not: what fails for long (no file descriptor, no memory) fails in every attempt,
+/// and each attempt costs the port's slack some microseconds.
+const LONGEST_PAUSE: Duration = Duration::from_secs(1);
+
+/// Makes a port try its failed connections again.
+///
+/// iceoryx2 connects a port when the list of its peers changes, and never comes back to a
+/// connection that failed: a reader would wait for ever for a publisher that is there. `Repair`
+/// sees the failure and changes the list, with a peer that comes and leaves at once. It may live in
+/// another thread than its port, and outlive it.
+#[derive(Debug)]
+pub struct Repair {
+    service: String,
+    peer: Peer,
+    failures: Arc<AtomicU64>,
+    /// Failures that an attempt followed.
+    answered: u64,
+    pause: Duration,
+    not_before: Option<Instant>,
+}
+
+/// What the port connects to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Peer {
+    Publisher,
+    Subscriber,
+}
+
+impl Repair {
+    pub(crate) fn new(service: &str, peer: Peer, failures: Arc<AtomicU64>) -> Self {
+        let service = service.to_owned();
+        Self { service, peer, failures, answered: 0, pause: FIRST_PAUSE, not_before: None }
+    }
+
+    /// Has the port try again if a connection failed since the last attempt. Returns whether it did.
+    ///
+    /// For an ordinary thread, many times a second: it is one load of an atomic while all is well,
+    /// and some hundred microseconds of file operations otherwise.
+    pub fn tend<S: Service>(&mut self, participant: &Participant<S>) -> bool {
+        // Read before the attempt: a failure that the attempt itself meets calls for another.
+        let failures = self.failures.load(Ordering::Relaxed);
+        if failures == self.answered && self.not_before.is_none() {
+            return false;
+        }
+        let now = Instant::now();
+        if self.not_before.is_some_and(|instant| now < instant) {
+            return false;
+        }
+        if failures == self.answered {
+            self.pause = FIRST_PAUSE;
+            self.not_before = None;
+            return false;
+        }
+        self.not_before = Some(now + self.pause);
+        self.pause = (self.pause * 2).min(LONGEST_PAUSE);
+        // What keeps the port from connecting may keep us from it too, until it has passed.
+        let done = self.show_a_peer(participant).is_ok();
+        if done {
+            self.answered = failures;
+        }
+        done
+    }
+
+    /// Adds a peer to the list and takes it away.
+    fn show_a_peer<S: Service>(&self, participant: &Participant<S>) -> Result<(), OpenError> {
+        let Some(opened) = service::open_existing(participant, &self.service)? else {
+            return Ok(());
+        };
+        let failed = |cause: String| service::failed(participant, &self.service, cause);
+        match self.peer {
+            Peer::Publisher => {
+                let port = opened.publisher_builder().initial_max_slice_len(1).create();
+                port.map(drop).map_err(|cause| failed(cause.to_string()))
+            }
+            Peer::Subscriber => {
+                let port = opened.subscriber_builder().buffer_size(1).create();
+                port.map(drop).map_err(|cause| failed(cause.to_string()))
+            }
+        }
+    }
+}
