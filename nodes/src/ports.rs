@@ -197,6 +197,11 @@ impl OutputPorts {
         }
     }
 
+    /// Connects to subscribers that came; for the slack.
+    pub(crate) fn maintain(&mut self) {
+        self.ports.iter_mut().for_each(|port| port.publisher.maintain());
+    }
+
     /// Loans the next frames; for the slack.
     pub(crate) fn prepare(&mut self) {
         for port in &mut self.ports {

@@ -90,7 +90,16 @@ pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
     let mut cyclic = Cyclic::new(Monotonic, schedule(job.plan), epoch_ns, job.stop.clone());
     let mut account = Account::open();
     let mut cycles = 0;
-    while let Some(release) = cyclic.wait() {
+    loop {
+        // Peers that came while the thread slept are connected before the release, not after it.
+        let connect = || {
+            account.library(|| {
+                inputs.maintain();
+                outputs.maintain();
+            });
+        };
+        let Some(release) = cyclic.wait_with(connect) else { break };
+
         inputs.read(&mut job.engine, release.start_ns);
         job.engine.step(release.cycle);
         outputs.send(&job.engine, &release);

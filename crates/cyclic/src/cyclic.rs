@@ -86,10 +86,16 @@ impl<C: Clock> Cyclic<C> {
     /// tells why. A loop that ends because it missed releases runs the late cycle first, so that
     /// whoever reads its results learns of it.
     pub fn wait(&mut self) -> Option<Release> {
+        self.wait_with(|| ())
+    }
+
+    /// As [`wait`](Self::wait); a hybrid wait calls `awake` when it has slept, a margin before the
+    /// release. What would otherwise disturb the cycle, and is short, has its place there.
+    pub fn wait_with(&mut self, awake: impl FnOnce()) -> Option<Release> {
         if self.stop_reason.is_some() {
             return None;
         }
-        let waited = self.waiter.wait_until(&self.clock, self.next_release_ns, &self.stop);
+        let waited = self.waiter.wait_until(&self.clock, self.next_release_ns, &self.stop, awake);
         let Some(start_ns) = waited else {
             self.stop_reason = Some(StopReason::Requested);
             return None;

@@ -31,16 +31,23 @@ impl Waiter {
     }
 
     /// Returns the first clock reading at or after `deadline_ns`, or `None` once `stop` is set.
+    ///
+    /// A hybrid wait calls `awake` when it has slept and is about to spin.
     pub(crate) fn wait_until<C: Clock>(
         &mut self,
         clock: &C,
         deadline_ns: u64,
         stop: &AtomicBool,
+        awake: impl FnOnce(),
     ) -> Option<u64> {
         match self {
             Self::Sleep => sleep(clock, deadline_ns, stop),
             Self::HybridFixed { margin_ns } => {
-                sleep(clock, deadline_ns.saturating_sub(*margin_ns), stop)?;
+                let wake_ns = deadline_ns.saturating_sub(*margin_ns);
+                if clock.now_ns() < wake_ns {
+                    sleep(clock, wake_ns, stop)?;
+                    awake();
+                }
                 spin(clock, deadline_ns, stop)
             }
             Self::HybridAdaptive { margin } => {
@@ -49,6 +56,7 @@ impl Waiter {
                 if clock.now_ns() < wake_ns {
                     let woken_ns = sleep(clock, wake_ns, stop)?;
                     margin.observe(woken_ns.saturating_sub(wake_ns));
+                    awake();
                 }
                 spin(clock, deadline_ns, stop)
             }
@@ -104,7 +112,7 @@ mod tests {
     const PERIOD_NS: u64 = 1_000_000;
 
     fn wait_once(wake: Wake, clock: &SimulatedClock, deadline_ns: u64) -> Option<u64> {
-        Waiter::new(wake, PERIOD_NS).wait_until(clock, deadline_ns, &AtomicBool::new(false))
+        Waiter::new(wake, PERIOD_NS).wait_until(clock, deadline_ns, &AtomicBool::new(false), || ())
     }
 
     #[test]
@@ -125,8 +133,8 @@ mod tests {
         let clock = SimulatedClock::at(0).wake_latency_ns(120_000).read_cost_ns(40);
         let stop = AtomicBool::new(false);
         let mut waiter = Waiter::new(Wake::Hybrid(Margin::default()), PERIOD_NS);
-        let first = waiter.wait_until(&clock, PERIOD_NS, &stop).unwrap();
-        let second = waiter.wait_until(&clock, 2 * PERIOD_NS, &stop).unwrap();
+        let first = waiter.wait_until(&clock, PERIOD_NS, &stop, || ()).unwrap();
+        let second = waiter.wait_until(&clock, 2 * PERIOD_NS, &stop, || ()).unwrap();
         assert!(first - PERIOD_NS > 50_000, "the first margin is too short: {first}");
         assert!(second - 2 * PERIOD_NS <= 40, "the second is not: {second}");
     }
@@ -136,8 +144,22 @@ mod tests {
         let clock = SimulatedClock::at(10_000_000);
         let mut waiter = Waiter::new(Wake::Hybrid(Margin::default()), PERIOD_NS);
         let before = waiter.margin_ns();
-        waiter.wait_until(&clock, 9_900_000, &AtomicBool::new(false));
+        waiter.wait_until(&clock, 9_900_000, &AtomicBool::new(false), || ());
         assert_eq!(waiter.margin_ns(), before);
+    }
+
+    #[test]
+    fn a_hybrid_wait_tells_that_it_is_awake_before_the_deadline_and_only_after_a_sleep() {
+        for wake in [Wake::Hybrid(Margin::default()), Wake::Hybrid(Margin::Fixed(100_000))] {
+            let clock = SimulatedClock::at(0).wake_latency_ns(7_000).read_cost_ns(40);
+            let mut woken_ns = Vec::new();
+            let mut waiter = Waiter::new(wake, PERIOD_NS);
+            for deadline_ns in [PERIOD_NS, PERIOD_NS + 1_000] {
+                let awake = || woken_ns.push(clock.now_ns());
+                waiter.wait_until(&clock, deadline_ns, &AtomicBool::new(false), awake);
+            }
+            assert!(matches!(woken_ns[..], [ns] if ns < PERIOD_NS), "{wake:?}: {woken_ns:?}");
+        }
     }
 
     #[test]
@@ -165,7 +187,7 @@ mod tests {
             let clock = SimulatedClock::at(0)
                 .read_cost_ns(1_000)
                 .raises_at(requested_ns, Arc::clone(&stop));
-            assert_eq!(Waiter::new(wake, HOUR_NS).wait_until(&clock, HOUR_NS, &stop), None);
+            assert_eq!(Waiter::new(wake, HOUR_NS).wait_until(&clock, HOUR_NS, &stop, || ()), None);
             assert!(clock.now_ns() - requested_ns <= 200_000_000 + 10_000, "{}", wake.as_str());
         }
     }

@@ -125,8 +125,7 @@ impl<S: Service> FramePublisher<S> {
     /// For the slack: iceoryx2 allocates, and maps memory when a peer joined or left. Returns
     /// whether there is a frame; if one was ready already, it stays as it is.
     pub fn prepare(&mut self) -> bool {
-        // Failures are counted by the handler that the port was given.
-        let _ = self.port.update_connections();
+        self.maintain();
         let subscribers = self.subscribers();
         // Right after somebody came or went the numbers may differ, which means nothing.
         let settled = !self.peers.note(subscribers);
@@ -140,6 +139,13 @@ impl<S: Service> FramePublisher<S> {
             }
         }
         self.prepared.is_some()
+    }
+
+    /// Connects to subscribers that joined, as [`prepare`](Self::prepare) does; for the end of the
+    /// slack. A subscriber that joins later is connected by `send`.
+    pub fn maintain(&mut self) {
+        // Failures are counted by the handler that the port was given.
+        let _ = self.port.update_connections();
     }
 
     /// The values of the prepared frame, one per channel; `None` when there is no frame.
