@@ -1,1 +1,116 @@
-//! The benches are in `benches/`: `cargo bench -p isochrone-benches`.
+//! What the side-by-side benches share: the real program, run as a user would, in an iceoryx2
+//! domain of its own.
+//!
+//! The benches are in `benches/`: `cargo bench -p isochrone-benches --bench NAME`.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::{Child, Command, Stdio};
+
+use isochrone_timing::Report;
+
+/// A failure that ends a bench, as a sentence.
+pub type Failure = Box<dyn std::error::Error + Send + Sync>;
+
+/// A folder with configurations and reports, and an iceoryx2 domain.
+#[derive(Debug)]
+pub struct Bench {
+    program: PathBuf,
+    folder: tempfile::TempDir,
+}
+
+impl Bench {
+    /// Builds the program as the bench itself is built.
+    ///
+    /// # Errors
+    /// It cannot be built, or there is no place for the folder.
+    pub fn new() -> Result<Self, Failure> {
+        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+        let mut build = Command::new(cargo);
+        build.args(["build", "--release", "--quiet", "--package", "isochrone"]);
+        if !build.status()?.success() {
+            return Err("cannot build the program; run this with `cargo bench`".into());
+        }
+        // target/release/deps/<bench>: the program lies a folder above.
+        let bench = std::env::current_exe()?;
+        let target = bench.ancestors().nth(2).ok_or("this bench has no target folder")?;
+        let folder = tempfile::tempdir()?;
+        let (root, prefix) = (folder.path().join("iceoryx2"), std::process::id());
+        let domain =
+            format!("[global]\nroot-path = \"{}\"\nprefix = \"bench{prefix}_\"\n", root.display());
+        fs::write(folder.path().join("domain.toml"), domain)?;
+        Ok(Self { program: target.join("isochrone"), folder })
+    }
+
+    /// A file in the bench's folder.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// The program in the bench's domain, behind a command that changes its rights, if one is
+    /// given. Arguments are separated by spaces.
+    pub fn command(&self, wrapper: &[&str], arguments: &str) -> Command {
+        let mut command = match wrapper {
+            [] => Command::new(&self.program),
+            [first, rest @ ..] => {
+                let mut command = Command::new(first);
+                command.args(rest).arg(&self.program);
+                command
+            }
+        };
+        command.args(arguments.split(' ')).arg("--iceoryx2-config").arg("domain.toml");
+        command.current_dir(&self.folder).stdin(Stdio::null()).stdout(Stdio::null());
+        command.stderr(Stdio::null());
+        command
+    }
+
+    /// Starts a node of this configuration for `seconds`.
+    ///
+    /// # Errors
+    /// The configuration cannot be written, or the program not started.
+    pub fn start(&self, wrapper: &[&str], node: &str, seconds: f64) -> Result<Running, Failure> {
+        fs::write(self.path("node.toml"), node)?;
+        let report = self.path("node.json");
+        let _ = fs::remove_file(&report);
+        let arguments = format!("run node.toml --seconds {seconds} --report node.json");
+        let log = self.path("node.log");
+        let mut command = self.command(wrapper, &arguments);
+        command.stderr(fs::File::create(&log)?);
+        Ok(Running { child: command.spawn()?, report, log })
+    }
+}
+
+/// A node that runs.
+#[derive(Debug)]
+pub struct Running {
+    child: Child,
+    report: PathBuf,
+    log: PathBuf,
+}
+
+impl Running {
+    /// Waits for the node's end, and returns its report.
+    ///
+    /// # Errors
+    /// The node failed.
+    pub fn report(mut self) -> Result<Report, Failure> {
+        let status = self.child.wait()?;
+        if !status.success() {
+            let said = fs::read_to_string(&self.log)?;
+            return Err(format!("the node ended with {status}: {said}").into());
+        }
+        Ok(serde_json::from_str(&fs::read_to_string(&self.report)?)?)
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// A time in ns in a column of a table, in microseconds.
+pub fn us(ns: u64) -> String {
+    format!("{:.3}", ns as f64 / 1e3)
+}

@@ -4,8 +4,8 @@ use isochrone_cyclic::{Clock, Monotonic, Release};
 use isochrone_engine::config::OnStale;
 use isochrone_engine::{InputPlan, OutputPlan, TaskEngine, TaskPlan};
 use isochrone_ipc::{
-    Depth, FrameLayout, FramePublisher, FrameSubscriber, OpenError, Participant, Repair, SignalSpec,
-    Stamp, ipc,
+    Depth, FrameLayout, FramePublisher, FrameSubscriber, OpenError, Participant, Repair,
+    SignalSpec, Stamp, ipc,
 };
 
 type Service = ipc::Service;

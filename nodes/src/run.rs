@@ -138,8 +138,10 @@ fn run_tasks(
         }
 
         // Dropping `start` without a word, as every early return does, ends the threads.
-        let grants =
-            watches.iter_mut().map(Watch::granted).collect::<Result<Vec<ThreadGrant>, Failure>>()?;
+        let grants = watches
+            .iter_mut()
+            .map(Watch::granted)
+            .collect::<Result<Vec<ThreadGrant>, Failure>>()?;
         report.warnings.extend(grants.iter().flat_map(|grant| &grant.refusals).map(warning));
         if args.strict && !report.warnings.is_empty() {
             let refusals: Vec<String> = report.warnings.iter().map(sentence).collect();

@@ -159,15 +159,15 @@ fn a_connection_that_failed_comes_about_once_its_cause_has_passed() {
     let pid = Pid::from_raw(node.id().cast_signed());
     let usual = prlimit(pid, Resource::Nofile, getrlimit(Resource::Nofile)).unwrap();
     // Without a free file descriptor a port can open no shared memory.
-    let none = Rlimit { current: Some(1), ..usual.clone() };
+    let none = Rlimit { current: Some(1), ..usual };
     // No sign outside tells that the node has tried in vain; it does so every 2 ms.
     let many_cycles = Duration::from_millis(200);
 
-    prlimit(pid, Resource::Nofile, none.clone()).unwrap();
+    prlimit(pid, Resource::Nofile, none).unwrap();
     let mut observer = domain.start("subscribe relay/out");
     observer.wait_for("subscribed");
     thread::sleep(many_cycles);
-    prlimit(pid, Resource::Nofile, usual.clone()).unwrap();
+    prlimit(pid, Resource::Nofile, usual).unwrap();
     observer.wait_for("x=-1.0");
 
     prlimit(pid, Resource::Nofile, none).unwrap();

@@ -1,6 +1,11 @@
 //! Collects times and tells how they are distributed.
 
+use std::collections::BTreeMap;
+
+use base64::Engine as _;
+use base64::engine::general_purpose::STANDARD as BASE64;
 use hdrhistogram::Histogram;
+use hdrhistogram::serialization::{Deserializer, Serializer, V2DeflateSerializer};
 
 use crate::summary::Summary;
 
@@ -38,7 +43,72 @@ impl Distribution {
         self.sum_ns += u128::from(ns);
     }
 
-    /// The distribution so far.
+    /// Adds one sample that stands for `count` equal ones.
+    pub fn record_many(&mut self, ns: u64, count: u64) {
+        if count == 0 {
+            return;
+        }
+        // A count that does not fit is the only error left, after 2^64 samples.
+        let _ = self.histogram.record_n(ns.min(HIGHEST_NS), count);
+        self.min_ns = self.min_ns.min(ns);
+        self.max_ns = self.max_ns.max(ns);
+        self.sum_ns += u128::from(ns) * u128::from(count);
+    }
+
+    /// Adds all samples of another distribution.
+    pub fn merge(&mut self, other: &Self) {
+        // Both have the same bounds, so nothing can be out of range.
+        let _ = self.histogram.add(&other.histogram);
+        self.min_ns = self.min_ns.min(other.min_ns);
+        self.max_ns = self.max_ns.max(other.max_ns);
+        self.sum_ns += other.sum_ns;
+    }
+
+    /// Samples so far.
+    pub fn count(&self) -> u64 {
+        self.histogram.len()
+    }
+
+    /// The value in ns that the part `quantile` (0 to 1) of the samples does not exceed; at most
+    /// 0.1 % above a sample. Whether the samples support it is for the caller to ask.
+    pub fn quantile(&self, quantile: f64) -> u64 {
+        // A bucket is known by its highest value, which may lie beyond any sample.
+        self.histogram.value_at_quantile(quantile).min(self.max_ns)
+    }
+
+    /// The values in ns that occur, rounded to 3 digits, and how often each does.
+    pub fn buckets(&self) -> impl Iterator<Item = (u64, u64)> {
+        self.histogram
+            .iter_recorded()
+            .map(|step| (step.value_iterated_to().min(self.max_ns), step.count_at_value()))
+    }
+
+    /// The distribution as HdrHistogram's tools of every language read it: V2, deflated, base64.
+    /// The extremes become those of their buckets.
+    pub fn encode(&self) -> String {
+        let mut bytes = Vec::new();
+        match V2DeflateSerializer::new().serialize(&self.histogram, &mut bytes) {
+            Ok(_) => BASE64.encode(bytes),
+            Err(_) => unreachable!("writing to memory does not fail, and the counts fit"),
+        }
+    }
+
+    /// Reads what [`encode`](Self::encode), or a tool of HdrHistogram, wrote.
+    ///
+    /// # Errors
+    /// The text is no such histogram.
+    pub fn decode(text: &str) -> Result<Self, DecodeError> {
+        let bytes = BASE64.decode(text.trim()).map_err(|_| DecodeError)?;
+        let read: Histogram<u64> =
+            Deserializer::new().deserialize(&mut bytes.as_slice()).map_err(|_| DecodeError)?;
+        let mut distribution = Self::new();
+        for step in read.iter_recorded() {
+            distribution.record_many(step.value_iterated_to(), step.count_at_value());
+        }
+        Ok(distribution)
+    }
+
+    /// The distribution so far, in few numbers.
     pub fn summary(&self) -> Summary {
         let count = self.histogram.len();
         if count == 0 {
@@ -60,10 +130,22 @@ impl Distribution {
 
     fn percentile(&self, quantile: f64, needed: u64) -> Option<u64> {
         let enough = self.histogram.len() >= needed;
-        // A bucket is known by its highest value, which may lie beyond any sample.
-        enough.then(|| self.histogram.value_at_quantile(quantile).min(self.max_ns))
+        enough.then(|| self.quantile(quantile))
     }
 }
+
+/// Distributions by name, without the empty ones, as a report holds them.
+pub(crate) fn encoded<const N: usize>(
+    distributions: [(&str, &Distribution); N],
+) -> BTreeMap<String, String> {
+    let filled = distributions.into_iter().filter(|(_, distribution)| distribution.count() > 0);
+    filled.map(|(name, distribution)| (name.to_owned(), distribution.encode())).collect()
+}
+
+/// A text that is no histogram.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("not a histogram of HdrHistogram's V2 format, deflated and in base64 (HISTFAAA…)")]
+pub struct DecodeError;
 
 impl Default for Distribution {
     fn default() -> Self {
@@ -123,6 +205,45 @@ mod tests {
         assert_eq!(summary.max, Some(u64::MAX));
         assert_eq!(summary.mean, Some(u64::MAX as f64));
         assert!(summary.p50.is_some_and(|p50| (HIGHEST_NS..2 * HIGHEST_NS).contains(&p50)));
+    }
+
+    #[test]
+    fn many_equal_samples_count_as_if_recorded_one_by_one() {
+        let mut many = Distribution::new();
+        many.record_many(700, 3);
+        many.record_many(9, 0);
+        assert_eq!(many.summary(), of([700, 700, 700]));
+    }
+
+    #[test]
+    fn merged_distributions_are_the_distribution_of_all_samples() {
+        let mut merged = Distribution::new();
+        for samples in [0..40_u64, 900..1_000] {
+            let mut part = Distribution::new();
+            samples.for_each(|ns| part.record(ns));
+            merged.merge(&part);
+        }
+        assert_eq!(merged.summary(), of((0..40).chain(900..1_000)));
+        assert_eq!(merged.count(), 140);
+    }
+
+    #[test]
+    fn an_encoded_distribution_reads_back_with_all_its_percentiles() {
+        let mut written = Distribution::new();
+        (0..20_000).for_each(|ns| written.record(ns * 37));
+        let text = written.encode();
+        assert!(text.starts_with("HISTFAAA"), "{text}");
+        let read = Distribution::decode(&text).unwrap();
+        let (written, read) = (written.summary(), read.summary());
+        assert_eq!((read.p50, read.p99_9), (written.p50, written.p99_9));
+        assert_eq!(read.count, written.count);
+    }
+
+    #[test]
+    fn a_text_that_is_no_histogram_is_an_error() {
+        for text in ["", "HISTFAAA", "no", "AAAAAAAAAAAAAAAAAAAAAAAA"] {
+            assert_eq!(Distribution::decode(text).unwrap_err(), DecodeError, "{text}");
+        }
     }
 
     proptest! {

@@ -1,6 +1,6 @@
 //! The timing of one stream of frames, as its receiver sees it.
 
-use crate::distribution::Distribution;
+use crate::distribution::{Distribution, encoded};
 use crate::report::LinkReport;
 
 /// One received frame, all times in ns on one clock.
@@ -96,6 +96,10 @@ impl LinkTiming {
             rate_hz: self.rate_hz(),
             one_way_ns: self.one_way.summary(),
             end_to_end_ns: self.end_to_end.summary(),
+            histograms: encoded([
+                ("one_way_ns", &self.one_way),
+                ("end_to_end_ns", &self.end_to_end),
+            ]),
         }
     }
 }

@@ -1,5 +1,7 @@
 //! The report of a run: one JSON document, the same shape from every verb.
 
+use std::collections::BTreeMap;
+
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
@@ -116,6 +118,9 @@ pub struct TaskReport {
     pub connects: u64,
     /// Connections to a peer that failed at first, and were tried again.
     pub connect_errors: u64,
+    /// The distributions themselves, by the names that their summaries have here, as
+    /// [`Distribution::encode`](crate::Distribution::encode) writes them.
+    pub histograms: BTreeMap<String, String>,
 }
 
 /// The timing of one stream of frames.
@@ -137,4 +142,6 @@ pub struct LinkReport {
     pub one_way_ns: Summary,
     /// Received minus the publishing of the oldest input behind the frame.
     pub end_to_end_ns: Summary,
+    /// The distributions themselves, by name; see [`TaskReport::histograms`].
+    pub histograms: BTreeMap<String, String>,
 }

@@ -1,6 +1,6 @@
 //! The timing of one cyclic task.
 
-use crate::distribution::Distribution;
+use crate::distribution::{Distribution, encoded};
 use crate::report::TaskReport;
 
 /// First cycles that are left out of the distributions unless told otherwise: caches and branch
@@ -127,6 +127,12 @@ impl TaskTiming {
             execution_ns: self.execution.summary(),
             response_ns: self.response.summary(),
             period_error_ns: self.period_error.summary(),
+            histograms: encoded([
+                ("release_jitter_ns", &self.release_jitter),
+                ("execution_ns", &self.execution),
+                ("response_ns", &self.response),
+                ("period_error_ns", &self.period_error),
+            ]),
             ..TaskReport::default()
         }
     }

@@ -98,7 +98,7 @@ task fast: period 1 ms, wake hybrid, scheduler fifo:80, CPU 1
   response                -        -        -        -        -        -        -
   period error            -        -        -        -        -        -        -
   CPU 6.2 %, 0 allocations (60000 more by the IPC library), 3 minor and 0 major faults, 60000 voluntary and 1 involuntary switches
-  0 block errors, 0 input rejects, 2 connects
+  0 block errors, 0 input rejects, 2 connects (0 failed at first)
 
 link plant/level: 1000 Hz
   60000 frames, 1 lost, 0 restarts

@@ -1,0 +1,293 @@
+//! Release jitter of the node beside that of cyclictest, and what each measure brings.
+//!
+//! The arms take turns, forth and back, so that what the machine does meanwhile meets them all.
+//! Each runs at the same period, priority, CPU and phase; the node has an input, blocks and an
+//! output. An arm's distribution is that of all its turns together.
+//!
+//! ```text
+//! cargo bench -p isochrone-benches --bench cyclictest -- --rounds 10 --seconds 60 --svg jitter
+//! ```
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use clap::Parser;
+use isochrone_benches::{Bench, Failure, us};
+use isochrone_timing::{Distribution, Series, histogram_svg, percentiles_svg};
+
+#[derive(Parser)]
+struct Args {
+    /// Turns of each arm
+    #[arg(long, default_value_t = 10)]
+    rounds: u32,
+    /// Length of a turn
+    #[arg(long, default_value_t = 6.0)]
+    seconds: f64,
+    /// Period in microseconds
+    #[arg(long, default_value_t = 1000)]
+    period_us: u64,
+    /// CPU of all arms
+    #[arg(long, default_value_t = 1)]
+    cpu: u32,
+    /// Arms, by name
+    #[arg(long, value_delimiter = ',', default_value = "cyclictest,hybrid,economical")]
+    arms: Vec<String>,
+    /// Run `stress-ng` with these arguments meanwhile
+    #[arg(long)]
+    stress: Option<String>,
+    /// Write FOLDER/percentiles.svg and FOLDER/histogram.svg
+    #[arg(long)]
+    svg: Option<PathBuf>,
+    /// Title of the pictures
+    #[arg(long, default_value = "Release jitter")]
+    title: String,
+    /// Only see whether every arm runs
+    #[arg(long)]
+    test: bool,
+    /// Given by `cargo bench`
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+/// Name, keys of the task, and a command that runs the node with other rights.
+const ARMS: [(&str, &str, &[&str]); 13] = [
+    ("hybrid", "priority = 80\ncpu = CPU", &[]),
+    ("economical", "priority = 80\ncpu = CPU\ncpu_budget = 0.10", &[]),
+    ("generous", "priority = 80\ncpu = CPU\ncpu_budget = 0.5", &[]),
+    ("sleep", "priority = 80\ncpu = CPU\nwake = \"sleep\"", &[]),
+    ("margin 50 us", "priority = 80\ncpu = CPU\nmargin = \"50us\"", &[]),
+    ("margin 100 us", "priority = 80\ncpu = CPU\nmargin = \"100us\"", &[]),
+    ("margin 200 us", "priority = 80\ncpu = CPU\nmargin = \"200us\"", &[]),
+    ("on the tick", "priority = 80\ncpu = CPU\nphase = \"500us\"", &[]),
+    ("sleep on the tick", "priority = 80\ncpu = CPU\nwake = \"sleep\"\nphase = \"500us\"", &[]),
+    ("any CPU", "priority = 80", &[]),
+    ("no priority", "cpu = CPU\nwake = \"hybrid\"", &[]),
+    (
+        "memory not locked",
+        "priority = 80\ncpu = CPU",
+        &["prlimit", "--memlock=0", "setpriv", "--bounding-set", "-ipc_lock"],
+    ),
+    ("sleep, no priority", "cpu = CPU\nwake = \"sleep\"", &[]),
+];
+
+const NODE: &str = r#"
+[node]
+name = "bench"
+[[task]]
+name = "bench"
+period = "PERIODus"
+TASK
+[[input]]
+name = "raw"
+service = "bench/in"
+[[block]]
+name = "scaled"
+type = "ScaleLinear"
+[block.in]
+x = "raw"
+x1 = 0.0
+y1 = 0.0
+x2 = 27648.0
+y2 = 100.0
+yMin = 0.0
+yMax = 100.0
+[[block]]
+name = "saw"
+type = "SawTooth"
+[block.in]
+incrementRange = 1
+numberSteps = 1000
+[[output]]
+service = "bench/out"
+signals = ["scaled.y", "saw.value"]
+"#;
+
+/// What an arm showed so far.
+struct Arm {
+    name: String,
+    jitter: Distribution,
+    cpu_s: f64,
+    elapsed_s: f64,
+    missed: u64,
+}
+
+fn main() -> Result<(), Failure> {
+    let mut args = Args::parse();
+    if args.test {
+        (args.rounds, args.seconds) = (1, 0.3);
+    }
+    let bench = Bench::new()?;
+    let mut arms = Vec::new();
+    for name in &args.arms {
+        if name == "cyclictest" && Command::new("cyclictest").arg("--help").output().is_err() {
+            eprintln!("cyclictest is not installed (Debian: rt-tests); its arm is left out");
+            continue;
+        }
+        let jitter = Distribution::new();
+        arms.push(Arm { name: name.clone(), jitter, cpu_s: 0.0, elapsed_s: 0.0, missed: 0 });
+    }
+    let stress = args.stress.as_deref().map(stress).transpose()?;
+    for round in 0..args.rounds {
+        let mut turns: Vec<&mut Arm> = arms.iter_mut().collect();
+        if round % 2 == 1 {
+            turns.reverse();
+        }
+        for arm in turns {
+            match arm.name.as_str() {
+                "cyclictest" => cyclictest(&bench, &args, arm)?,
+                _ => node(&bench, &args, arm)?,
+            }
+        }
+        eprintln!("round {} of {}", round + 1, args.rounds);
+    }
+    drop(stress);
+    print(&args, &arms);
+    if let Some(folder) = &args.svg {
+        draw(folder, &args.title, &arms)?;
+    }
+    Ok(())
+}
+
+fn node(bench: &Bench, args: &Args, arm: &mut Arm) -> Result<(), Failure> {
+    let Some((_, task, wrapper)) = ARMS.iter().find(|(name, ..)| *name == arm.name) else {
+        let known: Vec<_> = ARMS.iter().map(|(name, ..)| *name).collect();
+        return Err(format!(
+            "no arm \"{}\"; there are: cyclictest, {}",
+            arm.name,
+            known.join(", ")
+        )
+        .into());
+    };
+    let node = NODE.replace("TASK", task).replace("CPU", &args.cpu.to_string());
+    let node = node.replace("PERIOD", &args.period_us.to_string());
+    let report = bench.start(wrapper, &node, args.seconds)?.report()?;
+    let task = report.tasks.first().ok_or("the report has no task")?;
+    if let Some(histogram) = task.histograms.get("release_jitter_ns") {
+        arm.jitter.merge(&Distribution::decode(histogram)?);
+    }
+    arm.cpu_s += task.cpu_fraction * args.seconds;
+    arm.elapsed_s += args.seconds;
+    arm.missed += task.missed;
+    Ok(())
+}
+
+fn cyclictest(bench: &Bench, args: &Args, arm: &mut Arm) -> Result<(), Failure> {
+    let json = bench.path("cyclictest.json");
+    let before_s = cpu_of_children_s()?;
+    let status = Command::new("cyclictest")
+        .args(["--quiet", "--mlockall", "--priority=80", "--threads=1", "--nsecs"])
+        // In the node's phase. Longer latencies than 2 ms are counted and not told.
+        .args(["--secaligned=500", "--histogram=2000000"])
+        .arg(format!("--affinity={}", args.cpu))
+        .arg(format!("--interval={}", args.period_us))
+        .arg(format!("--loops={}", (args.seconds * 1e6) as u64 / args.period_us))
+        .arg(format!("--json={}", json.display()))
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status()?;
+    if !status.success() {
+        return Err(format!("cyclictest ended with {status}; it needs root").into());
+    }
+    let result: serde_json::Value = serde_json::from_str(&fs::read_to_string(json)?)?;
+    let thread = &result["thread"]["0"];
+    let histogram = thread["histogram"].as_object().ok_or("cyclictest wrote no histogram")?;
+    let (mut told, cycles) = (0, thread["cycles"].as_u64().unwrap_or_default());
+    for (ns, count) in histogram {
+        let count = count.as_u64().unwrap_or_default();
+        arm.jitter.record_many(ns.parse()?, count);
+        told += count;
+    }
+    // Those beyond the histogram: all that is known of them is the largest.
+    arm.jitter.record_many(thread["max"].as_u64().unwrap_or_default(), cycles.saturating_sub(told));
+    arm.cpu_s += cpu_of_children_s()? - before_s;
+    arm.elapsed_s += args.seconds;
+    Ok(())
+}
+
+/// CPU time of all children that ended, in seconds.
+fn cpu_of_children_s() -> Result<f64, Failure> {
+    const TICKS_PER_S: f64 = 100.0;
+    let stat = fs::read_to_string("/proc/self/stat")?;
+    let (_, fields) = stat.rsplit_once(')').ok_or("unknown form of /proc/self/stat")?;
+    let children: f64 =
+        fields.split_whitespace().skip(13).take(2).flat_map(str::parse::<f64>).sum();
+    Ok(children / TICKS_PER_S)
+}
+
+/// Load that ends with the bench.
+struct Stress(std::process::Child);
+
+fn stress(arguments: &str) -> Result<Stress, Failure> {
+    let mut command = Command::new("stress-ng");
+    command.args(arguments.split_whitespace()).stdout(Stdio::null()).stderr(Stdio::null());
+    let child = command.spawn().map_err(|error| format!("cannot start stress-ng: {error}"))?;
+    Ok(Stress(child))
+}
+
+impl Drop for Stress {
+    fn drop(&mut self) {
+        // SIGKILL would leave its workers behind.
+        let _ = Command::new("kill").arg(self.0.id().to_string()).status();
+        let _ = self.0.wait();
+    }
+}
+
+fn print(args: &Args, arms: &[Arm]) {
+    println!(
+        "release jitter in us, period {} us, {} turns of {} s each, alternating",
+        args.period_us, args.rounds, args.seconds
+    );
+    println!(
+        "{:<20}{:>9}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>7}{:>8}",
+        "", "samples", "p50", "p90", "p99", "p99.9", "p99.99", "max", "CPU %", "missed"
+    );
+    for arm in arms {
+        let quantile = |quantile: f64, needed: u64| match arm.jitter.count() >= needed {
+            true => us(arm.jitter.quantile(quantile)),
+            false => "-".into(),
+        };
+        let missed = match arm.name.as_str() {
+            "cyclictest" => "-".into(),
+            _ => arm.missed.to_string(),
+        };
+        println!(
+            "{:<20}{:>9}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>7.1}{:>8}",
+            arm.name,
+            arm.jitter.count(),
+            quantile(0.5, 2),
+            quantile(0.9, 10),
+            quantile(0.99, 100),
+            quantile(0.999, 1_000),
+            quantile(0.9999, 10_000),
+            quantile(1.0, 1),
+            100.0 * arm.cpu_s / arm.elapsed_s,
+            missed
+        );
+    }
+    let Some((reference, others)) = arms.split_first() else { return };
+    println!("times lower than {}", reference.name);
+    for arm in others {
+        let ratio = |quantile: f64| {
+            let ns = arm.jitter.quantile(quantile).max(1);
+            reference.jitter.quantile(quantile) as f64 / ns as f64
+        };
+        println!(
+            "{:<29}{:>10.1}{:>10.1}{:>10.1}{:>10.1}",
+            arm.name,
+            ratio(0.5),
+            ratio(0.9),
+            ratio(0.99),
+            ratio(0.999)
+        );
+    }
+}
+
+fn draw(folder: &Path, title: &str, arms: &[Arm]) -> Result<(), Failure> {
+    fs::create_dir_all(folder)?;
+    let series: Vec<Series<'_>> =
+        arms.iter().map(|arm| Series { name: &arm.name, distribution: &arm.jitter }).collect();
+    fs::write(folder.join("percentiles.svg"), percentiles_svg(title, &series))?;
+    fs::write(folder.join("histogram.svg"), histogram_svg(title, &series))?;
+    Ok(())
+}
