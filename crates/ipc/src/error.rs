@@ -68,6 +68,18 @@ pub enum JoinError {
         /// Root path and prefix.
         domain: String,
     },
+    /// There is no room for what every process of a domain needs.
+    #[error(
+        "cannot join the iceoryx2 domain {domain}: /dev/shm has {free_bytes} bytes free, and {needed_bytes} are needed; remove what nobody uses there, or enlarge it: mount -o remount,size=256M /dev/shm"
+    )]
+    SharedMemoryFull {
+        /// Root path and prefix.
+        domain: String,
+        /// About how much is needed.
+        needed_bytes: u64,
+        /// How much there is.
+        free_bytes: u64,
+    },
     /// iceoryx2 kept failing although it was tried for most of a second.
     #[error(
         "cannot join the iceoryx2 domain {domain}: {cause}; see that the root path is writable, and /dev/shm not full"
@@ -267,6 +279,18 @@ pub enum OpenError {
         service: String,
         /// Root path and prefix.
         domain: String,
+    },
+    /// There is no room for the frames.
+    #[error(
+        "service {service:?}: /dev/shm has {free_bytes} bytes free, and its publisher needs {needed_bytes}; remove what nobody uses there, or enlarge it: mount -o remount,size=256M /dev/shm"
+    )]
+    SharedMemoryFull {
+        /// Name of the service.
+        service: String,
+        /// About how much is needed.
+        needed_bytes: u64,
+        /// How much there is.
+        free_bytes: u64,
     },
     /// The service's files are damaged or were removed while it lived.
     #[error(

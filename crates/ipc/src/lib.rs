@@ -38,6 +38,7 @@ mod peers;
 mod publisher;
 mod repair;
 mod service;
+mod space;
 mod subscriber;
 
 pub use config::load_config;

@@ -12,7 +12,7 @@ use iceoryx2::prelude::{LogLevel, NodeName, SignalHandlingMode};
 use rustix::thread::{CapabilitySet, capabilities, set_capabilities};
 
 use crate::backoff::Backoff;
-use crate::{JoinError, Service};
+use crate::{JoinError, Service, space};
 
 /// Set once somebody chose a log level, so that joining does not override the choice.
 pub(crate) static LOG_LEVEL: OnceLock<()> = OnceLock::new();
@@ -66,6 +66,11 @@ impl<S: Service> Participant<S> {
         config.global.service.cleanup_dead_nodes_on_open = false;
 
         remove_half_made(&config);
+        space::require(0).map_err(|(needed_bytes, free_bytes)| JoinError::SharedMemoryFull {
+            domain: domain(&config),
+            needed_bytes,
+            free_bytes,
+        })?;
         let mut backoff = Backoff::new();
         let node = loop {
             let created = NodeBuilder::new()

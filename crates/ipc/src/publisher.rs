@@ -12,7 +12,7 @@ use crate::backoff::Backoff;
 use crate::peers::Peers;
 use crate::repair::{Peer, Repair};
 use crate::service::{self, FrameService};
-use crate::{FrameHeader, FrameLayout, OpenError, Participant, Service};
+use crate::{FrameHeader, FrameLayout, OpenError, Participant, Service, space};
 
 /// The port name by which frame publishers of this crate know each other.
 pub const PUBLISHER_PORT_NAME: &str = "isochrone";
@@ -104,6 +104,9 @@ impl<S: Service> FramePublisher<S> {
         })?;
 
         let channels = layout.signals.len();
+        space::require(frames_bytes(&opened, channels)).map_err(|(needed_bytes, free_bytes)| {
+            OpenError::SharedMemoryFull { service: service.to_owned(), needed_bytes, free_bytes }
+        })?;
         let peers = Peers::default();
         let port = sole_port(participant, service, &opened, channels, &peers)?;
         let mut publisher = Self {
@@ -208,6 +211,18 @@ impl<S: Service> FramePublisher<S> {
     pub fn subscribers(&self) -> usize {
         self.service.dynamic_config().number_of_subscribers()
     }
+}
+
+/// The memory that iceoryx2 sets aside for the frames of a publisher: as many as all readers together
+/// can be behind or hold, and those being written.
+fn frames_bytes<S: Service>(opened: &FrameService<S>, channels: usize) -> u64 {
+    /// iceoryx2's own header.
+    const SYSTEM_HEADER_BYTES: usize = 64;
+    let config = opened.static_config();
+    let behind = config.subscriber_max_buffer_size() + config.subscriber_max_borrowed_samples();
+    let frames = config.max_subscribers() * behind + config.history_size() + MAX_LOANED;
+    let frame_bytes = SYSTEM_HEADER_BYTES + size_of::<FrameHeader>() + channels * size_of::<f64>();
+    frames as u64 * frame_bytes as u64
 }
 
 /// Creates the port, and makes sure that it is the only one of ours.

@@ -1,0 +1,166 @@
+//! Nothing in the way of the cycle: no allocation, no page fault, no lock, no system call but the
+//! wait.
+//!
+//! `ISOCHRONE_TEST_CYCLES=1000000` makes these runs as long as one wants.
+
+mod domain;
+
+use std::collections::HashMap;
+use std::fmt::Write as _;
+use std::process::Command;
+
+use domain::{Domain, Process};
+use serde_json::Value;
+
+/// Each of these is two hundred and fifty blocks: a thousand in all.
+const CHAINS: usize = 250;
+const WARM_UP_CYCLES: u64 = 100;
+
+fn cycles() -> u64 {
+    std::env::var("ISOCHRONE_TEST_CYCLES").map_or(4_000, |cycles| cycles.parse().unwrap())
+}
+
+/// A node with inputs, outputs and a thousand blocks, in a task that would have real time.
+fn node() -> String {
+    let mut node = String::from(
+        r#"
+[node]
+name = "busy"
+[[task]]
+name = "t"
+period = "250us"
+ob = 35
+priority = 80
+wake = "hybrid"
+[[input]]
+name = "x"
+service = "busy/in"
+channel = 0
+[[input]]
+name = "y"
+service = "busy/in"
+channel = 1
+"#,
+    );
+    write!(
+        node,
+        r#"
+[[block]]
+name = "saw"
+type = "SawTooth"
+count = {CHAINS}
+in = {{ incrementRange = 3, numberSteps = 1000 }}
+[[block]]
+name = "scale"
+type = "ScaleLinear"
+count = {CHAINS}
+in = {{ x = "saw.{{i}}.value", x1 = 0, y1 = 0, x2 = 100, y2 = 7, yMin = -inf, yMax = inf }}
+[[block]]
+name = "ramp"
+type = "LimRateOfChangeCI"
+count = {CHAINS}
+in = {{ value = "scale.{{i}}.y", setChangeRate = 5 }}
+[[block]]
+name = "advanced"
+type = "LimRateOfChangeAdvancedCI"
+count = {CHAINS}
+[block.in]
+autoValue = "ramp.{{i}}.delayedValue"
+setPosUpRateLim = 3.0
+setPosDownRateLim = 3.0
+setNegUpRateLim = 3.0
+setNegDownRateLim = 3.0
+setHighLim = 50.0
+setLowLim = -50.0
+[[output]]
+service = "busy/out"
+signals = ["x", "y", "advanced.0.outputValue", "advanced.249.outputValue"]
+[[output]]
+service = "busy/more"
+signals = ["ramp.7.delayedValue"]
+"#
+    )
+    .unwrap();
+    node
+}
+
+/// A domain in which the node's peers are there already: connecting is another test's matter.
+fn company() -> (Domain, [Process; 3]) {
+    let domain = Domain::new();
+    domain.write("node.toml", &node());
+    let mut publisher = domain.start("publish busy/in --wave sine,step --rate 1000");
+    publisher.wait_for("publishing");
+    let observers = ["subscribe busy/out --stats", "subscribe busy/more --stats"];
+    let [out, more] = observers.map(|observer| domain.start(observer));
+    (domain, [publisher, out, more])
+}
+
+fn number(task: &Value, key: &str) -> u64 {
+    task[key].as_u64().unwrap_or_else(|| panic!("{key}: {task}"))
+}
+
+#[test]
+fn a_thousand_blocks_with_inputs_and_outputs_run_without_allocation_fault_or_lock() {
+    let (domain, peers) = company();
+    let run = format!("run node.toml --cycles {} --report node.json", cycles());
+    domain.run(&run).expect_code(0);
+    for peer in peers {
+        peer.stop().expect_code(0);
+    }
+    let report = domain.json("node.json");
+    let task = &report["tasks"][0];
+    let measured = number(task, "cycles") - WARM_UP_CYCLES;
+    assert_eq!(number(task, "cycles"), cycles());
+    assert_eq!(number(task, "block_errors"), 0);
+    assert!(number(&report["links"][0], "frames") > 0, "{report}");
+
+    assert_eq!(number(task, "allocations"), 0);
+    assert_eq!(number(task, "ipc_allocations"), 2 * measured, "one for the loan of each frame");
+    // A lock that is waited for gives up the CPU. The wait for the release does so once at most.
+    assert!(number(task, "voluntary_switches") <= measured + 1, "{task}");
+    assert_eq!(number(task, "major_faults"), 0);
+    // Memory that is not locked is the kernel's to take away.
+    if !report["warnings"].as_array().unwrap().iter().any(|w| w["code"] == "lock_denied") {
+        assert_eq!(number(task, "minor_faults"), 0, "{task}");
+    }
+}
+
+#[test]
+fn the_real_time_thread_makes_no_system_call_but_the_wait() {
+    if Command::new("strace").arg("--version").output().is_err() {
+        eprintln!("strace is not installed: nothing is tested");
+        return;
+    }
+    let (domain, peers) = company();
+    let mut strace = Command::new("strace");
+    strace.args(["-f", "-o"]).arg(domain.path("calls"));
+    strace.arg(env!("CARGO_BIN_EXE_isochrone")).args(["run", "node.toml", "--cycles", "1500"]);
+    strace.arg("--iceoryx2-config").arg(domain.config_file());
+    strace.current_dir(domain.path(""));
+    Process::start(strace).finish().expect_code(0);
+    for peer in peers {
+        peer.stop().expect_code(0);
+    }
+
+    let calls = domain.read("calls");
+    let mut threads: HashMap<&str, Vec<&str>> = HashMap::new();
+    for line in calls.lines() {
+        let (thread, call) = line.split_once(' ').unwrap();
+        // A call that another thread's interrupted stands on two lines; the second says no more.
+        if !call.trim_start().starts_with("<...") {
+            threads.entry(thread).or_default().push(call.trim_start());
+        }
+    }
+    // Only the cycle waits for an instant; the others wait for a time.
+    let is_wait =
+        |call: &&str| call.starts_with("clock_nanosleep") && call.contains("TIMER_ABSTIME");
+    let waits = |calls: &Vec<&str>| calls.iter().filter(|call| is_wait(call)).count();
+    let cycle = threads.values().max_by_key(|calls| waits(calls)).unwrap();
+    let first = cycle.iter().position(|call| is_wait(call)).unwrap();
+    let last = cycle.iter().rposition(|call| is_wait(call)).unwrap();
+    // Not every cycle sleeps: strace makes many so late that the next release is there already.
+    let steady = &cycle[first + (last - first) / 2..=last];
+    assert!(steady.len() > 50, "{} waits", steady.len());
+    let others: Vec<_> = steady.iter().filter(|call| !is_wait(call)).collect();
+    assert!(others.is_empty(), "{others:?}");
+}
