@@ -132,9 +132,11 @@ fn the_real_time_thread_makes_no_system_call_but_the_wait() {
         return;
     }
     let (domain, peers) = company();
+    // strace stops the thread at each call for longer than a period of the other test.
+    domain.write("node.toml", &node().replace("250us", "4ms"));
     let mut strace = Command::new("strace");
     strace.args(["-f", "-o"]).arg(domain.path("calls"));
-    strace.arg(env!("CARGO_BIN_EXE_isochrone")).args(["run", "node.toml", "--cycles", "1500"]);
+    strace.arg(env!("CARGO_BIN_EXE_isochrone")).args(["run", "node.toml", "--cycles", "500"]);
     strace.arg("--iceoryx2-config").arg(domain.config_file());
     strace.current_dir(domain.path(""));
     Process::start(strace).finish().expect_code(0);
@@ -158,9 +160,8 @@ fn the_real_time_thread_makes_no_system_call_but_the_wait() {
     let cycle = threads.values().max_by_key(|calls| waits(calls)).unwrap();
     let first = cycle.iter().position(|call| is_wait(call)).unwrap();
     let last = cycle.iter().rposition(|call| is_wait(call)).unwrap();
-    // Not every cycle sleeps: strace makes many so late that the next release is there already.
-    let steady = &cycle[first + (last - first) / 2..=last];
-    assert!(steady.len() > 50, "{} waits", steady.len());
+    let steady = &cycle[first + WARM_UP_CYCLES as usize..=last];
+    assert!(steady.len() > 200, "{} waits", steady.len());
     let others: Vec<_> = steady.iter().filter(|call| !is_wait(call)).collect();
     assert!(others.is_empty(), "{others:?}");
 }
