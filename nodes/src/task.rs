@@ -89,6 +89,7 @@ pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
 
     let mut cyclic = Cyclic::new(Monotonic, schedule(job.plan), epoch_ns, job.stop.clone());
     let mut account = Account::open();
+    let mut restless = Restless::default();
     let mut cycles = 0;
     loop {
         // Peers that came while the thread slept are connected before the release, not after it.
@@ -98,7 +99,7 @@ pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
                 outputs.maintain();
             });
         };
-        let Some(release) = cyclic.wait_with(connect) else { break };
+        let Some(release) = cyclic.wait_with(restless.is_restless(), connect) else { break };
 
         inputs.read(&mut job.engine, release.start_ns);
         job.engine.step(release.cycle);
@@ -111,6 +112,7 @@ pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
             outputs.prepare();
             inputs.maintain();
         });
+        restless.note(inputs.connects() + outputs.connects(), end_ns);
         job.tap.take(job.engine.image());
         // A full ring drops the record, and the reader of the ring sees the gap.
         let _ = job.records.push(record(&release, end_ns, cyclic.overruns()));
@@ -140,6 +142,30 @@ pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
             .collect(),
         sent: outputs.sent().map(|(service, n, lost)| (service.to_owned(), n, lost)).collect(),
     })
+}
+
+/// Whether peers came or went a short while ago, so that more are to be expected.
+#[derive(Default)]
+struct Restless {
+    connects: u64,
+    /// How long peers are expected to come and go.
+    until_ns: u64,
+    now_ns: u64,
+}
+
+impl Restless {
+    const FOR_NS: u64 = 1_000_000_000;
+
+    fn note(&mut self, connects: u64, now_ns: u64) {
+        if connects != self.connects {
+            self.until_ns = now_ns.saturating_add(Self::FOR_NS);
+        }
+        (self.connects, self.now_ns) = (connects, now_ns);
+    }
+
+    fn is_restless(&self) -> bool {
+        self.now_ns < self.until_ns
+    }
 }
 
 /// One task's end is the node's, also if it ends in a panic.

@@ -86,16 +86,18 @@ impl<C: Clock> Cyclic<C> {
     /// tells why. A loop that ends because it missed releases runs the late cycle first, so that
     /// whoever reads its results learns of it.
     pub fn wait(&mut self) -> Option<Release> {
-        self.wait_with(|| ())
+        self.wait_with(false, || ())
     }
 
     /// As [`wait`](Self::wait); a hybrid wait calls `awake` when it has slept, a margin before the
-    /// release. What would otherwise disturb the cycle, and is short, has its place there.
-    pub fn wait_with(&mut self, awake: impl FnOnce()) -> Option<Release> {
+    /// release. What would otherwise disturb the cycle, and is short, has its place there. With
+    /// `early` it calls it also 400 us before that, if there is time, at the cost of another wake-up.
+    pub fn wait_with(&mut self, early: bool, awake: impl FnMut()) -> Option<Release> {
         if self.stop_reason.is_some() {
             return None;
         }
-        let waited = self.waiter.wait_until(&self.clock, self.next_release_ns, &self.stop, awake);
+        let waited =
+            self.waiter.wait_until(&self.clock, self.next_release_ns, &self.stop, early, awake);
         let Some(start_ns) = waited else {
             self.stop_reason = Some(StopReason::Requested);
             return None;

@@ -9,6 +9,10 @@ use crate::schedule::{Margin, Wake};
 /// Longest single sleep, so that a task with a period of an hour still notices a stop request.
 const SLICE_NS: u64 = 200_000_000;
 
+/// How long before its margin a hybrid wait is awake when it shall be early: longer than a port needs
+/// to connect.
+const EARLY_NS: u64 = 400_000;
+
 /// Waits for deadlines in one of the ways of [`Wake`].
 #[derive(Debug)]
 pub(crate) enum Waiter {
@@ -32,36 +36,37 @@ impl Waiter {
 
     /// Returns the first clock reading at or after `deadline_ns`, or `None` once `stop` is set.
     ///
-    /// A hybrid wait calls `awake` when it has slept and is about to spin.
+    /// A hybrid wait calls `awake` when it has slept and is about to spin, and if `early` also some
+    /// time before, after which it sleeps on.
     pub(crate) fn wait_until<C: Clock>(
         &mut self,
         clock: &C,
         deadline_ns: u64,
         stop: &AtomicBool,
-        awake: impl FnOnce(),
+        early: bool,
+        mut awake: impl FnMut(),
     ) -> Option<u64> {
-        match self {
-            Self::Sleep => sleep(clock, deadline_ns, stop),
-            Self::HybridFixed { margin_ns } => {
-                let wake_ns = deadline_ns.saturating_sub(*margin_ns);
-                if clock.now_ns() < wake_ns {
-                    sleep(clock, wake_ns, stop)?;
-                    awake();
-                }
-                spin(clock, deadline_ns, stop)
-            }
-            Self::HybridAdaptive { margin } => {
-                let wake_ns = deadline_ns.saturating_sub(margin.ns());
-                // Without a sleep there is no wake-up latency to learn from.
-                if clock.now_ns() < wake_ns {
-                    let woken_ns = sleep(clock, wake_ns, stop)?;
-                    margin.observe(woken_ns.saturating_sub(wake_ns));
-                    awake();
-                }
-                spin(clock, deadline_ns, stop)
-            }
-            Self::Spin => spin(clock, deadline_ns, stop),
+        let Some(margin_ns) = self.margin_ns() else {
+            return match self {
+                Self::Spin => spin(clock, deadline_ns, stop),
+                _ => sleep(clock, deadline_ns, stop),
+            };
+        };
+        let wake_ns = deadline_ns.saturating_sub(margin_ns);
+        let early_ns = wake_ns.saturating_sub(EARLY_NS);
+        if early && clock.now_ns() < early_ns {
+            sleep(clock, early_ns, stop)?;
+            awake();
         }
+        // Without a sleep there is no wake-up latency to learn from.
+        if clock.now_ns() < wake_ns {
+            let woken_ns = sleep(clock, wake_ns, stop)?;
+            if let Self::HybridAdaptive { margin } = self {
+                margin.observe(woken_ns.saturating_sub(wake_ns));
+            }
+            awake();
+        }
+        spin(clock, deadline_ns, stop)
     }
 
     /// The margin of a hybrid wait, in ns.
@@ -112,7 +117,13 @@ mod tests {
     const PERIOD_NS: u64 = 1_000_000;
 
     fn wait_once(wake: Wake, clock: &SimulatedClock, deadline_ns: u64) -> Option<u64> {
-        Waiter::new(wake, PERIOD_NS).wait_until(clock, deadline_ns, &AtomicBool::new(false), || ())
+        Waiter::new(wake, PERIOD_NS).wait_until(
+            clock,
+            deadline_ns,
+            &AtomicBool::new(false),
+            false,
+            || (),
+        )
     }
 
     #[test]
@@ -133,8 +144,8 @@ mod tests {
         let clock = SimulatedClock::at(0).wake_latency_ns(120_000).read_cost_ns(40);
         let stop = AtomicBool::new(false);
         let mut waiter = Waiter::new(Wake::Hybrid(Margin::default()), PERIOD_NS);
-        let first = waiter.wait_until(&clock, PERIOD_NS, &stop, || ()).unwrap();
-        let second = waiter.wait_until(&clock, 2 * PERIOD_NS, &stop, || ()).unwrap();
+        let first = waiter.wait_until(&clock, PERIOD_NS, &stop, false, || ()).unwrap();
+        let second = waiter.wait_until(&clock, 2 * PERIOD_NS, &stop, false, || ()).unwrap();
         assert!(first - PERIOD_NS > 50_000, "the first margin is too short: {first}");
         assert!(second - 2 * PERIOD_NS <= 40, "the second is not: {second}");
     }
@@ -144,7 +155,7 @@ mod tests {
         let clock = SimulatedClock::at(10_000_000);
         let mut waiter = Waiter::new(Wake::Hybrid(Margin::default()), PERIOD_NS);
         let before = waiter.margin_ns();
-        waiter.wait_until(&clock, 9_900_000, &AtomicBool::new(false), || ());
+        waiter.wait_until(&clock, 9_900_000, &AtomicBool::new(false), false, || ());
         assert_eq!(waiter.margin_ns(), before);
     }
 
@@ -156,9 +167,23 @@ mod tests {
             let mut waiter = Waiter::new(wake, PERIOD_NS);
             for deadline_ns in [PERIOD_NS, PERIOD_NS + 1_000] {
                 let awake = || woken_ns.push(clock.now_ns());
-                waiter.wait_until(&clock, deadline_ns, &AtomicBool::new(false), awake);
+                waiter.wait_until(&clock, deadline_ns, &AtomicBool::new(false), false, awake);
             }
             assert!(matches!(woken_ns[..], [ns] if ns < PERIOD_NS), "{wake:?}: {woken_ns:?}");
+        }
+    }
+
+    #[test]
+    fn a_hybrid_wait_that_shall_be_early_is_awake_twice_if_there_is_time() {
+        for (wait_ns, times) in [(PERIOD_NS, 2), (300_000, 1), (50_000, 0)] {
+            let clock = SimulatedClock::at(7_000_000).read_cost_ns(40);
+            let mut woken_ns = Vec::new();
+            let deadline_ns = 7_000_000 + wait_ns;
+            let awake = || woken_ns.push(clock.now_ns());
+            let mut waiter = Waiter::new(Wake::Hybrid(Margin::Fixed(100_000)), PERIOD_NS);
+            waiter.wait_until(&clock, deadline_ns, &AtomicBool::new(false), true, awake);
+            assert_eq!(woken_ns.len(), times, "{woken_ns:?}");
+            assert!(woken_ns.iter().all(|ns| *ns < deadline_ns));
         }
     }
 
@@ -187,7 +212,10 @@ mod tests {
             let clock = SimulatedClock::at(0)
                 .read_cost_ns(1_000)
                 .raises_at(requested_ns, Arc::clone(&stop));
-            assert_eq!(Waiter::new(wake, HOUR_NS).wait_until(&clock, HOUR_NS, &stop, || ()), None);
+            assert_eq!(
+                Waiter::new(wake, HOUR_NS).wait_until(&clock, HOUR_NS, &stop, false, || ()),
+                None
+            );
             assert!(clock.now_ns() - requested_ns <= 200_000_000 + 10_000, "{}", wake.as_str());
         }
     }

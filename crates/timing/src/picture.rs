@@ -64,7 +64,7 @@ pub fn percentiles_svg(title: &str, series: &[Series<'_>]) -> String {
                 .label(series.name)
                 .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
         }
-        legend(&mut chart)
+        legend(&mut chart, SeriesLabelPosition::UpperLeft)
     })
 }
 
@@ -102,7 +102,7 @@ pub fn histogram_svg(title: &str, series: &[Series<'_>]) -> String {
                 .label(series.name)
                 .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
         }
-        legend(&mut chart)
+        legend(&mut chart, SeriesLabelPosition::UpperRight)
     })
 }
 
@@ -156,6 +156,7 @@ fn colour(index: usize) -> RGBColor {
 
 fn legend<'a, X, Y>(
     chart: &mut ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>,
+    position: SeriesLabelPosition,
 ) -> Result<(), Failure>
 where
     X: Ranged<ValueType = f64>,
@@ -163,7 +164,7 @@ where
 {
     chart
         .configure_series_labels()
-        .position(SeriesLabelPosition::UpperLeft)
+        .position(position)
         .background_style(WHITE.mix(0.85))
         .border_style(BLACK.mix(0.3))
         .label_font(
