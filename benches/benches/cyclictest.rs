@@ -34,7 +34,7 @@ struct Args {
     #[arg(long, value_delimiter = ',', default_value = "cyclictest,hybrid,economical")]
     arms: Vec<String>,
     /// Run `stress-ng` with these arguments meanwhile
-    #[arg(long)]
+    #[arg(long, allow_hyphen_values = true)]
     stress: Option<String>,
     /// Write FOLDER/percentiles.svg and FOLDER/histogram.svg
     #[arg(long)]
@@ -51,9 +51,10 @@ struct Args {
 }
 
 /// Name, keys of the task, and a command that runs the node with other rights.
-const ARMS: [(&str, &str, &[&str]); 13] = [
+const ARMS: [(&str, &str, &[&str]); 14] = [
     ("hybrid", "priority = 80\ncpu = CPU", &[]),
     ("economical", "priority = 80\ncpu = CPU\ncpu_budget = 0.10", &[]),
+    ("phase auto", "priority = 80\ncpu = CPU\ncpu_budget = 0.5\nphase = \"auto\"", &[]),
     ("generous", "priority = 80\ncpu = CPU\ncpu_budget = 0.5", &[]),
     ("sleep", "priority = 80\ncpu = CPU\nwake = \"sleep\"", &[]),
     ("margin 50 us", "priority = 80\ncpu = CPU\nmargin = \"50us\"", &[]),
