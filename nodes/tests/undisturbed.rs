@@ -158,10 +158,11 @@ fn the_real_time_thread_makes_no_system_call_but_the_wait() {
         |call: &&str| call.starts_with("clock_nanosleep") && call.contains("TIMER_ABSTIME");
     let waits = |calls: &Vec<&str>| calls.iter().filter(|call| is_wait(call)).count();
     let cycle = threads.values().max_by_key(|calls| waits(calls)).unwrap();
-    let first = cycle.iter().position(|call| is_wait(call)).unwrap();
-    let last = cycle.iter().rposition(|call| is_wait(call)).unwrap();
-    // When the warm-up ends, the counters of the report are read once: two calls.
-    let steady = &cycle[first + WARM_UP_CYCLES as usize + 2..=last];
+    let last = cycle.iter().rposition(is_wait).unwrap();
+    // When the warm-up ends, the counters of the report are read once.
+    let is_counting = |call: &&str| call.starts_with("getrusage");
+    let counted = cycle[..last].iter().rposition(is_counting).unwrap();
+    let steady = &cycle[counted + 1..=last];
     assert!(steady.len() > 200, "{} waits", steady.len());
     let others: Vec<_> = steady.iter().filter(|call| !is_wait(call)).collect();
     assert!(others.is_empty(), "{others:?}");
