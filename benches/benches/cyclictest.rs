@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use clap::Parser;
-use isochrone_benches::{Bench, Failure, us};
+use isochrone_benches::{Bench, Failure, take_turns, us};
 use isochrone_timing::{Distribution, Series, histogram_svg, percentiles_svg};
 
 #[derive(Parser)]
@@ -129,19 +129,10 @@ fn main() -> Result<(), Failure> {
         arms.push(Arm { name: name.clone(), jitter, cpu_s: 0.0, elapsed_s: 0.0, missed: 0 });
     }
     let stress = args.stress.as_deref().map(stress).transpose()?;
-    for round in 0..args.rounds {
-        let mut turns: Vec<&mut Arm> = arms.iter_mut().collect();
-        if round % 2 == 1 {
-            turns.reverse();
-        }
-        for arm in turns {
-            match arm.name.as_str() {
-                "cyclictest" => cyclictest(&bench, &args, arm)?,
-                _ => node(&bench, &args, arm)?,
-            }
-        }
-        eprintln!("round {} of {}", round + 1, args.rounds);
-    }
+    take_turns(args.rounds, &mut arms, |arm| match arm.name.as_str() {
+        "cyclictest" => cyclictest(&bench, &args, arm),
+        _ => node(&bench, &args, arm),
+    })?;
     drop(stress);
     print(&args, &arms);
     if let Some(folder) = &args.svg {

@@ -14,7 +14,7 @@ use std::thread;
 use std::time::Duration;
 
 use clap::Parser;
-use isochrone_benches::{Bench, Failure, us};
+use isochrone_benches::{Bench, Failure, take_turns, us};
 use isochrone_timing::{Distribution, TaskReport};
 
 #[derive(Parser)]
@@ -90,17 +90,7 @@ fn main() -> Result<(), Failure> {
     let bench = Bench::new()?;
     let named = |name: &String| Arm { name: name.clone(), ..Arm::default() };
     let mut arms: Vec<Arm> = args.arms.iter().map(named).collect();
-    for round in 0..args.rounds {
-        let mut turns: Vec<&mut Arm> = arms.iter_mut().collect();
-        if round % 2 == 1 {
-            turns.reverse();
-        }
-        for arm in turns {
-            let task = turn(&bench, &args, &arm.name)?;
-            arm.take(&task)?;
-        }
-        eprintln!("round {} of {}", round + 1, args.rounds);
-    }
+    take_turns(args.rounds, &mut arms, |arm| arm.take(&turn(&bench, &args, &arm.name)?))?;
     print(&args, &arms);
     Ok(())
 }

@@ -110,6 +110,25 @@ impl Drop for Running {
     }
 }
 
+/// Lets the arms take turns, forth and back, so that what the machine does meanwhile meets them all.
+///
+/// # Errors
+/// A turn failed; the rest is not run.
+pub fn take_turns<A>(
+    rounds: u32,
+    arms: &mut [A],
+    mut turn: impl FnMut(&mut A) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    for round in 1..=rounds {
+        match round % 2 {
+            1 => arms.iter_mut().try_for_each(&mut turn)?,
+            _ => arms.iter_mut().rev().try_for_each(&mut turn)?,
+        }
+        eprintln!("round {round} of {rounds}");
+    }
+    Ok(())
+}
+
 /// A time in ns in a column of a table, in microseconds.
 pub fn us(ns: u64) -> String {
     format!("{:.3}", ns as f64 / 1e3)

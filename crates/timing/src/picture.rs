@@ -1,6 +1,9 @@
 //! Pictures of distributions, as SVG.
 
-use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
+use plotters::coord::Shift;
+use plotters::coord::ranged1d::{
+    AsRangedCoord, KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter,
+};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
@@ -42,30 +45,14 @@ pub fn percentiles_svg(title: &str, series: &[Series<'_>]) -> String {
         series.iter().map(|series| percentiles(series.distribution)).collect();
     let nines = curves.iter().flatten().map(|(nines, _)| *nines).fold(1.0, f64::max);
     let highest = curves.iter().flatten().map(|(_, ns)| *ns).fold(1_000.0, f64::max);
-    draw(series, |area| {
-        let mut chart = ChartBuilder::on(area)
-            .caption(title, ("sans-serif", 18))
-            .margin(12)
-            .x_label_area_size(46)
-            .y_label_area_size(76)
-            .build_cartesian_2d(Nines(nines), (LOWEST_NS..highest * 1.5).log_scale())?;
-        chart
-            .configure_mesh()
-            .x_desc("percentile")
-            .y_desc("at most")
-            .y_label_formatter(&|ns| period(*ns as u64))
-            .light_line_style(WHITE)
-            .label_style(("sans-serif", 13))
-            .draw()?;
-        for (index, (series, curve)) in series.iter().zip(curves).enumerate() {
-            let style = ShapeStyle { stroke_width: 2, ..colour(index).into() };
-            chart
-                .draw_series(LineSeries::new(curve, style))?
-                .label(series.name)
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
-        }
-        legend(&mut chart, SeriesLabelPosition::UpperLeft)
-    })
+    let picture = Lines {
+        title,
+        series,
+        x: Axis { range: Nines(nines), says: "percentile", label: &as_percentile },
+        y: Axis { range: times(highest), says: "at most", label: &as_time },
+        legend: SeriesLabelPosition::UpperLeft,
+    };
+    picture.draw(curves)
 }
 
 /// Draws how often each time occurs, both axes logarithmic, in parts of all samples.
@@ -75,35 +62,105 @@ pub fn histogram_svg(title: &str, series: &[Series<'_>]) -> String {
     let highest = outlines.iter().flatten().map(|(ns, _)| *ns).fold(1_000.0, f64::max);
     let parts = outlines.iter().flatten().map(|(_, part)| *part).filter(|part| *part > 0.0);
     let lowest = parts.fold(1e-2, f64::min) / 2.0;
-    draw(series, |area| {
+    let parts = (lowest..1.0).log_scale();
+    let picture = Lines {
+        title,
+        series,
+        x: Axis { range: times(highest), says: "time", label: &as_time },
+        y: Axis { range: parts, says: "part of the samples", label: &|part| format!("{part:.0e}") },
+        legend: SeriesLabelPosition::UpperRight,
+    };
+    let visible = |outline: Vec<(f64, f64)>| {
+        outline.into_iter().map(|(ns, part)| (ns, part.max(lowest))).collect()
+    };
+    picture.draw(outlines.into_iter().map(visible).collect())
+}
+
+/// A logarithmic axis of times, up to a little more than the longest.
+fn times(highest_ns: f64) -> impl AsRangedCoord<Value = f64, CoordDescType: ValueFormatter<f64>> {
+    (LOWEST_NS..highest_ns * 1.5).log_scale()
+}
+
+fn as_time(ns: &f64) -> String {
+    period(*ns as u64)
+}
+
+/// An axis of a picture.
+struct Axis<'a, R> {
+    range: R,
+    says: &'a str,
+    label: &'a dyn Fn(&f64) -> String,
+}
+
+/// A picture with a line for each of several series.
+struct Lines<'a, X, Y> {
+    title: &'a str,
+    series: &'a [Series<'a>],
+    x: Axis<'a, X>,
+    y: Axis<'a, Y>,
+    legend: SeriesLabelPosition,
+}
+
+impl<X, Y> Lines<'_, X, Y>
+where
+    X: AsRangedCoord<Value = f64>,
+    Y: AsRangedCoord<Value = f64>,
+    X::CoordDescType: ValueFormatter<f64>,
+    Y::CoordDescType: ValueFormatter<f64>,
+{
+    /// Draws the picture with these lines, one for each series.
+    fn draw(self, lines: Vec<Vec<(f64, f64)>>) -> String {
+        let mut text = String::new();
+        let is_empty = self.series.is_empty();
+        let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
+        let drawn = self.draw_on(&area, lines);
+        drop(area);
+        // A string takes everything; a picture without a single sample has only its frame.
+        debug_assert!(drawn.is_ok() || is_empty);
+        text
+    }
+
+    fn draw_on(
+        self,
+        area: &DrawingArea<SVGBackend<'_>, Shift>,
+        lines: Vec<Vec<(f64, f64)>>,
+    ) -> Result<(), Failure> {
+        area.fill(&WHITE)?;
         let mut chart = ChartBuilder::on(area)
-            .caption(title, ("sans-serif", 18))
+            .caption(self.title, ("sans-serif", 18))
             .margin(12)
             .x_label_area_size(46)
             .y_label_area_size(76)
-            .build_cartesian_2d(
-                (LOWEST_NS..highest * 1.5).log_scale(),
-                (lowest..1.0).log_scale(),
-            )?;
+            .build_cartesian_2d(self.x.range, self.y.range)?;
         chart
             .configure_mesh()
-            .x_desc("time")
-            .y_desc("part of the samples")
-            .x_label_formatter(&|ns| period(*ns as u64))
-            .y_label_formatter(&|part| format!("{part:.0e}"))
+            .x_desc(self.x.says)
+            .y_desc(self.y.says)
+            .x_label_formatter(self.x.label)
+            .y_label_formatter(self.y.label)
             .light_line_style(WHITE)
             .label_style(("sans-serif", 13))
             .draw()?;
-        for (index, (series, outline)) in series.iter().zip(outlines).enumerate() {
+        for (index, (series, line)) in self.series.iter().zip(lines).enumerate() {
             let style = ShapeStyle { stroke_width: 2, ..colour(index).into() };
-            let outline = outline.into_iter().map(|(ns, part)| (ns, part.max(lowest)));
             chart
-                .draw_series(LineSeries::new(outline, style))?
+                .draw_series(LineSeries::new(line, style))?
                 .label(series.name)
                 .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
         }
-        legend(&mut chart, SeriesLabelPosition::UpperRight)
-    })
+        chart
+            .configure_series_labels()
+            .position(self.legend)
+            .background_style(WHITE.mix(0.85))
+            .border_style(BLACK.mix(0.3))
+            .label_font(
+                ("sans-serif", 14)
+                    .into_font()
+                    .with_anchor::<RGBColor>(Pos::new(HPos::Left, VPos::Top)),
+            )
+            .draw()?;
+        area.present()
+    }
 }
 
 /// Points (nines, ns): one nine is the 90th percentile, two are the 99th.
@@ -137,40 +194,8 @@ fn outline(distribution: &Distribution) -> Vec<(f64, f64)> {
     std::iter::once(ends.0).chain(steps).chain([ends.1]).collect()
 }
 
-fn draw(
-    series: &[Series<'_>],
-    on: impl FnOnce(&DrawingArea<SVGBackend<'_>, plotters::coord::Shift>) -> Result<(), Failure>,
-) -> String {
-    let mut text = String::new();
-    let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
-    let drawn = area.fill(&WHITE).and_then(|()| on(&area)).and_then(|()| area.present());
-    drop(area);
-    // A string takes everything; a picture without a single sample has only its frame.
-    debug_assert!(drawn.is_ok() || series.is_empty());
-    text
-}
-
 fn colour(index: usize) -> RGBColor {
     COLOURS.get(index % COLOURS.len()).copied().unwrap_or(BLACK)
-}
-
-fn legend<'a, X, Y>(
-    chart: &mut ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>,
-    position: SeriesLabelPosition,
-) -> Result<(), Failure>
-where
-    X: Ranged<ValueType = f64>,
-    Y: Ranged<ValueType = f64>,
-{
-    chart
-        .configure_series_labels()
-        .position(position)
-        .background_style(WHITE.mix(0.85))
-        .border_style(BLACK.mix(0.3))
-        .label_font(
-            ("sans-serif", 14).into_font().with_anchor::<RGBColor>(Pos::new(HPos::Left, VPos::Top)),
-        )
-        .draw()
 }
 
 /// An axis from 0 to this many nines, labelled `50 %`, `90 %`, `99 %`, `99.9 %` …
@@ -194,11 +219,11 @@ impl Ranged for Nines {
     }
 }
 
-impl ValueFormatter<f64> for Nines {
-    fn format_ext(&self, nines: &f64) -> String {
-        let decimals = (*nines as usize).saturating_sub(2);
-        format!("{:.decimals$} %", 100.0 * (1.0 - 10f64.powf(-nines)))
-    }
+impl ValueFormatter<f64> for Nines {}
+
+fn as_percentile(nines: &f64) -> String {
+    let decimals = (*nines as usize).saturating_sub(2);
+    format!("{:.decimals$} %", 100.0 * (1.0 - 10f64.powf(-nines)))
 }
 
 #[cfg(test)]
@@ -214,7 +239,7 @@ mod tests {
     #[test]
     fn percentiles_are_labelled_as_people_write_them() {
         let labels = Nines(5.0).key_points(plotters::coord::ranged1d::LightPoints::new(10, 10));
-        let labels: Vec<String> = labels.iter().map(|nines| Nines(5.0).format_ext(nines)).collect();
+        let labels: Vec<String> = labels.iter().map(as_percentile).collect();
         assert_eq!(labels, ["0 %", "50 %", "90 %", "99 %", "99.9 %", "99.99 %", "99.999 %"]);
     }
 
