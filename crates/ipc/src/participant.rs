@@ -1,6 +1,7 @@
 //! The process's membership in an iceoryx2 domain.
 
-use std::fs::{self, DirEntry};
+use std::fs::{self, DirEntry, Metadata};
+use std::os::unix::fs::PermissionsExt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::OnceLock;
 use std::thread;
@@ -137,19 +138,24 @@ pub fn give_up_file_override() {
     let _ = set_capabilities(None, sets);
 }
 
-/// Removes segments of the domain that have no size. Their creator was killed between making and
-/// sizing them, and iceoryx2 0.10, run as root, would wait for it for ever.
+/// Removes segments of the domain that have no size, or that nobody may read yet. Their creator was
+/// killed before it had sized or filled them. iceoryx2 0.10, run as root, would wait for ever for
+/// the size; and where it is the node counter that nobody filled, no process could join again.
 fn remove_half_made(config: &Config) {
-    /// Making a segment takes microseconds; one that stays empty for so long belongs to nobody.
+    /// Making a segment takes microseconds; one that stays half-made for so long belongs to nobody.
     const ABANDONED: Duration = Duration::from_millis(200);
+    const OWNER_READ: u32 = 0o400;
     let prefix = config.global.prefix.to_string();
-    let empty = |entry: &DirEntry| {
+    let half_made = |entry: &DirEntry| {
         let ours = entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes());
-        ours && entry.metadata().is_ok_and(|file| file.is_file() && file.len() == 0)
+        let unfinished = |file: Metadata| {
+            file.is_file() && (file.len() == 0 || file.permissions().mode() & OWNER_READ == 0)
+        };
+        ours && entry.metadata().is_ok_and(unfinished)
     };
     let find = || {
         let entries = fs::read_dir("/dev/shm").into_iter().flatten().flatten();
-        entries.filter(empty).map(|entry| entry.path()).collect::<Vec<_>>()
+        entries.filter(half_made).map(|entry| entry.path()).collect::<Vec<_>>()
     };
     let before = find();
     if before.is_empty() {

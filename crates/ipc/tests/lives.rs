@@ -3,6 +3,7 @@
 mod domain;
 
 use std::io::{BufRead, BufReader};
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
@@ -44,6 +45,23 @@ fn a_domain_lives_on_after_its_leftovers_were_removed() {
     assert!(remove_leftovers::<ipc::Service>(&domain.config));
     let node = domain.join::<ipc::Service>();
     FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+}
+
+#[test]
+fn a_domain_lives_on_after_a_process_was_killed_while_it_made_the_node_counter() {
+    // Made but not sized, and sized but not filled: nobody may read it yet.
+    for bytes in [0, 16] {
+        let domain = Domain::new();
+        drop(domain.join::<ipc::Service>());
+        let [counter] = &domain.files()[..] else { panic!("{:?}", domain.files()) };
+        let counter =
+            std::fs::File::options().write(true).open(Path::new("/dev/shm").join(counter));
+        let counter = counter.unwrap();
+        counter.set_len(0).unwrap();
+        counter.set_len(bytes).unwrap();
+        counter.set_permissions(std::fs::Permissions::from_mode(0o200)).unwrap();
+        drop(domain.join::<ipc::Service>());
+    }
 }
 
 #[test]
