@@ -31,6 +31,7 @@
     )
 )]
 
+mod bench;
 mod distribution;
 mod doctor;
 mod environment;
@@ -43,12 +44,16 @@ mod table;
 mod task;
 mod units;
 
+pub use bench::{
+    Block, BlockReport, Blocks, Comparison, Disturbance, LoopArm, Measured, Outlier, PERCENTILES,
+    Percentile, RESOLUTION_NS, Ratio, TOLERANCE, Verdict, ratio,
+};
 pub use distribution::{DecodeError, Distribution, HIGHEST_NS};
 pub use doctor::{Examination, Finding, NoSuchCpu, Severity, examine};
 pub use environment::Environment;
 pub use link::{FrameRecord, LinkTiming};
 pub use machine::Machine;
 pub use picture::{Series, histogram_svg, percentiles_svg};
-pub use report::{LinkReport, Report, TaskReport, Warning};
+pub use report::{CostReport, LinkReport, Report, TaskReport, Warning};
 pub use summary::Summary;
 pub use task::{CycleRecord, DEFAULT_WARM_UP_CYCLES, TaskTiming};

@@ -23,7 +23,8 @@ pub struct FrameRecord {
 /// the first frame of its that was received, is not counted.
 ///
 /// - *one-way*: received minus published. *End to end*: received minus source, of the frames that
-///   have one. A receiver that polls adds its own waiting to both.
+///   have one. A receiver that polls adds its own waiting to both. *Age at publish*: published
+///   minus source.
 #[derive(Debug, Clone)]
 pub struct LinkTiming {
     frames: u64,
@@ -33,6 +34,7 @@ pub struct LinkTiming {
     last: Option<FrameRecord>,
     one_way: Distribution,
     end_to_end: Distribution,
+    age_at_publish: Distribution,
 }
 
 impl LinkTiming {
@@ -46,6 +48,7 @@ impl LinkTiming {
             last: None,
             one_way: Distribution::new(),
             end_to_end: Distribution::new(),
+            age_at_publish: Distribution::new(),
         }
     }
 
@@ -62,6 +65,7 @@ impl LinkTiming {
         self.one_way.record(frame.received_ns.saturating_sub(frame.publish_ns));
         if frame.source_ns != 0 {
             self.end_to_end.record(frame.received_ns.saturating_sub(frame.source_ns));
+            self.age_at_publish.record(frame.publish_ns.saturating_sub(frame.source_ns));
         }
     }
 
@@ -96,10 +100,13 @@ impl LinkTiming {
             rate_hz: self.rate_hz(),
             one_way_ns: self.one_way.summary(),
             end_to_end_ns: self.end_to_end.summary(),
+            age_at_publish_ns: self.age_at_publish.summary(),
             histograms: encoded([
                 ("one_way_ns", &self.one_way),
                 ("end_to_end_ns", &self.end_to_end),
+                ("age_at_publish_ns", &self.age_at_publish),
             ]),
+            ..LinkReport::default()
         }
     }
 }
@@ -159,6 +166,7 @@ mod tests {
         let report = link([frame]).report("plant/level");
         assert_eq!(report.one_way_ns.max, Some(250));
         assert_eq!(report.end_to_end_ns.max, Some(850));
+        assert_eq!(report.age_at_publish_ns.max, Some(600));
     }
 
     #[test]

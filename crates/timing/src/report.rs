@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
+use crate::bench::{BlockReport, Comparison, Outlier};
 use crate::environment::Environment;
 use crate::summary::Summary;
 
@@ -34,6 +35,15 @@ pub struct Report {
     /// The streams of frames that were received.
     #[serde(default)]
     pub links: Vec<LinkReport>,
+    /// What block instances cost.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub costs: Vec<CostReport>,
+    /// How the arms of a bench compare with the first one.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub comparisons: Vec<Comparison>,
+    /// Whether somebody ended the run before its time.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub ended_early: bool,
 }
 
 impl Report {
@@ -69,6 +79,9 @@ pub struct TaskReport {
     pub name: String,
     /// Its period, in ns.
     pub period_ns: u64,
+    /// What else ran meanwhile, as the bench named it: `idle`, `cpu`; empty if nobody asked.
+    #[serde(skip_serializing_if = "String::is_empty")]
+    pub load: String,
     /// How it waited: `sleep`, `hybrid` or `spin`.
     pub wake: String,
     /// How long before a release a hybrid wait was awake in the end, in ns; `null` for other waits.
@@ -89,6 +102,13 @@ pub struct TaskReport {
     pub lost_records: u64,
     /// First instruction of the cycle minus its due time.
     pub release_jitter_ns: Summary,
+    /// The same with the releases that were missed, each as late as it would have been; of arms of
+    /// a bench.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub release_jitter_corrected_ns: Option<Summary>,
+    /// The same without the invalid blocks; of arms of a bench.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub release_jitter_valid_ns: Option<Summary>,
     /// End of the cycle (frame sent) minus its start.
     pub execution_ns: Summary,
     /// Frame sent minus due time.
@@ -121,14 +141,27 @@ pub struct TaskReport {
     /// The distributions themselves, by the names that their summaries have here, as
     /// [`Distribution::encode`](crate::Distribution::encode) writes them.
     pub histograms: BTreeMap<String, String>,
+    /// The turns of an arm of a bench.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub blocks: Vec<BlockReport>,
+    /// The latest releases of an arm of a bench, the latest first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub outliers: Vec<Outlier>,
 }
 
 /// The timing of one stream of frames.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct LinkReport {
-    /// The service.
+    /// The service, or the transport that is an arm of a bench.
     pub service: String,
+    /// Values in a frame of an arm of a bench; 0 if it is none.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub values: u64,
+    /// Frames per second that an arm of a bench was to send; `None`: each as soon as the one before
+    /// was answered.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub paced_hz: Option<f64>,
     /// Frames received, or sent by the node that reports.
     pub frames: u64,
     /// Frames published and not received, or that could not be sent. A control input reads the
@@ -142,6 +175,32 @@ pub struct LinkReport {
     pub one_way_ns: Summary,
     /// Received minus the publishing of the oldest input behind the frame.
     pub end_to_end_ns: Summary,
+    /// Published minus the publishing of the oldest input behind the frame: the age of the value
+    /// when the node sent it on.
+    pub age_at_publish_ns: Summary,
     /// The distributions themselves, by name; see [`TaskReport::histograms`].
     pub histograms: BTreeMap<String, String>,
+    /// The turns of an arm of a bench.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub blocks: Vec<BlockReport>,
+}
+
+/// What instances of blocks cost.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct CostReport {
+    /// The block type, or `mixed`: the chain saw, scale, ramp.
+    pub name: String,
+    /// Instances in the task.
+    pub instances: u64,
+    /// Time of one instance in one cycle, in picoseconds; a sample is the mean of a batch of cycles.
+    pub step_ps: Summary,
+    /// The distributions themselves, by name; see [`TaskReport::histograms`].
+    pub histograms: BTreeMap<String, String>,
+    /// The turns in which it was measured.
+    pub blocks: Vec<BlockReport>,
+}
+
+fn is_zero(number: &u64) -> bool {
+    *number == 0
 }

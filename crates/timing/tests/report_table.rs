@@ -80,6 +80,7 @@ fn report() -> Report {
             one_way_ns: few(),
             ..LinkReport::default()
         }],
+        ..Report::default()
     }
 }
 

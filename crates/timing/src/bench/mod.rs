@@ -1,0 +1,12 @@
+//! Benches: arms that take turns in short blocks, what disturbed each block, and whether one arm is
+//! better than another.
+
+mod arm;
+mod blocks;
+mod compare;
+mod measured;
+
+pub use arm::{LoopArm, Outlier};
+pub use blocks::{BlockReport, Blocks, Disturbance};
+pub use compare::{Block, RESOLUTION_NS, Ratio, TOLERANCE, Verdict, ratio};
+pub use measured::{Comparison, Measured, PERCENTILES, Percentile};
