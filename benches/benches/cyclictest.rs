@@ -20,7 +20,7 @@ use isochrone_timing::{Distribution, Series, histogram_svg, percentiles_svg};
 struct Args {
     /// Turns of each arm
     #[arg(long, default_value_t = 10)]
-    rounds: u32,
+    rounds: usize,
     /// Length of a turn
     #[arg(long, default_value_t = 6.0)]
     seconds: f64,

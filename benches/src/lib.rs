@@ -7,7 +7,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 
-use isochrone_timing::Report;
+use isochrone_timing::{Report, turns};
 
 /// A failure that ends a bench, as a sentence.
 pub type Failure = Box<dyn std::error::Error + Send + Sync>;
@@ -110,21 +110,18 @@ impl Drop for Running {
     }
 }
 
-/// Lets the arms take turns, forth and back, so that what the machine does meanwhile meets them all.
+/// Lets the arms take their [turns].
 ///
 /// # Errors
 /// A turn failed; the rest is not run.
 pub fn take_turns<A>(
-    rounds: u32,
+    rounds: usize,
     arms: &mut [A],
     mut turn: impl FnMut(&mut A) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    for round in 1..=rounds {
-        match round % 2 {
-            1 => arms.iter_mut().try_for_each(&mut turn)?,
-            _ => arms.iter_mut().rev().try_for_each(&mut turn)?,
-        }
-        eprintln!("round {round} of {rounds}");
+    for (round, arm) in turns(rounds, arms.len()) {
+        arms.get_mut(arm).map_or(Ok(()), &mut turn)?;
+        eprintln!("round {} of {rounds}", round + 1);
     }
     Ok(())
 }

@@ -10,20 +10,23 @@
     )
 )]
 
+mod bench;
 mod blocks;
 mod check;
+mod compare;
 mod completions;
 mod demo;
 mod doctor;
 mod domain;
 mod failure;
+mod gate;
 mod load;
 mod logging;
 mod numbers;
 mod ports;
 mod publish;
 mod recording;
-mod report_file;
+mod result_file;
 mod run;
 mod service;
 mod simulate;
@@ -69,6 +72,8 @@ enum Verb {
     Publish(publish::Args),
     Subscribe(subscribe::Args),
     Blocks(blocks::Args),
+    Bench(bench::Args),
+    Compare(compare::Args),
     Doctor(doctor::Args),
     Completions(completions::Args),
 }
@@ -86,6 +91,8 @@ fn main() -> ExitCode {
         Some(Verb::Publish(args)) => publish::run(&args),
         Some(Verb::Subscribe(args)) => subscribe::run(&args),
         Some(Verb::Blocks(args)) => blocks::run(&args),
+        Some(Verb::Bench(args)) => bench::run(&args),
+        Some(Verb::Compare(args)) => compare::run(&args),
         Some(Verb::Doctor(args)) => doctor::run(&args),
         Some(Verb::Completions(args)) => completions::run(&args),
     };

@@ -16,7 +16,7 @@ use rtrb::{Consumer, RingBuffer};
 
 use crate::domain::{self, Domain};
 use crate::failure::Failure;
-use crate::report_file::ReportFile;
+use crate::result_file::ResultFile;
 use crate::service::Service;
 use crate::stop::{Stop, parse_seconds};
 use crate::task::{self, Job, Outcome, Ready};
@@ -62,6 +62,13 @@ const START_DELAY_NS: u64 = 20_000_000;
 /// Ticks of 100, 250 and 1000 Hz fall on multiples of this.
 const EPOCH_GRID_NS: u64 = 20_000_000;
 
+/// An instant, `START_DELAY_NS` and a little from now, at which a grid may begin. The kernel's ticks
+/// come at whole milliseconds of the clock; a release that meets one is late by what the tick does.
+/// So the grid begins between them.
+pub(crate) fn next_epoch_ns() -> u64 {
+    (Monotonic.now_ns() + START_DELAY_NS).next_multiple_of(EPOCH_GRID_NS) + EPOCH_OFFSET_NS
+}
+
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let plan = load::plan_strictly(&args.file, args.strict)?;
     require_services(&plan)?;
@@ -69,7 +76,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if let Some(report) = &args.report {
         load::keep(&args.file, report)?;
     }
-    let report_file = args.report.as_deref().map(ReportFile::create).transpose()?;
+    let report_file = args.report.as_deref().map(ResultFile::open).transpose()?;
     let stop = Stop::on_signal(args.seconds)?;
     let domain = Domain::find(&args.domain)?;
 
@@ -79,12 +86,13 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
     refuse_throttled_spin(&plan, &report.environment)?;
     let participant = domain.join_for_real_time(&format!("isochrone/{}", plan.node))?;
-    let overrun = run_tasks(args, &plan, &participant, &stop, &mut report)?;
+    let options = Options { cycles: args.cycles, strict: args.strict, announce: true };
+    let overrun = run_tasks(&options, &plan, &participant, &stop, &mut report, &mut ())?;
     drop(participant);
     drop(domain);
 
     if let Some(file) = report_file {
-        file.write(&report)?;
+        file.write_report(&report)?;
     }
     match args.json {
         true => terminal::print_json(&report)?,
@@ -98,14 +106,35 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
+/// How to run the tasks.
+pub(crate) struct Options {
+    /// End after this many cycles of the first task.
+    pub(crate) cycles: Option<u64>,
+    /// Refuse to start with warnings.
+    pub(crate) strict: bool,
+    /// Tell people that the node runs, and what the machine refused.
+    pub(crate) announce: bool,
+}
+
+/// Who else wants to see the cycles.
+pub(crate) trait Observer {
+    /// The next cycle of a task, by its place in the plan.
+    fn record(&mut self, _task: usize, _record: &CycleRecord) {}
+    /// Some fifty times a second.
+    fn look(&mut self) {}
+}
+
+impl Observer for () {}
+
 /// Runs all tasks to their end and completes the report. Returns the task that stopped the node
 /// because it overran.
-fn run_tasks(
-    args: &Args,
+pub(crate) fn run_tasks(
+    options: &Options,
     plan: &Plan,
     participant: &Participant<ipc::Service>,
     stop: &Stop,
     report: &mut Report,
+    observer: &mut dyn Observer,
 ) -> Result<Option<String>, Failure> {
     let (mut telemetry, taps) = Telemetry::open(participant, plan).map_err(Failure::found)?;
     thread::scope(|scope| {
@@ -120,7 +149,7 @@ fn run_tasks(
                 plan: task,
                 participant,
                 engine,
-                cycles: args.cycles.filter(|_| index == 0),
+                cycles: options.cycles.filter(|_| index == 0),
                 stop: stop.flag(),
                 records,
                 tap,
@@ -143,15 +172,14 @@ fn run_tasks(
             .map(Watch::granted)
             .collect::<Result<Vec<ThreadGrant>, Failure>>()?;
         report.warnings.extend(grants.iter().flat_map(|grant| &grant.refusals).map(warning));
-        if args.strict && !report.warnings.is_empty() {
+        if options.strict && !report.warnings.is_empty() {
             let refusals: Vec<String> = report.warnings.iter().map(sentence).collect();
             return Err(Failure::found(refusals.join("\n")));
         }
-        note_start(plan, report);
-        // The kernel's ticks come at whole milliseconds of the clock; a release that meets one is
-        // late by what the tick does. So the grid begins between them.
-        let epoch_ns =
-            (Monotonic.now_ns() + START_DELAY_NS).next_multiple_of(EPOCH_GRID_NS) + EPOCH_OFFSET_NS;
+        if options.announce {
+            note_start(plan, report);
+        }
+        let epoch_ns = next_epoch_ns();
         for (_, start) in &threads {
             let _ = start.send(epoch_ns);
         }
@@ -159,7 +187,7 @@ fn run_tasks(
         while !stop.is_due() {
             thread::sleep(DRAIN_INTERVAL);
             for (task, watch) in watches.iter_mut().enumerate() {
-                if let Some(newest) = watch.drain() {
+                if let Some(newest) = watch.drain(|record| observer.record(task, record)) {
                     telemetry.note(task, &newest);
                     service.note(task, &newest);
                 }
@@ -167,16 +195,16 @@ fn run_tasks(
                     repair.tend(participant);
                 }
             }
+            observer.look();
             telemetry.publish(participant);
             service.tell();
         }
         service.stopping();
         let mut overrun = None;
-        for (((thread, _), mut watch), (task, grant)) in
-            threads.into_iter().zip(watches).zip(plan.tasks.iter().zip(grants))
-        {
+        let tasks = threads.into_iter().zip(watches).zip(plan.tasks.iter().zip(grants));
+        for (index, (((thread, _), mut watch), (task, grant))) in tasks.enumerate() {
             let outcome = thread.join().map_err(|_| Failure::found("a task's thread panicked"))?;
-            watch.drain();
+            watch.drain(|record| observer.record(index, record));
             let Some(outcome) = outcome else { continue };
             if outcome.stop_reason == Some(StopReason::Overrun) {
                 overrun = Some(task.name.clone());
@@ -211,11 +239,12 @@ impl Watch {
         Ok(ready.grant)
     }
 
-    /// Takes all records in; returns the newest.
-    fn drain(&mut self) -> Option<CycleRecord> {
+    /// Takes all records in, and shows them; returns the newest.
+    fn drain(&mut self, mut show: impl FnMut(&CycleRecord)) -> Option<CycleRecord> {
         let mut newest = None;
         while let Ok(record) = self.consumer.pop() {
             self.timing.record(&record);
+            show(&record);
             newest = Some(record);
         }
         newest
@@ -249,7 +278,7 @@ fn links(outcome: &Outcome) -> impl Iterator<Item = LinkReport> {
     })
 }
 
-fn warning(refusal: &Refusal) -> Warning {
+pub(crate) fn warning(refusal: &Refusal) -> Warning {
     Warning { code: refusal.code().into(), message: refusal.to_string(), remedy: refusal.remedy() }
 }
 
@@ -281,7 +310,7 @@ fn refuse_throttled_spin(plan: &Plan, environment: &Environment) -> Result<(), F
 }
 
 /// Running needs a service for every input.
-fn require_services(plan: &Plan) -> Result<(), Failure> {
+pub(crate) fn require_services(plan: &Plan) -> Result<(), Failure> {
     let without = plan.tasks.iter().flat_map(|task| &task.inputs).filter(|i| i.service.is_none());
     let findings: Vec<Finding> = without
         .map(|input| {

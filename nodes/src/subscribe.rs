@@ -12,7 +12,7 @@ use isochrone_timing::{Environment, FrameRecord, LinkTiming, Report};
 
 use crate::domain::{self, Domain};
 use crate::failure::Failure;
-use crate::report_file::ReportFile;
+use crate::result_file::ResultFile;
 use crate::stop::{Stop, parse_seconds};
 use crate::{numbers, terminal};
 
@@ -62,7 +62,7 @@ const SEARCH_INTERVAL: Duration = Duration::from_millis(5);
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let csv = args.csv.as_deref().map(create).transpose()?;
-    let report_file = args.report.as_deref().map(ReportFile::create).transpose()?;
+    let report_file = args.report.as_deref().map(ResultFile::open).transpose()?;
     let stop = Stop::on_signal(args.seconds)?;
     let domain = Domain::find(&args.domain)?;
     let participant = domain.join("isochrone/subscribe")?;
@@ -122,7 +122,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     drop(subscriber);
     let report = Report { links: vec![timing.report(&args.service)], ..report };
     if let Some(file) = report_file {
-        file.write(&report)?;
+        file.write_report(&report)?;
     }
     if args.stats {
         match args.json {

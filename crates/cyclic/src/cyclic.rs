@@ -131,6 +131,13 @@ impl<C: Clock> Cyclic<C> {
         }
     }
 
+    /// Goes on after a pause: the next cycle is due at `release_ns`, and nothing was missed in between.
+    /// What the wait learned is kept.
+    pub fn resume(&mut self, release_ns: u64) {
+        self.next_release_ns = release_ns;
+        self.burst = 0;
+    }
+
     /// Why the loop ended, or `None` while it runs.
     pub fn stop_reason(&self) -> Option<StopReason> {
         self.stop_reason

@@ -1,6 +1,10 @@
 //! A distribution in the few numbers that a report shows.
 
+use std::fmt::{Display, Formatter, Result};
+
 use serde::{Deserialize, Serialize};
+
+use crate::units::duration;
 
 /// Minimum, mean, percentiles and maximum of a distribution, in ns.
 ///
@@ -38,4 +42,18 @@ pub struct Summary {
     /// Largest sample, exact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub max: Option<u64>,
+}
+
+/// One line: the percentiles that there are, and how many samples they are of.
+impl Display for Summary {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
+        let percentiles =
+            [("p50", self.p50), ("p99", self.p99), ("p99.9", self.p99_9), ("max", self.max)];
+        for (name, ns) in percentiles {
+            if let Some(ns) = ns {
+                write!(f, "{name} {}  ", duration(ns as f64))?;
+            }
+        }
+        write!(f, "({} samples)", self.count)
+    }
 }

@@ -4,9 +4,13 @@
 mod arm;
 mod blocks;
 mod compare;
+mod gate;
 mod measured;
+mod turns;
 
 pub use arm::{LoopArm, Outlier};
 pub use blocks::{BlockReport, Blocks, Disturbance};
 pub use compare::{Block, RESOLUTION_NS, Ratio, TOLERANCE, Verdict, ratio};
+pub use gate::{Gate, Outcome, Rule, RuleError, compare_reports, overall};
 pub use measured::{Comparison, Measured, PERCENTILES, Percentile};
+pub use turns::turns;

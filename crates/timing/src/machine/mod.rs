@@ -3,6 +3,7 @@
 
 mod cpu_list;
 mod cpus;
+mod disturbance;
 mod interrupts;
 mod kernel;
 mod platform;

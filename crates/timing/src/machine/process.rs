@@ -98,7 +98,7 @@ impl Machine {
 }
 
 /// The group of a version 1 controller in a `/proc/<pid>/cgroup` file.
-fn controlled_group<'a>(groups: &'a str, controller: &str) -> Option<&'a str> {
+pub(super) fn controlled_group<'a>(groups: &'a str, controller: &str) -> Option<&'a str> {
     groups.lines().find_map(|line| {
         let mut fields = line.splitn(3, ':').skip(1);
         let (controllers, group) = (fields.next()?, fields.next()?);

@@ -1,0 +1,66 @@
+//! The live view of a bench: time left, and each arm's percentiles so far. On a terminal only.
+
+use std::time::Duration;
+
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use isochrone_timing::Distribution;
+
+/// Progress bars on stderr; nothing at all where that is no terminal.
+pub(super) struct Live {
+    // Bars are drawn as long as this lives.
+    _screen: MultiProgress,
+    progress: ProgressBar,
+    arms: Vec<ProgressBar>,
+    total: Duration,
+}
+
+impl Live {
+    /// A view of a bench that takes `total`, with a line for each arm.
+    pub(super) fn start<'a>(total: Duration, arms: impl IntoIterator<Item = &'a str>) -> Self {
+        let screen = MultiProgress::new();
+        let progress = screen.add(ProgressBar::new(total.as_millis() as u64));
+        progress.set_style(style("{bar:40} {msg}"));
+        let line = |name: &str| {
+            let line = screen.add(ProgressBar::no_length());
+            line.set_style(style("  {prefix:<24} {msg}"));
+            line.set_prefix(name.to_owned());
+            line.set_message("-");
+            line
+        };
+        let arms = arms.into_iter().map(line).collect();
+        Self { _screen: screen, progress, arms, total }
+    }
+
+    /// Whether somebody can see it.
+    pub(super) fn is_visible(&self) -> bool {
+        !self.progress.is_hidden()
+    }
+
+    /// Tells how much of the time has passed.
+    pub(super) fn pass(&self, elapsed: Duration) {
+        let left = self.total.saturating_sub(elapsed);
+        self.progress.set_position(elapsed.as_millis() as u64);
+        let seconds = left.as_secs();
+        self.progress.set_message(format!("{}:{:02} left", seconds / 60, seconds % 60));
+    }
+
+    /// Shows what an arm has measured so far.
+    pub(super) fn show(&self, arm: usize, so_far: &Distribution) {
+        let Some(line) = self.arms.get(arm) else { return };
+        if self.is_visible() {
+            line.set_message(so_far.summary().to_string());
+        }
+    }
+}
+
+impl Drop for Live {
+    fn drop(&mut self) {
+        self.arms.iter().for_each(ProgressBar::finish_and_clear);
+        self.progress.finish_and_clear();
+    }
+}
+
+fn style(template: &str) -> ProgressStyle {
+    // A template that does not parse would be drawn as the default bar.
+    ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
+}

@@ -1,0 +1,36 @@
+//! `bench`: what a controller feels, measured on the code that ships.
+
+mod engine;
+mod jitter;
+mod latency;
+mod live;
+mod outputs;
+mod watch;
+
+use crate::failure::Failure;
+
+/// Measure release jitter, latency between processes, or the cost of blocks
+///
+/// Arms take turns in short blocks, so that what the machine does meanwhile meets them all; the
+/// result is how they compare. Results can be kept, drawn, compared with another run (`compare`)
+/// and held against a gate.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    #[command(subcommand)]
+    what: What,
+}
+
+#[derive(clap::Subcommand)]
+enum What {
+    Jitter(jitter::Args),
+    Latency(latency::Args),
+    Engine(engine::Args),
+}
+
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    match &args.what {
+        What::Jitter(args) => jitter::run(args),
+        What::Latency(args) => latency::run(args),
+        What::Engine(args) => engine::run(args),
+    }
+}

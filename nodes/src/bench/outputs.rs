@@ -1,0 +1,135 @@
+//! Where the result of a bench goes.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use isochrone_timing::{Gate, Measured, Report};
+
+fn html(_: &Report) -> String {
+    String::new()
+}
+fn hlog(_: &Report) -> String {
+    String::new()
+}
+fn hgrm(_: &isochrone_timing::Distribution) -> String {
+    String::new()
+}
+fn cyclictest_histogram(_: &[Measured]) -> String {
+    String::new()
+}
+fn pictures(_: &Report) -> Vec<(String, String)> {
+    Vec::new()
+}
+
+use crate::failure::Failure;
+use crate::gate;
+use crate::result_file::ResultFile;
+use crate::terminal;
+
+/// Which files to write, and which gate to pass.
+#[derive(Clone, Debug, Default, clap::Args)]
+pub(crate) struct Args {
+    /// Print the report as JSON instead of the table
+    #[arg(long)]
+    json: bool,
+    /// Write the report (JSON), which `isochrone compare` reads
+    #[arg(long, value_name = "FILE.json")]
+    report: Option<PathBuf>,
+    /// Write one page with everything, which opens without a network
+    #[arg(long, value_name = "FILE.html")]
+    html: Option<PathBuf>,
+    /// Write a percentile table of each arm, as HdrHistogram's plotters read it
+    #[arg(long, value_name = "FOLDER")]
+    hgrm: Option<PathBuf>,
+    /// Write an interval log of all blocks, as HdrHistogram's tools read it
+    #[arg(long, value_name = "FILE.hlog")]
+    hlog: Option<PathBuf>,
+    /// Write the histogram as `cyclictest --histogram` prints it, a column for each arm
+    #[arg(long, value_name = "FILE")]
+    histogram: Option<PathBuf>,
+    /// Write every picture of the page as a file of its own
+    #[arg(long, value_name = "FOLDER")]
+    svg: Option<PathBuf>,
+    /// Hold the result against a gate (TOML): exit 0 pass, 1 fail, 2 invalid run
+    #[arg(long, value_name = "FILE.toml")]
+    gate: Option<PathBuf>,
+}
+
+/// Opened before the bench, so that a bench is not for nothing.
+pub(crate) struct Outputs {
+    args: Args,
+    report: Option<ResultFile>,
+    html: Option<ResultFile>,
+    hlog: Option<ResultFile>,
+    histogram: Option<ResultFile>,
+    gate: Option<Gate>,
+}
+
+impl Args {
+    /// Opens the files, makes the folders and reads the gate.
+    pub(crate) fn open(&self) -> Result<Outputs, Failure> {
+        let open = |path: &Option<PathBuf>| path.as_deref().map(ResultFile::open).transpose();
+        for folder in [&self.hgrm, &self.svg].into_iter().flatten() {
+            fs::create_dir_all(folder).map_err(|error| {
+                Failure::usage(format!("cannot make the folder {}: {error}", folder.display()))
+            })?;
+        }
+        Ok(Outputs {
+            report: open(&self.report)?,
+            html: open(&self.html)?,
+            hlog: open(&self.hlog)?,
+            histogram: open(&self.histogram)?,
+            gate: self.gate.as_deref().map(gate::read).transpose()?,
+            args: self.clone(),
+        })
+    }
+}
+
+impl Outputs {
+    /// Compares the arms, writes everything, and says whether the gate holds.
+    pub(crate) fn write(self, report: &mut Report) -> Result<(), Failure> {
+        report.compare_arms();
+        let measured = report.measured();
+        if let Some(file) = self.report {
+            file.write_report(report)?;
+        }
+        for (file, text) in [(self.html, html as fn(&Report) -> String), (self.hlog, hlog)] {
+            if let Some(file) = file {
+                file.write(&text(report))?;
+            }
+        }
+        if let Some(file) = self.histogram {
+            file.write(&cyclictest_histogram(&measured))?;
+        }
+        if let Some(folder) = &self.args.hgrm {
+            let name = |measured: &Measured| format!("{}.hgrm", file_name(&measured.label()));
+            let tables = measured.iter().map(|arm| (name(arm), hgrm(&arm.distribution)));
+            write_all(folder, tables)?;
+        }
+        if let Some(folder) = &self.args.svg {
+            write_all(folder, pictures(report))?;
+        }
+        match self.args.json {
+            true => terminal::print_json(report)?,
+            false => terminal::print(&report.to_string())?,
+        }
+        self.gate.map_or(Ok(()), |gate| gate::hold(&gate, report))
+    }
+}
+
+fn write_all(
+    folder: &Path,
+    files: impl IntoIterator<Item = (String, String)>,
+) -> Result<(), Failure> {
+    files.into_iter().try_for_each(|(name, text)| {
+        let path = folder.join(name);
+        fs::write(&path, text)
+            .map_err(|error| Failure::found(format!("cannot write {}: {error}", path.display())))
+    })
+}
+
+/// A label as the name of a file: letters, digits and dashes.
+fn file_name(label: &str) -> String {
+    let words = label.split(|c: char| !c.is_alphanumeric() && c != '.');
+    words.filter(|word| !word.is_empty()).collect::<Vec<_>>().join("-")
+}

@@ -1,0 +1,79 @@
+//! Watches what disturbs an arm while it has its turn.
+
+use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_timing::{Disturbance, Machine};
+
+/// The kernel's counts at several instants of a turn.
+pub(super) struct Watch {
+    machine: Machine,
+    cpu: Option<usize>,
+    thread: Option<u32>,
+    looks: Vec<(u64, Disturbance)>,
+}
+
+impl Watch {
+    /// Begins to watch a CPU (all if there is none) and a thread of this process.
+    pub(super) fn begin(cpu: Option<usize>, thread: Option<u32>) -> Self {
+        let mut watch = Self { machine: Machine::here(), cpu, thread, looks: Vec::new() };
+        watch.look();
+        watch
+    }
+
+    /// Reads the counts. Called some fifty times a second, it tells what was around an instant.
+    pub(super) fn look(&mut self) {
+        let counts = self.machine.disturbance(self.cpu, self.thread);
+        self.looks.push((Monotonic.now_ns(), counts));
+    }
+
+    /// What there was since the last look at or before `from_ns`.
+    pub(super) fn since(&self, from_ns: u64) -> Disturbance {
+        let before = self.last_before(from_ns);
+        match (before.and_then(|index| self.looks.get(index)), self.looks.last()) {
+            (Some((_, first)), Some((_, last))) => last.since(*first),
+            _ => Disturbance::default(),
+        }
+    }
+
+    /// What there was between the looks before and after an instant.
+    pub(super) fn around(&self, at_ns: u64) -> Disturbance {
+        let Some(before) = self.last_before(at_ns) else { return Disturbance::default() };
+        match (self.looks.get(before), self.looks.get(before + 1)) {
+            (Some((_, first)), Some((_, second))) => second.since(*first),
+            _ => Disturbance::default(),
+        }
+    }
+
+    fn last_before(&self, at_ns: u64) -> Option<usize> {
+        self.looks.partition_point(|(look_ns, _)| *look_ns <= at_ns).checked_sub(1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn watch(interrupts: &[u64]) -> Watch {
+        let look = |(index, count): (usize, &u64)| {
+            (index as u64 * 20, Disturbance { interrupts: *count, ..Disturbance::default() })
+        };
+        let looks = interrupts.iter().enumerate().map(look).collect();
+        Watch { machine: Machine::here(), cpu: None, thread: None, looks }
+    }
+
+    #[test]
+    fn around_an_instant_is_between_the_looks_before_and_after_it() {
+        let watch = watch(&[5, 5, 9, 9]);
+        assert_eq!(watch.around(19).interrupts, 0);
+        assert_eq!(watch.around(20).interrupts, 4);
+        assert_eq!(watch.around(39).interrupts, 4);
+        assert_eq!(watch.around(40).interrupts, 0);
+        assert_eq!(watch.around(99).interrupts, 0, "nobody looked after it");
+    }
+
+    #[test]
+    fn the_warm_up_before_a_look_does_not_count() {
+        let watch = watch(&[1, 4, 9, 16]);
+        assert_eq!(watch.since(0).interrupts, 15);
+        assert_eq!(watch.since(45).interrupts, 7);
+    }
+}
