@@ -14,6 +14,8 @@ const INTERRUPTED: i32 = 130;
 pub(crate) struct Stop {
     flag: Arc<AtomicBool>,
     end: Option<Instant>,
+    /// The flag of the run that this is a part of.
+    whole: Option<Arc<AtomicBool>>,
 }
 
 impl Stop {
@@ -34,7 +36,14 @@ impl Stop {
             let now = Instant::now();
             now.checked_add(run).unwrap_or(now + Duration::from_secs(u64::from(u32::MAX)))
         });
-        Ok(Self { flag, end })
+        Ok(Self { flag, end, whole: None })
+    }
+
+    /// A stop of its own for a part of the run: due with this one, after `run`, or when it is asked
+    /// for, which leaves this one alone.
+    pub(crate) fn within(&self, run: Duration) -> Self {
+        let end = Instant::now().checked_add(run);
+        Self { flag: Arc::default(), end, whole: Some(self.flag.clone()) }
     }
 
     /// The flag itself, for loops that are told to stop.
@@ -44,7 +53,8 @@ impl Stop {
 
     /// Whether it is time to end; sets the flag when the time is up.
     pub(crate) fn is_due(&self) -> bool {
-        if self.end.is_some_and(|end| Instant::now() >= end) {
+        let whole_is_due = self.whole.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed));
+        if whole_is_due || self.end.is_some_and(|end| Instant::now() >= end) {
             self.request();
         }
         self.flag.load(Ordering::Relaxed)

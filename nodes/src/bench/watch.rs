@@ -1,7 +1,58 @@
 //! Watches what disturbs an arm while it has its turn.
 
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_timing::{Disturbance, Machine};
+use rustix::thread::{sched_getaffinity, sched_setaffinity};
+
+const LOOK_INTERVAL: Duration = Duration::from_millis(20);
+
+/// A thread that watches, on another CPU than the arm's: reading the counts takes some 100 us in the
+/// kernel, which would itself make the arm late.
+pub(super) struct Watching {
+    stop: Arc<AtomicBool>,
+    thread: JoinHandle<Watch>,
+}
+
+impl Watching {
+    /// Begins to watch a CPU and a thread of this process.
+    pub(super) fn begin(cpu: usize, thread: Option<u32>) -> Self {
+        let stop = Arc::new(AtomicBool::new(false));
+        let stopped = stop.clone();
+        let thread = thread::spawn(move || {
+            keep_off(cpu);
+            let mut watch = Watch::begin(Some(cpu), thread);
+            while !stopped.load(Ordering::Relaxed) {
+                thread::sleep(LOOK_INTERVAL);
+                watch.look();
+            }
+            watch
+        });
+        Self { stop, thread }
+    }
+
+    /// Looks once more; what there was.
+    pub(super) fn end(self) -> Watch {
+        self.stop.store(true, Ordering::Relaxed);
+        // It has nothing to panic at; without it nothing is known.
+        self.thread.join().unwrap_or_else(|_| Watch::begin(None, None))
+    }
+}
+
+/// Lets the calling thread run on any allowed CPU but this one, if there is another.
+fn keep_off(cpu: usize) {
+    if let Ok(mut allowed) = sched_getaffinity(None)
+        && allowed.count() > 1
+        && allowed.is_set(cpu)
+    {
+        allowed.unset(cpu);
+        let _ = sched_setaffinity(None, &allowed);
+    }
+}
 
 /// The kernel's counts at several instants of a turn.
 pub(super) struct Watch {

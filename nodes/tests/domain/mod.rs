@@ -63,7 +63,9 @@ impl Domain {
     pub(crate) fn start(&self, arguments: &str) -> Process {
         let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
         command.args(arguments.split_whitespace()).current_dir(self.folder.path());
-        if !arguments.starts_with("simulate") {
+        let lives_in_a_domain =
+            !["simulate", "compare"].iter().any(|verb| arguments.starts_with(verb));
+        if lives_in_a_domain {
             command.arg("--iceoryx2-config").arg(self.config_file());
         }
         Process::start(command)

@@ -1,0 +1,72 @@
+//! Turns of the whole node, as `run` runs it.
+
+use isochrone_cyclic::{ThreadGrant, ThreadUsage};
+use isochrone_engine::Plan;
+use isochrone_timing::{CycleRecord, Report};
+
+use super::WARM_UP;
+use super::arm::{Arm, Turn, Used, cycles};
+use crate::bench::watch::Watching;
+use crate::failure::Failure;
+use crate::run::{Observer, Options, run_tasks};
+
+/// Starts the node, runs it for the turn, and ends it.
+pub(super) fn turn(arm: &mut Arm, plan: &Plan, turn: &Turn<'_>) -> Result<Used, Failure> {
+    let participant = turn.domain.join_for_real_time(&format!("isochrone/{}", plan.node))?;
+    let mut seen = Seen { records: Vec::with_capacity(cycles(arm.period_ns, turn.counted)), turn };
+    let options = Options { cycles: None, strict: false, announce: false };
+    let stop = turn.stop.within(WARM_UP + turn.counted);
+    let mut report = Report::default();
+    // It has no thread yet to watch; what its thread meets is in its report.
+    let watching = Watching::begin(arm.cpu, None);
+    let overrun = run_tasks(&options, plan, &participant, &stop, &mut report, &mut seen)?;
+    let watch = watching.end();
+    if let Some(task) = overrun {
+        return Err(Failure::found(format!(
+            "task \"{task}\" of arm \"{}\" missed a release and stopped the node, as its overrun and \
+             on_overrun say",
+            arm.name
+        )));
+    }
+    let Some(task) = report.tasks.into_iter().next() else {
+        return Err(Failure::found(format!("arm \"{}\" ran no task", arm.name)));
+    };
+    let from_ns =
+        seen.records.first().map_or(0, |first| first.release_ns + WARM_UP.as_nanos() as u64);
+    let mut disturbance = watch.since(from_ns);
+    disturbance.faults = task.minor_faults + task.major_faults;
+    disturbance.preemptions = task.involuntary_switches;
+    arm.timing.block(&seen.records, from_ns, disturbance, |at_ns| watch.around(at_ns));
+    arm.margin_ns = task.margin_ns;
+    arm.grant =
+        Some(ThreadGrant { scheduler: task.scheduler, cpu: task.cpu, refusals: Vec::new() });
+    let elapsed_ns = turn.counted.as_nanos() as u64;
+    Ok(Used {
+        usage: ThreadUsage {
+            cpu_ns: (task.cpu_fraction * elapsed_ns as f64) as u64,
+            minor_faults: task.minor_faults,
+            major_faults: task.major_faults,
+            voluntary_switches: task.voluntary_switches,
+            involuntary_switches: task.involuntary_switches,
+        },
+        elapsed_ns,
+    })
+}
+
+/// The cycles of the first task.
+struct Seen<'a> {
+    records: Vec<CycleRecord>,
+    turn: &'a Turn<'a>,
+}
+
+impl Observer for Seen<'_> {
+    fn record(&mut self, task: usize, record: &CycleRecord) {
+        if task == 0 {
+            self.records.push(*record);
+        }
+    }
+
+    fn look(&mut self) {
+        (self.turn.pass)();
+    }
+}

@@ -1,0 +1,78 @@
+//! Whether the arm `sleep` is what it claims to be.
+
+use isochrone_timing::{Measured, Report, Warning};
+
+/// How far `sleep` may be from the real cyclictest: percentile, quantile, part.
+const LIMITS: [(&str, f64, f64); 2] = [("p50", 0.5, 0.10), ("p99", 0.99, 0.25)];
+
+/// A warning for each place where the arm `sleep` is not the cyclictest that ran beside it.
+pub(super) fn check(report: &Report) -> Vec<Warning> {
+    let measured = report.measured();
+    let arms = |name: &'static str| measured.iter().filter(move |arm| arm.arm == name);
+    let pairs = arms("sleep").flat_map(|sleep| {
+        let beside = |real: &&Measured| real.circumstances == sleep.circumstances;
+        arms("cyclictest").find(beside).map(|real| (sleep, real))
+    });
+    pairs.flat_map(|(sleep, real)| differences(sleep, real)).collect()
+}
+
+fn differences(sleep: &Measured, real: &Measured) -> Vec<Warning> {
+    let difference = |(name, quantile, limit): &(&str, f64, f64)| {
+        let at = |arm: &Measured| arm.distribution.quantile(*quantile) as f64;
+        let part = at(sleep) / at(real).max(1.0) - 1.0;
+        (part.abs() > *limit).then(|| Warning {
+            code: "sleep_differs".into(),
+            message: format!(
+                "{name} of the arm sleep is {:+.0} % off that of cyclictest ({}); within {:.0} % it \
+                 stands for it",
+                100.0 * part,
+                sleep.circumstances,
+                100.0 * limit
+            ),
+            remedy: "run it longer, or on a quieter machine; else compare with the arm cyclictest"
+                .into(),
+        })
+    };
+    LIMITS.iter().filter_map(difference).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use isochrone_timing::{Distribution, TaskReport};
+
+    use super::*;
+
+    fn report(sleep_ns: u64, cyclictest_ns: u64) -> Report {
+        let task = |name: &str, ns: u64| {
+            let mut jitter = Distribution::new();
+            jitter.record_many(ns, 1_000);
+            TaskReport {
+                name: name.into(),
+                histograms: [("release_jitter_ns".to_owned(), jitter.encode())].into(),
+                ..TaskReport::default()
+            }
+        };
+        let tasks = vec![task("sleep", sleep_ns), task("cyclictest", cyclictest_ns)];
+        Report { tasks, ..Report::default() }
+    }
+
+    #[test]
+    fn a_sleep_within_the_limits_stands_for_cyclictest() {
+        assert_eq!(check(&report(14_000, 13_500)), []);
+    }
+
+    #[test]
+    fn a_sleep_that_differs_is_said_to() {
+        let codes = |report| check(&report).into_iter().map(|w| w.message).collect::<Vec<_>>();
+        let one = codes(report(16_000, 13_500));
+        assert!(one.len() == 1 && one[0].starts_with("p50") && one[0].contains("+19 %"), "{one:?}");
+        assert_eq!(codes(report(26_000, 13_500)).len(), 2);
+    }
+
+    #[test]
+    fn without_cyclictest_there_is_nothing_to_say() {
+        let mut alone = report(1, 1);
+        alone.tasks.pop();
+        assert_eq!(check(&alone), []);
+    }
+}

@@ -1,0 +1,269 @@
+//! `bench jitter`, `compare` and gates, run as a user would. Without a priority, so that no right is
+//! needed; how late the releases are is the machine's affair.
+
+mod domain;
+
+use std::process::Command;
+use std::time::Duration;
+
+use domain::Domain;
+use isochrone_timing::{CycleRecord, Disturbance, LoopArm, Report};
+use rustix::process::{Signal, geteuid};
+use serde_json::Value;
+
+const NODE: &str = r#"
+[node]
+name = "ramps"
+[[task]]
+name = "t"
+period = "2ms"
+[[block]]
+name = "ramp"
+type = "LimRateOfChangeCI"
+in = { value = 1.0, setChangeRate = 0.5 }
+[[output]]
+service = "ramps/out"
+signals = ["ramp.delayedValue"]
+"#;
+
+/// Six turns of each arm: enough for a comparison.
+const SIX_TURNS: &str = "--priority 0 --seconds 1.2 --block 0.2";
+
+fn bench(domain: &Domain, arguments: &str) -> Value {
+    domain.run(&format!("bench jitter {arguments} --report out.json")).expect_code(0);
+    domain.json("out.json")
+}
+
+fn tasks(report: &Value) -> &[Value] {
+    report["tasks"].as_array().unwrap()
+}
+
+fn number(value: &Value) -> u64 {
+    value.as_u64().unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+#[test]
+fn arms_run_in_turns_without_their_warm_up_and_are_compared_with_the_first() {
+    let domain = Domain::new();
+    let report = bench(&domain, &format!("--arms sleep,hybrid {SIX_TURNS}"));
+    let names: Vec<&Value> = tasks(&report).iter().map(|task| &task["name"]).collect();
+    assert_eq!(names, ["sleep", "hybrid"]);
+    for task in tasks(&report) {
+        let blocks = task["blocks"].as_array().unwrap();
+        assert_eq!(blocks.len(), 6);
+        let samples: u64 = blocks.iter().map(|block| number(&block["samples"])).sum();
+        assert_eq!(number(&task["release_jitter_ns"]["count"]), samples);
+        assert_eq!(number(&task["cycles"]) - number(&task["warm_up_cycles"]), samples);
+        assert!(number(&task["warm_up_cycles"]) > 0);
+        assert!(samples <= 1_200, "1.2 s of 1 ms are 1200 cycles, not {samples}");
+        let corrected = number(&task["release_jitter_corrected_ns"]["count"]);
+        assert_eq!(corrected, samples + number(&task["missed"]));
+    }
+    let began =
+        |arm: usize, block: usize| tasks(&report)[arm]["blocks"][block]["at_s"].as_f64().unwrap();
+    assert!(began(0, 0) < began(1, 0) && began(1, 1) < began(0, 1), "forth and back");
+    let comparisons = report["comparisons"].as_array().unwrap();
+    assert!(comparisons.iter().any(|c| {
+        c["percentile"] == "p50"
+            && c["reference"] == "sleep (1 ms)"
+            && c["candidate"] == "hybrid (1 ms)"
+            && c["low"].as_f64() <= c["ratio"].as_f64()
+    }));
+}
+
+#[test]
+fn a_stall_in_a_turn_is_counted_as_missed_releases_and_corrected_for() {
+    let domain = Domain::new();
+    let run = "bench jitter --arms sleep --priority 0 --seconds 2 --block 2 --report out.json";
+    let process = domain.start(run);
+    std::thread::sleep(Duration::from_millis(1_000));
+    process.signal(Signal::STOP);
+    std::thread::sleep(Duration::from_millis(100));
+    process.signal(Signal::CONT);
+    process.finish().expect_code(0);
+    let report = domain.json("out.json");
+    let task = &tasks(&report)[0];
+    let (count, missed) = (number(&task["release_jitter_ns"]["count"]), number(&task["missed"]));
+    assert!(missed >= 99, "{missed}");
+    assert_eq!(number(&task["release_jitter_corrected_ns"]["count"]), count + missed);
+    assert!(number(&task["release_jitter_corrected_ns"]["max"]) >= 99_000_000);
+    assert!(number(&task["outliers"][0]["late_ns"]) >= 99_000_000);
+}
+
+#[test]
+fn periods_and_configurations_are_further_circumstances_and_arms() {
+    let domain = Domain::new();
+    let report = bench(&domain, "--arms sleep,hybrid --priority 0 --seconds 0.2 --period 1ms,2ms");
+    let periods: Vec<u64> = tasks(&report).iter().map(|t| number(&t["period_ns"])).collect();
+    assert_eq!(periods, [1_000_000, 1_000_000, 2_000_000, 2_000_000]);
+
+    domain.write("ramps.toml", NODE);
+    let report = bench(&domain, "--arms sleep --config ramps.toml --seconds 0.4 --block 0.2");
+    let [sleep, ramps] = tasks(&report) else { panic!("{report}") };
+    assert_eq!((&sleep["name"], &ramps["name"]), (&"sleep".into(), &"ramps".into()));
+    assert_eq!(number(&sleep["period_ns"]), 2_000_000, "the configuration's");
+    assert_eq!(sleep["scheduler"], "other", "the configuration has no priority");
+    assert!(number(&ramps["release_jitter_ns"]["count"]) > 0);
+    assert!(number(&ramps["execution_ns"]["p50"]) > 0);
+    assert_eq!(domain.leftovers(), Vec::<std::path::PathBuf>::new());
+}
+
+#[test]
+fn ctrl_c_ends_a_bench_early_with_a_report_that_says_so() {
+    let domain = Domain::new();
+    let arguments = "bench jitter --arms hybrid --priority 0 --seconds 600 --block 0.2";
+    let mut process = domain.start(&format!("{arguments} --report out.json --html page.html"));
+    std::thread::sleep(Duration::from_millis(1_500));
+    process.signal(Signal::INT);
+    process.wait_for("hybrid");
+    process.finish().expect_code(0);
+    let report = domain.json("out.json");
+    assert_eq!(report["ended_early"], true);
+    assert!(number(&tasks(&report)[0]["release_jitter_ns"]["count"]) > 0);
+    assert!(domain.read("page.html").contains("ended"), "the page says so too");
+}
+
+/// A report of ten blocks, whose releases are `factor` times as late as usual: 10 to 20 us.
+fn slowed(factor: u64) -> Report {
+    let mut arm = LoopArm::new(1_000_000, 0);
+    for block in 0..10 {
+        let record = |cycle: u64| {
+            let release_ns = (block * 1_000 + cycle) * 1_000_000;
+            // Each block at a level of its own, as machines have bouts.
+            let late_ns = factor * (10_000 + block * 300 + cycle * 7);
+            let start_ns = release_ns + late_ns;
+            CycleRecord { cycle, release_ns, start_ns, end_ns: start_ns, missed: 0, overruns: 0 }
+        };
+        let records: Vec<CycleRecord> = (0..1_000).map(record).collect();
+        arm.block(&records, 0, Disturbance::default(), |_| Disturbance::default());
+    }
+    Report { tasks: vec![arm.report("loop")], ..Report::default() }
+}
+
+#[test]
+fn a_slower_arm_is_found_worse_the_faster_one_better_and_the_same_the_same() {
+    let domain = Domain::new();
+    for (factor, file) in [(1, "usual.json"), (2, "slowed.json")] {
+        domain.write(file, &serde_json::to_string(&slowed(factor)).unwrap());
+    }
+    let worse = domain.run("compare usual.json slowed.json").expect_code(1);
+    assert!(worse.stdout.contains("worse"), "{}", worse.stdout);
+    let better = domain.run("compare slowed.json usual.json").expect_code(0);
+    assert!(better.stdout.contains("better"), "{}", better.stdout);
+    let same = domain.run("compare usual.json usual.json").expect_code(0);
+    assert!(!same.stdout.contains("better") && !same.stdout.contains("worse"), "{}", same.stdout);
+    let json = domain.run("compare usual.json slowed.json --json").expect_code(1).stdout;
+    let json: Value = serde_json::from_str(&json).unwrap();
+    assert!(json.as_array().unwrap().iter().any(|c| c["verdict"] == "worse"), "{json}");
+}
+
+#[test]
+fn reports_that_cannot_be_compared_are_refused() {
+    let domain = Domain::new();
+    bench(&domain, "--arms sleep --priority 0 --seconds 0.2");
+    let few = domain.run("compare out.json out.json").expect_code(2);
+    assert!(few.stderr.contains("five valid blocks"), "{}", few.stderr);
+    domain.write("text.json", "no report");
+    for file in ["text.json", "absent.json"] {
+        let refused = domain.run(&format!("compare out.json {file}")).expect_code(2);
+        assert!(refused.stderr.contains(file), "{}", refused.stderr);
+    }
+}
+
+#[test]
+fn a_gate_passes_fails_or_says_that_the_run_is_invalid() {
+    let domain = Domain::new();
+    let rule = |at_least: f64| {
+        format!(
+            "[[rule]]\narm = \"hybrid\"\npercentile = \"p50\"\ntimes_lower_than = \"sleep\"\n\
+             at_least = {at_least:?}\n"
+        )
+    };
+    // A machine that is busy with other tests may steal from every block.
+    let any = "invalid_blocks = 1.0\n";
+    for (gate, seconds, code, says) in [
+        (any.to_owned() + &rule(0.001), 1.2, 0, "gate: pass"),
+        (any.to_owned() + &rule(1e9), 1.2, 1, "gate: fail"),
+        (rule(1.0), 0.2, 2, "gate: invalid"),
+        (rule(1.0).replace("sleep", "absent"), 0.2, 2, "absent"),
+        (rule(1.0).replace("p50", "p51"), 0.2, 2, "p51"),
+        (rule(1.0).replace("at_least", "at_last"), 0.2, 2, "at_last"),
+        ("rule = []".to_owned(), 0.2, 2, "no rule"),
+    ] {
+        domain.write("gate.toml", &gate);
+        let arms = "bench jitter --arms sleep,hybrid --priority 0 --block 0.2";
+        let ended = domain.run(&format!("{arms} --seconds {seconds} --gate gate.toml"));
+        let ended = ended.expect_code(code);
+        assert!(ended.stderr.contains(says), "{says}: {}", ended.stderr);
+    }
+}
+
+#[test]
+fn every_file_that_is_asked_for_is_written() {
+    let domain = Domain::new();
+    bench(
+        &domain,
+        "--arms sleep,hybrid --priority 0 --seconds 0.4 --block 0.2 --html page.html \
+         --hgrm tables --hlog blocks.hlog --histogram histogram.txt --svg pictures",
+    );
+    assert!(domain.read("page.html").contains("<svg"));
+    assert!(domain.read("tables/hybrid-1-ms.hgrm").contains("Percentile"));
+    assert_eq!(domain.read("blocks.hlog").matches("Tag=").count(), 4);
+    assert!(domain.read("histogram.txt").starts_with("# Histogram"));
+    let pictures = std::fs::read_dir(domain.path("pictures")).unwrap().count();
+    assert!(pictures >= 3, "{pictures}");
+}
+
+#[test]
+fn bad_input_is_refused_before_anything_runs() {
+    let domain = Domain::new();
+    domain.write("ramps.toml", NODE);
+    domain.write("slow.toml", &NODE.replace("2ms", "3ms"));
+    for (arguments, says) in [
+        ("--arms nap", "possible values"),
+        ("--arms sleep,sleep", "two arms"),
+        ("--period 1us", "10us to 1s"),
+        ("--cpu 4095", "no CPU 4095"),
+        ("--priority 95", "0..=89"),
+        ("--seconds 0", "greater than 0"),
+        ("--load tea", "possible values"),
+        ("--arms cyclictest --priority 0", "with a priority"),
+        ("--config ramps.toml --period 1ms", "cannot be given with --config"),
+        ("--config ramps.toml --config slow.toml", "periods of 2ms and 3ms"),
+        ("--config absent.toml", "absent.toml"),
+        ("--gate absent.toml", "absent.toml"),
+        ("--report nowhere/out.json", "nowhere/out.json"),
+    ] {
+        let refused = domain.run(&format!("bench jitter {arguments}")).expect_code(2);
+        assert!(refused.stderr.contains(says), "{arguments}: {}", refused.stderr);
+    }
+}
+
+#[test]
+fn a_file_keeps_what_it_holds_until_the_bench_is_over() {
+    let domain = Domain::new();
+    domain.write("out.json", "the last result");
+    domain.run("bench jitter --cpu 4095 --report out.json").expect_code(2);
+    assert_eq!(domain.read("out.json"), "the last result");
+}
+
+#[test]
+fn the_real_cyclictest_and_a_load_run_beside_the_loops() {
+    let missing = |program: &str| Command::new(program).arg("--version").output().is_err();
+    if missing("cyclictest") || missing("stress-ng") || !geteuid().is_root() {
+        eprintln!("not run: it needs root, cyclictest (rt-tests) and stress-ng");
+        return;
+    }
+    let domain = Domain::new();
+    let report =
+        bench(&domain, "--arms sleep,cyclictest --load idle,cpu --seconds 0.4 --block 0.2");
+    let of = |task: &Value| (task["name"].clone(), task["load"].clone());
+    let seen: Vec<(Value, Value)> = tasks(&report).iter().map(of).collect();
+    let expected =
+        [("sleep", "idle"), ("cyclictest", "idle"), ("sleep", "cpu"), ("cyclictest", "cpu")];
+    assert_eq!(seen, expected.map(|(name, load)| (name.into(), load.into())));
+    for task in tasks(&report) {
+        let count = number(&task["release_jitter_ns"]["count"]);
+        assert!((1..=400).contains(&count), "{count}");
+    }
+}
