@@ -80,9 +80,9 @@ pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
         priority: job.plan.priority,
         cpu: job.plan.cpu.map(|cpu| cpu as usize),
     });
-    if job.plan.priority.is_some() {
-        give_up_file_override();
-    }
+    // Every task: without a priority, too, a half-made peer would hold it up for ever. As a local
+    // after the ports it is dropped before them.
+    let _given_up = give_up_file_override();
     let repairs = inputs.repairs().chain(outputs.repairs()).collect();
     job.ready.send(Ok(Ready { grant, repairs })).ok()?;
     let epoch_ns = job.epoch_ns.recv().ok()?;

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::service;
-use crate::{OpenError, Participant, Service};
+use crate::{OpenError, Participant, Service, give_up_file_override};
 
 /// The first attempts follow each other quickly: most failures are two ports that connect to each
 /// other at the same moment.
@@ -81,11 +81,17 @@ impl Repair {
         let failed = |cause: String| service::failed(participant, &self.service, cause);
         match self.peer {
             Peer::Publisher => {
-                let port = opened.publisher_builder().initial_max_slice_len(1).create();
+                let port = {
+                    let _given_up = give_up_file_override();
+                    opened.publisher_builder().initial_max_slice_len(1).create()
+                };
                 port.map(drop).map_err(|cause| failed(cause.to_string()))
             }
             Peer::Subscriber => {
-                let port = opened.subscriber_builder().buffer_size(1).create();
+                let port = {
+                    let _given_up = give_up_file_override();
+                    opened.subscriber_builder().buffer_size(1).create()
+                };
                 port.map(drop).map_err(|cause| failed(cause.to_string()))
             }
         }
