@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::service;
-use crate::{OpenError, Participant, Service, give_up_file_override};
+use crate::{OpenError, Participant, Service, give_up_file_override, space};
 
 /// The first attempts follow each other quickly: most failures are two ports that connect to each
 /// other at the same moment.
@@ -78,6 +78,12 @@ impl Repair {
         let Some(opened) = service::open_existing(participant, &self.service)? else {
             return Ok(());
         };
+        // In full shared memory the attempt would kill the process that it is to help.
+        space::require(0).map_err(|(needed_bytes, free_bytes)| OpenError::SharedMemoryFull {
+            service: self.service.clone(),
+            needed_bytes,
+            free_bytes,
+        })?;
         let failed = |cause: String| service::failed(participant, &self.service, cause);
         match self.peer {
             Peer::Publisher => {

@@ -55,7 +55,7 @@ pub(super) fn swap(machine: &Machine, _cpu: usize) -> Verdict {
 
 pub(super) fn shared_memory(machine: &Machine, _cpu: usize) -> Verdict {
     let folder = "/dev/shm";
-    let effect = "Ports live here; when it is full, a process dies (SIGBUS) at the first touch of a page that is not there.";
+    let effect = "Ports live here; when it is full, none can be made, and a process that connects to a peer at that moment dies (SIGBUS).";
     let fix = match machine.container_sign() {
         Some(_) => "start the container with --shm-size 256m, or --ipc host",
         None => "mount -o remount,size=256m /dev/shm, or remove what fills it",
