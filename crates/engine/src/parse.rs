@@ -19,6 +19,8 @@ const MAX_COUNT: i64 = 10_000_000;
 const MAX_CHANNEL: i64 = 65_535;
 const PERIOD_NS: std::ops::RangeInclusive<u64> = 10_000..=3_600_000_000_000;
 
+const MILLISECOND_NS: u64 = 1_000_000;
+
 const CPU_BUDGET: std::ops::RangeInclusive<f64> = 0.01..=0.5;
 
 const NODE_NAME: Rule = Rule {
@@ -150,9 +152,9 @@ fn task(section: Section<'_>) -> Task {
     task
 }
 
-/// `phase = "auto"` puts the releases between the kernel's ticks. Periods of a millisecond and more
-/// are there already, because the common grid begins there; shorter ones are moved so that a tick
-/// falls in the middle between two releases.
+/// `phase = "auto"` puts the releases between the kernel's ticks, as far from them as the period
+/// allows: behind a tick they stand at all multiples of the greatest common divisor of period and
+/// millisecond, and a tick falls in the middle between two of those.
 fn phase(section: &Section<'_>) -> Option<Spanned<u64>> {
     let automatic = section.get("phase").filter(|phase| phase.get_ref().as_str() == Some("auto"));
     let Some(automatic) = automatic else {
@@ -160,11 +162,17 @@ fn phase(section: &Section<'_>) -> Option<Spanned<u64>> {
     };
     let period_ns = section.get("period").and_then(|period| period.get_ref().as_str());
     let period_ns = period_ns.and_then(|text| parse_duration_ns(text).ok())?;
-    let phase_ns = match period_ns {
-        0 | 1_000_000.. => 0,
-        _ => (period_ns + period_ns / 2 - EPOCH_OFFSET_NS % period_ns) % period_ns,
-    };
+    let grid_ns = greatest_common_divisor(period_ns, MILLISECOND_NS);
+    let phase_ns = (grid_ns + grid_ns / 2 - EPOCH_OFFSET_NS % grid_ns) % grid_ns;
     Some(Spanned::new(automatic.span(), phase_ns))
+}
+
+/// Of two numbers, one of which is not 0.
+fn greatest_common_divisor(a: u64, b: u64) -> u64 {
+    match b {
+        0 => a,
+        _ => greatest_common_divisor(b, a % b),
+    }
 }
 
 fn overrun_limit(section: Section<'_>) -> Option<OverrunLimit> {
