@@ -86,6 +86,7 @@ fn node(file: &Section<'_>) -> Option<Spanned<String>> {
 
 fn task(section: Section<'_>) -> Task {
     section.required("period", "\"1ms\"");
+    let margin = section.duration_ns("margin", |margin_ns| margin_ns > 0, "longer than 0");
     let task = Task {
         name: section.name("name", &NAME),
         period_ns: section.duration_ns(
@@ -117,9 +118,7 @@ fn task(section: Section<'_>) -> Task {
                 &[("sleep", Wake::Sleep), ("hybrid", Wake::Hybrid), ("spin", Wake::Spin)],
             )
             .map(Spanned::into_inner),
-        margin_ns: section
-            .duration_ns("margin", |margin_ns| margin_ns > 0, "longer than 0")
-            .map(Spanned::into_inner),
+        margin_ns: margin.as_ref().map(|margin| *margin.get_ref()),
         cpu_budget: section
             .read("cpu_budget", "a number such as 0.10", |value| match connection(value) {
                 Some(Connection::Float(budget)) if CPU_BUDGET.contains(&budget) => Ok(budget),
@@ -139,14 +138,16 @@ fn task(section: Section<'_>) -> Task {
             )
             .map(Spanned::into_inner),
     };
-    if let (Some(phase), Some(period)) = (&task.phase_ns, &task.period_ns)
-        && phase.get_ref() >= period.get_ref()
-    {
-        let message = "[[task]] phase is not less than the period";
-        section.report(
-            Finding::new(Problem::OutOfRange, phase.span(), message)
-                .help("phase moves the releases within the period"),
-        );
+    for (key, time, help) in [
+        ("phase", &task.phase_ns, "phase moves the releases within the period"),
+        ("margin", &margin, "margin is the part of the period that is not slept before a release"),
+    ] {
+        if let (Some(time), Some(period)) = (time, &task.period_ns)
+            && time.get_ref() >= period.get_ref()
+        {
+            let message = format!("[[task]] {key} is not less than the period");
+            section.report(Finding::new(Problem::OutOfRange, time.span(), message).help(help));
+        }
     }
     section.finish();
     task
@@ -180,6 +181,13 @@ fn overrun_limit(section: Section<'_>) -> Option<OverrunLimit> {
     section.required("cycles", "1000");
     let misses = section.integer("misses", |misses| (1..=1000).contains(&misses), "from 1 to 1000");
     let cycles = section.integer("cycles", |cycles| cycles > 0, "greater than 0");
+    if let (Some(misses), Some(cycles)) = (&misses, &cycles)
+        && misses.get_ref() > cycles.get_ref()
+    {
+        let message = "[task.on_overrun] misses is greater than cycles";
+        let help = format!("of {0} releases at most {0} can be missed", cycles.get_ref());
+        section.report(Finding::new(Problem::OutOfRange, misses.span(), message).help(help));
+    }
     section.finish();
     Some(OverrunLimit {
         misses: narrow(misses?).into_inner(),
