@@ -247,9 +247,14 @@ fn sole_port<S: Service>(
 ) -> Result<Publisher<S, [f64], FrameHeader>, OpenError> {
     let name = PortName::new(PUBLISHER_PORT_NAME)
         .map_err(|cause| service::failed(participant, service, cause))?;
+    let places = service::publisher_places(opened);
+    let full = || OpenError::Full { service: service.to_owned(), what: "publisher", limit: places };
     let attempt = || {
         // Looking first spares the readers a connection to a port that must go at once.
         refuse_second(opened, service, None)?;
+        if opened.dynamic_config().number_of_publishers() >= places {
+            return Err(full());
+        }
         let created = opened
             .publisher_builder()
             .name(&name)
@@ -263,11 +268,7 @@ fn sole_port<S: Service>(
             .set_degradation_handler(peers.counting_handler())
             .create();
         let port = created.map_err(|cause| match cause {
-            PublisherCreateError::ExceedsMaxSupportedPublishers => OpenError::Full {
-                service: service.to_owned(),
-                what: "publisher",
-                limit: opened.static_config().max_publishers(),
-            },
+            PublisherCreateError::ExceedsMaxSupportedPublishers => full(),
             cause => service::failed(participant, service, cause),
         })?;
         // Two that open at once may both pass the first look, but then at least one of them sees
