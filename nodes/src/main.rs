@@ -36,6 +36,7 @@ mod table;
 mod task;
 mod telemetry;
 mod terminal;
+mod throttling;
 mod wave;
 
 use std::process::ExitCode;

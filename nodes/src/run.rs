@@ -6,8 +6,8 @@ use std::thread;
 use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic, Refusal, StopReason, ThreadGrant, prepare_process};
-use isochrone_engine::config::{EPOCH_OFFSET_NS, Wake};
-use isochrone_engine::{Finding, Findings, Plan, Problem, TaskEngine, TaskPlan};
+use isochrone_engine::config::EPOCH_OFFSET_NS;
+use isochrone_engine::{Finding, Findings, Plan, Problem, TaskEngine};
 use isochrone_ipc::{Participant, Repair, ipc};
 use isochrone_timing::{
     CycleRecord, Environment, LinkReport, Report, TaskReport, TaskTiming, Warning,
@@ -21,7 +21,7 @@ use crate::service::Service;
 use crate::stop::{Stop, parse_seconds};
 use crate::task::{self, Job, Outcome, Ready};
 use crate::telemetry::Telemetry;
-use crate::{check, load, terminal};
+use crate::{check, load, terminal, throttling};
 
 /// Run a control node until Ctrl-C, SIGTERM, --seconds or --cycles
 ///
@@ -84,7 +84,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if plan.tasks.iter().any(|task| task.priority.is_some()) {
         report.warnings.extend(prepare_process().refusals.iter().map(warning));
     }
-    refuse_throttled_spin(&plan, &report.environment)?;
+    throttling::refuse(&plan, &report.environment)?;
     let participant = domain.join_for_real_time(&format!("isochrone/{}", plan.node))?;
     let options = Options { cycles: args.cycles, strict: args.strict, announce: true };
     let overrun = run_tasks(&options, &plan, &participant, &stop, &mut report, &mut ())?;
@@ -292,21 +292,6 @@ fn note_start(plan: &Plan, report: &Report) {
     }
     let tasks: Vec<_> = plan.tasks.iter().map(|task| task.name.as_str()).collect();
     terminal::note(&format!("node \"{}\" runs: {}. Ctrl-C ends it.", plan.node, tasks.join(", ")));
-}
-
-/// A real-time task that never sleeps is taken off its CPU by the kernel's throttling.
-fn refuse_throttled_spin(plan: &Plan, environment: &Environment) -> Result<(), Failure> {
-    let spins = |task: &&TaskPlan| task.wake == Wake::Spin && task.priority.is_some();
-    let Some(task) = plan.tasks.iter().find(spins) else { return Ok(()) };
-    match environment.rt_throttling.as_deref() {
-        Some(throttling) if !throttling.starts_with('-') => Err(Failure::found(format!(
-            "task \"{}\" has wake = \"spin\" and a priority, but the kernel gives real-time threads \
-             only {throttling} us of a CPU and would stop the task for the rest\n\
-             remedy: wake = \"hybrid\", or sysctl -w kernel.sched_rt_runtime_us=-1",
-            task.name
-        ))),
-        _ => Ok(()),
-    }
 }
 
 /// Running needs a service for every input.

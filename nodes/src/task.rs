@@ -6,7 +6,7 @@ use std::sync::mpsc::{Receiver, Sender};
 
 use isochrone_cyclic::{
     Clock, Cyclic, Monotonic, Release, Schedule, StopReason, ThreadGrant, ThreadRequest,
-    ThreadUsage, prepare_thread, thread_allocations, thread_usage,
+    ThreadUsage, Wake, prepare_thread, thread_allocations, thread_usage,
 };
 use isochrone_engine::{TaskEngine, TaskPlan};
 use isochrone_ipc::{Participant, Repair, give_up_file_override, ipc};
@@ -80,9 +80,9 @@ pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
         priority: job.plan.priority,
         cpu: job.plan.cpu.map(|cpu| cpu as usize),
     });
-    if job.plan.priority.is_some() {
-        give_up_file_override();
-    }
+    // Every task: without a priority, too, a half-made peer would hold it up for ever. As a local
+    // after the ports it is dropped before them.
+    let _given_up = give_up_file_override();
     let repairs = inputs.repairs().chain(outputs.repairs()).collect();
     job.ready.send(Ok(Ready { grant, repairs })).ok()?;
     let epoch_ns = job.epoch_ns.recv().ok()?;
@@ -216,20 +216,12 @@ impl Account {
 }
 
 fn schedule(plan: &TaskPlan) -> Schedule {
-    use isochrone_cyclic::{Margin, MissLimit, Overrun, Wake};
+    use isochrone_cyclic::{MissLimit, Overrun};
     use isochrone_engine::config;
     Schedule {
         period_ns: plan.period_ns,
         phase_ns: plan.phase_ns,
-        wake: match plan.wake {
-            config::Wake::Sleep => Wake::Sleep,
-            config::Wake::Hybrid => Wake::Hybrid(match (plan.margin_ns, plan.cpu_budget) {
-                (Some(margin_ns), _) => Margin::Fixed(margin_ns),
-                (None, Some(cpu_budget)) => Margin::Adaptive { cpu_budget },
-                (None, None) => Margin::default(),
-            }),
-            config::Wake::Spin => Wake::Spin,
-        },
+        wake: wake(plan),
         overrun: match plan.overrun {
             config::Overrun::Skip => Overrun::Skip,
             config::Overrun::CatchUp => Overrun::CatchUp,
@@ -238,5 +230,20 @@ fn schedule(plan: &TaskPlan) -> Schedule {
         limit: plan
             .on_overrun
             .map(|limit| MissLimit { misses: limit.misses, cycles: limit.cycles }),
+    }
+}
+
+/// How a task waits for its releases.
+pub(crate) fn wake(plan: &TaskPlan) -> Wake {
+    use isochrone_cyclic::Margin;
+    use isochrone_engine::config;
+    match plan.wake {
+        config::Wake::Sleep => Wake::Sleep,
+        config::Wake::Hybrid => Wake::Hybrid(match (plan.margin_ns, plan.cpu_budget) {
+            (Some(margin_ns), _) => Margin::Fixed(margin_ns),
+            (None, Some(cpu_budget)) => Margin::Adaptive { cpu_budget },
+            (None, None) => Margin::default(),
+        }),
+        config::Wake::Spin => Wake::Spin,
     }
 }

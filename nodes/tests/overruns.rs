@@ -98,18 +98,49 @@ fn a_node_that_misses_more_than_its_limit_ends_with_a_last_frame_and_status_1() 
     }
 }
 
+/// A task of 1 ms, and how it waits.
+fn waiting(name: &str, cpu: Option<u32>, wake: &str) -> String {
+    let cpu = cpu.map_or(String::new(), |cpu| format!("cpu = {cpu}\n"));
+    format!("[[task]]\nname = \"{name}\"\nperiod = \"1ms\"\npriority = 10\n{cpu}{wake}\n")
+}
+
 #[test]
-fn spinning_with_priority_is_refused_where_the_kernel_would_throttle_it() {
+fn waiting_that_the_kernel_would_throttle_is_refused_with_the_tasks_and_the_remedy() {
     let throttling = std::fs::read_to_string("/proc/sys/kernel/sched_rt_runtime_us").unwrap();
-    let domain = Domain::new();
-    domain.write("node.toml", &NODE.replace("\"1ms\"", "\"1ms\"\nwake = \"spin\"\npriority = 10"));
-    let ended = domain.run("run node.toml --cycles 5");
-    if throttling.trim() == "-1" {
-        ended.expect_code(0);
-    } else {
+    let is_off = throttling.trim() == "-1";
+    let longest = "wake = \"hybrid\"\nmargin = \"960us\"";
+    let half = "wake = \"hybrid\"\nmargin = \"480us\"";
+    for (tasks, parts) in [
+        (waiting("t", None, "wake = \"spin\""), ["\"t\" (wake = \"spin\")", "100.0 %"]),
+        (waiting("t", None, longest), ["\"t\" (wake = \"hybrid\")", "96.0 %"]),
+        (
+            waiting("a", Some(0), half) + &waiting("b", Some(0), half),
+            ["\"a\" (wake = \"hybrid\"), \"b\"", "96.0 %"],
+        ),
+    ] {
+        let domain = Domain::new();
+        domain.write("node.toml", &format!("[node]\nname = \"n\"\n{tasks}"));
+        let ended = domain.run("run node.toml --cycles 5");
+        if is_off {
+            ended.expect_code(0);
+            continue;
+        }
         let ended = ended.expect_code(1);
-        for part in ["\"t\"", "spin", "hybrid", "sched_rt_runtime_us=-1"] {
+        for part in parts.into_iter().chain(["hybrid", "sched_rt_runtime_us=-1"]) {
             assert!(ended.stderr.contains(part), "{part}: {}", ended.stderr);
         }
+    }
+}
+
+#[test]
+fn waiting_that_leaves_the_kernel_its_share_runs() {
+    let half = "wake = \"hybrid\"\nmargin = \"480us\"";
+    for tasks in [
+        waiting("a", Some(0), half) + &waiting("b", Some(0), "wake = \"sleep\""),
+        waiting("a", Some(0), half) + &waiting("b", Some(0), "wake = \"hybrid\""),
+    ] {
+        let domain = Domain::new();
+        domain.write("node.toml", &format!("[node]\nname = \"n\"\n{tasks}"));
+        domain.run("run node.toml --cycles 5").expect_code(0);
     }
 }

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use domain::{Domain, Process};
 use iceoryx2::prelude::{NodeBuilder, ServiceName, ipc};
-use isochrone_ipc::load_config;
+use isochrone_ipc::{Depth, FrameSubscriber, Participant, load_config};
 use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
 
 /// Passes its input on. What the subscriber prints shows what the node saw.
@@ -182,6 +182,49 @@ fn a_connection_that_failed_comes_about_once_its_cause_has_passed() {
     let failed = domain.json("node.json")["tasks"][0]["connect_errors"].as_u64().unwrap();
     assert!(failed >= 2, "{failed} connections failed; there were to be two at least");
     assert_eq!(domain.leftovers(), NOTHING);
+}
+
+#[test]
+fn a_connection_comes_about_also_where_all_places_of_the_service_are_taken() {
+    let (domain, node) = relay();
+    let config = load_config(Some(&domain.config_file())).unwrap();
+    let crowd = Participant::<isochrone_ipc::ipc::Service>::join("crowd", &config).unwrap();
+    let join = || FrameSubscriber::open_existing(&crowd, "relay/out", Depth::Newest);
+    let readers: Vec<_> = (0..15).map(|_| join().unwrap().unwrap()).collect();
+    let pid = Pid::from_raw(node.id().cast_signed());
+    let usual = prlimit(pid, Resource::Nofile, getrlimit(Resource::Nofile)).unwrap();
+
+    prlimit(pid, Resource::Nofile, Rlimit { current: Some(1), ..usual }).unwrap();
+    let mut observer = domain.start("subscribe relay/out");
+    observer.wait_for("subscribed");
+    let full = join().unwrap_err().to_string();
+    assert!(full.contains("no place for another subscriber"), "{full}");
+    thread::sleep(Duration::from_millis(200));
+    prlimit(pid, Resource::Nofile, usual).unwrap();
+    observer.wait_for("x=-1.0");
+
+    drop(readers);
+    drop(crowd);
+    observer.stop().expect_code(0);
+    node.stop().expect_code(0);
+    assert_eq!(domain.leftovers(), NOTHING);
+}
+
+#[test]
+fn a_connection_that_keeps_failing_is_told() {
+    let (domain, mut node) = relay();
+    let pid = Pid::from_raw(node.id().cast_signed());
+    let usual = prlimit(pid, Resource::Nofile, getrlimit(Resource::Nofile)).unwrap();
+    prlimit(pid, Resource::Nofile, Rlimit { current: Some(1), ..usual }).unwrap();
+    let mut observer = domain.start("subscribe relay/out");
+    observer.wait_for("subscribed");
+    node.wait_until("a warning", |_, stderr| {
+        stderr.contains("a connection to a subscriber of service \"relay/out\" keeps failing")
+    });
+    prlimit(pid, Resource::Nofile, usual).unwrap();
+    observer.wait_for("x=-1.0");
+    observer.stop().expect_code(0);
+    node.stop().expect_code(0);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 /// No margin is shorter: below this, arming the timer costs more than the sleep saves.
 const FLOOR_NS: f64 = 5_000.0;
 /// No margin is longer: the price in CPU time would be more than most wake-ups need.
-const CEILING_NS: f64 = 200_000.0;
+pub(crate) const CEILING_NS: f64 = 200_000.0;
 /// Where a margin starts, before anything was observed.
 const INITIAL_NS: f64 = 50_000.0;
 /// A late wake-up raises the margin to this multiple of its latency ...

@@ -1,5 +1,7 @@
 //! What a task asks for: when it is due, how it waits, what it does when it is late.
 
+use crate::margin::CEILING_NS;
+
 /// When a task runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Schedule {
@@ -65,6 +67,28 @@ impl Wake {
             Self::Spin => "spin",
         }
     }
+
+    /// The longest that this wait watches the clock before a release of a task of this period;
+    /// both in ns. Sleeping costs no CPU time, watching does.
+    pub fn longest_watch_ns(self, period_ns: u64) -> u64 {
+        match self {
+            Self::Sleep => 0,
+            Self::Hybrid(margin) => margin.longest_ns(period_ns),
+            Self::Spin => period_ns,
+        }
+    }
+}
+
+impl Margin {
+    /// The longest that this margin becomes for a task of this period; both in ns.
+    pub fn longest_ns(self, period_ns: u64) -> u64 {
+        match self {
+            Self::Fixed(margin_ns) => margin_ns.min(period_ns),
+            Self::Adaptive { cpu_budget } => {
+                CEILING_NS.min(cpu_budget * period_ns as f64).max(0.0) as u64
+            }
+        }
+    }
 }
 
 /// What a task does about releases it missed.
@@ -85,6 +109,27 @@ impl Overrun {
             Self::Skip => "skip",
             Self::CatchUp => "catch_up",
             Self::Stop => "stop",
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wait_watches_the_clock_for_its_longest_margin_at_most() {
+        const MS: u64 = 1_000_000;
+        let adaptive = |cpu_budget| Wake::Hybrid(Margin::Adaptive { cpu_budget });
+        for (wake, period_ns, watched_ns) in [
+            (Wake::Sleep, MS, 0),
+            (Wake::Spin, MS, MS),
+            (Wake::Hybrid(Margin::Fixed(80_000)), MS, 80_000),
+            (Wake::Hybrid(Margin::Fixed(2 * MS)), MS, MS),
+            (adaptive(0.5), MS / 10, 50_000),
+            (adaptive(0.5), MS, 200_000),
+        ] {
+            assert_eq!(wake.longest_watch_ns(period_ns), watched_ns, "{wake:?} {period_ns}");
         }
     }
 }

@@ -19,6 +19,8 @@ const MAX_COUNT: i64 = 10_000_000;
 const MAX_CHANNEL: i64 = 65_535;
 const PERIOD_NS: std::ops::RangeInclusive<u64> = 10_000..=3_600_000_000_000;
 
+const MILLISECOND_NS: u64 = 1_000_000;
+
 const CPU_BUDGET: std::ops::RangeInclusive<f64> = 0.01..=0.5;
 
 const NODE_NAME: Rule = Rule {
@@ -84,6 +86,7 @@ fn node(file: &Section<'_>) -> Option<Spanned<String>> {
 
 fn task(section: Section<'_>) -> Task {
     section.required("period", "\"1ms\"");
+    let margin = section.duration_ns("margin", |margin_ns| margin_ns > 0, "longer than 0");
     let task = Task {
         name: section.name("name", &NAME),
         period_ns: section.duration_ns(
@@ -115,9 +118,7 @@ fn task(section: Section<'_>) -> Task {
                 &[("sleep", Wake::Sleep), ("hybrid", Wake::Hybrid), ("spin", Wake::Spin)],
             )
             .map(Spanned::into_inner),
-        margin_ns: section
-            .duration_ns("margin", |margin_ns| margin_ns > 0, "longer than 0")
-            .map(Spanned::into_inner),
+        margin_ns: margin.as_ref().map(|margin| *margin.get_ref()),
         cpu_budget: section
             .read("cpu_budget", "a number such as 0.10", |value| match connection(value) {
                 Some(Connection::Float(budget)) if CPU_BUDGET.contains(&budget) => Ok(budget),
@@ -137,22 +138,24 @@ fn task(section: Section<'_>) -> Task {
             )
             .map(Spanned::into_inner),
     };
-    if let (Some(phase), Some(period)) = (&task.phase_ns, &task.period_ns)
-        && phase.get_ref() >= period.get_ref()
-    {
-        let message = "[[task]] phase is not less than the period";
-        section.report(
-            Finding::new(Problem::OutOfRange, phase.span(), message)
-                .help("phase moves the releases within the period"),
-        );
+    for (key, time, help) in [
+        ("phase", &task.phase_ns, "phase moves the releases within the period"),
+        ("margin", &margin, "margin is the part of the period that is not slept before a release"),
+    ] {
+        if let (Some(time), Some(period)) = (time, &task.period_ns)
+            && time.get_ref() >= period.get_ref()
+        {
+            let message = format!("[[task]] {key} is not less than the period");
+            section.report(Finding::new(Problem::OutOfRange, time.span(), message).help(help));
+        }
     }
     section.finish();
     task
 }
 
-/// `phase = "auto"` puts the releases between the kernel's ticks. Periods of a millisecond and more
-/// are there already, because the common grid begins there; shorter ones are moved so that a tick
-/// falls in the middle between two releases.
+/// `phase = "auto"` puts the releases between the kernel's ticks, as far from them as the period
+/// allows: behind a tick they stand at all multiples of the greatest common divisor of period and
+/// millisecond, and a tick falls in the middle between two of those.
 fn phase(section: &Section<'_>) -> Option<Spanned<u64>> {
     let automatic = section.get("phase").filter(|phase| phase.get_ref().as_str() == Some("auto"));
     let Some(automatic) = automatic else {
@@ -160,11 +163,17 @@ fn phase(section: &Section<'_>) -> Option<Spanned<u64>> {
     };
     let period_ns = section.get("period").and_then(|period| period.get_ref().as_str());
     let period_ns = period_ns.and_then(|text| parse_duration_ns(text).ok())?;
-    let phase_ns = match period_ns {
-        0 | 1_000_000.. => 0,
-        _ => (period_ns + period_ns / 2 - EPOCH_OFFSET_NS % period_ns) % period_ns,
-    };
+    let grid_ns = greatest_common_divisor(period_ns, MILLISECOND_NS);
+    let phase_ns = (grid_ns + grid_ns / 2 - EPOCH_OFFSET_NS % grid_ns) % grid_ns;
     Some(Spanned::new(automatic.span(), phase_ns))
+}
+
+/// Of two numbers, one of which is not 0.
+fn greatest_common_divisor(a: u64, b: u64) -> u64 {
+    match b {
+        0 => a,
+        _ => greatest_common_divisor(b, a % b),
+    }
 }
 
 fn overrun_limit(section: Section<'_>) -> Option<OverrunLimit> {
@@ -172,6 +181,13 @@ fn overrun_limit(section: Section<'_>) -> Option<OverrunLimit> {
     section.required("cycles", "1000");
     let misses = section.integer("misses", |misses| (1..=1000).contains(&misses), "from 1 to 1000");
     let cycles = section.integer("cycles", |cycles| cycles > 0, "greater than 0");
+    if let (Some(misses), Some(cycles)) = (&misses, &cycles)
+        && misses.get_ref() > cycles.get_ref()
+    {
+        let message = "[task.on_overrun] misses is greater than cycles";
+        let help = format!("of {0} releases at most {0} can be missed", cycles.get_ref());
+        section.report(Finding::new(Problem::OutOfRange, misses.span(), message).help(help));
+    }
     section.finish();
     Some(OverrunLimit {
         misses: narrow(misses?).into_inner(),

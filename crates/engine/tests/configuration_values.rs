@@ -70,6 +70,29 @@ fn a_phase_is_less_than_the_period() {
 }
 
 #[test]
+fn a_margin_is_less_than_the_period() {
+    for margin in ["1ms", "2ms"] {
+        let to = format!("wake = \"hybrid\"\nmargin = «\"{margin}\"");
+        let text = VALID.replace("wake = \"hybrid\"", &to);
+        let message = "margin is not less than the period";
+        assert_one(margin, &text, OutOfRange, message, "part of the period");
+    }
+    let longest = VALID.replace("wake = \"hybrid\"", "wake = \"hybrid\"\nmargin = \"999999ns\"");
+    assert_eq!(plan(&longest).unwrap().tasks[0].margin_ns, Some(999_999));
+}
+
+#[test]
+fn a_limit_of_missed_releases_can_be_reached() {
+    let limited = |misses: &str, cycles: u64| {
+        let to = format!("cpu = 1\non_overrun = {{ misses = {misses}, cycles = {cycles} }}");
+        VALID.replace("cpu = 1", &to)
+    };
+    let message = "misses is greater than cycles";
+    assert_one("5 of 2", &limited("«5", 2), OutOfRange, message, "of 2 releases at most 2");
+    assert!(plan(&limited("5", 5)).is_ok());
+}
+
+#[test]
 fn ob_numbers_are_30_to_38_or_123_and_above() {
     for ob in
         ["29", "39", "122", "32768", "0", "-35", "9223372036854775807", "99999999999999999999"]

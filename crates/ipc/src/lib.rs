@@ -49,7 +49,7 @@ pub use iceoryx2::prelude::LogLevel;
 pub use iceoryx2::service::{Service, ipc, local};
 pub use layout::{FrameLayout, SignalSpec};
 pub use leftovers::remove_leftovers;
-pub use participant::{Participant, give_up_file_override};
+pub use participant::{FileOverrideGivenUp, Participant, give_up_file_override};
 pub use publisher::{FramePublisher, PUBLISHER_PORT_NAME, PublisherCounters, Stamp};
 pub use repair::Repair;
 pub use service::check_service_name;

@@ -79,8 +79,13 @@ impl<S: Service> FramePublisher<S> {
     /// that are not ours do not count, so a link may mirror its peer's frames into the service:
     /// ours carry the port name [`PUBLISHER_PORT_NAME`].
     ///
+    /// All memory of the frames is claimed here: who fills shared memory afterwards cannot kill the
+    /// publisher by a page that it has not touched yet. The segment of a connection is made when a
+    /// subscriber comes, and still needs room then.
+    ///
     /// # Errors
-    /// The name, the layout or the existing service does not fit, or somebody writes it already.
+    /// The name, the layout or the existing service does not fit, somebody writes it already, or
+    /// shared memory has no room for the frames.
     pub fn open(
         participant: &Participant<S>,
         service: &str,
@@ -104,11 +109,18 @@ impl<S: Service> FramePublisher<S> {
         })?;
 
         let channels = layout.signals.len();
-        space::require(frames_bytes(&opened, channels)).map_err(|(needed_bytes, free_bytes)| {
-            OpenError::SharedMemoryFull { service: service.to_owned(), needed_bytes, free_bytes }
-        })?;
+        let full = |(needed_bytes, free_bytes)| OpenError::SharedMemoryFull {
+            service: service.to_owned(),
+            needed_bytes,
+            free_bytes,
+        };
+        space::require(frames_bytes(&opened, channels)).map_err(full)?;
         let peers = Peers::default();
         let port = sole_port(participant, service, &opened, channels, &peers)?;
+        // iceoryx2 names the segment of the frames by the port.
+        let names = &participant.node().config().global;
+        let suffix = format!("_{}{}", port.id().value(), names.service.data_segment_suffix);
+        space::reserve(&names.prefix.to_string(), &suffix).map_err(full)?;
         let mut publisher = Self {
             prepared: None,
             port,
@@ -235,9 +247,14 @@ fn sole_port<S: Service>(
 ) -> Result<Publisher<S, [f64], FrameHeader>, OpenError> {
     let name = PortName::new(PUBLISHER_PORT_NAME)
         .map_err(|cause| service::failed(participant, service, cause))?;
+    let places = service::publisher_places(opened);
+    let full = || OpenError::Full { service: service.to_owned(), what: "publisher", limit: places };
     let attempt = || {
         // Looking first spares the readers a connection to a port that must go at once.
         refuse_second(opened, service, None)?;
+        if opened.dynamic_config().number_of_publishers() >= places {
+            return Err(full());
+        }
         let created = opened
             .publisher_builder()
             .name(&name)
@@ -251,11 +268,7 @@ fn sole_port<S: Service>(
             .set_degradation_handler(peers.counting_handler())
             .create();
         let port = created.map_err(|cause| match cause {
-            PublisherCreateError::ExceedsMaxSupportedPublishers => OpenError::Full {
-                service: service.to_owned(),
-                what: "publisher",
-                limit: opened.static_config().max_publishers(),
-            },
+            PublisherCreateError::ExceedsMaxSupportedPublishers => full(),
             cause => service::failed(participant, service, cause),
         })?;
         // Two that open at once may both pass the first look, but then at least one of them sees

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
 use crate::service;
-use crate::{OpenError, Participant, Service};
+use crate::{OpenError, Participant, Service, give_up_file_override, space};
 
 /// The first attempts follow each other quickly: most failures are two ports that connect to each
 /// other at the same moment.
@@ -29,6 +29,8 @@ pub struct Repair {
     answered: u64,
     pause: Duration,
     not_before: Option<Instant>,
+    /// Whether it was told that the attempts do not help.
+    has_warned: bool,
 }
 
 /// What the port connects to.
@@ -41,13 +43,22 @@ pub(crate) enum Peer {
 impl Repair {
     pub(crate) fn new(service: &str, peer: Peer, failures: Arc<AtomicU64>) -> Self {
         let service = service.to_owned();
-        Self { service, peer, failures, answered: 0, pause: FIRST_PAUSE, not_before: None }
+        Self {
+            service,
+            peer,
+            failures,
+            answered: 0,
+            pause: FIRST_PAUSE,
+            not_before: None,
+            has_warned: false,
+        }
     }
 
     /// Has the port try again if a connection failed since the last attempt. Returns whether it did.
     ///
     /// For an ordinary thread, many times a second: it is one load of an atomic while all is well,
-    /// and some hundred microseconds of file operations otherwise.
+    /// and some hundred microseconds of file operations otherwise. What fails again and again for
+    /// more than a second is logged once, as a warning.
     pub fn tend<S: Service>(&mut self, participant: &Participant<S>) -> bool {
         // Read before the attempt: a failure that the attempt itself meets calls for another.
         let failures = self.failures.load(Ordering::Relaxed);
@@ -61,16 +72,41 @@ impl Repair {
         if failures == self.answered {
             self.pause = FIRST_PAUSE;
             self.not_before = None;
+            self.has_warned = false;
             return false;
         }
         self.not_before = Some(now + self.pause);
         self.pause = (self.pause * 2).min(LONGEST_PAUSE);
         // What keeps the port from connecting may keep us from it too, until it has passed.
-        let done = self.show_a_peer(participant).is_ok();
-        if done {
+        let shown = self.show_a_peer(participant);
+        if self.pause == LONGEST_PAUSE && !std::mem::replace(&mut self.has_warned, true) {
+            self.warn(shown.as_ref().err());
+        }
+        if shown.is_ok() {
             self.answered = failures;
         }
-        done
+        shown.is_ok()
+    }
+
+    /// Says that the attempts do not help, and `why` no attempt could be made, if so.
+    fn warn(&self, why: Option<&OpenError>) {
+        let service = &self.service;
+        let peer = match self.peer {
+            Peer::Publisher => "publisher",
+            Peer::Subscriber => "subscriber",
+        };
+        let why = match why {
+            Some(error) => error.to_string(),
+            None => {
+                "its memory cannot be opened; see that file descriptors and memory suffice, and \
+                     that all processes run as one user"
+                    .to_owned()
+            }
+        };
+        tracing::warn!(
+            "a connection to a {peer} of service {service:?} keeps failing, and is tried again every \
+             second: {why}"
+        );
     }
 
     /// Adds a peer to the list and takes it away.
@@ -78,14 +114,26 @@ impl Repair {
         let Some(opened) = service::open_existing(participant, &self.service)? else {
             return Ok(());
         };
+        // In full shared memory the attempt would kill the process that it is to help.
+        space::require(0).map_err(|(needed_bytes, free_bytes)| OpenError::SharedMemoryFull {
+            service: self.service.clone(),
+            needed_bytes,
+            free_bytes,
+        })?;
         let failed = |cause: String| service::failed(participant, &self.service, cause);
         match self.peer {
             Peer::Publisher => {
-                let port = opened.publisher_builder().initial_max_slice_len(1).create();
+                let port = {
+                    let _given_up = give_up_file_override();
+                    opened.publisher_builder().initial_max_slice_len(1).create()
+                };
                 port.map(drop).map_err(|cause| failed(cause.to_string()))
             }
             Peer::Subscriber => {
-                let port = opened.subscriber_builder().buffer_size(1).create();
+                let port = {
+                    let _given_up = give_up_file_override();
+                    opened.subscriber_builder().buffer_size(1).create()
+                };
                 port.map(drop).map_err(|cause| failed(cause.to_string()))
             }
         }

@@ -18,6 +18,8 @@ pub(crate) type FrameService<S> = PortFactory<S, [f64], FrameHeader>;
 /// One writer, and a place for the publisher of a link between machines.
 const MAX_PUBLISHERS: usize = 2;
 const MAX_SUBSCRIBERS: usize = 16;
+/// For the peer that a [`Repair`](crate::Repair) shows for a moment, also where all others are taken.
+const SPARE_PLACES: usize = 1;
 const MAX_NODES: usize = 40;
 /// Finding the newest frame holds the best so far while it looks at the next.
 const MAX_BORROWED: usize = 2;
@@ -98,6 +100,25 @@ pub(crate) fn open_existing<S: Service>(
             Attempt::Unfinished => return Ok(None),
             Attempt::Again(cause) => return Err(failed(participant, service, cause)),
         }
+    }
+}
+
+/// How many publishers a service has places for, the spare one left out.
+pub(crate) fn publisher_places<S: Service>(opened: &FrameService<S>) -> usize {
+    places(opened.static_config().max_publishers(), MAX_PUBLISHERS)
+}
+
+/// How many subscribers a service has places for, the spare one left out.
+pub(crate) fn subscriber_places<S: Service>(opened: &FrameService<S>) -> usize {
+    places(opened.static_config().max_subscribers(), MAX_SUBSCRIBERS)
+}
+
+/// Who created the service cannot be seen, but that it has a place more than ours are for. Programs
+/// of another make, and ports that open at the very same moment, may still take that one.
+fn places(provided: usize, ours: usize) -> usize {
+    match provided == ours + SPARE_PLACES {
+        true => ours,
+        false => provided,
     }
 }
 
@@ -208,8 +229,8 @@ fn create<S: Service>(
         .history_size(0)
         .subscriber_max_buffer_size(buffer_frames(layout.signals.len()))
         .subscriber_max_borrowed_samples(MAX_BORROWED)
-        .max_publishers(MAX_PUBLISHERS)
-        .max_subscribers(MAX_SUBSCRIBERS)
+        .max_publishers(MAX_PUBLISHERS + SPARE_PLACES)
+        .max_subscribers(MAX_SUBSCRIBERS + SPARE_PLACES)
         .max_nodes(MAX_NODES)
         .create_with_attributes(attributes)
 }

@@ -1,9 +1,23 @@
 //! Whether shared memory has room.
 //!
 //! iceoryx2 makes its segments without asking: in a full file system that goes well, and the first
-//! touch of a page that there is no room for kills the process (SIGBUS). So we ask.
+//! touch of a page that there is no room for kills the process (SIGBUS). So we ask before a port is
+//! made ([`require`]), and claim all pages of a publisher's frames afterwards ([`reserve`]).
+//!
+//! What remains: two processes may pass the question at the same moment when there is room for one
+//! of them only, and the loser may die before it has claimed anything. And the small segment of each
+//! connection (some kilobytes, more for publishers with many frames) is made and written in one go
+//! by whichever of its two ports sees the other first. Where it is the port that lives already, it
+//! does so in its next `prepare`, `send`, `maintain` or `newest`, and dies if shared memory has
+//! filled up by then. A process of this crate does not join without [`HEADROOM_BYTES`] left, so it
+//! takes a peer of another make, or somebody who fills the memory between a peer's joining and its
+//! connection.
 
-use rustix::fs::statvfs;
+use std::fs::{self, File};
+use std::path::Path;
+
+use rustix::fs::{FallocateFlags, fallocate, statvfs};
+use rustix::io::{Errno, retry_on_intr};
 
 /// Where POSIX shared memory lives on Linux.
 const FOLDER: &str = "/dev/shm";
@@ -14,12 +28,43 @@ const HEADROOM_BYTES: u64 = 512 << 10;
 pub(crate) fn require(needed_bytes: u64) -> Result<(), (u64, u64)> {
     let needed_bytes = needed_bytes.saturating_add(HEADROOM_BYTES);
     // Where the folder cannot be asked, iceoryx2 will say what is wrong with it.
-    let Ok(file_system) = statvfs(FOLDER) else { return Ok(()) };
-    let free_bytes = file_system.f_bavail.saturating_mul(file_system.f_frsize);
+    let Some(free_bytes) = free_bytes() else { return Ok(()) };
     match free_bytes < needed_bytes {
         true => Err((needed_bytes, free_bytes)),
         false => Ok(()),
     }
+}
+
+/// Claims every page of the segment whose name begins with `prefix` and ends with `suffix`, so that
+/// no touch of it can fail any more; says by an error how large it is, and how much is free, if there
+/// is no room for it. A segment that is no file, within one process, needs nothing.
+///
+/// Looks through the whole folder: for set-up only.
+pub(crate) fn reserve(prefix: &str, suffix: &str) -> Result<(), (u64, u64)> {
+    let Some(segment) = find(prefix, suffix) else { return Ok(()) };
+    let Ok(bytes) = segment.metadata().map(|metadata| metadata.len()) else { return Ok(()) };
+    // The pages that were written keep what they have.
+    match retry_on_intr(|| fallocate(&segment, FallocateFlags::empty(), 0, bytes)) {
+        Err(Errno::NOSPC) => Err((bytes, free_bytes().unwrap_or_default())),
+        // A file system that cannot do it leaves things as they were.
+        _ => Ok(()),
+    }
+}
+
+fn find(prefix: &str, suffix: &str) -> Option<File> {
+    let entries = fs::read_dir(FOLDER).ok()?.flatten();
+    let mut names = entries.map(|entry| entry.file_name());
+    let name = names.find(|name| {
+        let name = name.as_encoded_bytes();
+        name.starts_with(prefix.as_bytes()) && name.ends_with(suffix.as_bytes())
+    })?;
+    let path = Path::new(FOLDER).join(name);
+    File::options().read(true).write(true).open(path).ok()
+}
+
+fn free_bytes() -> Option<u64> {
+    let file_system = statvfs(FOLDER).ok()?;
+    Some(file_system.f_bavail.saturating_mul(file_system.f_frsize))
 }
 
 #[cfg(test)]
@@ -31,5 +76,20 @@ mod tests {
         let (needed, free) = require(u64::MAX / 2).unwrap_err();
         assert!(needed > free);
         assert_eq!(require(0), Ok(()));
+    }
+
+    #[test]
+    fn a_segment_that_shared_memory_cannot_hold_is_refused_with_both_numbers() {
+        let prefix = format!("isospace{}_", std::process::id());
+        let path = Path::new(FOLDER).join(format!("{prefix}x.data"));
+        let file_system = statvfs(FOLDER).unwrap();
+        let bytes = (file_system.f_blocks + 1) * file_system.f_frsize;
+        // As iceoryx2 does: nothing says that this is too long.
+        File::create_new(&path).unwrap().set_len(bytes).unwrap();
+        let refused = reserve(&prefix, "x.data");
+        let other = reserve(&prefix, "y.data");
+        fs::remove_file(&path).unwrap();
+        assert!(matches!(refused, Err((needed, free)) if needed == bytes && free < bytes));
+        assert_eq!(other, Ok(()));
     }
 }

@@ -113,7 +113,13 @@ impl<S: Service> FrameSubscriber<S> {
         };
         let peers = Peers::default();
         let mut backoff = Backoff::new();
-        let port = loop {
+        let places = service::subscriber_places(&opened);
+        let full =
+            || OpenError::Full { service: service.to_owned(), what: "subscriber", limit: places };
+        let create = || {
+            if opened.dynamic_config().number_of_subscribers() >= places {
+                return Err(full());
+            }
             let created = opened
                 .subscriber_builder()
                 .buffer_size(buffer)
@@ -121,14 +127,15 @@ impl<S: Service> FrameSubscriber<S> {
                 .history_request(0)
                 .set_degradation_handler(peers.counting_handler())
                 .create();
-            let error = match created {
+            created.map_err(|cause| match cause {
+                SubscriberCreateError::ExceedsMaxSupportedSubscribers => full(),
+                cause => service::failed(participant, service, cause),
+            })
+        };
+        let port = loop {
+            let error = match create() {
                 Ok(port) => break port,
-                Err(SubscriberCreateError::ExceedsMaxSupportedSubscribers) => OpenError::Full {
-                    service: service.to_owned(),
-                    what: "subscriber",
-                    limit: opened.static_config().max_subscribers(),
-                },
-                Err(cause) => service::failed(participant, service, cause),
+                Err(error) => error,
             };
             participant.clean_up();
             if !backoff.try_again() {

@@ -230,8 +230,9 @@ fn whoever_creates_a_service_sets_its_quality<S: Service>() {
     assert_eq!(quality.history_size(), 0, "a command must not be stale");
     assert_eq!(quality.subscriber_max_buffer_size(), 256);
     assert_eq!(quality.subscriber_max_borrowed_samples(), 2);
-    assert_eq!(quality.max_publishers(), 2);
-    assert_eq!(quality.max_subscribers(), 16);
+    // One place more than ours take, for the peer that a repair shows.
+    assert_eq!(quality.max_publishers(), 3);
+    assert_eq!(quality.max_subscribers(), 17);
     assert_eq!(quality.max_nodes(), 40);
 }
 

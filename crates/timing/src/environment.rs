@@ -24,7 +24,7 @@ pub struct Environment {
     /// The kernel's clock source: anything but `tsc` or `arch_sys_counter` makes readings slow.
     pub clocksource: Option<String>,
     /// Cost of reading `CLOCK_MONOTONIC`: the least of 20 000 readings, in ns. It is contained in
-    /// every measured time and never subtracted.
+    /// every measured time and never subtracted. 0 for a machine made of files, which has no clock.
     pub clock_read_ns: u64,
     /// Frequency governors in use, comma-separated; `null` without frequency scaling.
     pub governor: Option<String>,
@@ -37,10 +37,10 @@ pub struct Environment {
 impl Environment {
     /// Looks around on this machine. Takes a few milliseconds; never fails.
     pub fn read() -> Self {
-        Self { clock_read_ns: clock_read_ns(), ..Self::of(&Machine::here()) }
+        Self::of(&Machine::here())
     }
 
-    /// What the files of a machine say; `clock_read_ns` stays 0.
+    /// What the files of a machine say, and the clock of this one.
     pub(crate) fn of(machine: &Machine) -> Self {
         let throttling = |name: &str| machine.text(&format!("/proc/sys/kernel/sched_rt_{name}_us"));
         Self {
@@ -52,7 +52,7 @@ impl Environment {
                 Platform::Metal | Platform::Unknown => None,
             },
             clocksource: machine.clock_source(),
-            clock_read_ns: 0,
+            clock_read_ns: if machine.is_here() { clock_read_ns() } else { 0 },
             governor: machine.governors(),
             isolated_cpus: machine.isolated().unwrap_or_default(),
             rt_throttling: throttling("runtime")

@@ -91,6 +91,15 @@ fn a_machine_that_shows_nothing_is_unknown_and_not_guessed() {
     assert_eq!(codes(&fake, Problem), ["shared_memory"]);
 }
 
+/// What the kernel's idle driver for guests changes.
+const HALTPOLL: &[File] = &[
+    ("sys/devices/system/cpu/cpuidle/current_driver", "haltpoll\n"),
+    ("sys/devices/system/cpu/cpu1/cpuidle/state1/disable", "0\n"),
+    ("sys/devices/system/cpu/cpu1/cpuidle/state1/latency", "1\n"),
+    ("sys/devices/system/cpu/cpu1/cpuidle/state1/name", "haltpoll idle\n"),
+    ("sys/module/haltpoll/parameters/guest_halt_poll_ns", "0\n"),
+];
+
 /// A change to a machine, and what one check says of it.
 struct Case(&'static [&'static [File]], &'static str, Severity, &'static str, Inert);
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -123,7 +132,12 @@ const CASES: &[Case] = &[
     Case(&[METAL], "nice_limit", Fine, "RLIMIT_NICE 40", Yes),
     Case(&[GUEST, CONTAINER], "cpu_affinity", Problem, "CPU 1 is excluded", No),
 
-    Case(&[GUEST, &[(".dockerenv", "")]], "container", Note, ".dockerenv", No),
+    Case(&[GUEST], "container", Fine, "no sign", No),
+    Case(&[GUEST, &[(".dockerenv", "")]], "container", Note, "maybe (/.dockerenv alone)", No),
+    Case(&[GUEST, &[(".dockerenv", ""), ("proc/1/comm", "systemd\n")]], "container", Note, "maybe (/.dockerenv alone)", No),
+    Case(&[GUEST, &[(".dockerenv", ""), ("proc/1/comm", "docker-init\n")]], "container", Note, "yes (/.dockerenv, docker-init is process 1)", No),
+    Case(&[GUEST, &[(".dockerenv", ""), ("proc/mounts", "overlay / overlay rw 0 0\n")]], "container", Note, "yes (/.dockerenv, / is an overlay)", No),
+    Case(&[GUEST, CONTAINER], "container", Note, "yes (docker in /proc/self/cgroup)", No),
     Case(&[GUEST, &[("run/.containerenv", "")]], "container", Note, ".containerenv", No),
     Case(&[GUEST, &[("proc/1/cgroup", "0::/kubepods/pod1\n")]], "container", Note, "kubepods", No),
 
@@ -173,6 +187,7 @@ const CASES: &[Case] = &[
     Case(&[METAL, LAPTOP, &[("proc/cmdline", "idle=poll\n")]], "idle_states", Fine, "idle=poll", No),
     Case(&[GUEST, &[("sys/devices/system/cpu/cpuidle/current_driver", "haltpoll\n"), ("sys/module/haltpoll/parameters/guest_halt_poll_ns", "200000\n")]], "idle_states", Note, "polls up to 200 us", No),
     Case(&[GUEST], "cpu_dma_latency", Fine, "without effect", Yes),
+    Case(&[GUEST, HALTPOLL], "cpu_dma_latency", Fine, "works here, at a cost", No),
     Case(&[METAL, LAPTOP], "cpu_dma_latency", Fine, "works here", No),
     Case(&[METAL, LAPTOP, &[("proc/cmdline", "idle=poll\n")]], "cpu_dma_latency", Fine, "without effect", Yes),
 
@@ -259,6 +274,38 @@ fn a_fix_of_idle_states_names_the_states_of_this_cpu() {
     assert!(finding.fix.unwrap().contains(file));
     assert_eq!(finding.details.len(), 4, "in the driver's order: {:?}", finding.details);
     assert_eq!(finding.details.last().unwrap(), "C10, exit latency 890 us");
+}
+
+#[test]
+fn a_guest_is_told_what_polling_costs_and_not_to_do_it() {
+    let fake = Fake::new(&[GUEST, HALTPOLL]);
+    let finding = fake.finding("idle_states");
+    assert!(finding.value.contains("halts without polling first"), "{finding:?}");
+    for finding in
+        [finding, fake.finding("cpu_dma_latency"), Fake::new(&[GUEST]).finding("idle_states")]
+    {
+        let fix = finding.fix.clone().unwrap_or_default();
+        assert!(!fix.contains("cpu_dma_latency") && !fix.contains("idle=poll"), "{finding:?}");
+        assert!(finding.inert || finding.effect.contains("ten times"), "{finding:?}");
+    }
+    let metal = laptop().finding("idle_states");
+    assert!(metal.fix.unwrap().contains("hold 0 in /dev/cpu_dma_latency"));
+    assert!(!metal.effect.contains("ten times"));
+}
+
+#[test]
+fn where_it_is_not_sure_that_this_is_a_container_both_ways_out_are_told() {
+    let files: &[File] =
+        &[(".dockerenv", ""), ("proc/self/status", "CapEff:\t0\nCpus_allowed_list:\t0\n")];
+    let fake = Fake::new(&[GUEST, files]);
+    for (code, outside, inside) in [
+        ("real_time_priority", "setcap", "--ulimit rtprio=89"),
+        ("memory_lock", "setcap", "--ulimit memlock=-1"),
+        ("cpu_affinity", "widen the cpuset", "--cpuset-cpus 0,1"),
+    ] {
+        let fix = fake.finding(code).fix.unwrap();
+        assert!(fix.contains(outside) && fix.contains(inside), "{fix}");
+    }
 }
 
 #[test]

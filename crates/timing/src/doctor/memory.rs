@@ -55,11 +55,11 @@ pub(super) fn swap(machine: &Machine, _cpu: usize) -> Verdict {
 
 pub(super) fn shared_memory(machine: &Machine, _cpu: usize) -> Verdict {
     let folder = "/dev/shm";
-    let effect = "Ports live here; when it is full, a process dies (SIGBUS) at the first touch of a page that is not there.";
-    let fix = match machine.container_sign() {
-        Some(_) => "start the container with --shm-size 256m, or --ipc host",
-        None => "mount -o remount,size=256m /dev/shm, or remove what fills it",
-    };
+    let effect = "Ports live here; when it is full, none can be made, and a process that connects to a peer at that moment dies (SIGBUS).";
+    let fix = machine.container().fix(
+        "start the container with --shm-size 256m, or --ipc host",
+        "mount -o remount,size=256m /dev/shm, or remove what fills it",
+    );
     let free = machine.has(folder).then(|| machine.free_bytes(folder));
     let verdict = match free {
         None => Verdict::problem("there is no /dev/shm")

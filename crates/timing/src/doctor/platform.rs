@@ -1,6 +1,6 @@
 //! What the kernel runs on and in: hypervisor, container, clock.
 
-use crate::machine::{Machine, Platform};
+use crate::machine::{Container, Machine, Platform};
 
 use super::verdict::Verdict;
 
@@ -8,13 +8,18 @@ use super::verdict::Verdict;
 const MUCH_STEAL: f64 = 0.001;
 
 pub(super) fn container(machine: &Machine, _cpu: usize) -> Verdict {
-    let source = "/.dockerenv, /run/.containerenv, /run/systemd/container, /proc/1/cgroup";
-    match machine.container_sign() {
-        None => Verdict::ok("no sign of one").effect("Rights and CPUs are those of the machine.").from(source),
-        Some(sign) => Verdict::note(format!("yes ({sign})"))
-            .effect("A container adds no jitter by itself; rights, CPUs and the size of /dev/shm are those it was started with.")
-            .from(sign),
+    let source = "/.dockerenv, /run/.containerenv, /run/systemd/container, /proc/1/{cgroup,comm}, \
+        /proc/self/cgroup, /proc/mounts";
+    let effect = "A container adds no jitter by itself; rights, CPUs and the size of /dev/shm are those \
+        it was started with.";
+    match machine.container() {
+        Container::No => {
+            Verdict::ok("no sign of one").effect("Rights and CPUs are those of the machine.")
+        }
+        Container::Maybe(mark) => Verdict::note(format!("maybe ({mark} alone)")).effect(effect),
+        Container::Yes(mark) => Verdict::note(format!("yes ({mark})")).effect(effect),
     }
+    .from(source)
 }
 
 pub(super) fn hypervisor(machine: &Machine, _cpu: usize) -> Verdict {

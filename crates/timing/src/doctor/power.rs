@@ -9,6 +9,11 @@ const DEEP_US: i64 = 10;
 
 const GUEST_POLLING: &str = "/sys/module/haltpoll/parameters/guest_halt_poll_ns";
 
+/// Measured: see docs/loop.md.
+const POLLING_COST: &str = "Idle CPUs that poll (0 held in /dev/cpu_dma_latency, idle=poll) wake up \
+    sooner in the median, but the host takes a CPU that polls away, and the worst case was ten times \
+    longer where it was measured; wake = \"hybrid\" does not need them.";
+
 pub(super) fn frequency_governor(machine: &Machine, cpu: usize) -> Verdict {
     let source = format!("/sys/devices/system/cpu/cpu{cpu}/cpufreq/scaling_governor");
     let effect = "The clock slows down while the task sleeps and speeds up after it woke: waking and executing take longer.";
@@ -40,13 +45,15 @@ pub(super) fn idle_states(machine: &Machine, cpu: usize) -> Verdict {
             .effect("An idle CPU spins: it needs no time to wake up.")
             .from("/proc/cmdline");
     }
-    let halting = "An idle CPU of this guest halts, which hands it to the hypervisor; how soon it is back when the timer \
-        fires is up to the host.";
+    let halting = format!(
+        "An idle CPU of this guest halts, which hands it to the hypervisor; how soon it is back when the timer \
+         fires is up to the host. {POLLING_COST}"
+    );
     if machine.has_no_idle_driver() {
         return match machine.is_guest() {
             true => Verdict::note("no idle driver: an idle CPU halts")
                 .effect(halting)
-                .fix("idle=poll or cpuidle_haltpoll.force=1 on the kernel command line"),
+                .fix("cpuidle_haltpoll.force=1 on the kernel command line  # polls for a short time, then halts"),
             false => Verdict::ok("no idle driver: an idle CPU halts (shallowest state)")
                 .effect("The kernel enters no deep state by itself."),
         }
@@ -73,12 +80,7 @@ pub(super) fn idle_states(machine: &Machine, cpu: usize) -> Verdict {
                 Some(polled_ns) => format!("polls up to {} us, then halts", polled_ns / 1000),
                 None => "how long it polls first is unknown".to_owned(),
             };
-            let verdict = Verdict::note(format!("{driver}: an idle CPU {polls}")).effect(halting);
-            match polled_ns {
-                Some(0) => verdict
-                    .fix("hold 0 in /dev/cpu_dma_latency while the task runs: idle CPUs then poll"),
-                _ => verdict,
-            }
+            Verdict::note(format!("{driver}: an idle CPU {polls}")).effect(halting)
         }
         _ if states.is_empty() => {
             Verdict::unknown(&format!("the states of {driver} cannot be read"))
@@ -93,7 +95,10 @@ pub(super) fn idle_states(machine: &Machine, cpu: usize) -> Verdict {
             let files = if deep.len() > 1 { format!("{{{files}}}") } else { files };
             Verdict::warning(format!("{driver}: {names} enabled, up to {deepest_us} us to wake up"))
                 .effect("A CPU that sleeps deeply between cycles needs that long before the task runs.")
-                .fix(format!("echo 1 | tee {folder}/{files}/disable  # or hold 0 in /dev/cpu_dma_latency while the task runs"))
+                .fix(match machine.is_guest() {
+                    true => format!("echo 1 | tee {folder}/{files}/disable"),
+                    false => format!("echo 1 | tee {folder}/{files}/disable  # or hold 0 in /dev/cpu_dma_latency while the task runs"),
+                })
         }
     };
     verdict.details(details).from(format!("{driver_file}, {folder}"))
@@ -112,6 +117,9 @@ pub(super) fn cpu_dma_latency(machine: &Machine, cpu: usize) -> Verdict {
         () if polls => Verdict::ok("without effect").effect("It changes nothing: idle CPUs spin already.").inert("idle=poll"),
         () if machine.idle_driver().is_none() => Verdict::unknown("the idle driver cannot be read").effect(lever),
         () if !machine.has(file) => Verdict::ok("absent").effect(lever).inert("there is no such device file"),
+        () if has_deep && machine.is_guest() => {
+            Verdict::ok("works here, at a cost").effect(format!("{lever} {POLLING_COST}"))
+        }
         () if has_deep => Verdict::ok("works here").effect(lever),
         () => Verdict::ok("without effect")
             .effect("It changes nothing: no enabled idle state takes time to leave.")

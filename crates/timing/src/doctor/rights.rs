@@ -108,10 +108,10 @@ pub(super) fn cpu_affinity(machine: &Machine, cpu: usize) -> Verdict {
         Some(allowed) if allowed.contains(cpu) => Verdict::ok(format!("CPUs {allowed}")).effect(effect),
         Some(allowed) => Verdict::problem(format!("CPUs {allowed}: CPU {cpu} is excluded"))
             .effect(effect)
-            .fix(match machine.container_sign() {
-                Some(_) => format!("start the container with --cpuset-cpus {allowed},{cpu}"),
-                None => format!("widen the cpuset, `taskset -c {allowed},{cpu}`, or set the task's `cpu` to one of {allowed}"),
-            }),
+            .fix(machine.container().fix(
+                &format!("start the container with --cpuset-cpus {allowed},{cpu}"),
+                &format!("widen the cpuset, `taskset -c {allowed},{cpu}`, or set the task's `cpu` to one of {allowed}"),
+            )),
     }
     .from("/proc/self/status")
 }
@@ -168,12 +168,12 @@ pub(super) fn open_files(machine: &Machine, _cpu: usize) -> Verdict {
 
 /// How to get a right: inside a container it is the container that must be started with it.
 fn rights_fix(machine: &Machine, limit: &str, container: &str) -> String {
-    match machine.container_sign() {
-        Some(_) => format!("start the container with {container}"),
-        None => format!(
+    machine.container().fix(
+        &format!("start the container with {container}"),
+        &format!(
             "setcap cap_ipc_lock,cap_sys_nice+ep \"$(command -v isochrone)\"  # or `{limit}` for this user in /etc/security/limits.conf"
         ),
-    }
+    )
 }
 
 fn amount(number: u64) -> String {

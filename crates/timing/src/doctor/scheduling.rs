@@ -57,7 +57,8 @@ pub(super) fn rt_throttling(machine: &Machine, _cpu: usize) -> Verdict {
                     .inert("since 6.12 a kernel without RT_GROUP_SCHED does not throttle SCHED_FIFO: see fair_server"),
                 _ => Verdict::note(value)
                     .effect(format!("A SCHED_FIFO thread that never sleeps (wake = \"spin\") stands still for \
-                        {lost_ms} ms of every {} ms; sleep and hybrid stay below the limit.", period_us / 1000))
+                        {lost_ms} ms of every {} ms; sleep and hybrid stay below the limit: `isochrone run` refuses \
+                        margins that do not.", period_us / 1000))
                     .fix("sysctl -w kernel.sched_rt_runtime_us=-1  # only for wake = \"spin\""),
             }
         }

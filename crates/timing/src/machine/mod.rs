@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 
 pub(crate) use cpu_list::CpuList;
 use kernel::KernelConfig;
-pub(crate) use platform::Platform;
+pub(crate) use platform::{Container, Platform};
 pub(crate) use process::{Capability, GroupBudget, Limit};
 
 /// A machine to read: this one, or a file tree that looks like one.
@@ -41,6 +41,11 @@ impl Machine {
     /// The same machine with another way to ask for the free bytes of the file system at a path.
     pub fn with_free_bytes(self, free_bytes: fn(&Path) -> Option<u64>) -> Self {
         Self { free_bytes, ..self }
+    }
+
+    /// Whether it is the machine that this program runs on.
+    pub(crate) fn is_here(&self) -> bool {
+        self.root == Path::new("/")
     }
 
     /// The text of a file, without white space at its end.

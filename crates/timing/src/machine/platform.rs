@@ -14,6 +14,32 @@ pub(crate) enum Platform {
     Unknown,
 }
 
+/// Whether a container is around us, and by which mark.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Container {
+    No,
+    /// There is one mark, and it is not enough.
+    Maybe(String),
+    Yes(String),
+}
+
+impl Container {
+    /// A way out for each side, or for both.
+    pub(crate) fn fix(&self, inside: &str, outside: &str) -> String {
+        match self {
+            Self::No => outside.to_owned(),
+            Self::Maybe(_) => format!("{outside}  # if this is a container: {inside}"),
+            Self::Yes(_) => inside.to_owned(),
+        }
+    }
+}
+
+/// What container engines call their control groups.
+const ENGINES: [&str; 5] = ["docker", "kubepods", "containerd", "libpod", "lxc"];
+/// What containers are given as process 1, and machines are not.
+const CONTAINER_INITS: [&str; 6] =
+    ["docker-init", "tini", "dumb-init", "catatonit", "pause", "s6-svscan"];
+
 impl Machine {
     /// The clock that the kernel reads, and those it could.
     pub(crate) fn clock_source(&self) -> Option<String> {
@@ -52,16 +78,35 @@ impl Machine {
         matches!(self.platform(), Platform::Guest(_))
     }
 
-    /// Why this looks like the inside of a container.
-    pub(crate) fn container_sign(&self) -> Option<String> {
-        let marks = ["/.dockerenv", "/run/.containerenv", "/run/systemd/container"];
+    /// Whether this looks like the inside of a container, and why.
+    pub(crate) fn container(&self) -> Container {
+        let marks = ["/run/.containerenv", "/run/systemd/container"];
         if let Some(mark) = marks.into_iter().find(|mark| self.has(mark)) {
-            return Some(mark.to_owned());
+            return Container::Yes(mark.to_owned());
         }
-        let groups = self.text("/proc/1/cgroup")?;
-        let engines = ["docker", "kubepods", "containerd", "libpod", "lxc"];
-        let engine = engines.into_iter().find(|engine| groups.contains(engine))?;
-        Some(format!("{engine} in /proc/1/cgroup"))
+        for file in ["/proc/1/cgroup", "/proc/self/cgroup"] {
+            let groups = self.text(file).unwrap_or_default();
+            if let Some(engine) = ENGINES.into_iter().find(|engine| groups.contains(engine)) {
+                return Container::Yes(format!("{engine} in {file}"));
+            }
+        }
+        let docker = "/.dockerenv";
+        if !self.has(docker) {
+            return Container::No;
+        }
+        // A machine whose disk was made of a container's image has this file, too.
+        let first = self.text("/proc/1/comm").unwrap_or_default();
+        if CONTAINER_INITS.contains(&first.as_str()) {
+            return Container::Yes(format!("{docker}, {first} is process 1"));
+        }
+        let is_root = |mount: &str| {
+            let mut fields = mount.split(' ').skip(1);
+            (fields.next(), fields.next()) == (Some("/"), Some("overlay"))
+        };
+        match self.text("/proc/mounts").unwrap_or_default().lines().any(is_root) {
+            true => Container::Yes(format!("{docker}, / is an overlay")),
+            false => Container::Maybe(docker.to_owned()),
+        }
     }
 
     /// Time that the hypervisor kept a CPU from us since the start, as a fraction of all its time.

@@ -1,0 +1,68 @@
+//! What the kernel's throttling of real-time threads leaves for waiting.
+//!
+//! A real-time thread that uses more than its share of a CPU (950 of 1000 ms, if nobody changed it)
+//! is taken off it for the rest of the time. Watching the clock is use. A node that is sure to be
+//! stopped by its own waits does not start.
+
+use isochrone_engine::{Plan, TaskPlan};
+use isochrone_timing::Environment;
+
+use crate::check;
+use crate::failure::Failure;
+use crate::task;
+
+/// Refuses real-time tasks that together may watch the clock on one CPU for as long as the kernel
+/// lets them have it, or longer.
+pub(crate) fn refuse(plan: &Plan, environment: &Environment) -> Result<(), Failure> {
+    let Some((throttling, limit)) = environment.rt_throttling.as_deref().and_then(limit) else {
+        return Ok(());
+    };
+    let real_time = || plan.tasks.iter().filter(|task| task.priority.is_some());
+    for first in real_time() {
+        let on_its_cpu: Vec<&TaskPlan> =
+            real_time().filter(|task| meet(first, task, environment.cpus)).collect();
+        let share: f64 = on_its_cpu.iter().map(|task| watched(task)).sum();
+        if share >= limit {
+            return Err(Failure::found(refusal(&on_its_cpu, share, throttling)));
+        }
+    }
+    Ok(())
+}
+
+/// The throttling as it is written, and the share of a CPU that it leaves; `None` if it is off.
+fn limit(throttling: &str) -> Option<(&str, f64)> {
+    let (runtime_us, period_us) = throttling.split_once('/')?;
+    // Off is -1.
+    let (runtime_us, period_us): (u32, u32) = (runtime_us.parse().ok()?, period_us.parse().ok()?);
+    Some((throttling, f64::from(runtime_us) / f64::from(period_us.max(1))))
+}
+
+/// Whether two tasks are sure to share a CPU.
+fn meet(first: &TaskPlan, other: &TaskPlan, cpus: usize) -> bool {
+    std::ptr::eq(first, other) || cpus == 1 || (first.cpu.is_some() && first.cpu == other.cpu)
+}
+
+/// The part of a CPU for which a task may watch the clock.
+fn watched(task: &TaskPlan) -> f64 {
+    task::wake(task).longest_watch_ns(task.period_ns) as f64 / task.period_ns.max(1) as f64
+}
+
+fn refusal(tasks: &[&TaskPlan], share: f64, throttling: &str) -> String {
+    let watching: Vec<String> = tasks
+        .iter()
+        .filter(|task| watched(task) > 0.0)
+        .map(|task| format!("\"{}\" (wake = \"{}\")", task.name, check::wake(task.wake)))
+        .collect();
+    let (noun, has, them, remedy) = match watching.len() {
+        1 => ("task", "has", "the task", ""),
+        _ => ("tasks", "have", "them", ", another CPU for one of them"),
+    };
+    format!(
+        "{noun} {} {has} a priority and may watch the clock for {:.1} % of a CPU, but the kernel gives \
+         real-time threads only {throttling} us of one and would stop {them} for the rest\n\
+         remedy: wake = \"hybrid\" with a shorter margin or a smaller cpu_budget{remedy}, or sysctl -w \
+         kernel.sched_rt_runtime_us=-1",
+        watching.join(", "),
+        share * 100.0,
+    )
+}
