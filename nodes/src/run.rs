@@ -147,6 +147,8 @@ fn run_tasks(
             let refusals: Vec<String> = report.warnings.iter().map(sentence).collect();
             return Err(Failure::found(refusals.join("\n")));
         }
+        // No reason to refuse the start: the cycles are what they would be without telemetry.
+        report.warnings.extend(Telemetry::warnings(plan));
         note_start(plan, report);
         // The kernel's ticks come at whole milliseconds of the clock; a release that meets one is
         // late by what the tick does. So the grid begins between them.
@@ -235,6 +237,7 @@ fn task_report(report: TaskReport, outcome: &Outcome) -> TaskReport {
         input_rejects: outcome.input_rejects,
         connects: outcome.connects,
         connect_errors: outcome.connect_errors,
+        lost_snapshots: outcome.lost_snapshots,
         ..report
     }
 }

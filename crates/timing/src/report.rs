@@ -138,6 +138,8 @@ pub struct TaskReport {
     pub connects: u64,
     /// Connections to a peer that failed at first, and were tried again.
     pub connect_errors: u64,
+    /// Snapshots of the signals that did not become telemetry, because nobody fetched those before.
+    pub lost_snapshots: u64,
     /// The distributions themselves, by the names that their summaries have here, as
     /// [`Distribution::encode`](crate::Distribution::encode) writes them.
     pub histograms: BTreeMap<String, String>,
