@@ -92,14 +92,12 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
     match overrun {
         None => Ok(()),
-        Some(task) => Err(Failure::found(format!(
-            "task \"{task}\" missed a release and stopped the node, as its overrun and on_overrun say"
-        ))),
+        Some(sentence) => Err(Failure::found(sentence)),
     }
 }
 
-/// Runs all tasks to their end and completes the report. Returns the task that stopped the node
-/// because it overran.
+/// Runs all tasks to their end and completes the report. Returns why the node stopped if a task that
+/// overran stopped it.
 fn run_tasks(
     args: &Args,
     plan: &Plan,
@@ -181,7 +179,7 @@ fn run_tasks(
             watch.drain();
             let Some(outcome) = outcome else { continue };
             if outcome.stop_reason == Some(StopReason::Overrun) {
-                overrun = Some(task.name.clone());
+                overrun = Some(overrun_sentence(&task.name, watch.timing.missed()));
             }
             report.links.extend(links(&outcome));
             report.tasks.push(TaskReport {
@@ -258,6 +256,20 @@ fn warning(refusal: &Refusal) -> Warning {
 
 fn sentence(warning: &Warning) -> String {
     format!("{}\n  remedy: {}", warning.message, warning.remedy)
+}
+
+/// Why a task stopped the node that missed so many releases.
+fn overrun_sentence(task: &str, missed: u64) -> String {
+    match missed {
+        // A limit counts missed releases, so this was `overrun`.
+        0 => format!(
+            "task \"{task}\" ended a cycle after its next release was due and stopped the node, as its \
+             overrun says"
+        ),
+        _ => format!(
+            "task \"{task}\" missed a release and stopped the node, as its overrun and on_overrun say"
+        ),
+    }
 }
 
 fn note_start(plan: &Plan, report: &Report) {

@@ -98,6 +98,26 @@ fn a_node_that_misses_more_than_its_limit_ends_with_a_last_frame_and_status_1() 
     }
 }
 
+#[test]
+fn a_cycle_that_takes_too_long_stops_the_node_although_no_release_was_missed() {
+    let domain = Domain::new();
+    // No machine steps so many blocks in a period.
+    let node = NODE
+        .replace("\"1ms\"", "\"1ms\"\noverrun = \"stop\"")
+        .replace("\"SawTooth\"", "\"SawTooth\"\ncount = 1000000")
+        .replace("saw.value", "saw.0.value");
+    domain.write("node.toml", &node);
+    let ended = domain.run("run node.toml --report node.json").expect_code(1);
+    let task = domain.json("node.json")["tasks"][0].clone();
+    // A machine that is late for the very first release misses some.
+    let says = match task["missed"].as_u64() {
+        Some(0) => "\"t\" ended a cycle after its next release was due and stopped the node",
+        _ => "\"t\" missed a release and stopped the node",
+    };
+    assert_eq!((&task["cycles"], &task["overruns"]), (&1.into(), &1.into()), "{task}");
+    assert!(ended.stderr.contains(says), "{}", ended.stderr);
+}
+
 /// A task of 1 ms, and how it waits.
 fn waiting(name: &str, cpu: Option<u32>, wake: &str) -> String {
     let cpu = cpu.map_or(String::new(), |cpu| format!("cpu = {cpu}\n"));
