@@ -2,6 +2,7 @@
 
 mod domain;
 
+use std::cell::{Cell, RefCell};
 use std::time::Duration;
 
 use domain::Domain;
@@ -39,13 +40,20 @@ fn every_release_missed_while_the_process_was_frozen_is_counted_and_told_on_the_
     let observer = Participant::<ipc::Service>::join("observer", &config).unwrap();
     let mut node = domain.start("run node.toml --cycles 200 --report node.json");
     node.wait_for("runs");
-    let mut frames =
-        FrameSubscriber::open_existing(&observer, "grid/out", Depth::All).unwrap().unwrap();
-    std::thread::sleep(Duration::from_millis(30));
+    let frames = FrameSubscriber::open_existing(&observer, "grid/out", Depth::All);
+    let frames = RefCell::new(frames.unwrap().unwrap());
+    // A freeze before the first release would leave no frame to compare with.
+    let first = Cell::new(None);
+    node.wait_until("a frame", |_, _| {
+        first.set(frames.borrow_mut().next().map(|frame| *frame.header()));
+        first.get().is_some()
+    });
+    let mut last = first.get().unwrap();
+    let mut frames = frames.into_inner();
+    std::thread::sleep(Duration::from_millis(10));
     freeze(&node, Duration::from_millis(50));
     node.finish().expect_code(0);
 
-    let mut last: Option<isochrone_ipc::FrameHeader> = None;
     let mut longest = 0;
     let mut first_cycle = None;
     while let Some(frame) = frames.next() {
@@ -55,17 +63,16 @@ fn every_release_missed_while_the_process_was_frozen_is_counted_and_told_on_the_
         let saw = frame.values()[0];
         let first = *first_cycle.get_or_insert(header.cycle as f64 - saw);
         assert_eq!(saw, header.cycle as f64 - first);
-        if let Some(last) = last.filter(|last| last.sequence + 1 == header.sequence) {
+        if last.sequence + 1 == header.sequence {
             let skipped = header.cycle - last.cycle - 1;
             assert_eq!(header.missed - last.missed, skipped, "told in the frame that came next");
             assert_eq!(header.release_ns - last.release_ns, (skipped + 1) * 1_000_000);
             longest = longest.max(skipped);
         }
-        last = Some(header);
+        last = header;
     }
     // The freeze may begin and end anywhere in a period, and the machine may add to it.
     assert!(longest >= 48, "{longest} releases were missed in a freeze of 50 ms");
-    let last = last.unwrap();
     let missed = domain.json("node.json")["tasks"][0]["missed"].as_u64().unwrap();
     assert_eq!(missed, last.missed, "the report and the last frame agree");
     assert_eq!(last.cycle + 1 - missed, 200, "every cycle either ran or was counted as missed");
