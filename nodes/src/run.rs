@@ -100,9 +100,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
     match overrun {
         None => Ok(()),
-        Some(task) => Err(Failure::found(format!(
-            "task \"{task}\" missed a release and stopped the node, as its overrun and on_overrun say"
-        ))),
+        Some(sentence) => Err(Failure::found(sentence)),
     }
 }
 
@@ -126,8 +124,8 @@ pub(crate) trait Observer {
 
 impl Observer for () {}
 
-/// Runs all tasks to their end and completes the report. Returns the task that stopped the node
-/// because it overran.
+/// Runs all tasks to their end and completes the report. Returns why the node stopped if a task
+/// that overran stopped it.
 pub(crate) fn run_tasks(
     options: &Options,
     plan: &Plan,
@@ -176,6 +174,8 @@ pub(crate) fn run_tasks(
             let refusals: Vec<String> = report.warnings.iter().map(sentence).collect();
             return Err(Failure::found(refusals.join("\n")));
         }
+        // No reason to refuse the start: the cycles are what they would be without telemetry.
+        report.warnings.extend(Telemetry::warnings(plan));
         if options.announce {
             note_start(plan, report);
         }
@@ -207,7 +207,7 @@ pub(crate) fn run_tasks(
             watch.drain(|record| observer.record(index, record));
             let Some(outcome) = outcome else { continue };
             if outcome.stop_reason == Some(StopReason::Overrun) {
-                overrun = Some(task.name.clone());
+                overrun = Some(overrun_sentence(&task.name, watch.timing.missed()));
             }
             report.links.extend(links(&outcome));
             report.tasks.push(TaskReport {
@@ -264,6 +264,7 @@ fn task_report(report: TaskReport, outcome: &Outcome) -> TaskReport {
         input_rejects: outcome.input_rejects,
         connects: outcome.connects,
         connect_errors: outcome.connect_errors,
+        lost_snapshots: outcome.lost_snapshots,
         ..report
     }
 }
@@ -284,6 +285,20 @@ pub(crate) fn warning(refusal: &Refusal) -> Warning {
 
 fn sentence(warning: &Warning) -> String {
     format!("{}\n  remedy: {}", warning.message, warning.remedy)
+}
+
+/// Why a task stopped the node that missed so many releases.
+fn overrun_sentence(task: &str, missed: u64) -> String {
+    match missed {
+        // A limit counts missed releases, so this was `overrun`.
+        0 => format!(
+            "task \"{task}\" ended a cycle after its next release was due and stopped the node, as its \
+             overrun says"
+        ),
+        _ => format!(
+            "task \"{task}\" missed a release and stopped the node, as its overrun and on_overrun say"
+        ),
+    }
 }
 
 fn note_start(plan: &Plan, report: &Report) {

@@ -57,6 +57,8 @@ pub(crate) struct Outcome {
     pub(crate) input_rejects: u64,
     pub(crate) connects: u64,
     pub(crate) connect_errors: u64,
+    /// Snapshots of its signals that did not become telemetry.
+    pub(crate) lost_snapshots: u64,
     /// Service, number of frames received, and number that newer ones pushed out.
     pub(crate) received: Vec<(String, u64, u64)>,
     /// Service, number of frames sent, and number that could not be sent.
@@ -136,6 +138,7 @@ pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
         input_rejects: inputs.rejects(),
         connects: inputs.connects() + outputs.connects(),
         connect_errors: inputs.connect_errors() + outputs.connect_errors(),
+        lost_snapshots: job.tap.lost(),
         received: inputs
             .received()
             .map(|(service, n, lost)| (service.to_owned(), n, lost))

@@ -3,6 +3,10 @@
 //! The cycle writes snapshots into a wait-free ring; an ordinary thread reads them and publishes
 //! one frame service of its own, `isochrone/<node>/telemetry`. Watching therefore costs the cycle
 //! the same with eight observers as with none.
+//!
+//! The frame has, for each task, its timing and then its signals: inputs and outputs of blocks, the
+//! first [`MAX_SIGNALS`] of them. Each snapshot is a copy in the slack of a cycle, and the frames of
+//! all observers stand in shared memory; both shall stay small. A node with more is told at its start.
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::{Plan, TaskPlan};
@@ -10,10 +14,10 @@ use isochrone_ipc::{
     FrameLayout, FramePublisher, OpenError, Participant, Repair, SignalSpec, Stamp,
     give_up_file_override, ipc,
 };
-use isochrone_timing::CycleRecord;
+use isochrone_timing::{CycleRecord, Warning};
 use rtrb::{Consumer, Producer, RingBuffer};
 
-/// Most signals of a task that are watched; a node with more has its first ones watched.
+/// Most signals of a task that are watched.
 const MAX_SIGNALS: usize = 1024;
 /// Snapshots are taken at most this often.
 const INTERVAL_NS: u64 = 20_000_000;
@@ -31,22 +35,31 @@ pub(crate) struct Tap {
     /// A snapshot is taken every so many cycles.
     every: u64,
     cycles: u64,
+    lost: u64,
 }
 
 impl Tap {
-    /// Takes a snapshot if one is due; for the slack. A full ring drops it: nobody reads.
+    /// Takes a snapshot if one is due; for the slack. Where the ring is full, because the ordinary
+    /// thread got no time to empty it, the snapshot is lost.
     pub(crate) fn take(&mut self, image: &[f64]) {
         self.cycles = self.cycles.wrapping_add(1);
         if !self.cycles.is_multiple_of(self.every) {
             return;
         }
-        if let Ok(mut chunk) = self.ring.write_chunk(self.slots.len()) {
-            let (first, second) = chunk.as_mut_slices();
-            for (value, slot) in first.iter_mut().chain(second).zip(&self.slots) {
-                *value = image.get(*slot).copied().unwrap_or_default();
-            }
-            chunk.commit_all();
+        let Ok(mut chunk) = self.ring.write_chunk(self.slots.len()) else {
+            self.lost += 1;
+            return;
+        };
+        let (first, second) = chunk.as_mut_slices();
+        for (value, slot) in first.iter_mut().chain(second).zip(&self.slots) {
+            *value = image.get(*slot).copied().unwrap_or_default();
         }
+        chunk.commit_all();
+    }
+
+    /// Snapshots that were lost.
+    pub(crate) fn lost(&self) -> u64 {
+        self.lost
     }
 }
 
@@ -72,6 +85,22 @@ impl Telemetry {
         format!("isochrone/{node}/telemetry")
     }
 
+    /// Says of each task with more signals than are watched how many those are.
+    pub(crate) fn warnings(plan: &Plan) -> impl Iterator<Item = Warning> {
+        let counted = plan.tasks.iter().map(|task| (task, signals(task).count()));
+        counted.filter(|(_, signals)| *signals > MAX_SIGNALS).map(|(task, signals)| Warning {
+            code: "telemetry_cut".into(),
+            message: format!(
+                "task \"{}\" has {signals} signals, and {} shows the first {MAX_SIGNALS} of them",
+                task.name,
+                Self::service(&plan.node)
+            ),
+            remedy: "publish what else is to be seen with an [[output]], or run a part of the blocks in \
+                     another task"
+                .into(),
+        })
+    }
+
     /// Opens the service; returns a tap for each task.
     pub(crate) fn open(
         participant: &Participant<ipc::Service>,
@@ -91,7 +120,7 @@ impl Telemetry {
             let (producer, consumer) = RingBuffer::new((slots.len() * SNAPSHOTS).max(1));
             sources.push(Source { ring: consumer, signals: first..signals.len() });
             let every = INTERVAL_NS.div_ceil(task.period_ns).max(1);
-            taps.push(Tap { ring: producer, slots, every, cycles: 0 });
+            taps.push(Tap { ring: producer, slots, every, cycles: 0, lost: 0 });
         }
         let values = vec![0.0; signals.len()];
         let layout = FrameLayout { signals, period_ns: None };
@@ -146,8 +175,13 @@ impl Telemetry {
     }
 }
 
-/// Slots and types of a task's inputs and of the outputs of its blocks.
+/// Those of a task's signals that are watched.
 fn watched(task: &TaskPlan) -> impl Iterator<Item = (usize, &'static str)> {
+    signals(task).take(MAX_SIGNALS)
+}
+
+/// Slots and types of a task's inputs and of the outputs of its blocks.
+fn signals(task: &TaskPlan) -> impl Iterator<Item = (usize, &'static str)> {
     let inputs =
         task.inputs.iter().enumerate().map(|(slot, input)| (slot, input.value_type.as_str()));
     let outputs = task.banks.iter().flat_map(|bank| {
@@ -158,5 +192,23 @@ fn watched(task: &TaskPlan) -> impl Iterator<Item = (usize, &'static str)> {
             pins.map(move |(pin, output)| (first + pin, output.pin_type.as_str()))
         })
     });
-    inputs.chain(outputs).take(MAX_SIGNALS)
+    inputs.chain(outputs)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_snapshot_that_finds_no_room_is_lost_and_counted() {
+        let (ring, mut reader) = RingBuffer::new(2 * SNAPSHOTS);
+        let mut tap = Tap { ring, slots: [3, 1].into(), every: 5, cycles: 0, lost: 0 };
+        let image = [0.0, 1.0, 2.0, 3.0];
+        (0..5 * (SNAPSHOTS + 2)).for_each(|_| tap.take(&image));
+        assert_eq!(tap.lost(), 2);
+        assert_eq!(reader.slots(), 2 * SNAPSHOTS);
+        assert_eq!((reader.pop(), reader.pop()), (Ok(3.0), Ok(1.0)));
+        (0..5).for_each(|_| tap.take(&image));
+        assert_eq!(tap.lost(), 2, "there is room again");
+    }
 }

@@ -2,7 +2,7 @@
 
 mod program;
 
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Write};
 use std::os::unix::process::CommandExt;
 
 use program::{Folder, Ran, assert_says};
@@ -59,7 +59,11 @@ fn this_machine_is_examined_and_the_exit_status_is_that_of_the_worst_finding() {
 
 #[test]
 fn an_ordinary_user_is_told_of_the_rights_that_are_missing() {
-    let Some(ran) = examine_as_nobody() else { return };
+    let Some(ran) = examine_as_nobody() else {
+        // Past the test harness, which keeps what tests that pass print to itself.
+        let _ = writeln!(std::io::stderr(), "NOT TESTED: an ordinary user's rights: not root");
+        return;
+    };
     assert_consistent(&ran);
     let document = parsed(&ran);
     let mut findings = document["findings"].as_array().unwrap().iter();

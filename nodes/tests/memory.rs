@@ -4,7 +4,7 @@ mod domain;
 
 use std::process::Command;
 
-use domain::{Domain, Process};
+use domain::{Domain, Process, not_tested};
 
 const NODE: &str = r#"
 [node]
@@ -49,7 +49,7 @@ fn a_running_node_survives_that_others_fill_the_shared_memory() {
     let mut probe = Command::new("unshare");
     probe.args(["-rm", "mount", "-t", "tmpfs", "tmpfs", "/dev/shm"]);
     if !probe.output().is_ok_and(|probe| probe.status.success()) {
-        return eprintln!("no mount namespace can be had: a full shared memory is not tested");
+        return not_tested("a full shared memory", "no mount namespace can be had");
     }
     let domain = Domain::new();
     let signals: Vec<_> = (0..100).map(|i| format!("\"ramp.{i}.delayedValue\"")).collect();

@@ -2,6 +2,7 @@
 
 mod domain;
 
+use std::cell::{Cell, RefCell};
 use std::time::Duration;
 
 use domain::Domain;
@@ -34,35 +35,44 @@ fn freeze(process: &domain::Process, time: Duration) {
 fn every_release_missed_while_the_process_was_frozen_is_counted_and_told_on_the_wire() {
     let domain = Domain::new();
     domain.write("node.toml", NODE);
-    let mut node = domain.start("run node.toml --cycles 200 --report node.json");
-    node.wait_for("runs");
     let config = load_config(Some(&domain.config_file())).unwrap();
     // 200 frames fit into the buffer, so they are all there in the end.
     let observer = Participant::<ipc::Service>::join("observer", &config).unwrap();
-    let mut frames =
-        FrameSubscriber::open_existing(&observer, "grid/out", Depth::All).unwrap().unwrap();
-    std::thread::sleep(Duration::from_millis(30));
+    let mut node = domain.start("run node.toml --cycles 200 --report node.json");
+    node.wait_for("runs");
+    let frames = FrameSubscriber::open_existing(&observer, "grid/out", Depth::All);
+    let frames = RefCell::new(frames.unwrap().unwrap());
+    // A freeze before the first release would leave no frame to compare with.
+    let first = Cell::new(None);
+    node.wait_until("a frame", |_, _| {
+        first.set(frames.borrow_mut().next().map(|frame| *frame.header()));
+        first.get().is_some()
+    });
+    let mut last = first.get().unwrap();
+    let mut frames = frames.into_inner();
+    std::thread::sleep(Duration::from_millis(10));
     freeze(&node, Duration::from_millis(50));
     node.finish().expect_code(0);
 
-    let mut last: Option<isochrone_ipc::FrameHeader> = None;
     let mut longest = 0;
+    let mut first_cycle = None;
     while let Some(frame) = frames.next() {
         let header = *frame.header();
-        // An endless saw of one cycle a step is the cycle's number: time goes on while cycles
-        // are missed.
-        assert_eq!(frame.values(), [f64::from(header.cycle as i16)]);
-        if let Some(last) = last.filter(|last| last.sequence + 1 == header.sequence) {
+        // An endless saw of one cycle a step counts cycles from the first that ran: time goes on
+        // while cycles are missed.
+        let saw = frame.values()[0];
+        let first = *first_cycle.get_or_insert(header.cycle as f64 - saw);
+        assert_eq!(saw, header.cycle as f64 - first);
+        if last.sequence + 1 == header.sequence {
             let skipped = header.cycle - last.cycle - 1;
             assert_eq!(header.missed - last.missed, skipped, "told in the frame that came next");
             assert_eq!(header.release_ns - last.release_ns, (skipped + 1) * 1_000_000);
             longest = longest.max(skipped);
         }
-        last = Some(header);
+        last = header;
     }
     // The freeze may begin and end anywhere in a period, and the machine may add to it.
     assert!(longest >= 48, "{longest} releases were missed in a freeze of 50 ms");
-    let last = last.unwrap();
     let missed = domain.json("node.json")["tasks"][0]["missed"].as_u64().unwrap();
     assert_eq!(missed, last.missed, "the report and the last frame agree");
     assert_eq!(last.cycle + 1 - missed, 200, "every cycle either ran or was counted as missed");
@@ -96,6 +106,26 @@ fn a_node_that_misses_more_than_its_limit_ends_with_a_last_frame_and_status_1() 
         let [.., before, last] = cycles.as_slice() else { panic!("{cycles:?}") };
         assert!(last - before > 20, "the last frame is that of the late cycle: {cycles:?}");
     }
+}
+
+#[test]
+fn a_cycle_that_takes_too_long_stops_the_node_although_no_release_was_missed() {
+    let domain = Domain::new();
+    // No machine steps so many blocks in a period.
+    let node = NODE
+        .replace("\"1ms\"", "\"50us\"\nwake = \"spin\"\noverrun = \"stop\"")
+        .replace("\"SawTooth\"", "\"SawTooth\"\ncount = 50000")
+        .replace("saw.value", "saw.0.value");
+    domain.write("node.toml", &node);
+    let ended = domain.run("run node.toml --report node.json").expect_code(1);
+    let task = domain.json("node.json")["tasks"][0].clone();
+    // A machine that is late for the very first release misses some.
+    let says = match task["missed"].as_u64() {
+        Some(0) => "\"t\" ended a cycle after its next release was due and stopped the node",
+        _ => "\"t\" missed a release and stopped the node",
+    };
+    assert_eq!((&task["cycles"], &task["overruns"]), (&1.into(), &1.into()), "{task}");
+    assert!(ended.stderr.contains(says), "{}", ended.stderr);
 }
 
 /// A task of 1 ms, and how it waits.

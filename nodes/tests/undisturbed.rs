@@ -9,12 +9,14 @@ use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::process::Command;
 
-use domain::{Domain, Process};
+use domain::{Domain, Process, not_tested};
 use serde_json::Value;
 
 /// Each of these is two hundred and fifty blocks: a thousand in all.
 const CHAINS: usize = 250;
 const WARM_UP_CYCLES: u64 = 100;
+/// How long before its margin a wait is awake when it is early.
+const EARLY_NS: u64 = 400_000;
 
 fn cycles() -> u64 {
     std::env::var("ISOCHRONE_TEST_CYCLES").map_or(4_000, |cycles| cycles.parse().unwrap())
@@ -116,8 +118,10 @@ fn a_thousand_blocks_with_inputs_and_outputs_run_without_allocation_fault_or_loc
 
     assert_eq!(number(task, "allocations"), 0);
     assert_eq!(number(task, "ipc_allocations"), 2 * measured, "one for the loan of each frame");
-    // A lock that is waited for gives up the CPU. The wait for the release does so once at most.
-    assert!(number(task, "voluntary_switches") <= measured + 1, "{task}");
+    // A lock that is waited for gives up the CPU. The wait for the release does so once at most, and
+    // twice while peers come and go, if the period leaves the time for an early wake-up.
+    let sleeps = if number(task, "period_ns") > EARLY_NS { 2 } else { 1 };
+    assert!(number(task, "voluntary_switches") <= sleeps * measured + 1, "{task}");
     assert_eq!(number(task, "major_faults"), 0);
     // Memory that is not locked is the kernel's to take away.
     if !report["warnings"].as_array().unwrap().iter().any(|w| w["code"] == "lock_denied") {
@@ -128,8 +132,7 @@ fn a_thousand_blocks_with_inputs_and_outputs_run_without_allocation_fault_or_loc
 #[test]
 fn the_real_time_thread_makes_no_system_call_but_the_wait() {
     if Command::new("strace").arg("--version").output().is_err() {
-        eprintln!("strace is not installed: nothing is tested");
-        return;
+        return not_tested("the system calls of the cycle", "strace is not installed");
     }
     let (domain, peers) = company();
     // strace stops the thread at each call for longer than a period of the other test.

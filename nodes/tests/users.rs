@@ -7,7 +7,7 @@ use std::os::unix::fs::{PermissionsExt, chown};
 use std::path::PathBuf;
 use std::process::Command;
 
-use domain::{Domain, Ended, Process};
+use domain::{Domain, Ended, Process, not_tested};
 
 const NOBODY: u32 = 65_534;
 
@@ -45,10 +45,10 @@ fn run(domain: &Domain, is_root: bool, file: &str) -> Ended {
 #[test]
 fn a_node_run_by_root_leaves_nothing_in_a_domain_of_another_user() {
     if !rustix::process::getuid().is_root() {
-        return eprintln!("not root: whether users can take turns is not tested");
+        return not_tested("users that take turns", "only root can be several");
     }
     if Command::new("setpriv").arg("--version").output().is_err() {
-        return eprintln!("setpriv is not installed: whether users can take turns is not tested");
+        return not_tested("users that take turns", "setpriv is not installed");
     }
     for real_time in ["", "priority = 80"] {
         let domain = Domain::new();

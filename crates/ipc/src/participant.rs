@@ -185,7 +185,7 @@ fn remove_half_made(config: &Config) {
     const OWNER_READ: u32 = 0o400;
     let prefix = config.global.prefix.to_string();
     let half_made = |entry: &DirEntry| {
-        let ours = entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes());
+        let ours = is_segment_of(&prefix, entry.file_name().as_encoded_bytes());
         let unfinished = |file: Metadata| {
             file.is_file() && (file.len() == 0 || file.permissions().mode() & OWNER_READ == 0)
         };
@@ -204,6 +204,18 @@ fn remove_half_made(config: &Config) {
         // Another process may do the same at this moment.
         let _ = fs::remove_file(segment);
     }
+}
+
+/// Whether shared memory of this name belongs to the domain with this prefix. iceoryx2 names it by the
+/// prefix, the SHA-1 of a type in hexadecimal digits, an underscore and more; by the prefix alone,
+/// that of a domain whose prefix begins with ours would look like ours.
+fn is_segment_of(prefix: &str, name: &[u8]) -> bool {
+    const HASH_DIGITS: usize = 40;
+    let hash_and_more = name.strip_prefix(prefix.as_bytes());
+    let split = hash_and_more.and_then(|rest| rest.split_at_checked(HASH_DIGITS));
+    split.is_some_and(|(hash, more)| {
+        hash.iter().all(u8::is_ascii_hexdigit) && more.starts_with(b"_")
+    })
 }
 
 fn domain(config: &Config) -> String {

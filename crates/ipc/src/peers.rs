@@ -31,6 +31,10 @@ impl Peers {
     }
 
     /// Takes note of how many peers there are, and returns whether that changed.
+    ///
+    /// One that leaves and one that joins between two looks are no change here. Their identities
+    /// would tell, but iceoryx2 0.10 lists those through a copy that it allocates, and keeps the
+    /// counter of its changes to itself.
     pub(crate) fn note(&mut self, present: usize) -> bool {
         let changed = present != self.present;
         self.present = present;
@@ -38,7 +42,7 @@ impl Peers {
         changed
     }
 
-    /// How often the number of peers was seen to change.
+    /// How often the number of peers was seen to change: at most as often as peers came and went.
     pub(crate) fn changes(&self) -> u64 {
         self.changes
     }

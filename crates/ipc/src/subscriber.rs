@@ -37,7 +37,8 @@ pub struct SubscriberCounters {
     pub lost: u64,
     /// Calls into iceoryx2 that failed.
     pub receive_errors: u64,
-    /// How often the number of publishers was seen to change.
+    /// How often the number of publishers was seen to change. One that left and one that joined
+    /// between two calls are not seen.
     pub connects: u64,
     /// Connections to a publisher that failed. Its frames do not arrive until a [`Repair`], or the
     /// next peer that joins or leaves, makes iceoryx2 try again.

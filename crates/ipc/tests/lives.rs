@@ -65,6 +65,25 @@ fn a_domain_lives_on_after_a_process_was_killed_while_it_made_the_node_counter()
 }
 
 #[test]
+fn what_is_half_made_in_a_domain_whose_prefix_begins_with_ours_is_left_alone() {
+    let domain = Domain::new();
+    let root = domain.root().join("other");
+    // A hexadecimal digit is what the rest of a name begins with, too.
+    for longer in ["x", "a", "a_"] {
+        let prefix = domain.prefix() + longer;
+        let config = Domain::config_of(root.to_str().unwrap(), &prefix);
+        drop(Participant::<ipc::Service>::join("other", &config).unwrap());
+        let files = domain.files();
+        let counter = files.iter().find(|file| file.starts_with(&prefix)).unwrap();
+        let counter = Path::new("/dev/shm").join(counter);
+        std::fs::File::options().write(true).open(&counter).unwrap().set_len(0).unwrap();
+        drop(domain.join::<ipc::Service>());
+        assert!(counter.exists(), "{}", counter.display());
+        std::fs::remove_file(counter).unwrap();
+    }
+}
+
+#[test]
 fn a_publisher_that_lives_elsewhere_blocks_and_one_that_was_killed_does_not() {
     let domain = Domain::new();
     let shape = layout(&["a:LREAL"]);

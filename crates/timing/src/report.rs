@@ -134,10 +134,13 @@ pub struct TaskReport {
     pub block_errors: u64,
     /// Samples that their declared type could not hold.
     pub input_rejects: u64,
-    /// Peers that connected or left while the task ran.
+    /// How often the number of a port's peers was seen to change while the task ran; one that left
+    /// and one that joined between two looks are not seen.
     pub connects: u64,
     /// Connections to a peer that failed at first, and were tried again.
     pub connect_errors: u64,
+    /// Snapshots of the signals that did not become telemetry, because nobody fetched those before.
+    pub lost_snapshots: u64,
     /// The distributions themselves, by the names that their summaries have here, as
     /// [`Distribution::encode`](crate::Distribution::encode) writes them.
     pub histograms: BTreeMap<String, String>,

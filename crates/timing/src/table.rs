@@ -68,6 +68,9 @@ fn task(f: &mut Formatter<'_>, task: &TaskReport) -> Result {
     if task.lost_records > 0 {
         write!(f, ", {} records lost", task.lost_records)?;
     }
+    if task.lost_snapshots > 0 {
+        write!(f, ", {} snapshots lost", task.lost_snapshots)?;
+    }
     writeln!(f)?;
     heading(f)?;
     row(f, "release jitter", &task.release_jitter_ns)?;

@@ -115,13 +115,14 @@ warning [steal]: CPU was stolen
 }
 
 #[test]
-fn a_task_that_may_move_and_lost_records_says_so() {
+fn a_task_that_may_move_and_lost_records_and_snapshots_says_so() {
     let mut report = report();
     report.tasks[0].cpu = None;
     report.tasks[0].lost_records = 7;
+    report.tasks[0].lost_snapshots = 3;
     let table = report.to_string();
     assert!(table.contains("scheduler fifo:80, any CPU\n"));
-    assert!(table.contains("100 warm-up cycles excluded, 7 records lost\n"));
+    assert!(table.contains("100 warm-up cycles excluded, 7 records lost, 3 snapshots lost\n"));
 }
 
 #[test]

@@ -21,12 +21,8 @@ pub(super) fn turn(arm: &mut Arm, plan: &Plan, turn: &Turn<'_>) -> Result<Used, 
     let watching = Watching::begin(arm.cpu, None);
     let overrun = run_tasks(&options, plan, &participant, &stop, &mut report, &mut seen)?;
     let watch = watching.end();
-    if let Some(task) = overrun {
-        return Err(Failure::found(format!(
-            "task \"{task}\" of arm \"{}\" missed a release and stopped the node, as its overrun and \
-             on_overrun say",
-            arm.name
-        )));
+    if let Some(why) = overrun {
+        return Err(Failure::found(format!("arm \"{}\": {why}", arm.name)));
     }
     let Some(task) = report.tasks.into_iter().next() else {
         return Err(Failure::found(format!("arm \"{}\" ran no task", arm.name)));
