@@ -1,13 +1,18 @@
-//! What the side-by-side benches share: the real program, run as a user would, in an iceoryx2
-//! domain of its own.
+//! What the benches share: the real program, run as a user would, in an iceoryx2 domain of its own;
+//! and the engine of a workload.
 //!
 //! The benches are in `benches/`: `cargo bench -p isochrone-benches --bench NAME`.
+
+mod baseline;
 
 use std::fs;
 use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 
+use isochrone_engine::{Plan, Rules, TaskEngine, Workload};
 use isochrone_timing::{Report, turns};
+
+pub use baseline::{Baseline, Verdict};
 
 /// A failure that ends a bench, as a sentence.
 pub type Failure = Box<dyn std::error::Error + Send + Sync>;
@@ -129,4 +134,13 @@ pub fn take_turns<A>(
 /// A time in ns in a column of a table, in microseconds.
 pub fn us(ns: u64) -> String {
     format!("{:.3}", ns as f64 / 1e3)
+}
+
+/// The engine of a task with so many instances.
+///
+/// # Errors
+/// There cannot be so many.
+pub fn engine(workload: &Workload, instances: usize) -> Result<TaskEngine, Failure> {
+    let plan = Plan::new(workload.source(instances), &Rules::default())?;
+    TaskEngine::build(&plan).pop().ok_or_else(|| "the workload has no task".into())
 }

@@ -52,6 +52,12 @@ pub trait Block: Declaration {
     fn is_error(_outputs: &Self::Outputs) -> bool {
         false
     }
+
+    /// Inputs that keep an instance at its usual work for as long as it is stepped: not in error,
+    /// not at a limit, not arrived. What it costs is measured with these.
+    fn typical() -> Self::Inputs {
+        Self::Inputs::default()
+    }
 }
 
 /// One pin, as the catalogue shows it.
@@ -106,6 +112,7 @@ pub struct BlockType {
     /// Words of private state of an instance, at least 1. All zero is the initial state.
     pub state_words: usize,
     step_bank: fn(&mut [f64], &mut [u64], &Cycle<'_>) -> u64,
+    typical: fn(&mut [f64]),
 }
 
 impl BlockType {
@@ -119,6 +126,7 @@ impl BlockType {
             status: B::STATUS,
             state_words: state_words::<B>(),
             step_bank: step_bank::<B>,
+            typical: typical::<B>,
         }
     }
 
@@ -130,6 +138,11 @@ impl BlockType {
     /// Slots of one instance.
     pub const fn slots(&self) -> usize {
         self.inputs.len() + self.outputs.len()
+    }
+
+    /// Writes [`Block::typical`] to the slots of an instance's inputs.
+    pub fn typical_inputs(&self, slots: &mut [f64]) {
+        (self.typical)(slots);
     }
 
     /// Steps every instance of a bank once and returns how many reported an error.
@@ -161,4 +174,8 @@ fn step_bank<B: Block>(image: &mut [f64], state: &mut [u64], cycle: &Cycle<'_>) 
         errors += u64::from(B::is_error(&outputs));
     }
     errors
+}
+
+fn typical<B: Block>(slots: &mut [f64]) {
+    B::typical().write(slots);
 }

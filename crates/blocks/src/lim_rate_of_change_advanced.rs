@@ -152,6 +152,17 @@ impl Block for LimRateOfChangeAdvancedCI {
     fn is_error(outputs: &Outputs) -> bool {
         outputs.error
     }
+
+    /// In automatic mode, on a way that takes three thousand years.
+    fn typical() -> Inputs {
+        Inputs {
+            auto_value: 1e12,
+            set_pos_up_rate_lim: 10.0,
+            set_high_lim: f64::INFINITY,
+            set_low_lim: f64::NEG_INFINITY,
+            ..Inputs::default()
+        }
+    }
 }
 
 impl Inputs {

@@ -57,6 +57,11 @@ impl Block for SawTooth {
         }
         Outputs { value: state.value }
     }
+
+    /// The range of an analogue input in ten steps of 10 ms.
+    fn typical() -> Inputs {
+        Inputs { time_range: 10, increment_range: 2_764, number_steps: 10, ..Inputs::default() }
+    }
 }
 
 impl State {

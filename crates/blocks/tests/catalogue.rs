@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::Path;
 
-use isochrone_blocks::{BlockType, CATALOGUE};
+use isochrone_blocks::{BlockType, CATALOGUE, Cycle};
 
 /// Block, direction, pin in LGF's spelling, type, default (`-`: none).
 const PINS: &str = "
@@ -161,5 +161,38 @@ fn every_block_type_has_a_golden_case() {
             "add a case for {} to golden/",
             block_type.name
         );
+    }
+}
+
+#[test]
+fn every_block_has_inputs_that_keep_it_at_work() {
+    const PERIOD_NS: u64 = 1_000_000;
+    const CYCLES: u64 = 500_000;
+    for known in &CATALOGUE {
+        let mut slots = vec![0.0; known.slots()];
+        let inputs = known.inputs.len();
+        known.typical_inputs(&mut slots[..inputs]);
+        let defaults = known.inputs.iter().map(|pin| pin.default.unwrap_or_default().to_bits());
+        let typical = slots[..inputs].iter().map(|slot| slot.to_bits());
+        assert!(!defaults.eq(typical), "{}: write `Block::typical` for it", known.name);
+
+        let status = known.outputs.iter().position(|pin| pin.name == "status");
+        let mut words = vec![0; known.state_words];
+        let (mut first, mut last) = (HashSet::new(), HashSet::new());
+        for cycle in 0..CYCLES {
+            let errors =
+                known.step_bank(&mut slots, &mut words, &Cycle::new(cycle, PERIOD_NS, &[]));
+            let outputs = &slots[inputs..];
+            let word = status.map_or(0.0, |status| outputs[status]);
+            assert_eq!((errors, word), (0, 0.0), "{}: limit or error, {cycle}", known.name);
+            let seen = match cycle {
+                0..1_000 => &mut first,
+                _ if cycle >= CYCLES - 1_000 => &mut last,
+                _ => continue,
+            };
+            seen.insert(outputs.iter().map(|output| output.to_bits()).collect::<Vec<_>>());
+        }
+        // What answers at once gives one answer from the first cycle on; the rest is on its way.
+        assert!(last.len() > 1 || first == last, "{} has arrived", known.name);
     }
 }

@@ -53,6 +53,7 @@ mod parse;
 mod plan;
 mod section;
 mod source;
+mod workload;
 
 pub use duration::{format_duration_ns, parse_duration_ns};
 pub use engine::TaskEngine;
@@ -61,3 +62,4 @@ pub use plan::{
     BankPlan, InputPlan, LinkPlan, OutputPlan, Plan, Rules, SignalPlan, TaskPlan, WirePlan,
 };
 pub use source::{MAX_BYTES, ReadError};
+pub use workload::Workload;

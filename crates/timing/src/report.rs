@@ -196,6 +196,10 @@ pub struct CostReport {
     pub name: String,
     /// Instances in the task.
     pub instances: u64,
+    /// Cycles that the task was stepped, the warm-up included.
+    pub cycles: u64,
+    /// First cycles of the turns, which are in no distribution: other arms' data was in the caches.
+    pub warm_up_cycles: u64,
     /// Time of one instance in one cycle, in picoseconds; a sample is the mean of a batch of cycles.
     pub step_ps: Summary,
     /// The distributions themselves, by name; see [`TaskReport::histograms`].

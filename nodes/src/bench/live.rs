@@ -44,12 +44,17 @@ impl Live {
         self.progress.set_message(format!("{}:{:02} left", seconds / 60, seconds % 60));
     }
 
-    /// Shows what an arm has measured so far.
-    pub(super) fn show(&self, arm: usize, so_far: &Distribution) {
+    /// Shows a line of the caller's about an arm.
+    pub(super) fn say(&self, arm: usize, so_far: impl FnOnce() -> String) {
         let Some(line) = self.arms.get(arm) else { return };
         if self.is_visible() {
-            line.set_message(so_far.summary().to_string());
+            line.set_message(so_far());
         }
+    }
+
+    /// Shows what an arm has measured so far.
+    pub(super) fn show(&self, arm: usize, so_far: &Distribution) {
+        self.say(arm, || so_far.summary().to_string());
     }
 }
 

@@ -28,6 +28,7 @@ use crate::terminal;
 
 /// Which files to write, and which gate to pass.
 #[derive(Clone, Debug, Default, clap::Args)]
+// Its group would have the name of the verb's.
 #[group(skip)]
 pub(crate) struct Args {
     /// Print the report as JSON instead of the table

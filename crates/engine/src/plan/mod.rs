@@ -8,6 +8,7 @@ mod probe;
 mod wires;
 
 use isochrone_blocks::{BlockType, CATALOGUE, PinType};
+pub(crate) use names::MAX_INSTANCES;
 
 use crate::config::{OnStale, Overrun, OverrunLimit, Wake};
 use crate::{Finding, Findings, Source, parse};

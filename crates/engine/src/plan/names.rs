@@ -14,7 +14,7 @@ use crate::finding::Problem;
 /// What the names of the nodes' own services begin with.
 const OWN_SERVICES: &str = "isochrone/";
 /// Most instances of a file. Their slots are counted in 32 bits, and their memory is finite.
-const MAX_INSTANCES: usize = 10_000_000;
+pub(crate) const MAX_INSTANCES: usize = 10_000_000;
 
 /// Names resolved to indexes. Entries whose name, type or task is unknown are `None`; the errors
 /// about them are reported.

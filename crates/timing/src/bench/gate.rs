@@ -168,7 +168,7 @@ impl Gate {
                 ),
             );
         }
-        let bound_ns = rule.at_most_ns.unwrap_or(u64::MAX);
+        let bound = rule.at_most_ns.unwrap_or(u64::MAX);
         if in_vm {
             let says = "an absolute bound is not judged in a virtual machine";
             return (Outcome::Skipped, format!("{label}: {}: {says}", percentile.name));
@@ -177,8 +177,10 @@ impl Gate {
             return invalid(format!("too few samples for {}; run it longer", percentile.name));
         }
         let value = arm.distribution.quantile(percentile.quantile);
-        let outcome = if value > bound_ns { Outcome::Fail } else { Outcome::Pass };
-        (outcome, format!("{label}: {} {value} ns, at most {bound_ns} ns", percentile.name))
+        let outcome = if value > bound { Outcome::Fail } else { Outcome::Pass };
+        let unit = if arm.metric.ends_with("_ps") { "ps" } else { "ns" };
+        let says = format!("{label}: {} {value} {unit}, at most {bound} {unit}", percentile.name);
+        (outcome, says)
     }
 
     fn too_disturbed(&self, arm: &Measured) -> Option<String> {
@@ -216,3 +218,7 @@ pub fn overall(comparisons: &[Comparison]) -> Verdict {
         () => Verdict::Same,
     }
 }
+
+#[cfg(test)]
+#[path = "gate_tests.rs"]
+mod tests;

@@ -196,3 +196,7 @@ fn listed<const N: usize>(parts: [String; N]) -> String {
     let filled: Vec<String> = parts.into_iter().filter(|part| !part.is_empty()).collect();
     filled.join(", ")
 }
+
+#[cfg(test)]
+#[path = "measured_tests.rs"]
+mod tests;

@@ -6,6 +6,7 @@ mod cpus;
 mod disturbance;
 mod interrupts;
 mod kernel;
+mod memory;
 mod platform;
 mod process;
 mod threads;

@@ -1,0 +1,80 @@
+//! Whether the tasks fit into memory.
+
+use isochrone_engine::Workload;
+
+use super::Size;
+use crate::failure::Failure;
+
+/// Bytes of an instance while its plan is made, beside image and wires: its name, its depth. A million
+/// of each type took 70 at most.
+const PLAN_BYTES: u64 = 128;
+
+/// Refuses sizes that do not fit into `available` bytes, before the kernel ends the program.
+pub(super) fn check(sizes: &[Size], available: Option<u64>) -> Result<(), Failure> {
+    let Some(available) = available else { return Ok(()) };
+    let too_large = sizes.iter().map(|size| (size, needed(size))).find(|(_, n)| *n > available);
+    too_large.map_or(Ok(()), |(size, needed)| {
+        let arms: Vec<&str> = size.workloads.iter().map(Workload::name).collect();
+        Err(Failure::usage(format!(
+            "{} instances of {} need {}, and {} are available\n\
+             remedy: give fewer with --instances, or name fewer with --arms",
+            size.instances,
+            arms.join(", "),
+            megabytes(needed),
+            megabytes(available)
+        )))
+    })
+}
+
+/// Bytes of all tasks that take turns, and of the plan of one: they are planned one by one.
+fn needed(size: &Size) -> u64 {
+    let task = |workload: &Workload| {
+        let (slots, words, wires) = workload.size(size.instances);
+        8 * (slots + words + wires) as u64
+    };
+    let tasks: Vec<u64> = size.workloads.iter().map(task).collect();
+    // A plan has an image and wires too.
+    let largest = tasks.iter().max().copied().unwrap_or(0);
+    tasks.iter().sum::<u64>() + largest + PLAN_BYTES * size.instances as u64
+}
+
+fn megabytes(bytes: u64) -> String {
+    format!("{} MB", bytes.div_ceil(1_000_000))
+}
+
+#[cfg(test)]
+mod tests {
+    use isochrone_blocks::CATALOGUE;
+
+    use super::*;
+
+    fn largest() -> Size {
+        Size { instances: 1_000_000, workloads: Workload::all(&CATALOGUE) }
+    }
+
+    #[test]
+    fn instances_that_do_not_fit_are_refused_with_what_they_need_and_what_there_is() {
+        let sizes = [Size { instances: 10, ..largest() }, largest()];
+        let error = format!("{:?}", check(&sizes, Some(100_000_000)).unwrap_err());
+        for part in ["1000000 instances of mixed, LimRateOfChangeCI", "100 MB", "--instances"] {
+            assert!(error.contains(part), "{error}");
+        }
+    }
+
+    #[test]
+    fn what_fits_is_not_refused() {
+        assert!(check(&[largest()], Some(8_000_000_000)).is_ok());
+        assert!(check(&[largest()], None).is_ok(), "nobody knows");
+        let one = Size { instances: 1, workloads: vec![Workload::Mixed] };
+        assert!(check(&[one], Some(1_000_000)).is_ok());
+    }
+
+    #[test]
+    fn all_tasks_that_take_turns_are_there_at_once() {
+        let each = Workload::all(&CATALOGUE).into_iter().map(|workload| {
+            let (slots, words, wires) = workload.size(1_000_000);
+            8 * (slots + words + wires) as u64
+        });
+        assert!(needed(&largest()) > each.sum());
+    }
+}
