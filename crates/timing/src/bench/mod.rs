@@ -5,8 +5,10 @@ mod arm;
 mod blocks;
 mod compare;
 mod measured;
+mod reported;
 
 pub use arm::{LoopArm, Outlier};
 pub use blocks::{BlockReport, Blocks, Disturbance};
 pub use compare::{Block, RESOLUTION_NS, Ratio, TOLERANCE, Verdict, ratio};
 pub use measured::{Comparison, Measured, PERCENTILES, Percentile};
+pub(crate) use reported::Reported;

@@ -1,14 +1,13 @@
-//! Pictures of distributions, as SVG.
+//! Pictures of distributions: percentiles and histograms.
 
-use plotters::coord::Shift;
-use plotters::coord::ranged1d::{
-    AsRangedCoord, KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter,
-};
+use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
 
+use super::chart::{Axis, Chart, Form, Layer};
+use super::ink::Ink;
+use super::legend::Entry;
+use super::{LOWEST_NS, as_time, times};
 use crate::distribution::Distribution;
-use crate::units::period;
 
 /// A distribution and what a picture calls it.
 #[derive(Debug, Clone, Copy)]
@@ -19,24 +18,12 @@ pub struct Series<'a> {
     pub distribution: &'a Distribution,
 }
 
-const SIZE: (u32, u32) = (880, 460);
-/// Wong's palette: told apart by people who see colours differently.
-const COLOURS: [RGBColor; 6] = [
-    RGBColor(0, 114, 178),
-    RGBColor(213, 94, 0),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-];
 /// Steps in which a curve of percentiles is drawn.
 const STEPS_PER_NINE: u32 = 50;
 /// Columns of a histogram for each factor of ten.
 const BINS_PER_DECADE: f64 = 20.0;
-/// Times below this are drawn as this: a logarithmic axis has no zero.
-const LOWEST_NS: f64 = 10.0;
-
-type Failure = DrawingAreaErrorKind<std::io::Error>;
+/// How wide a curve is, in pixels.
+const CURVE: Form = Form::Line(2);
 
 /// Draws the percentiles of several distributions, both axes logarithmic: the tail is where they
 /// differ. A curve ends where ten samples are left beyond it.
@@ -45,122 +32,44 @@ pub fn percentiles_svg(title: &str, series: &[Series<'_>]) -> String {
         series.iter().map(|series| percentiles(series.distribution)).collect();
     let nines = curves.iter().flatten().map(|(nines, _)| *nines).fold(1.0, f64::max);
     let highest = curves.iter().flatten().map(|(_, ns)| *ns).fold(1_000.0, f64::max);
-    let picture = Lines {
+    let chart = Chart {
         title,
-        series,
-        x: Axis { range: Nines(nines), says: "percentile", label: &as_percentile },
-        y: Axis { range: times(highest), says: "at most", label: &as_time },
-        legend: SeriesLabelPosition::UpperLeft,
+        x: Axis { range: Nines(nines), says: "percentile", label: &as_percentile, labels: 10 },
+        y: Axis { range: times(highest), says: "at most", label: &as_time, labels: 10 },
+        layers: layers(curves),
+        legend: legend(series),
     };
-    picture.draw(curves)
+    chart.svg()
 }
 
 /// Draws how often each time occurs, both axes logarithmic, in parts of all samples.
 pub fn histogram_svg(title: &str, series: &[Series<'_>]) -> String {
-    let outlines: Vec<Vec<(f64, f64)>> =
+    let mut outlines: Vec<Vec<(f64, f64)>> =
         series.iter().map(|series| outline(series.distribution)).collect();
     let highest = outlines.iter().flatten().map(|(ns, _)| *ns).fold(1_000.0, f64::max);
     let parts = outlines.iter().flatten().map(|(_, part)| *part).filter(|part| *part > 0.0);
     let lowest = parts.fold(1e-2, f64::min) / 2.0;
+    outlines.iter_mut().flatten().for_each(|(_, part)| *part = part.max(lowest));
     let parts = (lowest..1.0).log_scale();
-    let picture = Lines {
+    let as_part = |part: &f64| format!("{part:.0e}");
+    let chart = Chart {
         title,
-        series,
-        x: Axis { range: times(highest), says: "time", label: &as_time },
-        y: Axis { range: parts, says: "part of the samples", label: &|part| format!("{part:.0e}") },
-        legend: SeriesLabelPosition::UpperRight,
+        x: Axis { range: times(highest), says: "time", label: &as_time, labels: 10 },
+        y: Axis { range: parts, says: "part of the samples", label: &as_part, labels: 10 },
+        layers: layers(outlines),
+        legend: legend(series),
     };
-    let visible = |outline: Vec<(f64, f64)>| {
-        outline.into_iter().map(|(ns, part)| (ns, part.max(lowest))).collect()
-    };
-    picture.draw(outlines.into_iter().map(visible).collect())
+    chart.svg()
 }
 
-/// A logarithmic axis of times, up to a little more than the longest.
-fn times(highest_ns: f64) -> impl AsRangedCoord<Value = f64, CoordDescType: ValueFormatter<f64>> {
-    (LOWEST_NS..highest_ns * 1.5).log_scale()
+fn layers(lines: Vec<Vec<(f64, f64)>>) -> Vec<Layer> {
+    let layer = |(arm, points)| Layer { points, form: CURVE, ink: Ink::of(arm) };
+    lines.into_iter().enumerate().map(layer).collect()
 }
 
-fn as_time(ns: &f64) -> String {
-    period(*ns as u64)
-}
-
-/// An axis of a picture.
-struct Axis<'a, R> {
-    range: R,
-    says: &'a str,
-    label: &'a dyn Fn(&f64) -> String,
-}
-
-/// A picture with a line for each of several series.
-struct Lines<'a, X, Y> {
-    title: &'a str,
-    series: &'a [Series<'a>],
-    x: Axis<'a, X>,
-    y: Axis<'a, Y>,
-    legend: SeriesLabelPosition,
-}
-
-impl<X, Y> Lines<'_, X, Y>
-where
-    X: AsRangedCoord<Value = f64>,
-    Y: AsRangedCoord<Value = f64>,
-    X::CoordDescType: ValueFormatter<f64>,
-    Y::CoordDescType: ValueFormatter<f64>,
-{
-    /// Draws the picture with these lines, one for each series.
-    fn draw(self, lines: Vec<Vec<(f64, f64)>>) -> String {
-        let mut text = String::new();
-        let is_empty = self.series.is_empty();
-        let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
-        let drawn = self.draw_on(&area, lines);
-        drop(area);
-        // A string takes everything; a picture without a single sample has only its frame.
-        debug_assert!(drawn.is_ok() || is_empty);
-        text
-    }
-
-    fn draw_on(
-        self,
-        area: &DrawingArea<SVGBackend<'_>, Shift>,
-        lines: Vec<Vec<(f64, f64)>>,
-    ) -> Result<(), Failure> {
-        area.fill(&WHITE)?;
-        let mut chart = ChartBuilder::on(area)
-            .caption(self.title, ("sans-serif", 18))
-            .margin(12)
-            .x_label_area_size(46)
-            .y_label_area_size(76)
-            .build_cartesian_2d(self.x.range, self.y.range)?;
-        chart
-            .configure_mesh()
-            .x_desc(self.x.says)
-            .y_desc(self.y.says)
-            .x_label_formatter(self.x.label)
-            .y_label_formatter(self.y.label)
-            .light_line_style(WHITE)
-            .label_style(("sans-serif", 13))
-            .draw()?;
-        for (index, (series, line)) in self.series.iter().zip(lines).enumerate() {
-            let style = ShapeStyle { stroke_width: 2, ..colour(index).into() };
-            chart
-                .draw_series(LineSeries::new(line, style))?
-                .label(series.name)
-                .legend(move |(x, y)| PathElement::new([(x, y), (x + 18, y)], style));
-        }
-        chart
-            .configure_series_labels()
-            .position(self.legend)
-            .background_style(WHITE.mix(0.85))
-            .border_style(BLACK.mix(0.3))
-            .label_font(
-                ("sans-serif", 14)
-                    .into_font()
-                    .with_anchor::<RGBColor>(Pos::new(HPos::Left, VPos::Top)),
-            )
-            .draw()?;
-        area.present()
-    }
+fn legend(series: &[Series<'_>]) -> Vec<Entry> {
+    let entry = |(arm, series): (usize, &Series<'_>)| Entry::new(CURVE, Ink::of(arm), series.name);
+    series.iter().enumerate().map(entry).collect()
 }
 
 /// Points (nines, ns): one nine is the 90th percentile, two are the 99th.
@@ -192,10 +101,6 @@ fn outline(distribution: &Distribution) -> Vec<(f64, f64)> {
         (*first..=*last).flat_map(|bin| [(edge(bin), part(bin)), (edge(bin + 1), part(bin))]);
     let ends = ((edge(*first), 0.0), (edge(*last + 1), 0.0));
     std::iter::once(ends.0).chain(steps).chain([ends.1]).collect()
-}
-
-fn colour(index: usize) -> RGBColor {
-    COLOURS.get(index % COLOURS.len()).copied().unwrap_or(BLACK)
 }
 
 /// An axis from 0 to this many nines, labelled `50 %`, `90 %`, `99 %`, `99.9 %` …
