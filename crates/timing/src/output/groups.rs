@@ -75,6 +75,11 @@ pub(super) fn columns(summary: &Summary) -> [Option<u64>; COLUMNS.len()] {
     [summary.p50, summary.p90, summary.p99, summary.p99_9, summary.p99_99, summary.max]
 }
 
+/// An arm as a comparison calls it, without the circumstances that the group has said already.
+pub(super) fn arm_of<'a>(label: &'a str, circumstances: &str) -> &'a str {
+    label.strip_suffix(&format!(" ({circumstances})")).unwrap_or(label)
+}
+
 /// The name of a percentile for people; one that this version does not know keeps its key.
 pub(super) fn percentile_name(key: &str) -> &str {
     PERCENTILES.iter().find(|percentile| percentile.key == key).map_or(key, |known| known.name)

@@ -1,6 +1,7 @@
 //! What surrounds the numbers: cautions, how to read them, and the machine they come from.
 
 use super::page::{Column, Page, Row};
+use crate::bench::{RESOLUTION_NS, TOLERANCE};
 use crate::doctor::{Finding, Severity};
 use crate::report::Report;
 
@@ -59,9 +60,13 @@ pub(super) fn how_to_read(page: &mut Page, report: &Report) {
         page.markup(
             "<p>A <b>ratio</b> says how many times lower an arm is than the one it is compared with, \
              with the interval in which 99 % of other draws of the same blocks would lie. \
-             <b>Better</b> and <b>worse</b> need the whole interval to lie more than 10 % from 1; \
-             everything else is the <b>same</b>.</p>\n",
+             <b>Better</b> and <b>worse</b> need the whole interval to lie more than ",
         );
+        page.text(format!(
+            "{:.0} % from 1, and the times more than {RESOLUTION_NS} ns apart",
+            100.0 * TOLERANCE
+        ));
+        page.markup("; everything else is the <b>same</b>.</p>\n");
     }
     if report.environment.hypervisor.is_some() {
         page.markup(

@@ -35,7 +35,7 @@ pub(super) fn section(page: &mut Page, report: &Report) {
     });
     page.table("Time of one instance in one cycle", &columns, rows);
     let of_costs = |comparison: &&Comparison| comparison.metric == CostReport::METRIC;
-    comparisons(page, &report.comparisons.iter().filter(of_costs).collect::<Vec<_>>());
+    comparisons(page, "", &report.comparisons.iter().filter(of_costs).collect::<Vec<_>>());
     let title = "Time of one instance over the number of instances";
     page.picture(title, &scaling_svg(title, &report.costs));
     page.markup("</section>\n");

@@ -13,9 +13,9 @@ use crate::units::three_digits;
 pub(super) fn sections(page: &mut Page, report: &Report) {
     for group in groups(&report.links, &report.comparisons) {
         let heading = group.heading(metric_name(LinkReport::METRIC));
-        page.element("<section>\n<h2>", &heading, "</h2>\n");
+        section::begin(page, &heading);
         summary(page, &group);
-        comparisons(page, &group.comparisons);
+        comparisons(page, &group.circumstances, &group.comparisons);
         pictures(page, &heading, &group);
         page.markup("</section>\n");
     }

@@ -12,9 +12,9 @@ use crate::units::duration;
 pub(super) fn sections(page: &mut Page, report: &Report) {
     for group in groups(&report.tasks, &report.comparisons) {
         let heading = group.heading(metric_name(TaskReport::METRIC));
-        page.element("<section>\n<h2>", &heading, "</h2>\n");
+        section::begin(page, &heading);
         summary(page, &group);
-        comparisons(page, &group.comparisons);
+        comparisons(page, &group.circumstances, &group.comparisons);
         pictures(page, &heading, &group);
         how_they_ran(page, &group);
         page.markup("</section>\n");

@@ -3,13 +3,20 @@
 use super::page::{Column, Page, Row};
 use crate::bench::{Comparison, Verdict};
 use crate::distribution::Distribution;
-use crate::output::groups::{COLUMNS, columns, metric_name, percentile_name, value};
+use crate::output::groups::{COLUMNS, arm_of, columns, metric_name, percentile_name, value};
 use crate::output::picture::{Series, Timeline, histogram_svg, percentiles_svg, timeline_svg};
 use crate::summary::Summary;
 use crate::units::{duration, three_digits};
 
 /// Stands where the samples are too few.
 const TOO_FEW: &str = "\u{2013}";
+
+/// Begins a section under a heading.
+pub(super) fn begin(page: &mut Page, heading: &str) {
+    let mut letters = heading.chars();
+    let first = letters.next().into_iter().flat_map(char::to_uppercase);
+    page.element("<section>\n<h2>", first.chain(letters).collect::<String>(), "</h2>\n");
+}
 
 pub(super) fn percentile_columns() -> impl Iterator<Item = Column> {
     COLUMNS.into_iter().map(Column::Number)
@@ -26,13 +33,13 @@ pub(super) fn cell(value: Option<String>) -> String {
 }
 
 /// How arms compare, percentile by percentile.
-pub(super) fn comparisons(page: &mut Page, comparisons: &[&Comparison]) {
+pub(super) fn comparisons(page: &mut Page, circumstances: &str, comparisons: &[&Comparison]) {
     let columns = [
         Column::Words("arm"),
-        Column::Words("compared with"),
         Column::Words("percentile"),
-        Column::Number("with it"),
-        Column::Number("arm"),
+        Column::Number("time"),
+        Column::Words("compared with"),
+        Column::Number("its time"),
         Column::Number("times lower"),
         Column::Number("99 % interval"),
         Column::Words("verdict"),
@@ -45,11 +52,11 @@ pub(super) fn comparisons(page: &mut Page, comparisons: &[&Comparison]) {
             Verdict::Worse => "worse",
         };
         let cells = [
-            comparison.candidate.clone(),
-            comparison.reference.clone(),
+            arm_of(&comparison.candidate, circumstances).to_owned(),
             percentile_name(&comparison.percentile).to_owned(),
-            value(metric, comparison.reference_value),
             value(metric, comparison.candidate_value),
+            arm_of(&comparison.reference, circumstances).to_owned(),
+            value(metric, comparison.reference_value),
             three_digits(*ratio),
             format!("{} to {}", three_digits(*low), three_digits(*high)),
             verdict.as_str().to_owned(),

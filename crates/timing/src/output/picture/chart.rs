@@ -4,6 +4,7 @@ use plotters::coord::Shift;
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 
+use super::axis::Axis;
 use super::ink::Ink;
 use super::legend::{self, Entry};
 use super::mark::Mark;
@@ -15,15 +16,6 @@ const TITLE_LETTERS: usize = 96;
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub(super) type Failure = DrawingAreaErrorKind<std::io::Error>;
-
-/// An axis of a picture.
-pub(super) struct Axis<'a, R> {
-    pub(super) range: R,
-    pub(super) says: &'a str,
-    pub(super) label: &'a dyn Fn(&f64) -> String,
-    /// About how many labels there should be.
-    pub(super) labels: usize,
-}
 
 /// How the points of a layer are drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,8 +75,6 @@ where
             .configure_mesh()
             .x_desc(self.x.says)
             .y_desc(self.y.says)
-            .x_labels(self.x.labels)
-            .y_labels(self.y.labels)
             .x_label_formatter(self.x.label)
             .y_label_formatter(self.y.label)
             .light_line_style(WHITE)

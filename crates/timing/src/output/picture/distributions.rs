@@ -1,12 +1,9 @@
 //! Pictures of distributions: percentiles and histograms.
 
-use plotters::coord::ranged1d::{KeyPointHint, NoDefaultFormatting, Ranged, ValueFormatter};
-use plotters::prelude::*;
-
-use super::chart::{Axis, Chart, Form, Layer};
+use super::axis::{Axis, LOWEST_NS, Logarithmic, Nines, as_part, as_percentile, as_time};
+use super::chart::{Chart, Form, Layer};
 use super::ink::Ink;
 use super::legend::Entry;
-use super::{LOWEST_NS, as_time, times};
 use crate::distribution::Distribution;
 
 /// A distribution and what a picture calls it.
@@ -31,11 +28,11 @@ pub fn percentiles_svg(title: &str, series: &[Series<'_>]) -> String {
     let curves: Vec<Vec<(f64, f64)>> =
         series.iter().map(|series| percentiles(series.distribution)).collect();
     let nines = curves.iter().flatten().map(|(nines, _)| *nines).fold(1.0, f64::max);
-    let highest = curves.iter().flatten().map(|(_, ns)| *ns).fold(1_000.0, f64::max);
+    let times = Logarithmic::of_times(curves.iter().flatten().map(|(_, ns)| *ns));
     let chart = Chart {
         title,
-        x: Axis { range: Nines(nines), says: "percentile", label: &as_percentile, labels: 10 },
-        y: Axis { range: times(highest), says: "at most", label: &as_time, labels: 10 },
+        x: Axis { range: Nines(nines), says: "percentile", label: &as_percentile },
+        y: Axis { range: times, says: "at most", label: &as_time },
         layers: layers(curves),
         legend: legend(series),
     };
@@ -46,16 +43,16 @@ pub fn percentiles_svg(title: &str, series: &[Series<'_>]) -> String {
 pub fn histogram_svg(title: &str, series: &[Series<'_>]) -> String {
     let mut outlines: Vec<Vec<(f64, f64)>> =
         series.iter().map(|series| outline(series.distribution)).collect();
-    let highest = outlines.iter().flatten().map(|(ns, _)| *ns).fold(1_000.0, f64::max);
+    let times = Logarithmic::of_times(outlines.iter().flatten().map(|(ns, _)| *ns));
     let parts = outlines.iter().flatten().map(|(_, part)| *part).filter(|part| *part > 0.0);
     let lowest = parts.fold(1e-2, f64::min) / 2.0;
+    // A logarithmic axis has no zero.
     outlines.iter_mut().flatten().for_each(|(_, part)| *part = part.max(lowest));
-    let parts = (lowest..1.0).log_scale();
-    let as_part = |part: &f64| format!("{part:.0e}");
+    let parts = Logarithmic { low: lowest, high: 1.0 };
     let chart = Chart {
         title,
-        x: Axis { range: times(highest), says: "time", label: &as_time, labels: 10 },
-        y: Axis { range: parts, says: "part of the samples", label: &as_part, labels: 10 },
+        x: Axis { range: times, says: "time", label: &as_time },
+        y: Axis { range: parts, says: "part of the samples", label: &as_part },
         layers: layers(outlines),
         legend: legend(series),
     };
@@ -64,7 +61,8 @@ pub fn histogram_svg(title: &str, series: &[Series<'_>]) -> String {
 
 fn layers(lines: Vec<Vec<(f64, f64)>>) -> Vec<Layer> {
     let layer = |(arm, points)| Layer { points, form: CURVE, ink: Ink::of(arm) };
-    lines.into_iter().enumerate().map(layer).collect()
+    // Where lines coincide the first is seen.
+    lines.into_iter().enumerate().map(layer).rev().collect()
 }
 
 fn legend(series: &[Series<'_>]) -> Vec<Entry> {
@@ -103,34 +101,6 @@ fn outline(distribution: &Distribution) -> Vec<(f64, f64)> {
     std::iter::once(ends.0).chain(steps).chain([ends.1]).collect()
 }
 
-/// An axis from 0 to this many nines, labelled `50 %`, `90 %`, `99 %`, `99.9 %` …
-struct Nines(f64);
-
-impl Ranged for Nines {
-    type FormatOption = NoDefaultFormatting;
-    type ValueType = f64;
-
-    fn map(&self, nines: &f64, (low, high): (i32, i32)) -> i32 {
-        low + ((nines / self.0) * f64::from(high - low)).round() as i32
-    }
-
-    fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
-        let whole = (1u32..).map(f64::from).take_while(|nines| *nines <= self.0);
-        [0.0, 2f64.log10()].into_iter().chain(whole).collect()
-    }
-
-    fn range(&self) -> std::ops::Range<f64> {
-        0.0..self.0
-    }
-}
-
-impl ValueFormatter<f64> for Nines {}
-
-fn as_percentile(nines: &f64) -> String {
-    let decimals = (*nines as usize).saturating_sub(2);
-    format!("{:.decimals$} %", 100.0 * (1.0 - 10f64.powf(-nines)))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -139,13 +109,6 @@ mod tests {
         let mut distribution = Distribution::new();
         (0..count).for_each(|ns| distribution.record(ns * 100));
         distribution
-    }
-
-    #[test]
-    fn percentiles_are_labelled_as_people_write_them() {
-        let labels = Nines(5.0).key_points(plotters::coord::ranged1d::LightPoints::new(10, 10));
-        let labels: Vec<String> = labels.iter().map(as_percentile).collect();
-        assert_eq!(labels, ["0 %", "50 %", "90 %", "99 %", "99.9 %", "99.99 %", "99.999 %"]);
     }
 
     #[test]

@@ -1,8 +1,7 @@
 //! A picture of what instances cost, over how many there are.
 
-use plotters::prelude::*;
-
-use super::chart::{Axis, Chart, Form, Layer};
+use super::axis::{Axis, Logarithmic};
+use super::chart::{Chart, Form, Layer};
 use super::ink::Ink;
 use super::legend::Entry;
 use super::mark::Mark;
@@ -16,25 +15,20 @@ const LINE: Form = Form::Line(2);
 pub fn scaling_svg(title: &str, costs: &[CostReport]) -> String {
     let lines = lines(costs);
     let points = || lines.iter().flat_map(|(_, points)| points);
-    let most = points().map(|(instances, _)| *instances).fold(10.0, f64::max);
-    let (least_ps, most_ps) = points()
-        .map(|(_, ps)| *ps)
-        .fold((f64::INFINITY, 1.0), |(low, high), ps| (ps.min(low), ps.max(high)));
-    // An axis without room has no labels: at least from half to double.
-    let range = (least_ps.min(most_ps) / 2.0..most_ps * 2.0).log_scale();
+    let nothing = Logarithmic { low: 1.0, high: 10.0 };
+    let instances = Logarithmic::around(points().map(|(instances, _)| *instances));
+    let times = Logarithmic::around(points().map(|(_, ps)| *ps));
     let chart = Chart {
         title,
         x: Axis {
-            range: (0.8..most * 1.25).log_scale(),
+            range: instances.unwrap_or(nothing),
             says: "instances",
             label: &|instances| format!("{instances:.0}"),
-            labels: 10,
         },
         y: Axis {
-            range,
+            range: times.unwrap_or(nothing),
             says: "time of one instance, p50",
-            label: &|ps| picoseconds(*ps as u64),
-            labels: 10,
+            label: &|ps| picoseconds(ps.round() as u64),
         },
         legend: lines
             .iter()

@@ -1,12 +1,12 @@
 //! A picture of what happened when.
 
-use plotters::prelude::*;
+use plotters::prelude::{BLACK, Color};
 
-use super::chart::{Axis, Chart, Form, Layer};
+use super::axis::{Axis, LOWEST_NS, Logarithmic, as_time};
+use super::chart::{Chart, Form, Layer};
 use super::ink::Ink;
 use super::legend::Entry;
 use super::mark::Mark;
-use super::{LOWEST_NS, as_time, times};
 use crate::bench::{BlockReport, Disturbance, Outlier};
 use crate::distribution::Distribution;
 
@@ -44,9 +44,9 @@ pub fn timeline_svg(title: &str, arms: &[Timeline<'_>]) -> String {
     let points = || layers.iter().flat_map(|layer| &layer.points);
     let end_s = points().map(|(s, _)| *s).fold(0.0, f64::max);
     let begin_s = points().map(|(s, _)| *s).fold(end_s, f64::min);
-    let highest = points().map(|(_, ns)| *ns).fold(1_000.0, f64::max);
+    let times = Logarithmic::of_times(points().map(|(_, ns)| *ns));
     // The shades lie below everything, and are as high as the picture.
-    let shades = arms.iter().flat_map(|of| shades(of, highest * 1.5));
+    let shades = arms.iter().flat_map(|of| shades(of, times));
     let layers = shades.chain(layers).collect();
     let chart = Chart {
         title,
@@ -54,9 +54,8 @@ pub fn timeline_svg(title: &str, arms: &[Timeline<'_>]) -> String {
             range: begin_s..end_s.max(begin_s + 1.0),
             says: "time since the bench began, in s",
             label: &|s| format!("{s:.0} s"),
-            labels: 10,
         },
-        y: Axis { range: times(highest), says: "late by", label: &as_time, labels: 10 },
+        y: Axis { range: times, says: "time of a sample", label: &as_time },
         legend: legend(arms),
         layers,
     };
@@ -107,10 +106,14 @@ fn known(cause: &str) -> &str {
     }
 }
 
-fn shades<'a>(of: &'a Timeline<'a>, highest: f64) -> impl Iterator<Item = Layer> + 'a {
+fn shades<'a>(of: &'a Timeline<'a>, times: Logarithmic) -> impl Iterator<Item = Layer> + 'a {
     of.blocks.iter().filter(|block| block.invalid.is_some()).map(move |block| {
         let [begin, end] = begin_and_end(block);
-        Layer { points: vec![(begin, LOWEST_NS), (end, highest)], form: Form::Shade, ink: shade() }
+        Layer {
+            points: vec![(begin, times.low), (end, times.high)],
+            form: Form::Shade,
+            ink: shade(),
+        }
     })
 }
 

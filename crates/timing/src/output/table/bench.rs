@@ -6,8 +6,8 @@ use super::grid::Grid;
 use super::{UNKNOWN, time};
 use crate::bench::{Comparison, Reported};
 use crate::output::groups::{
-    COLUMNS, Group, columns, groups, invalid_blocks, metric_name, percentile_name, release_jitter,
-    value,
+    COLUMNS, Group, arm_of, columns, groups, invalid_blocks, metric_name, percentile_name,
+    release_jitter, value,
 };
 use crate::report::{CostReport, LinkReport, Report, TaskReport};
 use crate::summary::Summary;
@@ -29,7 +29,7 @@ pub(super) fn tables(f: &mut Formatter<'_>, report: &Report) -> Result {
 fn table<R: Reported>(f: &mut Formatter<'_>, group: &Group<'_, R>, grid: Grid) -> Result {
     writeln!(f, "\n{}", group.heading(metric_name(R::METRIC)))?;
     write!(f, "{grid}")?;
-    comparisons(f, &group.comparisons)
+    comparisons(f, &group.circumstances, &group.comparisons)
 }
 
 fn loops(group: &Group<'_, TaskReport>) -> Grid {
@@ -93,21 +93,20 @@ fn costs(f: &mut Formatter<'_>, report: &Report) -> Result {
     }
     write!(f, "{grid}")?;
     let of_costs = |comparison: &&Comparison| comparison.metric == CostReport::METRIC;
-    comparisons(f, &report.comparisons.iter().filter(of_costs).collect::<Vec<_>>())
+    comparisons(f, "", &report.comparisons.iter().filter(of_costs).collect::<Vec<_>>())
 }
 
 /// How many times lower each arm is than the one it is compared with, reference by reference.
-fn comparisons(f: &mut Formatter<'_>, comparisons: &[&Comparison]) -> Result {
+fn comparisons(f: &mut Formatter<'_>, circumstances: &str, comparisons: &[&Comparison]) -> Result {
     for same in comparisons.chunk_by(|one, other| one.reference == other.reference) {
-        let Some(reference) = same.first().map(|comparison| &comparison.reference) else {
-            continue;
-        };
-        writeln!(f, "  times lower than {reference} [99 % interval, valid blocks]")?;
-        let mut grid = Grid::new([]);
+        let Some(first) = same.first() else { continue };
+        let heading =
+            format!("times lower than {}, valid blocks", arm_of(&first.reference, circumstances));
+        let mut grid = Grid::new([heading.as_str(), "", "ratio", "99 % interval", "verdict"]);
         let mut arm = "";
         for Comparison { candidate, percentile, ratio, low, high, verdict, .. } in same {
             // An arm is named once.
-            let label = if candidate == arm { "" } else { candidate };
+            let label = if candidate == arm { "" } else { arm_of(candidate, circumstances) };
             arm = candidate;
             grid.row([
                 format!("  {label}"),
