@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use isochrone_timing::{Report, Verdict, compare_reports, overall};
+use isochrone_timing::{ComparisonTable, Report, Verdict, compare_reports, overall};
 
 use crate::failure::Failure;
 use crate::terminal;
@@ -32,7 +32,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
     match args.json {
         true => terminal::print_json(&comparisons)?,
-        false => terminal::print(&format!("{comparisons:?}"))?,
+        false => terminal::print(&ComparisonTable(&comparisons).to_string())?,
     }
     match overall(&comparisons) {
         Verdict::Worse => Err(Failure::found(format!(

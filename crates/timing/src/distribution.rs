@@ -83,6 +83,11 @@ impl Distribution {
             .map(|step| (step.value_iterated_to().min(self.max_ns), step.count_at_value()))
     }
 
+    /// The histogram itself, in which the extremes are those of their buckets.
+    pub(crate) fn histogram(&self) -> &Histogram<u64> {
+        &self.histogram
+    }
+
     /// The distribution as HdrHistogram's tools of every language read it: V2, deflated, base64.
     /// The extremes become those of their buckets.
     pub fn encode(&self) -> String {

@@ -1,8 +1,9 @@
 //! **How well** it went: cycle records, distributions, the environment, and the report of a run.
 //!
 //! Plain data goes in, from the loop ([`CycleRecord`]) and from a subscriber ([`FrameRecord`]);
-//! a [`Report`] comes out, as JSON (serde, both ways) and as a table (`Display`). Nothing here runs
-//! on the real-time thread: records reach this crate through a ring.
+//! a [`Report`] comes out, as JSON (serde, both ways), as a table (`Display`), as a page ([`html`])
+//! and in the formats of other tools ([`hgrm`], [`hlog`], [`cyclictest_histogram`]). Nothing here
+//! runs on the real-time thread: records reach this crate through a ring.
 //!
 //! A number is only reported when the samples support it, see [`Summary`].
 //!
@@ -37,10 +38,9 @@ mod doctor;
 mod environment;
 mod link;
 mod machine;
-mod picture;
+mod output;
 mod report;
 mod summary;
-mod table;
 mod task;
 mod units;
 
@@ -54,7 +54,10 @@ pub use doctor::{Examination, Finding, NoSuchCpu, Severity, examine};
 pub use environment::Environment;
 pub use link::{FrameRecord, LinkTiming};
 pub use machine::Machine;
-pub use picture::{Series, histogram_svg, percentiles_svg};
+pub use output::{
+    ComparisonTable, Series, Timeline, cyclictest_histogram, hgrm, histogram_svg, hlog, html,
+    percentiles_svg, pictures, scaling_svg, timeline_svg,
+};
 pub use report::{CostReport, LinkReport, Report, TaskReport, Warning};
 pub use summary::Summary;
 pub use task::{CycleRecord, DEFAULT_WARM_UP_CYCLES, TaskTiming};

@@ -6,6 +6,7 @@ use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
 use crate::bench::{BlockReport, Comparison, Outlier};
+use crate::doctor::Finding;
 use crate::environment::Environment;
 use crate::summary::Summary;
 
@@ -41,6 +42,9 @@ pub struct Report {
     /// How the arms of a bench compare with the first one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub comparisons: Vec<Comparison>,
+    /// What the doctor found on the machine beforehand.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub findings: Vec<Finding>,
     /// Whether somebody ended the run before its time.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub ended_early: bool,
@@ -208,6 +212,6 @@ pub struct CostReport {
     pub blocks: Vec<BlockReport>,
 }
 
-fn is_zero(number: &u64) -> bool {
+pub(crate) fn is_zero(number: &u64) -> bool {
     *number == 0
 }

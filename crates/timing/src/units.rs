@@ -14,6 +14,14 @@ pub(crate) fn duration(ns: f64) -> String {
     }
 }
 
+/// A time in ps, with three digits below a nanosecond and above: `0.412 ns`, `7.31 ns`, `1.20 us`.
+pub(crate) fn picoseconds(ps: u64) -> String {
+    match ps {
+        0..999_500 => format!("{} ns", three_digits(ps as f64 / 1e3)),
+        _ => duration(ps as f64 / 1e3),
+    }
+}
+
 /// A number with three significant digits, though never more than three decimals; from 1000 on
 /// whole.
 pub(crate) fn three_digits(value: f64) -> String {
@@ -68,6 +76,15 @@ mod tests {
             (3_600_000_000_000.0, "3600 s"),
         ] {
             assert_eq!(duration(ns), text, "{ns} ns");
+        }
+    }
+
+    #[test]
+    fn a_time_in_picoseconds_keeps_three_digits_below_a_nanosecond() {
+        for (ps, text) in
+            [(0, "0.000 ns"), (412, "0.412 ns"), (7_312, "7.31 ns"), (999_600, "1.00 us")]
+        {
+            assert_eq!(picoseconds(ps), text);
         }
     }
 

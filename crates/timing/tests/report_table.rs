@@ -1,6 +1,9 @@
 //! The table, letter by letter.
 
-use isochrone_timing::{Environment, LinkReport, Report, Summary, TaskReport, Warning};
+use isochrone_timing::{
+    BlockReport, Comparison, CostReport, Environment, LinkReport, Report, Summary, TaskReport,
+    Verdict, Warning,
+};
 
 fn jitter() -> Summary {
     Summary {
@@ -123,6 +126,134 @@ fn a_task_that_may_move_and_lost_records_and_snapshots_says_so() {
     let table = report.to_string();
     assert!(table.contains("scheduler fifo:80, any CPU\n"));
     assert!(table.contains("100 warm-up cycles excluded, 7 records lost, 3 snapshots lost\n"));
+}
+
+fn comparison(percentile: &str, ratio: f64, verdict: Verdict) -> Comparison {
+    Comparison {
+        metric: "release_jitter_ns".to_owned(),
+        percentile: percentile.to_owned(),
+        reference: "sleep (1 ms, idle)".to_owned(),
+        candidate: "hybrid (1 ms, idle)".to_owned(),
+        ratio,
+        low: ratio * 0.9,
+        high: ratio * 1.1,
+        verdict,
+        ..Comparison::default()
+    }
+}
+
+fn bench() -> Report {
+    let block = BlockReport::default();
+    let invalid = BlockReport { invalid: Some("2 page faults".to_owned()), ..block.clone() };
+    let arm = |name: &str, release_jitter_ns: Summary| TaskReport {
+        name: name.to_owned(),
+        period_ns: 1_000_000,
+        load: "idle".to_owned(),
+        release_jitter_ns,
+        blocks: vec![block.clone(), block.clone()],
+        ..TaskReport::default()
+    };
+    let link = |service: &str| LinkReport {
+        service: service.to_owned(),
+        values: 10,
+        paced_hz: Some(1_000.0),
+        frames: 12,
+        one_way_ns: few(),
+        blocks: vec![block.clone()],
+        ..LinkReport::default()
+    };
+    let cost = |instances: u64| CostReport {
+        name: "mixed".to_owned(),
+        instances,
+        step_ps: Summary { count: 400, p50: Some(6_412), p99: Some(51_300), ..Summary::default() },
+        ..CostReport::default()
+    };
+    Report {
+        command: vec!["bench".to_owned()],
+        warnings: Vec::new(),
+        ended_early: true,
+        tasks: vec![
+            TaskReport {
+                missed: 3,
+                cpu_fraction: 0.0125,
+                release_jitter_corrected_ns: Some(Summary { count: 15, ..few() }),
+                release_jitter_valid_ns: Some(few()),
+                ..arm("sleep", few())
+            },
+            TaskReport {
+                cpu_fraction: 0.5,
+                release_jitter_corrected_ns: Some(jitter()),
+                release_jitter_valid_ns: Some(Summary {
+                    count: 900,
+                    p99_9: None,
+                    p99_99: None,
+                    ..jitter()
+                }),
+                blocks: vec![block.clone(), invalid],
+                ..arm("hybrid", jitter())
+            },
+            TaskReport { period_ns: 250_000, ..arm("hybrid", few()) },
+        ],
+        links: vec![
+            link("iceoryx2"),
+            LinkReport {
+                lost: 2,
+                age_at_publish_ns: few(),
+                end_to_end_ns: jitter(),
+                ..link("through the node")
+            },
+        ],
+        costs: vec![cost(1), cost(1_000)],
+        comparisons: vec![
+            comparison("p50", 12.5, Verdict::Better),
+            comparison("p99_9", 1.01, Verdict::Same),
+        ],
+        ..report()
+    }
+}
+
+#[test]
+fn a_bench_prints_a_table_for_each_circumstance_and_how_the_arms_compare() {
+    let expected = "\
+isochrone 0.1.0 bench
+started 2026-11-20T12:00:00Z
+ended early: somebody stopped it before its time
+kernel 6.18.44, preempt -, 2 CPUs, hypervisor kvm, clock tsc (42 ns per reading)
+
+release jitter, 1 ms, idle
+  arm          samples      p50      p90     p99    p99.9   p99.99      max  CPU %  missed  invalid blocks
+  sleep             12  1.25 us  10.0 us       -        -        -  1.30 ms    1.2       3          0 of 2
+    corrected       15  1.25 us  10.0 us       -        -        -  1.30 ms
+  hybrid         59900    98 ns   150 ns  260 ns  2.10 us  52.0 us   231 us   50.0       0          1 of 2
+    valid          900    98 ns   150 ns  260 ns        -        -   231 us
+  times lower than sleep, valid blocks         ratio  99 % interval  verdict
+    hybrid                                p50   12.5    [11.2-13.8]   better
+                                        p99.9   1.01   [0.909-1.11]     same
+
+release jitter, 250 us, idle
+  arm     samples      p50      p90  p99  p99.9  p99.99      max  CPU %  missed  invalid blocks
+  hybrid       12  1.25 us  10.0 us    -      -       -  1.30 ms    0.0       0          0 of 2
+
+one-way latency, 1000 Hz, 10 values
+  arm               frames      p50      p90     p99    p99.9   p99.99      max  lost  invalid blocks
+  iceoryx2              12  1.25 us  10.0 us       -        -        -  1.30 ms     0          0 of 1
+  through the node      12  1.25 us  10.0 us       -        -        -  1.30 ms     2          0 of 1
+    age at publish      12  1.25 us  10.0 us       -        -        -  1.30 ms
+    end to end       59900    98 ns   150 ns  260 ns  2.10 us  52.0 us   231 us
+
+time of one instance in a cycle
+  block  instances  samples      p50      p99
+  mixed          1      400  6.41 ns  51.3 ns
+  mixed       1000      400  6.41 ns  51.3 ns
+";
+    assert_eq!(bench().to_string(), expected);
+}
+
+#[test]
+fn a_bench_s_table_is_plain_ascii_without_trailing_blanks() {
+    let table = bench().to_string();
+    assert!(table.is_ascii());
+    assert!(table.lines().all(|line| line.trim_end() == line));
 }
 
 #[test]

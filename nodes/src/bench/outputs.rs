@@ -3,23 +3,9 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use isochrone_timing::{Gate, Measured, Report};
-
-fn html(_: &Report) -> String {
-    String::new()
-}
-fn hlog(_: &Report) -> String {
-    String::new()
-}
-fn hgrm(_: &isochrone_timing::Distribution) -> String {
-    String::new()
-}
-fn cyclictest_histogram(_: &[Measured]) -> String {
-    String::new()
-}
-fn pictures(_: &Report) -> Vec<(String, String)> {
-    Vec::new()
-}
+use isochrone_timing::{
+    Gate, Measured, Report, Series, cyclictest_histogram, hgrm, hlog, html, pictures,
+};
 
 use crate::failure::Failure;
 use crate::gate;
@@ -101,7 +87,7 @@ impl Outputs {
             }
         }
         if let Some(file) = self.histogram {
-            file.write(&cyclictest_histogram(&measured))?;
+            file.write(&histogram(&measured))?;
         }
         if let Some(folder) = &self.args.hgrm {
             let name = |measured: &Measured| format!("{}.hgrm", file_name(&measured.label()));
@@ -109,7 +95,8 @@ impl Outputs {
             write_all(folder, tables)?;
         }
         if let Some(folder) = &self.args.svg {
-            write_all(folder, pictures(report))?;
+            let name = |(shows, svg): (String, String)| (format!("{}.svg", file_name(&shows)), svg);
+            write_all(folder, pictures(report).into_iter().map(name))?;
         }
         match self.args.json {
             true => terminal::print_json(report)?,
@@ -117,6 +104,23 @@ impl Outputs {
         }
         self.gate.map_or(Ok(()), |gate| gate::hold(&gate, report))
     }
+}
+
+/// Times only: the cost of a block is below its unit.
+fn histogram(measured: &[Measured]) -> String {
+    /// The most rows that anybody will look at.
+    const MOST_US: u64 = 10_000;
+    let times: Vec<(String, &Measured)> = measured
+        .iter()
+        .filter(|measured| measured.metric.ends_with("_ns"))
+        .map(|measured| (measured.label(), measured))
+        .collect();
+    let series: Vec<Series<'_>> = times
+        .iter()
+        .map(|(name, measured)| Series { name, distribution: &measured.distribution })
+        .collect();
+    let longest_ns = series.iter().map(|series| series.distribution.quantile(1.0)).max();
+    cyclictest_histogram(&series, (longest_ns.unwrap_or(0) / 1_000 + 1).min(MOST_US))
 }
 
 fn write_all(

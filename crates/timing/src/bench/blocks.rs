@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::distribution::Distribution;
+use crate::report::is_zero;
 
 /// Part of a block that the host may take before the block is invalid.
 const STEAL: f64 = 0.001;
@@ -24,6 +25,9 @@ pub struct Disturbance {
 }
 
 impl Disturbance {
+    /// The cause where nothing was counted.
+    pub const UNKNOWN: &'static str = "unknown";
+
     /// What was added since `earlier`.
     #[must_use]
     pub fn since(self, earlier: Self) -> Self {
@@ -44,7 +48,7 @@ impl Disturbance {
             Self { faults: 1.., .. } => "fault",
             Self { preemptions: 1.., .. } => "preempted",
             Self { interrupts: 1.., .. } => "interrupt",
-            _ => "unknown",
+            _ => Self::UNKNOWN,
         }
     }
 
@@ -70,6 +74,9 @@ impl Disturbance {
 pub struct BlockReport {
     /// When it began, in seconds since the bench began.
     pub at_s: f64,
+    /// How long it took after the warm-up, in ns; 0 in reports that do not say.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub elapsed_ns: u64,
     /// Samples after the warm-up.
     pub samples: u64,
     /// Releases missed, or messages lost, after the warm-up.
@@ -110,6 +117,7 @@ impl Blocks {
         self.missed += missed;
         self.reports.push(BlockReport {
             at_s,
+            elapsed_ns,
             samples: samples.count(),
             missed,
             disturbance,

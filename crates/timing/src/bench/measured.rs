@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::blocks::BlockReport;
 use super::compare::{Block, Ratio, Verdict, ratio};
+use super::reported::{Reported, label};
 use crate::distribution::Distribution;
 use crate::report::Report;
-use crate::units::period;
 
 /// A percentile that people compare.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,12 +44,20 @@ pub struct Measured {
 }
 
 impl Measured {
+    /// What a part of a report measured, if it holds the distribution.
+    pub(crate) fn of<R: Reported>(part: &R) -> Option<Self> {
+        Some(Self {
+            arm: part.arm().to_owned(),
+            circumstances: part.circumstances(),
+            metric: R::METRIC,
+            distribution: part.distribution(R::METRIC)?,
+            blocks: part.blocks().to_vec(),
+        })
+    }
+
     /// Arm and circumstances.
     pub fn label(&self) -> String {
-        match self.circumstances.is_empty() {
-            true => self.arm.clone(),
-            false => format!("{} ({})", self.arm, self.circumstances),
-        }
+        label(&self.arm, &self.circumstances)
     }
 
     /// The blocks for a comparison: the valid ones.
@@ -133,48 +141,9 @@ fn valid_pairs(reference: &Measured, candidate: &Measured) -> (Vec<Block>, Vec<B
 impl Report {
     /// Everything that the report measured and holds the distribution of, in its order.
     pub fn measured(&self) -> Vec<Measured> {
-        let read = |histograms: &std::collections::BTreeMap<String, String>, metric: &str| {
-            Distribution::decode(histograms.get(metric)?).ok()
-        };
-        let tasks = self.tasks.iter().filter_map(|task| {
-            let metric = "release_jitter_ns";
-            Some(Measured {
-                arm: task.name.clone(),
-                circumstances: listed([period(task.period_ns), task.load.clone()]),
-                metric,
-                distribution: read(&task.histograms, metric)?,
-                blocks: task.blocks.clone(),
-            })
-        });
-        let links = self.links.iter().filter_map(|link| {
-            let metric = "one_way_ns";
-            let pace = match (link.values, link.paced_hz) {
-                (0, _) => String::new(),
-                (_, Some(hz)) => format!("{hz} Hz"),
-                (_, None) => "back to back".to_owned(),
-            };
-            let values = match link.values {
-                0 => String::new(),
-                values => format!("{values} values"),
-            };
-            Some(Measured {
-                arm: link.service.clone(),
-                circumstances: listed([pace, values]),
-                metric,
-                distribution: read(&link.histograms, metric)?,
-                blocks: link.blocks.clone(),
-            })
-        });
-        let costs = self.costs.iter().filter_map(|cost| {
-            let metric = "step_ps";
-            Some(Measured {
-                arm: cost.name.clone(),
-                circumstances: format!("{} instances", cost.instances),
-                metric,
-                distribution: read(&cost.histograms, metric)?,
-                blocks: cost.blocks.clone(),
-            })
-        });
+        let tasks = self.tasks.iter().filter_map(Measured::of);
+        let links = self.links.iter().filter_map(Measured::of);
+        let costs = self.costs.iter().filter_map(Measured::of);
         tasks.chain(links).chain(costs).collect()
     }
 
@@ -190,11 +159,6 @@ impl Report {
         };
         self.comparisons = measured.iter().enumerate().flat_map(of_arm).collect();
     }
-}
-
-fn listed<const N: usize>(parts: [String; N]) -> String {
-    let filled: Vec<String> = parts.into_iter().filter(|part| !part.is_empty()).collect();
-    filled.join(", ")
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ mod blocks;
 mod compare;
 mod gate;
 mod measured;
+mod reported;
 mod turns;
 
 pub use arm::{LoopArm, Outlier};
@@ -13,4 +14,5 @@ pub use blocks::{BlockReport, Blocks, Disturbance};
 pub use compare::{Block, RESOLUTION_NS, Ratio, TOLERANCE, Verdict, ratio};
 pub use gate::{Gate, Outcome, Rule, RuleError, compare_reports, overall};
 pub use measured::{Comparison, Measured, PERCENTILES, Percentile};
+pub(crate) use reported::Reported;
 pub use turns::turns;

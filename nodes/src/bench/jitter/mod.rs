@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use clap::ValueEnum;
 use isochrone_cyclic::{Clock, Monotonic, prepare_process};
 use isochrone_engine::{Plan, format_duration_ns, parse_duration_ns};
-use isochrone_timing::{Environment, Report, Warning, turns};
+use isochrone_timing::{Environment, Machine, Report, Warning, examine, turns};
 use rustix::thread::CpuSet;
 
 use self::arm::{Arm, Kind, Turn};
@@ -94,6 +94,9 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let stop = Stop::on_signal(None)?;
     let domain = Domain::find(&args.domain)?;
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
+    if let Ok(examination) = examine(&Machine::here(), Some(settings.cpu)) {
+        report.findings = examination.findings;
+    }
     if settings.priority.is_some() {
         report.warnings.extend(prepare_process().refusals.iter().map(run::warning));
     }

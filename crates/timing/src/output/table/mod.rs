@@ -1,5 +1,10 @@
 //! A report as a table for a terminal: plain ASCII, human units, the same order as the JSON.
 
+mod bench;
+mod grid;
+
+pub use bench::ComparisonTable;
+
 use std::fmt::{Display, Formatter, Result};
 
 use crate::environment::Environment;
@@ -10,20 +15,24 @@ use crate::units::{duration, period, three_digits};
 const LABEL_WIDTH: usize = 16;
 const COLUMN_WIDTH: usize = 9;
 const COLUMNS: [&str; 7] = ["min", "p50", "p90", "p99", "p99.9", "p99.99", "max"];
-/// Stands where the samples are too few.
+/// Stands where the samples are too few, or nobody knows.
 const UNKNOWN: &str = "-";
 
 impl Display for Report {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         writeln!(f, "isochrone {} {}", self.isochrone, self.command.join(" "))?;
         writeln!(f, "started {}", self.started)?;
+        if self.ended_early {
+            writeln!(f, "ended early: somebody stopped it before its time")?;
+        }
         environment(f, &self.environment)?;
-        for report in &self.tasks {
+        for report in self.tasks.iter().filter(|task| task.blocks.is_empty()) {
             task(f, report)?;
         }
-        for report in &self.links {
+        for report in self.links.iter().filter(|link| link.blocks.is_empty()) {
             link(f, report)?;
         }
+        bench::tables(f, self)?;
         if !self.warnings.is_empty() {
             writeln!(f)?;
         }
@@ -126,8 +135,11 @@ fn heading(f: &mut Formatter<'_>) -> Result {
 }
 
 fn row(f: &mut Formatter<'_>, label: &str, s: &Summary) -> Result {
-    let cell = |ns: Option<u64>| ns.map_or_else(|| UNKNOWN.to_owned(), |ns| duration(ns as f64));
-    cells(f, label, [s.min, s.p50, s.p90, s.p99, s.p99_9, s.p99_99, s.max].map(cell))
+    cells(f, label, [s.min, s.p50, s.p90, s.p99, s.p99_9, s.p99_99, s.max].map(time))
+}
+
+fn time(ns: Option<u64>) -> String {
+    ns.map_or_else(|| UNKNOWN.to_owned(), |ns| duration(ns as f64))
 }
 
 fn cells(f: &mut Formatter<'_>, label: &str, cells: [String; COLUMNS.len()]) -> Result {

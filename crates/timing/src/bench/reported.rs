@@ -1,0 +1,118 @@
+//! The parts of a report that measured something: what is alike in them.
+
+use std::collections::BTreeMap;
+
+use super::blocks::BlockReport;
+use crate::distribution::Distribution;
+use crate::report::{CostReport, LinkReport, TaskReport};
+use crate::units::period;
+
+/// A part of a report that measured something.
+pub(crate) trait Reported {
+    /// What it measured above all, as the report's key.
+    const METRIC: &'static str;
+
+    /// Its arm: `hybrid`, `iceoryx2`, `mixed`.
+    fn arm(&self) -> &str;
+
+    /// Under which circumstances: `1 ms, idle`.
+    fn circumstances(&self) -> String;
+
+    /// Its turns; none in the report of a run.
+    fn blocks(&self) -> &[BlockReport];
+
+    /// Its distributions, by name.
+    fn histograms(&self) -> &BTreeMap<String, String>;
+
+    /// Arm and circumstances.
+    fn label(&self) -> String {
+        label(self.arm(), &self.circumstances())
+    }
+
+    /// The distribution of this name, if the report holds it.
+    fn distribution(&self, name: &str) -> Option<Distribution> {
+        Distribution::decode(self.histograms().get(name)?).ok()
+    }
+}
+
+impl Reported for TaskReport {
+    const METRIC: &'static str = "release_jitter_ns";
+
+    fn arm(&self) -> &str {
+        &self.name
+    }
+
+    fn circumstances(&self) -> String {
+        listed([period(self.period_ns), self.load.clone()])
+    }
+
+    fn blocks(&self) -> &[BlockReport] {
+        &self.blocks
+    }
+
+    fn histograms(&self) -> &BTreeMap<String, String> {
+        &self.histograms
+    }
+}
+
+impl Reported for LinkReport {
+    const METRIC: &'static str = "one_way_ns";
+
+    fn arm(&self) -> &str {
+        &self.service
+    }
+
+    fn circumstances(&self) -> String {
+        let pace = match (self.values, self.paced_hz) {
+            (0, _) => String::new(),
+            (_, Some(hz)) => format!("{hz} Hz"),
+            (_, None) => "back to back".to_owned(),
+        };
+        let values = match self.values {
+            0 => String::new(),
+            values => format!("{values} values"),
+        };
+        listed([pace, values])
+    }
+
+    fn blocks(&self) -> &[BlockReport] {
+        &self.blocks
+    }
+
+    fn histograms(&self) -> &BTreeMap<String, String> {
+        &self.histograms
+    }
+}
+
+impl Reported for CostReport {
+    const METRIC: &'static str = "step_ps";
+
+    fn arm(&self) -> &str {
+        &self.name
+    }
+
+    fn circumstances(&self) -> String {
+        format!("{} instances", self.instances)
+    }
+
+    fn blocks(&self) -> &[BlockReport] {
+        &self.blocks
+    }
+
+    fn histograms(&self) -> &BTreeMap<String, String> {
+        &self.histograms
+    }
+}
+
+/// An arm and its circumstances, as comparisons call it.
+pub(super) fn label(arm: &str, circumstances: &str) -> String {
+    match circumstances.is_empty() {
+        true => arm.to_owned(),
+        false => format!("{arm} ({circumstances})"),
+    }
+}
+
+fn listed<const N: usize>(parts: [String; N]) -> String {
+    let filled: Vec<String> = parts.into_iter().filter(|part| !part.is_empty()).collect();
+    filled.join(", ")
+}

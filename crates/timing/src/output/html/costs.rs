@@ -1,0 +1,42 @@
+//! The section of what block instances cost.
+
+use super::page::{Column, Page, Row};
+use super::section::{cell, comparisons};
+use crate::bench::{Comparison, Reported};
+use crate::output::groups::{invalid_blocks, value};
+use crate::output::picture::scaling_svg;
+use crate::report::{CostReport, Report};
+
+pub(super) fn section(page: &mut Page, report: &Report) {
+    if report.costs.is_empty() {
+        return;
+    }
+    page.markup("<section>\n<h2>Time of one instance</h2>\n");
+    page.markup(
+        "<p>A sample is the time of a batch of cycles, divided by its cycles and by the instances \
+         of the task.</p>\n",
+    );
+    let columns = [
+        Column::Words("block"),
+        Column::Number("instances"),
+        Column::Number("samples"),
+        Column::Number("p50"),
+        Column::Number("p99"),
+        Column::Number("max"),
+        Column::Number("invalid blocks"),
+    ];
+    let rows = report.costs.iter().map(|cost| {
+        let CostReport { name, instances, step_ps, blocks, .. } = cost;
+        let numbers = [name.clone(), instances.to_string(), step_ps.count.to_string()];
+        let times = [step_ps.p50, step_ps.p99, step_ps.max]
+            .map(|ps| cell(ps.map(|ps| value(CostReport::METRIC, ps))));
+        let invalid = format!("{} of {}", invalid_blocks(cost), blocks.len());
+        Row::of(numbers.into_iter().chain(times).chain([invalid]))
+    });
+    page.table("Time of one instance in one cycle", &columns, rows);
+    let of_costs = |comparison: &&Comparison| comparison.metric == CostReport::METRIC;
+    comparisons(page, "", &report.comparisons.iter().filter(of_costs).collect::<Vec<_>>());
+    let title = "Time of one instance over the number of instances";
+    page.picture(title, scaling_svg(title, &report.costs));
+    page.markup("</section>\n");
+}

@@ -1,0 +1,143 @@
+//! Writes HTML. Markup comes from this program's own text, everything else is escaped.
+
+use std::fmt::Display;
+
+/// A page as far as it is written.
+#[derive(Default)]
+pub(super) struct Page {
+    html: String,
+    /// What each picture shows, and the picture.
+    pub(super) pictures: Vec<(String, String)>,
+}
+
+/// A column of a table.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Column {
+    /// Words: to the left.
+    Words(&'static str),
+    /// Numbers: to the right.
+    Number(&'static str),
+}
+
+/// A row of a table.
+pub(super) struct Row {
+    /// What the style sheet calls it; empty for most.
+    pub(super) class: &'static str,
+    pub(super) cells: Vec<String>,
+}
+
+impl Row {
+    pub(super) fn of(cells: impl IntoIterator<Item = String>) -> Self {
+        Self { class: "", cells: cells.into_iter().collect() }
+    }
+}
+
+impl Page {
+    /// Markup: only what stands in this program.
+    pub(super) fn markup(&mut self, markup: &'static str) {
+        self.html.push_str(markup);
+    }
+
+    /// A text from anywhere.
+    pub(super) fn text(&mut self, text: impl Display) {
+        for c in text.to_string().chars() {
+            match c {
+                '&' => self.html.push_str("&amp;"),
+                '<' => self.html.push_str("&lt;"),
+                '>' => self.html.push_str("&gt;"),
+                '"' => self.html.push_str("&quot;"),
+                '\'' => self.html.push_str("&#39;"),
+                // A document may not contain them.
+                c if c.is_control() && c != '\n' => self.html.push('\u{fffd}'),
+                c => self.html.push(c),
+            }
+        }
+    }
+
+    /// A text between an opening and a closing tag.
+    pub(super) fn element(&mut self, open: &'static str, text: impl Display, close: &'static str) {
+        self.markup(open);
+        self.text(text);
+        self.markup(close);
+    }
+
+    /// A table; the first cell of a row is its heading. Without rows there is none.
+    pub(super) fn table(
+        &mut self,
+        caption: impl Display,
+        columns: &[Column],
+        rows: impl IntoIterator<Item = Row>,
+    ) {
+        let mut rows = rows.into_iter().peekable();
+        if rows.peek().is_none() {
+            return;
+        }
+        self.markup("<div class=\"scroll\" tabindex=\"0\"><table>\n<caption>");
+        self.text(caption);
+        self.markup("</caption>\n<thead><tr>");
+        for column in columns {
+            match column {
+                Column::Words(name) => self.element("<th scope=\"col\">", name, "</th>"),
+                Column::Number(name) => {
+                    self.element("<th scope=\"col\" class=\"n\">", name, "</th>")
+                }
+            }
+        }
+        self.markup("</tr></thead>\n<tbody>\n");
+        for row in rows {
+            match row.class {
+                "" => self.markup("<tr>"),
+                class => {
+                    self.markup("<tr class=\"");
+                    self.markup(class);
+                    self.markup("\">");
+                }
+            }
+            for (index, (cell, column)) in row.cells.iter().zip(columns).enumerate() {
+                match (index, column) {
+                    (0, _) => self.element("<th scope=\"row\">", cell, "</th>"),
+                    (_, Column::Words(_)) => self.element("<td>", cell, "</td>"),
+                    (_, Column::Number(_)) => self.element("<td class=\"n\">", cell, "</td>"),
+                }
+            }
+            self.markup("</tr>\n");
+        }
+        self.markup("</tbody>\n</table></div>\n");
+    }
+
+    /// A picture that this crate drew, with what it shows for people who cannot see it.
+    pub(super) fn picture(&mut self, shows: &str, svg: String) {
+        self.markup("<figure role=\"img\" aria-label=\"");
+        self.text(shows);
+        self.markup("\">\n");
+        // Within HTML an SVG needs no name space.
+        self.html.push_str(&svg.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1));
+        self.markup("</figure>\n");
+        self.pictures.push((shows.to_owned(), svg));
+    }
+
+    pub(super) fn finish(self) -> String {
+        self.html
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_text_cannot_become_markup() {
+        let mut page = Page::default();
+        page.text("<script>alert(\"a\" & 'b')</script>\u{0}");
+        let expected =
+            "&lt;script&gt;alert(&quot;a&quot; &amp; &#39;b&#39;)&lt;/script&gt;\u{fffd}";
+        assert_eq!(page.finish(), expected);
+    }
+
+    #[test]
+    fn a_table_without_rows_is_none() {
+        let mut page = Page::default();
+        page.table("nothing", &[Column::Words("arm")], []);
+        assert_eq!(page.finish(), "");
+    }
+}

@@ -1,0 +1,16 @@
+//! A report as files that people and other tools look at: text in, text out, and no I/O.
+
+mod cyclictest;
+mod groups;
+mod hgrm;
+mod hlog;
+mod html;
+mod picture;
+mod table;
+
+pub use cyclictest::cyclictest_histogram;
+pub use hgrm::hgrm;
+pub use hlog::hlog;
+pub use html::{html, pictures};
+pub use picture::{Series, Timeline, histogram_svg, percentiles_svg, scaling_svg, timeline_svg};
+pub use table::ComparisonTable;

@@ -1,0 +1,109 @@
+//! One drawing for all pictures: layers over two axes, and the legend beside them.
+
+use plotters::coord::Shift;
+use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
+use plotters::prelude::*;
+
+use super::axis::Axis;
+use super::ink::Ink;
+use super::legend::{self, Entry};
+use super::mark::Mark;
+
+const WIDTH: u32 = 960;
+const LEAST_HEIGHT: u32 = 440;
+/// Letters of a title that fit into the width.
+const TITLE_LETTERS: usize = 96;
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+pub(super) type Failure = DrawingAreaErrorKind<std::io::Error>;
+
+/// How the points of a layer are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Form {
+    /// Joined, with a line this wide.
+    Line(u32),
+    /// Each as a mark.
+    Marks(Mark),
+    /// As a rectangle between the first and the second.
+    Shade,
+}
+
+/// Points that are drawn alike.
+pub(super) struct Layer {
+    pub(super) points: Vec<(f64, f64)>,
+    pub(super) form: Form,
+    pub(super) ink: Ink,
+}
+
+/// A picture.
+pub(super) struct Chart<'a, X, Y> {
+    pub(super) title: &'a str,
+    pub(super) x: Axis<'a, X>,
+    pub(super) y: Axis<'a, Y>,
+    pub(super) layers: Vec<Layer>,
+    pub(super) legend: Vec<Entry>,
+}
+
+impl<X, Y> Chart<'_, X, Y>
+where
+    X: AsRangedCoord<Value = f64>,
+    Y: AsRangedCoord<Value = f64>,
+    X::CoordDescType: ValueFormatter<f64>,
+    Y::CoordDescType: ValueFormatter<f64>,
+{
+    /// The picture as SVG.
+    pub(super) fn svg(self) -> String {
+        let mut text = String::new();
+        let height = LEAST_HEIGHT.max(legend::height(&self.legend));
+        let area = SVGBackend::with_string(&mut text, (WIDTH, height)).into_drawing_area();
+        let drawn = self.draw(&area);
+        drop(area);
+        debug_assert!(drawn.is_ok(), "a string takes everything: {drawn:?}");
+        text
+    }
+
+    fn draw(self, area: &Area<'_>) -> Result<(), Failure> {
+        area.fill(&WHITE)?;
+        let (plot, beside) = area.split_horizontally(WIDTH - legend::width(&self.legend));
+        let mut chart = ChartBuilder::on(&plot)
+            .caption(legend::shortened(self.title, TITLE_LETTERS), ("sans-serif", 18))
+            .margin(12)
+            .x_label_area_size(46)
+            .y_label_area_size(76)
+            .build_cartesian_2d(self.x.range, self.y.range)?;
+        chart
+            .configure_mesh()
+            .x_desc(self.x.says)
+            .y_desc(self.y.says)
+            .x_label_formatter(self.x.label)
+            .y_label_formatter(self.y.label)
+            .light_line_style(WHITE)
+            .label_style(("sans-serif", 13))
+            .draw()?;
+        for Layer { points, form, ink } in self.layers {
+            let filled = ShapeStyle { color: ink.colour, filled: true, stroke_width: 1 };
+            match (form, ink.dash) {
+                (Form::Line(stroke_width), None) => {
+                    let style = ShapeStyle { stroke_width, ..ink.colour.into() };
+                    chart.draw_series(LineSeries::new(points, style))?;
+                }
+                (Form::Line(stroke_width), Some((dash, gap))) => {
+                    let style = ShapeStyle { stroke_width, ..ink.colour.into() };
+                    chart.draw_series(DashedLineSeries::new(points, dash, gap, style))?;
+                }
+                (Form::Marks(mark), _) => {
+                    for place in &points {
+                        mark.draw(area, chart.backend_coord(place), ink)?;
+                    }
+                }
+                (Form::Shade, _) => {
+                    if let [one, other, ..] = points.as_slice() {
+                        chart.draw_series([Rectangle::new([*one, *other], filled)])?;
+                    }
+                }
+            }
+        }
+        legend::draw(&beside, &self.legend)?;
+        area.present()
+    }
+}

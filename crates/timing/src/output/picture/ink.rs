@@ -1,0 +1,55 @@
+//! What arms are drawn with: a colour, and a dash where the colours run out.
+
+use plotters::prelude::*;
+
+/// Wong's palette: told apart by people who see colours differently.
+const COLOURS: [RGBColor; 6] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+];
+/// Length of a dash and of the gap behind it, in pixels. The first arms have solid lines.
+const DASHES: [Option<(i32, i32)>; 3] = [None, Some((8, 4)), Some((2, 4))];
+
+/// A colour and a dash.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Ink {
+    pub(super) colour: RGBAColor,
+    pub(super) dash: Option<(i32, i32)>,
+}
+
+impl Ink {
+    /// That of an arm: 18 different ones, then the first again.
+    pub(super) fn of(arm: usize) -> Self {
+        let colour = COLOURS.get(arm % COLOURS.len()).copied().unwrap_or(BLACK);
+        let dash = DASHES.get(arm / COLOURS.len() % DASHES.len()).copied().flatten();
+        Self { colour: colour.into(), dash }
+    }
+
+    /// That of what belongs to no arm.
+    pub(super) fn grey() -> Self {
+        Self { colour: RGBColor(90, 90, 90).into(), dash: None }
+    }
+
+    /// The same, less visible.
+    pub(super) fn faint(self) -> Self {
+        Self { colour: self.colour.mix(0.45), ..self }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn eighteen_arms_are_told_apart_by_colour_or_dash() {
+        let inks: Vec<Ink> = (0..18).map(Ink::of).collect();
+        for (index, ink) in inks.iter().enumerate() {
+            assert!(!inks[..index].contains(ink), "{index}: {ink:?}");
+        }
+        assert_eq!(Ink::of(18), Ink::of(0));
+    }
+}

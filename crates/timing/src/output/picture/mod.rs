@@ -1,0 +1,14 @@
+//! Pictures, as SVG: distributions, what happened over time, and what instances cost.
+
+mod axis;
+mod chart;
+mod distributions;
+mod ink;
+mod legend;
+mod mark;
+mod scaling;
+mod timeline;
+
+pub use distributions::{Series, histogram_svg, percentiles_svg};
+pub use scaling::scaling_svg;
+pub use timeline::{Timeline, timeline_svg};
