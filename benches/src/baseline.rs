@@ -153,7 +153,7 @@ impl fmt::Display for Verdict {
             }
             Self::Better { workload, allowed, counted } => write!(
                 f,
-                "{workload}: {counted:.2} instructions per instance and cycle, no more \
+                "{workload}: {counted:.2} instructions per instance and cycle, no longer \
                  {allowed:.2}: lower the baseline with --write"
             ),
             Self::Unknown(workload) => {
