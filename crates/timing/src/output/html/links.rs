@@ -7,7 +7,6 @@ use crate::distribution::Distribution;
 use crate::output::groups::{Group, groups, metric_name};
 use crate::output::picture::Timeline;
 use crate::report::{LinkReport, Report};
-use crate::summary::Summary;
 use crate::units::three_digits;
 
 pub(super) fn sections(page: &mut Page, report: &Report) {
@@ -24,29 +23,34 @@ pub(super) fn sections(page: &mut Page, report: &Report) {
 fn summary(page: &mut Page, group: &Group<'_, LinkReport>) {
     let mut columns = vec![Column::Words("arm"), Column::Words("of"), Column::Number("samples")];
     columns.extend(percentile_columns());
-    columns.extend(["frames", "lost", "restarts", "rate"].map(Column::Number));
     let rows = group.arms.iter().flat_map(|link| {
-        let row = |kind: &str, summary: &Summary| {
-            let cells = [link.service.clone(), kind.to_owned()].into_iter();
-            cells.chain([summary.count.to_string()]).chain(percentiles(summary))
-        };
-        let first = Row::of(row("one-way", &link.one_way_ns).chain([
-            link.frames.to_string(),
-            link.lost.to_string(),
-            link.restarts.to_string(),
-            link.rate_hz.map_or_else(String::new, |hz| format!("{} Hz", three_digits(hz))),
-        ]));
-        let through =
-            [("age at publish", &link.age_at_publish_ns), ("end to end", &link.end_to_end_ns)];
-        let through = through.into_iter().filter(|(_, summary)| summary.count > 0);
-        let nothing = || std::iter::repeat_n(String::new(), 4);
-        let through = through.map(|(kind, summary)| Row {
-            class: "sub",
-            ..Row::of(row(kind, summary).chain(nothing()))
-        });
-        std::iter::once(first).chain(through).collect::<Vec<_>>()
+        let times = [
+            ("", "one-way", &link.one_way_ns),
+            ("sub", "age at publish", &link.age_at_publish_ns),
+            ("sub", "end to end", &link.end_to_end_ns),
+        ];
+        // Who only counts frames, as their sender does, has no latencies.
+        times.into_iter().filter(|(_, _, summary)| summary.count > 0).map(
+            |(class, kind, summary)| {
+                let cells = [link.service.clone(), kind.to_owned(), summary.count.to_string()];
+                Row { class, ..Row::of(cells.into_iter().chain(percentiles(summary))) }
+            },
+        )
     });
     page.table("Latency", &columns, rows);
+    let columns = [
+        Column::Words("arm"),
+        Column::Number("frames"),
+        Column::Number("lost"),
+        Column::Number("restarts"),
+        Column::Number("rate"),
+    ];
+    let rows = group.arms.iter().map(|link| {
+        let rate = link.rate_hz.map(|hz| format!("{} Hz", three_digits(hz)));
+        let counts = [link.frames, link.lost, link.restarts].map(|count| count.to_string());
+        Row::of([link.service.clone()].into_iter().chain(counts).chain([section::cell(rate)]))
+    });
+    page.table("Frames", &columns, rows);
 }
 
 fn pictures(page: &mut Page, heading: &str, group: &Group<'_, LinkReport>) {

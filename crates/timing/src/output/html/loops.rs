@@ -78,8 +78,9 @@ fn how_they_ran(page: &mut Page, group: &Group<'_, TaskReport>) {
     let columns = [
         Column::Words("arm"),
         Column::Words("wait"),
+        Column::Number("margin"),
         Column::Words("scheduler"),
-        Column::Words("on CPU"),
+        Column::Words("CPU"),
         Column::Number("cycles"),
         Column::Number("warm-up"),
         Column::Number("overruns"),
@@ -90,10 +91,10 @@ fn how_they_ran(page: &mut Page, group: &Group<'_, TaskReport>) {
         Column::Number("block errors"),
     ];
     let rows = group.arms.iter().map(|task| {
-        let margin = task.margin_ns.map(|ns| format!(", margin {}", duration(ns as f64)));
         Row::of([
             task.name.clone(),
-            format!("{}{}", task.wake, margin.unwrap_or_default()),
+            task.wake.clone(),
+            task.margin_ns.map_or_else(String::new, |ns| duration(ns as f64)),
             task.scheduler.clone(),
             task.cpu.map_or_else(|| "any".to_owned(), |cpu| cpu.to_string()),
             task.cycles.to_string(),
