@@ -83,14 +83,14 @@ fn a_node_that_misses_more_than_its_limit_ends_with_a_last_frame_and_status_1() 
     for policy in ["on_overrun = { misses = 20, cycles = 1000 }", "overrun = \"stop\""] {
         let domain = Domain::new();
         // Slow enough that only the freeze makes it miss releases.
-        let node = NODE.replace("\"1ms\"", &format!("\"20ms\"\n{policy}"));
+        let node = NODE.replace("\"1ms\"", &format!("\"50ms\"\n{policy}"));
         domain.write("node.toml", &node);
         let mut node = domain.start("run node.toml --report node.json --seconds 50");
         node.wait_for("runs");
         let mut observer = domain.start("subscribe grid/out --csv out.csv");
         observer.wait_for("subscribed");
-        std::thread::sleep(Duration::from_millis(100));
-        freeze(&node, Duration::from_millis(600));
+        std::thread::sleep(Duration::from_millis(200));
+        freeze(&node, Duration::from_millis(1500));
         let ended = node.finish().expect_code(1);
         assert!(ended.stderr.contains("task \"t\" missed a release"), "{}", ended.stderr);
         std::thread::sleep(Duration::from_millis(50));
