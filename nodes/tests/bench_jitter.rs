@@ -120,7 +120,7 @@ fn ctrl_c_ends_a_bench_early_with_a_report_that_says_so() {
     let report = domain.json("out.json");
     assert_eq!(report["ended_early"], true);
     assert!(number(&tasks(&report)[0]["release_jitter_ns"]["count"]) > 0);
-    assert!(domain.read("page.html").contains("ended"), "the page says so too");
+    assert!(domain.read("page.html").contains("early"), "the page says so too");
 }
 
 /// A report of ten blocks, whose releases are `factor` times as late as usual: 10 to 20 us.
