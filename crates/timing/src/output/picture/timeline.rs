@@ -30,6 +30,8 @@ const CAUSES: [(&str, Mark); 6] = [
     ("interrupt", Mark::Ring),
     (Disturbance::UNKNOWN, Mark::Dot),
 ];
+/// No bench takes longer: 30 years.
+const LONGEST_S: f64 = 1e9;
 const MEDIAN: Form = Form::Line(2);
 const TAIL: Form = Form::Line(1);
 const LONGEST: Form = Form::Marks(Mark::Dot);
@@ -63,7 +65,15 @@ pub fn timeline_svg(title: &str, arms: &[Timeline<'_>]) -> String {
 }
 
 fn begin_and_end(block: &BlockReport) -> [f64; 2] {
-    [block.at_s, block.at_s + block.elapsed_ns as f64 / 1e9]
+    [block.at_s, block.at_s + block.elapsed_ns as f64 / 1e9].map(seconds)
+}
+
+/// A time of a bench: a report may say anything, and the labels of an axis without end have none.
+fn seconds(at_s: f64) -> f64 {
+    match at_s.is_nan() {
+        true => 0.0,
+        false => at_s.clamp(0.0, LONGEST_S),
+    }
 }
 
 /// Both percentiles of each block, from its begin to its end.
@@ -76,7 +86,7 @@ fn lines(arm: usize, of: &Timeline<'_>) -> Vec<Layer> {
         let flat = |ns: u64| begin_and_end(block).map(|s| (s, high(ns)));
         medians.extend(summary.p50.into_iter().flat_map(flat));
         tails.extend(summary.p99.into_iter().flat_map(flat));
-        longest.extend(summary.max.map(|ns| (block.at_s, high(ns))));
+        longest.extend(summary.max.map(|ns| (seconds(block.at_s), high(ns))));
     }
     let ink = Ink::of(arm);
     let mut layers = vec![
@@ -93,7 +103,8 @@ fn lines(arm: usize, of: &Timeline<'_>) -> Vec<Layer> {
 fn marks<'a>(arm: usize, of: &'a Timeline<'a>) -> impl Iterator<Item = Layer> + 'a {
     CAUSES.iter().map(move |(cause, mark)| {
         let these = of.outliers.iter().filter(|outlier| known(&outlier.cause) == *cause);
-        let points = these.map(|outlier| (outlier.at_s, (outlier.late_ns as f64).max(LOWEST_NS)));
+        let points =
+            these.map(|outlier| (seconds(outlier.at_s), (outlier.late_ns as f64).max(LOWEST_NS)));
         Layer { points: points.collect(), form: Form::Marks(*mark), ink: Ink::of(arm) }
     })
 }
@@ -216,6 +227,17 @@ mod tests {
         let lines = lines(0, &Timeline { name: "", blocks: few.reports(), outliers: &[] });
         let points = |form: Form| lines.iter().find(|l| l.form == form).unwrap().points.len();
         assert_eq!((points(MEDIAN), points(TAIL)), (2, 0));
+    }
+
+    #[test]
+    fn numbers_that_no_bench_writes_still_give_a_picture() {
+        for at_s in [-5.0, 1e300, f64::MAX, f64::INFINITY, f64::NAN] {
+            let mut blocks = blocks(&[Disturbance { faults: 1, ..Disturbance::default() }]);
+            blocks[0].at_s = at_s;
+            blocks[0].elapsed_ns = u64::MAX;
+            let outliers = [Outlier { at_s, late_ns: u64::MAX, cause: String::new() }];
+            assert!(shown(&outliers, &blocks).contains("</svg>"), "{at_s}");
+        }
     }
 
     #[test]
