@@ -13,6 +13,7 @@
 mod bench;
 mod blocks;
 mod check;
+mod company;
 mod compare;
 mod completions;
 mod demo;

@@ -40,6 +40,7 @@ mod repair;
 mod service;
 mod space;
 mod subscriber;
+pub mod yardstick;
 
 pub use config::load_config;
 pub use error::{ConfigError, JoinError, LayoutConflict, LayoutError, OpenError, ServiceNameError};

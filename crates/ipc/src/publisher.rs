@@ -18,7 +18,7 @@ use crate::{FrameHeader, FrameLayout, OpenError, Participant, Service, space};
 pub const PUBLISHER_PORT_NAME: &str = "isochrone";
 
 /// The frame that is being written, and the one that is on its way.
-const MAX_LOANED: usize = 2;
+pub(crate) const MAX_LOANED: usize = 2;
 
 /// What the sender knows about the frame it sends; see [`FrameHeader`] for the rest.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -228,7 +228,7 @@ impl<S: Service> FramePublisher<S> {
 
 /// The memory that iceoryx2 sets aside for the frames of a publisher: as many as all readers together
 /// can be behind or hold, and those being written.
-fn frames_bytes<S: Service>(opened: &FrameService<S>, channels: usize) -> u64 {
+pub(crate) fn frames_bytes<S: Service>(opened: &FrameService<S>, channels: usize) -> u64 {
     /// iceoryx2's own header.
     const SYSTEM_HEADER_BYTES: usize = 64;
     let config = opened.static_config();

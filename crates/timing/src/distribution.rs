@@ -55,6 +55,12 @@ impl Distribution {
         self.sum_ns += u128::from(ns) * u128::from(count);
     }
 
+    /// Forgets all samples. Touches all of its memory, so that recording then takes no page fault.
+    pub fn clear(&mut self) {
+        self.histogram.reset();
+        (self.min_ns, self.max_ns, self.sum_ns) = (u64::MAX, 0, 0);
+    }
+
     /// Adds all samples of another distribution.
     pub fn merge(&mut self, other: &Self) {
         // Both have the same bounds, so nothing can be out of range.
@@ -218,6 +224,16 @@ mod tests {
         many.record_many(700, 3);
         many.record_many(9, 0);
         assert_eq!(many.summary(), of([700, 700, 700]));
+    }
+
+    #[test]
+    fn a_cleared_distribution_is_as_new() {
+        let mut distribution = Distribution::new();
+        distribution.record_many(900, 20);
+        distribution.clear();
+        assert_eq!(distribution.summary(), Summary::default());
+        distribution.record(700);
+        assert_eq!(distribution.summary(), of([700]));
     }
 
     #[test]

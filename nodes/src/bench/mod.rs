@@ -25,6 +25,7 @@ enum What {
     Jitter(jitter::Args),
     Latency(latency::Args),
     Engine(engine::Args),
+    LatencyPeer(latency::peer::Args),
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
@@ -32,5 +33,6 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         What::Jitter(args) => jitter::run(args),
         What::Latency(args) => latency::run(args),
         What::Engine(args) => engine::run(args),
+        What::LatencyPeer(args) => latency::peer::run(args),
     }
 }

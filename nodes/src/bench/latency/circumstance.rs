@@ -1,0 +1,263 @@
+//! Which arms meet under which circumstances, and what each has measured there.
+
+use std::collections::BTreeMap;
+
+use isochrone_timing::{Blocks, Distribution, Disturbance, LinkReport, Warning};
+
+use super::arms::{Arm, Pace};
+use super::measurer::Taken;
+use super::node_path::{self, Stages};
+use super::turn::Sent;
+
+/// Arms that take turns.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Circumstance {
+    pub(super) pace: Pace,
+    pub(super) arms: Vec<Arm>,
+}
+
+/// The circumstances by the size of the message. The way through the node has one pace and one size,
+/// whatever the others have; where they have the same, it takes turns with them.
+pub(super) fn plan(
+    arms: &[Arm],
+    sizes: &[usize],
+    paces: &[Pace],
+) -> Vec<(usize, Vec<Circumstance>)> {
+    const NODE_VALUES: usize = 1;
+    let node_pace = Pace::Hz(node_path::RATE_HZ);
+    let with_node = arms.contains(&Arm::Node);
+    let at = |values: usize, pace: Pace| {
+        let belongs = |arm: &Arm| *arm != Arm::Node || (values == NODE_VALUES && pace == node_pace);
+        Circumstance { pace, arms: arms.iter().copied().filter(belongs).collect() }
+    };
+    let mut plan: Vec<(usize, Vec<Circumstance>)> = Vec::new();
+    for values in sizes {
+        if plan.iter().all(|(planned, _)| planned != values) {
+            plan.push((*values, paces.iter().map(|pace| at(*values, *pace)).collect()));
+        }
+    }
+    if with_node {
+        let alone = Circumstance { pace: node_pace, arms: vec![Arm::Node] };
+        match plan.iter_mut().find(|(values, _)| *values == NODE_VALUES) {
+            Some(_) if paces.contains(&node_pace) => {}
+            Some((_, circumstances)) => circumstances.push(alone),
+            None => plan.push((NODE_VALUES, vec![alone])),
+        }
+    }
+    plan.iter_mut().for_each(|(_, all)| all.retain(|some| !some.arms.is_empty()));
+    plan.retain(|(_, circumstances)| !circumstances.is_empty());
+    plan
+}
+
+/// What an arm has measured under one circumstance.
+pub(super) struct Series {
+    arm: Arm,
+    pace: Pace,
+    values: usize,
+    blocks: Blocks,
+    stages: Option<Stages>,
+    received: u64,
+    sent: u64,
+    /// Instants at which the sender could not send.
+    missed: u64,
+    /// Of the blocks without their warm-up.
+    elapsed_ns: u64,
+}
+
+/// When a block was, and what disturbed it.
+pub(super) struct Block {
+    pub(super) at_s: f64,
+    pub(super) elapsed_ns: u64,
+    pub(super) sender: Disturbance,
+    pub(super) receiver: Disturbance,
+}
+
+/// How well a sender kept its pace.
+pub(super) struct KeptPace {
+    label: String,
+    /// Instants at which it was to send, ...
+    asked: u64,
+    /// ... and at which it could not.
+    missed: u64,
+}
+
+impl KeptPace {
+    fn missed_part(&self) -> f64 {
+        self.missed as f64 / self.asked.max(1) as f64
+    }
+
+    /// Says so if there are senders that could not keep their pace.
+    pub(super) fn warning(all: &[Self]) -> Option<Warning> {
+        /// Part of the instants that may be missed in silence.
+        const TOLERATED: f64 = 0.01;
+        let late = || all.iter().filter(|pace| pace.missed_part() > TOLERATED);
+        let worst = late().max_by(|a, b| a.missed_part().total_cmp(&b.missed_part()))?;
+        Some(Warning {
+            code: "pace_not_kept".into(),
+            message: format!(
+                "{} of {} times the sender could not keep its pace and sent fewer messages; worst: {}, \
+                 {} of {} instants missed",
+                late().count(),
+                all.len(),
+                worst.label,
+                worst.missed,
+                worst.asked
+            ),
+            remedy: "a slower --pace, fewer --values, or a machine with less to do".into(),
+        })
+    }
+}
+
+impl Series {
+    pub(super) fn new(arm: Arm, pace: Pace, values: usize) -> Self {
+        Self {
+            arm,
+            pace,
+            values,
+            blocks: Blocks::default(),
+            stages: None,
+            received: 0,
+            sent: 0,
+            missed: 0,
+            elapsed_ns: 0,
+        }
+    }
+
+    pub(super) fn arm(&self) -> Arm {
+        self.arm
+    }
+
+    /// What people see while it is measured.
+    pub(super) fn label(&self) -> String {
+        format!("{} ({}, {} values)", self.arm, self.pace, self.values)
+    }
+
+    /// All samples so far.
+    pub(super) fn samples(&self) -> &Distribution {
+        self.blocks.all()
+    }
+
+    /// Takes in a turn.
+    pub(super) fn push(&mut self, block: &Block, taken: &Taken, sent: &Sent) {
+        let disturbance = both(block.sender, block.receiver, sent);
+        let lost = taken.received.lost;
+        self.blocks.push(block.at_s, block.elapsed_ns, &taken.samples, lost, disturbance);
+        self.received += taken.received.messages;
+        self.sent += sent.messages;
+        self.missed += sent.missed;
+        self.elapsed_ns += block.elapsed_ns;
+        if let Some(stages) = &taken.stages {
+            self.stages.get_or_insert_default().merge(stages);
+        }
+    }
+
+    /// What became of the pace.
+    pub(super) fn pace(&self) -> KeptPace {
+        KeptPace { label: self.label(), asked: self.sent + self.missed, missed: self.missed }
+    }
+
+    /// The report, if there is anything to report.
+    pub(super) fn report(&self) -> Option<LinkReport> {
+        if self.blocks.reports().is_empty() {
+            return None;
+        }
+        let stages = self.stages.clone().unwrap_or_default();
+        let distributions = [
+            ("one_way_ns", self.blocks.all()),
+            ("end_to_end_ns", &stages.end_to_end),
+            ("age_at_publish_ns", &stages.age_at_publish),
+            ("age_at_release_ns", &stages.age_at_release),
+        ];
+        let filled = distributions.into_iter().filter(|(_, samples)| samples.count() > 0);
+        let histograms: BTreeMap<String, String> =
+            filled.map(|(name, samples)| (name.to_owned(), samples.encode())).collect();
+        Some(LinkReport {
+            service: self.arm.as_str().to_owned(),
+            values: self.values as u64,
+            paced_hz: self.pace.hz(),
+            frames: self.received,
+            lost: self.blocks.missed(),
+            rate_hz: Some(self.received as f64 * 1e9 / self.elapsed_ns.max(1) as f64),
+            one_way_ns: self.blocks.all().summary(),
+            end_to_end_ns: stages.end_to_end.summary(),
+            age_at_publish_ns: stages.age_at_publish.summary(),
+            histograms,
+            blocks: self.blocks.reports().to_vec(),
+            ..LinkReport::default()
+        })
+    }
+}
+
+/// What disturbed either of the two. Both are in one control group, so it was throttled once.
+fn both(sender: Disturbance, receiver: Disturbance, sent: &Sent) -> Disturbance {
+    Disturbance {
+        steal_ns: sender.steal_ns + receiver.steal_ns,
+        throttled_ns: receiver.throttled_ns,
+        faults: receiver.faults + sent.faults,
+        preemptions: receiver.preemptions + sent.preemptions,
+        interrupts: sender.interrupts + receiver.interrupts,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use isochrone_timing::Distribution;
+
+    use super::*;
+    use crate::bench::latency::turn::Received;
+
+    const PACES: [Pace; 2] = [Pace::Hz(1_000.0), Pace::BackToBack];
+
+    #[test]
+    fn the_node_takes_turns_with_the_others_where_they_have_its_pace_and_size() {
+        let plan = plan(&[Arm::Raw, Arm::Node], &[1, 64], &PACES);
+        let arms: Vec<Vec<usize>> =
+            plan.iter().map(|(_, all)| all.iter().map(|some| some.arms.len()).collect()).collect();
+        assert_eq!(arms, [[2, 1], [1, 1]]);
+    }
+
+    #[test]
+    fn the_node_has_turns_of_its_own_where_nobody_else_has_its_pace_and_size() {
+        let alone = Circumstance { pace: PACES[0], arms: vec![Arm::Node] };
+        let other_size = plan(&[Arm::Raw, Arm::Node], &[64], &PACES);
+        assert_eq!(other_size[1], (1, vec![alone.clone()]));
+        let other_pace = plan(&[Arm::Raw, Arm::Node], &[1], &PACES[1..]);
+        assert_eq!(other_pace[0].1[1], alone);
+        let node_only = plan(&[Arm::Node], &[64], &PACES);
+        assert_eq!(node_only, [(1, vec![alone])]);
+    }
+
+    #[test]
+    fn a_size_given_twice_is_measured_once() {
+        assert_eq!(plan(&[Arm::Raw], &[64, 1, 64], &PACES).len(), 2);
+    }
+
+    #[test]
+    fn a_series_reports_all_its_blocks_and_what_was_lost_in_them() {
+        let mut series = Series::new(Arm::Tcp, Pace::Hz(100.0), 64);
+        assert!(series.report().is_none());
+        let mut samples = Distribution::new();
+        samples.record_many(900, 50);
+        let taken = Taken { samples, received: Received { messages: 50, lost: 2 }, stages: None };
+        let stolen = Disturbance { steal_ns: 9_000_000, ..Disturbance::default() };
+        for (at_s, sender) in [(0.0, Disturbance::default()), (1.0, stolen)] {
+            let receiver = Disturbance::default();
+            let block = Block { at_s, elapsed_ns: 500_000_000, sender, receiver };
+            series.push(&block, &taken, &Sent { messages: 50, missed: 1, ..Sent::default() });
+        }
+        let report = series.report().unwrap();
+        assert_eq!((report.frames, report.lost), (100, 4));
+        assert_eq!(report.rate_hz, Some(100.0));
+        assert_eq!(report.one_way_ns.count, 100);
+        let invalid: Vec<bool> =
+            report.blocks.iter().map(|block| block.invalid.is_some()).collect();
+        assert_eq!(invalid, [false, true], "the sender's steal counts as the receiver's");
+        assert_eq!(report.histograms.keys().collect::<Vec<_>>(), ["one_way_ns"]);
+        let pace = [series.pace(), KeptPace { label: "raw".into(), asked: 100, missed: 1 }];
+        let warning = KeptPace::warning(&pace).unwrap().message;
+        for says in ["1 of 2 times", "tcp (100 Hz, 64 values), 2 of 102 instants"] {
+            assert!(warning.contains(says), "{warning}");
+        }
+        assert_eq!(KeptPace::warning(&pace[1..]), None, "one in a hundred is life");
+    }
+}

@@ -1,0 +1,154 @@
+//! The thread that measures. It owns the measuring ends and has a CPU for itself.
+
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::{Receiver, Sender};
+
+use isochrone_cyclic::{Refusal, ThreadRequest, prepare_thread};
+use isochrone_timing::Distribution;
+
+use super::arms::Arm;
+use super::end::{self, End, EndError, Opening, Place};
+use super::node_path::{NodeOutput, Stages};
+use super::turn::{self, Received, Span, Terms};
+
+/// What the thread is told to do.
+pub(super) enum Job {
+    /// The peer has opened its ends: connect with them.
+    Connect,
+    /// Wait until the node sends.
+    AwaitNode(usize),
+    /// Have a turn with an arm.
+    Turn { arm: usize, span: Span, paced: bool },
+}
+
+/// What it answers.
+pub(super) enum Answer {
+    /// Its ends are open.
+    Open {
+        thread: u32,
+        refusals: Vec<Refusal>,
+    },
+    Done,
+    Taken(Box<Taken>),
+}
+
+/// The result of a turn.
+pub(super) struct Taken {
+    pub(super) samples: Distribution,
+    pub(super) received: Received,
+    /// Of the way through a node.
+    pub(super) stages: Option<Stages>,
+}
+
+/// An arm, as far as it has come.
+enum Line {
+    Opening(Option<Opening>),
+    Connected(Box<dyn End>),
+    Node(NodeOutput),
+}
+
+/// Does jobs until there are no more.
+pub(super) fn run(
+    place: &Place<'_>,
+    arms: &[Arm],
+    request: ThreadRequest,
+    stop: &AtomicBool,
+    jobs: &Receiver<Job>,
+    answers: &Sender<Result<Answer, String>>,
+) {
+    let open = |arm: &Arm| {
+        let line = match arm {
+            Arm::Node => NodeOutput::open(place).map(Line::Node),
+            _ => end::open(*arm, place).map(|opening| Line::Opening(Some(opening))),
+        };
+        line.map_err(|error| named(arm, &error))
+    };
+    let lines = arms.iter().map(open).collect::<Result<Vec<Line>, String>>();
+    let (opened, lines) = match lines {
+        Ok(lines) => {
+            let refusals = prepare_thread(request).refusals;
+            let thread = rustix::thread::gettid().as_raw_nonzero().get().cast_unsigned();
+            (Ok(Answer::Open { thread, refusals }), lines)
+        }
+        Err(error) => (Err(error), Vec::new()),
+    };
+    let mut measurer = Measurer {
+        lines,
+        terms: Terms { values: place.values, wait: place.wait },
+        samples: Distribution::new(),
+        stages: Stages::default(),
+    };
+    let mut answer = opened;
+    // Whoever gives the jobs has gone when nobody takes the answer.
+    while answers.send(answer).is_ok() {
+        let Ok(job) = jobs.recv() else { break };
+        let arm = match job {
+            Job::Connect => None,
+            Job::AwaitNode(arm) | Job::Turn { arm, .. } => arms.get(arm),
+        };
+        let name = |error| arm.map_or_else(|| format!("{error}"), |arm| named(arm, &error));
+        answer = match job {
+            Job::Connect => measurer.connect(arms),
+            Job::AwaitNode(arm) => measurer.await_node(arm, stop).map_err(name),
+            Job::Turn { arm, span, paced } => measurer.turn(arm, &span, paced, stop).map_err(name),
+        };
+    }
+}
+
+fn named(arm: &Arm, error: &EndError) -> String {
+    format!("arm \"{arm}\": {error}")
+}
+
+struct Measurer {
+    lines: Vec<Line>,
+    terms: Terms,
+    // Used again in every turn, so that their memory has been touched before.
+    samples: Distribution,
+    stages: Stages,
+}
+
+impl Measurer {
+    fn connect(&mut self, arms: &[Arm]) -> Result<Answer, String> {
+        for (line, arm) in self.lines.iter_mut().zip(arms) {
+            if let Line::Opening(opening) = line
+                && let Some(opening) = opening.take()
+            {
+                *line = Line::Connected(opening().map_err(|error| named(arm, &error))?);
+            }
+        }
+        Ok(Answer::Done)
+    }
+
+    fn await_node(&mut self, arm: usize, stop: &AtomicBool) -> Result<Answer, EndError> {
+        match self.lines.get_mut(arm) {
+            Some(Line::Node(output)) => output.await_node(stop).map(|()| Answer::Done),
+            _ => Err(EndError::Gone),
+        }
+    }
+
+    fn turn(
+        &mut self,
+        arm: usize,
+        span: &Span,
+        paced: bool,
+        stop: &AtomicBool,
+    ) -> Result<Answer, EndError> {
+        let (terms, samples) = (self.terms, &mut self.samples);
+        samples.clear();
+        self.stages.clear();
+        let mut stages = None;
+        let received = match self.lines.get_mut(arm) {
+            Some(Line::Connected(end)) if paced => {
+                turn::receive_paced(end.as_mut(), span, terms, stop, samples)?
+            }
+            Some(Line::Connected(end)) => turn::ping(end.as_mut(), span, terms, stop, samples)?,
+            Some(Line::Node(output)) => {
+                let received = output.receive(span, stop, samples, &mut self.stages)?;
+                stages = Some(self.stages.clone());
+                received
+            }
+            Some(Line::Opening(_)) | None => return Err(EndError::Gone),
+        };
+        Ok(Answer::Taken(Box::new(Taken { samples: samples.clone(), received, stages })))
+    }
+}

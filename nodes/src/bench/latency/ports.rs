@@ -1,0 +1,67 @@
+//! This product's ports.
+
+use isochrone_ipc::{Depth, FrameLayout, FramePublisher, FrameSubscriber, SignalSpec, Stamp, ipc};
+
+use super::arms::Arm;
+use super::end::{End, EndError, Opening, Place, Way};
+use super::message::{Header, Message};
+use isochrone_cyclic::{Clock, Monotonic};
+
+pub(super) fn open(place: &Place<'_>) -> Result<Opening, EndError> {
+    let (participant, layout) = (place.participant, layout(place.values));
+    let name = |way| place.name(Arm::Ports, way);
+    let publisher = FramePublisher::open(participant, &name(Way::Out), &layout)?;
+    let subscriber = FrameSubscriber::open(participant, &name(Way::In), &layout, Depth::All)?;
+    Ok(Box::new(move || {
+        let mut ports = Ports { publisher, subscriber };
+        ports.prepare();
+        ports.subscriber.maintain();
+        Ok(Box::new(ports) as Box<dyn End>)
+    }))
+}
+
+/// Frames of so many values.
+pub(super) fn layout(values: usize) -> FrameLayout {
+    let signal = |channel| SignalSpec { name: format!("v{channel}"), value_type: String::new() };
+    FrameLayout { signals: (0..values).map(signal).collect(), period_ns: None }
+}
+
+struct Ports {
+    publisher: FramePublisher<ipc::Service>,
+    subscriber: FrameSubscriber<ipc::Service>,
+}
+
+impl End for Ports {
+    fn send(&mut self, header: Header) -> Result<(), EndError> {
+        publish(&mut self.publisher, header)
+    }
+
+    fn receive(&mut self) -> Result<Option<Message>, EndError> {
+        Ok(self.subscriber.next().map(|frame| {
+            let header = frame.header();
+            let header = Header { sequence: header.cycle, sent_ns: header.release_ns };
+            Message::read(header, frame.values())
+        }))
+    }
+
+    fn prepare(&mut self) {
+        self.publisher.prepare();
+    }
+}
+
+/// Writes and sends the prepared frame. Its own sequence goes on over all turns, so the message's
+/// stands in place of the cycle; and as `publish_ns` is read after the values were written, the
+/// message's time stands in place of the release.
+pub(super) fn publish(
+    publisher: &mut FramePublisher<ipc::Service>,
+    header: Header,
+) -> Result<(), EndError> {
+    if let Some(values) = publisher.values_mut() {
+        values.fill(header.value());
+    }
+    let stamp = Stamp { cycle: header.sequence, release_ns: header.sent_ns, ..Stamp::default() };
+    match publisher.send(stamp, || Monotonic.now_ns()) {
+        true => Ok(()),
+        false => Err(EndError::Refused),
+    }
+}

@@ -1,0 +1,151 @@
+//! The processes that a bench starts, as it sees them.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, Write};
+use std::process::{ChildStdin, ChildStdout, Stdio};
+use std::time::{Duration, Instant};
+use std::{fs, thread};
+
+use isochrone_timing::Warning;
+use serde::Serialize;
+
+use super::peer::{Reply, Setup, Turn};
+use super::turn::Sent;
+use crate::company::{Company, Process};
+use crate::failure::Failure;
+
+/// How long the peer may take to leave, so that it takes its ports along.
+const LEAVING: Duration = Duration::from_secs(3);
+const LOOK_INTERVAL: Duration = Duration::from_millis(2);
+
+/// The peer. It leaves when this is dropped.
+pub(super) struct Peer {
+    // Closed first: that tells it to leave.
+    commands: Option<ChildStdin>,
+    replies: BufReader<ChildStdout>,
+    process: Process,
+}
+
+impl Peer {
+    /// Starts it; returns when its ends are open, with what it was refused.
+    pub(super) fn start(company: &Company, setup: &Setup) -> Result<(Self, Vec<Warning>), Failure> {
+        let arguments = ["bench", "latency-peer"];
+        let mut process =
+            company.start_with(&arguments, |command| command.stdin(Stdio::piped()))?;
+        let (Some(commands), Some(replies)) = process.pipes() else {
+            return Err(Failure::found("the peer has no pipes"));
+        };
+        let replies = BufReader::new(replies);
+        let mut peer = Self { commands: Some(commands), replies, process };
+        peer.tell(setup)?;
+        match peer.reply()? {
+            Reply::Ready(warnings) => Ok((peer, warnings)),
+            other => Err(Failure::found(format!("the peer said {other:?} before it was ready"))),
+        }
+    }
+
+    /// Lets it have a turn.
+    pub(super) fn begin(&mut self, turn: &Turn) -> Result<(), Failure> {
+        self.tell(turn)
+    }
+
+    /// Waits for the end of its turn.
+    pub(super) fn finish(&mut self) -> Result<Sent, Failure> {
+        match self.reply()? {
+            Reply::Done(sent) => Ok(sent),
+            other => Err(Failure::found(format!("the peer said {other:?} instead of a result"))),
+        }
+    }
+
+    /// Why it ended, if it did and has said so.
+    pub(super) fn last_words(&mut self) -> Option<Failure> {
+        // Without further orders it says what it has to say, and ends.
+        drop(self.commands.take());
+        loop {
+            let mut line = String::new();
+            let read = self.replies.read_line(&mut line).unwrap_or(0);
+            match serde_json::from_str(&line) {
+                Ok(Reply::Failed(why)) => return Some(Failure::found(why)),
+                _ if read == 0 => return None,
+                _ => {}
+            }
+        }
+    }
+
+    fn tell(&mut self, line: &impl Serialize) -> Result<(), Failure> {
+        let text = serde_json::to_string(line).map_err(gone)?;
+        // If it ended, its last words say why, and they are read next.
+        let _ = self.commands.as_mut().map(|commands| writeln!(commands, "{text}"));
+        Ok(())
+    }
+
+    fn reply(&mut self) -> Result<Reply, Failure> {
+        let mut line = String::new();
+        self.replies.read_line(&mut line).map_err(gone)?;
+        match serde_json::from_str(&line) {
+            Ok(Reply::Failed(why)) => Err(Failure::found(why)),
+            Ok(reply) => Ok(reply),
+            Err(_) => Err(gone("without a word")),
+        }
+    }
+}
+
+fn gone(why: impl std::fmt::Display) -> Failure {
+    Failure::found(format!("the process at the other end has ended: {why}"))
+}
+
+impl Drop for Peer {
+    fn drop(&mut self) {
+        drop(self.commands.take());
+        let since = Instant::now();
+        while self.process.failure().is_none() && since.elapsed() < LEAVING {
+            thread::sleep(LOOK_INTERVAL);
+        }
+    }
+}
+
+const CONFIGURATION_FILE: &str = "node.toml";
+const LOG_FILE: &str = "node.log";
+
+/// A control node that runs for one turn.
+pub(super) struct Node<'a> {
+    company: &'a Company,
+    process: Process,
+}
+
+impl<'a> Node<'a> {
+    /// Starts it. It ends by itself after `seconds`, should we be killed.
+    pub(super) fn start(
+        company: &'a Company,
+        configuration: &str,
+        seconds: f64,
+    ) -> Result<Self, Failure> {
+        company.write(CONFIGURATION_FILE, configuration)?;
+        let log = File::create(company.path().join(LOG_FILE))
+            .map_err(|error| Failure::found(format!("cannot write {LOG_FILE}: {error}")))?;
+        let domain_file = company.domain_file();
+        let arguments = [
+            "run",
+            CONFIGURATION_FILE,
+            "--seconds",
+            &seconds.to_string(),
+            "--iceoryx2-config",
+            &domain_file.display().to_string(),
+        ];
+        let process = company.start_with(&arguments, |command| {
+            command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(log)
+        })?;
+        Ok(Self { company, process })
+    }
+
+    /// Adds what the node has said to what went wrong.
+    pub(super) fn explain(&self, failure: &str) -> Failure {
+        let log = fs::read_to_string(self.company.path().join(LOG_FILE)).unwrap_or_default();
+        Failure::found(format!("{failure}\n{log}"))
+    }
+
+    /// Ends it and waits.
+    pub(super) fn end(mut self) -> Result<(), Failure> {
+        self.process.end().map_or(Ok(()), Err)
+    }
+}

@@ -1,0 +1,265 @@
+//! Two processes and messages of one size: all turns of all arms.
+
+use std::fs;
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread;
+use std::time::Duration;
+
+use isochrone_cyclic::{Clock, Monotonic, ThreadRequest};
+use isochrone_ipc::{Participant, ipc};
+use isochrone_timing::{LinkReport, Warning, turns};
+
+use super::Plan;
+use super::arms::{Arm, Pace};
+use super::circumstance::{Block, Circumstance, KeptPace, Series};
+use super::end::{Place, Side};
+use super::measurer::{self, Answer, Job, Taken};
+use super::node_path;
+use super::peer::{Setup, Turn};
+use super::processes::{Node, Peer};
+use super::turn::Span;
+use crate::bench::live::Live;
+use crate::bench::watch::Watch;
+use crate::company::Company;
+use crate::failure::Failure;
+use crate::run::warning;
+use crate::stop::Stop;
+
+/// From the order to begin a turn until it begins.
+const LEAD_NS: u64 = 5_000_000;
+/// How long before the warm-up is over the kernel's counts are read: that takes time on a CPU that
+/// is needed then.
+const AHEAD_NS: u64 = 3_000_000;
+/// Part of a block that is warm-up.
+const WARM_UP: u64 = 10;
+/// How long a node outlives us, should we be killed, in seconds.
+const GRACE_S: f64 = 15.0;
+
+/// What all sessions of a bench share.
+pub(super) struct Bench<'a> {
+    pub(super) plan: &'a Plan,
+    pub(super) company: &'a Company,
+    pub(super) participant: &'a Participant<ipc::Service>,
+    pub(super) stop: &'a Stop,
+    pub(super) origin_ns: u64,
+    /// Turns so far.
+    pub(super) turns: u64,
+    pub(super) paces: Vec<KeptPace>,
+    pub(super) warnings: Vec<Warning>,
+}
+
+impl Bench<'_> {
+    /// Measures messages of one size.
+    pub(super) fn measure(
+        &mut self,
+        values: usize,
+        circumstances: &[Circumstance],
+    ) -> Result<Vec<LinkReport>, Failure> {
+        let mut arms: Vec<Arm> = Vec::new();
+        for arm in circumstances.iter().flat_map(|some| &some.arms) {
+            if !arms.contains(arm) {
+                arms.push(*arm);
+            }
+        }
+        let folder = self.company.path().join(values.to_string());
+        fs::create_dir(&folder).map_err(|error| {
+            Failure::found(format!("cannot create {}: {error}", folder.display()))
+        })?;
+        let place = Place {
+            side: Side::Measuring,
+            folder: &folder,
+            participant: self.participant,
+            prefix: self.company.prefix(),
+            values,
+            wait: self.plan.wait,
+        };
+        let setup = Setup {
+            domain_file: self.company.domain_file(),
+            folder: folder.clone(),
+            prefix: self.company.prefix().to_owned(),
+            arms: arms.clone(),
+            values,
+            wait: self.plan.wait,
+            cpu: self.plan.cpus.sender,
+            priority: self.plan.priority,
+        };
+        let request =
+            ThreadRequest { priority: self.plan.priority, cpu: Some(self.plan.cpus.receiver) };
+        let flag = self.stop.flag();
+        thread::scope(|scope| {
+            let (jobs, to_do) = channel();
+            let (answer, answers) = channel();
+            let (place, known) = (&place, &arms);
+            scope.spawn(move || measurer::run(place, known, request, &flag, &to_do, &answer));
+            let mut session = Session::open(self, jobs, answers, arms.clone(), &setup)?;
+            let mut reports = Vec::new();
+            for circumstance in circumstances {
+                let series = session.circumstance(values, circumstance)?;
+                reports.extend(series.iter().filter_map(Series::report));
+                session.bench.paces.extend(series.iter().map(Series::pace));
+            }
+            Ok(reports)
+        })
+    }
+
+    fn warn(&mut self, warnings: impl IntoIterator<Item = Warning>) {
+        for warning in warnings {
+            if !self.warnings.contains(&warning) {
+                self.warnings.push(warning);
+            }
+        }
+    }
+}
+
+struct Session<'a, 'b> {
+    bench: &'a mut Bench<'b>,
+    // Leaves before the thread that measures ends, so that no message is without a reader.
+    peer: Peer,
+    jobs: Sender<Job>,
+    answers: Receiver<Result<Answer, String>>,
+    arms: Vec<Arm>,
+    thread: u32,
+}
+
+impl<'a, 'b> Session<'a, 'b> {
+    fn open(
+        bench: &'a mut Bench<'b>,
+        jobs: Sender<Job>,
+        answers: Receiver<Result<Answer, String>>,
+        arms: Vec<Arm>,
+        setup: &Setup,
+    ) -> Result<Self, Failure> {
+        let Answer::Open { thread, refusals } = answer(&answers)? else {
+            return Err(unexpected());
+        };
+        bench.warn(refusals.iter().map(warning));
+        let (peer, warnings) = Peer::start(bench.company, setup)?;
+        bench.warn(warnings);
+        let session = Self { bench, peer, jobs, answers, arms, thread };
+        session.order(Job::Connect)?;
+        answer(&session.answers)?;
+        Ok(session)
+    }
+
+    /// Lets the arms of a circumstance take turns.
+    fn circumstance(
+        &mut self,
+        values: usize,
+        circumstance: &Circumstance,
+    ) -> Result<Vec<Series>, Failure> {
+        let new = |arm: &Arm| Series::new(*arm, circumstance.pace, values);
+        let mut series: Vec<Series> = circumstance.arms.iter().map(new).collect();
+        let labels: Vec<String> = series.iter().map(Series::label).collect();
+        let live = Live::start(self.bench.plan.total(), labels.iter().map(String::as_str));
+        for (round, index) in turns(self.bench.plan.rounds, series.len()) {
+            let Some(series) = series.get_mut(index) else { continue };
+            live.pass(self.bench.plan.block() * self.bench.turns as u32);
+            if !self.turn(circumstance.pace, round, series)? {
+                break;
+            }
+            live.show(index, series.samples());
+        }
+        Ok(series)
+    }
+
+    /// One turn; `false` if it was stopped, and does not count.
+    fn turn(&mut self, pace: Pace, round: usize, series: &mut Series) -> Result<bool, Failure> {
+        if self.bench.stop.is_due() {
+            return Ok(false);
+        }
+        self.bench.turns += 1;
+        let Some(arm) = self.arms.iter().position(|arm| *arm == series.arm()) else {
+            return Err(unexpected());
+        };
+        let node = match series.arm() {
+            Arm::Node => Some(self.start_node(arm)?),
+            _ => None,
+        };
+        let span = self.span(round, node.is_some());
+        let cpus = self.bench.plan.cpus;
+        let mut watches = [
+            Watch::begin(Some(cpus.sender), None),
+            Watch::begin(Some(cpus.receiver), Some(self.thread)),
+        ];
+        let period_ns = pace.hz().map(|hz| (1e9 / hz).round() as u64);
+        self.peer.begin(&Turn { arm, span, period_ns })?;
+        self.order(Job::Turn { arm, span, paced: period_ns.is_some() })?;
+        let ahead_ns = span.from_ns.saturating_sub(AHEAD_NS);
+        thread::sleep(Duration::from_nanos(ahead_ns.saturating_sub(Monotonic.now_ns())));
+        watches.iter_mut().for_each(Watch::look);
+        let taken = self.taken();
+        watches.iter_mut().for_each(Watch::look);
+        if let Some(node) = node {
+            node.end()?;
+        }
+        if self.bench.stop.is_due() && taken.is_ok() {
+            return Ok(false);
+        }
+        // Where both sides fail, the peer's reason is the cause more often than not.
+        let sent = match &taken {
+            Ok(_) => self.peer.finish()?,
+            Err(_) => match self.peer.last_words() {
+                Some(why) => return Err(why),
+                None => return taken.map(|_| false),
+            },
+        };
+        let taken = taken?;
+        let [sender, receiver] = watches.map(|watch| watch.since(span.from_ns));
+        let block = Block {
+            at_s: span.from_ns.saturating_sub(self.bench.origin_ns) as f64 / 1e9,
+            elapsed_ns: span.end_ns - span.from_ns,
+            sender,
+            receiver,
+        };
+        series.push(&block, &taken, &sent);
+        Ok(true)
+    }
+
+    fn span(&self, round: usize, through_node: bool) -> Span {
+        let plan = self.bench.plan;
+        let earliest_ns = Monotonic.now_ns() + LEAD_NS;
+        let start_ns = match through_node {
+            true => node_path::start_ns(earliest_ns, round, plan.rounds),
+            false => earliest_ns,
+        };
+        Span {
+            start_ns,
+            from_ns: start_ns + plan.block_ns / WARM_UP,
+            end_ns: start_ns + plan.block_ns,
+            first: self.bench.turns << 32,
+        }
+    }
+
+    /// Starts a node, and waits until it sends.
+    fn start_node(&mut self, arm: usize) -> Result<Node<'b>, Failure> {
+        let plan = self.bench.plan;
+        let configuration = node_path::configuration(plan.node_cpu, plan.priority);
+        let seconds = plan.block().as_secs_f64() + GRACE_S;
+        let node = Node::start(self.bench.company, &configuration, seconds)?;
+        self.order(Job::AwaitNode(arm))?;
+        match self.answers.recv() {
+            Ok(Ok(_)) => Ok(node),
+            Ok(Err(why)) => Err(node.explain(&why)),
+            Err(_) => Err(unexpected()),
+        }
+    }
+
+    fn taken(&self) -> Result<Box<Taken>, Failure> {
+        match answer(&self.answers)? {
+            Answer::Taken(taken) => Ok(taken),
+            _ => Err(unexpected()),
+        }
+    }
+
+    fn order(&self, job: Job) -> Result<(), Failure> {
+        self.jobs.send(job).map_err(|_| unexpected())
+    }
+}
+
+fn answer(answers: &Receiver<Result<Answer, String>>) -> Result<Answer, Failure> {
+    answers.recv().map_err(|_| unexpected())?.map_err(Failure::found)
+}
+
+fn unexpected() -> Failure {
+    Failure::found("the thread that measures has ended")
+}

@@ -1,0 +1,168 @@
+//! Several processes of this program that belong together, in an iceoryx2 domain of their own.
+
+use std::io::{BufRead, BufReader, Read};
+use std::os::unix::process::{CommandExt, ExitStatusExt};
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
+use std::thread;
+
+use isochrone_ipc::{Participant, ipc, load_config, remove_leftovers};
+use rustix::process::{Pid, Signal, kill_process};
+
+use crate::failure::Failure;
+
+/// Where the processes live: a folder, and an iceoryx2 domain of its own, so that they meet nothing
+/// else that runs on the machine. Both are gone when this is dropped; drop the processes before.
+pub(crate) struct Company {
+    folder: tempfile::TempDir,
+    prefix: String,
+}
+
+const DOMAIN_FILE: &str = "iceoryx2.toml";
+
+impl Company {
+    /// Makes the folder, and a domain whose prefix begins with a word.
+    pub(crate) fn gather(word: &str) -> Result<Self, Failure> {
+        let folder = tempfile::Builder::new()
+            .prefix("isochrone-")
+            .tempdir()
+            .map_err(|error| Failure::found(format!("cannot create a folder: {error}")))?;
+        let company = Self { folder, prefix: format!("{word}{}_", std::process::id()) };
+        let root_path = company.path().display().to_string();
+        let prefix = &company.prefix;
+        company.write(
+            DOMAIN_FILE,
+            &format!("[global]\nroot-path = {root_path:?}\nprefix = {prefix:?}\n"),
+        )?;
+        Ok(company)
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// What the names of its files in shared memory begin with.
+    pub(crate) fn prefix(&self) -> &str {
+        &self.prefix
+    }
+
+    /// The file that tells the domain.
+    pub(crate) fn domain_file(&self) -> PathBuf {
+        self.path().join(DOMAIN_FILE)
+    }
+
+    /// Writes a file into the folder.
+    pub(crate) fn write(&self, name: &str, text: &str) -> Result<(), Failure> {
+        std::fs::write(self.path().join(name), text)
+            .map_err(|error| Failure::found(format!("cannot write {name}: {error}")))
+    }
+
+    /// Starts this program with a verb, in the folder and the domain.
+    pub(crate) fn start(&self, arguments: &[&str]) -> Result<Process, Failure> {
+        let domain = ["--iceoryx2-config", DOMAIN_FILE];
+        self.start_with(&[arguments, &domain].concat(), |command| command.stdin(Stdio::null()))
+    }
+
+    /// Starts this program with a verb, in the folder.
+    pub(crate) fn start_with(
+        &self,
+        arguments: &[&str],
+        set_up: impl FnOnce(&mut Command) -> &mut Command,
+    ) -> Result<Process, Failure> {
+        let verb = arguments.first().copied().unwrap_or_default().to_owned();
+        let child = std::env::current_exe().and_then(|program| {
+            let mut command = Command::new(program);
+            // A Ctrl-C of the terminal is for us; we end the children in order.
+            command.args(arguments).current_dir(self.path()).process_group(0);
+            set_up(command.stdout(Stdio::piped())).spawn()
+        });
+        let child =
+            child.map_err(|error| Failure::found(format!("cannot start {verb}: {error}")))?;
+        Ok(Process { verb, child, ended: false })
+    }
+}
+
+impl Drop for Company {
+    fn drop(&mut self) {
+        if let Ok(config) = load_config(Some(&self.domain_file())) {
+            // Joining removes what processes left that had to be killed.
+            drop(Participant::<ipc::Service>::join("isochrone/cleaner", &config));
+            remove_leftovers::<ipc::Service>(&config);
+        }
+    }
+}
+
+/// A process of the company. It is killed if nobody ends it before.
+pub(crate) struct Process {
+    verb: String,
+    child: Child,
+    ended: bool,
+}
+
+impl Process {
+    /// Reads its stdout in the background: hands on line after line, and in the end sends what
+    /// follows from the first line "{": a JSON document.
+    pub(crate) fn document(&mut self, line: impl Fn(&str) + Send + 'static) -> Receiver<String> {
+        let (sender, receiver) = channel();
+        if let Some(stdout) = self.child.stdout.take() {
+            thread::spawn(move || {
+                let mut stdout = BufReader::new(stdout);
+                let mut text = String::new();
+                while stdout.read_line(&mut text).is_ok_and(|length| length > 0) {
+                    if text == "{\n" {
+                        let _ = stdout.read_to_string(&mut text);
+                        break;
+                    }
+                    line(text.trim_end());
+                    text.clear();
+                }
+                let _ = sender.send(text);
+            });
+        }
+        receiver
+    }
+
+    /// The pipes to its stdin, where one was asked for, and from its stdout, once.
+    pub(crate) fn pipes(&mut self) -> (Option<ChildStdin>, Option<ChildStdout>) {
+        (self.child.stdin.take(), self.child.stdout.take())
+    }
+
+    /// Why the process ended, if it did so before it was told to.
+    pub(crate) fn failure(&mut self) -> Option<Failure> {
+        let status = self.child.try_wait().ok().flatten()?;
+        self.ended = true;
+        Some(Failure::found(format!("`isochrone {}` ended early: {status}", self.verb)))
+    }
+
+    /// Ends the process with SIGTERM and waits for it.
+    pub(crate) fn end(&mut self) -> Option<Failure> {
+        if !self.ended
+            && let Ok(pid) = i32::try_from(self.child.id())
+            && let Some(pid) = Pid::from_raw(pid)
+        {
+            let _ = kill_process(pid, Signal::TERM);
+        }
+        let status = self.child.wait();
+        let told = Some(Signal::TERM.as_raw());
+        self.ended = true;
+        match status {
+            Ok(status) if status.success() => None,
+            // It was told to end before it had begun, or before a frame came.
+            Ok(status) if status.code() == Some(3) || status.signal() == told => None,
+            Ok(status) => {
+                Some(Failure::found(format!("`isochrone {}` failed: {status}", self.verb)))
+            }
+            Err(error) => Some(Failure::found(format!("`isochrone {}`: {error}", self.verb))),
+        }
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        if !self.ended {
+            let _ = self.child.kill();
+            let _ = self.child.wait();
+        }
+    }
+}
