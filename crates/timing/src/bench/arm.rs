@@ -83,7 +83,7 @@ impl LoopArm {
         }
         self.cycles += records.len() as u64;
         self.warm_up_cycles += warm_up as u64;
-        let elapsed_ns = counted.len() as u64 * self.period_ns;
+        let elapsed_ns = (counted.len() as u64 + missed) * self.period_ns;
         self.blocks.push(self.at_s(from_ns), elapsed_ns, &jitter, missed, disturbance);
     }
 

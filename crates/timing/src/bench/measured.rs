@@ -6,7 +6,7 @@ use super::blocks::BlockReport;
 use super::compare::{Block, Ratio, Verdict, ratio};
 use super::reported::{Reported, label};
 use crate::distribution::Distribution;
-use crate::report::Report;
+use crate::report::{CostReport, Report};
 
 /// A percentile that people compare.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -148,11 +148,14 @@ impl Report {
     }
 
     /// Compares each arm with the first one under the same circumstances, and keeps the result.
+    /// Block types are no arms: each does work of its own.
     pub fn compare_arms(&mut self) {
         let measured = self.measured();
         let of_arm = |(index, candidate): (usize, &Measured)| {
             let comparable = |other: &&Measured| {
-                other.metric == candidate.metric && other.circumstances == candidate.circumstances
+                candidate.metric != CostReport::METRIC
+                    && other.metric == candidate.metric
+                    && other.circumstances == candidate.circumstances
             };
             let reference = measured.iter().take(index).find(comparable);
             reference.map_or_else(Vec::new, |first| Comparison::all(first, candidate, true))
