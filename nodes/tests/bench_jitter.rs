@@ -226,6 +226,8 @@ fn bad_input_is_refused_before_anything_runs() {
         ("--cpu 4095", "no CPU 4095"),
         ("--priority 95", "0..=89"),
         ("--seconds 0", "greater than 0"),
+        ("--seconds 1e300", "a week"),
+        ("--block 61", "0.01 to 60"),
         ("--load tea", "possible values"),
         ("--arms cyclictest --priority 0", "with a priority"),
         ("--config ramps.toml --period 1ms", "cannot be given with --config"),

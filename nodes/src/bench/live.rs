@@ -1,5 +1,6 @@
 //! The live view of a bench: time left, and each arm's percentiles so far. On a terminal only.
 
+use std::cell::Cell;
 use std::time::Duration;
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
@@ -11,7 +12,7 @@ pub(super) struct Live {
     _screen: MultiProgress,
     progress: ProgressBar,
     arms: Vec<ProgressBar>,
-    total: Duration,
+    total: Cell<Duration>,
 }
 
 impl Live {
@@ -28,7 +29,7 @@ impl Live {
             line
         };
         let arms = arms.into_iter().map(line).collect();
-        Self { _screen: screen, progress, arms, total }
+        Self { _screen: screen, progress, arms, total: Cell::new(total) }
     }
 
     /// Whether somebody can see it.
@@ -36,9 +37,15 @@ impl Live {
         !self.progress.is_hidden()
     }
 
+    /// Tells that it takes another time in all than was thought.
+    pub(super) fn expect(&self, total: Duration) {
+        self.total.set(total);
+        self.progress.set_length(total.as_millis() as u64);
+    }
+
     /// Tells how much of the time has passed.
     pub(super) fn pass(&self, elapsed: Duration) {
-        let left = self.total.saturating_sub(elapsed);
+        let left = self.total.get().saturating_sub(elapsed);
         self.progress.set_position(elapsed.as_millis() as u64);
         let seconds = left.as_secs();
         self.progress.set_message(format!("{}:{:02} left", seconds / 60, seconds % 60));

@@ -8,6 +8,7 @@ mod outputs;
 mod watch;
 
 use crate::failure::Failure;
+use crate::stop::parse_seconds;
 
 /// Measure release jitter, latency between processes, or the cost of blocks
 ///
@@ -34,5 +35,21 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         What::Latency(args) => latency::run(args),
         What::Engine(args) => engine::run(args),
         What::LatencyPeer(args) => latency::peer::run(args),
+    }
+}
+
+/// Reads how long a bench takes: a week at most.
+fn parse_length(text: &str) -> Result<f64, String> {
+    match parse_seconds(text)? {
+        seconds if seconds <= 604_800.0 => Ok(seconds),
+        _ => Err("give at most a week, 604800 seconds".into()),
+    }
+}
+
+/// Reads how long a turn takes: what it measures is kept in memory until it is over.
+fn parse_block(text: &str) -> Result<f64, String> {
+    match parse_seconds(text)? {
+        seconds @ 0.01..=60.0 => Ok(seconds),
+        _ => Err("a turn is 0.01 to 60 seconds".into()),
     }
 }

@@ -13,10 +13,10 @@ use isochrone_timing::{CostReport, Environment, Machine, Report, Warning, turns}
 
 use self::arm::{Arm, Turn};
 use super::live::Live;
-use super::outputs;
+use super::{outputs, parse_length};
 use crate::failure::Failure;
 use crate::run::warning;
-use crate::stop::{Stop, parse_seconds};
+use crate::stop::Stop;
 use crate::terminal;
 
 /// Measure what a block instance costs in a cycle, from 1 to 1,000,000 instances
@@ -38,7 +38,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "ARM,...", value_delimiter = ',', value_parser = workload)]
     arms: Vec<Workload>,
     /// How long to measure each arm at each size
-    #[arg(long, value_name = "SECONDS", default_value = "1", value_parser = parse_seconds)]
+    #[arg(long, value_name = "SECONDS", default_value = "1", value_parser = parse_length)]
     seconds: f64,
     /// CPU to pin to
     #[arg(long)]

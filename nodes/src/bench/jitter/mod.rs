@@ -20,10 +20,10 @@ use rustix::thread::CpuSet;
 use self::arm::{Arm, Kind, Turn};
 use self::load::{Load, Stress};
 use super::live::Live;
-use super::outputs;
+use super::{outputs, parse_block, parse_length};
 use crate::domain::{self, Domain};
 use crate::failure::Failure;
-use crate::stop::{Stop, parse_seconds};
+use crate::stop::Stop;
 use crate::{load as configuration, run, terminal};
 
 /// Measure release jitter: how late a loop begins its cycles
@@ -62,10 +62,10 @@ pub(super) struct Args {
     #[arg(long, value_enum, value_delimiter = ',', default_value = "idle")]
     load: Vec<Load>,
     /// Seconds of each arm, at each period and under each load
-    #[arg(long, default_value = "20", value_parser = parse_seconds, allow_negative_numbers = true)]
+    #[arg(long, default_value = "20", value_parser = parse_length, allow_negative_numbers = true)]
     seconds: f64,
-    /// Seconds of a turn
-    #[arg(long, default_value = "2", value_parser = parse_seconds, allow_negative_numbers = true)]
+    /// Seconds of a turn, up to 60
+    #[arg(long, default_value = "2", value_parser = parse_block, allow_negative_numbers = true)]
     block: f64,
     #[command(flatten)]
     outputs: outputs::Args,
@@ -108,11 +108,12 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         .iter()
         .flat_map(|load| settings.periods_ns.iter().map(|period_ns| (*load, *period_ns)))
         .collect();
-    let turn = WARM_UP + Duration::from_secs_f64(args.block.min(args.seconds));
-    let total = turn * (rounds * kinds.len() * circumstances.len()) as u32;
+    let counted = Duration::from_secs_f64(args.block.min(args.seconds));
+    let all = (rounds * kinds.len() * circumstances.len()) as f64;
     let names = kinds.iter().map(|(name, _)| name.as_str());
-    let live = Live::start(total, names);
+    let live = Live::start((WARM_UP + counted).mul_f64(all), names);
     let began = Instant::now();
+    let mut done = 0.0;
     let mut load_before = None;
     let mut stress = None;
     for (load, period_ns) in circumstances {
@@ -131,9 +132,11 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
             }
             let Some(arm) = arms.get_mut(index) else { continue };
             let pass = || live.pass(began.elapsed());
-            let counted = Duration::from_secs_f64(args.block.min(args.seconds));
             arm.take(&Turn { counted, stop: &stop, domain: &domain, pass: &pass })?;
             live.show(index, arm.jitter());
+            // Starting and ending a turn takes its time, too, and not the same for each arm.
+            done += 1.0;
+            live.expect(began.elapsed().mul_f64(all / done));
         }
         // `idle` is only worth a word beside something else.
         let named = if args.load == [Load::Idle] { "" } else { load.as_str() };

@@ -29,11 +29,11 @@ use isochrone_ipc::{Participant, ipc, load_config};
 use isochrone_timing::{Environment, Report};
 use rustix::thread::{CpuSet, sched_getaffinity};
 
-use super::outputs;
+use super::{outputs, parse_block, parse_length};
 use crate::company::Company;
 use crate::failure::Failure;
 use crate::run::warning;
-use crate::stop::{Stop, parse_seconds};
+use crate::stop::Stop;
 use arms::{Arm, Pace, Wait};
 use circumstance::KeptPace;
 use session::Bench;
@@ -82,10 +82,10 @@ pub(crate) struct Args {
     )]
     values: Vec<usize>,
     /// Time for each arm, at each pace and size
-    #[arg(long, default_value = "3", value_parser = parse_seconds, allow_negative_numbers = true)]
+    #[arg(long, default_value = "3", value_parser = parse_length, allow_negative_numbers = true)]
     seconds: f64,
     /// Length of a turn, in seconds
-    #[arg(long, default_value = "0.5", value_parser = parse_seconds, allow_negative_numbers = true)]
+    #[arg(long, default_value = "0.5", value_parser = parse_block, allow_negative_numbers = true)]
     block: f64,
     /// How receivers wait
     #[arg(long, value_enum, default_value = "poll")]
