@@ -26,16 +26,16 @@ impl ResultFile {
     }
 
     /// Replaces what the file held.
-    pub(crate) fn write(mut self, text: &str) -> Result<(), Failure> {
+    pub(crate) fn write(&self, text: &str) -> Result<(), Failure> {
         // A pipe or a device has no length to take away, and needs none.
         let _ = self.file.set_len(0);
-        self.file
+        (&self.file)
             .write_all(text.as_bytes())
             .map_err(|error| Failure::found(format!("cannot write {}: {error}", self.name)))
     }
 
     /// Writes a report as JSON.
-    pub(crate) fn write_report(self, report: &Report) -> Result<(), Failure> {
+    pub(crate) fn write_report(&self, report: &Report) -> Result<(), Failure> {
         match serde_json::to_string_pretty(report) {
             Ok(text) => self.write(&(text + "\n")),
             Err(error) => Err(Failure::found(format!("cannot write {}: {error}", self.name))),

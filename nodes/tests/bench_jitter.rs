@@ -42,6 +42,15 @@ fn number(value: &Value) -> u64 {
     value.as_u64().unwrap_or_else(|| panic!("{value} is no number"))
 }
 
+/// Whether there are five rounds without an invalid block. A machine that is busy with other tests
+/// may take the CPU away in more of them.
+fn can_be_compared(report: &Value) -> bool {
+    let is_valid = |task: &Value, block: usize| task["blocks"][block].get("invalid").is_none();
+    let rounds = tasks(report)[0]["blocks"].as_array().unwrap().len();
+    let valid = |block: &usize| tasks(report).iter().all(|task| is_valid(task, *block));
+    (0..rounds).filter(valid).count() >= 5
+}
+
 #[test]
 fn arms_run_in_turns_without_their_warm_up_and_are_compared_with_the_first() {
     let domain = Domain::new();
@@ -51,43 +60,49 @@ fn arms_run_in_turns_without_their_warm_up_and_are_compared_with_the_first() {
     for task in tasks(&report) {
         let blocks = task["blocks"].as_array().unwrap();
         assert_eq!(blocks.len(), 6);
-        let samples: u64 = blocks.iter().map(|block| number(&block["samples"])).sum();
-        assert_eq!(number(&task["release_jitter_ns"]["count"]), samples);
-        assert_eq!(number(&task["cycles"]) - number(&task["warm_up_cycles"]), samples);
+        let due: u64 = blocks.iter().map(|block| number(&block["samples"])).sum();
+        assert_eq!(due, 1_200, "1.2 s of 1 ms");
+        let ran = number(&task["release_jitter_ns"]["count"]);
+        assert_eq!(number(&task["cycles"]) - number(&task["warm_up_cycles"]), ran);
+        assert_eq!(ran + number(&task["missed"]), due);
+        assert_eq!(number(&task["release_jitter_corrected_ns"]["count"]), due);
         assert!(number(&task["warm_up_cycles"]) > 0);
-        assert!(samples <= 1_200, "1.2 s of 1 ms are 1200 cycles, not {samples}");
-        let corrected = number(&task["release_jitter_corrected_ns"]["count"]);
-        assert_eq!(corrected, samples + number(&task["missed"]));
     }
     let began =
         |arm: usize, block: usize| tasks(&report)[arm]["blocks"][block]["at_s"].as_f64().unwrap();
     assert!(began(0, 0) < began(1, 0) && began(1, 1) < began(0, 1), "forth and back");
-    let comparisons = report["comparisons"].as_array().unwrap();
-    assert!(comparisons.iter().any(|c| {
-        c["percentile"] == "p50"
-            && c["reference"] == "sleep (1 ms)"
-            && c["candidate"] == "hybrid (1 ms)"
-            && c["low"].as_f64() <= c["ratio"].as_f64()
-    }));
+    if can_be_compared(&report) {
+        let comparisons = report["comparisons"].as_array().unwrap();
+        assert!(comparisons.iter().any(|c| {
+            c["percentile"] == "p50"
+                && c["reference"] == "sleep (1 ms)"
+                && c["candidate"] == "hybrid (1 ms)"
+                && c["low"].as_f64() <= c["ratio"].as_f64()
+        }));
+    }
 }
 
 #[test]
-fn a_stall_in_a_turn_is_counted_as_missed_releases_and_corrected_for() {
+fn a_stall_is_counted_as_missed_releases_and_corrected_for_also_across_the_end_of_a_turn() {
     let domain = Domain::new();
-    let run = "bench jitter --arms sleep --priority 0 --seconds 2 --block 2 --report out.json";
-    let process = domain.start(run);
-    std::thread::sleep(Duration::from_millis(1_000));
-    process.signal(Signal::STOP);
-    std::thread::sleep(Duration::from_millis(100));
-    process.signal(Signal::CONT);
-    process.finish().expect_code(0);
-    let report = domain.json("out.json");
-    let task = &tasks(&report)[0];
-    let (count, missed) = (number(&task["release_jitter_ns"]["count"]), number(&task["missed"]));
-    assert!(missed >= 99, "{missed}");
-    assert_eq!(number(&task["release_jitter_corrected_ns"]["count"]), count + missed);
-    assert!(number(&task["release_jitter_corrected_ns"]["max"]) >= 99_000_000);
-    assert!(number(&task["outliers"][0]["late_ns"]) >= 99_000_000);
+    for stall_at_ms in [1_000, 2_050] {
+        let run = "bench jitter --arms sleep --priority 0 --seconds 2 --block 2 --report out.json";
+        let process = domain.start(run);
+        std::thread::sleep(Duration::from_millis(stall_at_ms));
+        process.signal(Signal::STOP);
+        std::thread::sleep(Duration::from_millis(400));
+        process.signal(Signal::CONT);
+        process.finish().expect_code(0);
+        let report = domain.json("out.json");
+        let task = &tasks(&report)[0];
+        let count = number(&task["release_jitter_ns"]["count"]);
+        let missed = number(&task["missed"]);
+        assert!(missed >= 99, "{missed}");
+        assert_eq!(count + missed, 2_000, "every release that was due in the turn, once");
+        assert_eq!(number(&task["release_jitter_corrected_ns"]["count"]), 2_000);
+        assert!(number(&task["release_jitter_corrected_ns"]["max"]) >= 99_000_000);
+        assert!(number(&task["outliers"][0]["late_ns"]) >= 99_000_000);
+    }
 }
 
 #[test]
@@ -135,7 +150,8 @@ fn slowed(factor: u64) -> Report {
             CycleRecord { cycle, release_ns, start_ns, end_ns: start_ns, missed: 0, overruns: 0 }
         };
         let records: Vec<CycleRecord> = (0..1_000).map(record).collect();
-        arm.block(&records, 0, Disturbance::default(), |_| Disturbance::default());
+        let none = Disturbance::default();
+        arm.block(&records, 0..u64::MAX, none, |_| none);
     }
     Report { tasks: vec![arm.report("loop")], ..Report::default() }
 }
@@ -163,6 +179,13 @@ fn reports_that_cannot_be_compared_are_refused() {
     bench(&domain, "--arms sleep --priority 0 --seconds 0.2");
     let few = domain.run("compare out.json out.json").expect_code(2);
     assert!(few.stderr.contains("five valid blocks"), "{}", few.stderr);
+    for (name, report) in [("usual.json", slowed(1)), ("empty.json", Report::default())] {
+        domain.write(name, &serde_json::to_string(&report).unwrap());
+    }
+    let gone = domain.run("compare usual.json empty.json").expect_code(2);
+    assert!(gone.stderr.contains("not in the second"), "{}", gone.stderr);
+    let nothing = domain.run("compare empty.json usual.json").expect_code(2);
+    assert!(nothing.stderr.contains("nothing to compare"), "{}", nothing.stderr);
     domain.write("text.json", "no report");
     for file in ["text.json", "absent.json"] {
         let refused = domain.run(&format!("compare out.json {file}")).expect_code(2);
@@ -188,11 +211,15 @@ fn a_gate_passes_fails_or_says_that_the_run_is_invalid() {
         (rule(1.0).replace("sleep", "absent"), 0.2, 2, "absent"),
         (rule(1.0).replace("p50", "p51"), 0.2, 2, "p51"),
         (rule(1.0).replace("at_least", "at_last"), 0.2, 2, "at_last"),
+        (rule(1.0).replace("1.0", "nan"), 0.2, 2, "greater than 0"),
         ("rule = []".to_owned(), 0.2, 2, "no rule"),
     ] {
         domain.write("gate.toml", &gate);
         let arms = "bench jitter --arms sleep,hybrid --priority 0 --block 0.2";
-        let ended = domain.run(&format!("{arms} --seconds {seconds} --gate gate.toml"));
+        let outputs = "--gate gate.toml --report out.json";
+        let ended = domain.run(&format!("{arms} --seconds {seconds} {outputs}"));
+        let void = code < 2 && !can_be_compared(&domain.json("out.json"));
+        let (code, says) = if void { (2, "gate: invalid") } else { (code, says) };
         let ended = ended.expect_code(code);
         assert!(ended.stderr.contains(says), "{says}: {}", ended.stderr);
     }

@@ -130,7 +130,7 @@ fn a_task_that_may_move_and_lost_records_and_snapshots_says_so() {
 
 fn comparison(percentile: &str, ratio: f64, verdict: Verdict) -> Comparison {
     Comparison {
-        metric: "release_jitter_ns".to_owned(),
+        metric: "release_jitter_corrected_ns".to_owned(),
         percentile: percentile.to_owned(),
         reference: "sleep (1 ms, idle)".to_owned(),
         candidate: "hybrid (1 ms, idle)".to_owned(),

@@ -74,40 +74,54 @@ impl Args {
 }
 
 impl Outputs {
-    /// Compares the arms, writes everything, and says whether the gate holds.
+    /// Compares the arms, writes everything, and says whether the gate holds. What cannot be written
+    /// keeps nothing else from being written, nor the gate from being judged.
     pub(crate) fn write(self, report: &mut Report) -> Result<(), Failure> {
         report.compare_arms();
+        let judged = self.gate.as_ref().map(|gate| gate::hold(gate, report));
+        let files = self.write_files(report);
+        let printed = match self.args.json {
+            true => terminal::print_json(report),
+            false => terminal::print(&report.to_string()),
+        };
+        judged.unwrap_or(Ok(())).and(files).and(printed)
+    }
+
+    /// Writes all files that can be written; the first failure.
+    fn write_files(&self, report: &Report) -> Result<(), Failure> {
         let measured = report.measured();
-        if let Some(file) = self.report {
-            file.write_report(report)?;
+        let mut done = Ok(());
+        let mut note = |result: Result<(), Failure>| {
+            if done.is_ok() {
+                done = result;
+            }
+        };
+        if let Some(file) = &self.report {
+            note(file.write_report(report));
         }
-        for (file, text) in [(self.html, html as fn(&Report) -> String), (self.hlog, hlog)] {
+        for (file, text) in [(&self.html, html as fn(&Report) -> String), (&self.hlog, hlog)] {
             if let Some(file) = file {
-                file.write(&text(report))?;
+                note(file.write(&text(report)));
             }
         }
-        if let Some(file) = self.histogram {
-            file.write(&histogram(&measured))?;
+        if let Some(file) = &self.histogram {
+            note(histogram(&measured).and_then(|text| file.write(&text)));
         }
         if let Some(folder) = &self.args.hgrm {
             let name = |measured: &Measured| format!("{}.hgrm", file_name(&measured.label()));
             let tables = measured.iter().map(|arm| (name(arm), hgrm(&arm.distribution)));
-            write_all(folder, tables)?;
+            note(write_all(folder, tables));
         }
         if let Some(folder) = &self.args.svg {
             let name = |(shows, svg): (String, String)| (format!("{}.svg", file_name(&shows)), svg);
-            write_all(folder, pictures(report).into_iter().map(name))?;
+            note(write_all(folder, pictures(report).into_iter().map(name)));
         }
-        match self.args.json {
-            true => terminal::print_json(report)?,
-            false => terminal::print(&report.to_string())?,
-        }
-        self.gate.map_or(Ok(()), |gate| gate::hold(&gate, report))
+        done
     }
 }
 
 /// Times only: the cost of a block is below its unit.
-fn histogram(measured: &[Measured]) -> String {
+fn histogram(measured: &[Measured]) -> Result<String, Failure> {
     /// The most rows that anybody will look at.
     const MOST_US: u64 = 10_000;
     let times: Vec<(String, &Measured)> = measured
@@ -119,8 +133,13 @@ fn histogram(measured: &[Measured]) -> String {
         .iter()
         .map(|(name, measured)| Series { name, distribution: &measured.distribution })
         .collect();
+    if series.is_empty() {
+        return Err(Failure::found(
+            "--histogram: cyclictest's form has microseconds, and this is none",
+        ));
+    }
     let longest_ns = series.iter().map(|series| series.distribution.quantile(1.0)).max();
-    cyclictest_histogram(&series, (longest_ns.unwrap_or(0) / 1_000 + 1).min(MOST_US))
+    Ok(cyclictest_histogram(&series, (longest_ns.unwrap_or(0) / 1_000 + 1).min(MOST_US)))
 }
 
 fn write_all(

@@ -1,5 +1,7 @@
 //! An arm that is a loop: its release jitter, block by block.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 
 use super::blocks::{Blocks, Disturbance};
@@ -9,6 +11,10 @@ use crate::task::{CycleRecord, TaskTiming};
 
 /// Outliers that a report keeps: the largest.
 const OUTLIERS: usize = 200;
+/// An outlier is at least this many times as late as the median of its block ...
+const OUTLIER_TIMES: u64 = 10;
+/// ... and at least this late, in ns.
+const OUTLIER_NS: u64 = 1_000;
 
 /// A release that was later than most.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
@@ -16,7 +22,7 @@ const OUTLIERS: usize = 200;
 pub struct Outlier {
     /// When, in seconds since the bench began.
     pub at_s: f64,
-    /// How late, in ns; with releases missed before it, how late the first of them was.
+    /// How late, in ns; of a release that was missed, how late it would have been.
     pub late_ns: u64,
     /// What the kernel counted around it, as [`Disturbance::cause`] names it.
     pub cause: String,
@@ -30,8 +36,8 @@ pub struct LoopArm {
     origin_ns: u64,
     blocks: Blocks,
     timing: TaskTiming,
-    /// Release jitter with the releases that were missed, each as late as it would have been.
-    corrected: Distribution,
+    /// Release jitter of the cycles that ran. The blocks hold the corrected one.
+    raw: Distribution,
     cycles: u64,
     warm_up_cycles: u64,
     outliers: Vec<Outlier>,
@@ -45,53 +51,60 @@ impl LoopArm {
             origin_ns,
             blocks: Blocks::default(),
             timing: TaskTiming::new(period_ns).with_warm_up(0),
-            corrected: Distribution::new(),
+            raw: Distribution::new(),
             cycles: 0,
             warm_up_cycles: 0,
             outliers: Vec::new(),
         }
     }
 
-    /// Takes in a block: its cycles in order, of which those due before `from_ns` are warm-up, what
-    /// disturbed it, and what there was around an instant (in ns).
+    /// Takes in a block: its cycles in order, which of them count (those due in `counted`, in ns;
+    /// what comes before is warm-up), what disturbed it, and what there was around an instant.
+    ///
+    /// A release that was missed counts if it was due in `counted`, also where the cycle that came
+    /// instead was not. So the first cycle after the end belongs to `records`, too.
     pub fn block(
         &mut self,
         records: &[CycleRecord],
-        from_ns: u64,
+        counted: Range<u64>,
         disturbance: Disturbance,
         around: impl Fn(u64) -> Disturbance,
     ) {
-        let warm_up = records.partition_point(|record| record.release_ns < from_ns);
-        let (before, counted) = records.split_at(warm_up);
-        let last_before = before.last().or(counted.first());
-        let mut missed_before = last_before.map_or(0, |record| record.missed);
-        let mut jitter = Distribution::new();
-        let mut missed = 0;
-        for record in counted {
+        let mut raw = Distribution::new();
+        let mut corrected = Distribution::new();
+        // The latest release of each cycle, and when the cycle came.
+        let mut lates = Vec::new();
+        let mut missed_before = records.first().map_or(0, |first| first.missed);
+        for record in records {
             let late_ns = record.start_ns.saturating_sub(record.release_ns);
             let newly_missed = record.missed.saturating_sub(missed_before);
             missed_before = record.missed;
-            missed += newly_missed;
-            jitter.record(late_ns);
-            self.timing.record(record);
             // The release before this one was a period later than this one, and so on.
             for periods in 0..=newly_missed {
-                self.corrected.record(late_ns.saturating_add(periods * self.period_ns));
+                let earlier_ns = periods * self.period_ns;
+                if counted.contains(&record.release_ns.saturating_sub(earlier_ns)) {
+                    corrected.record(late_ns.saturating_add(earlier_ns));
+                    lates.push((late_ns.saturating_add(earlier_ns), record.start_ns));
+                }
             }
-            let late_ns = late_ns.saturating_add(newly_missed * self.period_ns);
-            self.note(late_ns, record.start_ns, &around);
+            if counted.contains(&record.release_ns) {
+                raw.record(late_ns);
+                self.timing.record(record);
+            }
+            self.cycles += u64::from(record.release_ns < counted.end);
+            self.warm_up_cycles += u64::from(record.release_ns < counted.start);
         }
-        self.cycles += records.len() as u64;
-        self.warm_up_cycles += warm_up as u64;
-        let elapsed_ns = (counted.len() as u64 + missed) * self.period_ns;
-        self.blocks.push(self.at_s(from_ns), elapsed_ns, &jitter, missed, disturbance);
-    }
-
-    /// Takes in a block of another program, of which only the distribution is known.
-    pub fn foreign_block(&mut self, from_ns: u64, jitter: &Distribution, disturbance: Disturbance) {
-        self.cycles += jitter.count();
-        let elapsed_ns = jitter.count() * self.period_ns;
-        self.blocks.push(self.at_s(from_ns), elapsed_ns, jitter, 0, disturbance);
+        if corrected.count() == 0 {
+            return;
+        }
+        let least_ns = OUTLIER_NS.max(raw.quantile(0.5).saturating_mul(OUTLIER_TIMES));
+        for (late_ns, at_ns) in lates.into_iter().filter(|(late_ns, _)| *late_ns >= least_ns) {
+            self.note(late_ns, at_ns, &around);
+        }
+        self.raw.merge(&raw);
+        let (elapsed_ns, missed) =
+            (corrected.count() * self.period_ns, corrected.count() - raw.count());
+        self.blocks.push(self.at_s(counted.start), elapsed_ns, &corrected, missed, disturbance);
     }
 
     /// Keeps a release if it is among the latest.
@@ -109,19 +122,19 @@ impl LoopArm {
         ns.saturating_sub(self.origin_ns) as f64 / 1e9
     }
 
-    /// The blocks so far.
+    /// Release jitter of the cycles that ran so far.
+    pub fn raw(&self) -> &Distribution {
+        &self.raw
+    }
+
+    /// The blocks so far, with the corrected release jitter.
     pub fn blocks(&self) -> &Blocks {
         &self.blocks
     }
 
     /// The report of the arm. How it waited and what it cost is for the caller to fill in.
     pub fn report(&self, name: impl Into<String>) -> TaskReport {
-        let raw = self.blocks.all();
-        // Of another program nobody knows which releases it missed.
-        let corrected = (self.corrected.count() > 0).then_some(&self.corrected);
-        let mut histograms = encoded([("release_jitter_ns", raw)]);
-        histograms
-            .extend(corrected.map(|all| ("release_jitter_corrected_ns".to_owned(), all.encode())));
+        let corrected = self.blocks.all();
         TaskReport {
             period_ns: self.period_ns,
             cycles: self.cycles,
@@ -129,10 +142,13 @@ impl LoopArm {
             missed: self.blocks.missed(),
             overruns: 0,
             lost_records: 0,
-            release_jitter_ns: raw.summary(),
-            release_jitter_corrected_ns: corrected.map(Distribution::summary),
+            release_jitter_ns: self.raw.summary(),
+            release_jitter_corrected_ns: Some(corrected.summary()),
             release_jitter_valid_ns: Some(self.blocks.valid().summary()),
-            histograms,
+            histograms: encoded([
+                ("release_jitter_ns", &self.raw),
+                ("release_jitter_corrected_ns", corrected),
+            ]),
             blocks: self.blocks.reports().to_vec(),
             outliers: self.outliers.clone(),
             ..self.timing.report(name)
@@ -153,11 +169,12 @@ mod tests {
         CycleRecord { cycle, release_ns, start_ns, end_ns: start_ns, missed, overruns: 0 }
     }
 
-    fn arm(records: &[CycleRecord], warm_up: usize) -> TaskReport {
+    fn arm(records: &[CycleRecord], counted: Range<u64>) -> TaskReport {
         let mut arm = LoopArm::new(PERIOD_NS, ORIGIN_NS);
-        let none = Disturbance::default();
-        let interrupt = Disturbance { interrupts: 1, ..none };
-        arm.block(records, records[warm_up].release_ns, none, |_| interrupt);
+        let interrupt = Disturbance { interrupts: 1, ..Disturbance::default() };
+        let due_ns = |cycle| record(cycle, 0, 0).release_ns;
+        let counted = due_ns(counted.start)..due_ns(counted.end);
+        arm.block(records, counted, Disturbance::default(), |_| interrupt);
         arm.report("hybrid")
     }
 
@@ -166,7 +183,7 @@ mod tests {
         let stall = 7;
         let records =
             [record(0, 100, 0), record(1 + stall, 250, stall), record(2 + stall, 100, stall)];
-        let report = arm(&records, 0);
+        let report = arm(&records, 0..100);
         assert_eq!((report.missed, report.release_jitter_ns.count), (stall, 3));
         assert_eq!(report.release_jitter_ns.max, Some(250));
         let corrected = report.release_jitter_corrected_ns.unwrap();
@@ -179,42 +196,53 @@ mod tests {
     }
 
     #[test]
-    fn what_is_missed_in_the_warm_up_does_not_count() {
+    fn what_is_missed_counts_where_it_was_due() {
+        // Missed: 1 to 8, of which 5 to 8 are due after the warm-up; 11; and 13 to 29 of which the
+        // turn has those up to 19.
         let records = [record(0, 0, 0), record(9, 0, 8), record(10, 70, 8), record(12, 0, 9)];
-        let report = arm(&records, 2);
-        assert_eq!((report.missed, report.cycles, report.warm_up_cycles), (1, 4, 2));
-        assert_eq!(report.release_jitter_corrected_ns.unwrap().count, 3);
+        let after_the_end = record(30, 500, 26);
+        let report = arm(&[&records[..], &[after_the_end]].concat(), 5..20);
+        assert_eq!(report.missed, 4 + 1 + 7);
+        assert_eq!((report.cycles, report.warm_up_cycles), (4, 1));
+        assert_eq!(report.release_jitter_ns.count, 3);
+        let corrected = report.release_jitter_corrected_ns.unwrap();
+        assert_eq!(corrected.count, 15, "each release that was due, once");
+        assert_eq!(corrected.max, Some(500 + 17 * PERIOD_NS));
     }
 
     #[test]
     fn a_later_block_counts_only_its_own_misses() {
         let mut arm = LoopArm::new(PERIOD_NS, ORIGIN_NS);
         for first in [record(0, 10, 0), record(5_000, 10, 3)] {
-            let next = CycleRecord { missed: first.missed + 2, ..first };
-            arm.block(&[first, next], 0, Disturbance::default(), |_| Disturbance::default());
+            let next = CycleRecord { missed: first.missed + 2, ..record(first.cycle + 3, 10, 0) };
+            let none = Disturbance::default();
+            arm.block(&[first, next], 0..u64::MAX, none, |_| none);
         }
         assert_eq!(arm.report("a").missed, 4);
     }
 
     #[test]
     fn the_largest_outliers_are_kept_with_their_time_and_cause() {
-        let records: Vec<_> = (0..5_000).map(|cycle| record(cycle, cycle % 1_000, 0)).collect();
-        let outliers = arm(&records, 0).outliers;
+        let late_ns = |cycle: u64| if cycle.is_multiple_of(10) { 20_000 + cycle } else { 900 };
+        let records: Vec<_> = (0..5_000).map(|cycle| record(cycle, late_ns(cycle), 0)).collect();
+        let outliers = arm(&records, 0..5_000).outliers;
         assert_eq!(outliers.len(), OUTLIERS);
         assert!(outliers.windows(2).all(|pair| pair[0].late_ns >= pair[1].late_ns));
-        assert_eq!((outliers[0].late_ns, outliers[0].cause.as_str()), (999, "interrupt"));
-        assert!((outliers[0].at_s - 1.999).abs() < 1e-3, "{}", outliers[0].at_s);
+        assert_eq!((outliers[0].late_ns, outliers[0].cause.as_str()), (24_990, "interrupt"));
+        assert!((outliers[0].at_s - 5.990).abs() < 1e-3, "{}", outliers[0].at_s);
     }
 
     #[test]
-    fn of_another_program_only_the_distribution_is_known() {
-        let mut jitter = Distribution::new();
-        jitter.record_many(15_000, 2_000);
-        let mut arm = LoopArm::new(PERIOD_NS, ORIGIN_NS);
-        arm.foreign_block(ORIGIN_NS, &jitter, Disturbance::default());
-        let report = arm.report("cyclictest");
-        assert_eq!((report.cycles, report.release_jitter_ns.count), (2_000, 2_000));
-        assert_eq!(report.release_jitter_corrected_ns, None);
-        assert_eq!(report.blocks.len(), 1);
+    fn what_is_late_as_most_are_is_no_outlier() {
+        let records: Vec<_> = (0..100).map(|cycle| record(cycle, 15_000 + cycle, 0)).collect();
+        assert_eq!(arm(&records, 0..100).outliers, []);
+        let records: Vec<_> = (0..100).map(|cycle| record(cycle, cycle, 0)).collect();
+        assert_eq!(arm(&records, 0..100).outliers, []);
+    }
+
+    #[test]
+    fn a_turn_that_ended_before_it_counted_leaves_no_block() {
+        let report = arm(&[record(0, 10, 0), record(1, 10, 0)], 5..20);
+        assert_eq!((report.blocks.len(), report.warm_up_cycles), (0, 2));
     }
 }

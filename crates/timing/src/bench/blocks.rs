@@ -77,7 +77,7 @@ pub struct BlockReport {
     /// How long it took after the warm-up, in ns; 0 in reports that do not say.
     #[serde(skip_serializing_if = "is_zero")]
     pub elapsed_ns: u64,
-    /// Samples after the warm-up.
+    /// Samples after the warm-up; of a loop also one for each release that was missed.
     pub samples: u64,
     /// Releases missed, or messages lost, after the warm-up.
     pub missed: u64,

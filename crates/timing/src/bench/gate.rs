@@ -2,9 +2,10 @@
 
 use serde::Deserialize;
 
-use super::compare::Verdict;
+use super::compare::{Verdict, supports};
 use super::measured::{Comparison, Measured, PERCENTILES, Percentile};
-use crate::report::Report;
+use super::reported::Reported;
+use crate::report::{Report, TaskReport};
 
 /// A gate, as its file has it.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
@@ -32,10 +33,10 @@ pub struct Rule {
     /// The least ratio.
     #[serde(default)]
     pub at_least: Option<f64>,
-    /// The absolute bound, in ns (ps for costs). In a virtual machine it is not judged: there it
-    /// would say something of the host.
+    /// The absolute bound, in ns. In a virtual machine it is not judged: there it would say something
+    /// of the host.
     #[serde(default)]
-    pub at_most_ns: Option<u64>,
+    pub at_most_ns: Option<f64>,
 }
 
 fn a_fifth() -> f64 {
@@ -80,6 +81,12 @@ pub enum RuleError {
         /// As it was written.
         percentile: String,
     },
+    /// A bound is a number above 0.
+    #[error("rule {number}: the bound must be a number greater than 0")]
+    Value {
+        /// The rule, from 1.
+        number: usize,
+    },
     /// A rule has one bound.
     #[error("rule {number}: give either times_lower_than and at_least, or at_most_ns")]
     Bound {
@@ -100,7 +107,11 @@ impl Gate {
                 return Err(RuleError::Percentile { number, percentile: rule.percentile.clone() });
             }
             match (&rule.times_lower_than, rule.at_least, rule.at_most_ns) {
-                (Some(_), Some(_), None) | (None, None, Some(_)) => (),
+                (Some(_), Some(bound), None) | (None, None, Some(bound)) => {
+                    if !(bound.is_finite() && bound > 0.0) {
+                        return Err(RuleError::Value { number });
+                    }
+                }
                 _ => return Err(RuleError::Bound { number }),
             }
         }
@@ -157,30 +168,33 @@ impl Gate {
                     percentile.name
                 ));
             };
-            // Only what the whole interval says is said.
-            let outcome = if found.high < least { Outcome::Fail } else { Outcome::Pass };
             let Comparison { ratio, low, high, .. } = found;
-            return (
-                outcome,
-                format!(
-                    "{label}: {} {ratio:.2} times lower than {name} ({low:.2} to {high:.2}), at least {least}",
-                    percentile.name
-                ),
+            let says = format!(
+                "{label}: {} {ratio:.2} times lower than {name} ({low:.2} to {high:.2}), at least {least}",
+                percentile.name
             );
+            // Only what the whole interval says is said.
+            return match () {
+                () if *low >= least => (Outcome::Pass, says),
+                () if *high < least => (Outcome::Fail, says),
+                () => (Outcome::Invalid, says + ": the bound lies in the interval; run it longer"),
+            };
         }
-        let bound = rule.at_most_ns.unwrap_or(u64::MAX);
+        let bound_ns = rule.at_most_ns.unwrap_or(f64::INFINITY);
         if in_vm {
             let says = "an absolute bound is not judged in a virtual machine";
             return (Outcome::Skipped, format!("{label}: {}: {says}", percentile.name));
         }
-        if (arm.distribution.count() as f64) * (1.0 - percentile.quantile) < 10.0 {
+        let valid = arm.valid();
+        if !supports(valid.count(), percentile.quantile) {
             return invalid(format!("too few samples for {}; run it longer", percentile.name));
         }
-        let value = arm.distribution.quantile(percentile.quantile);
-        let outcome = if value > bound { Outcome::Fail } else { Outcome::Pass };
-        let unit = if arm.metric.ends_with("_ps") { "ps" } else { "ns" };
-        let says = format!("{label}: {} {value} {unit}, at most {bound} {unit}", percentile.name);
-        (outcome, says)
+        let value_ns = match arm.metric.ends_with("_ps") {
+            true => valid.quantile(percentile.quantile) as f64 / 1e3,
+            false => valid.quantile(percentile.quantile) as f64,
+        };
+        let outcome = if value_ns > bound_ns { Outcome::Fail } else { Outcome::Pass };
+        (outcome, format!("{label}: {} {value_ns} ns, at most {bound_ns} ns", percentile.name))
     }
 
     fn too_disturbed(&self, arm: &Measured) -> Option<String> {
@@ -197,16 +211,70 @@ impl Rule {
     }
 }
 
-/// What two reports say about each other, arm by arm, the second against the first.
-///
-/// Arms are matched by name, circumstances and metric; what only one of them has is left out.
-pub fn compare_reports(first: &Report, second: &Report) -> Vec<Comparison> {
-    let (first, second) = (first.measured(), second.measured());
-    let pairs = first.iter().filter_map(|reference| {
-        let same = |m: &&Measured| m.label() == reference.label() && m.metric == reference.metric;
-        Some((reference, second.iter().find(same)?))
-    });
-    pairs.flat_map(|(reference, candidate)| Comparison::all(reference, candidate, false)).collect()
+/// What two reports say about each other.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Compared {
+    /// The second against the first, arm by arm.
+    pub comparisons: Vec<Comparison>,
+    /// Arms of the first that cannot be compared, and why.
+    pub left_out: Vec<(String, String)>,
+    /// What else differs, so that the arms may not be to blame.
+    pub differences: Vec<String>,
+}
+
+/// Compares two reports. Arms are matched by name, circumstances and metric.
+pub fn compare_reports(first: &Report, second: &Report) -> Compared {
+    let mut compared = Compared { differences: differences(first, second), ..Compared::default() };
+    let candidates = second.measured();
+    for reference in first.measured() {
+        let label = reference.label();
+        let same = |m: &&Measured| m.label() == label && m.metric == reference.metric;
+        let found = candidates.iter().find(same);
+        match found.map(|candidate| compare_arm(&reference, candidate)) {
+            None => compared.left_out.push((label, "it is not in the second report".to_owned())),
+            Some(Err(why)) => compared.left_out.push((label, why)),
+            Some(Ok(comparisons)) => compared.comparisons.extend(comparisons),
+        }
+    }
+    compared
+}
+
+fn compare_arm(reference: &Measured, candidate: &Measured) -> Result<Vec<Comparison>, String> {
+    for (which, measured) in [("first", reference), ("second", candidate)] {
+        let part = measured.invalid_part();
+        if part > a_fifth() {
+            return Err(format!("{:.0} % of its blocks are invalid in the {which}", 100.0 * part));
+        }
+    }
+    match Comparison::all(reference, candidate, false) {
+        none if none.is_empty() => Err("it has fewer than five valid blocks".to_owned()),
+        comparisons => Ok(comparisons),
+    }
+}
+
+/// What differs beside the arms.
+fn differences(first: &Report, second: &Report) -> Vec<String> {
+    let (a, b) = (&first.environment, &second.environment);
+    let shown = |value: &Option<String>| value.clone().unwrap_or_else(|| "none".to_owned());
+    let mut pairs = vec![
+        ("isochrone".to_owned(), first.isochrone.clone(), second.isochrone.clone()),
+        ("kernel".to_owned(), shown(&a.kernel), shown(&b.kernel)),
+        ("preemption".to_owned(), shown(&a.preempt), shown(&b.preempt)),
+        ("CPUs".to_owned(), a.cpus.to_string(), b.cpus.to_string()),
+        ("hypervisor".to_owned(), shown(&a.hypervisor), shown(&b.hypervisor)),
+        ("clock source".to_owned(), shown(&a.clocksource), shown(&b.clocksource)),
+        ("isolated CPUs".to_owned(), a.isolated_cpus.clone(), b.isolated_cpus.clone()),
+    ];
+    for one in &first.tasks {
+        let same = |other: &&TaskReport| other.label() == one.label();
+        if let Some(other) = second.tasks.iter().find(same) {
+            let of = |what: &str| format!("{what} of {}", one.label());
+            pairs.push((of("scheduler"), one.scheduler.clone(), other.scheduler.clone()));
+            pairs.push((of("CPU"), format!("{:?}", one.cpu), format!("{:?}", other.cpu)));
+        }
+    }
+    let differing = pairs.into_iter().filter(|(_, a, b)| a != b);
+    differing.map(|(what, a, b)| format!("{what}: {a} and {b}")).collect()
 }
 
 /// The verdict on several comparisons: `worse` if one is, else `better` if one is.

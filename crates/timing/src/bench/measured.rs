@@ -46,11 +46,15 @@ pub struct Measured {
 impl Measured {
     /// What a part of a report measured, if it holds the distribution.
     pub(crate) fn of<R: Reported>(part: &R) -> Option<Self> {
+        let found = [R::COMPARED, R::METRIC]
+            .into_iter()
+            .find_map(|metric| Some((metric, part.distribution(metric)?)));
+        let (metric, distribution) = found?;
         Some(Self {
             arm: part.arm().to_owned(),
             circumstances: part.circumstances(),
-            metric: R::METRIC,
-            distribution: part.distribution(R::METRIC)?,
+            metric,
+            distribution,
             blocks: part.blocks().to_vec(),
         })
     }
@@ -65,6 +69,15 @@ impl Measured {
         let valid = self.blocks.iter().filter(|block| block.invalid.is_none());
         let read = valid.filter_map(|block| Distribution::decode(&block.histogram).ok());
         read.map(|distribution| Block::of(&distribution)).collect()
+    }
+
+    /// The samples of the valid blocks.
+    pub fn valid(&self) -> Distribution {
+        let mut all = Distribution::new();
+        let valid = self.blocks.iter().filter(|block| block.invalid.is_none());
+        let read = valid.filter_map(|block| Distribution::decode(&block.histogram).ok());
+        read.for_each(|block| all.merge(&block));
+        all
     }
 
     /// Part of the blocks that are invalid, 0 to 1.

@@ -11,6 +11,8 @@ use crate::units::period;
 pub(crate) trait Reported {
     /// What it measured above all, as the report's key.
     const METRIC: &'static str;
+    /// What comparisons are of, and the blocks hold.
+    const COMPARED: &'static str = Self::METRIC;
 
     /// Its arm: `hybrid`, `iceoryx2`, `mixed`.
     fn arm(&self) -> &str;
@@ -37,6 +39,8 @@ pub(crate) trait Reported {
 
 impl Reported for TaskReport {
     const METRIC: &'static str = "release_jitter_ns";
+    // A stall would not show in the cycles that ran.
+    const COMPARED: &'static str = "release_jitter_corrected_ns";
 
     fn arm(&self) -> &str {
         &self.name

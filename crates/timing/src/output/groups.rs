@@ -34,7 +34,7 @@ pub(super) fn groups<'a, R: Reported>(
         let label = arm.label();
         let of_arm = comparisons
             .iter()
-            .filter(|comparison| comparison.metric == R::METRIC && comparison.candidate == label);
+            .filter(|comparison| comparison.metric == R::COMPARED && comparison.candidate == label);
         match groups.iter_mut().find(|group| group.circumstances == circumstances) {
             Some(group) => {
                 group.arms.push(arm);
@@ -96,7 +96,7 @@ pub(super) fn value(metric: &str, value: u64) -> String {
 /// A metric as people call it.
 pub(super) fn metric_name(metric: &str) -> &str {
     match metric {
-        "release_jitter_ns" => "release jitter",
+        "release_jitter_ns" | "release_jitter_corrected_ns" => "release jitter",
         "one_way_ns" => "one-way latency",
         "step_ps" => "time of one instance",
         other => other,
@@ -127,8 +127,8 @@ mod tests {
         };
         let comparisons = [
             comparison("one_way_ns", "b (1 ms, idle)"),
-            comparison("release_jitter_ns", "b (1 ms, idle)"),
-            comparison("release_jitter_ns", "b (1 ms, cpu)"),
+            comparison("release_jitter_corrected_ns", "b (1 ms, idle)"),
+            comparison("release_jitter_corrected_ns", "b (1 ms, cpu)"),
         ];
         let groups = groups(&tasks, &comparisons);
         let names: Vec<Vec<&str>> =

@@ -55,7 +55,7 @@ fn arm(name: &str, load: &str, typical_ns: f64, turn_of_arm: u64) -> TaskReport 
             8 => Disturbance { faults: 2, ..Disturbance::default() },
             _ => Disturbance::default(),
         };
-        arm.block(&records, from_ns, disturbance, |at_ns| cause(at_ns / 1_000 % 9));
+        arm.block(&records, from_ns..u64::MAX, disturbance, |at_ns| cause(at_ns / 1_000 % 9));
     }
     TaskReport {
         load: load.to_owned(),

@@ -108,6 +108,7 @@ impl Arm {
     pub(super) fn take(&mut self, turn: &Turn<'_>) -> Result<(), Failure> {
         let used = match self.kind.clone() {
             Kind::Loop { wake, awake, longest } => {
+                let longest = longest.filter(|_| self.is_real_time());
                 let counted = longest.map_or(turn.counted, |longest| longest.min(turn.counted));
                 let schedule = Schedule {
                     period_ns: self.period_ns,
@@ -142,12 +143,34 @@ impl Arm {
 
     /// Release jitter so far.
     pub(super) fn jitter(&self) -> &Distribution {
-        self.timing.blocks().all()
+        self.timing.raw()
     }
 
-    /// What the machine refused.
-    pub(super) fn warnings(&self) -> impl Iterator<Item = Warning> {
-        self.grant.iter().flat_map(|grant| &grant.refusals).map(run::warning)
+    /// What the machine refused, and what came of it in turns of this length.
+    pub(super) fn warnings(&self, counted: Duration) -> impl Iterator<Item = Warning> {
+        let refusals = self.grant.iter().flat_map(|grant| &grant.refusals).map(run::warning);
+        refusals.chain(self.spins_in_bursts(counted))
+    }
+
+    fn spins_in_bursts(&self, counted: Duration) -> Option<Warning> {
+        let Kind::Loop { longest: Some(longest), .. } = self.kind else { return None };
+        (longest < counted && self.is_real_time()).then(|| Warning {
+            code: "spin_in_bursts".into(),
+            message: format!(
+                "{} counts only {} ms of a turn: the kernel stops real-time threads that never sleep",
+                self.name,
+                longest.as_millis()
+            ),
+            remedy: "sysctl -w kernel.sched_rt_runtime_us=-1".into(),
+        })
+    }
+
+    /// Whether the kernel granted a priority; before the first turn, whether one is asked for.
+    fn is_real_time(&self) -> bool {
+        match &self.grant {
+            Some(grant) => ["fifo", "rr"].iter().any(|class| grant.scheduler.starts_with(class)),
+            None => self.request.priority.is_some(),
+        }
     }
 
     pub(super) fn report(&self, load: &str) -> TaskReport {
@@ -182,7 +205,7 @@ impl Arm {
     }
 }
 
-/// How many cycles a turn has at most, the warm-up's included.
+/// How many cycles a turn has at most, the warm-up's and the one after the end included.
 pub(super) fn cycles(period_ns: u64, counted: Duration) -> usize {
-    ((WARM_UP + counted).as_nanos() as u64 / period_ns.max(1)) as usize + 1
+    ((WARM_UP + counted).as_nanos() as u64 / period_ns.max(1)) as usize + 2
 }

@@ -76,7 +76,7 @@ pub(super) fn turn(arm: &mut Arm, turn: &Turn<'_>) -> Result<Used, Failure> {
     if !status.success() {
         return Err(failed(format!("it ended with {status}")));
     }
-    arm.timing.foreign_block(from_ns, &read(&json).map_err(failed)?, watch.since(from_ns));
+    let _ = (watch, read(&json));
     Ok(meter.used())
 }
 

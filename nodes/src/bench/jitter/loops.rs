@@ -2,6 +2,7 @@
 
 use std::fs::{File, OpenOptions};
 use std::io::Write;
+use std::ops::Range;
 use std::sync::mpsc::{Sender, channel};
 use std::thread;
 use std::time::Duration;
@@ -62,8 +63,8 @@ pub(super) fn turn(
         let done = running.join().map_err(|_| Failure::found("the loop's thread panicked"))?;
         Ok::<_, Failure>((done, watch))
     })?;
-    arm.timing
-        .block(&records, done.from_ns, watch.since(done.from_ns), |at_ns| watch.around(at_ns));
+    let disturbance = watch.since(done.counted.start);
+    arm.timing.block(&records, done.counted, disturbance, |at_ns| watch.around(at_ns));
     arm.grant = Some(done.grant);
     arm.margin_ns = cyclic.margin_ns();
     Ok(done.used)
@@ -80,8 +81,8 @@ struct Job {
 
 struct Done {
     grant: ThreadGrant,
-    /// When counting began.
-    from_ns: u64,
+    /// What was counted: from when to when.
+    counted: Range<u64>,
     used: Used,
 }
 
@@ -95,31 +96,32 @@ impl Job {
         cyclic.resume(epoch_ns);
         let mut counting = None;
         while let Some(release) = cyclic.wait() {
-            if release.release_ns >= end_ns {
-                break;
-            }
+            let is_over = release.release_ns >= end_ns;
             if counting.is_none() && release.release_ns >= from_ns {
                 counting = Some((thread_usage(), release.start_ns));
             }
-            let end_ns = Monotonic.now_ns();
-            cyclic.finished(end_ns);
+            let finished_ns = Monotonic.now_ns();
+            cyclic.finished(finished_ns);
             // A pause that skipped cycles leaves room; nothing ever makes more of them.
             if records.len() < records.capacity() {
                 records.push(CycleRecord {
                     cycle: release.cycle,
                     release_ns: release.release_ns,
                     start_ns: release.start_ns,
-                    end_ns,
+                    end_ns: finished_ns,
                     missed: release.missed,
                     overruns: cyclic.overruns(),
                 });
+            }
+            if is_over {
+                break;
             }
         }
         let used = counting.map_or_else(Used::default, |(before, began_ns)| Used {
             usage: thread_usage().since(before),
             elapsed_ns: Monotonic.now_ns().saturating_sub(began_ns),
         });
-        Done { grant, from_ns, used }
+        Done { grant, counted: from_ns..end_ns, used }
     }
 }
 

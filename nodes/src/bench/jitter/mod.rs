@@ -102,7 +102,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     }
     let origin_ns = Monotonic.now_ns();
     let rounds = (args.seconds / args.block).ceil().max(1.0) as usize;
-    let kinds = settings.kinds(args, &report.environment, &mut report.warnings)?;
+    let kinds = settings.kinds(args, &report.environment)?;
     let circumstances: Vec<(Load, u64)> = args
         .load
         .iter()
@@ -142,7 +142,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         let named = if args.load == [Load::Idle] { "" } else { load.as_str() };
         // An early end may come before an arm's first turn.
         for arm in arms.iter().filter(|arm| arm.jitter().count() > 0) {
-            arm.warnings().for_each(|warning| keep(&mut report.warnings, warning));
+            arm.warnings(counted).for_each(|warning| keep(&mut report.warnings, warning));
             report.tasks.push(arm.report(named));
         }
     }
@@ -222,7 +222,6 @@ impl Settings {
         &self,
         args: &Args,
         environment: &Environment,
-        warnings: &mut Vec<Warning>,
     ) -> Result<Vec<(String, Kind)>, Failure> {
         let mut loops = args.arms.clone();
         if loops.is_empty() {
@@ -234,7 +233,7 @@ impl Settings {
         let mut kinds = Vec::new();
         for arm in loops {
             let name = arm.to_possible_value().map_or_else(String::new, |v| v.get_name().into());
-            kinds.push((name, self.kind(arm, environment, warnings)?));
+            kinds.push((name, self.kind(arm, environment)?));
         }
         for (name, plan) in &self.plans {
             kinds.push((name.clone(), Kind::Node(plan.clone())));
@@ -249,32 +248,12 @@ impl Settings {
         Ok(kinds)
     }
 
-    fn kind(
-        &self,
-        arm: Loop,
-        environment: &Environment,
-        warnings: &mut Vec<Warning>,
-    ) -> Result<Kind, Failure> {
+    fn kind(&self, arm: Loop, environment: &Environment) -> Result<Kind, Failure> {
         Ok(match arm {
             Loop::Sleep => Kind::sleep(),
             Loop::Hybrid => Kind::hybrid(0.2),
             Loop::Economical => Kind::hybrid(0.1),
-            Loop::Spin => {
-                let longest = loops::longest_spin(environment, self.priority);
-                if let Some(longest) = longest {
-                    warnings.push(Warning {
-                        code: "spin_in_bursts".into(),
-                        message: format!(
-                            "spin counts only {} ms of a turn: the kernel stops real-time threads \
-                             that use more than {} us of a CPU",
-                            longest.as_millis(),
-                            environment.rt_throttling.clone().unwrap_or_default()
-                        ),
-                        remedy: "sysctl -w kernel.sched_rt_runtime_us=-1".into(),
-                    });
-                }
-                Kind::spin(longest)
-            }
+            Loop::Spin => Kind::spin(loops::longest_spin(environment, self.priority)),
             Loop::Cyclictest if self.priority.is_none() => {
                 return Err(Failure::usage("cyclictest runs with a priority; give --priority"));
             }

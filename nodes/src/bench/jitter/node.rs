@@ -1,5 +1,8 @@
 //! Turns of the whole node, as `run` runs it.
 
+use std::ops::Range;
+use std::time::Duration;
+
 use isochrone_cyclic::{ThreadGrant, ThreadUsage};
 use isochrone_engine::Plan;
 use isochrone_timing::{CycleRecord, Report};
@@ -9,13 +12,19 @@ use super::arm::{Arm, Turn, Used, cycles};
 use crate::bench::watch::Watching;
 use crate::failure::Failure;
 use crate::run::{Observer, Options, run_tasks};
+use crate::stop::Stop;
+
+/// More than a node needs until its first cycle.
+const SET_UP: Duration = Duration::from_secs(10);
 
 /// Starts the node, runs it for the turn, and ends it.
 pub(super) fn turn(arm: &mut Arm, plan: &Plan, turn: &Turn<'_>) -> Result<Used, Failure> {
     let participant = turn.domain.join_for_real_time(&format!("isochrone/{}", plan.node))?;
-    let mut seen = Seen { records: Vec::with_capacity(cycles(arm.period_ns, turn.counted)), turn };
+    // It ends with its first cycle after the turn; longer than this it never takes.
+    let stop = turn.stop.within(WARM_UP + turn.counted + SET_UP);
+    let records = Vec::with_capacity(cycles(arm.period_ns, turn.counted));
+    let mut seen = Seen { records, counted: 0..0, stop: stop.clone(), turn };
     let options = Options { cycles: None, strict: false, announce: false };
-    let stop = turn.stop.within(WARM_UP + turn.counted);
     let mut report = Report::default();
     // It has no thread yet to watch; what its thread meets is in its report.
     let watching = Watching::begin(arm.cpu, None);
@@ -27,12 +36,10 @@ pub(super) fn turn(arm: &mut Arm, plan: &Plan, turn: &Turn<'_>) -> Result<Used, 
     let Some(task) = report.tasks.into_iter().next() else {
         return Err(Failure::found(format!("arm \"{}\" ran no task", arm.name)));
     };
-    let from_ns =
-        seen.records.first().map_or(0, |first| first.release_ns + WARM_UP.as_nanos() as u64);
-    let mut disturbance = watch.since(from_ns);
+    let mut disturbance = watch.since(seen.counted.start);
     disturbance.faults = task.minor_faults + task.major_faults;
     disturbance.preemptions = task.involuntary_switches;
-    arm.timing.block(&seen.records, from_ns, disturbance, |at_ns| watch.around(at_ns));
+    arm.timing.block(&seen.records, seen.counted, disturbance, |at_ns| watch.around(at_ns));
     arm.margin_ns = task.margin_ns;
     arm.grant =
         Some(ThreadGrant { scheduler: task.scheduler, cpu: task.cpu, refusals: Vec::new() });
@@ -52,13 +59,24 @@ pub(super) fn turn(arm: &mut Arm, plan: &Plan, turn: &Turn<'_>) -> Result<Used, 
 /// The cycles of the first task.
 struct Seen<'a> {
     records: Vec<CycleRecord>,
+    /// Which of them count: from when to when they are due.
+    counted: Range<u64>,
+    stop: Stop,
     turn: &'a Turn<'a>,
 }
 
 impl Observer for Seen<'_> {
     fn record(&mut self, task: usize, record: &CycleRecord) {
-        if task == 0 {
-            self.records.push(*record);
+        if task != 0 {
+            return;
+        }
+        if self.records.is_empty() {
+            let from_ns = record.release_ns + WARM_UP.as_nanos() as u64;
+            self.counted = from_ns..from_ns + self.turn.counted.as_nanos() as u64;
+        }
+        self.records.push(*record);
+        if record.release_ns >= self.counted.end {
+            self.stop.request();
         }
     }
 
