@@ -4,7 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use isochrone_timing::{
-    Gate, Measured, Report, Series, cyclictest_histogram, hgrm, hlog, html, pictures,
+    Gate, Measured, Report, Series, Warning, cyclictest_histogram, hgrm, hlog, html, pictures,
 };
 
 use crate::failure::Failure;
@@ -77,6 +77,15 @@ impl Outputs {
     /// Compares the arms, writes everything, and says whether the gate holds. What cannot be written
     /// keeps nothing else from being written, nor the gate from being judged.
     pub(crate) fn write(self, report: &mut Report) -> Result<(), Failure> {
+        if cfg!(debug_assertions) {
+            report.warnings.push(Warning {
+                code: "debug_build".into(),
+                message:
+                    "this program was built for debugging; its figures are not those of a release"
+                        .into(),
+                remedy: "cargo run --release, or cargo install".into(),
+            });
+        }
         report.compare_arms();
         let judged = self.gate.as_ref().map(|gate| gate::hold(gate, report));
         let files = self.write_files(report);
