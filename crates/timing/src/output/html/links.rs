@@ -1,9 +1,8 @@
 //! The sections of the links: latency, group by group.
 
 use super::page::{Column, Page, Row};
-use super::section::{self, comparisons, percentile_columns, percentiles};
+use super::section::{self, Shown, comparisons, percentile_columns, percentiles};
 use crate::bench::Reported;
-use crate::distribution::Distribution;
 use crate::output::groups::{Group, groups, metric_name};
 use crate::output::picture::Timeline;
 use crate::report::{LinkReport, Report};
@@ -54,9 +53,11 @@ fn summary(page: &mut Page, group: &Group<'_, LinkReport>) {
 }
 
 fn pictures(page: &mut Page, heading: &str, group: &Group<'_, LinkReport>) {
-    let named =
-        |link: &&LinkReport| Some((link.service.clone(), link.distribution(LinkReport::METRIC)?));
-    let distributions: Vec<(String, Distribution)> = group.arms.iter().filter_map(named).collect();
+    let shown = |(arm, link): (usize, &&LinkReport)| {
+        let (name, distribution) = (link.service.clone(), link.distribution(LinkReport::METRIC)?);
+        Some(Shown { arm, corrected: false, name, distribution })
+    };
+    let distributions: Vec<Shown> = group.arms.iter().enumerate().filter_map(shown).collect();
     let turns: Vec<Timeline<'_>> = group
         .arms
         .iter()
