@@ -86,10 +86,9 @@ fn no_seconds_and_no_such_priority_are_refused() {
 #[test]
 fn a_cpu_that_there_is_not_is_a_warning_in_the_report() {
     let report = report(&Folder::new(), "--arms mixed --instances 1 --cpu 4096");
-    let warnings: Vec<&str> = report.warnings.iter().map(|warning| warning.code.as_str()).collect();
     assert!(report.costs[0].step_ps.count > 0);
-    assert_eq!(warnings.len(), 1, "{:?}", report.warnings);
-    assert!(report.warnings[0].message.contains("4096"), "{:?}", report.warnings);
+    let says = |part| report.warnings.iter().any(|warning| warning.message.contains(part));
+    assert!(says("4096"), "{:?}", report.warnings);
 }
 
 #[test]

@@ -125,7 +125,7 @@ fn arms_are_compared_with_the_first_one() {
     match links(&report).iter().all(|link| valid(link) == 10) {
         true => assert_eq!(
             pairs,
-            [("raw (back to back, 1 values)".into(), "ports (back to back, 1 values)".into())]
+            [("raw (back to back, 1 value)".into(), "ports (back to back, 1 value)".into())]
         ),
         false => assert!(pairs.len() <= 1),
     }

@@ -185,6 +185,9 @@ pub struct LinkReport {
     /// Published minus the publishing of the oldest input behind the frame: the age of the value
     /// when the node sent it on.
     pub age_at_publish_ns: Summary,
+    /// Due time of the cycle that sent the frame minus the publishing of the oldest input behind it:
+    /// the age of the value when the node was to read it; of an arm of a bench.
+    pub age_at_release_ns: Summary,
     /// The distributions themselves, by name; see [`TaskReport::histograms`].
     pub histograms: BTreeMap<String, String>,
     /// The turns of an arm of a bench.

@@ -198,6 +198,7 @@ fn bench() -> Report {
             link("iceoryx2"),
             LinkReport {
                 lost: 2,
+                age_at_release_ns: few(),
                 age_at_publish_ns: few(),
                 end_to_end_ns: jitter(),
                 ..link("through the node")
@@ -235,11 +236,12 @@ release jitter, 250 us, idle
   hybrid       12  1.25 us  10.0 us    -      -       -  1.30 ms    0.0       0          0 of 2
 
 one-way latency, 1000 Hz, 10 values
-  arm               frames      p50      p90     p99    p99.9   p99.99      max  lost  invalid blocks
-  iceoryx2              12  1.25 us  10.0 us       -        -        -  1.30 ms     0          0 of 1
-  through the node      12  1.25 us  10.0 us       -        -        -  1.30 ms     2          0 of 1
-    age at publish      12  1.25 us  10.0 us       -        -        -  1.30 ms
-    end to end       59900    98 ns   150 ns  260 ns  2.10 us  52.0 us   231 us
+  arm               frames    mean      p50      p90     p99    p99.9   p99.99      max  lost  invalid blocks
+  iceoryx2              12       -  1.25 us  10.0 us       -        -        -  1.30 ms     0          0 of 1
+  through the node      12       -  1.25 us  10.0 us       -        -        -  1.30 ms     2          0 of 1
+    age at release      12       -  1.25 us  10.0 us       -        -        -  1.30 ms
+    age at publish      12       -  1.25 us  10.0 us       -        -        -  1.30 ms
+    end to end       59900  105 ns    98 ns   150 ns  260 ns  2.10 us  52.0 us   231 us
 
 time of one instance in a cycle
   block  instances  samples      p50      p99

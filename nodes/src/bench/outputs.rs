@@ -118,7 +118,8 @@ impl Outputs {
         }
         if let Some(folder) = &self.args.hgrm {
             let name = |measured: &Measured| format!("{}.hgrm", file_name(&measured.label()));
-            let tables = measured.iter().map(|arm| (name(arm), hgrm(&arm.distribution)));
+            let tables =
+                measured.iter().map(|arm| (name(arm), hgrm(&arm.distribution, arm.metric)));
             note(write_all(folder, tables));
         }
         if let Some(folder) = &self.args.svg {

@@ -74,6 +74,7 @@ impl Reported for LinkReport {
         };
         let values = match self.values {
             0 => String::new(),
+            1 => "1 value".to_owned(),
             values => format!("{values} values"),
         };
         listed([pace, values])

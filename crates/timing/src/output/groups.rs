@@ -1,7 +1,7 @@
 //! The arms of a report in groups of equal circumstances, as people compare them.
 
 use crate::bench::{Comparison, PERCENTILES, Reported};
-use crate::report::TaskReport;
+use crate::report::{LinkReport, TaskReport};
 use crate::summary::Summary;
 use crate::units::{duration, picoseconds};
 
@@ -62,6 +62,16 @@ pub(super) fn release_jitter(task: &TaskReport) -> Vec<(&'static str, &Summary)>
     std::iter::once(("raw", &task.release_jitter_ns)).chain(further).collect()
 }
 
+/// How old the value was at every stage of its way through a node; empty where there was no node.
+pub(super) fn stages(link: &LinkReport) -> impl Iterator<Item = (&'static str, &Summary)> {
+    let stages = [
+        ("age at release", &link.age_at_release_ns),
+        ("age at publish", &link.age_at_publish_ns),
+        ("end to end", &link.end_to_end_ns),
+    ];
+    stages.into_iter().filter(|(_, summary)| summary.count > 0)
+}
+
 /// How many blocks of an arm are invalid.
 pub(super) fn invalid_blocks<R: Reported>(arm: &R) -> usize {
     arm.blocks().iter().filter(|block| block.invalid.is_some()).count()
@@ -73,6 +83,11 @@ pub(super) const COLUMNS: [&str; 6] = ["p50", "p90", "p99", "p99.9", "p99.99", "
 /// The values of [`COLUMNS`].
 pub(super) fn columns(summary: &Summary) -> [Option<u64>; COLUMNS.len()] {
     [summary.p50, summary.p90, summary.p99, summary.p99_9, summary.p99_99, summary.max]
+}
+
+/// The mean, which others' benchmarks of latency are stated as, and [`COLUMNS`].
+pub(super) fn latency_columns() -> impl Iterator<Item = &'static str> {
+    std::iter::once("mean").chain(COLUMNS)
 }
 
 /// An arm as a comparison calls it, without the circumstances that the group has said already.

@@ -168,6 +168,7 @@ pub(crate) fn report() -> Report {
         links: vec![
             link("iceoryx2", 8_000.0, 0.0),
             LinkReport {
+                age_at_release_ns: blocks(19_000.0, 0.0).all().summary(),
                 age_at_publish_ns: blocks(21_000.0, 0.0).all().summary(),
                 end_to_end_ns: blocks(52_000.0, 0.0).all().summary(),
                 ..through

@@ -5,7 +5,7 @@ use std::hint::black_box;
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::{Plan, Rules, TaskEngine, Workload};
-use isochrone_timing::{Blocks, CostReport, Distribution};
+use isochrone_timing::{Blocks, CostReport, Distribution, Summary};
 use rustix::thread::gettid;
 
 use crate::bench::watch::Watch;
@@ -154,14 +154,7 @@ impl Arm {
 
     /// What an instance costs so far, in a line.
     pub(super) fn so_far(&self) -> String {
-        let all = self.blocks.all();
-        let ns = |quantile: f64| all.quantile(quantile) as f64 / 1e3;
-        let (p50, p99) = (ns(0.5), ns(0.99));
-        format!(
-            "{} instances: p50 {p50:.2} ns  p99 {p99:.2} ns  ({} samples)",
-            self.instances,
-            all.count()
-        )
+        so_far(self.instances, &self.blocks.all().summary())
     }
 
     /// What an instance costs; `None` if it had no turn yet.
@@ -176,5 +169,32 @@ impl Arm {
             histograms: BTreeMap::from([("step_ps".to_owned(), all.encode())]),
             blocks: self.blocks.reports().to_vec(),
         })
+    }
+}
+
+/// The percentiles that there are, as those of times in ps.
+fn so_far(instances: usize, step_ps: &Summary) -> String {
+    let percentile = |(name, ps): (&str, Option<u64>)| {
+        ps.map(|ps| format!("{name} {:.2} ns  ", ps as f64 / 1e3))
+    };
+    let percentiles = [("p50", step_ps.p50), ("p99", step_ps.p99)];
+    let percentiles: String = percentiles.into_iter().filter_map(percentile).collect();
+    format!("{instances} instances: {percentiles}({} samples)", step_ps.count)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_percentile_is_shown_only_once_the_samples_support_it() {
+        let after = |samples: u64| {
+            let mut all = Distribution::new();
+            all.record_many(2_000, samples);
+            so_far(10, &all.summary())
+        };
+        assert_eq!(after(1), "10 instances: (1 samples)");
+        assert_eq!(after(99), "10 instances: p50 2.00 ns  (99 samples)");
+        assert_eq!(after(100), "10 instances: p50 2.00 ns  p99 2.00 ns  (100 samples)");
     }
 }

@@ -129,7 +129,8 @@ impl Series {
 
     /// What people see while it is measured.
     pub(super) fn label(&self) -> String {
-        format!("{} ({}, {} values)", self.arm, self.pace, self.values)
+        let unit = if self.values == 1 { "value" } else { "values" };
+        format!("{} ({}, {} {unit})", self.arm, self.pace, self.values)
     }
 
     /// All samples so far.
@@ -181,6 +182,7 @@ impl Series {
             one_way_ns: self.blocks.all().summary(),
             end_to_end_ns: stages.end_to_end.summary(),
             age_at_publish_ns: stages.age_at_publish.summary(),
+            age_at_release_ns: stages.age_at_release.summary(),
             histograms,
             blocks: self.blocks.reports().to_vec(),
             ..LinkReport::default()
@@ -230,6 +232,33 @@ mod tests {
     #[test]
     fn a_size_given_twice_is_measured_once() {
         assert_eq!(plan(&[Arm::Raw], &[64, 1, 64], &PACES).len(), 2);
+    }
+
+    #[test]
+    fn the_age_of_a_value_at_every_stage_is_in_the_report() {
+        let mut series = Series::new(Arm::Node, PACES[0], 1);
+        let mut stages = Stages::default();
+        stages.age_at_release.record(600_000);
+        stages.age_at_publish.record(650_000);
+        stages.end_to_end.record(651_000);
+        let taken = Taken {
+            samples: Distribution::new(),
+            received: Received { messages: 1, lost: 0 },
+            stages: Some(stages),
+        };
+        let none = Disturbance::default();
+        let block = Block { at_s: 0.0, elapsed_ns: 1_000_000, sender: none, receiver: none };
+        series.push(&block, &taken, &Sent::default());
+        let report = series.report().unwrap();
+        let ages = [report.age_at_release_ns, report.age_at_publish_ns, report.end_to_end_ns];
+        assert_eq!(ages.map(|age| age.max), [600_000, 650_000, 651_000].map(Some));
+    }
+
+    #[test]
+    fn a_message_of_one_value_is_called_so() {
+        let label = |values| Series::new(Arm::Raw, Pace::BackToBack, values).label();
+        assert_eq!(label(1), format!("raw ({}, 1 value)", Pace::BackToBack));
+        assert_eq!(label(64), format!("raw ({}, 64 values)", Pace::BackToBack));
     }
 
     #[test]

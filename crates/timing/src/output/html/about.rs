@@ -47,8 +47,10 @@ pub(super) fn how_to_read(page: &mut Page, report: &Report) {
     if !report.links.is_empty() {
         page.markup(
             "<p><b>One-way latency</b> is from just before a frame was sent until its receiver had \
-             it. <b>Age at publish</b> is how old the oldest input behind a frame was when the node \
-             sent it on, and <b>end to end</b> when the receiver had it.</p>\n",
+             it. <b>Age at release</b> is how old the oldest input behind a frame was when the cycle \
+             was due that read it, <b>age at publish</b> when the node sent it on, and <b>end to \
+             end</b> when the receiver had it. The <b>mean</b> is there to be compared with \
+             benchmarks that state nothing else; it tells nothing about the tail.</p>\n",
         );
     }
     page.markup(

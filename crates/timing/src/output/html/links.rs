@@ -1,13 +1,12 @@
 //! The sections of the links: latency, group by group.
 
 use super::page::{Column, Page, Row};
-use super::section::{self, comparisons, percentile_columns, percentiles};
+use super::section::{self, Shown, comparisons, percentiles};
 use crate::bench::Reported;
-use crate::distribution::Distribution;
-use crate::output::groups::{Group, groups, metric_name};
+use crate::output::groups::{Group, groups, latency_columns, metric_name, stages};
 use crate::output::picture::Timeline;
 use crate::report::{LinkReport, Report};
-use crate::units::three_digits;
+use crate::units::{duration, three_digits};
 
 pub(super) fn sections(page: &mut Page, report: &Report) {
     for group in groups(&report.links, &report.comparisons) {
@@ -22,20 +21,18 @@ pub(super) fn sections(page: &mut Page, report: &Report) {
 
 fn summary(page: &mut Page, group: &Group<'_, LinkReport>) {
     let mut columns = vec![Column::Words("arm"), Column::Words("of"), Column::Number("samples")];
-    columns.extend(percentile_columns());
+    columns.extend(latency_columns().map(Column::Number));
     let rows = group.arms.iter().flat_map(|link| {
-        let times = [
-            ("", "one-way", &link.one_way_ns),
-            ("sub", "age at publish", &link.age_at_publish_ns),
-            ("sub", "end to end", &link.end_to_end_ns),
-        ];
         // Who only counts frames, as their sender does, has no latencies.
-        times.into_iter().filter(|(_, _, summary)| summary.count > 0).map(
-            |(class, kind, summary)| {
-                let cells = [link.service.clone(), kind.to_owned(), summary.count.to_string()];
-                Row { class, ..Row::of(cells.into_iter().chain(percentiles(summary))) }
-            },
-        )
+        let one_way = Some(&link.one_way_ns).filter(|summary| summary.count > 0);
+        let one_way = one_way.map(|summary| ("", "one-way", summary));
+        let stages = stages(link).map(|(stage, summary)| ("sub", stage, summary));
+        one_way.into_iter().chain(stages).map(|(class, kind, summary)| {
+            let count = summary.count.to_string();
+            let mean = section::cell(summary.mean.map(duration));
+            let cells = [link.service.clone(), kind.to_owned(), count, mean];
+            Row { class, ..Row::of(cells.into_iter().chain(percentiles(summary))) }
+        })
     });
     page.table("Latency", &columns, rows);
     let columns = [
@@ -54,9 +51,11 @@ fn summary(page: &mut Page, group: &Group<'_, LinkReport>) {
 }
 
 fn pictures(page: &mut Page, heading: &str, group: &Group<'_, LinkReport>) {
-    let named =
-        |link: &&LinkReport| Some((link.service.clone(), link.distribution(LinkReport::METRIC)?));
-    let distributions: Vec<(String, Distribution)> = group.arms.iter().filter_map(named).collect();
+    let shown = |(arm, link): (usize, &&LinkReport)| {
+        let (name, distribution) = (link.service.clone(), link.distribution(LinkReport::METRIC)?);
+        Some(Shown { arm, corrected: false, name, distribution })
+    };
+    let distributions: Vec<Shown> = group.arms.iter().enumerate().filter_map(shown).collect();
     let turns: Vec<Timeline<'_>> = group
         .arms
         .iter()

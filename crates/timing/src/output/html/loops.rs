@@ -1,9 +1,8 @@
 //! The sections of the loops: release jitter, group by group.
 
 use super::page::{Column, Page, Row};
-use super::section::{self, comparisons, percentile_columns, percentiles};
+use super::section::{self, Shown, comparisons, percentile_columns, percentiles};
 use crate::bench::Reported;
-use crate::distribution::Distribution;
 use crate::output::groups::{Group, groups, metric_name, release_jitter};
 use crate::output::picture::Timeline;
 use crate::report::{Report, TaskReport};
@@ -58,12 +57,19 @@ fn summary(page: &mut Page, group: &Group<'_, TaskReport>) {
 }
 
 fn pictures(page: &mut Page, heading: &str, group: &Group<'_, TaskReport>) {
-    let mut distributions: Vec<(String, Distribution)> = Vec::new();
-    for task in &group.arms {
-        let raw = task.distribution(TaskReport::METRIC).map(|all| (task.name.clone(), all));
-        let corrected =
-            task.distribution("release_jitter_corrected_ns").filter(|_| task.missed > 0);
-        let corrected = corrected.map(|all| (format!("{}, corrected", task.name), all));
+    let mut distributions: Vec<Shown> = Vec::new();
+    for (arm, task) in group.arms.iter().enumerate() {
+        let name = task.name.clone();
+        let raw = task.distribution(TaskReport::METRIC);
+        let raw = raw.map(|distribution| Shown { arm, corrected: false, name, distribution });
+        let name = format!("{}, corrected", task.name);
+        let corrected = task.distribution("release_jitter_corrected_ns");
+        let corrected = corrected.filter(|_| task.missed > 0).map(|distribution| Shown {
+            arm,
+            corrected: true,
+            name,
+            distribution,
+        });
         distributions.extend(raw.into_iter().chain(corrected));
     }
     let turns = group.arms.iter().map(|task| Timeline {

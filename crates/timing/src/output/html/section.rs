@@ -4,7 +4,7 @@ use super::page::{Column, Page, Row};
 use crate::bench::{Comparison, Verdict};
 use crate::distribution::Distribution;
 use crate::output::groups::{COLUMNS, arm_of, columns, metric_name, percentile_name, value};
-use crate::output::picture::{Series, Timeline, histogram_svg, percentiles_svg, timeline_svg};
+use crate::output::picture::{Curve, Series, Timeline, histogram_of, percentiles_of, timeline_svg};
 use crate::summary::Summary;
 use crate::units::{duration, three_digits};
 
@@ -67,20 +67,36 @@ pub(super) fn comparisons(page: &mut Page, circumstances: &str, comparisons: &[&
     page.table(format!("Comparison of the {metric}, of the valid blocks"), &columns, rows);
 }
 
+/// A distribution of an arm of a group, as pictures show it.
+pub(super) struct Shown {
+    /// The place of the arm in the group.
+    pub(super) arm: usize,
+    /// Whether it is of the corrected times.
+    pub(super) corrected: bool,
+    pub(super) name: String,
+    pub(super) distribution: Distribution,
+}
+
+impl Shown {
+    fn curve(&self) -> Curve<'_> {
+        let Self { arm, corrected, name, distribution } = self;
+        Curve { arm: *arm, corrected: *corrected, series: Series { name, distribution } }
+    }
+}
+
 /// The pictures of a group: its distributions, and its turns over time if it took any.
 pub(super) fn pictures(
     page: &mut Page,
     heading: &str,
-    distributions: &[(String, Distribution)],
+    distributions: &[Shown],
     turns: &[Timeline<'_>],
 ) {
-    let series: Vec<Series<'_>> =
-        distributions.iter().map(|(name, distribution)| Series { name, distribution }).collect();
-    if !series.is_empty() {
+    let curves: Vec<Curve<'_>> = distributions.iter().map(Shown::curve).collect();
+    if !curves.is_empty() {
         let title = format!("Percentiles: {heading}");
-        page.picture(&title, percentiles_svg(&title, &series));
+        page.picture(&title, percentiles_of(&title, &curves));
         let title = format!("Histogram: {heading}");
-        page.picture(&title, histogram_svg(&title, &series));
+        page.picture(&title, histogram_of(&title, &curves));
     }
     if turns.iter().any(|arm| !arm.blocks.is_empty()) {
         let title = format!("Over time: {heading}");

@@ -13,6 +13,8 @@ const WIDTH: u32 = 960;
 const LEAST_HEIGHT: u32 = 440;
 /// Letters of a title that fit into the width.
 const TITLE_LETTERS: usize = 96;
+/// Shortest bar, in pixels: a block may be short against the whole.
+const SHORTEST_BAR: i32 = 3;
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 pub(super) type Failure = DrawingAreaErrorKind<std::io::Error>;
@@ -22,6 +24,8 @@ pub(super) type Failure = DrawingAreaErrorKind<std::io::Error>;
 pub(super) enum Form {
     /// Joined, with a line this wide.
     Line(u32),
+    /// Two by two, each pair with a level line this wide: what lies between the pairs stays empty.
+    Bars(u32),
     /// Each as a mark.
     Marks(Mark),
     /// As a rectangle between the first and the second.
@@ -90,6 +94,15 @@ where
                 (Form::Line(stroke_width), Some((dash, gap))) => {
                     let style = ShapeStyle { stroke_width, ..ink.colour.into() };
                     chart.draw_series(DashedLineSeries::new(points, dash, gap, style))?;
+                }
+                (Form::Bars(stroke_width), _) => {
+                    let style = ShapeStyle { stroke_width, ..ink.colour.into() };
+                    for pair in points.as_chunks::<2>().0 {
+                        let [(begin, y), (end, _)] =
+                            pair.each_ref().map(|p| chart.backend_coord(p));
+                        let end = end.max(begin + SHORTEST_BAR);
+                        area.draw(&PathElement::new([(begin, y), (end, y)], style))?;
+                    }
                 }
                 (Form::Marks(mark), _) => {
                     for place in &points {

@@ -59,6 +59,10 @@ pub(super) fn draw(
                 let style = ShapeStyle { stroke_width, ..ink.colour.into() };
                 area.draw(&DashedPathElement::new(line, dash, gap, style))?;
             }
+            (Form::Bars(stroke_width), _) => {
+                let style = ShapeStyle { stroke_width, ..ink.colour.into() };
+                area.draw(&PathElement::new(line, style))?;
+            }
             (Form::Marks(mark), _) => {
                 mark.draw(area, (LEFT + SYMBOL / 2, y), *ink)?;
             }

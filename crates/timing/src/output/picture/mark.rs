@@ -15,6 +15,8 @@ pub(super) enum Mark {
     Square,
     Diamond,
     Cross,
+    /// A triangle on its tip, not filled.
+    Wedge,
 }
 
 impl Mark {
@@ -38,6 +40,12 @@ impl Mark {
             Self::Triangle => polygon(&[(0, -5), (5, 4), (-5, 4)]),
             Self::Square => polygon(&[(-4, -4), (4, -4), (4, 4), (-4, 4)]),
             Self::Diamond => polygon(&[(0, -6), (5, 0), (0, 6), (-5, 0)]),
+            Self::Wedge => {
+                let corners = [(0, 5), (5, -4), (-5, -4), (0, 5)];
+                let corners: Vec<_> =
+                    corners.iter().map(|(right, down)| (x + right, y + down)).collect();
+                area.draw(&PathElement::new(corners, line.stroke_width(2)))
+            }
             Self::Cross => area.draw(&Cross::new((x, y), 4, line)),
         }
     }

@@ -9,6 +9,7 @@ mod mark;
 mod scaling;
 mod timeline;
 
+pub(super) use distributions::{Curve, histogram_of, percentiles_of};
 pub use distributions::{Series, histogram_svg, percentiles_svg};
 pub use scaling::scaling_svg;
 pub use timeline::{Timeline, timeline_svg};

@@ -32,16 +32,16 @@ const CAUSES: [(&str, Mark); 6] = [
 ];
 /// No bench takes longer: 30 years.
 const LONGEST_S: f64 = 1e9;
-const MEDIAN: Form = Form::Line(2);
-const TAIL: Form = Form::Line(1);
-const LONGEST: Form = Form::Marks(Mark::Dot);
+const MEDIAN: Form = Form::Bars(4);
+const TAIL: Form = Form::Bars(2);
+const LONGEST: Form = Form::Marks(Mark::Wedge);
 
-/// Draws the blocks of several arms over the time of the bench: p50 and p99 of each block as lines,
-/// each outlier as a mark in the colour of its arm whose form says its cause. Blocks that are
+/// Draws the blocks of several arms over the time of the bench: p50 and p99 of each block as bars
+/// from its begin to its end, with nothing where other arms had their turns; each outlier as a mark in the colour of its arm whose form says its cause. Blocks that are
 /// invalid are shaded.
 pub fn timeline_svg(title: &str, arms: &[Timeline<'_>]) -> String {
     let mut layers: Vec<Layer> =
-        arms.iter().enumerate().flat_map(|(arm, of)| lines(arm, of)).collect();
+        arms.iter().enumerate().flat_map(|(arm, of)| bars(arm, of)).collect();
     layers.extend(arms.iter().enumerate().flat_map(|(arm, of)| marks(arm, of)));
     let points = || layers.iter().flat_map(|layer| &layer.points);
     let end_s = points().map(|(s, _)| *s).fold(0.0, f64::max);
@@ -77,7 +77,7 @@ fn seconds(at_s: f64) -> f64 {
 }
 
 /// Both percentiles of each block, from its begin to its end.
-fn lines(arm: usize, of: &Timeline<'_>) -> Vec<Layer> {
+fn bars(arm: usize, of: &Timeline<'_>) -> Vec<Layer> {
     let (mut medians, mut tails, mut longest) = (Vec::new(), Vec::new(), Vec::new());
     for block in of.blocks {
         let Ok(samples) = Distribution::decode(&block.histogram) else { continue };
@@ -86,7 +86,8 @@ fn lines(arm: usize, of: &Timeline<'_>) -> Vec<Layer> {
         let flat = |ns: u64| begin_and_end(block).map(|s| (s, high(ns)));
         medians.extend(summary.p50.into_iter().flat_map(flat));
         tails.extend(summary.p99.into_iter().flat_map(flat));
-        longest.extend(summary.max.map(|ns| (seconds(block.at_s), high(ns))));
+        let [begin, end] = begin_and_end(block);
+        longest.extend(summary.max.map(|ns| (f64::midpoint(begin, end), high(ns))));
     }
     let ink = Ink::of(arm);
     let mut layers = vec![
@@ -132,7 +133,7 @@ fn shade() -> Ink {
     Ink { colour: BLACK.mix(0.13), dash: None }
 }
 
-/// The arms, then what the lines and marks mean, as far as they occur.
+/// The arms, then what the bars and marks mean, as far as they occur.
 fn legend(arms: &[Timeline<'_>]) -> Vec<Entry> {
     let named = |(arm, of): (usize, &Timeline<'_>)| Entry::new(MEDIAN, Ink::of(arm), of.name);
     let mut entries: Vec<Entry> = arms.iter().enumerate().map(named).collect();
@@ -181,6 +182,16 @@ mod tests {
     }
 
     #[test]
+    fn the_bars_of_a_block_begin_and_end_with_it() {
+        let blocks = blocks(&[Disturbance::default(); 2]);
+        let bars = bars(0, &Timeline { name: "", blocks: &blocks, outliers: &[] });
+        for form in [MEDIAN, TAIL] {
+            let points = &bars.iter().find(|layer| layer.form == form).unwrap().points;
+            assert_eq!(points.iter().map(|(s, _)| *s).collect::<Vec<_>>(), [0.0, 1.0, 2.0, 3.0]);
+        }
+    }
+
+    #[test]
     fn every_cause_that_a_disturbance_names_has_its_mark() {
         let none = Disturbance::default();
         let each = [
@@ -195,6 +206,7 @@ mod tests {
         assert_eq!(causes, CAUSES.map(|(cause, _)| cause));
         for (index, (_, mark)) in CAUSES.iter().enumerate() {
             assert!(CAUSES[..index].iter().all(|(_, other)| other != mark), "{mark:?}");
+            assert_ne!(Form::Marks(*mark), LONGEST, "what is longest says nothing of a cause");
         }
     }
 
@@ -214,8 +226,8 @@ mod tests {
         let svg = shown(&[], &blocks);
         assert!(svg.contains("invalid block") && svg.contains("longest of a block"), "{svg}");
         let longest = |layer: &&Layer| layer.form == LONGEST;
-        let lines = lines(0, &Timeline { name: "", blocks: &blocks, outliers: &[] });
-        assert_eq!(lines.iter().find(longest).unwrap().points.len(), 2);
+        let bars = bars(0, &Timeline { name: "", blocks: &blocks, outliers: &[] });
+        assert_eq!(bars.iter().find(longest).unwrap().points.len(), 2);
     }
 
     #[test]
@@ -224,8 +236,8 @@ mod tests {
         samples.record_many(900, 99);
         let mut few = Blocks::default();
         few.push(0.0, 1_000_000_000, &samples, 0, Disturbance::default());
-        let lines = lines(0, &Timeline { name: "", blocks: few.reports(), outliers: &[] });
-        let points = |form: Form| lines.iter().find(|l| l.form == form).unwrap().points.len();
+        let bars = bars(0, &Timeline { name: "", blocks: few.reports(), outliers: &[] });
+        let points = |form: Form| bars.iter().find(|l| l.form == form).unwrap().points.len();
         assert_eq!((points(MEDIAN), points(TAIL)), (2, 0));
     }
 

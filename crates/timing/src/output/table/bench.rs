@@ -6,12 +6,12 @@ use super::grid::Grid;
 use super::{UNKNOWN, time};
 use crate::bench::{Comparison, Reported};
 use crate::output::groups::{
-    COLUMNS, Group, arm_of, columns, groups, invalid_blocks, metric_name, percentile_name,
-    release_jitter, value,
+    COLUMNS, Group, arm_of, columns, groups, invalid_blocks, latency_columns, metric_name,
+    percentile_name, release_jitter, stages, value,
 };
 use crate::report::{CostReport, LinkReport, Report, TaskReport};
 use crate::summary::Summary;
-use crate::units::three_digits;
+use crate::units::{duration, three_digits};
 
 /// `Display` is a table of comparisons between two reports.
 #[derive(Debug, Clone, Copy)]
@@ -64,19 +64,23 @@ fn loops(group: &Group<'_, TaskReport>) -> Grid {
 }
 
 fn latencies(group: &Group<'_, LinkReport>) -> Grid {
-    let mut grid =
-        Grid::new(["arm", "frames"].into_iter().chain(COLUMNS).chain(["lost", "invalid blocks"]));
+    let mut grid = Grid::new(
+        ["arm", "frames"].into_iter().chain(latency_columns()).chain(["lost", "invalid blocks"]),
+    );
     for link in &group.arms {
         let rest = [link.lost.to_string(), invalid(*link)];
-        grid.row(cells(&link.service, link.frames, &link.one_way_ns).chain(rest));
-        // What went through a node has a source.
-        let through =
-            [("  age at publish", &link.age_at_publish_ns), ("  end to end", &link.end_to_end_ns)];
-        for (label, summary) in through.into_iter().filter(|(_, summary)| summary.count > 0) {
-            grid.row(cells(label, summary.count, summary));
+        grid.row(latency_cells(&link.service, link.frames, &link.one_way_ns).chain(rest));
+        for (stage, summary) in stages(link) {
+            grid.row(latency_cells(&format!("  {stage}"), summary.count, summary));
         }
     }
     grid
+}
+
+fn latency_cells(label: &str, count: u64, summary: &Summary) -> impl Iterator<Item = String> {
+    let mean = summary.mean.map_or_else(|| UNKNOWN.to_owned(), duration);
+    let times = columns(summary).map(time);
+    [label.to_owned(), count.to_string(), mean].into_iter().chain(times)
 }
 
 fn cells(label: &str, count: u64, summary: &Summary) -> impl Iterator<Item = String> {
