@@ -267,5 +267,24 @@ fn the_real_cyclictest_and_a_load_run_beside_the_loops() {
     for task in tasks(&report) {
         let count = number(&task["release_jitter_ns"]["count"]);
         assert!((1..=400).contains(&count), "{count}");
+        // Each of the two turns is whole: what did not run was missed.
+        assert_eq!(
+            number(&task["release_jitter_corrected_ns"]["count"]),
+            count + number(&task["missed"])
+        );
+        assert!(number(&task["warm_up_cycles"]) > 0);
+    }
+}
+
+#[test]
+fn cyclictest_is_not_run_at_a_period_that_it_cannot_have() {
+    let domain = Domain::new();
+    for (arguments, says) in
+        [("--period 1ms,12345ns", "period of 12345ns"), ("--phase 1500ns", "phase of 1500ns")]
+    {
+        let arguments = format!("bench jitter --arms sleep,cyclictest {arguments}");
+        let refused = domain.run(&arguments).expect_code(2);
+        assert!(refused.stderr.contains("the arm cyclictest"), "{}", refused.stderr);
+        assert!(refused.stderr.contains(says), "{}", refused.stderr);
     }
 }

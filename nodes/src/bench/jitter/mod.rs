@@ -233,7 +233,7 @@ impl Settings {
         let mut loops = args.arms.clone();
         if loops.is_empty() {
             loops.extend([Loop::Sleep, Loop::Hybrid]);
-            if self.priority.is_some() && cyclictest::can_run() {
+            if cyclictest::check(self).is_ok() {
                 loops.push(Loop::Cyclictest);
             }
         }
@@ -281,15 +281,10 @@ impl Settings {
                 }
                 Kind::spin(longest)
             }
-            Loop::Cyclictest if self.priority.is_none() => {
-                return Err(Failure::usage("cyclictest runs with a priority; give --priority"));
+            Loop::Cyclictest => {
+                cyclictest::check(self)?;
+                Kind::Cyclictest
             }
-            Loop::Cyclictest if !cyclictest::can_run() => {
-                return Err(Failure::usage(
-                    "cyclictest is not installed, or may not run: install rt-tests and be root",
-                ));
-            }
-            Loop::Cyclictest => Kind::Cyclictest,
         })
     }
 }
