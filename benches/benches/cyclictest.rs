@@ -14,7 +14,7 @@ use std::process::{Command, Stdio};
 
 use clap::Parser;
 use isochrone_benches::{Bench, Failure, take_turns, us};
-use isochrone_timing::{Distribution, Series, histogram_svg, percentiles_svg};
+use isochrone_timing::{Distribution, Report, Series, histogram_svg, percentiles_svg};
 
 #[derive(Parser)]
 struct Args {
@@ -49,6 +49,9 @@ struct Args {
     #[arg(long, hide = true)]
     bench: bool,
 }
+
+/// Longest turn that `isochrone bench jitter` takes at once.
+const LONGEST_BLOCK_S: f64 = 60.0;
 
 /// Name, keys of the task, and a command that runs the node with other rights.
 const ARMS: [(&str, &str, &[&str]); 14] = [
@@ -153,58 +156,32 @@ fn node(bench: &Bench, args: &Args, arm: &mut Arm) -> Result<(), Failure> {
     };
     let node = NODE.replace("TASK", task).replace("CPU", &args.cpu.to_string());
     let node = node.replace("PERIOD", &args.period_us.to_string());
-    let report = bench.start(wrapper, &node, args.seconds)?.report()?;
-    let task = report.tasks.first().ok_or("the report has no task")?;
-    if let Some(histogram) = task.histograms.get("release_jitter_ns") {
-        arm.jitter.merge(&Distribution::decode(histogram)?);
-    }
-    arm.cpu_s += task.cpu_fraction * args.seconds;
-    arm.elapsed_s += args.seconds;
-    arm.missed += task.missed;
-    Ok(())
+    arm.take(args, bench.start(wrapper, &node, args.seconds)?.report()?)
 }
 
+/// The program itself, as `isochrone bench jitter` runs and reads it.
 fn cyclictest(bench: &Bench, args: &Args, arm: &mut Arm) -> Result<(), Failure> {
-    let json = bench.path("cyclictest.json");
-    let before_s = cpu_of_children_s()?;
-    let status = Command::new("cyclictest")
-        .args(["--quiet", "--mlockall", "--priority=80", "--threads=1", "--nsecs"])
-        // In the node's phase. Longer latencies than 2 ms are counted and not told.
-        .args(["--secaligned=500", "--histogram=2000000"])
-        .arg(format!("--affinity={}", args.cpu))
-        .arg(format!("--interval={}", args.period_us))
-        .arg(format!("--loops={}", (args.seconds * 1e6) as u64 / args.period_us))
-        .arg(format!("--json={}", json.display()))
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .status()?;
-    if !status.success() {
-        return Err(format!("cyclictest ended with {status}; it needs root").into());
-    }
-    let result: serde_json::Value = serde_json::from_str(&fs::read_to_string(json)?)?;
-    let thread = &result["thread"]["0"];
-    let histogram = thread["histogram"].as_object().ok_or("cyclictest wrote no histogram")?;
-    let (mut told, cycles) = (0, thread["cycles"].as_u64().unwrap_or_default());
-    for (ns, count) in histogram {
-        let count = count.as_u64().unwrap_or_default();
-        arm.jitter.record_many(ns.parse()?, count);
-        told += count;
-    }
-    // Those beyond the histogram: all that is known of them is the largest.
-    arm.jitter.record_many(thread["max"].as_u64().unwrap_or_default(), cycles.saturating_sub(told));
-    arm.cpu_s += cpu_of_children_s()? - before_s;
-    arm.elapsed_s += args.seconds;
-    Ok(())
+    let arguments = format!(
+        "bench jitter --arms cyclictest --seconds {} --block {} --period {}us --cpu {}",
+        args.seconds,
+        args.seconds.min(LONGEST_BLOCK_S),
+        args.period_us,
+        args.cpu
+    );
+    arm.take(args, bench.measure(&[], &arguments)?.report()?)
 }
 
-/// CPU time of all children that ended, in seconds.
-fn cpu_of_children_s() -> Result<f64, Failure> {
-    const TICKS_PER_S: f64 = 100.0;
-    let stat = fs::read_to_string("/proc/self/stat")?;
-    let (_, fields) = stat.rsplit_once(')').ok_or("unknown form of /proc/self/stat")?;
-    let children: f64 =
-        fields.split_whitespace().skip(13).take(2).flat_map(str::parse::<f64>).sum();
-    Ok(children / TICKS_PER_S)
+impl Arm {
+    fn take(&mut self, args: &Args, report: Report) -> Result<(), Failure> {
+        let task = report.tasks.first().ok_or("the report has no task")?;
+        if let Some(histogram) = task.histograms.get("release_jitter_ns") {
+            self.jitter.merge(&Distribution::decode(histogram)?);
+        }
+        self.cpu_s += task.cpu_fraction * args.seconds;
+        self.elapsed_s += args.seconds;
+        self.missed += task.missed;
+        Ok(())
+    }
 }
 
 /// Load that ends with the bench.
@@ -239,10 +216,6 @@ fn print(args: &Args, arms: &[Arm]) {
             true => us(arm.jitter.quantile(quantile)),
             false => "-".into(),
         };
-        let missed = match arm.name.as_str() {
-            "cyclictest" => "-".into(),
-            _ => arm.missed.to_string(),
-        };
         println!(
             "{:<20}{:>9}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>7.1}{:>8}",
             arm.name,
@@ -254,7 +227,7 @@ fn print(args: &Args, arms: &[Arm]) {
             quantile(0.9999, 10_000),
             quantile(1.0, 1),
             100.0 * arm.cpu_s / arm.elapsed_s,
-            missed
+            arm.missed
         );
     }
     let Some((reference, others)) = arms.split_first() else { return };

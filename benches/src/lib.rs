@@ -6,18 +6,23 @@
 mod baseline;
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 use isochrone_engine::{Plan, Rules, TaskEngine, Workload};
+use isochrone_ipc::{Participant, ipc, load_config, remove_leftovers};
 use isochrone_timing::{Report, turns};
 
 pub use baseline::{Baseline, Verdict};
 
+/// The file of a bench's domain.
+const DOMAIN: &str = "domain.toml";
+
 /// A failure that ends a bench, as a sentence.
 pub type Failure = Box<dyn std::error::Error + Send + Sync>;
 
-/// A folder with configurations and reports, and an iceoryx2 domain.
+/// A folder with configurations and reports, and an iceoryx2 domain, of which nothing is left when it
+/// is dropped.
 #[derive(Debug)]
 pub struct Bench {
     program: PathBuf,
@@ -43,7 +48,7 @@ impl Bench {
         let (root, prefix) = (folder.path().join("iceoryx2"), std::process::id());
         let domain =
             format!("[global]\nroot-path = \"{}\"\nprefix = \"bench{prefix}_\"\n", root.display());
-        fs::write(folder.path().join("domain.toml"), domain)?;
+        fs::write(folder.path().join(DOMAIN), domain)?;
         Ok(Self { program: target.join("isochrone"), folder })
     }
 
@@ -63,7 +68,7 @@ impl Bench {
                 command
             }
         };
-        command.args(arguments.split(' ')).arg("--iceoryx2-config").arg("domain.toml");
+        command.args(arguments.split(' ')).arg("--iceoryx2-config").arg(DOMAIN);
         command.current_dir(&self.folder).stdin(Stdio::null()).stdout(Stdio::null());
         command.stderr(Stdio::null());
         command
@@ -75,17 +80,41 @@ impl Bench {
     /// The configuration cannot be written, or the program not started.
     pub fn start(&self, wrapper: &[&str], node: &str, seconds: f64) -> Result<Running, Failure> {
         fs::write(self.path("node.toml"), node)?;
-        let report = self.path("node.json");
+        self.measure(wrapper, &format!("run node.toml --seconds {seconds}"))
+    }
+
+    /// Starts the program with these arguments, which let it write a report.
+    ///
+    /// # Errors
+    /// It cannot be started.
+    pub fn measure(&self, wrapper: &[&str], arguments: &str) -> Result<Running, Failure> {
+        let report = self.path("report.json");
         let _ = fs::remove_file(&report);
-        let arguments = format!("run node.toml --seconds {seconds} --report node.json");
-        let log = self.path("node.log");
-        let mut command = self.command(wrapper, &arguments);
+        let log = self.path("log");
+        let mut command = self.command(wrapper, &format!("{arguments} --report report.json"));
         command.stderr(fs::File::create(&log)?);
         Ok(Running { child: command.spawn()?, report, log })
     }
 }
 
-/// A node that runs.
+impl Drop for Bench {
+    fn drop(&mut self) {
+        if let Err(error) = clear(&self.path(DOMAIN)) {
+            eprintln!("cannot clear what killed processes left in shared memory: {error}");
+        }
+    }
+}
+
+/// Removes what processes of a domain left that were killed.
+fn clear(domain: &Path) -> Result<(), Failure> {
+    let config = load_config(Some(domain))?;
+    // Joining removes what the dead left, if they were the last of their services.
+    drop(Participant::<ipc::Service>::join("cleaner", &config)?);
+    remove_leftovers::<ipc::Service>(&config);
+    Ok(())
+}
+
+/// The program, while it measures.
 #[derive(Debug)]
 pub struct Running {
     child: Child,
@@ -94,15 +123,15 @@ pub struct Running {
 }
 
 impl Running {
-    /// Waits for the node's end, and returns its report.
+    /// Waits for its end, and returns its report.
     ///
     /// # Errors
-    /// The node failed.
+    /// It failed.
     pub fn report(mut self) -> Result<Report, Failure> {
         let status = self.child.wait()?;
         if !status.success() {
             let said = fs::read_to_string(&self.log)?;
-            return Err(format!("the node ended with {status}: {said}").into());
+            return Err(format!("the program ended with {status}: {said}").into());
         }
         Ok(serde_json::from_str(&fs::read_to_string(&self.report)?)?)
     }

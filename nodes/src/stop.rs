@@ -1,8 +1,13 @@
-//! Ending on a signal: Ctrl-C, SIGTERM and SIGHUP set a flag that every loop looks at.
+//! Ending on a signal: Ctrl-C, SIGTERM and SIGHUP set a flag that every loop looks at. Programs that
+//! this one started end with it.
 
-use std::sync::Arc;
+use std::io;
+use std::process::{Child, ChildStderr, ChildStdout, Command, ExitStatus};
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
 
 use crate::failure::Failure;
 
@@ -26,6 +31,10 @@ impl Stop {
         let signalled = flag.clone();
         ctrlc::set_handler(move || {
             if signalled.swap(true, Ordering::Relaxed) {
+                // Nothing is dropped on this way out. It is a thread's, not the signal's own.
+                for program in running().iter() {
+                    let _ = kill_process(*program, Signal::TERM);
+                }
                 std::process::exit(INTERRUPTED);
             }
         })
@@ -66,10 +75,102 @@ impl Stop {
     }
 }
 
+/// The programs that run, for the way out that drops nothing.
+static RUNNING: Mutex<Vec<Pid>> = Mutex::new(Vec::new());
+
+fn running() -> MutexGuard<'static, Vec<Pid>> {
+    RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A program that this one started. It is asked to end when it is dropped, and when a second signal
+/// ends this one at once.
+pub(crate) struct Program {
+    child: Child,
+}
+
+impl Program {
+    /// Starts it.
+    pub(crate) fn start(command: &mut Command) -> io::Result<Self> {
+        // Held meanwhile, so that a signal finds every program that was started.
+        let mut running = running();
+        let child = command.spawn()?;
+        running.push(Pid::from_child(&child));
+        Ok(Self { child })
+    }
+
+    pub(crate) fn id(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// What it prints, if that is piped; once.
+    pub(crate) fn printed(&mut self) -> (Option<ChildStdout>, Option<ChildStderr>) {
+        (self.child.stdout.take(), self.child.stderr.take())
+    }
+
+    /// How it ended, if it did.
+    pub(crate) fn ended(&mut self) -> io::Result<Option<ExitStatus>> {
+        let status = self.child.try_wait()?;
+        if status.is_some() {
+            self.forget();
+        }
+        Ok(status)
+    }
+
+    /// Its id may be another's as soon as its end was seen.
+    fn forget(&self) {
+        running().retain(|program| *program != Pid::from_child(&self.child));
+    }
+}
+
+impl Drop for Program {
+    fn drop(&mut self) {
+        if let Ok(None) = self.child.try_wait() {
+            // Not SIGKILL, which would leave its own children behind.
+            let _ = kill_process(Pid::from_child(&self.child), Signal::TERM);
+            let _ = self.child.wait();
+        }
+        self.forget();
+    }
+}
+
 /// Reads a number of seconds.
 pub(crate) fn parse_seconds(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(seconds) if seconds > 0.0 => Ok(seconds),
         _ => Err("give a number of seconds greater than 0, such as 10 or 0.5".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sleep() -> Program {
+        Program::start(Command::new("sleep").arg("60")).unwrap()
+    }
+
+    #[test]
+    fn a_program_that_is_dropped_is_gone_and_no_longer_known() {
+        let program = sleep();
+        let id = Pid::from_child(&program.child);
+        assert!(running().contains(&id));
+        drop(program);
+        assert!(!running().contains(&id));
+        assert!(rustix::process::test_kill_process(id).is_err());
+    }
+
+    #[test]
+    fn a_program_that_ended_is_not_signalled_for_its_id_may_be_anothers() {
+        let mut program = sleep();
+        assert!(program.ended().unwrap().is_none());
+        let id = Pid::from_child(&program.child);
+        kill_process(id, Signal::KILL).unwrap();
+        let status = loop {
+            if let Some(status) = program.ended().unwrap() {
+                break status;
+            }
+            std::thread::sleep(Duration::from_millis(1));
+        };
+        assert!(!status.success() && !running().contains(&id));
     }
 }

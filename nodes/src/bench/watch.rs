@@ -44,7 +44,7 @@ impl Watching {
 }
 
 /// Lets the calling thread run on any allowed CPU but this one, if there is another.
-fn keep_off(cpu: usize) {
+pub(super) fn keep_off(cpu: usize) {
     if let Ok(mut allowed) = sched_getaffinity(None)
         && allowed.count() > 1
         && allowed.is_set(cpu)

@@ -1,137 +1,168 @@
-//! Turns of the real cyclictest.
+//! Turns of the real cyclictest: its latencies, one by one, as the records of a loop.
 
-use std::collections::BTreeMap;
-use std::path::Path;
-use std::process::{Command, Stdio};
+mod transcript;
+
+use std::io::Read;
+use std::process::{ChildStdout, Command, Stdio};
+use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic, ThreadUsage};
-use isochrone_timing::Distribution;
-use serde::Deserialize;
+use isochrone_engine::config::EPOCH_OFFSET_NS;
+use isochrone_engine::format_duration_ns;
+use rustix::thread::sched_getaffinity;
 
-use super::WARM_UP;
-use super::arm::{Arm, Turn, Used};
-use crate::bench::watch::Watching;
+use self::transcript::{Chunk, SECOND_NS, Transcript};
+use super::Settings;
+use super::arm::{Arm, Turn, Used, cycles};
+use crate::bench::watch::{Watching, keep_off};
 use crate::failure::Failure;
+use crate::stop::Program;
 
 const LOOK_INTERVAL: Duration = Duration::from_millis(20);
-/// Longer latencies, in ns, are counted and not told.
-const LONGEST_TOLD_NS: u64 = 2_000_000;
-
-/// Whether it is installed, and this process may raise its priority.
-pub(super) fn can_run() -> bool {
+/// At shorter periods it writes full buffers instead of lines: there is one every few milliseconds.
+const LINES_FROM_NS: u64 = 100_000;
+/// Whether it is installed, and can run what the other arms run.
+pub(super) fn check(settings: &Settings) -> Result<(), Failure> {
+    if settings.priority.is_none() {
+        return Err(Failure::usage("cyclictest runs with a priority; give --priority"));
+    }
+    let periods = settings.periods_ns.iter().map(|period_ns| ("period", *period_ns));
+    for (what, ns) in periods.chain([("phase", settings.phase_ns)]) {
+        if ns % 1_000 != 0 {
+            return Err(Failure::usage(format!(
+                "the arm cyclictest cannot run at a {what} of {}: it knows whole microseconds only; \
+                 give another --{what}, or leave the arm out (--arms sleep,hybrid)",
+                format_duration_ns(ns)
+            )));
+        }
+    }
     let help = Command::new("cyclictest").arg("--help").output();
-    help.is_ok() && rustix::process::geteuid().is_root()
+    if help.is_err() || !rustix::process::geteuid().is_root() {
+        return Err(Failure::usage(
+            "cyclictest is not installed, or may not run: install rt-tests and be root",
+        ));
+    }
+    Ok(())
 }
 
-/// Runs it for the turn. It has no warm-up that could be left out.
+/// Runs it for the turn.
 pub(super) fn turn(arm: &mut Arm, turn: &Turn<'_>) -> Result<Used, Failure> {
     let failed = |what: String| Failure::found(format!("cyclictest: {what}"));
-    let folder = tempfile::tempdir().map_err(|error| failed(error.to_string()))?;
-    let json = folder.path().join("cyclictest.json");
-    let loops = (turn.counted.as_nanos() as u64 / arm.period_ns).max(1);
-    // Its phase counts from whole milliseconds, ours from the middle of one.
-    let phase_us = (isochrone_engine::config::EPOCH_OFFSET_NS + arm.phase_ns) / 1_000;
-    let from_ns = Monotonic.now_ns();
+    // Begun first, so that the counted part of the turn is watched from its beginning.
     let watching = Watching::begin(arm.cpu, None);
-    let mut child = Command::new("cyclictest")
-        .args(["--quiet", "--mlockall", "--threads=1", "--nsecs"])
-        .arg(format!("--priority={}", arm.request.priority.unwrap_or(1)))
-        .arg(format!("--secaligned={phase_us}"))
-        .arg(format!("--histogram={LONGEST_TOLD_NS}"))
-        .arg(format!("--affinity={}", arm.cpu))
-        .arg(format!("--interval={}", (arm.period_ns / 1_000).max(1)))
-        .arg(format!("--loops={loops}"))
-        .arg(format!("--json={}", json.display()))
-        .stdin(Stdio::null())
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .spawn()
-        .map_err(|error| failed(error.to_string()))?;
-    let mut meter = Meter::default();
-    let status = loop {
+    let mut program = Program::start(&mut command(arm, turn.counted))
+        .map_err(|error| failed(format!("cannot be started: {error}")))?;
+    let (stdout, stderr) = program.printed();
+    let printed = listen(stdout.ok_or_else(|| failed("its output is missing".into()))?, arm.cpu)
+        .map_err(|error| failed(format!("cannot start a thread: {error}")))?;
+    let mut transcript =
+        Transcript::new(arm.period_ns, EPOCH_OFFSET_NS + arm.phase_ns, turn.counted);
+    let mut meter = Meter::new(program.id());
+    let ended = loop {
         thread::sleep(LOOK_INTERVAL);
-        // Its start-up is left out, as the warm-up of the others is.
-        if Monotonic.now_ns() >= from_ns + WARM_UP.as_nanos() as u64 {
-            meter.look(child.id());
+        let is_over = transcript.drain(&printed).map_err(failed)?;
+        if transcript.counts() {
+            meter.look();
         }
         (turn.pass)();
-        match child.try_wait() {
-            Ok(Some(status)) => break status,
-            Ok(None) if turn.stop.is_due() => {
-                // What it measured so far it tells nobody; a turn more or less.
-                let _ = child.kill();
-                let _ = child.wait();
-                return Ok(Used::default());
-            }
-            Ok(None) => {}
-            Err(error) => return Err(failed(error.to_string())),
+        if is_over || transcript.is_complete() || turn.stop.is_due() {
+            break is_over;
         }
     };
     let watch = watching.end();
-    if turn.stop.is_due() {
-        return Ok(Used::default());
+    // Ctrl-C ends it, too.
+    if ended && !transcript.is_complete() && !turn.stop.is_due() {
+        let mut said = String::new();
+        if let Some(mut stderr) = stderr {
+            let _ = stderr.read_to_string(&mut said);
+        }
+        let cycles = transcript.printed;
+        return Err(failed(format!("it ended after {cycles} cycles of the turn. {}", said.trim())));
     }
-    if !status.success() {
-        return Err(failed(format!("it ended with {status}")));
+    drop(program);
+    if let Some(counted) = transcript.counted() {
+        let disturbance = watch.since(counted.start);
+        arm.timing.block(&transcript.records, counted, disturbance, |at_ns| watch.around(at_ns));
     }
-    let _ = (watch, read(&json));
     Ok(meter.used())
 }
 
-/// What it writes with `--json`.
-#[derive(Deserialize)]
-struct Output {
-    thread: BTreeMap<String, Thread>,
-}
-
-#[derive(Deserialize)]
-struct Thread {
-    /// How often each latency occurred, by nanoseconds.
-    histogram: BTreeMap<String, u64>,
-    cycles: u64,
-    max: u64,
-}
-
-fn read(path: &Path) -> Result<Distribution, String> {
-    let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
-    let output: Output = serde_json::from_str(&text).map_err(|error| error.to_string())?;
-    let thread = output.thread.get("0").ok_or("it measured no thread")?;
-    let mut jitter = Distribution::new();
-    for (ns, count) in &thread.histogram {
-        jitter.record_many(ns.parse().map_err(|_| format!("a latency of \"{ns}\""))?, *count);
+fn command(arm: &Arm, counted: Duration) -> Command {
+    let mut command = Command::new("cyclictest");
+    command
+        .args(["--verbose", "--nsecs", "--mlockall", "--threads=1"])
+        .arg(format!("--priority={}", arm.request.priority.unwrap_or(1)))
+        // It counts its phase from whole seconds.
+        .arg(format!("--secaligned={}", (EPOCH_OFFSET_NS + arm.phase_ns) % SECOND_NS / 1_000))
+        .arg(format!("--affinity={}", arm.cpu))
+        .arg(format!("--interval={}", arm.period_ns / 1_000))
+        // Its own end, should nobody be left to end it.
+        .arg(format!("--loops={}", cycles(arm.period_ns, counted)))
+        .stdin(Stdio::null())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped());
+    if arm.period_ns >= LINES_FROM_NS {
+        command.arg("--unbuffered");
     }
-    // Those beyond the histogram: all that is known of them is the largest.
-    jitter.record_many(thread.max, thread.cycles.saturating_sub(jitter.count()));
-    Ok(jitter)
+    // What prints is not to disturb what is measured.
+    if let Ok(allowed) = sched_getaffinity(None) {
+        let others = (0..rustix::thread::CpuSet::MAX_CPU)
+            .filter(|cpu| *cpu != arm.cpu && allowed.is_set(*cpu))
+            .map(|cpu| cpu.to_string());
+        let others = others.collect::<Vec<_>>().join(",");
+        if !others.is_empty() {
+            command.arg(format!("--mainaffinity={others}"));
+        }
+    }
+    command
 }
 
-/// CPU time of all threads of a process so far.
-fn cpu_ns(process: u32) -> Option<u64> {
-    let threads = std::fs::read_dir(format!("/proc/{process}/task")).ok()?;
-    let of_thread = |thread: std::fs::DirEntry| {
-        let text = std::fs::read_to_string(thread.path().join("schedstat")).ok()?;
-        text.split_whitespace().next()?.parse::<u64>().ok()
-    };
-    threads.flatten().map(of_thread).sum()
+/// Passes on what it prints until it ends, or nobody wants to know.
+fn listen(mut stdout: ChildStdout, cpu: usize) -> std::io::Result<Receiver<Chunk>> {
+    let (pass_on, printed) = channel();
+    thread::Builder::new().name("cyclictest".into()).spawn(move || {
+        keep_off(cpu);
+        let mut buffer = [0; 65_536];
+        while let Ok(length @ 1..) = stdout.read(&mut buffer) {
+            let chunk = buffer.get(..length).unwrap_or_default().to_vec();
+            if pass_on.send((Monotonic.now_ns(), chunk)).is_err() {
+                break;
+            }
+        }
+    })?;
+    Ok(printed)
 }
 
-/// What a process used between its start-up and the last time that somebody looked.
-#[derive(Default)]
+/// CPU time of the thread that measures; the other one prints.
 struct Meter {
+    process: u32,
     /// When, and CPU time by then.
     first: Option<(u64, u64)>,
     last: Option<(u64, u64)>,
 }
 
 impl Meter {
-    fn look(&mut self, process: u32) {
-        if let Some(cpu_ns) = cpu_ns(process) {
+    const fn new(process: u32) -> Self {
+        Self { process, first: None, last: None }
+    }
+
+    fn look(&mut self) {
+        // Of a thread that is gone the last look stays.
+        if let Some(cpu_ns) = self.cpu_ns() {
             let now = (Monotonic.now_ns(), cpu_ns);
             self.first.get_or_insert(now);
             self.last = Some(now);
         }
+    }
+
+    fn cpu_ns(&self) -> Option<u64> {
+        let leader = self.process.to_string();
+        let threads = std::fs::read_dir(format!("/proc/{leader}/task")).ok()?;
+        let measuring = threads.flatten().find(|thread| *thread.file_name() != *leader)?;
+        let text = std::fs::read_to_string(measuring.path().join("schedstat")).ok()?;
+        text.split_whitespace().next()?.parse().ok()
     }
 
     fn used(&self) -> Used {
@@ -150,25 +181,12 @@ impl Meter {
 mod tests {
     use super::*;
 
-    fn read_text(text: &str) -> Result<Distribution, String> {
-        let file = tempfile::NamedTempFile::new().unwrap();
-        std::fs::write(file.path(), text).unwrap();
-        read(file.path())
-    }
-
     #[test]
-    fn latencies_beyond_its_histogram_count_as_the_largest() {
-        let text = r#"{"thread": {"0": {"histogram": {"13000": 5, "14000": 3}, "cycles": 10,
-            "min": 13000, "max": 9000000, "avg": 1.0}}}"#;
-        let jitter = read_text(text).unwrap();
-        assert_eq!(jitter.count(), 10);
-        assert_eq!(jitter.summary().max, Some(9_000_000));
-        assert_eq!(jitter.summary().min, Some(13_000));
-    }
-
-    #[test]
-    fn something_else_is_an_error() {
-        assert!(read_text("{}").is_err());
-        assert!(read_text(r#"{"thread": {}}"#).unwrap_err().contains("no thread"));
+    fn nobody_measures_in_a_process_of_one_thread() {
+        let program = Program::start(Command::new("sleep").arg("60")).unwrap();
+        let mut meter = Meter::new(program.id());
+        meter.look();
+        assert_eq!(meter.used().elapsed_ns, 0);
+        assert!(meter.first.is_none());
     }
 }

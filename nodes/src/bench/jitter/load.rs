@@ -1,12 +1,11 @@
 //! Background load, by stress-ng.
 
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use rustix::process::{Pid, Signal, kill_process};
-
 use crate::failure::Failure;
+use crate::stop::Program;
 
 /// What else the machine does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -51,14 +50,15 @@ impl Load {
 
 /// Load that ends when it is dropped.
 pub(super) struct Stress {
-    child: Child,
+    load: Load,
+    program: Program,
     /// Where it writes.
     _folder: tempfile::TempDir,
 }
 
 impl Stress {
-    /// Starts it; `None` for no load.
-    pub(super) fn start(load: Load) -> Result<Option<Self>, Failure> {
+    /// Starts it; `None` for no load. It ends by itself after `longest`, should this process be killed.
+    pub(super) fn start(load: Load, longest: Duration) -> Result<Option<Self>, Failure> {
         if load == Load::Idle {
             return Ok(None);
         }
@@ -70,28 +70,63 @@ impl Stress {
             ))
         };
         let folder = tempfile::tempdir().map_err(failed)?;
-        let mut child = Command::new("stress-ng")
+        let mut command = Command::new("stress-ng");
+        command
             .args(load.arguments())
             .arg("--quiet")
+            .arg(format!("--timeout={}s", longest.as_secs() + 1))
             .arg("--temp-path")
             .arg(folder.path())
             .stdin(Stdio::null())
             .stdout(Stdio::null())
-            .stderr(Stdio::null())
-            .spawn()
-            .map_err(failed)?;
+            .stderr(Stdio::null());
+        let program = Program::start(&mut command).map_err(failed)?;
+        let mut stress = Self { load, program, _folder: folder };
         thread::sleep(SETTLING);
-        if let Ok(Some(status)) = child.try_wait() {
-            return Err(Failure::found(format!("stress-ng ended at once, with {status}")));
-        }
-        Ok(Some(Self { child, _folder: folder }))
+        stress.check()?;
+        Ok(Some(stress))
+    }
+
+    /// Fails if it is over: what is measured from then on is not under that load.
+    pub(super) fn check(&mut self) -> Result<(), Failure> {
+        let load = self.load.as_str();
+        let why = match self.program.ended() {
+            Ok(None) => return Ok(()),
+            Ok(Some(status)) => format!("ended with {status}"),
+            Err(error) => format!("is nowhere to be found: {error}"),
+        };
+        Err(Failure::found(format!(
+            "--load {load}: stress-ng {why} while it was still needed; what was measured is not under \
+             that load\n\
+             remedy: see what is wrong with \"stress-ng {}\", such as too little memory or disk space",
+            self.load.arguments().join(" ")
+        )))
     }
 }
 
-impl Drop for Stress {
-    fn drop(&mut self) {
-        // SIGKILL would leave its workers behind.
-        let _ = kill_process(Pid::from_child(&self.child), Signal::TERM);
-        let _ = self.child.wait();
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stress(command: &mut Command) -> Stress {
+        let program = Program::start(command).unwrap();
+        Stress { load: Load::Vm, program, _folder: tempfile::tempdir().unwrap() }
+    }
+
+    #[test]
+    fn a_load_that_still_runs_is_fine() {
+        assert!(stress(Command::new("sleep").arg("60")).check().is_ok());
+    }
+
+    #[test]
+    fn a_load_that_is_over_too_early_is_a_failure_even_if_it_ended_well() {
+        let mut stress = stress(&mut Command::new("true"));
+        let failure = loop {
+            match stress.check() {
+                Ok(()) => thread::sleep(Duration::from_millis(1)),
+                Err(failure) => break format!("{failure:?}"),
+            }
+        };
+        assert!(failure.contains("--load vm") && failure.contains("exit status: 0"), "{failure}");
     }
 }

@@ -85,6 +85,8 @@ enum Loop {
 
 /// What is not counted at the beginning of a turn.
 const WARM_UP: Duration = Duration::from_millis(200);
+/// More than a turn needs before its warm-up and after its end: cyclictest waits for a whole second.
+const LONGEST_SET_UP: Duration = Duration::from_secs(10);
 const DEFAULT_PERIOD_NS: u64 = 1_000_000;
 const DEFAULT_PRIORITY: u8 = 80;
 
@@ -115,12 +117,12 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let began = Instant::now();
     let mut done = 0.0;
     let mut load_before = None;
-    let mut stress = None;
+    let mut stress: Option<Stress> = None;
     for (load, period_ns) in circumstances {
         if load_before.replace(load) != Some(load) {
             // The old load ends before the new one starts.
             drop(stress.take());
-            stress = Stress::start(load)?;
+            stress = Stress::start(load, (WARM_UP + counted + LONGEST_SET_UP).mul_f64(all))?;
         }
         let mut arms: Vec<Arm> = kinds
             .iter()
@@ -133,6 +135,10 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
             let Some(arm) = arms.get_mut(index) else { continue };
             let pass = || live.pass(began.elapsed());
             arm.take(&Turn { counted, stop: &stop, domain: &domain, pass: &pass })?;
+            // Ctrl-C ends the load, too.
+            if let Some(stress) = stress.as_mut().filter(|_| !stop.is_due()) {
+                stress.check()?;
+            }
             live.show(index, arm.jitter());
             // Starting and ending a turn takes its time, too, and not the same for each arm.
             done += 1.0;
@@ -226,7 +232,7 @@ impl Settings {
         let mut loops = args.arms.clone();
         if loops.is_empty() {
             loops.extend([Loop::Sleep, Loop::Hybrid]);
-            if self.priority.is_some() && cyclictest::can_run() {
+            if cyclictest::check(self).is_ok() {
                 loops.push(Loop::Cyclictest);
             }
         }
@@ -254,15 +260,10 @@ impl Settings {
             Loop::Hybrid => Kind::hybrid(0.2),
             Loop::Economical => Kind::hybrid(0.1),
             Loop::Spin => Kind::spin(loops::longest_spin(environment, self.priority)),
-            Loop::Cyclictest if self.priority.is_none() => {
-                return Err(Failure::usage("cyclictest runs with a priority; give --priority"));
+            Loop::Cyclictest => {
+                cyclictest::check(self)?;
+                Kind::Cyclictest
             }
-            Loop::Cyclictest if !cyclictest::can_run() => {
-                return Err(Failure::usage(
-                    "cyclictest is not installed, or may not run: install rt-tests and be root",
-                ));
-            }
-            Loop::Cyclictest => Kind::Cyclictest,
         })
     }
 }
