@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use isochrone_cyclic::{Clock, Cyclic, Monotonic, Overrun, Schedule, Wake};
+use isochrone_cyclic::{Clock, Cyclic, Monotonic, Schedule, Wake};
 use isochrone_ipc::{FrameLayout, FramePublisher, SignalSpec, Stamp, ipc};
 use serde_json::json;
 
@@ -98,8 +98,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         args.rate
     ));
 
-    let schedule =
-        Schedule { period_ns, phase_ns: 0, wake: Wake::Sleep, overrun: Overrun::Skip, limit: None };
+    let schedule = Schedule::every(period_ns, Wake::Sleep);
     let mut cyclic = Cyclic::new(Monotonic, schedule, Monotonic.now_ns() + period_ns, stop.flag());
     let count = args.count.or(signals.frames());
     let mut repair = publisher.repair();

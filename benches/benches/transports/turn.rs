@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use isochrone_benches::Failure;
-use isochrone_cyclic::{Clock, Cyclic, Margin, Monotonic, Overrun, Schedule, Wake};
+use isochrone_cyclic::{Clock, Cyclic, Margin, Monotonic, Schedule, Wake};
 use isochrone_timing::Distribution;
 
 use crate::message::{END, Wire, read, room, write};
@@ -90,13 +90,7 @@ pub(crate) fn send(
     start_ns: u64,
     end_ns: u64,
 ) -> Result<(), Failure> {
-    let schedule = Schedule {
-        period_ns,
-        phase_ns: 0,
-        wake: Wake::Hybrid(Margin::default()),
-        overrun: Overrun::Skip,
-        limit: None,
-    };
+    let schedule = Schedule::every(period_ns, Wake::Hybrid(Margin::default()));
     let stop = Arc::new(AtomicBool::new(false));
     let mut cyclic = Cyclic::new(Monotonic, schedule, start_ns, stop);
     let mut words = room(values);

@@ -17,6 +17,13 @@ pub struct Schedule {
     pub limit: Option<MissLimit>,
 }
 
+impl Schedule {
+    /// Releases on the whole grid, skipped when they were missed, however many that are.
+    pub const fn every(period_ns: u64, wake: Wake) -> Self {
+        Self { period_ns, phase_ns: 0, wake, overrun: Overrun::Skip, limit: None }
+    }
+}
+
 /// Missed releases that are too many.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MissLimit {

@@ -47,7 +47,7 @@ mod units;
 pub use bench::{
     Block, BlockReport, Blocks, Compared, Comparison, Disturbance, Gate, LoopArm, Measured,
     Outcome, Outlier, PERCENTILES, Percentile, RESOLUTION_NS, Ratio, Rule, RuleError, TOLERANCE,
-    Verdict, compare_reports, overall, ratio, turns,
+    Verdict, compare_reports, overall, ratio, supports, turns,
 };
 pub use distribution::{DecodeError, Distribution, HIGHEST_NS};
 pub use doctor::{Examination, Finding, NoSuchCpu, Severity, examine};

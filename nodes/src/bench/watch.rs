@@ -7,9 +7,12 @@ use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_timing::{Disturbance, Machine};
-use rustix::thread::{sched_getaffinity, sched_setaffinity};
+use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
-const LOOK_INTERVAL: Duration = Duration::from_millis(20);
+use crate::failure::Failure;
+
+/// How often a turn is looked after.
+pub(super) const LOOK_INTERVAL: Duration = Duration::from_millis(20);
 
 /// A thread that watches, on another CPU than the arm's: reading the counts takes some 100 us in the
 /// kernel, which would itself make the arm late.
@@ -41,6 +44,13 @@ impl Watching {
         // It has nothing to panic at; without it nothing is known.
         self.thread.join().unwrap_or_else(|_| Watch::begin(None, None))
     }
+}
+
+/// The CPUs that the calling thread may use, ascending.
+pub(super) fn allowed_cpus() -> Result<Vec<usize>, Failure> {
+    let set = sched_getaffinity(None)
+        .map_err(|error| Failure::found(format!("cannot ask for the usable CPUs: {error}")))?;
+    Ok((0..CpuSet::MAX_CPU).filter(|cpu| set.is_set(*cpu)).collect())
 }
 
 /// Lets the calling thread run on any allowed CPU but this one, if there is another.

@@ -129,8 +129,8 @@ pub fn ratio(
     Some(Ratio { reference_ns, candidate_ns, ratio, low, high, verdict })
 }
 
-/// Whether ten of so many samples lie beyond a quantile.
-pub(super) fn supports(count: u64, quantile: f64) -> bool {
+/// Whether ten of so many samples lie beyond a quantile (0 to 1): enough to compare it.
+pub fn supports(count: u64, quantile: f64) -> bool {
     // What binary fractions make of 1 - 0.9999 must not cost a sample.
     count as f64 * (1.0 - quantile) >= 10.0 - 1e-6
 }

@@ -66,17 +66,13 @@ impl Measured {
 
     /// The blocks for a comparison: the valid ones.
     pub fn valid_blocks(&self) -> Vec<Block> {
-        let valid = self.blocks.iter().filter(|block| block.invalid.is_none());
-        let read = valid.filter_map(|block| Distribution::decode(&block.histogram).ok());
-        read.map(|distribution| Block::of(&distribution)).collect()
+        self.blocks.iter().filter_map(valid).map(|samples| Block::of(&samples)).collect()
     }
 
     /// The samples of the valid blocks.
     pub fn valid(&self) -> Distribution {
         let mut all = Distribution::new();
-        let valid = self.blocks.iter().filter(|block| block.invalid.is_none());
-        let read = valid.filter_map(|block| Distribution::decode(&block.histogram).ok());
-        read.for_each(|block| all.merge(&block));
+        self.blocks.iter().filter_map(valid).for_each(|samples| all.merge(&samples));
         all
     }
 
@@ -143,12 +139,17 @@ impl Comparison {
 
 /// The blocks of turns in which neither arm's is invalid.
 fn valid_pairs(reference: &Measured, candidate: &Measured) -> (Vec<Block>, Vec<Block>) {
-    let read = |block: &BlockReport| match block.invalid {
-        Some(_) => None,
-        None => Distribution::decode(&block.histogram).ok().map(|all| Block::of(&all)),
-    };
     let turns = reference.blocks.iter().zip(&candidate.blocks);
-    turns.filter_map(|(first, second)| Some((read(first)?, read(second)?))).unzip()
+    let both = turns.filter_map(|(first, second)| Some((valid(first)?, valid(second)?)));
+    both.map(|(first, second)| (Block::of(&first), Block::of(&second))).unzip()
+}
+
+/// The samples of a block, if it is valid.
+fn valid(block: &BlockReport) -> Option<Distribution> {
+    match block.invalid {
+        Some(_) => None,
+        None => Distribution::decode(&block.histogram).ok(),
+    }
 }
 
 impl Report {

@@ -11,7 +11,7 @@ mod turns;
 
 pub use arm::{LoopArm, Outlier};
 pub use blocks::{BlockReport, Blocks, Disturbance};
-pub use compare::{Block, RESOLUTION_NS, Ratio, TOLERANCE, Verdict, ratio};
+pub use compare::{Block, RESOLUTION_NS, Ratio, TOLERANCE, Verdict, ratio, supports};
 pub use gate::{Compared, Gate, Outcome, Rule, RuleError, compare_reports, overall};
 pub use measured::{Comparison, Measured, PERCENTILES, Percentile};
 pub(crate) use reported::Reported;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use isochrone_cyclic::{
-    Cyclic, Margin, Monotonic, Overrun, Schedule, ThreadGrant, ThreadRequest, ThreadUsage, Wake,
+    Cyclic, Margin, Monotonic, Schedule, ThreadGrant, ThreadRequest, ThreadUsage, Wake,
 };
 use isochrone_engine::Plan;
 use isochrone_timing::{Distribution, LoopArm, TaskReport, Warning};
@@ -110,13 +110,7 @@ impl Arm {
             Kind::Loop { wake, awake, longest } => {
                 let longest = longest.filter(|_| self.is_real_time());
                 let counted = longest.map_or(turn.counted, |longest| longest.min(turn.counted));
-                let schedule = Schedule {
-                    period_ns: self.period_ns,
-                    phase_ns: 0,
-                    wake,
-                    overrun: Overrun::Skip,
-                    limit: None,
-                };
+                let schedule = Schedule::every(self.period_ns, wake);
                 let flag = turn.stop.flag();
                 let mut cyclic = self
                     .cyclic

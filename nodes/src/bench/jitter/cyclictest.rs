@@ -11,18 +11,17 @@ use std::time::Duration;
 use isochrone_cyclic::{Clock, Monotonic, ThreadUsage};
 use isochrone_engine::config::EPOCH_OFFSET_NS;
 use isochrone_engine::format_duration_ns;
-use rustix::thread::sched_getaffinity;
 
 use self::transcript::{Chunk, SECOND_NS, Transcript};
 use super::Settings;
 use super::arm::{Arm, Turn, Used, cycles};
-use crate::bench::watch::{Watching, keep_off};
+use crate::bench::watch::{LOOK_INTERVAL, Watching, allowed_cpus, keep_off};
 use crate::failure::Failure;
 use crate::stop::Program;
 
-const LOOK_INTERVAL: Duration = Duration::from_millis(20);
 /// At shorter periods it writes full buffers instead of lines: there is one every few milliseconds.
 const LINES_FROM_NS: u64 = 100_000;
+
 /// Whether it is installed, and can run what the other arms run.
 pub(super) fn check(settings: &Settings) -> Result<(), Failure> {
     if settings.priority.is_none() {
@@ -107,14 +106,11 @@ fn command(arm: &Arm, counted: Duration) -> Command {
         command.arg("--unbuffered");
     }
     // What prints is not to disturb what is measured.
-    if let Ok(allowed) = sched_getaffinity(None) {
-        let others = (0..rustix::thread::CpuSet::MAX_CPU)
-            .filter(|cpu| *cpu != arm.cpu && allowed.is_set(*cpu))
-            .map(|cpu| cpu.to_string());
-        let others = others.collect::<Vec<_>>().join(",");
-        if !others.is_empty() {
-            command.arg(format!("--mainaffinity={others}"));
-        }
+    let allowed = allowed_cpus().unwrap_or_default();
+    let others: Vec<String> =
+        allowed.iter().filter(|cpu| **cpu != arm.cpu).map(usize::to_string).collect();
+    if !others.is_empty() {
+        command.arg(format!("--mainaffinity={}", others.join(",")));
     }
     command
 }

@@ -14,13 +14,12 @@ use isochrone_timing::{CycleRecord, Environment};
 
 use super::WARM_UP;
 use super::arm::{Arm, Turn, Used, cycles};
-use crate::bench::watch::Watching;
+use crate::bench::watch::{LOOK_INTERVAL, Watching};
 use crate::failure::Failure;
 use crate::run::next_epoch_ns;
 
 /// Between two turns of a spinning loop: what the kernel grants counts anew after a second.
 const SPIN_REST: Duration = Duration::from_millis(300);
-const LOOK_INTERVAL: Duration = Duration::from_millis(20);
 
 /// What a loop needs around its turns.
 #[derive(Clone, Copy)]

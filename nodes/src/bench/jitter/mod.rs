@@ -15,11 +15,11 @@ use clap::ValueEnum;
 use isochrone_cyclic::{Clock, Monotonic, prepare_process};
 use isochrone_engine::{Plan, format_duration_ns, parse_duration_ns};
 use isochrone_timing::{Environment, Machine, Report, Warning, examine, turns};
-use rustix::thread::CpuSet;
 
 use self::arm::{Arm, Kind, Turn};
 use self::load::{Load, Stress};
 use super::live::Live;
+use super::watch::allowed_cpus;
 use super::{outputs, parse_block, parse_length};
 use crate::domain::{self, Domain};
 use crate::failure::Failure;
@@ -270,19 +270,19 @@ impl Settings {
 
 /// The CPU that was asked for, or the last one that this process may use.
 fn find_cpu(wanted: Option<usize>) -> Result<usize, Failure> {
-    let allowed = rustix::thread::sched_getaffinity(None)
-        .map_err(|error| Failure::found(format!("cannot ask for the allowed CPUs: {error}")))?;
-    let mut allowed = (0..CpuSet::MAX_CPU).filter(|cpu| allowed.is_set(*cpu));
+    let allowed = allowed_cpus()?;
     match wanted {
-        Some(wanted) if allowed.clone().any(|cpu| cpu == wanted) => Ok(wanted),
+        Some(wanted) if allowed.contains(&wanted) => Ok(wanted),
         Some(wanted) => {
-            let there: Vec<String> = allowed.map(|cpu| cpu.to_string()).collect();
+            let there: Vec<String> = allowed.iter().map(usize::to_string).collect();
             Err(Failure::usage(format!(
                 "there is no CPU {wanted} that this process may use; there are: {}",
                 there.join(", ")
             )))
         }
-        None => allowed.next_back().ok_or_else(|| Failure::found("this process may use no CPU")),
+        None => {
+            allowed.last().copied().ok_or_else(|| Failure::found("this process may use no CPU"))
+        }
     }
 }
 

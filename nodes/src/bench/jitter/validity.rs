@@ -1,6 +1,6 @@
 //! Whether the arm `sleep` is what it claims to be.
 
-use isochrone_timing::{Measured, Report, Warning};
+use isochrone_timing::{Measured, Report, Warning, supports};
 
 /// How far `sleep` may be from the real cyclictest: percentile, quantile, part.
 const LIMITS: [(&str, f64, f64); 2] = [("p50", 0.5, 0.10), ("p99", 0.99, 0.25)];
@@ -17,10 +17,8 @@ pub(super) fn check(report: &Report) -> Vec<Warning> {
 }
 
 fn differences(sleep: &Measured, real: &Measured) -> Vec<Warning> {
-    let counts = [sleep, real].map(|arm| arm.distribution.count() as f64);
-    // A percentile on fewer than ten samples beyond it says nothing about the loop.
     let supported = |(_, quantile, _): &&(&str, f64, f64)| {
-        counts.iter().all(|count| count * (1.0 - quantile) >= 10.0 - 1e-6)
+        [sleep, real].iter().all(|arm| supports(arm.distribution.count(), *quantile))
     };
     let difference = |(name, quantile, limit): &(&str, f64, f64)| {
         let at = |arm: &Measured| arm.distribution.quantile(*quantile) as f64;

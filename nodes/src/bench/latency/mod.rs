@@ -27,8 +27,8 @@ use std::time::Duration;
 use isochrone_cyclic::{Clock, Monotonic, prepare_process};
 use isochrone_ipc::{Participant, ipc, load_config};
 use isochrone_timing::{Environment, Report};
-use rustix::thread::{CpuSet, sched_getaffinity};
 
+use super::watch::allowed_cpus;
 use super::{outputs, parse_block, parse_length};
 use crate::company::Company;
 use crate::failure::Failure;
@@ -259,12 +259,6 @@ impl Cpus {
             (None, [.., sender, receiver]) => Ok(Self { sender: *sender, receiver: *receiver }),
         }
     }
-}
-
-fn allowed_cpus() -> Result<Vec<usize>, Failure> {
-    let set = sched_getaffinity(None)
-        .map_err(|error| Failure::found(format!("cannot ask for the usable CPUs: {error}")))?;
-    Ok((0..CpuSet::MAX_CPU).filter(|cpu| set.is_set(*cpu)).collect())
 }
 
 #[cfg(test)]

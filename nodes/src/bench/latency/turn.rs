@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use isochrone_cyclic::{
-    Clock, Cyclic, Margin, Monotonic, Overrun, Schedule, ThreadUsage, Wake, thread_usage,
+    Clock, Cyclic, Margin, Monotonic, Schedule, ThreadUsage, Wake, thread_usage,
 };
 use isochrone_timing::Distribution;
 use serde::{Deserialize, Serialize};
@@ -140,13 +140,7 @@ pub(super) fn send_paced(
     period_ns: u64,
     stop: &Arc<AtomicBool>,
 ) -> Result<Sent, EndError> {
-    let schedule = Schedule {
-        period_ns,
-        phase_ns: 0,
-        wake: Wake::Hybrid(Margin::default()),
-        overrun: Overrun::Skip,
-        limit: None,
-    };
+    let schedule = Schedule::every(period_ns, Wake::Hybrid(Margin::default()));
     let mut cyclic = Cyclic::new(Monotonic, schedule, span.start_ns, stop.clone());
     let mut account = Account::default();
     let mut messages = 0;
