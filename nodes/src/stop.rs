@@ -39,6 +39,7 @@ impl Stop {
             }
         })
         .map_err(|error| Failure::found(format!("cannot handle signals: {error}")))?;
+        isochrone_ipc::interrupt_waiting_by(flag.clone());
         let end = seconds.map(|seconds| {
             // Beyond what a Duration holds is forever.
             let run = Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);

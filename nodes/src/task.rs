@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender};
 
 use isochrone_cyclic::{
-    Clock, Cyclic, Monotonic, Release, Schedule, StopReason, ThreadGrant, ThreadRequest,
-    ThreadUsage, Wake, prepare_thread, thread_allocations, thread_usage,
+    Clock, Cyclic, Monotonic, PriorityReturn, Release, Schedule, StopReason, ThreadGrant,
+    ThreadRequest, ThreadUsage, Wake, prepare_thread, thread_allocations, thread_usage,
 };
 use isochrone_engine::{TaskEngine, TaskPlan};
 use isochrone_ipc::{Participant, Repair, give_up_file_override, ipc};
@@ -78,12 +78,14 @@ pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
             return None;
         }
     };
+    // As locals after the ports these two are dropped before them: ports end under the domain's lock,
+    // for which no real-time thread may wait.
+    let _returned = PriorityReturn::default();
     let grant = prepare_thread(ThreadRequest {
         priority: job.plan.priority,
         cpu: job.plan.cpu.map(|cpu| cpu as usize),
     });
-    // Every task: without a priority, too, a half-made peer would hold it up for ever. As a local
-    // after the ports it is dropped before them.
+    // Every task: without a priority, too, a half-made peer would hold it up for ever.
     let _given_up = give_up_file_override();
     let repairs = inputs.repairs().chain(outputs.repairs()).collect();
     job.ready.send(Ok(Ready { grant, repairs })).ok()?;

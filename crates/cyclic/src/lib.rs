@@ -49,8 +49,8 @@ pub use alloc::{CountingAllocator, thread_allocations};
 pub use clock::{Clock, Monotonic};
 pub use cyclic::{Cyclic, MAX_BURST, Release, StopReason};
 pub use realtime::{
-    PREFAULTED_STACK_BYTES, ProcessGrant, Refusal, ThreadGrant, ThreadRequest, prepare_process,
-    prepare_thread,
+    PREFAULTED_STACK_BYTES, PriorityReturn, ProcessGrant, Refusal, ThreadGrant, ThreadRequest,
+    prepare_process, prepare_thread,
 };
 pub use schedule::{Margin, MissLimit, Overrun, Schedule, Wake};
 pub use usage::{ThreadUsage, thread_usage};

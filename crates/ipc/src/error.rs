@@ -68,6 +68,28 @@ pub enum JoinError {
         /// Root path and prefix.
         domain: String,
     },
+    /// Something in the domain belongs to another user.
+    #[error(
+        "cannot join the iceoryx2 domain {domain}: {path} belongs to {owner}, and this process runs as {ours}; run as the owner, have the owner remove it when no process uses the domain, or choose another root-path and prefix"
+    )]
+    OtherUser {
+        /// Root path and prefix.
+        domain: String,
+        /// The folder, file or segment.
+        path: String,
+        /// Name and number of its owner.
+        owner: String,
+        /// Name and number of the process's user.
+        ours: String,
+    },
+    /// The domain could not be locked, or not before the process was asked to end.
+    #[error("cannot join the iceoryx2 domain {domain}: {cause}")]
+    Locked {
+        /// Root path and prefix.
+        domain: String,
+        /// The file that cannot be locked, or the process that was waited for.
+        cause: String,
+    },
     /// There is no room for what every process of a domain needs.
     #[error(
         "cannot join the iceoryx2 domain {domain}: /dev/shm has {free_bytes} bytes free, and {needed_bytes} are needed; remove what nobody uses there, or enlarge it: mount -o remount,size=256M /dev/shm"
@@ -269,6 +291,16 @@ pub enum OpenError {
         what: &'static str,
         /// How many there can be.
         limit: usize,
+    },
+    /// The domain could not be locked, or not before the process was asked to end.
+    #[error("service {service:?} in {domain} cannot be opened: {cause}")]
+    Locked {
+        /// Name of the service.
+        service: String,
+        /// Root path and prefix.
+        domain: String,
+        /// The file that cannot be locked, or the process that was waited for.
+        cause: String,
     },
     /// The service belongs to another user.
     #[error(

@@ -28,6 +28,7 @@
 
 mod backoff;
 mod config;
+mod domain;
 mod error;
 mod header;
 mod layout;
@@ -40,14 +41,16 @@ mod repair;
 mod service;
 mod space;
 mod subscriber;
+mod variant;
 pub mod yardstick;
 
 pub use config::load_config;
+pub use domain::interrupt_waiting_by;
 pub use error::{ConfigError, JoinError, LayoutConflict, LayoutError, OpenError, ServiceNameError};
 pub use header::FrameHeader;
 pub use iceoryx2::config::Config;
 pub use iceoryx2::prelude::LogLevel;
-pub use iceoryx2::service::{Service, ipc, local};
+pub use iceoryx2::service::{ipc, local};
 pub use layout::{FrameLayout, SignalSpec};
 pub use leftovers::remove_leftovers;
 pub use participant::{FileOverrideGivenUp, Participant, give_up_file_override};
@@ -55,6 +58,7 @@ pub use publisher::{FramePublisher, PUBLISHER_PORT_NAME, PublisherCounters, Stam
 pub use repair::Repair;
 pub use service::check_service_name;
 pub use subscriber::{Depth, FrameRef, FrameSubscriber, SubscriberCounters};
+pub use variant::Service;
 
 /// Makes iceoryx2 hand on only messages of `level` and above.
 ///

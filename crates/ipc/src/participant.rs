@@ -1,11 +1,7 @@
 //! The process's membership in an iceoryx2 domain.
 
-use std::fs::{self, DirEntry, Metadata};
 use std::marker::PhantomData;
-use std::os::unix::fs::PermissionsExt;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::OnceLock;
-use std::thread;
 use std::time::Duration;
 
 use iceoryx2::config::Config;
@@ -14,13 +10,11 @@ use iceoryx2::prelude::{LogLevel, NodeName, SignalHandlingMode};
 use rustix::thread::{CapabilitySet, capabilities, set_capabilities};
 
 use crate::backoff::Backoff;
-use crate::{JoinError, Service, space};
+use crate::domain::{Domain, EndsLocked, Held};
+use crate::{JoinError, OpenError, Service, space};
 
 /// Set once somebody chose a log level, so that joining does not override the choice.
 pub(crate) static LOG_LEVEL: OnceLock<()> = OnceLock::new();
-
-/// How long to wait, per dead node, for another process that is cleaning up after it.
-const CLEANUP_TIMEOUT: Duration = Duration::from_millis(200);
 
 /// A process (or a part of one) that takes part in an iceoryx2 domain; ports belong to one.
 ///
@@ -29,16 +23,20 @@ const CLEANUP_TIMEOUT: Duration = Duration::from_millis(200);
 /// [`ipc::Service`](crate::ipc::Service) stay in the thread that opened them.
 #[derive(Debug)]
 pub struct Participant<S: Service> {
-    node: Node<S>,
+    node: EndsLocked<Node<S>>,
+    domain: Domain,
 }
 
 impl<S: Service> Participant<S> {
     /// Joins the domain of `config` under `name`, and removes what killed processes left in it.
     ///
-    /// Takes milliseconds; waits up to a second for others that start at the same moment.
+    /// Takes milliseconds. Processes that start or end at the same moment are waited for; a process
+    /// that is stopped while it does so is waited for until it goes on, and named in a warning (see
+    /// [`interrupt_waiting_by`](crate::interrupt_waiting_by)).
     ///
     /// # Errors
-    /// `name` is not a node name, or iceoryx2 cannot use the domain.
+    /// `name` is not a node name, the domain has something of another user in it, or iceoryx2 cannot
+    /// use it.
     pub fn join(name: &str, config: &Config) -> Result<Self, JoinError> {
         Self::join_with(name, config.clone())
     }
@@ -62,42 +60,45 @@ impl<S: Service> Participant<S> {
         let node_name =
             NodeName::new(name).map_err(|_| JoinError::Name { name: name.to_owned() })?;
         // iceoryx2 would clean up on its own when a node is made or dropped and when a service
-        // is opened. That is done here instead, see `clean_up`.
+        // is opened. That is done here instead, under the domain's lock.
         config.global.node.cleanup_dead_nodes_on_creation = false;
         config.global.node.cleanup_dead_nodes_on_destruction = false;
         config.global.service.cleanup_dead_nodes_on_open = false;
 
-        remove_half_made(&config);
+        let domain = Domain::claim::<S>(config, name)?;
         space::require(0).map_err(|(needed_bytes, free_bytes)| JoinError::SharedMemoryFull {
-            domain: domain(&config),
+            domain: domain.describe(),
             needed_bytes,
             free_bytes,
         })?;
+        let failed = |cause: String| JoinError::Failed { domain: domain.describe(), cause };
         let mut backoff = Backoff::new();
         let node = loop {
-            let created = NodeBuilder::new()
-                .name(&node_name)
-                .signal_handling_mode(SignalHandlingMode::Disabled)
-                .config(&config)
-                .create();
+            let held = domain.lock().acquire().map_err(|cause| JoinError::Locked {
+                domain: domain.describe(),
+                cause: cause.to_string(),
+            })?;
+            domain.prepare_for_node::<S>(&held);
+            let created = {
+                let _given_up = give_up_file_override();
+                NodeBuilder::new()
+                    .name(&node_name)
+                    .signal_handling_mode(SignalHandlingMode::Disabled)
+                    .config(domain.config())
+                    .create()
+            };
+            drop(held);
             match created {
                 Ok(node) => break node,
                 Err(NodeCreationFailure::InsufficientPermissions) => {
-                    return Err(JoinError::Permission { domain: domain(&config) });
+                    return Err(JoinError::Permission { domain: domain.describe() });
                 }
-                // Two processes that create the domain's first files at once can trip each other.
+                // What is half-made is removed when it is old enough to belong to nobody.
                 Err(_) if backoff.try_again() => {}
-                Err(cause) => {
-                    return Err(JoinError::Failed {
-                        domain: domain(&config),
-                        cause: cause.to_string(),
-                    });
-                }
+                Err(cause) => return Err(failed(cause.to_string())),
             }
         };
-        let participant = Self { node };
-        participant.clean_up();
-        Ok(participant)
+        Ok(Self { node: EndsLocked::new(node, domain.lock()), domain })
     }
 
     /// The name under which this participant joined.
@@ -107,22 +108,41 @@ impl<S: Service> Participant<S> {
 
     /// Removes what killed processes left: their ports, samples and files.
     ///
-    /// Touches many files; never call it in a cycle. Others that clean up at the same time are
-    /// waited for, 200 ms at most per dead process.
+    /// Touches many files and waits for the domain's lock; never call it in a cycle.
     pub fn clean_up(&self) {
-        // iceoryx2 panics when it meets a node that is between "created" and "alive"
-        // (eclipse-iceoryx/iceoryx2#1880). That node is not dead, so there is nothing to do.
-        let _ = catch_unwind(AssertUnwindSafe(|| {
-            self.node.blocking_cleanup_dead_nodes(CLEANUP_TIMEOUT)
-        }));
+        if let Ok(held) = self.domain.lock().acquire() {
+            self.domain.sweep::<S>(&held);
+        }
     }
 
     pub(crate) fn node(&self) -> &Node<S> {
         &self.node
     }
 
+    /// Keeps other processes from making or removing anything in the domain, while `service` is
+    /// opened.
+    pub(crate) fn lock(&self, service: &str) -> Result<Held, OpenError> {
+        let locked = self.domain.lock().acquire();
+        locked.map_err(|cause| self.locked(service, cause.to_string()))
+    }
+
+    /// As [`lock`](Self::lock), but an error at once where another process has the lock.
+    pub(crate) fn lock_at_once(&self, service: &str) -> Result<Held, OpenError> {
+        let busy = || "another process starts or ends at this moment".to_owned();
+        let locked = self.domain.lock().try_acquire().map_err(|cause| cause.to_string());
+        locked.and_then(|held| held.ok_or_else(busy)).map_err(|cause| self.locked(service, cause))
+    }
+
+    fn locked(&self, service: &str, cause: String) -> OpenError {
+        OpenError::Locked { service: service.to_owned(), domain: self.domain(), cause }
+    }
+
+    pub(crate) fn place(&self) -> &Domain {
+        &self.domain
+    }
+
     pub(crate) fn domain(&self) -> String {
-        domain(self.node.config())
+        self.domain.describe()
     }
 }
 
@@ -174,50 +194,4 @@ impl Drop for FileOverrideGivenUp {
             let _ = set_capabilities(None, sets);
         }
     }
-}
-
-/// Removes segments of the domain that have no size, or that nobody may read yet. Their creator was
-/// killed before it had sized or filled them. iceoryx2 0.10, run as root, would wait for ever for
-/// the size; and where it is the node counter that nobody filled, no process could join again.
-fn remove_half_made(config: &Config) {
-    /// Making a segment takes microseconds; one that stays half-made for so long belongs to nobody.
-    const ABANDONED: Duration = Duration::from_millis(200);
-    const OWNER_READ: u32 = 0o400;
-    let prefix = config.global.prefix.to_string();
-    let half_made = |entry: &DirEntry| {
-        let ours = is_segment_of(&prefix, entry.file_name().as_encoded_bytes());
-        let unfinished = |file: Metadata| {
-            file.is_file() && (file.len() == 0 || file.permissions().mode() & OWNER_READ == 0)
-        };
-        ours && entry.metadata().is_ok_and(unfinished)
-    };
-    let find = || {
-        let entries = fs::read_dir("/dev/shm").into_iter().flatten().flatten();
-        entries.filter(half_made).map(|entry| entry.path()).collect::<Vec<_>>()
-    };
-    let before = find();
-    if before.is_empty() {
-        return;
-    }
-    thread::sleep(ABANDONED);
-    for segment in find().iter().filter(|segment| before.contains(segment)) {
-        // Another process may do the same at this moment.
-        let _ = fs::remove_file(segment);
-    }
-}
-
-/// Whether shared memory of this name belongs to the domain with this prefix. iceoryx2 names it by the
-/// prefix, the SHA-1 of a type in hexadecimal digits, an underscore and more; by the prefix alone,
-/// that of a domain whose prefix begins with ours would look like ours.
-fn is_segment_of(prefix: &str, name: &[u8]) -> bool {
-    const HASH_DIGITS: usize = 40;
-    let hash_and_more = name.strip_prefix(prefix.as_bytes());
-    let split = hash_and_more.and_then(|rest| rest.split_at_checked(HASH_DIGITS));
-    split.is_some_and(|(hash, more)| {
-        hash.iter().all(u8::is_ascii_hexdigit) && more.starts_with(b"_")
-    })
-}
-
-fn domain(config: &Config) -> String {
-    format!("{} (prefix {})", config.global.root_path(), config.global.prefix)
 }

@@ -12,7 +12,9 @@ use crate::backoff::Backoff;
 use crate::peers::Peers;
 use crate::repair::{Peer, Repair};
 use crate::service::{self, FrameService};
-use crate::{FrameHeader, FrameLayout, OpenError, Participant, Service, space};
+use crate::{
+    FrameHeader, FrameLayout, OpenError, Participant, Service, give_up_file_override, space,
+};
 
 /// The port name by which frame publishers of this crate know each other.
 pub const PUBLISHER_PORT_NAME: &str = "isochrone";
@@ -251,6 +253,8 @@ fn sole_port<S: Service>(
     let places = service::publisher_places(opened);
     let full = || OpenError::Full { service: service.to_owned(), what: "publisher", limit: places };
     let attempt = || {
+        let _held = participant.lock(service)?;
+        let _given_up = give_up_file_override();
         // Looking first spares the readers a connection to a port that must go at once.
         refuse_second(opened, service, None)?;
         if opened.dynamic_config().number_of_publishers() >= places {
@@ -272,8 +276,7 @@ fn sole_port<S: Service>(
             PublisherCreateError::ExceedsMaxSupportedPublishers => full(),
             cause => service::failed(participant, service, cause),
         })?;
-        // Two that open at once may both pass the first look, but then at least one of them sees
-        // the other now, and steps back.
+        // A program of another make may have opened at the same time, and knows no lock.
         refuse_second(opened, service, Some(port.id()))?;
         Ok(port)
     };
@@ -283,7 +286,7 @@ fn sole_port<S: Service>(
             Ok(port) => return Ok(port),
             Err(refusal) => {
                 // Whoever is in the way may be dead, or about to leave.
-                participant.clean_up();
+                service::clean_up(participant, opened);
                 if !backoff.try_again() {
                     return Err(refusal);
                 }

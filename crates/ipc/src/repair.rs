@@ -111,7 +111,7 @@ impl Repair {
 
     /// Adds a peer to the list and takes it away.
     fn show_a_peer<S: Service>(&self, participant: &Participant<S>) -> Result<(), OpenError> {
-        let Some(opened) = service::open_existing(participant, &self.service)? else {
+        let Some(opened) = service::open_existing_at_once(participant, &self.service)? else {
             return Ok(());
         };
         // In full shared memory the attempt would kill the process that it is to help.

@@ -1,6 +1,6 @@
 //! Opening and creating the iceoryx2 services that carry frames.
 
-use iceoryx2::prelude::{AttributeSpecifier, MessagingPattern, ServiceName};
+use iceoryx2::prelude::{AttributeSpecifier, CallbackProgression, MessagingPattern, ServiceName};
 use iceoryx2::service::builder::publish_subscribe::{
     PublishSubscribeCreateError as CreateError, PublishSubscribeOpenError as Cause,
 };
@@ -9,11 +9,13 @@ use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVariant};
 
 use crate::backoff::Backoff;
+use crate::domain::{EndsLocked, Held};
 use crate::{
     FrameHeader, FrameLayout, LayoutError, OpenError, Participant, Service, ServiceNameError,
+    give_up_file_override,
 };
 
-pub(crate) type FrameService<S> = PortFactory<S, [f64], FrameHeader>;
+pub(crate) type FrameService<S> = EndsLocked<PortFactory<S, [f64], FrameHeader>>;
 
 /// One writer, and a place for the publisher of a link between machines.
 const MAX_PUBLISHERS: usize = 2;
@@ -60,24 +62,17 @@ pub(crate) fn open_or_create<S: Service>(
     let name = service_name(service)?;
     let attributes = layout.to_attributes().map_err(layout_error(service))?;
     let mut backoff = Backoff::new();
-    let mut removed = false;
     loop {
-        let cause = match open_once(participant, service, &name)? {
+        let held = participant.lock(service)?;
+        let cause = match open_once(participant, service, &name, &held)? {
             Attempt::Done(opened) => return Ok(opened),
             Attempt::Again(cause) => cause,
-            Attempt::Unfinished if backoff.try_again() => continue,
-            Attempt::Unfinished if !removed => {
-                remove_unfinished(participant, &name);
-                removed = true;
-                backoff = Backoff::new();
-                continue;
-            }
-            Attempt::Unfinished => Cause::HangsInCreation.to_string(),
             Attempt::Absent => match create(participant, &name, &attributes, layout) {
                 Ok(created) => return Ok(created),
                 Err(cause) => cause.to_string(),
             },
         };
+        drop(held);
         if !backoff.try_again() {
             return Err(failed(participant, service, cause));
         }
@@ -92,15 +87,48 @@ pub(crate) fn open_existing<S: Service>(
     let name = service_name(service)?;
     let mut backoff = Backoff::new();
     loop {
-        match open_once(participant, service, &name)? {
+        let held = participant.lock(service)?;
+        let cause = match open_once(participant, service, &name, &held)? {
             Attempt::Done(opened) => return Ok(Some(opened)),
             Attempt::Absent => return Ok(None),
-            Attempt::Again(_) | Attempt::Unfinished if backoff.try_again() => {}
-            // Whoever creates the service next removes what stands there.
-            Attempt::Unfinished => return Ok(None),
-            Attempt::Again(cause) => return Err(failed(participant, service, cause)),
+            Attempt::Again(cause) => cause,
+        };
+        drop(held);
+        if !backoff.try_again() {
+            return Err(failed(participant, service, cause));
         }
     }
+}
+
+/// As [`open_existing`], but an error at once where that would have to wait: for processes that run, and
+/// are not held up by others that start or end.
+pub(crate) fn open_existing_at_once<S: Service>(
+    participant: &Participant<S>,
+    service: &str,
+) -> Result<Option<FrameService<S>>, OpenError> {
+    let held = participant.lock_at_once(service)?;
+    match open_once(participant, service, &service_name(service)?, &held)? {
+        Attempt::Done(opened) => Ok(Some(opened)),
+        Attempt::Absent => Ok(None),
+        Attempt::Again(cause) => Err(failed(participant, service, cause)),
+    }
+}
+
+/// Removes what the dead left in the domain and in this service: they may take the places of the living.
+pub(crate) fn clean_up<S: Service>(participant: &Participant<S>, opened: &FrameService<S>) {
+    let Ok(held) = participant.lock(opened.name().as_str()) else { return };
+    let domain = participant.place();
+    domain.sweep::<S>(&held);
+    let mut ports = Vec::new();
+    opened.dynamic_config().list_publishers(|port| {
+        ports.push((port.node_id, port.publisher_id.value()));
+        CallbackProgression::Continue
+    });
+    opened.dynamic_config().list_subscribers(|port| {
+        ports.push((port.node_id, port.subscriber_id.value()));
+        CallbackProgression::Continue
+    });
+    domain.remove_strangers::<S>(opened.service_hash(), &ports, &held);
 }
 
 /// How many publishers a service has places for, the spare one left out.
@@ -149,23 +177,9 @@ fn layout_error(service: &str) -> impl Fn(LayoutError) -> OpenError {
 enum Attempt<S: Service> {
     Done(FrameService<S>),
     Absent,
-    /// Somebody is creating it, or was killed while doing so.
-    Unfinished,
+    /// It is between being and not being, or has no place: what stands in the way is removed, or too
+    /// young for it.
     Again(String),
-}
-
-/// Removes what a process left that was killed while it created the service. iceoryx2 does not: to
-/// it the service looks for ever as if its creator needed just a moment more.
-fn remove_unfinished<S: Service>(participant: &Participant<S>, name: &ServiceName) {
-    // SAFETY: iceoryx2 demands that no other process uses the service. It was unfinished for as
-    // long as we tried to open it, most of a second, while a creation takes a millisecond; a
-    // service that is not finished cannot be opened, so nobody has a port of it.
-    #[allow(unsafe_code)]
-    let removed = unsafe {
-        participant.node().force_remove_service(name, MessagingPattern::PublishSubscribe)
-    };
-    // If it could not be removed, the next attempt to open it says why.
-    let _ = removed;
 }
 
 /// Opens without a single wish about quality of service, so that every service of our types fits,
@@ -174,7 +188,10 @@ fn open_once<S: Service>(
     participant: &Participant<S>,
     service: &str,
     name: &ServiceName,
+    held: &Held,
 ) -> Result<Attempt<S>, OpenError> {
+    // Root can open what nobody may read yet, and would wait for it in iceoryx2 for ever.
+    let _given_up = give_up_file_override();
     let opened = participant
         .node()
         .service_builder(name)
@@ -183,13 +200,16 @@ fn open_once<S: Service>(
         .open();
     let owned = || service.to_owned();
     let cause = match opened {
-        Ok(opened) => return Ok(Attempt::Done(opened)),
+        Ok(opened) => {
+            let lock = participant.place().lock();
+            return Ok(Attempt::Done(EndsLocked::new(opened, lock)));
+        }
         Err(cause) => cause,
     };
     Err(match cause {
         Cause::DoesNotExist => return Ok(Attempt::Absent),
         Cause::ExceedsMaxNumberOfNodes => {
-            participant.clean_up();
+            participant.place().sweep::<S>(held);
             return Ok(Attempt::Again("all its places for nodes are taken".to_owned()));
         }
         Cause::IncompatibleTypes | Cause::IncompatibleMessagingPattern => OpenError::OtherTypes {
@@ -206,9 +226,11 @@ fn open_once<S: Service>(
         Cause::InsufficientPermissions => {
             OpenError::Permission { service: owned(), domain: participant.domain() }
         }
-        Cause::HangsInCreation => return Ok(Attempt::Unfinished),
-        // Somebody creates or removes the service at this moment, or died while doing it.
-        cause => return Ok(Attempt::Again(cause.to_string())),
+        // No process that knows the lock creates or removes it at this moment.
+        cause => {
+            participant.place().sweep::<S>(held);
+            return Ok(Attempt::Again(cause.to_string()));
+        }
     })
 }
 
@@ -218,7 +240,7 @@ fn create<S: Service>(
     attributes: &AttributeSpecifier,
     layout: &FrameLayout,
 ) -> Result<FrameService<S>, CreateError> {
-    participant
+    let created = participant
         .node()
         .service_builder(name)
         .publish_subscribe::<[f64]>()
@@ -232,7 +254,8 @@ fn create<S: Service>(
         .max_publishers(MAX_PUBLISHERS + SPARE_PLACES)
         .max_subscribers(MAX_SUBSCRIBERS + SPARE_PLACES)
         .max_nodes(MAX_NODES)
-        .create_with_attributes(attributes)
+        .create_with_attributes(attributes);
+    created.map(|created| EndsLocked::new(created, participant.place().lock()))
 }
 
 fn buffer_frames(channels: usize) -> usize {

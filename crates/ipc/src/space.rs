@@ -19,8 +19,8 @@ use std::path::Path;
 use rustix::fs::{FallocateFlags, fallocate, statvfs};
 use rustix::io::{Errno, retry_on_intr};
 
-/// Where POSIX shared memory lives on Linux.
-const FOLDER: &str = "/dev/shm";
+use crate::domain::segment::FOLDER;
+
 /// For what iceoryx2 makes beside the frames: management, connections, the list of ports.
 const HEADROOM_BYTES: u64 = 512 << 10;
 

@@ -12,7 +12,7 @@ use crate::backoff::Backoff;
 use crate::peers::Peers;
 use crate::repair::{Peer, Repair};
 use crate::service::{self, FrameService};
-use crate::{FrameHeader, FrameLayout, OpenError, Participant, Service};
+use crate::{FrameHeader, FrameLayout, OpenError, Participant, Service, give_up_file_override};
 
 /// How many frames [`Depth::Newest`] lets wait: with two, a frame that arrives just early does
 /// not push out the one before it, so a reader of the same period can count losses.
@@ -118,6 +118,8 @@ impl<S: Service> FrameSubscriber<S> {
         let full =
             || OpenError::Full { service: service.to_owned(), what: "subscriber", limit: places };
         let create = || {
+            let _held = participant.lock(service)?;
+            let _given_up = give_up_file_override();
             if opened.dynamic_config().number_of_subscribers() >= places {
                 return Err(full());
             }
@@ -138,7 +140,7 @@ impl<S: Service> FrameSubscriber<S> {
                 Ok(port) => break port,
                 Err(error) => error,
             };
-            participant.clean_up();
+            service::clean_up(participant, &opened);
             if !backoff.try_again() {
                 return Err(error);
             }

@@ -31,8 +31,9 @@ fn nothing_is_left_when_all_have_gone() {
     drop(reader);
 
     let files = domain.files();
-    let counter = |file: &String| file.ends_with("_node.0_10_0.global_mgmt");
-    assert!(files.iter().all(counter) && files.len() == 1, "{files:?}");
+    let [counter, lock] = &files[..] else { panic!("{files:?}") };
+    assert!(counter.ends_with("_node.0_10_0.global_mgmt"), "{counter}");
+    assert!(lock.ends_with("isochrone.lock"), "{lock}");
     assert!(remove_leftovers::<ipc::Service>(&domain.config));
     assert_eq!(domain.files(), Vec::<String>::new());
     assert!(!remove_leftovers::<ipc::Service>(&domain.config));
@@ -53,7 +54,7 @@ fn a_domain_lives_on_after_a_process_was_killed_while_it_made_the_node_counter()
     for bytes in [0, 16] {
         let domain = Domain::new();
         drop(domain.join::<ipc::Service>());
-        let [counter] = &domain.files()[..] else { panic!("{:?}", domain.files()) };
+        let counter = &domain.files()[0];
         let counter =
             std::fs::File::options().write(true).open(Path::new("/dev/shm").join(counter));
         let counter = counter.unwrap();
@@ -105,6 +106,68 @@ fn a_publisher_that_lives_elsewhere_blocks_and_one_that_was_killed_does_not() {
     drop((reader, node));
     remove_leftovers::<ipc::Service>(&domain.config);
     assert_eq!(domain.files(), Vec::<String>::new());
+}
+
+#[test]
+fn a_dead_publisher_of_whom_only_the_place_in_the_service_is_left_gives_way() {
+    let domain = Domain::new();
+    let shape = layout(&["a:LREAL"]);
+    let node = domain.join::<ipc::Service>();
+    let mut reader = FrameSubscriber::open(&node, "x", &shape, Depth::Newest).unwrap();
+    let nodes = domain.root().join("nodes");
+    let traces = || -> Vec<_> {
+        std::fs::read_dir(&nodes).unwrap().map(|entry| entry.unwrap().path()).collect()
+    };
+    let living = traces();
+    let mut child = start_publisher(&domain);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    for trace in traces().iter().filter(|trace| !living.contains(trace)) {
+        match trace.is_dir() {
+            true => std::fs::remove_dir_all(trace).unwrap(),
+            false => std::fs::remove_file(trace).unwrap(),
+        }
+    }
+
+    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    send(&mut writer, 7.0, 1_000);
+    assert_eq!(reader.newest().unwrap().values(), [7.0]);
+}
+
+#[test]
+fn a_node_counter_that_others_may_write_to_is_closed_by_who_joins() {
+    let domain = Domain::new();
+    // As programs make it that use iceoryx2 without this crate.
+    let node = iceoryx2::node::NodeBuilder::new().config(&domain.config);
+    let node = node.create::<iceoryx2::service::ipc::Service>().unwrap();
+    let mode = || {
+        let counters = domain.files().into_iter().filter(|file| file.ends_with(".global_mgmt"));
+        let [counter] = &counters.collect::<Vec<_>>()[..] else {
+            panic!("one: {:?}", domain.files())
+        };
+        std::fs::metadata(Path::new("/dev/shm").join(counter)).unwrap().permissions().mode() & 0o777
+    };
+    assert_eq!(mode(), 0o666);
+    drop(domain.join::<ipc::Service>());
+    assert_eq!(mode(), 0o600);
+    drop(node);
+}
+
+#[test]
+fn all_of_a_domain_is_writable_by_its_owner_only() {
+    let domain = Domain::new();
+    let node = domain.join::<ipc::Service>();
+    let shape = layout(&["a:LREAL"]);
+    let _reader = FrameSubscriber::open(&node, "x", &shape, Depth::All).unwrap();
+    let _writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    let files = domain.files();
+    assert!(files.len() > 5);
+    for file in files {
+        // An absolute path stays as it is.
+        let mode =
+            std::fs::metadata(Path::new("/dev/shm").join(&file)).unwrap().permissions().mode();
+        assert_eq!(mode & 0o077, 0, "{file} has {mode:o}");
+    }
 }
 
 #[test]

@@ -59,6 +59,10 @@ impl Domain {
         self.path("domain.toml")
     }
 
+    pub(crate) fn prefix(&self) -> &str {
+        &self.prefix
+    }
+
     /// Starts the program in this domain; the arguments are separated by spaces.
     pub(crate) fn start(&self, arguments: &str) -> Process {
         let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
@@ -151,7 +155,7 @@ impl Process {
     }
 
     #[track_caller]
-    pub(crate) fn wait_until(&mut self, what: &str, met: impl Fn(&str, &str) -> bool) {
+    pub(crate) fn wait_until(&mut self, what: &str, mut met: impl FnMut(&str, &str) -> bool) {
         let since = Instant::now();
         while !met(&self.stdout.get(), &self.stderr.get()) {
             let (stdout, stderr) = (self.stdout.get(), self.stderr.get());

@@ -8,7 +8,9 @@ mod thread;
 pub(crate) use os::thread_counters;
 pub use process::{ProcessGrant, prepare_process};
 pub use refusal::Refusal;
-pub use thread::{PREFAULTED_STACK_BYTES, ThreadGrant, ThreadRequest, prepare_thread};
+pub use thread::{
+    PREFAULTED_STACK_BYTES, PriorityReturn, ThreadGrant, ThreadRequest, prepare_thread,
+};
 
 #[cfg(test)]
 mod simulated_os;

@@ -57,6 +57,8 @@ pub(crate) trait Os {
     fn pin(&self, cpu: usize) -> io::Result<()>;
     fn pinned_cpu(&self) -> Option<usize>;
     fn set_fifo(&self, priority: u8) -> io::Result<()>;
+    /// Normal scheduling, which every thread may always have.
+    fn set_other(&self);
     fn scheduler(&self) -> Scheduler;
     fn group_budget(&self) -> Option<GroupBudget>;
 }
@@ -147,15 +149,11 @@ impl Os for Linux {
     }
 
     fn set_fifo(&self, priority: u8) -> io::Result<()> {
-        // SAFETY: an all-zero sched_param is valid: it consists of integers.
-        let mut param: libc::sched_param = unsafe { MaybeUninit::zeroed().assume_init() };
-        param.sched_priority = priority.into();
-        // SAFETY: `param` outlives the call, which only reads it; pid 0 is the calling thread. The
-        // bare system call, because musl's wrapper refuses.
-        let result = unsafe {
-            libc::syscall(libc::SYS_sched_setscheduler, 0, libc::SCHED_FIFO, &raw const param)
-        };
-        if result == 0 { Ok(()) } else { Err(io::Error::last_os_error()) }
+        set_scheduler(libc::SCHED_FIFO, priority)
+    }
+
+    fn set_other(&self) {
+        let _ = set_scheduler(libc::SCHED_OTHER, 0);
     }
 
     fn scheduler(&self) -> Scheduler {
@@ -184,6 +182,18 @@ impl Os for Linux {
         })?;
         Some(GroupBudget { group: group.to_owned(), runtime_us: runtime_us.trim().parse().ok()? })
     }
+}
+
+/// Changes how the calling thread is scheduled.
+fn set_scheduler(policy: libc::c_int, priority: u8) -> io::Result<()> {
+    // SAFETY: an all-zero sched_param is valid: it consists of integers.
+    let mut param: libc::sched_param = unsafe { MaybeUninit::zeroed().assume_init() };
+    param.sched_priority = priority.into();
+    // SAFETY: `param` outlives the call, which only reads it; pid 0 is the calling thread. The
+    // bare system call, because musl's wrapper refuses.
+    let result =
+        unsafe { libc::syscall(libc::SYS_sched_setscheduler, 0, policy, &raw const param) };
+    if result == 0 { Ok(()) } else { Err(io::Error::last_os_error()) }
 }
 
 /// The counters of `getrusage(RUSAGE_THREAD)`; `cpu_ns` is left 0, rusage being too coarse for it.

@@ -137,6 +137,11 @@ impl Os for SimulatedOs {
         Ok(())
     }
 
+    fn set_other(&self) {
+        self.called("set_other");
+        self.scheduler.set(Scheduler::Other);
+    }
+
     fn scheduler(&self) -> Scheduler {
         self.scheduler.get()
     }

@@ -2,6 +2,7 @@
 
 use std::fmt;
 use std::hint::black_box;
+use std::marker::PhantomData;
 use std::num::NonZeroU64;
 use std::ops::RangeInclusive;
 
@@ -56,6 +57,23 @@ fn prepare(os: &impl Os, request: ThreadRequest) -> ThreadGrant {
         scheduler: os.scheduler().to_string(),
         cpu: os.pinned_cpu(),
         refusals: [pinned, raised].into_iter().filter_map(Result::err).collect(),
+    }
+}
+
+/// Gives the calling thread's priority back when it is dropped.
+///
+/// What a loop leaves to be done at its end (closing ports, removing files, waiting for others) must not
+/// be done with the loop's priority. Declare it after what is to be dropped without.
+#[derive(Debug, Default)]
+#[must_use = "dropping it gives the priority back"]
+pub struct PriorityReturn {
+    /// Each thread has its own priority.
+    of_this_thread: PhantomData<*const ()>,
+}
+
+impl Drop for PriorityReturn {
+    fn drop(&mut self) {
+        Linux.set_other();
     }
 }
 

@@ -171,3 +171,16 @@ fn a_real_thread_without_right_is_told_so_by_the_kernel() {
     .join()
     .unwrap();
 }
+
+#[test]
+fn a_thread_that_returns_its_priority_is_scheduled_as_any_other() {
+    std::thread::spawn(|| {
+        let returns = PriorityReturn::default();
+        // Without the right to a priority there is none to return, and nothing goes wrong either.
+        let _ = prepare_thread(PRIORITY);
+        drop(returns);
+        assert_eq!(Linux.scheduler(), Scheduler::Other);
+    })
+    .join()
+    .unwrap();
+}

@@ -1,0 +1,289 @@
+//! The lock of a domain: under it our processes create, open, repair and remove.
+//!
+//! iceoryx2 0.10 cannot tell what is being made from what a killed process left unfinished. Here the
+//! kernel tells: it releases a `flock` when its holder dies. Whoever has the lock therefore knows that
+//! none of our processes is at work on the domain's files, and that what is unfinished is dead, or
+//! belongs to a program that does not know the lock.
+//!
+//! Nothing is locked while processes exchange frames, and no real-time thread waits for the lock.
+
+use std::fs::{self, File};
+use std::io::{self, Write as _};
+use std::ops::Deref;
+use std::os::unix::fs::{FileExt as _, MetadataExt as _, OpenOptionsExt as _};
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, OnceLock};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use iceoryx2::config::Config;
+use rustix::fs::{FlockOperation, OFlags, flock};
+use rustix::io::Errno;
+
+/// When those who wait are told for whom.
+const TELL_AFTER: Duration = Duration::from_secs(1);
+/// How long an end waits. A start waits for as long as it takes; but a process that is told to end must
+/// end, and iceoryx2 keeps those apart that live.
+const END_PATIENCE: Duration = Duration::from_secs(2);
+/// How often somebody who waits looks again: at first for a holder that needs a millisecond or two...
+const PAUSE: Duration = Duration::from_micros(500);
+/// ... and then for one that is stopped.
+const LONG_PAUSE: Duration = Duration::from_millis(20);
+
+static INTERRUPTED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+
+/// Makes every wait for a domain's lock end with an error once `flag` is set.
+///
+/// A process that is stopped (SIGSTOP, a debugger) while it starts or ends holds up the starts of
+/// others for as long. With this they can still be ended in an orderly way, within two seconds of the
+/// flag. The first flag that is given counts.
+pub fn interrupt_waiting_by(flag: Arc<AtomicBool>) {
+    let _ = INTERRUPTED.set(flag);
+}
+
+/// Why the lock could not be had.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum LockError {
+    #[error("{path} cannot be locked ({cause}); see that the root path is writable")]
+    Refused { path: String, cause: String },
+    #[error("gave up waiting for {holder}")]
+    Interrupted { holder: String },
+}
+
+/// Where a domain is locked, and by whom.
+#[derive(Debug, Clone)]
+pub(crate) struct DomainLock {
+    /// `None` for services within one process, which have no files.
+    place: Option<Arc<Place>>,
+}
+
+#[derive(Debug)]
+struct Place {
+    path: PathBuf,
+    /// For those who wait.
+    holder: String,
+}
+
+/// Holds the lock until it is dropped.
+#[derive(Debug)]
+#[must_use = "dropping it releases the lock"]
+pub(crate) struct Held(#[allow(dead_code, reason = "closing it releases the lock")] Option<File>);
+
+impl DomainLock {
+    /// The lock of a domain, for the process that is `name` in it.
+    pub(crate) fn of(config: &Config, name: &str) -> Self {
+        let holder = format!("{} {}\n", std::process::id(), name.escape_default());
+        Self { place: Some(Arc::new(Place { path: path(config), holder })) }
+    }
+
+    /// What takes the place of a lock where there is nothing to lock.
+    pub(crate) fn of_nothing() -> Self {
+        Self { place: None }
+    }
+
+    /// Waits for the lock; tells after a second for whom.
+    pub(crate) fn acquire(&self) -> Result<Held, LockError> {
+        self.acquire_within(None)
+    }
+
+    /// Waits for the lock no longer than an end may take.
+    pub(crate) fn acquire_to_end(&self) -> Result<Held, LockError> {
+        self.acquire_within(Some(END_PATIENCE))
+    }
+
+    /// Takes the lock if nobody has it; `None`: somebody does.
+    pub(crate) fn try_acquire(&self) -> Result<Option<Held>, LockError> {
+        let Some(place) = &self.place else { return Ok(Some(Held(None))) };
+        place.attempt().map_err(|error| place.refused(&error))
+    }
+
+    fn acquire_within(&self, patience: Option<Duration>) -> Result<Held, LockError> {
+        let begin = Instant::now();
+        let mut give_up = patience.and_then(|patience| begin.checked_add(patience));
+        let mut is_told = false;
+        loop {
+            if let Some(held) = self.try_acquire()? {
+                return Ok(held);
+            }
+            let now = Instant::now();
+            if INTERRUPTED.get().is_some_and(|flag| flag.load(Ordering::Relaxed)) {
+                // Who is asked to end in the midst of a start mostly finishes it sooner.
+                give_up = give_up.or(now.checked_add(END_PATIENCE));
+            }
+            let holder = || self.place.as_ref().map_or_else(String::new, |place| place.other());
+            if give_up.is_some_and(|instant| now > instant) {
+                return Err(LockError::Interrupted { holder: holder() });
+            }
+            if !is_told && now.duration_since(begin) > TELL_AFTER {
+                is_told = true;
+                tracing::warn!("waiting for {}", holder());
+            }
+            thread::sleep(if is_told { LONG_PAUSE } else { PAUSE });
+        }
+    }
+}
+
+impl Place {
+    /// Opens and locks the file; `None` when somebody else has it.
+    fn attempt(&self) -> io::Result<Option<Held>> {
+        loop {
+            let mut file = File::options()
+                .create(true)
+                .truncate(false)
+                .write(true)
+                .read(true)
+                .mode(0o600)
+                .custom_flags(OFlags::NOFOLLOW.bits() as i32)
+                .open(&self.path)?;
+            match flock(&file, FlockOperation::NonBlockingLockExclusive) {
+                Ok(()) => {}
+                Err(Errno::WOULDBLOCK) => return Ok(None),
+                Err(Errno::INTR) => continue,
+                Err(error) => return Err(error.into()),
+            }
+            // Whoever leaves a domain last removes the file; what was locked may be that one.
+            let current = fs::symlink_metadata(&self.path);
+            if !current.is_ok_and(|current| is_same(&current, &file)) {
+                continue;
+            }
+            // For those who wait. That it cannot be written (a full disk) harms nobody.
+            let _ = file.set_len(0).and_then(|()| file.write_all(self.holder.as_bytes()));
+            return Ok(Some(Held(Some(file))));
+        }
+    }
+
+    /// Who has the lock, and what others can do about it.
+    fn other(&self) -> String {
+        let text = File::open(&self.path).and_then(|file| {
+            let mut bytes = [0; 256];
+            let length = file.read_at(&mut bytes, 0)?;
+            Ok(String::from_utf8_lossy(bytes.get(..length).unwrap_or_default()).into_owned())
+        });
+        let text = text.unwrap_or_default();
+        let Some((pid, name)) = text.trim_end().split_once(' ') else {
+            return format!("a process that starts or ends (it holds {})", self.path.display());
+        };
+        let (doing, remedy) = match is_stopped(pid) {
+            true => ("is stopped while it starts or ends", "continue it (kill -CONT) or end it"),
+            false => ("starts or ends", "this takes milliseconds as a rule"),
+        };
+        let path = self.path.display();
+        format!("process {pid} ({name}), which {doing} and holds {path}; {remedy}")
+    }
+
+    fn refused(&self, error: &io::Error) -> LockError {
+        LockError::Refused { path: self.path.display().to_string(), cause: error.to_string() }
+    }
+}
+
+/// Path of a domain's lock. Domains may share a root path.
+pub(super) fn path(config: &Config) -> PathBuf {
+    let root = config.global.root_path().to_string();
+    Path::new(&root).join(format!("{}isochrone.lock", config.global.prefix))
+}
+
+fn is_same(named: &fs::Metadata, file: &File) -> bool {
+    file.metadata().is_ok_and(|opened| (opened.dev(), opened.ino()) == (named.dev(), named.ino()))
+}
+
+/// Whether a process is stopped by a signal or a debugger.
+fn is_stopped(pid: &str) -> bool {
+    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    // The state follows the name, which is in parentheses and may contain anything.
+    let state = stat.rsplit_once(')').and_then(|(_, rest)| rest.trim_start().chars().next());
+    matches!(state, Some('T' | 't'))
+}
+
+/// Something of iceoryx2 that is dropped under the lock: its name in the file system may be that of its
+/// successor, which must not be removed in its place.
+#[derive(Debug)]
+pub(crate) struct EndsLocked<T> {
+    // Fields are dropped in the order of their declaration.
+    _ending: Ending,
+    thing: T,
+    _held: Arc<Mutex<Option<Held>>>,
+}
+
+impl<T> EndsLocked<T> {
+    pub(crate) fn new(thing: T, lock: &DomainLock) -> Self {
+        let held = Arc::new(Mutex::new(None));
+        let ending = Ending { lock: lock.clone(), held: Arc::clone(&held) };
+        Self { _ending: ending, thing, _held: held }
+    }
+}
+
+impl<T> Deref for EndsLocked<T> {
+    type Target = T;
+
+    fn deref(&self) -> &T {
+        &self.thing
+    }
+}
+
+/// Takes the lock when it is dropped.
+#[derive(Debug)]
+struct Ending {
+    lock: DomainLock,
+    held: Arc<Mutex<Option<Held>>>,
+}
+
+impl Drop for Ending {
+    fn drop(&mut self) {
+        // An end must not fail. Without the lock it is as safe as iceoryx2 makes it.
+        let held = self.lock.acquire_to_end().ok();
+        if let Ok(mut place) = self.held.lock() {
+            *place = held;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lock(folder: &Path) -> DomainLock {
+        let (path, holder) = (folder.join("x.lock"), "77 somebody\n".to_owned());
+        DomainLock { place: Some(Arc::new(Place { path, holder })) }
+    }
+
+    #[test]
+    fn one_at_a_time_holds_the_lock_and_the_next_is_told_by_whom() {
+        let folder = tempfile::tempdir().unwrap();
+        let lock = lock(folder.path());
+        let held = lock.acquire().unwrap();
+        assert!(lock.try_acquire().unwrap().is_none());
+        let waited = lock.acquire_within(Some(Duration::ZERO)).unwrap_err().to_string();
+        assert!(waited.contains("process 77 (somebody)"), "{waited}");
+        drop(held);
+        assert!(lock.try_acquire().unwrap().is_some());
+    }
+
+    #[test]
+    fn a_lock_whose_file_was_removed_meanwhile_is_not_taken_for_the_domains() {
+        let folder = tempfile::tempdir().unwrap();
+        let lock = lock(folder.path());
+        let old = lock.acquire().unwrap();
+        fs::remove_file(folder.path().join("x.lock")).unwrap();
+        let new = lock.try_acquire().unwrap();
+        assert!(new.is_some(), "a new file, a new lock");
+        drop(old);
+        assert!(lock.try_acquire().unwrap().is_none());
+    }
+
+    #[test]
+    fn what_ends_locked_is_dropped_under_the_lock() {
+        struct Probe(DomainLock, Arc<AtomicBool>);
+        impl Drop for Probe {
+            fn drop(&mut self) {
+                self.1.store(self.0.try_acquire().unwrap().is_none(), Ordering::Relaxed);
+            }
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let lock = lock(folder.path());
+        let was_locked = Arc::new(AtomicBool::new(false));
+        drop(EndsLocked::new(Probe(lock.clone(), Arc::clone(&was_locked)), &lock));
+        assert!(was_locked.load(Ordering::Relaxed));
+        assert!(lock.try_acquire().unwrap().is_some());
+    }
+}

@@ -1,0 +1,112 @@
+//! Whose a domain is: all that lives in it runs as one user, and nobody else can write to it.
+
+use std::fs::{self, DirBuilder, Metadata, Permissions};
+use std::io;
+use std::os::unix::fs::{DirBuilderExt as _, MetadataExt as _, PermissionsExt as _};
+use std::path::{Path, PathBuf};
+
+use iceoryx2::config::Config;
+use rustix::process::geteuid;
+
+use super::{counter, lock};
+use crate::JoinError;
+
+const STICKY: u32 = 0o1000;
+const WRITABLE_BY_OTHERS: u32 = 0o022;
+
+/// Makes the root path if there is none, and refuses a domain with anything of another user in it.
+///
+/// # Errors
+/// The root path cannot be made, or something belongs to somebody else.
+pub(super) fn claim(config: &Config) -> Result<(), JoinError> {
+    let root = PathBuf::from(config.global.root_path().to_string());
+    let failed = |error: io::Error| JoinError::Failed {
+        domain: super::describe(config),
+        cause: format!("{}: {error}", root.display()),
+    };
+    match fs::symlink_metadata(&root) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => {
+            DirBuilder::new().recursive(true).mode(0o700).create(&root).map_err(failed)?;
+        }
+        Err(error) => return Err(failed(error)),
+        Ok(_) => {}
+    }
+    let found = fs::symlink_metadata(&root).map_err(failed)?;
+    // A folder such as /tmp, in which everybody keeps what is his, will do as a root path.
+    let is_shared = found.uid() == 0 && found.is_dir() && found.mode() & STICKY != 0;
+    if !is_shared {
+        require_own(config, &root, &found)?;
+        close(&root, &found);
+    }
+    for folder in folders(config) {
+        let Ok(found) = fs::symlink_metadata(&folder) else { continue };
+        require_own(config, &folder, &found)?;
+        close(&folder, &found);
+        for entry in fs::read_dir(&folder).into_iter().flatten().flatten() {
+            // What is gone again was a process that ended.
+            if let Ok(found) = entry.metadata() {
+                require_own(config, &entry.path(), &found)?;
+            }
+        }
+    }
+    for file in counter::find(config).into_iter().chain([lock::path(config)]) {
+        if let Ok(found) = fs::symlink_metadata(&file) {
+            require_own(config, &file, &found)?;
+        }
+    }
+    Ok(())
+}
+
+/// The folders in the root path.
+pub(super) fn folders(config: &Config) -> [PathBuf; 2] {
+    let global = &config.global;
+    [global.node_dir().to_string().into(), global.service_dir().to_string().into()]
+}
+
+fn require_own(config: &Config, path: &Path, found: &Metadata) -> Result<(), JoinError> {
+    let ours = geteuid().as_raw();
+    if found.uid() == ours {
+        return Ok(());
+    }
+    Err(JoinError::OtherUser {
+        domain: super::describe(config),
+        path: path.display().to_string(),
+        owner: user(found.uid()),
+        ours: user(ours),
+    })
+}
+
+/// Takes from all others the right to make or remove files in a folder of ours.
+fn close(folder: &Path, found: &Metadata) {
+    let mode = found.mode();
+    if found.is_dir() && mode & WRITABLE_BY_OTHERS != 0 && mode & STICKY == 0 {
+        let closed = Permissions::from_mode(mode & 0o7777 & !WRITABLE_BY_OTHERS);
+        // On a file system without permissions nothing can be closed, and nobody has said otherwise.
+        let _ = fs::set_permissions(folder, closed);
+    }
+}
+
+/// The name of a user, or the number of one who has none.
+fn user(uid: u32) -> String {
+    let users = fs::read_to_string("/etc/passwd").unwrap_or_default();
+    let named = users.lines().find_map(|line| {
+        let mut fields = line.split(':');
+        let name = fields.next()?;
+        (fields.nth(1)?.parse() == Ok(uid)).then(|| name.to_owned())
+    });
+    match named {
+        Some(name) => format!("user {name} ({uid})"),
+        None => format!("user {uid}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_user_is_told_by_name_and_number() {
+        assert_eq!(user(0), "user root (0)");
+        assert_eq!(user(4_000_000_001), "user 4000000001");
+    }
+}

@@ -1,0 +1,267 @@
+//! Removing what dead processes left.
+//!
+//! iceoryx2 removes what a process leaves that was killed while it ran. What it leaves when it is
+//! killed while it starts or ends, iceoryx2 takes for the work of somebody who needs a moment more, for
+//! ever: segments without size or rights, services without readable description, without ports or
+//! marked for destruction, folders of nodes that nobody monitors.
+//!
+//! All of this is told apart from the living without guessing: processes of this crate work on these
+//! files under the domain's [lock](super::lock) only, and a port's tag exists in the folder of a living
+//! node for as long as any of its segments does. Programs of another make know no lock; what they may be
+//! making is given [some time](super::segment) first.
+
+use std::collections::HashSet;
+use std::fs::{self, DirBuilder, File};
+use std::os::unix::fs::{DirBuilderExt as _, PermissionsExt as _};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::{Path, PathBuf};
+
+use iceoryx2::config::Config;
+use iceoryx2::identifiers::UniqueNodeId;
+use iceoryx2::node::{DeadNodeView, Node, NodeState, NodeView};
+use iceoryx2::prelude::CallbackProgression;
+use iceoryx2::service::__internal_details;
+use iceoryx2::service::service_hash::ServiceHash;
+
+use super::lock::Held;
+use super::segment::{self, Content, is_abandoned};
+use crate::{Service, give_up_file_override};
+
+/// Removes what dead processes left in a domain.
+pub(crate) fn sweep<S: Service>(config: &Config, _held: &Held) {
+    if !S::CROSSES_PROCESSES {
+        return;
+    }
+    // Root can open what nobody may read yet, and would wait for it in iceoryx2 for ever.
+    let _given_up = give_up_file_override();
+    // Everything is listed before it is asked who lives: what appears later is somebody's.
+    let segments = segment::list(config);
+    let traces = Traces::list(config);
+    let Some(nodes) = Nodes::<S>::list(config) else { return };
+    let is_lost = |port: u128| !nodes.ports.contains(&port);
+    for segment in segments.iter().filter(|segment| segment.is_half_made) {
+        let is_dead = match segment.content {
+            Content::Data(port) => is_lost(port),
+            Content::Connection(sender, receiver) => is_lost(sender) || is_lost(receiver),
+            // The service's file says more about the first; it is looked at below.
+            Content::Dynamic(_) | Content::Other => segment.is_abandoned,
+        };
+        if is_dead {
+            segment.remove();
+        }
+    }
+    remove_locked_services(config);
+    nodes.dead.iter().for_each(remove_node);
+    traces.remove_unknown(config, &nodes);
+    let services = remove_deserted_services::<S>(config);
+    for segment in &segments {
+        let is_dead = match segment.content {
+            Content::Data(port) => is_lost(port),
+            // While one end lives, iceoryx2 has it tell the other's death by this very segment.
+            Content::Connection(sender, receiver) => is_lost(sender) && is_lost(receiver),
+            Content::Dynamic(service) => services.as_ref().is_some_and(|s| !s.contains(&service)),
+            Content::Other => false,
+        };
+        if is_dead {
+            segment.remove();
+        }
+    }
+}
+
+/// The nodes of a domain.
+struct Nodes<S: Service> {
+    /// Those that died in the midst of their work.
+    dead: Vec<DeadNodeView<S>>,
+    /// All others that are monitored.
+    living: HashSet<u128>,
+    /// Ports of the living.
+    ports: HashSet<u128>,
+}
+
+impl<S: Service> Nodes<S> {
+    /// `None`: iceoryx2 cannot tell.
+    fn list(config: &Config) -> Option<Self> {
+        let mut nodes = Self { dead: Vec::new(), living: HashSet::new(), ports: HashSet::new() };
+        let listed = Node::<S>::list(config, |state| {
+            let id = state.node_id().value();
+            match state {
+                NodeState::Dead(dead) => nodes.dead.push(dead),
+                // What cannot be looked at may live.
+                NodeState::Alive(_) | NodeState::Inaccessible(_) | NodeState::Undefined(_) => {
+                    nodes.living.insert(id);
+                }
+            }
+            CallbackProgression::Continue
+        });
+        listed.ok()?;
+        let (folder, prefix, suffix) = {
+            let global = &config.global;
+            let folder = PathBuf::from(global.node_dir().to_string());
+            (folder, global.prefix.to_string(), global.node.port_tag_suffix.to_string())
+        };
+        for id in &nodes.living {
+            let tags = names(&folder.join(id.to_string()));
+            nodes.ports.extend(tags.filter_map(|tag| id_in(&tag, &prefix, &suffix)));
+        }
+        Some(nodes)
+    }
+}
+
+/// Has iceoryx2 remove a dead node from its services, and its ports with it.
+fn remove_node<S: Service>(dead: &DeadNodeView<S>) {
+    // Without the details iceoryx2 would look in another domain. A node gives them up last, when it
+    // is in no service any more; what is left of it goes with the traces.
+    if dead.details().is_none() {
+        return;
+    }
+    // iceoryx2 panics when it meets a node that is between "created" and "alive"
+    // (eclipse-iceoryx/iceoryx2#1880). That node is not dead, so there is nothing to do.
+    let _ = catch_unwind(AssertUnwindSafe(|| dead.clone().try_remove_stale_resources()));
+}
+
+/// What nodes have in the file system: a folder each, and the files by which they are monitored.
+struct Traces {
+    paths: Vec<(u128, PathBuf)>,
+}
+
+impl Traces {
+    fn list(config: &Config) -> Self {
+        let global = &config.global;
+        let folder = PathBuf::from(global.node_dir().to_string());
+        let (prefix, suffix) = (global.prefix.to_string(), global.node.monitor_suffix.to_string());
+        let id = |name: &str| {
+            let monitor = || {
+                let (id, _) = name.strip_prefix(&prefix)?.split_once(&suffix)?;
+                id.parse().ok()
+            };
+            name.parse().ok().or_else(monitor)
+        };
+        let found = names(&folder).filter_map(|name| Some((id(&name)?, folder.join(name))));
+        Self { paths: found.collect() }
+    }
+
+    /// Removes what belongs to no node that could still use a service.
+    fn remove_unknown<S: Service>(&self, config: &Config, nodes: &Nodes<S>) {
+        let details = |id: u128| {
+            let global = &config.global;
+            let name = format!("{}node{}", global.prefix, global.node.static_config_suffix);
+            Path::new(&global.node_dir().to_string()).join(id.to_string()).join(name)
+        };
+        // A node has details until it has left all services. Those of whom iceoryx2 could not remove
+        // everything have them still, and are tried again.
+        let (kept, gone): (HashSet<u128>, HashSet<u128>) =
+            nodes.dead.iter().map(|dead| dead.id().value()).partition(|id| details(*id).exists());
+        let of_nobody = |id: &u128| !nodes.living.contains(id) && !kept.contains(id);
+        // What nobody monitors is about to be, or its maker was killed before.
+        let is_quiet = |id: &u128| {
+            let mut paths = self.paths.iter().filter(|(of, _)| of == id);
+            paths.all(|(_, path)| is_quiet(path))
+        };
+        for (id, path) in self.paths.iter().filter(|(id, _)| of_nobody(id)) {
+            if gone.contains(id) || is_quiet(id) {
+                let _ =
+                    if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
+            }
+        }
+    }
+}
+
+/// Whether nobody has changed a file, or a folder and what is in it, for a while. What is gone is quiet.
+fn is_quiet(path: &Path) -> bool {
+    let quiet = |path: &Path| fs::symlink_metadata(path).map_or(true, |file| is_abandoned(&file));
+    quiet(path) && names(path).all(|name| quiet(&path.join(name)))
+}
+
+/// Removes the files of services that nobody may read yet, and that nobody is writing any more.
+fn remove_locked_services(config: &Config) {
+    const BEING_WRITTEN: u32 = 0o600;
+    for (_, file) in service_files(config) {
+        let Ok(found) = fs::symlink_metadata(&file) else { continue };
+        if found.permissions().mode() & 0o777 == BEING_WRITTEN && is_abandoned(&found) {
+            let _ = fs::remove_file(&file);
+        }
+    }
+}
+
+/// Removes services in which no node is alive; returns the ids of the others, or `None` if one of
+/// them cannot be read.
+fn remove_deserted_services<S: Service>(config: &Config) -> Option<HashSet<u128>> {
+    let mut ids = Some(HashSet::new());
+    for (hash, file) in service_files(config) {
+        let Ok(hash) = ServiceHash::try_from(hash.as_str()) else { continue };
+        let found = catch_unwind(AssertUnwindSafe(|| __internal_details::<S>(config, &hash)));
+        let Ok(Ok(Some(service))) = found else {
+            // A file that is still being written has no segment yet.
+            ids = ids.filter(|_| matches!(found, Ok(Ok(None))));
+            continue;
+        };
+        let is_deserted = match &service.dynamic_details {
+            Some(details) => details.nodes.iter().all(|node| matches!(node, NodeState::Dead(_))),
+            // Its creator was killed, or is not there yet.
+            None => fs::symlink_metadata(&file).is_ok_and(|file| is_abandoned(&file)),
+        };
+        let id = u128::from_str_radix(&service.static_details.unique_service_id().to_string(), 16);
+        if is_deserted {
+            // SAFETY: iceoryx2 asks that no other process use the service. None does: no living
+            // node is registered in it, and processes register under the lock that is held here. A
+            // program that knows no lock and registers at this very moment gets a service that others
+            // cannot find, as it would from iceoryx2 itself while the last node leaves.
+            #[allow(unsafe_code)]
+            let _ = unsafe { S::__internal_remove_service(&service.static_details, config) };
+        } else if let (Some(ids), Ok(id)) = (&mut ids, id) {
+            ids.insert(id);
+        } else {
+            ids = None;
+        }
+    }
+    ids
+}
+
+/// Hash and file of each service.
+fn service_files(config: &Config) -> impl Iterator<Item = (String, PathBuf)> {
+    let global = &config.global;
+    let folder = PathBuf::from(global.service_dir().to_string());
+    let prefix = global.prefix.to_string();
+    let suffix = global.service.static_config_storage_suffix.to_string();
+    names(&folder).filter_map(move |name| {
+        let hash = name.strip_prefix(&prefix)?.strip_suffix(&suffix)?.to_owned();
+        Some((hash, folder.join(name)))
+    })
+}
+
+/// Removes from a service those `ports` whose node does not exist.
+///
+/// iceoryx2 removes a dead node's port by its tag, and then takes it out of the service. Whoever is killed
+/// in between leaves a port that iceoryx2 skips ever after, because it has no tag. So it gets one.
+pub(crate) fn remove_strangers<S: Service>(
+    config: &Config,
+    hash: &ServiceHash,
+    ports: &[(UniqueNodeId, u128)],
+    _held: &Held,
+) {
+    if !S::CROSSES_PROCESSES {
+        return;
+    }
+    let _given_up = give_up_file_override();
+    let Some(nodes) = Nodes::<S>::list(config) else { return };
+    let global = &config.global;
+    for (owner, port) in ports.iter().filter(|(owner, _)| !nodes.living.contains(&owner.value())) {
+        let folder = Path::new(&global.node_dir().to_string()).join(owner.value().to_string());
+        let tag = folder.join(format!("{}{port}{}", global.prefix, global.node.port_tag_suffix));
+        let made = DirBuilder::new().recursive(true).mode(0o700).create(&folder);
+        if made.and_then(|()| File::create(tag)).is_ok() {
+            let _ = S::__internal_remove_node_from_service(owner, hash, config);
+        }
+        // Of a node that is dead, and no stranger, the rest is still needed.
+        let _ = fs::remove_dir(folder);
+    }
+}
+
+fn names(folder: &Path) -> impl Iterator<Item = String> + use<> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    entries.filter_map(|entry| entry.file_name().to_str().map(str::to_owned))
+}
+
+fn id_in(name: &str, prefix: &str, suffix: &str) -> Option<u128> {
+    name.strip_prefix(prefix)?.strip_suffix(suffix)?.parse().ok()
+}
