@@ -8,7 +8,7 @@
 //! Nothing is locked while processes exchange frames, and no real-time thread waits for the lock.
 
 use std::fs::{self, File};
-use std::io::{self, Write as _};
+use std::io;
 use std::ops::Deref;
 use std::os::unix::fs::{FileExt as _, MetadataExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
@@ -30,6 +30,9 @@ const END_PATIENCE: Duration = Duration::from_secs(2);
 const PAUSE: Duration = Duration::from_micros(500);
 /// ... and then for one that is stopped.
 const LONG_PAUSE: Duration = Duration::from_millis(20);
+
+/// How many of those who had the lock are remembered.
+const REMEMBERED: usize = 15;
 
 static INTERRUPTED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 
@@ -61,14 +64,26 @@ pub(crate) struct DomainLock {
 #[derive(Debug)]
 struct Place {
     path: PathBuf,
-    /// For those who wait.
+    /// A line for those who wait.
     holder: String,
 }
 
 /// Holds the lock until it is dropped.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 #[must_use = "dropping it releases the lock"]
-pub(crate) struct Held(#[allow(dead_code, reason = "closing it releases the lock")] Option<File>);
+pub(crate) struct Held {
+    /// Closing it releases the lock.
+    _file: Option<File>,
+    before: Vec<u32>,
+}
+
+impl Held {
+    /// Whether a process had the lock a short while ago. It may be dead, and it may have died while it
+    /// had it; in any case it makes and removes nothing now.
+    pub(super) fn was_held_by(&self, process: u32) -> bool {
+        self.before.contains(&process)
+    }
+}
 
 impl DomainLock {
     /// The lock of a domain, for the process that is `name` in it.
@@ -94,7 +109,7 @@ impl DomainLock {
 
     /// Takes the lock if nobody has it; `None`: somebody does.
     pub(crate) fn try_acquire(&self) -> Result<Option<Held>, LockError> {
-        let Some(place) = &self.place else { return Ok(Some(Held(None))) };
+        let Some(place) = &self.place else { return Ok(Some(Held::default())) };
         place.attempt().map_err(|error| place.refused(&error))
     }
 
@@ -128,7 +143,7 @@ impl Place {
     /// Opens and locks the file; `None` when somebody else has it.
     fn attempt(&self) -> io::Result<Option<Held>> {
         loop {
-            let mut file = File::options()
+            let file = File::options()
                 .create(true)
                 .truncate(false)
                 .write(true)
@@ -147,29 +162,39 @@ impl Place {
             if !current.is_ok_and(|current| is_same(&current, &file)) {
                 continue;
             }
-            // For those who wait. That it cannot be written (a full disk) harms nobody.
-            let _ = file.set_len(0).and_then(|()| file.write_all(self.holder.as_bytes()));
-            return Ok(Some(Held(Some(file))));
+            let before = read(&file);
+            let others = before.lines().filter(|line| !self.holder.starts_with(line));
+            let holders =
+                others.take(REMEMBERED).fold(self.holder.clone(), |all, other| all + other + "\n");
+            // That it cannot be written (a full disk) harms nobody.
+            let _ = file.set_len(0).and_then(|()| file.write_all_at(holders.as_bytes(), 0));
+            let pid = |line: &str| line.split_once(' ')?.0.parse().ok();
+            let before = before.lines().filter_map(pid).collect();
+            return Ok(Some(Held { _file: Some(file), before }));
         }
     }
 
     /// Who has the lock, and what others can do about it.
     fn other(&self) -> String {
-        let text = File::open(&self.path).and_then(|file| {
-            let mut bytes = [0; 256];
-            let length = file.read_at(&mut bytes, 0)?;
-            Ok(String::from_utf8_lossy(bytes.get(..length).unwrap_or_default()).into_owned())
-        });
-        let text = text.unwrap_or_default();
-        let Some((pid, name)) = text.trim_end().split_once(' ') else {
-            return format!("a process that starts or ends (it holds {})", self.path.display());
+        let path = self.path.display();
+        let holders = File::open(&self.path).map(|file| read(&file)).unwrap_or_default();
+        let last = holders.lines().next().and_then(|line| line.split_once(' '));
+        // The kernel knows. What the file says may be of the holder before, for a moment.
+        let locks = fs::read_to_string("/proc/locks").unwrap_or_default();
+        let inode = fs::symlink_metadata(&self.path).map(|file| file.ino());
+        let pid = inode.ok().and_then(|inode| flock_holder(&locks, inode));
+        let Some(pid) = pid.or(last.map(|(pid, _)| pid)) else {
+            return format!("a process that starts or ends and holds {path}");
+        };
+        let name = match last {
+            Some((last, name)) if last == pid => format!(" ({name})"),
+            _ => String::new(),
         };
         let (doing, remedy) = match is_stopped(pid) {
             true => ("is stopped while it starts or ends", "continue it (kill -CONT) or end it"),
-            false => ("starts or ends", "this takes milliseconds as a rule"),
+            false => ("starts or ends", "as a rule this takes milliseconds"),
         };
-        let path = self.path.display();
-        format!("process {pid} ({name}), which {doing} and holds {path}; {remedy}")
+        format!("process {pid}{name}, which {doing} and holds {path}; {remedy}")
     }
 
     fn refused(&self, error: &io::Error) -> LockError {
@@ -183,8 +208,27 @@ pub(super) fn path(config: &Config) -> PathBuf {
     Path::new(&root).join(format!("{}isochrone.lock", config.global.prefix))
 }
 
+/// Number and name of those who had the lock, the last first.
+fn read(file: &File) -> String {
+    let mut bytes = [0; 4096];
+    let length = file.read_at(&mut bytes, 0).unwrap_or(0);
+    String::from_utf8_lossy(bytes.get(..length).unwrap_or_default()).into_owned()
+}
+
 fn is_same(named: &fs::Metadata, file: &File) -> bool {
     file.metadata().is_ok_and(|opened| (opened.dev(), opened.ino()) == (named.dev(), named.ino()))
+}
+
+/// The process that has locked the file with this inode, as the kernel lists it in `/proc/locks`.
+fn flock_holder(locks: &str, inode: u64) -> Option<&str> {
+    let inode = inode.to_string();
+    locks.lines().find_map(|line| {
+        // 1: FLOCK  ADVISORY  WRITE 4711 fe:00:123 0 EOF. Whoever waits stands behind an arrow.
+        let mut fields = line.split_whitespace().skip(1);
+        let is_flock = fields.next()? == "FLOCK";
+        let (pid, file) = (fields.nth(2)?, fields.next()?);
+        (is_flock && file.rsplit(':').next() == Some(&inode)).then_some(pid)
+    })
 }
 
 /// Whether a process is stopped by a signal or a debugger.
@@ -243,7 +287,8 @@ mod tests {
     use super::*;
 
     fn lock(folder: &Path) -> DomainLock {
-        let (path, holder) = (folder.join("x.lock"), "77 somebody\n".to_owned());
+        let holder = format!("{} somebody\n", std::process::id());
+        let path = folder.join("x.lock");
         DomainLock { place: Some(Arc::new(Place { path, holder })) }
     }
 
@@ -254,9 +299,23 @@ mod tests {
         let held = lock.acquire().unwrap();
         assert!(lock.try_acquire().unwrap().is_none());
         let waited = lock.acquire_within(Some(Duration::ZERO)).unwrap_err().to_string();
-        assert!(waited.contains("process 77 (somebody)"), "{waited}");
+        let holder = format!("process {} (somebody)", std::process::id());
+        assert!(waited.contains(&holder), "{waited}");
         drop(held);
         assert!(lock.try_acquire().unwrap().is_some());
+    }
+
+    #[test]
+    fn a_holder_that_has_not_written_its_name_yet_is_known_to_the_kernel() {
+        let folder = tempfile::tempdir().unwrap();
+        let lock = lock(folder.path());
+        let _held = lock.acquire().unwrap();
+        fs::write(folder.path().join("x.lock"), "1 the one before\n").unwrap();
+        let waited = lock.acquire_within(Some(Duration::ZERO)).unwrap_err().to_string();
+        let holder = format!("process {}, which", std::process::id());
+        assert!(waited.contains(&holder), "{waited}");
+        assert_eq!(flock_holder("3: POSIX  ADVISORY  WRITE 9 fe:00:7 0 EOF", 7), None);
+        assert_eq!(flock_holder("1: FLOCK  ADVISORY  WRITE 8 fe:00:7 0 EOF", 7), Some("8"));
     }
 
     #[test]

@@ -22,13 +22,14 @@ use iceoryx2::node::{DeadNodeView, Node, NodeState, NodeView};
 use iceoryx2::prelude::CallbackProgression;
 use iceoryx2::service::__internal_details;
 use iceoryx2::service::service_hash::ServiceHash;
+use iceoryx2::unique_id_generator::unique_system_id::UniqueSystemId;
 
 use super::lock::Held;
 use super::segment::{self, Content, is_abandoned};
 use crate::{Service, give_up_file_override};
 
 /// Removes what dead processes left in a domain.
-pub(crate) fn sweep<S: Service>(config: &Config, _held: &Held) {
+pub(crate) fn sweep<S: Service>(config: &Config, held: &Held) {
     if !S::CROSSES_PROCESSES {
         return;
     }
@@ -52,7 +53,7 @@ pub(crate) fn sweep<S: Service>(config: &Config, _held: &Held) {
     }
     remove_locked_services(config);
     nodes.dead.iter().for_each(remove_node);
-    traces.remove_unknown(config, &nodes);
+    traces.remove_unknown(config, &nodes, held);
     let services = remove_deserted_services::<S>(config);
     for segment in &segments {
         let is_dead = match segment.content {
@@ -141,7 +142,7 @@ impl Traces {
     }
 
     /// Removes what belongs to no node that could still use a service.
-    fn remove_unknown<S: Service>(&self, config: &Config, nodes: &Nodes<S>) {
+    fn remove_unknown<S: Service>(&self, config: &Config, nodes: &Nodes<S>, held: &Held) {
         let details = |id: u128| {
             let global = &config.global;
             let name = format!("{}node{}", global.prefix, global.node.static_config_suffix);
@@ -152,13 +153,18 @@ impl Traces {
         let (kept, gone): (HashSet<u128>, HashSet<u128>) =
             nodes.dead.iter().map(|dead| dead.id().value()).partition(|id| details(*id).exists());
         let of_nobody = |id: &u128| !nodes.living.contains(id) && !kept.contains(id);
-        // What nobody monitors is about to be, or its maker was killed before.
+        // What nobody monitors is about to be, or its maker was killed before. Those who had the
+        // lock before us are about nothing.
+        let is_of_holder = |id: u128| {
+            let process = UniqueSystemId::from(id).pid().value();
+            u32::try_from(process).is_ok_and(|process| held.was_held_by(process))
+        };
         let is_quiet = |id: &u128| {
             let mut paths = self.paths.iter().filter(|(of, _)| of == id);
             paths.all(|(_, path)| is_quiet(path))
         };
         for (id, path) in self.paths.iter().filter(|(id, _)| of_nobody(id)) {
-            if gone.contains(id) || is_quiet(id) {
+            if gone.contains(id) || is_of_holder(*id) || is_quiet(id) {
                 let _ =
                     if path.is_dir() { fs::remove_dir_all(path) } else { fs::remove_file(path) };
             }
