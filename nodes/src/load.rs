@@ -23,6 +23,11 @@ pub(crate) fn plan_strictly(path: &Path, strict: bool) -> Result<Plan, Failure> 
     Ok(plan)
 }
 
+/// Refuses a name on the command line that no service can have.
+pub(crate) fn service_name(name: &str) -> Result<(), Failure> {
+    check_service_name(name).map_err(Failure::usage)
+}
+
 /// The warnings of a plan, to be shown in its file.
 pub(crate) fn warnings(plan: &Plan) -> Findings {
     Findings::new(plan.source.clone(), plan.warnings.clone())

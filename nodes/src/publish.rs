@@ -10,8 +10,8 @@ use crate::domain::{self, Domain};
 use crate::failure::Failure;
 use crate::recording::Recording;
 use crate::stop::{Stop, parse_seconds};
-use crate::terminal;
 use crate::wave::{Shape, Wave};
+use crate::{load, terminal};
 
 /// Publish frames of values: constants, waves or a CSV file
 ///
@@ -83,12 +83,14 @@ const MAX_RATE_HZ: f64 = 100_000.0;
 const MIN_RATE_HZ: f64 = 1.0 / 3600.0;
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    load::service_name(&args.service)?;
     let signals = Signals::new(args)?;
     let period_ns = (1e9 / args.rate).round() as u64;
+    let layout = FrameLayout { signals: signals.specs(), period_ns: Some(period_ns) };
+    layout.check().map_err(Failure::usage)?;
     let stop = Stop::on_signal(args.seconds)?;
     let domain = Domain::find(&args.domain)?;
     let participant = domain.join("isochrone/publish")?;
-    let layout = FrameLayout { signals: signals.specs(), period_ns: Some(period_ns) };
     let mut publisher = FramePublisher::<ipc::Service>::open(&participant, &args.service, &layout)
         .map_err(Failure::found)?;
     terminal::note(&format!(

@@ -14,7 +14,7 @@ use crate::domain::{self, Domain};
 use crate::failure::Failure;
 use crate::result_file::ResultFile;
 use crate::stop::{Stop, parse_seconds};
-use crate::{numbers, terminal};
+use crate::{load, numbers, terminal};
 
 /// Print, record or measure the frames of a service
 ///
@@ -61,6 +61,7 @@ const LOOK_INTERVAL: Duration = Duration::from_micros(100);
 const SEARCH_INTERVAL: Duration = Duration::from_millis(5);
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    load::service_name(&args.service)?;
     let csv = args.csv.as_deref().map(create).transpose()?;
     let report_file = args.report.as_deref().map(ResultFile::open).transpose()?;
     let stop = Stop::on_signal(args.seconds)?;

@@ -143,6 +143,7 @@ const CASES: &[Case] = &[
     case("loop", &[("\"rate.{i}.y@prev\"", "§\"rate.{i}.y\"")], &["loop: ramp.0 -> rate.0 -> ramp.0", "@prev"]),
     // Services, which iceoryx2 has to carry.
     case("bad_name", &[("\"plant/saw\"", "§\"\"")], &["name", "empty", "such as \"plant/level\""]),
+    case("bad_name", &[("\"plant/saw\"", "§\" \"")], &["\" \"", "begins or ends with a blank"]),
     case("bad_name", &[("\"plant/analog\"", "§\"plänt\"")], &["\"plänt\"", "'ä'", "ASCII"]),
     case("bad_name", &[("\"plant/saw\"", "§\"iox2://saw\"")], &["\"iox2://saw\"", "iceoryx2 keeps", "choose another"]),
     case("syntax", &[("ob = 35", "ob = §")], &["not TOML"]),
@@ -200,13 +201,13 @@ fn an_error_is_shown_where_it_is_with_the_way_out() {
 }
 
 #[test]
-fn a_service_name_may_be_as_long_as_iceoryx2_allows_and_no_longer() {
-    for (length, code) in [(255, 0), (256, 2)] {
+fn a_service_name_has_at_most_238_bytes() {
+    for (length, code) in [(238, 0), (239, 2)] {
         let text = PLANT.replace("plant/saw", &"s".repeat(length));
         let ran = Folder::with(&[("plant.toml", &text)]).run("check plant.toml");
         assert_eq!(ran.code, code, "{}", ran.err);
         if code == 2 {
-            assert_says(&ran.refused(2), &["[plant.toml:56:11]", "255"]);
+            assert_says(&ran.refused(2), &["[plant.toml:56:11]", "238"]);
         }
     }
 }

@@ -220,7 +220,7 @@ fn what_cannot_be_is_refused_before_anything_starts() {
             2,
             ["--amplitude", "2 values for 1 waves"],
         ),
-        ("publish iox2://x --value 1", 1, ["iox2://", "keeps for itself"]),
+        ("publish iox2://x --value 1", 2, ["iox2://", "keeps for itself"]),
         ("subscribe clock/fast --csv /no/where.csv", 2, ["cannot write", "/no/where.csv"]),
         ("subscribe clock/fast --json", 2, ["--stats", "--json"]),
     ] {

@@ -6,6 +6,10 @@ use thiserror::Error;
 /// it panics beyond.
 pub(crate) const MAX_DOMAIN_BYTES: usize = 120;
 
+/// Most bytes of a service's name. iceoryx2 takes 255; the rest is for the names of services that
+/// belong to one of frames, such as `isochrone/layout/<service>`.
+pub(crate) const MAX_SERVICE_NAME_BYTES: usize = 238;
+
 /// Why [`load_config`](crate::load_config) failed.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum ConfigError {
@@ -119,11 +123,21 @@ pub enum JoinError {
 pub enum ServiceNameError {
     /// The name is empty.
     #[error(
-        "the service name is empty; give 1 to 255 printable ASCII characters, such as \"plant/level\""
+        "the service name is empty; give 1 to {MAX_SERVICE_NAME_BYTES} printable ASCII characters, such as \"plant/level\""
     )]
     Empty,
-    /// The name is longer than 255 bytes.
-    #[error("service name {name:?} is {length} bytes long; at most 255 are possible")]
+    /// The name begins or ends with a blank, or has nothing else.
+    #[error(
+        "service name {name:?} begins or ends with a blank, which nobody sees; leave it out, as in \"plant/level\""
+    )]
+    Blank {
+        /// The name as given.
+        name: String,
+    },
+    /// The name is longer than 238 bytes.
+    #[error(
+        "service name {name:?} is {length} bytes long; at most {MAX_SERVICE_NAME_BYTES} are possible"
+    )]
     TooLong {
         /// The name as given.
         name: String,

@@ -10,6 +10,7 @@ use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVar
 
 use crate::backoff::Backoff;
 use crate::domain::{EndsLocked, Held};
+use crate::error::MAX_SERVICE_NAME_BYTES;
 use crate::{
     FrameHeader, FrameLayout, LayoutError, OpenError, Participant, Service, ServiceNameError,
     give_up_file_override,
@@ -29,11 +30,12 @@ const MAX_BORROWED: usize = 2;
 const BUFFER_BYTES: usize = 1 << 20;
 const BUFFER_FRAMES: (usize, usize) = (2, 256);
 
-/// Says whether `name` can be the name of a service, and if not, why.
+/// Says whether `name` can be the name of a service of frames, and if not, why.
 ///
 /// # Errors
-/// The name is empty, longer than 255 bytes, begins with `iox2://`, or has a character that is
-/// not printable ASCII. (iceoryx2 itself takes control characters except NUL; no tool shows them.)
+/// The name is empty, longer than 238 bytes, begins with `iox2://`, begins or ends with a blank, or
+/// has a character that is not printable ASCII. (iceoryx2 itself takes 255 bytes, and control
+/// characters except NUL; no tool shows them.)
 pub fn check_service_name(name: &str) -> Result<(), ServiceNameError> {
     service_name(name).map(drop)
 }
@@ -47,7 +49,10 @@ fn service_name(name: &str) -> Result<ServiceName, ServiceNameError> {
     if let Some(character) = name.chars().find(|c| !printable(*c)) {
         return Err(ServiceNameError::Character { name: owned(), character });
     }
-    if name.len() > ServiceName::max_len() {
+    if name.trim_matches(' ') != name {
+        return Err(ServiceNameError::Blank { name: owned() });
+    }
+    if name.len() > MAX_SERVICE_NAME_BYTES {
         return Err(ServiceNameError::TooLong { name: owned(), length: name.len() });
     }
     ServiceName::new(name).map_err(|_| ServiceNameError::Reserved { name: owned() })

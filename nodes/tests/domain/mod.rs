@@ -65,11 +65,14 @@ impl Domain {
 
     /// Starts the program in this domain; the arguments are separated by spaces.
     pub(crate) fn start(&self, arguments: &str) -> Process {
+        self.start_with(&arguments.split_whitespace().collect::<Vec<_>>())
+    }
+
+    /// Starts the program in this domain with arguments as they are.
+    pub(crate) fn start_with(&self, arguments: &[&str]) -> Process {
         let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
-        command.args(arguments.split_whitespace()).current_dir(self.folder.path());
-        let lives_in_a_domain =
-            !["simulate", "compare"].iter().any(|verb| arguments.starts_with(verb));
-        if lives_in_a_domain {
+        command.args(arguments).current_dir(self.folder.path());
+        if !["simulate", "compare"].contains(&arguments[0]) {
             command.arg("--iceoryx2-config").arg(self.config_file());
         }
         Process::start(command)
