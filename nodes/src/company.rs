@@ -3,14 +3,15 @@
 use std::io::{BufRead, BufReader, Read};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
 use std::path::{Path, PathBuf};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 
 use isochrone_ipc::{Participant, ipc, load_config, remove_leftovers};
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::Signal;
 
 use crate::failure::Failure;
+use crate::stop::Program;
 
 /// Where the processes live: a folder, and an iceoryx2 domain of its own, so that they meet nothing
 /// else that runs on the machine. Both are gone when this is dropped; drop the processes before.
@@ -71,15 +72,15 @@ impl Company {
         set_up: impl FnOnce(&mut Command) -> &mut Command,
     ) -> Result<Process, Failure> {
         let verb = arguments.first().copied().unwrap_or_default().to_owned();
-        let child = std::env::current_exe().and_then(|program| {
+        let program = std::env::current_exe().and_then(|program| {
             let mut command = Command::new(program);
             // A Ctrl-C of the terminal is for us; we end the children in order.
             command.args(arguments).current_dir(self.path()).process_group(0);
-            set_up(command.stdout(Stdio::piped())).spawn()
+            Program::start(set_up(command.stdout(Stdio::piped())))
         });
-        let child =
-            child.map_err(|error| Failure::found(format!("cannot start {verb}: {error}")))?;
-        Ok(Process { verb, child, ended: false })
+        let program =
+            program.map_err(|error| Failure::found(format!("cannot start {verb}: {error}")))?;
+        Ok(Process { verb, program, ended: false })
     }
 }
 
@@ -96,7 +97,7 @@ impl Drop for Company {
 /// A process of the company. It is killed if nobody ends it before.
 pub(crate) struct Process {
     verb: String,
-    child: Child,
+    program: Program,
     ended: bool,
 }
 
@@ -105,7 +106,7 @@ impl Process {
     /// follows from the first line "{": a JSON document.
     pub(crate) fn document(&mut self, line: impl Fn(&str) + Send + 'static) -> Receiver<String> {
         let (sender, receiver) = channel();
-        if let Some(stdout) = self.child.stdout.take() {
+        if let (Some(stdout), _) = self.program.printed() {
             thread::spawn(move || {
                 let mut stdout = BufReader::new(stdout);
                 let mut text = String::new();
@@ -125,25 +126,19 @@ impl Process {
 
     /// The pipes to its stdin, where one was asked for, and from its stdout, once.
     pub(crate) fn pipes(&mut self) -> (Option<ChildStdin>, Option<ChildStdout>) {
-        (self.child.stdin.take(), self.child.stdout.take())
+        (self.program.stdin(), self.program.printed().0)
     }
 
     /// Why the process ended, if it did so before it was told to.
     pub(crate) fn failure(&mut self) -> Option<Failure> {
-        let status = self.child.try_wait().ok().flatten()?;
+        let status = self.program.ended().ok().flatten()?;
         self.ended = true;
         Some(Failure::found(format!("`isochrone {}` ended early: {status}", self.verb)))
     }
 
     /// Ends the process with SIGTERM and waits for it.
     pub(crate) fn end(&mut self) -> Option<Failure> {
-        if !self.ended
-            && let Ok(pid) = i32::try_from(self.child.id())
-            && let Some(pid) = Pid::from_raw(pid)
-        {
-            let _ = kill_process(pid, Signal::TERM);
-        }
-        let status = self.child.wait();
+        let status = self.program.end();
         let told = Some(Signal::TERM.as_raw());
         self.ended = true;
         match status {
@@ -161,8 +156,7 @@ impl Process {
 impl Drop for Process {
     fn drop(&mut self) {
         if !self.ended {
-            let _ = self.child.kill();
-            let _ = self.child.wait();
+            let _ = self.program.kill();
         }
     }
 }

@@ -56,7 +56,10 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
 #[derive(Parser)]
 #[command(name = "isochrone", version, propagate_version = true)]
 #[command(after_help = "Exit status: 0 done, 1 it ran and found something wrong, 2 usage or \
-    configuration error, 3 nothing to talk to.\nResults go to stdout, progress and logs to stderr.")]
+    configuration error, 3 nothing to talk to.\n\
+    SIGINT (Ctrl-C), SIGTERM and SIGHUP end a verb in order, and the exit status says the same as \
+    without them. Another one, half a second later or more, ends it at once, with 1.\n\
+    Results go to stdout, progress and logs to stderr.")]
 struct Cli {
     #[command(subcommand)]
     verb: Option<Verb>,

@@ -89,6 +89,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let layout = FrameLayout { signals: signals.specs(), period_ns: Some(period_ns) };
     layout.check().map_err(Failure::usage)?;
     let stop = Stop::on_signal(args.seconds)?;
+    stop.keep_time()?;
     let domain = Domain::find(&args.domain)?;
     let participant = domain.join("isochrone/publish")?;
     let mut publisher = FramePublisher::<ipc::Service>::open(&participant, &args.service, &layout)

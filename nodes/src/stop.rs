@@ -1,18 +1,29 @@
-//! Ending on a signal: Ctrl-C, SIGTERM and SIGHUP set a flag that every loop looks at. Programs that
-//! this one started end with it.
+//! Ending on a signal: Ctrl-C, SIGTERM and SIGHUP set a flag that every loop looks at, and the program
+//! ends in order. One that hangs is ended by another signal. Programs that this one started end
+//! with it.
 
 use std::io;
-use std::process::{Child, ChildStderr, ChildStdout, Command, ExitStatus};
+use std::process::{Child, ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 
 use crate::failure::Failure;
+use crate::terminal;
 
-/// Exit status of a program that a second Ctrl-C ends at once.
-const INTERRUPTED: i32 = 130;
+/// Signals within this time are one request to end. `timeout` sends two, one to its program and one
+/// to the group; so does a service manager, or somebody who is impatient. To end at once on the
+/// second would kill the program while it removes its files.
+const ONE_REQUEST: Duration = Duration::from_millis(500);
+
+/// Longest that the last words of a program that hangs may take: whatever it hangs on may be stderr.
+const LAST_WORDS: Duration = Duration::from_millis(100);
+
+/// Exit status of a program that did not end in order: something was wrong.
+const NOT_IN_ORDER: i32 = 1;
 
 /// The flag that ends the program, and when it is to end by itself.
 #[derive(Clone)]
@@ -24,18 +35,17 @@ pub(crate) struct Stop {
 }
 
 impl Stop {
-    /// Sets the flag on a signal; a second signal ends the program at once. `seconds` is how long
-    /// to run; forever if it is not given.
+    /// Sets the flag on a signal; another signal, 500 ms later or more, ends the program at once.
+    /// `seconds` is how long to run; forever if it is not given.
     pub(crate) fn on_signal(seconds: Option<f64>) -> Result<Self, Failure> {
         let flag = Arc::new(AtomicBool::new(false));
         let signalled = flag.clone();
+        let mut first = None;
+        // This runs in a thread of its own, not in the signal's handler.
         ctrlc::set_handler(move || {
-            if signalled.swap(true, Ordering::Relaxed) {
-                // Nothing is dropped on this way out. It is a thread's, not the signal's own.
-                for program in running().iter() {
-                    let _ = kill_process(*program, Signal::TERM);
-                }
-                std::process::exit(INTERRUPTED);
+            signalled.store(true, Ordering::Relaxed);
+            if first.get_or_insert_with(Instant::now).elapsed() >= ONE_REQUEST {
+                end_at_once();
             }
         })
         .map_err(|error| Failure::found(format!("cannot handle signals: {error}")))?;
@@ -54,6 +64,21 @@ impl Stop {
     pub(crate) fn within(&self, run: Duration) -> Self {
         let end = Instant::now().checked_add(run);
         Self { flag: Arc::default(), end, whole: Some(self.flag.clone()) }
+    }
+
+    /// Sets the flag when the time is up, also while nobody asks whether it is: for loops that wait
+    /// for long.
+    pub(crate) fn keep_time(&self) -> Result<(), Failure> {
+        let Some(end) = self.end else { return Ok(()) };
+        let flag = self.flag();
+        let wait = move || {
+            thread::sleep(end.saturating_duration_since(Instant::now()));
+            flag.store(true, Ordering::Relaxed);
+        };
+        match thread::Builder::new().name("end".into()).spawn(wait) {
+            Ok(_) => Ok(()),
+            Err(error) => Err(Failure::found(format!("cannot start a thread: {error}"))),
+        }
     }
 
     /// The flag itself, for loops that are told to stop.
@@ -76,6 +101,25 @@ impl Stop {
     }
 }
 
+/// Ends a program that hangs. Nothing is dropped on this way out.
+fn end_at_once() -> ! {
+    for program in running().iter() {
+        let _ = kill_process(*program, Signal::TERM);
+    }
+    let since = Instant::now();
+    let last_words = thread::Builder::new().spawn(|| {
+        terminal::note(
+            "ended at once by another signal; what it could not remove, the next process of the \
+             domain removes",
+        );
+    });
+    let are_spoken = || last_words.as_ref().map_or(true, JoinHandle::is_finished);
+    while !are_spoken() && since.elapsed() < LAST_WORDS {
+        thread::sleep(Duration::from_millis(1));
+    }
+    std::process::exit(NOT_IN_ORDER);
+}
+
 /// The programs that run, for the way out that drops nothing.
 static RUNNING: Mutex<Vec<Pid>> = Mutex::new(Vec::new());
 
@@ -83,7 +127,7 @@ fn running() -> MutexGuard<'static, Vec<Pid>> {
     RUNNING.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// A program that this one started. It is asked to end when it is dropped, and when a second signal
+/// A program that this one started. It is asked to end when it is dropped, and when another signal
 /// ends this one at once.
 pub(crate) struct Program {
     child: Child,
@@ -103,6 +147,11 @@ impl Program {
         self.child.id()
     }
 
+    /// What it reads, if that is piped; once.
+    pub(crate) fn stdin(&mut self) -> Option<ChildStdin> {
+        self.child.stdin.take()
+    }
+
     /// What it prints, if that is piped; once.
     pub(crate) fn printed(&mut self) -> (Option<ChildStdout>, Option<ChildStderr>) {
         (self.child.stdout.take(), self.child.stderr.take())
@@ -117,6 +166,25 @@ impl Program {
         Ok(status)
     }
 
+    /// Asks it to end, and waits until it did.
+    pub(crate) fn end(&mut self) -> io::Result<ExitStatus> {
+        self.end_with(Signal::TERM)
+    }
+
+    /// Kills it, and waits until it is gone.
+    pub(crate) fn kill(&mut self) -> io::Result<ExitStatus> {
+        self.end_with(Signal::KILL)
+    }
+
+    fn end_with(&mut self, signal: Signal) -> io::Result<ExitStatus> {
+        if self.child.try_wait()?.is_none() {
+            let _ = kill_process(Pid::from_child(&self.child), signal);
+        }
+        let status = self.child.wait();
+        self.forget();
+        status
+    }
+
     /// Its id may be another's as soon as its end was seen.
     fn forget(&self) {
         running().retain(|program| *program != Pid::from_child(&self.child));
@@ -125,12 +193,8 @@ impl Program {
 
 impl Drop for Program {
     fn drop(&mut self) {
-        if let Ok(None) = self.child.try_wait() {
-            // Not SIGKILL, which would leave its own children behind.
-            let _ = kill_process(Pid::from_child(&self.child), Signal::TERM);
-            let _ = self.child.wait();
-        }
-        self.forget();
+        // Not SIGKILL, which would leave its own children behind.
+        let _ = self.end();
     }
 }
 

@@ -1,0 +1,171 @@
+//! How a process ends on signals: in order on the first, whatever comes along with it; at once on
+//! another when it hangs.
+
+mod domain;
+
+use std::io::PipeReader;
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::Duration;
+
+use domain::{Domain, Process, shared_memory};
+use rustix::process::{Pid, Signal, kill_process};
+
+const NODE: &str = r#"
+[node]
+name = "ends"
+[[task]]
+name = "t"
+period = "1ms"
+[[input]]
+name = "x"
+service = "ends/in"
+[[output]]
+service = "ends/out"
+signals = ["x"]
+"#;
+
+/// How often each way to end is tried.
+const ROUNDS: u64 = 100;
+
+/// A publisher, a node and a subscriber are ended at the same time, each with these signals: the
+/// pause follows the first.
+fn end_all_in_order(signals: &[Signal], pause: impl Fn(u64) -> Duration) {
+    let domain = Domain::new();
+    domain.write("node.toml", NODE);
+    for round in 0..ROUNDS {
+        let mut node = domain.start("run node.toml");
+        node.wait_for("runs");
+        let mut publisher = domain.start("publish ends/in --value 1");
+        let mut subscriber = domain.start("subscribe ends/out");
+        subscriber.wait_for("x=");
+        publisher.wait_for("publishing");
+        let processes = [subscriber, node, publisher];
+        for signal in signals {
+            processes.iter().for_each(|process| process.signal(*signal));
+            thread::sleep(pause(round));
+        }
+        for (process, summary) in
+            processes.into_iter().zip([" lost", "release jitter", "published"])
+        {
+            let ended = process.finish().expect_code(0);
+            assert!((ended.stdout + &ended.stderr).contains(summary), "{signals:?}: {summary}");
+        }
+        assert_eq!(domain.leftovers(), Vec::<PathBuf>::new(), "{signals:?} in round {round}");
+    }
+}
+
+#[test]
+fn one_sigint_ends_in_order() {
+    end_all_in_order(&[Signal::INT], |_| Duration::ZERO);
+}
+
+#[test]
+fn one_sigterm_ends_in_order() {
+    end_all_in_order(&[Signal::TERM], |_| Duration::ZERO);
+}
+
+#[test]
+fn two_sigints_in_quick_succession_are_one_request() {
+    end_all_in_order(&[Signal::INT; 2], |round| Duration::from_micros(round % 10 * 800));
+}
+
+#[test]
+fn a_sigterm_and_a_sigint_at_the_same_instant_are_one_request() {
+    end_all_in_order(&[Signal::TERM, Signal::INT], |_| Duration::ZERO);
+}
+
+#[test]
+fn a_signal_when_the_time_is_up_already_does_not_end_a_process_at_once() {
+    let domain = Domain::new();
+    for after_ms in 190..230 {
+        let mut publisher = domain.start("publish ends/in --value 1 --seconds 0.2");
+        publisher.wait_for("publishing");
+        thread::sleep(Duration::from_millis(after_ms));
+        // Unless it has ended: it is not waited for yet, so its id is nobody else's.
+        publisher.signal(Signal::TERM);
+        publisher.finish().expect_code(0);
+        assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
+    }
+}
+
+/// Whether a pipe is so full that its writer waits.
+fn is_full(reader: &PipeReader) -> bool {
+    let bytes = || rustix::io::ioctl_fionread(reader).unwrap();
+    let before = bytes();
+    thread::sleep(Duration::from_millis(50));
+    before > 60_000 && bytes() == before
+}
+
+/// A subscriber that hangs because nobody reads what it prints, and its process id.
+fn hang(domain: &Domain) -> (std::process::Child, Pid) {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
+    command.args(["subscribe", "ends/in", "--iceoryx2-config"]).arg(domain.config_file());
+    let (reader, writer) = std::io::pipe().unwrap();
+    command.stdin(Stdio::null()).stdout(writer.try_clone().unwrap()).stderr(writer);
+    let child = command.spawn().unwrap();
+    let pid = Pid::from_child(&child);
+    while !is_full(&reader) {}
+    // Kept open, unread, until the test ends.
+    std::mem::forget(reader);
+    (child, pid)
+}
+
+#[test]
+fn another_signal_ends_a_process_that_hangs_with_exit_status_1() {
+    let domain = Domain::new();
+    let mut publisher = domain.start("publish ends/in --value 1 --rate 20000");
+    publisher.wait_for("publishing");
+    let (mut hanging, pid) = hang(&domain);
+    kill_process(pid, Signal::TERM).unwrap();
+    thread::sleep(Duration::from_millis(600));
+    assert_eq!(hanging.try_wait().unwrap(), None, "it hangs");
+    kill_process(pid, Signal::INT).unwrap();
+    assert_eq!(hanging.wait().unwrap().code(), Some(1));
+    publisher.stop().expect_code(0);
+}
+
+#[test]
+fn a_demo_that_is_ended_at_once_ends_its_processes_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
+    command.args(["demo", "--seconds", "60"]).env("TMPDIR", folder.path());
+    let mut demo = Process::start(command);
+    demo.wait_for("level.y=");
+    let demo_id = demo.id();
+    let children = children(demo_id);
+    assert_eq!(children.len(), 3);
+    // A node that is stopped keeps the demo from ending in order.
+    let node = Pid::from_raw(children[0]).unwrap();
+    kill_process(node, Signal::STOP).unwrap();
+    demo.signal(Signal::INT);
+    thread::sleep(Duration::from_millis(600));
+    demo.signal(Signal::INT);
+    let ended = demo.finish().expect_code(1);
+    assert!(ended.stderr.contains("ended at once"), "{}", ended.stderr);
+    kill_process(node, Signal::CONT).unwrap();
+    // Nobody may be there who waits for an orphan.
+    let runs = |pid: &i32| {
+        let stat = std::fs::read_to_string(format!("/proc/{pid}/stat"));
+        stat.is_ok_and(|stat| !stat.contains(") Z "))
+    };
+    while children.iter().any(runs) {
+        thread::sleep(Duration::from_millis(10));
+    }
+    let left = shared_memory(&format!("isodemo{}_", demo_id));
+    assert_eq!(left, Vec::<PathBuf>::new());
+}
+
+/// Process ids of a process's children.
+fn children(parent: u32) -> Vec<i32> {
+    let list = std::fs::read_to_string(format!("/proc/{parent}/task/{parent}/children")).unwrap();
+    list.split_whitespace().map(|pid| pid.parse().unwrap()).collect()
+}
+
+#[test]
+fn seconds_end_a_publisher_that_waits_for_a_long_period() {
+    let domain = Domain::new();
+    let ended = domain.run("publish ends/in --value 1 --rate 0.001 --seconds 0.2").expect_code(0);
+    assert!(ended.stdout.contains("published 0 frames"), "{}", ended.stdout);
+}
