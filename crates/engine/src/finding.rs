@@ -2,9 +2,10 @@
 
 use std::fmt;
 use std::ops::Range;
-use std::sync::Arc;
 
-use miette::{Diagnostic, LabeledSpan, NamedSource, Severity, SourceCode};
+use miette::Severity;
+
+use crate::printable::escaped;
 
 /// Kind of a finding, for programs; people read the message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -67,7 +68,7 @@ impl Problem {
         }
     }
 
-    fn severity(self) -> Severity {
+    pub(crate) fn severity(self) -> Severity {
         match self {
             Self::ConstantError | Self::NoEffect => Severity::Warning,
             _ => Severity::Error,
@@ -80,7 +81,7 @@ impl Problem {
 pub struct Finding {
     /// What kind it is of.
     pub problem: Problem,
-    /// What is wrong, in a sentence that names the thing.
+    /// What is wrong, in a sentence that names the thing. Control characters are escaped.
     pub message: String,
     /// Where in the file, in bytes.
     pub span: Range<usize>,
@@ -93,13 +94,19 @@ pub struct Finding {
 impl Finding {
     /// A finding without help.
     pub fn new(problem: Problem, span: Range<usize>, message: impl Into<String>) -> Self {
-        Self { problem, message: message.into(), span, first: None, help: None }
+        Self {
+            problem,
+            message: escaped(&message.into()).into_owned(),
+            span,
+            first: None,
+            help: None,
+        }
     }
 
     /// Says what would be right.
     #[must_use]
     pub fn help(mut self, help: impl Into<String>) -> Self {
-        self.help = Some(help.into());
+        self.help = Some(escaped(&help.into()).into_owned());
         self
     }
 
@@ -147,113 +154,3 @@ impl fmt::Display for Finding {
 }
 
 impl std::error::Error for Finding {}
-
-impl Diagnostic for Finding {
-    fn severity(&self) -> Option<Severity> {
-        Some(self.problem.severity())
-    }
-
-    fn help<'a>(&'a self) -> Option<Box<dyn fmt::Display + 'a>> {
-        self.help.as_ref().map(|help| Box::new(help) as Box<dyn fmt::Display>)
-    }
-
-    fn labels(&self) -> Option<Box<dyn Iterator<Item = LabeledSpan> + '_>> {
-        let first = self.first.clone();
-        let first = first.map(|span| LabeledSpan::new_with_span(Some("the first".into()), span));
-        let here = LabeledSpan::new_primary_with_span(None, self.span.clone());
-        Some(Box::new(std::iter::once(here).chain(first)))
-    }
-}
-
-/// The text of a configuration and the name to show for it.
-#[derive(Clone, Debug)]
-pub struct Source {
-    /// Path of the file, or what stands in its place.
-    pub name: String,
-    /// Content.
-    pub text: Arc<str>,
-}
-
-impl Source {
-    /// A configuration that is in memory.
-    pub fn new(name: impl Into<String>, text: impl Into<Arc<str>>) -> Self {
-        Self { name: name.into(), text: text.into() }
-    }
-
-    /// Line and column, both from 1, of a byte offset; columns count characters.
-    pub fn position(&self, offset: usize) -> (usize, usize) {
-        let before = self.text.get(..offset).unwrap_or(&self.text);
-        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
-        let column = before.get(line_start..).unwrap_or_default().chars().count() + 1;
-        (before.matches('\n').count() + 1, column)
-    }
-}
-
-/// Everything that is wrong with one file. Never empty.
-///
-/// `Display` counts them; `Debug`, which a `main` that returns them prints, has a line for each.
-/// For excerpts of the file, show them with miette.
-#[derive(Clone)]
-pub struct Findings {
-    /// The file.
-    pub source: Source,
-    /// All findings in the order of the file.
-    pub findings: Vec<Finding>,
-    code: Box<NamedSource<Arc<str>>>,
-}
-
-impl Findings {
-    /// Collects findings on a file.
-    pub fn new(source: Source, mut findings: Vec<Finding>) -> Self {
-        findings.sort_by_key(|finding| finding.span.start);
-        let code = NamedSource::new(&source.name, source.text.clone()).with_language("toml");
-        Self { source, findings, code: Box::new(code) }
-    }
-}
-
-impl fmt::Display for Findings {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let warnings = self.findings.iter().filter(|finding| finding.is_warning()).count();
-        let count = |n: usize, what: &str| match n {
-            0 => None,
-            1 => Some(format!("1 {what}")),
-            n => Some(format!("{n} {what}s")),
-        };
-        let counts: Vec<String> =
-            [count(self.findings.len() - warnings, "error"), count(warnings, "warning")]
-                .into_iter()
-                .flatten()
-                .collect();
-        write!(f, "{}: {}", self.source.name, counts.join(" and "))
-    }
-}
-
-impl fmt::Debug for Findings {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{self}")?;
-        for finding in &self.findings {
-            let (line, column) = self.source.position(finding.span.start);
-            write!(f, "\n{}:{line}:{column}: {finding}", self.source.name)?;
-            if let Some(help) = &finding.help {
-                write!(f, " ({help})")?;
-            }
-        }
-        Ok(())
-    }
-}
-
-impl std::error::Error for Findings {}
-
-impl Diagnostic for Findings {
-    fn severity(&self) -> Option<Severity> {
-        self.findings.iter().map(|finding| finding.problem.severity()).max()
-    }
-
-    fn source_code(&self) -> Option<&dyn SourceCode> {
-        Some(&*self.code)
-    }
-
-    fn related<'a>(&'a self) -> Option<Box<dyn Iterator<Item = &'a dyn Diagnostic> + 'a>> {
-        Some(Box::new(self.findings.iter().map(|finding| finding as &dyn Diagnostic)))
-    }
-}

@@ -48,18 +48,23 @@
 pub mod config;
 mod duration;
 mod engine;
+mod excerpt;
 mod finding;
+mod findings;
 mod parse;
 mod plan;
+mod printable;
 mod section;
 mod source;
 mod workload;
 
 pub use duration::{format_duration_ns, parse_duration_ns};
 pub use engine::TaskEngine;
-pub use finding::{Finding, Findings, Problem, Source};
+pub use finding::{Finding, Problem};
+pub use findings::Findings;
 pub use plan::{
     BankPlan, InputPlan, LinkPlan, OutputPlan, Plan, Rules, SignalPlan, TaskPlan, WirePlan,
 };
-pub use source::{MAX_BYTES, ReadError};
+pub use printable::{escaped, escaped_lines};
+pub use source::{MAX_BYTES, ReadError, Source};
 pub use workload::Workload;

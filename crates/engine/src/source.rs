@@ -1,10 +1,18 @@
-//! Reading a configuration file, whatever it may turn out to be.
+//! The text of a configuration, whatever a file may turn out to be.
 
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
+use std::sync::Arc;
 
-use crate::Source;
+/// The text of a configuration and the name to show for it.
+#[derive(Clone, Debug)]
+pub struct Source {
+    /// Path of the file, or what stands in its place.
+    pub name: String,
+    /// Content.
+    pub text: Arc<str>,
+}
 
 /// Longest configuration that is read, in bytes. A million blocks are a few lines (`count`), so a
 /// file beyond this is no configuration.
@@ -51,6 +59,19 @@ pub enum ReadError {
 }
 
 impl Source {
+    /// A configuration that is in memory.
+    pub fn new(name: impl Into<String>, text: impl Into<Arc<str>>) -> Self {
+        Self { name: name.into(), text: text.into() }
+    }
+
+    /// Line and column, both from 1, of a byte offset; columns count characters.
+    pub fn position(&self, offset: usize) -> (usize, usize) {
+        let before = self.text.get(..offset).unwrap_or(&self.text);
+        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+        let column = before.get(line_start..).unwrap_or_default().chars().count() + 1;
+        (before.matches('\n').count() + 1, column)
+    }
+
     /// Reads a file.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         let name = path.display().to_string();
