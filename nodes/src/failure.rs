@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use isochrone_engine::Findings;
+use isochrone_engine::{Findings, escaped_lines};
 use miette::{Diagnostic, Report};
 
 use crate::terminal;
@@ -18,12 +18,12 @@ pub(crate) struct Failure {
 impl Failure {
     /// It ran and found something wrong: exit status 1.
     pub(crate) fn found(what: impl std::fmt::Display) -> Self {
-        Self { status: 1, report: Some(Report::msg(what.to_string())) }
+        Self { status: 1, report: Some(sentence(what)) }
     }
 
     /// The command line or a file is wrong: exit status 2.
     pub(crate) fn usage(what: impl std::fmt::Display) -> Self {
-        Self { status: 2, report: Some(Report::msg(what.to_string())) }
+        Self { status: 2, report: Some(sentence(what)) }
     }
 
     /// A configuration has errors: exit status 2, with each of them shown in the file.
@@ -33,7 +33,7 @@ impl Failure {
 
     /// There is nothing to talk to: exit status 3.
     pub(crate) fn nobody(what: impl std::fmt::Display) -> Self {
-        Self { status: 3, report: Some(Report::msg(what.to_string())) }
+        Self { status: 3, report: Some(sentence(what)) }
     }
 
     /// Whoever read stdout went away (`| head`): the verb ends in silence, exit status 0.
@@ -49,8 +49,12 @@ impl Failure {
     /// Shows the failure on stderr.
     pub(crate) fn report(self) -> ExitCode {
         if let Some(report) = &self.report {
-            terminal::note(&format!("{report:?}"));
+            terminal::note_report(report);
         }
         ExitCode::from(self.status)
     }
+}
+
+fn sentence(what: impl std::fmt::Display) -> Report {
+    Report::msg(escaped_lines(&what.to_string()).into_owned())
 }

@@ -47,7 +47,7 @@ pub(crate) fn keep(read: &Path, written: &Path) -> Result<(), Failure> {
 /// Shows a plan's warnings on stderr, if it has any.
 pub(crate) fn note_warnings(plan: &Plan) {
     if !plan.warnings.is_empty() {
-        terminal::note(&format!("{:?}", miette::Report::new(warnings(plan))));
+        terminal::note_report(&miette::Report::new(warnings(plan)));
     }
 }
 

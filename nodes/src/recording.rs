@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use isochrone_blocks::PinType;
+use isochrone_engine::escaped;
 
 use crate::numbers;
 
@@ -141,11 +142,10 @@ impl Recording {
 /// Text of a file as messages show it, whatever the file may turn out to be.
 fn quoted(text: &str) -> String {
     const SHOWN: usize = 40;
-    let mut shown: String = text.chars().take(SHOWN).flat_map(char::escape_debug).collect();
-    if text.chars().nth(SHOWN).is_some() {
-        shown.push('…');
+    match text.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{}…", escaped(&text[..end])),
+        None => escaped(text).into_owned(),
     }
-    shown
 }
 
 /// The inputs that a column may stand for.

@@ -7,6 +7,7 @@ use std::thread;
 use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_engine::escaped;
 use isochrone_ipc::{Depth, FrameHeader, FrameLayout, FrameSubscriber, ipc};
 use isochrone_timing::{Environment, FrameRecord, LinkTiming, Report};
 
@@ -241,11 +242,26 @@ fn cannot_write(name: &str, error: &std::io::Error) -> Failure {
     }
 }
 
-/// The signals' names, or the channels' numbers where the service does not say.
+/// The signals' names, or the channels' numbers where the service does not say. Whoever made the
+/// service chose the names, so they are escaped, also for a file that somebody will look at.
 fn column_names(layout: &FrameLayout, channels: usize) -> Vec<String> {
     let name = |channel: usize| match layout.signals.get(channel) {
-        Some(signal) if !signal.name.is_empty() => signal.name.clone(),
+        Some(signal) if !signal.name.is_empty() => escaped(&signal.name).into_owned(),
         _ => format!("ch{channel}"),
     };
     (0..channels).map(name).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use isochrone_ipc::SignalSpec;
+
+    use super::*;
+
+    #[test]
+    fn a_name_that_another_process_chose_does_not_reach_the_terminal_as_a_command() {
+        let signals = vec![SignalSpec::new("a\u{1b}[2J\u{9b}", ""), SignalSpec::default()];
+        let layout = FrameLayout { signals, period_ns: None };
+        assert_eq!(column_names(&layout, 2), [r"a\u001b[2J\u009b", "ch1"]);
+    }
 }

@@ -1,21 +1,33 @@
-//! Writing to stdout and stderr. A reader that went away (`| head`) ends the program in silence.
+//! Writing to stdout and stderr. A reader that went away (`| head`) ends the program in silence. Names
+//! come from files and from other processes, so nothing in them reaches a terminal as a command.
 
 use std::io::{self, ErrorKind, IsTerminal, Write};
+
+use isochrone_engine::escaped_lines;
+use miette::Report;
 
 use crate::failure::Failure;
 
 /// Writes a result to stdout.
 pub(crate) fn print(text: &str) -> Result<(), Failure> {
     let mut out = io::stdout().lock();
-    out.write_all(text.as_bytes()).and_then(|()| out.flush()).map_err(|error| match error.kind() {
-        ErrorKind::BrokenPipe => Failure::reader_left(),
-        _ => Failure::found(format!("cannot write to stdout: {error}")),
+    out.write_all(escaped_lines(text).as_bytes()).and_then(|()| out.flush()).map_err(|error| {
+        match error.kind() {
+            ErrorKind::BrokenPipe => Failure::reader_left(),
+            _ => Failure::found(format!("cannot write to stdout: {error}")),
+        }
     })
 }
 
 /// Writes a note for people to stderr. There is no one to tell if that fails.
 pub(crate) fn note(text: &str) {
-    let _ = writeln!(io::stderr(), "{}", text.trim_end());
+    let _ = writeln!(io::stderr(), "{}", escaped_lines(text.trim_end()));
+}
+
+/// Writes what is wrong to stderr. The colours are the renderer's own; whoever makes a report has
+/// escaped what is quoted in it.
+pub(crate) fn note_report(report: &Report) {
+    let _ = writeln!(io::stderr(), "{}", format!("{report:?}").trim_end());
 }
 
 /// Writes a result to stdout as JSON.
