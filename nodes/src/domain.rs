@@ -11,7 +11,8 @@ use crate::failure::Failure;
 #[group(skip)]
 pub(crate) struct Args {
     /// iceoryx2 configuration; its root-path and prefix say which processes see each other.
-    /// Without it iceoryx2's own places are searched: ./config/iceoryx2.toml, ~/.config, /etc
+    /// Without it iceoryx2's own places are searched: ./config/iceoryx2.toml, ~/.config, /etc.
+    /// -v tells which domain it is, and which file says so
     #[arg(long, value_name = "FILE")]
     pub(crate) iceoryx2_config: Option<PathBuf>,
 }

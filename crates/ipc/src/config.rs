@@ -1,12 +1,17 @@
 //! Which iceoryx2 domain to live in.
 
+use std::fs;
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use iceoryx2::config::{Config, ConfigCreationError};
+use iceoryx2::config::Config;
 use iceoryx2::prelude::{FilePath, SemanticString};
+use toml::de::{DeTable, Error as TomlError};
+use tracing::info;
 
 use crate::ConfigError;
+use crate::config_keys::unknown_key;
 use crate::error::MAX_DOMAIN_BYTES;
 
 /// How long a port waits for a peer that is caught in the middle of its creation.
@@ -14,29 +19,35 @@ use crate::error::MAX_DOMAIN_BYTES;
 /// iceoryx2's default is 1 s, and the wait happens inside `send` and `receive`; this caps it.
 const CREATION_TIMEOUT: Duration = Duration::from_millis(20);
 
+/// Larger than any configuration.
+const MAX_BYTES: u64 = 1 << 20;
+
 /// Loads the iceoryx2 configuration: the domain (prefix and root path) that all who talk to each
 /// other must share.
 ///
 /// With `None` the usual places are tried: `./config/iceoryx2.toml`,
-/// `~/.config/iceoryx2/iceoryx2.toml`, `/etc/iceoryx2/iceoryx2.toml`, then the built-in defaults
-/// (silently). Whatever the file says, the creation timeout becomes 20 ms.
+/// `~/.config/iceoryx2/iceoryx2.toml`, `/etc/iceoryx2/iceoryx2.toml`, then the built-in defaults.
+/// Whatever the file says, the creation timeout becomes 20 ms. Which domain it is, and from where, is
+/// an event of `tracing` at the level of `info`.
 ///
 /// # Errors
-/// The given file does not exist, or a file was found but cannot be read or understood.
+/// The given file does not exist, or a file was found but cannot be read or understood. That is more
+/// than iceoryx2 itself refuses: an empty file, a key that it does not know and would ignore, and a
+/// relative root path would each bring the process into a domain that nobody meant.
 pub fn load_config(path: Option<&Path>) -> Result<Config, ConfigError> {
-    let mut config = match path {
-        Some(path) => read(path)?,
-        None => match usual_places().into_iter().find(|path| path.exists()) {
-            Some(path) => read(&path)?,
-            None => Config::default(),
-        },
+    let path = match path {
+        Some(path) => Some(path.to_owned()),
+        None => usual_places().into_iter().find(|path| path.exists()),
     };
+    let mut config = path.as_deref().map_or_else(|| Ok(Config::default()), read)?;
     config.global.creation_timeout = CREATION_TIMEOUT;
     let (root_path, prefix) = (config.global.root_path(), &config.global.prefix);
     if root_path.len() + prefix.len() > MAX_DOMAIN_BYTES {
         let (root_path, prefix) = (root_path.to_string(), prefix.to_string());
         return Err(ConfigError::DomainTooLong { root_path, prefix });
     }
+    let place = path.map_or("the built-in defaults".into(), |path| path.display().to_string());
+    info!("iceoryx2 domain: root path {root_path}, prefix {prefix}, from {place}");
     Ok(config)
 }
 
@@ -51,21 +62,70 @@ fn usual_places() -> Vec<PathBuf> {
 }
 
 fn read(path: &Path) -> Result<Config, ConfigError> {
-    let shown = path.display().to_string();
+    let shown = || path.display().to_string();
     let file = path
         .to_str()
         .and_then(|path| FilePath::new(path.as_bytes()).ok())
-        .ok_or_else(|| ConfigError::UnusablePath { path: shown.clone() })?;
+        .ok_or_else(|| ConfigError::UnusablePath { path: shown() })?;
+    let refused = |error: std::io::Error| match error.kind() {
+        ErrorKind::NotFound => ConfigError::NotFound { path: shown() },
+        _ => ConfigError::Unreadable { path: shown() },
+    };
+    // iceoryx2 reads it as well, see below; a pipe has nothing more to say then.
+    let metadata = fs::metadata(path).map_err(refused)?;
+    if !metadata.is_file() || metadata.len() > MAX_BYTES {
+        return Err(ConfigError::NoFile { path: shown() });
+    }
+    let bytes = fs::read(path).map_err(refused)?;
+    let config = parse(&shown(), &bytes)?;
     // Where iceoryx2 finds no details of a dead node it cleans up in its global configuration's
     // domain, so that should be ours. Only the first call counts; a process has one domain.
     let _ = Config::setup_global_config_from_file(&file);
-    Config::from_file(&file).map_err(|cause| match cause {
-        ConfigCreationError::ConfigFileDoesNotExist => ConfigError::NotFound { path: shown },
-        ConfigCreationError::InsufficientPermissions
-        | ConfigCreationError::UnableToOpenConfigFile
-        | ConfigCreationError::FailedToReadConfigFileContents => {
-            ConfigError::Unreadable { path: shown }
+    Ok(config)
+}
+
+fn parse(path: &str, bytes: &[u8]) -> Result<Config, ConfigError> {
+    let malformed = |text: &str, at: usize, cause: &str| {
+        let (line, column) = position(text, at);
+        ConfigError::Malformed { path: path.to_owned(), line, column, cause: cause.to_owned() }
+    };
+    let text = std::str::from_utf8(bytes).map_err(|error| {
+        let valid = String::from_utf8_lossy(bytes.get(..error.valid_up_to()).unwrap_or_default());
+        malformed(&valid, valid.len(), "this is not UTF-8 text")
+    })?;
+    let no_toml = |error: TomlError| {
+        malformed(text, error.span().map_or(0, |span| span.start), error.message())
+    };
+    let file = DeTable::parse(text).map_err(no_toml)?;
+    if file.get_ref().is_empty() {
+        return Err(ConfigError::Empty { path: path.to_owned() });
+    }
+    if let Some(unknown) = unknown_key(file.get_ref()) {
+        let (line, column) = position(text, unknown.at);
+        return Err(ConfigError::UnknownKey {
+            path: path.to_owned(),
+            line,
+            column,
+            table: unknown.table,
+            key: unknown.key,
+            remedy: unknown.remedy,
+        });
+    }
+    let config: Config = toml::from_str(text).map_err(no_toml)?;
+    let global = file.get_ref().get("global").and_then(|global| global.get_ref().as_table());
+    match global.and_then(|global| global.get("root-path")) {
+        Some(root_path) if !config.global.root_path().as_bytes().starts_with(b"/") => {
+            let (line, column) = position(text, root_path.span().start);
+            let root_path = config.global.root_path().to_string();
+            Err(ConfigError::RelativeRootPath { path: path.to_owned(), line, column, root_path })
         }
-        ConfigCreationError::UnableToDeserializeContents => ConfigError::Malformed { path: shown },
-    })
+        _ => Ok(config),
+    }
+}
+
+/// Line and column, both from 1, of a byte; columns count characters.
+fn position(text: &str, byte: usize) -> (usize, usize) {
+    let before = text.get(..byte).unwrap_or(text);
+    let line = before.rsplit('\n').next().unwrap_or_default();
+    (before.matches('\n').count() + 1, line.chars().count() + 1)
 }

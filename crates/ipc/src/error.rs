@@ -21,7 +21,7 @@ pub enum ConfigError {
         /// The path as given.
         path: String,
     },
-    /// The path is not UTF-8, is empty, is a directory or is longer than iceoryx2 can hold (255 bytes).
+    /// The path is not ASCII, is empty or is longer than iceoryx2 can hold (255 bytes).
     #[error(
         "iceoryx2 configuration {path}: not a usable file path; use an ASCII path of at most 255 bytes"
     )]
@@ -45,13 +45,65 @@ pub enum ConfigError {
         /// The path of the file.
         path: String,
     },
-    /// The file is not TOML or has a value of a wrong type.
+    /// It is a directory, a pipe or a device, or larger than 1 MiB.
     #[error(
-        "iceoryx2 configuration {path}: not a valid iceoryx2 0.10 configuration; compare it with `iox2 config show`"
+        "iceoryx2 configuration {path}: not an ordinary file of at most 1 MiB; give one, or none for the defaults"
+    )]
+    NoFile {
+        /// The path as given.
+        path: String,
+    },
+    /// The file says nothing: iceoryx2 would take its defaults for all of it.
+    #[error(
+        "iceoryx2 configuration {path}: empty; write [global] with a root-path and a prefix, or give no file for the defaults"
+    )]
+    Empty {
+        /// The path of the file.
+        path: String,
+    },
+    /// The file is not TOML or has a value that iceoryx2 does not take.
+    #[error(
+        "iceoryx2 configuration {path}:{line}:{column}: not a valid iceoryx2 0.10 configuration: {cause}; compare it with `iox2 config show`"
     )]
     Malformed {
         /// The path of the file.
         path: String,
+        /// From 1.
+        line: usize,
+        /// From 1, in characters.
+        column: usize,
+        /// What is wrong there.
+        cause: String,
+    },
+    /// The file has a key that iceoryx2 does not know, and would ignore.
+    #[error("iceoryx2 configuration {path}:{line}:{column}: {table} has no key {key:?}; {remedy}")]
+    UnknownKey {
+        /// The path of the file.
+        path: String,
+        /// From 1.
+        line: usize,
+        /// From 1, in characters.
+        column: usize,
+        /// The table that it stands in, such as `[global]`.
+        table: String,
+        /// The key as it is written.
+        key: String,
+        /// What would be right.
+        remedy: String,
+    },
+    /// The root path would be another place for each process that is started elsewhere.
+    #[error(
+        "iceoryx2 configuration {path}:{line}:{column}: root-path {root_path:?} is relative, so each folder would have a domain of its own; begin it with /"
+    )]
+    RelativeRootPath {
+        /// The path of the file.
+        path: String,
+        /// From 1.
+        line: usize,
+        /// From 1, in characters.
+        column: usize,
+        /// The root path.
+        root_path: String,
     },
 }
 

@@ -28,6 +28,7 @@
 
 mod backoff;
 mod config;
+mod config_keys;
 mod domain;
 mod error;
 mod header;

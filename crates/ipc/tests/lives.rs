@@ -270,6 +270,17 @@ fn a_configuration_file_is_read_and_a_bad_one_named() {
     assert!(bad.contains(path.to_str().unwrap()), "{bad}");
     assert!(bad.contains("not a valid iceoryx2 0.10 configuration"), "{bad}");
 
+    std::fs::write(&path, "[global]\nprefx = \"line7_\"\n").unwrap();
+    match load_config(Some(&path)).unwrap_err() {
+        ConfigError::UnknownKey { line, column, key, .. } => {
+            assert_eq!((line, column, key.as_str()), (2, 1, "prefx"));
+        }
+        other => panic!("{other}"),
+    }
+    std::fs::write(&path, "[global]\nroot-path = \"here\"\n").unwrap();
+    let relative = load_config(Some(&path)).unwrap_err();
+    assert!(matches!(relative, ConfigError::RelativeRootPath { line: 2, .. }), "{relative}");
+
     let unusable = load_config(Some(Path::new(""))).unwrap_err();
     assert!(matches!(unusable, ConfigError::UnusablePath { .. }), "{unusable}");
 }
