@@ -14,9 +14,8 @@ use rustix::process::{Pid, Signal, kill_process};
 use crate::failure::Failure;
 use crate::terminal;
 
-/// Signals within this time are one request to end. `timeout` sends two, one to its program and one
-/// to the group; so does a service manager, or somebody who is impatient. To end at once on the
-/// second would kill the program while it removes its files.
+/// Signals within this time are one request to end: `timeout` sends two, one to its program and one
+/// to the group. To end at once on the second would kill the program while it removes its files.
 const ONE_REQUEST: Duration = Duration::from_millis(500);
 
 /// Longest that the last words of a program that hangs may take: whatever it hangs on may be stderr.
@@ -109,8 +108,8 @@ fn end_at_once() -> ! {
     let since = Instant::now();
     let last_words = thread::Builder::new().spawn(|| {
         terminal::note(
-            "ended at once by another signal; what it could not remove, the next process of the \
-             domain removes",
+            "ended at once by another signal, not in order: what it would have said is lost, and \
+             files may be left",
         );
     });
     let are_spoken = || last_words.as_ref().map_or(true, JoinHandle::is_finished);
