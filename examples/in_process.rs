@@ -23,20 +23,17 @@ const FRAMES: u64 = 5;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let participant = Participant::<local::Service>::join("in_process", &load_config(None)?)?;
-    // What a frame holds. A reader of the service finds this in its attributes.
-    let signal = |name: &str| SignalSpec { name: name.into(), value_type: "LREAL".into() };
-    let layout = FrameLayout {
-        signals: vec![signal("level"), signal("level_in_percent")],
-        period_ns: Some(1_000_000),
-    };
+    // What a frame holds. Between processes a LayoutAnnouncer tells the readers; here both ends know.
+    let signals = ["level", "level_in_percent"].map(|name| SignalSpec::new(name, "LREAL"));
+    let layout = FrameLayout { signals: signals.into(), period_ns: Some(1_000_000) };
     // Either end may come first. The reader does here, so that it misses no frame.
-    let mut subscriber = FrameSubscriber::open(&participant, "plant/level", &layout, Depth::All)?;
+    let mut subscriber = FrameSubscriber::open(&participant, "plant/level", 2, Depth::All)?;
 
     thread::scope(|scope| {
         let writer = scope.spawn(|| publish(&participant, &layout).map_err(|e| e.to_string()));
         loop {
             let last_look = writer.is_finished();
-            while let Some(frame) = subscriber.next() {
+            while let Some(frame) = subscriber.next(Monotonic.now_ns()) {
                 // The values stand where the writer put them: nothing was copied.
                 let (header, values) = (frame.header(), frame.values());
                 println!("frame {} of cycle {}: {values:?}", header.sequence, header.cycle);
@@ -58,7 +55,7 @@ fn publish(
     layout: &FrameLayout,
 ) -> Result<(), Box<dyn Error>> {
     // A port belongs to the thread that opens it.
-    let mut publisher = FramePublisher::open(participant, "plant/level", layout)?;
+    let mut publisher = FramePublisher::open(participant, "plant/level", layout)?.plain();
     for cycle in 0..FRAMES {
         let release_ns = Monotonic.now_ns();
         if let Some([level, percent]) = publisher.values_mut() {

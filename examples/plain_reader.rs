@@ -1,5 +1,6 @@
 //! Reads the frames of a service with nothing but iceoryx2: whatever can talk to iceoryx2, in any
-//! of its languages, can talk to an isochrone node. No isochrone crate is used here.
+//! of its languages, can talk to an isochrone node. No isochrone crate is used here. docs/wire.md
+//! is the contract.
 //!
 //! Start a node (`isochrone run examples/level.toml`, or `isochrone demo`), then:
 //!
@@ -18,7 +19,6 @@ use std::time::{Duration, Instant};
 
 use iceoryx2::prelude::*;
 use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError::DoesNotExist;
-use iceoryx2::service::port_factory::PortFactory;
 
 const PATIENCE: Duration = Duration::from_secs(5);
 const POLL: Duration = Duration::from_millis(1);
@@ -27,14 +27,17 @@ const POLL: Duration = Duration::from_millis(1);
 /// are nanoseconds of CLOCK_MONOTONIC.
 #[repr(C)]
 #[derive(Debug, ZeroCopySend)]
-#[type_name("isochrone.FrameHeader.v1")]
+#[type_name("isochrone.FrameHeader.v2")]
 struct FrameHeader {
     sequence: u64,   // 0, 1, 2 ... per publisher; a gap is a loss
     cycle: u64,      // the publisher's cycle, skipped ones included
     release_ns: u64, // when the cycle was due
     publish_ns: u64, // when the frame was sent
-    source_ns: u64,  // when the oldest input behind the values was published; 0: none
+    source_ns: u64,  // when the oldest sample behind the values was published; 0: none
     missed: u64,     // cycles the publisher has lost since its start
+    flags: u64,      // what the values are worth; 0: nothing to say
+    term: u64,       // when the publisher took the service, Unix ns; 0: a plain writer
+    layout: u64,     // which layout the frame has; 0: the publisher does not say
 }
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {
@@ -62,19 +65,24 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         }
     };
 
-    // The attributes tell what the values of a frame are:
-    //   signals    their names, separated by spaces
-    //   types      their types; LREAL, INT, BOOL, TIME and WORD are all exact in an f64
-    //   period_ns  the time between two frames
-    // Similar words are written with a shell's braces: ramp.{0..999}.y is what bash prints for
-    // `echo ramp.{0..999}.y`. LREAL*1000 is that word a thousand times. A list that is too long even
-    // so is left out: a value is known by its place, which is that in `signals` of the [[output]].
+    // What the values of a frame are stands in a message of another service, as JSON. It comes when
+    // a reader comes, and every 500 ms as long as there is one; who does not announce it sends frames
+    // of layout 0. (LREAL, INT, BOOL, TIME and WORD are all exact in an f64.)
+    let layouts = node
+        .service_builder(&format!("isochrone/layout/{name}").as_str().try_into()?)
+        .publish_subscribe::<[u8]>()
+        .subscriber_max_buffer_size(1)
+        .subscriber_max_borrowed_samples(1)
+        .max_publishers(5)
+        .max_subscribers(17)
+        .max_nodes(40)
+        .open_or_create()?
+        .subscriber_builder()
+        .create()?;
     println!("service {name}");
-    for attribute in service.attributes().iter() {
-        println!("  {} = {}", attribute.key(), attribute.value());
-    }
 
     let subscriber = service.subscriber_builder().create()?;
+    let mut layout = None;
     deadline = Instant::now() + PATIENCE;
     while frames_left > 0 {
         let Some(frame) = subscriber.receive()? else {
@@ -85,6 +93,20 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
             node.wait(POLL)?; // ends the program on Ctrl-C
             continue;
         };
+        let number = frame.user_header().layout;
+        while number != 0 && layout != Some(number) && Instant::now() < deadline {
+            // A writer may come back with another layout: the number says which one a frame has.
+            match layouts.receive()? {
+                Some(message) => {
+                    let json = std::str::from_utf8(message.payload())?;
+                    if json.contains(&format!("\"{number:016x}\"")) {
+                        println!("layout {json}");
+                        layout = Some(number);
+                    }
+                }
+                None => node.wait(POLL)?,
+            }
+        }
         println!("{:?}", frame.user_header());
         println!("  {:?}", frame.payload());
         frames_left -= 1;

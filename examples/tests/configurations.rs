@@ -61,13 +61,12 @@ fn every_configuration_steps_without_an_error_of_a_block() {
 }
 
 #[test]
-fn every_output_fits_into_the_attributes_of_a_service() {
+fn every_output_has_a_layout_that_can_be_announced() {
     for path in configurations() {
         for task in plan(&path).tasks {
             for output in task.outputs {
-                let signals = output.signals.iter().map(|signal| SignalSpec {
-                    name: signal.name.clone(),
-                    value_type: signal.value_type.to_string(),
+                let signals = output.signals.iter().map(|signal| {
+                    SignalSpec::new(signal.name.clone(), signal.value_type.to_string())
                 });
                 let layout =
                     FrameLayout { signals: signals.collect(), period_ns: Some(task.period_ns) };

@@ -9,8 +9,8 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 use isochrone_ipc::{
-    Config, Depth, FrameLayout, FramePublisher, FrameSubscriber, Participant, SignalSpec, Stamp,
-    ipc, load_config, remove_leftovers,
+    Announcement, Config, Depth, FrameLayout, FramePublisher, FrameSubscriber, LayoutAnnouncer,
+    Participant, SignalSpec, Stamp, ipc, load_config, remove_leftovers,
 };
 
 const LIMIT: Duration = Duration::from_secs(30);
@@ -92,8 +92,7 @@ fn layout() -> FrameLayout {
         ("ramp.delayedValue", "LREAL"),
         ("heartbeat.value", "INT"),
     ];
-    let signals = signals
-        .map(|(name, value_type)| SignalSpec { name: name.into(), value_type: value_type.into() });
+    let signals = signals.map(|(name, value_type)| SignalSpec::new(name, value_type));
     FrameLayout { signals: signals.into(), period_ns: Some(1_000_000) }
 }
 
@@ -106,10 +105,11 @@ fn ended(child: Child) -> (String, Option<i32>) {
 }
 
 #[test]
-fn a_plain_reader_sees_attributes_headers_and_values() {
+fn a_plain_reader_sees_layout_headers_and_values() {
     let domain = Domain::new();
     let node = domain.join();
     let mut publisher = FramePublisher::open(&node, "plant/level", &layout()).unwrap();
+    let mut announcer = LayoutAnnouncer::open(&node, "plant/level", "level", &layout()).unwrap();
     let mut child = domain.start_reader(&["plant/level", "3"]);
     let started = Instant::now();
     while publisher.subscribers() == 0 && child.try_wait().unwrap().is_none() {
@@ -121,6 +121,7 @@ fn a_plain_reader_sees_attributes_headers_and_values() {
             break;
         }
         assert!(started.elapsed() < LIMIT, "the reader does not end");
+        announcer.tend(&node);
         assert!(publisher.prepare());
         let values = [20736.0, 1.275, 0.01 * cycle as f64, -1.0];
         publisher.values_mut().unwrap().copy_from_slice(&values);
@@ -131,22 +132,31 @@ fn a_plain_reader_sees_attributes_headers_and_values() {
     }
     let (printed, code) = ended(child);
     let (service, frames) = printed.split_at(printed.find("FrameHeader").unwrap());
-    let attributes = layout().to_attributes().unwrap();
-    let attributes = attributes.attributes().iter();
-    let attributes = attributes.map(|each| format!("  {} = {}\n", each.key(), each.value()));
-    assert_eq!(service, format!("service plant/level\n{}", attributes.collect::<String>()));
-    assert!(service.contains("\n  period_ns = 1000000\n"), "{service}");
-    assert_eq!(
-        frames,
-        "FrameHeader { sequence: 0, cycle: 10, release_ns: 10000000, publish_ns: 10000007, \
-         source_ns: 9999500, missed: 2 }\n  [20736.0, 1.275, 0.1, -1.0]\n\
-         FrameHeader { sequence: 1, cycle: 11, release_ns: 11000000, publish_ns: 11000007, \
-         source_ns: 10999500, missed: 2 }\n  [20736.0, 1.275, 0.11, -1.0]\n\
-         FrameHeader { sequence: 2, cycle: 12, release_ns: 12000000, publish_ns: 12000007, \
-         source_ns: 11999500, missed: 2 }\n  [20736.0, 1.275, 0.12, -1.0]\n"
-    );
+    let json = String::from_utf8(Announcement::new("level", &layout()).to_json()).unwrap();
+    assert_eq!(service, format!("service plant/level\nlayout {json}\n"));
+    let number = layout().number();
+    let mut lines = frames.lines();
+    let mut first = None;
+    while let (Some(header), Some(values)) = (lines.next(), lines.next()) {
+        let field = |name: &str| {
+            let (_, rest) = header.split_once(&format!(" {name}: ")).unwrap();
+            rest.split([',', ' ']).next().unwrap().parse::<u64>().unwrap()
+        };
+        let cycle = field("cycle");
+        let first = *first.get_or_insert(cycle);
+        assert_eq!(field("sequence"), cycle - 10);
+        let times = ["release_ns", "publish_ns", "source_ns"].map(field);
+        let release_ns = cycle * 1_000_000;
+        assert_eq!(times, [release_ns, release_ns + 7, release_ns - 500]);
+        assert_eq!(["missed", "flags", "layout"].map(field), [2, 0, number]);
+        assert!(field("term") > 0);
+        let ramp = 0.01 * cycle as f64;
+        assert_eq!(values, format!("  {:?}", [20736.0, 1.275, ramp, -1.0]));
+        assert!(cycle >= first);
+    }
+    assert_eq!(frames.lines().count(), 6, "{frames}");
     assert_eq!(code, Some(0));
-    drop((publisher, node));
+    drop((publisher, announcer, node));
     domain.close();
 }
 
@@ -163,7 +173,7 @@ fn a_plain_reader_gives_up_when_there_is_no_service() {
 fn a_plain_reader_gives_up_when_nobody_publishes() {
     let domain = Domain::new();
     let node = domain.join();
-    let other = FrameSubscriber::open(&node, "plant/quiet", &layout(), Depth::Newest).unwrap();
+    let other = FrameSubscriber::open(&node, "plant/quiet", 4, Depth::Newest).unwrap();
     let (printed, code) = ended(domain.start_reader(&["plant/quiet"]));
     assert!(printed.ends_with("\nno frames on plant/quiet\n"), "{printed}");
     assert_eq!(code, Some(3));

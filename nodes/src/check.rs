@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use isochrone_engine::config::{OnStale, Overrun, Wake};
+use isochrone_engine::config::{Binding, OnStale, Overrun, Wake};
 use isochrone_engine::{
     Findings, InputPlan, OutputPlan, Plan, TaskPlan, WirePlan, format_duration_ns,
 };
@@ -139,7 +139,7 @@ fn schedule(task: &TaskPlan) -> String {
 
 fn origin(input: &InputPlan) -> String {
     match &input.service {
-        Some(service) => format!("{service}[{}]", input.channel),
+        Some(service) => format!("{service}[{}]", input.binding),
         None => "no service (only for simulate)".into(),
     }
 }
@@ -191,6 +191,13 @@ fn named_wires(plan: &Plan, task: usize) -> impl Iterator<Item = NamedWire> {
     })
 }
 
+fn binding_key(binding: &Binding) -> &'static str {
+    match binding {
+        Binding::Channel(_) => "channel",
+        Binding::Signal(_) => "signal",
+    }
+}
+
 fn document(plan: &Plan) -> Value {
     let tasks = plan.tasks.iter().enumerate().map(|(index, task)| {
         json!({
@@ -212,7 +219,10 @@ fn document(plan: &Plan) -> Value {
                 "name": input.name,
                 "type": input.value_type.as_str(),
                 "service": input.service,
-                "channel": input.channel,
+                (binding_key(&input.binding)): match &input.binding {
+                    Binding::Channel(channel) => json!(channel),
+                    Binding::Signal(signal) => json!(signal),
+                },
                 "default": numbers::json(input.default, input.value_type),
                 "max_age_ns": input.max_age_ns,
                 "on_stale": on_stale(input.on_stale),

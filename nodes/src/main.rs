@@ -10,7 +10,9 @@
     )
 )]
 
+mod alarms;
 mod bench;
+mod bindings;
 mod blocks;
 mod check;
 mod company;
@@ -21,6 +23,8 @@ mod doctor;
 mod domain;
 mod failure;
 mod gate;
+mod inputs;
+mod layouts;
 mod load;
 mod logging;
 mod numbers;
@@ -38,6 +42,7 @@ mod task;
 mod telemetry;
 mod terminal;
 mod throttling;
+mod transcript;
 mod wave;
 
 use std::process::ExitCode;

@@ -1,9 +1,17 @@
 //! `publish`: a publisher process.
 
 use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::channel;
+use std::thread::{self, Scope, Thread};
+use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Cyclic, Monotonic, Schedule, Wake};
-use isochrone_ipc::{FrameLayout, FramePublisher, SignalSpec, Stamp, ipc};
+use isochrone_ipc::{
+    FrameLayout, FramePublisher, LayoutAnnouncer, OpenError, Participant, Repair, SignalSpec,
+    Stamp, ipc,
+};
 use serde_json::json;
 
 use crate::domain::{self, Domain};
@@ -81,6 +89,10 @@ pub(crate) struct Args {
 
 const MAX_RATE_HZ: f64 = 100_000.0;
 const MIN_RATE_HZ: f64 = 1.0 / 3600.0;
+/// From the announcement of the layout to the first frame: a node looks for layouts every 20 ms.
+const HEAD_START_NS: u64 = 50_000_000;
+/// How often a reader that came is looked for.
+const LOOK_INTERVAL: Duration = Duration::from_millis(20);
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     load::service_name(&args.service)?;
@@ -94,38 +106,43 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let participant = domain.join("isochrone/publish")?;
     let mut publisher = FramePublisher::<ipc::Service>::open(&participant, &args.service, &layout)
         .map_err(Failure::found)?;
-    terminal::note(&format!(
-        "publishing {} on \"{}\" at {} Hz. Ctrl-C ends it.",
-        layout.signals.iter().map(|signal| signal.name.as_str()).collect::<Vec<_>>().join(", "),
-        args.service,
-        args.rate
-    ));
-
+    let repair = publisher.repair();
     let schedule = Schedule::every(period_ns, Wake::Sleep);
-    let mut cyclic = Cyclic::new(Monotonic, schedule, Monotonic.now_ns() + period_ns, stop.flag());
     let count = args.count.or(signals.frames());
-    let mut repair = publisher.repair();
-    let mut frame = 0;
-    while count.is_none_or(|count| frame < count) && !stop.is_due() {
-        let Some(release) = cyclic.wait() else { break };
-        if let Some(values) = publisher.values_mut() {
-            // A wave follows the grid, a recording the frames: no row is left out.
-            signals.write(frame, release.cycle as f64 * period_ns as f64 / 1e9, values);
+    let mut missed = 0;
+    thread::scope(|scope| {
+        let _announcing = Announcing::start(scope, &participant, &args.service, &layout, repair)?;
+        terminal::note(&format!(
+            "publishing {} on \"{}\" at {} Hz. Ctrl-C ends it.",
+            layout.signals.iter().map(|signal| signal.name.as_str()).collect::<Vec<_>>().join(", "),
+            args.service,
+            args.rate
+        ));
+        // Readers that wait learn first what the frames will be.
+        let epoch_ns = Monotonic.now_ns() + period_ns.max(HEAD_START_NS);
+        let mut cyclic = Cyclic::new(Monotonic, schedule, epoch_ns, stop.flag());
+        let mut frame = 0;
+        while count.is_none_or(|count| frame < count) && !stop.is_due() {
+            let Some(release) = cyclic.wait() else { break };
+            if let Some(values) = publisher.values_mut() {
+                // A wave follows the grid, a recording the frames: no row is left out.
+                signals.write(frame, release.cycle as f64 * period_ns as f64 / 1e9, values);
+            }
+            let stamp = Stamp {
+                cycle: release.cycle,
+                release_ns: release.release_ns,
+                source_ns: 0,
+                missed: release.missed,
+            };
+            publisher.send(stamp, || Monotonic.now_ns());
+            publisher.prepare();
+            frame += 1;
         }
-        let stamp = Stamp {
-            cycle: release.cycle,
-            release_ns: release.release_ns,
-            source_ns: 0,
-            missed: release.missed,
-        };
-        publisher.send(stamp, || Monotonic.now_ns());
-        publisher.prepare();
-        repair.tend(&participant);
-        frame += 1;
-    }
+        missed = cyclic.missed();
+        Ok::<_, Failure>(())
+    })?;
     let counters = publisher.counters();
-    let (sent, unsent, missed) =
-        (counters.sent, counters.unsent + counters.send_errors, cyclic.missed());
+    let (sent, unsent) = (counters.sent, counters.unsent + counters.send_errors);
     if args.json {
         return terminal::print_json(&json!({
             "service": args.service, "frames": sent, "unsent": unsent, "missed": missed,
@@ -135,6 +152,52 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         "published {sent} frames on \"{}\", {unsent} could not be sent, {missed} releases missed\n",
         args.service
     ))
+}
+
+/// The thread that tells what the frames are, however seldom those are sent, and makes good failed
+/// connections. It ends when this is dropped.
+struct Announcing {
+    is_over: Arc<AtomicBool>,
+    thread: Thread,
+}
+
+impl Announcing {
+    fn start<'scope>(
+        scope: &'scope Scope<'scope, '_>,
+        participant: &'scope Participant<ipc::Service>,
+        service: &'scope str,
+        layout: &'scope FrameLayout,
+        mut repair: Repair,
+    ) -> Result<Self, Failure> {
+        let is_over = Arc::new(AtomicBool::new(false));
+        let over = is_over.clone();
+        let (ready, is_ready) = channel::<Result<(), OpenError>>();
+        let thread = scope.spawn(move || {
+            // A port belongs to the thread that opens it.
+            let opened = LayoutAnnouncer::open(participant, service, "publish", layout);
+            let mut announcer = match opened {
+                Ok(announcer) => announcer,
+                Err(error) => return drop(ready.send(Err(error))),
+            };
+            let _ = ready.send(Ok(()));
+            while !over.load(Ordering::Relaxed) {
+                announcer.tend(participant);
+                repair.tend(participant);
+                thread::park_timeout(LOOK_INTERVAL);
+            }
+        });
+        let announcing = Self { is_over, thread: thread.thread().clone() };
+        let gone = |_| Failure::found("the thread that announces the layout ended in its start");
+        is_ready.recv().map_err(gone)?.map_err(Failure::found)?;
+        Ok(announcing)
+    }
+}
+
+impl Drop for Announcing {
+    fn drop(&mut self) {
+        self.is_over.store(true, Ordering::Relaxed);
+        self.thread.unpark();
+    }
 }
 
 /// What the channels carry.
@@ -186,8 +249,7 @@ impl Signals {
             Self::Recording(recording) => recording.columns().to_vec(),
         };
         // Untyped: whether a sample fits its input is for the input to say, sample by sample.
-        let spec = |name| SignalSpec { name, value_type: String::new() };
-        names.into_iter().map(spec).collect()
+        names.into_iter().map(|name| SignalSpec::new(name, "")).collect()
     }
 
     /// Frames that there are, if their number is limited.

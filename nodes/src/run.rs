@@ -9,13 +9,12 @@ use isochrone_cyclic::{Clock, Monotonic, Refusal, StopReason, ThreadGrant, prepa
 use isochrone_engine::config::EPOCH_OFFSET_NS;
 use isochrone_engine::{Finding, Findings, Plan, Problem, TaskEngine};
 use isochrone_ipc::{Participant, Repair, ipc};
-use isochrone_timing::{
-    CycleRecord, Environment, LinkReport, Report, TaskReport, TaskTiming, Warning,
-};
+use isochrone_timing::{CycleRecord, Environment, Report, TaskReport, TaskTiming, Warning};
 use rtrb::{Consumer, RingBuffer};
 
 use crate::domain::{self, Domain};
 use crate::failure::Failure;
+use crate::layouts::{self, Resolver};
 use crate::result_file::ResultFile;
 use crate::service::Service;
 use crate::stop::{Stop, parse_seconds};
@@ -161,14 +160,21 @@ pub(crate) fn run_tasks(
                 .map_err(|error| Failure::found(format!("cannot start a thread: {error}")))?;
             threads.push((thread, start));
             let timing = TaskTiming::new(task.period_ns);
-            watches.push(Watch { timing, consumer, is_ready, repairs: Vec::new() });
+            watches.push(Watch {
+                timing,
+                consumer,
+                is_ready,
+                repairs: Vec::new(),
+                resolvers: Vec::new(),
+            });
         }
 
         // Dropping `start` without a word, as every early return does, ends the threads.
         let grants = watches
             .iter_mut()
-            .map(Watch::granted)
+            .map(|watch| watch.granted(participant))
             .collect::<Result<Vec<ThreadGrant>, Failure>>()?;
+        let mut announcers = layouts::announcers(participant, plan).map_err(Failure::found)?;
         report.warnings.extend(grants.iter().flat_map(|grant| &grant.refusals).map(warning));
         if options.strict && !report.warnings.is_empty() {
             let refusals: Vec<String> = report.warnings.iter().map(sentence).collect();
@@ -194,6 +200,12 @@ pub(crate) fn run_tasks(
                 for repair in &mut watch.repairs {
                     repair.tend(participant);
                 }
+                for resolver in &mut watch.resolvers {
+                    resolver.tend(participant);
+                }
+            }
+            for announcer in &mut announcers {
+                announcer.tend(participant);
             }
             observer.look();
             telemetry.publish(participant);
@@ -205,11 +217,12 @@ pub(crate) fn run_tasks(
         for (index, (((thread, _), mut watch), (task, grant))) in tasks.enumerate() {
             let outcome = thread.join().map_err(|_| Failure::found("a task's thread panicked"))?;
             watch.drain(|record| observer.record(index, record));
+            report.warnings.extend(watch.resolvers.iter_mut().flat_map(Resolver::alarms));
             let Some(outcome) = outcome else { continue };
             if outcome.stop_reason == Some(StopReason::Overrun) {
                 overrun = Some(overrun_sentence(&task.name, watch.timing.missed()));
             }
-            report.links.extend(links(&outcome));
+            report.links.extend(outcome.links.iter().cloned());
             report.tasks.push(TaskReport {
                 wake: check::wake(task.wake).into(),
                 scheduler: grant.scheduler,
@@ -228,14 +241,17 @@ struct Watch {
     consumer: Consumer<CycleRecord>,
     is_ready: Receiver<Result<Ready, Failure>>,
     repairs: Vec<Repair>,
+    resolvers: Vec<Resolver>,
 }
 
 impl Watch {
     /// Waits for the end of the task's set-up.
-    fn granted(&mut self) -> Result<ThreadGrant, Failure> {
+    fn granted(&mut self, participant: &Participant<ipc::Service>) -> Result<ThreadGrant, Failure> {
         let gone = |_| Failure::found("a task's thread ended during its set-up");
         let ready = self.is_ready.recv().map_err(gone)??;
         self.repairs = ready.repairs;
+        let resolvers = ready.desks.into_iter().map(|desk| Resolver::open(participant, desk));
+        self.resolvers = resolvers.collect::<Result<_, _>>().map_err(Failure::found)?;
         Ok(ready.grant)
     }
 
@@ -267,16 +283,6 @@ fn task_report(report: TaskReport, outcome: &Outcome) -> TaskReport {
         lost_snapshots: outcome.lost_snapshots,
         ..report
     }
-}
-
-/// The frames that the node received and sent. How long they took is for their readers to say.
-fn links(outcome: &Outcome) -> impl Iterator<Item = LinkReport> {
-    outcome.received.iter().chain(&outcome.sent).map(|(service, frames, lost)| LinkReport {
-        service: service.clone(),
-        frames: *frames,
-        lost: *lost,
-        ..LinkReport::default()
-    })
 }
 
 pub(crate) fn warning(refusal: &Refusal) -> Warning {

@@ -10,11 +10,13 @@ use isochrone_cyclic::{
 };
 use isochrone_engine::{TaskEngine, TaskPlan};
 use isochrone_ipc::{Participant, Repair, give_up_file_override, ipc};
-use isochrone_timing::{CycleRecord, DEFAULT_WARM_UP_CYCLES};
+use isochrone_timing::{CycleRecord, DEFAULT_WARM_UP_CYCLES, LinkReport};
 use rtrb::Producer;
 
+use crate::bindings::Desk;
 use crate::failure::Failure;
-use crate::ports::{InputPorts, OutputPorts};
+use crate::inputs::InputPorts;
+use crate::ports::OutputPorts;
 use crate::telemetry::Tap;
 
 /// What a task's thread is given.
@@ -38,6 +40,8 @@ pub(crate) struct Ready {
     pub(crate) grant: ThreadGrant,
     /// For each of its ports.
     pub(crate) repairs: Vec<Repair>,
+    /// For each service that it reads.
+    pub(crate) desks: Vec<Desk>,
 }
 
 /// What a task's thread has to say in the end.
@@ -59,10 +63,8 @@ pub(crate) struct Outcome {
     pub(crate) connect_errors: u64,
     /// Snapshots of its signals that did not become telemetry.
     pub(crate) lost_snapshots: u64,
-    /// Service, number of frames received, and number that newer ones pushed out.
-    pub(crate) received: Vec<(String, u64, u64)>,
-    /// Service, number of frames sent, and number that could not be sent.
-    pub(crate) sent: Vec<(String, u64, u64)>,
+    /// What it received and sent. How long that took is for the readers to say.
+    pub(crate) links: Vec<LinkReport>,
 }
 
 /// Runs a task to its end. `None`: it did not come to run, and `ready` was told why, or the node
@@ -71,7 +73,7 @@ pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
     let _end = EndOfNode(job.stop.clone());
     let ports = InputPorts::open(job.participant, job.plan)
         .and_then(|inputs| Ok((inputs, OutputPorts::open(job.participant, job.plan)?)));
-    let (mut inputs, mut outputs) = match ports {
+    let ((mut inputs, desks), mut outputs) = match ports {
         Ok(ports) => ports,
         Err(error) => {
             let _ = job.ready.send(Err(Failure::found(error)));
@@ -88,7 +90,7 @@ pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
     // Every task: without a priority, too, a half-made peer would hold it up for ever.
     let _given_up = give_up_file_override();
     let repairs = inputs.repairs().chain(outputs.repairs()).collect();
-    job.ready.send(Ok(Ready { grant, repairs })).ok()?;
+    job.ready.send(Ok(Ready { grant, repairs, desks })).ok()?;
     let epoch_ns = job.epoch_ns.recv().ok()?;
 
     let mut cyclic = Cyclic::new(Monotonic, schedule(job.plan), epoch_ns, job.stop.clone());
@@ -141,11 +143,7 @@ pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
         connects: inputs.connects() + outputs.connects(),
         connect_errors: inputs.connect_errors() + outputs.connect_errors(),
         lost_snapshots: job.tap.lost(),
-        received: inputs
-            .received()
-            .map(|(service, n, lost)| (service.to_owned(), n, lost))
-            .collect(),
-        sent: outputs.sent().map(|(service, n, lost)| (service.to_owned(), n, lost)).collect(),
+        links: inputs.links().chain(outputs.links()).collect(),
     })
 }
 

@@ -11,8 +11,8 @@
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::{Plan, TaskPlan};
 use isochrone_ipc::{
-    FrameLayout, FramePublisher, OpenError, Participant, Repair, SignalSpec, Stamp,
-    give_up_file_override, ipc,
+    FrameLayout, FramePublisher, LayoutAnnouncer, OpenError, Participant, Repair, SignalSpec,
+    Stamp, give_up_file_override, ipc,
 };
 use isochrone_timing::{CycleRecord, Warning};
 use rtrb::{Consumer, Producer, RingBuffer};
@@ -66,6 +66,7 @@ impl Tap {
 /// The end in the ordinary thread.
 pub(crate) struct Telemetry {
     publisher: FramePublisher<ipc::Service>,
+    announcer: LayoutAnnouncer<ipc::Service>,
     repair: Repair,
     values: Vec<f64>,
     sources: Vec<Source>,
@@ -124,9 +125,13 @@ impl Telemetry {
         }
         let values = vec![0.0; signals.len()];
         let layout = FrameLayout { signals, period_ns: None };
-        let publisher = FramePublisher::open(participant, &Self::service(&plan.node), &layout)?;
+        let service = Self::service(&plan.node);
+        let publisher = FramePublisher::open(participant, &service, &layout)?;
+        let announcer = LayoutAnnouncer::open(participant, &service, &plan.node, &layout)?;
         let repair = publisher.repair();
-        Ok((Self { publisher, repair, values, sources, frames: 0, fresh: false }, taps))
+        let telemetry =
+            Self { publisher, announcer, repair, values, sources, frames: 0, fresh: false };
+        Ok((telemetry, taps))
     }
 
     /// Notes a cycle of a task; the newest before [`publish`](Self::publish) is shown.
@@ -148,6 +153,7 @@ impl Telemetry {
     /// Publishes the newest snapshot of every task, if there is anything new.
     pub(crate) fn publish(&mut self, participant: &Participant<ipc::Service>) {
         self.repair.tend(participant);
+        self.announcer.tend(participant);
         for source in &mut self.sources {
             let channels = self.values.get_mut(source.signals.clone()).unwrap_or_default();
             while !channels.is_empty()

@@ -19,7 +19,7 @@ fn the_demo_shows_live_values_and_ends_with_a_summary_of_jitter_and_latency() {
     let mut demo = demo(&["demo", "--seconds", "4"]);
     demo.wait_for("level.y=");
     let ended = demo.finish().expect_code(0);
-    for part in ["task fast", "release jitter", "link plant/level", "one-way", "end-to-end"] {
+    for part in ["task fast", "release jitter", "link plant/level", "last hop", "end to end"] {
         assert!(ended.stdout.contains(part), "{part}\n{}", ended.stdout);
     }
 }
@@ -54,7 +54,7 @@ fn a_signal_ends_the_demo_with_its_summary_and_leaves_nothing() {
     assert!(!shared_memory(&prefix).is_empty(), "the demo has a domain of its own");
     demo.signal(Signal::TERM);
     let ended = demo.finish().expect_code(0);
-    assert!(ended.stdout.contains("one-way"), "{}", ended.stdout);
+    assert!(ended.stdout.contains("last hop"), "{}", ended.stdout);
     assert_eq!(shared_memory(&prefix), Vec::<std::path::PathBuf>::new());
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "the folder is gone");
 }

@@ -201,7 +201,7 @@ fn an_error_is_shown_where_it_is_with_the_way_out() {
 }
 
 #[test]
-fn a_service_name_has_at_most_238_bytes() {
+fn a_service_name_may_be_as_long_as_that_of_its_layouts_allows_and_no_longer() {
     for (length, code) in [(238, 0), (239, 2)] {
         let text = PLANT.replace("plant/saw", &"s".repeat(length));
         let ran = Folder::with(&[("plant.toml", &text)]).run("check plant.toml");

@@ -45,7 +45,7 @@ fn every_release_missed_while_the_process_was_frozen_is_counted_and_told_on_the_
     // A freeze before the first release would leave no frame to compare with.
     let first = Cell::new(None);
     node.wait_until("a frame", |_, _| {
-        first.set(frames.borrow_mut().next().map(|frame| *frame.header()));
+        first.set(frames.borrow_mut().next(0).map(|frame| *frame.header()));
         first.get().is_some()
     });
     let mut last = first.get().unwrap();
@@ -56,7 +56,7 @@ fn every_release_missed_while_the_process_was_frozen_is_counted_and_told_on_the_
 
     let mut longest = 0;
     let mut first_cycle = None;
-    while let Some(frame) = frames.next() {
+    while let Some(frame) = frames.next(0) {
         let header = *frame.header();
         // An endless saw of one cycle a step counts cycles from the first that ran: time goes on
         // while cycles are missed.

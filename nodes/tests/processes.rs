@@ -64,7 +64,7 @@ fn sigint_and_sigterm_end_every_verb_with_its_summary() {
         // A stats subscriber that saw nothing would say so.
         std::thread::sleep(std::time::Duration::from_millis(50));
         for (process, summary) in [
-            (stats, "one-way"),
+            (stats, "last hop"),
             (lines, "0 lost"),
             (node, "release jitter"),
             (publisher, "published"),

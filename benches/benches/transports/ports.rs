@@ -64,12 +64,12 @@ impl Ports {
     fn open(place: &str, values: usize, out: &str, back: &str) -> Result<Self, Failure> {
         let config = load_config(Some(Path::new(place)))?;
         let participant = Participant::<ipc::Service>::join("isochrone/transports", &config)?;
-        let signal = |i| SignalSpec { name: format!("v{i}"), value_type: String::new() };
+        let signal = |i| SignalSpec::new(format!("v{i}"), "");
         let words = room(values).len();
         let layout = FrameLayout { signals: (0..words).map(signal).collect(), period_ns: None };
         let name = |way| format!("transports/{values}/{way}");
-        let publisher = FramePublisher::open(&participant, &name(out), &layout)?;
-        let subscriber = FrameSubscriber::open(&participant, &name(back), &layout, Depth::All)?;
+        let publisher = FramePublisher::open(&participant, &name(out), &layout)?.plain();
+        let subscriber = FrameSubscriber::open(&participant, &name(back), words, Depth::All)?;
         Ok(Self { publisher, subscriber })
     }
 }
@@ -85,8 +85,9 @@ impl Wire for Ports {
     }
 
     fn receive(&mut self, words: &mut [u64]) -> Result<(), Failure> {
+        let now_ns = Monotonic.now_ns();
         loop {
-            if let Some(frame) = self.subscriber.next() {
+            if let Some(frame) = self.subscriber.next(now_ns) {
                 let values = frame.values().iter();
                 words.iter_mut().zip(values).for_each(|(word, value)| *word = value.to_bits());
                 return Ok(());

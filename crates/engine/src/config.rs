@@ -93,8 +93,8 @@ pub struct Input {
     pub value_type: Option<PinType>,
     /// Service that carries it.
     pub service: Option<Spanned<String>>,
-    /// Index in the service's frame.
-    pub channel: u32,
+    /// Where it is in the service's frame.
+    pub binding: Binding,
     /// Task that reads it.
     pub task: Option<Spanned<String>>,
     /// Value before the first sample.
@@ -103,6 +103,25 @@ pub struct Input {
     pub max_age_ns: Option<u64>,
     /// What a stale input reads.
     pub on_stale: OnStale,
+}
+
+/// How an input finds its value in a frame.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Binding {
+    /// By its place, from 0.
+    Channel(usize),
+    /// By the name that the publisher announces for it.
+    Signal(String),
+}
+
+impl std::fmt::Display for Binding {
+    /// The place or the name.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Channel(channel) => channel.fmt(f),
+            Self::Signal(signal) => signal.fmt(f),
+        }
+    }
 }
 
 /// What a stale input reads.

@@ -15,7 +15,7 @@ pub struct TaskEngine {
     image: Box<[f64]>,
     state: Box<[u64]>,
     inputs: Box<[Input]>,
-    /// When each source's present value was published; 0: never. Inputs first, then the imported
+    /// When the oldest sample behind each source's present value was published; 0: never. Inputs first, then the imported
     /// values, as in the image.
     sources_ns: Box<[u64]>,
     imports: Box<[Import]>,
@@ -136,12 +136,13 @@ impl TaskEngine {
         }
     }
 
-    /// Sets an input, by its index in the plan, to a sample published at `publish_ns`. `false`: its
-    /// type cannot hold the sample, and the last good value stays.
-    pub fn set_input(&mut self, input: usize, sample: f64, publish_ns: u64) -> bool {
+    /// Sets an input, by its index in the plan, to a sample that stems from `source_ns`: when the
+    /// oldest sample that it was computed from was published, or it itself. `false`: its type cannot
+    /// hold the sample, and the last good value stays.
+    pub fn set_input(&mut self, input: usize, sample: f64, source_ns: u64) -> bool {
         let holds = self.inputs.get(input).is_some_and(|input| input.value_type.holds(sample));
         if holds {
-            self.write_input(input, sample, publish_ns);
+            self.write_input(input, sample, source_ns);
         }
         holds
     }
@@ -153,12 +154,12 @@ impl TaskEngine {
         }
     }
 
-    fn write_input(&mut self, input: usize, value: f64, publish_ns: u64) {
+    fn write_input(&mut self, input: usize, value: f64, source_ns: u64) {
         if let Some(slot) = self.image.get_mut(input) {
             *slot = value;
         }
-        if let Some(source_ns) = self.sources_ns.get_mut(input) {
-            *source_ns = publish_ns;
+        if let Some(source) = self.sources_ns.get_mut(input) {
+            *source = source_ns;
         }
     }
 
@@ -170,7 +171,8 @@ impl TaskEngine {
         }
     }
 
-    /// When the oldest sample that an output is computed from was published; 0: from none.
+    /// When the oldest sample that an output is computed from was published, in this node or in one
+    /// before it; 0: from none.
     pub fn output_source_ns(&self, output: usize) -> u64 {
         let sources = self.outputs.get(output).map_or(&[][..], |output| &output.sources);
         oldest_ns(&self.sources_ns, sources)

@@ -5,8 +5,8 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::config::{
-    Block, Config, Connection, EPOCH_OFFSET_NS, Input, OnStale, Output, Overrun, OverrunLimit,
-    Task, Wake,
+    Binding, Block, Config, Connection, EPOCH_OFFSET_NS, Input, OnStale, Output, Overrun,
+    OverrunLimit, Task, Wake,
 };
 use crate::duration::parse_duration_ns;
 use crate::finding::Problem;
@@ -30,6 +30,9 @@ const NODE_NAME: Rule = Rule {
     },
     form: "a lowercase letter, then lowercase letters, digits, _ and -",
 };
+
+/// The one name that no node may have.
+const LAYOUT: &str = "layout";
 
 const NAME: Rule = Rule {
     accepts: |name| {
@@ -80,6 +83,11 @@ fn node(file: &Section<'_>) -> Option<Spanned<String>> {
         return None;
     };
     let name = section.name("name", &NODE_NAME);
+    if let Some(name) = name.as_ref().filter(|name| name.get_ref() == LAYOUT) {
+        let message = format!("[node] name \"{LAYOUT}\" is taken");
+        let help = "layouts of frames are announced on isochrone/layout/…; choose another name";
+        section.report(Finding::new(Problem::BadName, name.span(), message).help(help));
+    }
     section.finish();
     name
 }
@@ -207,9 +215,7 @@ fn input(section: Section<'_>) -> Input {
         name: section.name("name", &NAME),
         value_type,
         service: section.string("service"),
-        channel: section
-            .integer("channel", |channel| (0..=MAX_CHANNEL).contains(&channel), "from 0 to 65535")
-            .map_or(0, |channel| narrow(channel).into_inner()),
+        binding: binding(&section),
         task: section.string("task"),
         default: default_of(&section, value_type),
         max_age_ns: section
@@ -221,6 +227,34 @@ fn input(section: Section<'_>) -> Input {
     };
     section.finish();
     input
+}
+
+/// Where an input's value is: `signal` or `channel`; neither is the first channel.
+fn binding(section: &Section<'_>) -> Binding {
+    let channel = section.integer(
+        "channel",
+        |channel| (0..=MAX_CHANNEL).contains(&channel),
+        "from 0 to 65535",
+    );
+    let signal = section.string("signal");
+    if let (Some(_), Some(signal)) = (section.get("channel"), &signal) {
+        let message = "[[input]] has both signal and channel";
+        let help = "signal finds the value by the name that its publisher gives it, channel by its \
+                    place in the frame; keep one";
+        section.report(Finding::new(Problem::Duplicate, signal.span(), message).help(help));
+    }
+    match signal {
+        Some(signal) if signal.get_ref().is_empty() => {
+            let message = "[[input]] signal is empty";
+            let help = "name a signal of the publisher, such as \"level.y\"";
+            section.report(Finding::new(Problem::OutOfRange, signal.span(), message).help(help));
+            Binding::Signal(String::new())
+        }
+        Some(signal) => Binding::Signal(signal.into_inner()),
+        None => Binding::Channel(
+            channel.map_or(0, |channel| narrow::<u32>(channel).into_inner()) as usize
+        ),
+    }
 }
 
 /// An input's default: a number, or for a BOOL also true or false.

@@ -45,6 +45,18 @@ fn names_that_stand_twice_are_refused_where_they_stand_again() {
 }
 
 #[test]
+fn no_node_is_named_as_the_services_of_layouts_are() {
+    assert_rows(&[(
+        "node layout",
+        "name = \"level\"",
+        "name = «\"layout\"",
+        BadName,
+        "name \"layout\" is taken",
+        "choose another name",
+    )]);
+}
+
+#[test]
 fn the_services_of_the_nodes_themselves_are_no_outputs() {
     assert_rows(&[(
         "telemetry",

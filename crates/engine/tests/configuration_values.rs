@@ -203,6 +203,22 @@ fn values_of_inputs_that_are_out_of_range_are_refused_with_the_range() {
             "channel 65536",
             "from 0 to 65535",
         ),
+        (
+            "signal and channel",
+            "channel = 7",
+            "channel = 7\nsignal = «\"level.y\"",
+            Duplicate,
+            "both signal and channel",
+            "keep one",
+        ),
+        (
+            "signal empty",
+            "channel = 7",
+            "signal = «\"\"",
+            OutOfRange,
+            "signal is empty",
+            "such as \"level.y\"",
+        ),
         ("default NaN", "default = 0.5", "default = «nan", OutOfRange, "default NaN", "not NaN"),
         (
             "default text",

@@ -143,3 +143,15 @@ fn an_input_without_a_sample_does_not_count_as_a_source() {
     let times: Vec<u64> = (0..6).map(|output| engine.output_source_ns(output)).collect();
     assert_eq!(times, [40, 40, 0, 40, 0, 40]);
 }
+
+#[test]
+fn an_input_is_bound_by_the_name_of_a_signal_or_by_its_channel() {
+    use isochrone_engine::config::Binding;
+    let binding = |key: &str| {
+        let text = format!("{HEAD}[[input]]\nname = \"x\"\n{key}\n");
+        plan(&text).unwrap().tasks[0].inputs[0].binding.clone()
+    };
+    assert_eq!(binding("signal = \"level.y\""), Binding::Signal("level.y".into()));
+    assert_eq!(binding("channel = 65535"), Binding::Channel(65_535));
+    assert_eq!(binding(""), Binding::Channel(0));
+}

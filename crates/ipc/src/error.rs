@@ -206,6 +206,14 @@ pub enum ServiceNameError {
         /// The first character that does not fit.
         character: char,
     },
+    /// The name is one of those under which layouts are announced.
+    #[error(
+        "service name {name:?} begins with \"isochrone/layout/\", where layouts are announced; choose another beginning"
+    )]
+    OfLayouts {
+        /// The name as given.
+        name: String,
+    },
     /// The name begins with `iox2://`, which iceoryx2 keeps for itself.
     #[error(
         "service name {name:?} begins with \"iox2://\", which iceoryx2 keeps for itself; choose another beginning"
@@ -216,45 +224,32 @@ pub enum ServiceNameError {
     },
 }
 
-/// Why a [`FrameLayout`](crate::FrameLayout) cannot be written to or read from attributes.
+/// Why a [`FrameLayout`](crate::FrameLayout) cannot be announced.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum LayoutError {
     /// A frame needs at least one signal.
     #[error("the frame has no signal; give it at least one")]
     Empty,
-    /// A signal's name or type has a character that the notation uses itself.
-    #[error(
-        "channel {channel}: {word:?} cannot be described; use printable ASCII without space and without {{ }} , * and not \"-\" alone"
-    )]
-    Word {
-        /// Index of the signal.
-        channel: usize,
-        /// Its name or type.
-        word: String,
+}
+
+/// Why the message of a service of layouts is no [`Announcement`](crate::Announcement).
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum AnnouncementError {
+    /// It is not JSON of this form.
+    #[error("it is not the JSON of a layout: {cause}")]
+    Json {
+        /// Where and why.
+        cause: String,
     },
-    /// The attributes of an existing service do not follow the notation.
-    #[error(
-        "the service's attribute {key:?} is not understood at {at:?}; whoever creates the service must follow isochrone's notation or leave the attribute out"
-    )]
-    Malformed {
-        /// Which attribute.
-        key: String,
-        /// The word that cannot be read.
-        at: String,
-    },
-    /// `signals` and `types` do not describe the same number of channels.
-    #[error(
-        "the service's attributes name {signals} signals but {types} types; whoever creates the service must give as many of both"
-    )]
-    Uneven {
-        /// Number of words of `signals`.
-        signals: usize,
-        /// Number of words of `types`.
-        types: usize,
+    /// `layout` is not a number of 16 hexadecimal digits, or is 0.
+    #[error("its \"layout\" is {text:?}; 16 hexadecimal digits that are not all 0 are needed")]
+    Number {
+        /// What stands there.
+        text: String,
     },
 }
 
-/// How the frames that a service carries differ from those that are needed.
+/// What a frame does not have for a reader, see [`FrameLayout::find`](crate::FrameLayout::find).
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum LayoutConflict {
     /// The frames have too few channels.
@@ -265,15 +260,13 @@ pub enum LayoutConflict {
         /// Channels that are needed.
         needed: usize,
     },
-    /// A writer would give a channel another meaning than the service tells its readers.
-    #[error("channel {channel} is {needed:?} there, and {available:?} is to be written")]
-    Name {
-        /// Index of the channel.
-        channel: usize,
-        /// The writer's name for it.
-        available: String,
-        /// The service's name for it.
+    /// No channel has the name.
+    #[error("its frames have no signal {needed:?}; there is: {available}")]
+    NoSignal {
+        /// The name that is needed.
         needed: String,
+        /// The names that there are.
+        available: String,
     },
     /// A channel carries another type.
     #[error("channel {channel} ({name}) carries {available}, {needed} is needed")]
@@ -296,7 +289,7 @@ pub enum OpenError {
     /// The service name is not possible.
     #[error(transparent)]
     ServiceName(#[from] ServiceNameError),
-    /// The layout cannot be described, or the service's description not be read.
+    /// The layout cannot be announced.
     #[error("service {service:?}: {source}")]
     Layout {
         /// Name of the service.
@@ -304,26 +297,17 @@ pub enum OpenError {
         /// What is wrong with the layout.
         source: LayoutError,
     },
-    /// The service's frames are not those that the reader needs.
+    /// The service carries other messages than frames, frames of another version, or its layouts'
+    /// service other messages than layouts.
     #[error(
-        "service {service:?} does not fit: {conflict}; correct the channel or the type on one side (a service keeps its layout until all its processes have ended)"
-    )]
-    LayoutConflict {
-        /// Name of the service.
-        service: String,
-        /// The difference.
-        conflict: LayoutConflict,
-    },
-    /// The service carries other messages than frames.
-    #[error(
-        "service {service:?} carries {carries}, but frames are {needs}; use another service name, or end all processes of the service and start again"
+        "service {service:?} carries {carries}, but {needs}; use another service name, or end all processes of the service and start again"
     )]
     OtherTypes {
         /// Name of the service.
         service: String,
         /// Its types and sizes.
         carries: String,
-        /// Types and sizes of a frame.
+        /// What is needed, with types and sizes: `frames are …`.
         needs: String,
     },
     /// The service was made by another version of iceoryx2.

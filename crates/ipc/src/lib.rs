@@ -12,7 +12,8 @@
 //! good by an ordinary thread, with a [`Repair`].
 //!
 //! The services are plain iceoryx2: every other program, tool or language binding of the same
-//! version sees them. [`FrameLayout`] documents how a service names its signals.
+//! version sees them. What the channels of a frame are is announced beside it, on a service of its
+//! own: a [`LayoutAnnouncer`] tells it, a [`LayoutWatcher`] learns it, both in an ordinary thread.
 //!
 //! [iceoryx2]: https://docs.rs/iceoryx2/0.10.0
 #![cfg_attr(
@@ -26,15 +27,17 @@
     )
 )]
 
+mod announcement;
 mod backoff;
 mod config;
 mod config_keys;
 mod domain;
 mod error;
+mod following;
 mod header;
 mod layout;
+mod layout_ports;
 mod leftovers;
-mod notation;
 mod participant;
 mod peers;
 mod publisher;
@@ -45,19 +48,24 @@ mod subscriber;
 mod variant;
 pub mod yardstick;
 
+pub use announcement::Announcement;
 pub use config::load_config;
 pub use domain::interrupt_waiting_by;
-pub use error::{ConfigError, JoinError, LayoutConflict, LayoutError, OpenError, ServiceNameError};
-pub use header::FrameHeader;
+pub use error::{
+    AnnouncementError, ConfigError, JoinError, LayoutConflict, LayoutError, OpenError,
+    ServiceNameError,
+};
+pub use header::{Credible, FrameHeader, SenderClock, Stamps};
 pub use iceoryx2::config::Config;
 pub use iceoryx2::prelude::LogLevel;
 pub use iceoryx2::service::{ipc, local};
-pub use layout::{FrameLayout, SignalSpec};
+pub use layout::{Binding, FrameLayout, SignalSpec, Wanted};
+pub use layout_ports::{LayoutAnnouncer, LayoutWatcher};
 pub use leftovers::remove_leftovers;
 pub use participant::{FileOverrideGivenUp, Participant, give_up_file_override};
 pub use publisher::{FramePublisher, PUBLISHER_PORT_NAME, PublisherCounters, Stamp};
 pub use repair::Repair;
-pub use service::check_service_name;
+pub use service::{check_service_name, layout_service_name};
 pub use subscriber::{Depth, FrameRef, FrameSubscriber, SubscriberCounters};
 pub use variant::Service;
 

@@ -1,5 +1,8 @@
 //! The writing end of a service.
 
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::time::{SystemTime, UNIX_EPOCH};
+
 use iceoryx2::identifiers::UniquePublisherId;
 use iceoryx2::node::{NodeState, NodeView};
 use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
@@ -11,7 +14,7 @@ use iceoryx2::service::port_factory::PortFactory as _;
 use crate::backoff::Backoff;
 use crate::peers::Peers;
 use crate::repair::{Peer, Repair};
-use crate::service::{self, FrameService};
+use crate::service::{self, FrameService, Quality};
 use crate::{
     FrameHeader, FrameLayout, OpenError, Participant, Service, give_up_file_override, space,
 };
@@ -29,7 +32,9 @@ pub struct Stamp {
     pub cycle: u64,
     /// When the cycle was due, `CLOCK_MONOTONIC` nanoseconds.
     pub release_ns: u64,
-    /// `publish_ns` of the oldest input that the frame was computed from; 0: none.
+    /// Of the oldest sample that the frame was computed from, see [`Credible::source_ns`]; 0: none.
+    ///
+    /// [`Credible::source_ns`]: crate::Credible::source_ns
     pub source_ns: u64,
     /// Cycles lost since start.
     pub missed: u64,
@@ -69,6 +74,8 @@ pub struct FramePublisher<S: Service> {
     service: FrameService<S>,
     channels: usize,
     next_sequence: u64,
+    term: u64,
+    layout: u64,
     /// How many subscribers the last frame was given to.
     reached: Option<usize>,
     peers: Peers,
@@ -77,6 +84,10 @@ pub struct FramePublisher<S: Service> {
 
 impl<S: Service> FramePublisher<S> {
     /// Opens `service` for writing frames of `layout`; creates it when there is none.
+    ///
+    /// The frames carry the layout's number, and nodes do not read them before they have learned what
+    /// it stands for: have a [`LayoutAnnouncer`](crate::LayoutAnnouncer) tell them, or make the
+    /// publisher [plain](Self::plain).
     ///
     /// A publisher that a killed process left is removed. One that lives is an error; publishers
     /// that are not ours do not count, so a link may mirror its peer's frames into the service:
@@ -94,24 +105,10 @@ impl<S: Service> FramePublisher<S> {
         service: &str,
         layout: &FrameLayout,
     ) -> Result<Self, OpenError> {
-        let opened = service::open_or_create(participant, service, layout)?;
-        // What stands in an existing service are readers' expectations, or what the writer before
-        // this one promised them.
-        let promised = service::layout_of(&opened, service)?;
-        let needed = FrameLayout { signals: promised.signals, period_ns: None };
-        let fits = match layout.signals.len() < needed.signals.len() {
-            true => Err(crate::LayoutConflict::TooFewChannels {
-                available: layout.signals.len(),
-                needed: needed.signals.len(),
-            }),
-            false => layout.serves(&needed).and_then(|()| layout.keeps_names(&needed)),
-        };
-        fits.map_err(|conflict| OpenError::LayoutConflict {
-            service: service.to_owned(),
-            conflict,
-        })?;
-
+        let source = |source| OpenError::Layout { service: service.to_owned(), source };
+        layout.check().map_err(source)?;
         let channels = layout.signals.len();
+        let opened = service::open_or_create(participant, service, Quality::of_frames(channels))?;
         let full = |(needed_bytes, free_bytes)| OpenError::SharedMemoryFull {
             service: service.to_owned(),
             needed_bytes,
@@ -120,22 +117,28 @@ impl<S: Service> FramePublisher<S> {
         space::require(frames_bytes(&opened, channels)).map_err(full)?;
         let peers = Peers::default();
         let port = sole_port(participant, service, &opened, channels, &peers)?;
-        // iceoryx2 names the segment of the frames by the port.
-        let names = &participant.node().config().global;
-        let suffix = format!("_{}{}", port.id().value(), names.service.data_segment_suffix);
-        space::reserve(&names.prefix.to_string(), &suffix).map_err(full)?;
+        reserve(participant, port.id()).map_err(full)?;
         let mut publisher = Self {
             prepared: None,
             port,
             service: opened,
             channels,
             next_sequence: 0,
+            term: next_term(),
+            layout: layout.number(),
             reached: None,
             peers,
             counters: PublisherCounters::default(),
         };
         publisher.prepare();
         Ok(publisher)
+    }
+
+    /// Has the frames not say which layout they have: readers find their values by channel, untyped.
+    #[must_use]
+    pub fn plain(mut self) -> Self {
+        self.layout = 0;
+        self
     }
 
     /// Gets the next frame ready, all zero, and connects to subscribers that joined.
@@ -190,6 +193,9 @@ impl<S: Service> FramePublisher<S> {
             publish_ns: 0,
             source_ns: stamp.source_ns,
             missed: stamp.missed,
+            flags: 0,
+            term: self.term,
+            layout: self.layout,
         };
         header.publish_ns = now_ns();
         match frame.send() {
@@ -228,16 +234,31 @@ impl<S: Service> FramePublisher<S> {
     }
 }
 
-/// The memory that iceoryx2 sets aside for the frames of a publisher: as many as all readers together
-/// can be behind or hold, and those being written.
+/// The memory that iceoryx2 sets aside for the frames of a publisher.
 pub(crate) fn frames_bytes<S: Service>(opened: &FrameService<S>, channels: usize) -> u64 {
-    /// iceoryx2's own header.
-    const SYSTEM_HEADER_BYTES: usize = 64;
-    let config = opened.static_config();
-    let behind = config.subscriber_max_buffer_size() + config.subscriber_max_borrowed_samples();
-    let frames = config.max_subscribers() * behind + config.history_size() + MAX_LOANED;
-    let frame_bytes = SYSTEM_HEADER_BYTES + size_of::<FrameHeader>() + channels * size_of::<f64>();
-    frames as u64 * frame_bytes as u64
+    service::segment_bytes(opened, MAX_LOANED, channels * size_of::<f64>())
+}
+
+/// Claims the memory of a publisher's messages; by an error how much it is, and how much is free.
+pub(crate) fn reserve<S: Service>(
+    participant: &Participant<S>,
+    port: UniquePublisherId,
+) -> Result<(), (u64, u64)> {
+    // iceoryx2 names the segment of the messages by the port.
+    let names = &participant.node().config().global;
+    let suffix = format!("_{}{}", port.value(), names.service.data_segment_suffix);
+    space::reserve(&names.prefix.to_string(), &suffix)
+}
+
+/// The term of a publisher that takes its service now: Unix nanoseconds, and above every earlier one
+/// of this process.
+fn next_term() -> u64 {
+    static LAST: AtomicU64 = AtomicU64::new(0);
+    let since_1970 = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    let now = u64::try_from(since_1970.as_nanos()).unwrap_or(u64::MAX);
+    let later = |last: u64| Some(now.max(last.saturating_add(1)));
+    let last = LAST.fetch_update(Ordering::Relaxed, Ordering::Relaxed, later).unwrap_or_default();
+    now.max(last.saturating_add(1))
 }
 
 /// Creates the port, and makes sure that it is the only one of ours.

@@ -1,6 +1,9 @@
-//! Opening and creating the iceoryx2 services that carry frames.
+//! Opening and creating the iceoryx2 services that carry frames, and those that carry their layouts.
 
-use iceoryx2::prelude::{AttributeSpecifier, CallbackProgression, MessagingPattern, ServiceName};
+use std::fmt::Debug;
+
+use iceoryx2::constants::MAX_SERVICE_NAME_LENGTH;
+use iceoryx2::prelude::{CallbackProgression, MessagingPattern, ServiceName, ZeroCopySend};
 use iceoryx2::service::builder::publish_subscribe::{
     PublishSubscribeCreateError as CreateError, PublishSubscribeOpenError as Cause,
 };
@@ -10,16 +13,18 @@ use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVar
 
 use crate::backoff::Backoff;
 use crate::domain::{EndsLocked, Held};
-use crate::error::MAX_SERVICE_NAME_BYTES;
 use crate::{
-    FrameHeader, FrameLayout, LayoutError, OpenError, Participant, Service, ServiceNameError,
-    give_up_file_override,
+    FrameHeader, OpenError, Participant, Service, ServiceNameError, give_up_file_override,
 };
 
 pub(crate) type FrameService<S> = EndsLocked<PortFactory<S, [f64], FrameHeader>>;
+pub(crate) type LayoutService<S> = EndsLocked<PortFactory<S, [u8], ()>>;
 
-/// One writer, and a place for the publisher of a link between machines.
-const MAX_PUBLISHERS: usize = 2;
+/// What the name of a service of layouts is made of, before that of the service of frames.
+const LAYOUT_PREFIX: &str = "isochrone/layout/";
+
+/// One writer, one that is about to take over, and those of links between machines.
+const MAX_PUBLISHERS: usize = 4;
 const MAX_SUBSCRIBERS: usize = 16;
 /// For the peer that a [`Repair`](crate::Repair) shows for a moment, also where all others are taken.
 const SPARE_PLACES: usize = 1;
@@ -30,15 +35,45 @@ const MAX_BORROWED: usize = 2;
 const BUFFER_BYTES: usize = 1 << 20;
 const BUFFER_FRAMES: (usize, usize) = (2, 256);
 
+/// What a service is created with, where there is none. Whoever opens one takes it as it is.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Quality {
+    buffer: usize,
+    borrowed: usize,
+}
+
+impl Quality {
+    /// Of a service whose frames have so many channels.
+    pub(crate) fn of_frames(channels: usize) -> Self {
+        Self { buffer: buffer_frames(channels), borrowed: MAX_BORROWED }
+    }
+
+    /// Of a service of layouts: the newest is all that counts.
+    pub(crate) const fn of_layouts() -> Self {
+        Self { buffer: 1, borrowed: 1 }
+    }
+}
+
 /// Says whether `name` can be the name of a service of frames, and if not, why.
 ///
 /// # Errors
-/// The name is empty, longer than 238 bytes, begins with `iox2://`, begins or ends with a blank, or
-/// has a character that is not printable ASCII. (iceoryx2 itself takes 255 bytes, and control
-/// characters except NUL; no tool shows them.)
+/// The name is empty, longer than 238 bytes, begins with `iox2://` or `isochrone/layout/`, begins or
+/// ends with a blank, or has a character that is not printable ASCII. (iceoryx2 itself takes 255
+/// bytes, and control characters except NUL; no tool shows them.)
 pub fn check_service_name(name: &str) -> Result<(), ServiceNameError> {
     service_name(name).map(drop)
 }
+
+/// The name of the service that carries the layouts of the frames of `service`.
+///
+/// # Errors
+/// As [`check_service_name`].
+pub fn layout_service_name(service: &str) -> Result<String, ServiceNameError> {
+    Ok(format!("{LAYOUT_PREFIX}{}", service_name(service)?.as_str()))
+}
+
+/// Longest name of a service of frames: that of its layouts is longer.
+const MAX_NAME_BYTES: usize = MAX_SERVICE_NAME_LENGTH - LAYOUT_PREFIX.len();
 
 fn service_name(name: &str) -> Result<ServiceName, ServiceNameError> {
     let owned = || name.to_owned();
@@ -52,27 +87,49 @@ fn service_name(name: &str) -> Result<ServiceName, ServiceNameError> {
     if name.trim_matches(' ') != name {
         return Err(ServiceNameError::Blank { name: owned() });
     }
-    if name.len() > MAX_SERVICE_NAME_BYTES {
+    if name.len() > MAX_NAME_BYTES {
         return Err(ServiceNameError::TooLong { name: owned(), length: name.len() });
+    }
+    if name.starts_with(LAYOUT_PREFIX) {
+        return Err(ServiceNameError::OfLayouts { name: owned() });
     }
     ServiceName::new(name).map_err(|_| ServiceNameError::Reserved { name: owned() })
 }
 
-/// Opens the service as it is; creates it with `layout` when there is none.
+/// Opens the service as it is; creates it with `quality` when there is none.
 pub(crate) fn open_or_create<S: Service>(
     participant: &Participant<S>,
     service: &str,
-    layout: &FrameLayout,
+    quality: Quality,
 ) -> Result<FrameService<S>, OpenError> {
     let name = service_name(service)?;
-    let attributes = layout.to_attributes().map_err(layout_error(service))?;
+    open_or_create_of(participant, service, &name, quality)
+}
+
+/// As [`open_or_create`], of the service that carries the layouts of the frames of `service`.
+pub(crate) fn open_or_create_layouts<S: Service>(
+    participant: &Participant<S>,
+    service: &str,
+) -> Result<LayoutService<S>, OpenError> {
+    let service = layout_service_name(service)?;
+    let name = ServiceName::new(&service)
+        .map_err(|_| ServiceNameError::Reserved { name: service.clone() })?;
+    open_or_create_of(participant, &service, &name, Quality::of_layouts())
+}
+
+fn open_or_create_of<S: Service, E: Element, H: Header>(
+    participant: &Participant<S>,
+    service: &str,
+    name: &ServiceName,
+    quality: Quality,
+) -> Result<EndsLocked<PortFactory<S, [E], H>>, OpenError> {
     let mut backoff = Backoff::new();
     loop {
         let held = participant.lock(service)?;
-        let cause = match open_once(participant, service, &name, &held)? {
+        let cause = match open_once(participant, service, name, &held)? {
             Attempt::Done(opened) => return Ok(opened),
             Attempt::Again(cause) => cause,
-            Attempt::Absent => match create(participant, &name, &attributes, layout) {
+            Attempt::Absent => match create(participant, name, quality) {
                 Ok(created) => return Ok(created),
                 Err(cause) => cause.to_string(),
             },
@@ -120,7 +177,10 @@ pub(crate) fn open_existing_at_once<S: Service>(
 }
 
 /// Removes what the dead left in the domain and in this service: they may take the places of the living.
-pub(crate) fn clean_up<S: Service>(participant: &Participant<S>, opened: &FrameService<S>) {
+pub(crate) fn clean_up<S: Service, E: Element, H: Header>(
+    participant: &Participant<S>,
+    opened: &PortFactory<S, [E], H>,
+) {
     let Ok(held) = participant.lock(opened.name().as_str()) else { return };
     let domain = participant.place();
     domain.sweep::<S>(&held);
@@ -137,12 +197,16 @@ pub(crate) fn clean_up<S: Service>(participant: &Participant<S>, opened: &FrameS
 }
 
 /// How many publishers a service has places for, the spare one left out.
-pub(crate) fn publisher_places<S: Service>(opened: &FrameService<S>) -> usize {
+pub(crate) fn publisher_places<S: Service, E: Element, H: Header>(
+    opened: &PortFactory<S, [E], H>,
+) -> usize {
     places(opened.static_config().max_publishers(), MAX_PUBLISHERS)
 }
 
 /// How many subscribers a service has places for, the spare one left out.
-pub(crate) fn subscriber_places<S: Service>(opened: &FrameService<S>) -> usize {
+pub(crate) fn subscriber_places<S: Service, E: Element, H: Header>(
+    opened: &PortFactory<S, [E], H>,
+) -> usize {
     places(opened.static_config().max_subscribers(), MAX_SUBSCRIBERS)
 }
 
@@ -155,12 +219,20 @@ fn places(provided: usize, ours: usize) -> usize {
     }
 }
 
-/// The layout that a service tells.
-pub(crate) fn layout_of<S: Service>(
-    opened: &FrameService<S>,
-    service: &str,
-) -> Result<FrameLayout, OpenError> {
-    FrameLayout::from_attributes(opened.attributes()).map_err(layout_error(service))
+/// The memory that iceoryx2 sets aside for the messages of a publisher, each with `payload_bytes`: as
+/// many as all readers together can be behind or hold, and those being written.
+pub(crate) fn segment_bytes<S: Service, E: Element, H: Header>(
+    opened: &PortFactory<S, [E], H>,
+    max_loaned: usize,
+    payload_bytes: usize,
+) -> u64 {
+    /// iceoryx2's own header.
+    const SYSTEM_HEADER_BYTES: usize = 64;
+    let config = opened.static_config();
+    let behind = config.subscriber_max_buffer_size() + config.subscriber_max_borrowed_samples();
+    let messages = config.max_subscribers() * behind + config.history_size() + max_loaned;
+    let message_bytes = SYSTEM_HEADER_BYTES + size_of::<H>() + payload_bytes;
+    messages as u64 * message_bytes as u64
 }
 
 pub(crate) fn failed<S: Service>(
@@ -175,12 +247,27 @@ pub(crate) fn failed<S: Service>(
     }
 }
 
-fn layout_error(service: &str) -> impl Fn(LayoutError) -> OpenError {
-    move |source| OpenError::Layout { service: service.to_owned(), source }
+/// What a service's messages are slices of.
+pub(crate) trait Element: ZeroCopySend + Debug + 'static {
+    /// How people call the messages.
+    const MESSAGES: &'static str;
 }
 
-enum Attempt<S: Service> {
-    Done(FrameService<S>),
+impl Element for f64 {
+    const MESSAGES: &'static str = "frames";
+}
+
+impl Element for u8 {
+    const MESSAGES: &'static str = "layouts";
+}
+
+/// What goes with each message.
+pub(crate) trait Header: ZeroCopySend + Debug + 'static {}
+
+impl<H: ZeroCopySend + Debug + 'static> Header for H {}
+
+enum Attempt<S: Service, E: Element, H: Header> {
+    Done(EndsLocked<PortFactory<S, [E], H>>),
     Absent,
     /// It is between being and not being, or has no place: what stands in the way is removed, or too
     /// young for it.
@@ -189,19 +276,19 @@ enum Attempt<S: Service> {
 
 /// Opens without a single wish about quality of service, so that every service of our types fits,
 /// also one that a link between machines created with its own defaults.
-fn open_once<S: Service>(
+fn open_once<S: Service, E: Element, H: Header>(
     participant: &Participant<S>,
     service: &str,
     name: &ServiceName,
     held: &Held,
-) -> Result<Attempt<S>, OpenError> {
+) -> Result<Attempt<S, E, H>, OpenError> {
     // Root can open what nobody may read yet, and would wait for it in iceoryx2 for ever.
     let _given_up = give_up_file_override();
     let opened = participant
         .node()
         .service_builder(name)
-        .publish_subscribe::<[f64]>()
-        .user_header::<FrameHeader>()
+        .publish_subscribe::<[E]>()
+        .user_header::<H>()
         .open();
     let owned = || service.to_owned();
     let cause = match opened {
@@ -220,7 +307,7 @@ fn open_once<S: Service>(
         Cause::IncompatibleTypes | Cause::IncompatibleMessagingPattern => OpenError::OtherTypes {
             service: owned(),
             carries: types_of(participant, name),
-            needs: needed_types(),
+            needs: format!("{} are {}", E::MESSAGES, needed_types::<E, H>()),
         },
         Cause::VersionMismatch => {
             OpenError::OtherVersion { service: owned(), ours: "0.10.0".to_owned() }
@@ -239,27 +326,26 @@ fn open_once<S: Service>(
     })
 }
 
-fn create<S: Service>(
+fn create<S: Service, E: Element, H: Header>(
     participant: &Participant<S>,
     name: &ServiceName,
-    attributes: &AttributeSpecifier,
-    layout: &FrameLayout,
-) -> Result<FrameService<S>, CreateError> {
+    quality: Quality,
+) -> Result<EndsLocked<PortFactory<S, [E], H>>, CreateError> {
     let created = participant
         .node()
         .service_builder(name)
-        .publish_subscribe::<[f64]>()
-        .user_header::<FrameHeader>()
+        .publish_subscribe::<[E]>()
+        .user_header::<H>()
         .enable_safe_overflow(true)
         // A late reader waits for the next cycle. With a history it would first get a frame that
         // may be as old as the writer's last sign of life, and a frame can be a command.
         .history_size(0)
-        .subscriber_max_buffer_size(buffer_frames(layout.signals.len()))
-        .subscriber_max_borrowed_samples(MAX_BORROWED)
+        .subscriber_max_buffer_size(quality.buffer)
+        .subscriber_max_borrowed_samples(quality.borrowed)
         .max_publishers(MAX_PUBLISHERS + SPARE_PLACES)
         .max_subscribers(MAX_SUBSCRIBERS + SPARE_PLACES)
         .max_nodes(MAX_NODES)
-        .create_with_attributes(attributes);
+        .create();
     created.map(|created| EndsLocked::new(created, participant.place().lock()))
 }
 
@@ -269,10 +355,10 @@ fn buffer_frames(channels: usize) -> usize {
     (BUFFER_BYTES / frame_bytes).clamp(least, most)
 }
 
-fn needed_types() -> String {
+fn needed_types<E: Element, H: Header>() -> String {
     describe(
-        &TypeDetail::new::<f64>(TypeVariant::Dynamic),
-        &TypeDetail::new::<FrameHeader>(TypeVariant::FixedSize),
+        &TypeDetail::new::<E>(TypeVariant::Dynamic),
+        &TypeDetail::new::<H>(TypeVariant::FixedSize),
     )
 }
 
@@ -292,6 +378,12 @@ fn describe(payload: &TypeDetail, header: &TypeDetail) -> String {
         TypeVariant::Dynamic => format!("[{}]", payload.type_name()),
         TypeVariant::FixedSize => payload.type_name().to_string(),
     };
+    if header.size() == 0 {
+        return format!(
+            "{payload_name} (elements of {} bytes) without user header",
+            payload.size()
+        );
+    }
     format!(
         "{payload_name} (elements of {} bytes) with user header {} ({} bytes)",
         payload.size(),
@@ -307,7 +399,7 @@ mod tests {
     #[test]
     fn buffers_are_deep_for_small_frames_and_bounded_for_large_ones() {
         assert_eq!(buffer_frames(1), 256);
-        assert_eq!(buffer_frames(1000), (1 << 20) / 8048);
+        assert_eq!(buffer_frames(1000), (1 << 20) / 8072);
         assert_eq!(buffer_frames(1_000_000), 2);
     }
 }

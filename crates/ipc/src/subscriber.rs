@@ -5,14 +5,16 @@ use std::marker::PhantomData;
 
 use iceoryx2::port::subscriber::{Subscriber, SubscriberCreateError};
 use iceoryx2::port::update_connections::UpdateConnections;
+use iceoryx2::prelude::CallbackProgression;
 use iceoryx2::sample::Sample;
 use iceoryx2::service::port_factory::PortFactory as _;
 
 use crate::backoff::Backoff;
+use crate::following::{Arrival, Following, Seen, Verdict};
 use crate::peers::Peers;
 use crate::repair::{Peer, Repair};
-use crate::service::{self, FrameService};
-use crate::{FrameHeader, FrameLayout, OpenError, Participant, Service, give_up_file_override};
+use crate::service::{self, FrameService, Quality};
+use crate::{FrameHeader, OpenError, Participant, Service, give_up_file_override};
 
 /// How many frames [`Depth::Newest`] lets wait: with two, a frame that arrives just early does
 /// not push out the one before it, so a reader of the same period can count losses.
@@ -35,6 +37,11 @@ pub struct SubscriberCounters {
     /// Frames that were sent and pushed out by newer ones before they were taken: gaps in the
     /// sequence, between the first frame and the last.
     pub lost: u64,
+    /// Times that a writer began anew or another one was followed: the sequence went back, or jumped
+    /// ahead by more than could have been sent meanwhile.
+    pub restarts: u64,
+    /// Frames of other writers than the one that is followed. They are not handed on.
+    pub other_writers: u64,
     /// Calls into iceoryx2 that failed.
     pub receive_errors: u64,
     /// How often the number of publishers was seen to change. One that left and one that joined
@@ -45,43 +52,42 @@ pub struct SubscriberCounters {
     pub connect_errors: u64,
 }
 
-/// Reads the frames of one service.
+/// Reads the frames of one service, of one writer at a time.
+///
+/// A writer with a higher [`term`](FrameHeader::term) is followed at once. Any other is when the one
+/// before has left, or was silent for 1 s or three of its [periods](Self::set_period), whichever is
+/// longer.
 #[derive(Debug)]
 pub struct FrameSubscriber<S: Service> {
     port: Subscriber<S, [f64], FrameHeader>,
     service: FrameService<S>,
-    layout: FrameLayout,
     /// Most frames that one call of `newest` looks at.
     drain_limit: usize,
     /// Whether two frames may be held at once.
     can_compare: bool,
     peers: Peers,
-    last_sequence: Option<u64>,
-    counters: SubscriberCounters,
+    following: Following,
+    /// Those who write the service, as last looked up.
+    writers: Vec<u128>,
+    receive_errors: u64,
 }
 
 impl<S: Service> FrameSubscriber<S> {
-    /// Opens `service` for reading frames that have at least the channels of `expected`.
+    /// Opens `service` for reading.
     ///
-    /// When there is no such service, it is created with the expected types, so that writer and
-    /// reader may start in any order. Of `expected`, the names and the period do not matter.
+    /// When there is no such service, it is created, so that writer and reader may start in any order:
+    /// for frames of about `channels` values, which decides how many of them may wait.
     ///
     /// # Errors
     /// The name or the existing service does not fit, or the service has no place left.
     pub fn open(
         participant: &Participant<S>,
         service: &str,
-        expected: &FrameLayout,
+        channels: usize,
         depth: Depth,
     ) -> Result<Self, OpenError> {
-        let expected = expected.as_expectation();
-        let opened = service::open_or_create(participant, service, &expected)?;
-        let layout = service::layout_of(&opened, service)?;
-        layout.serves(&expected).map_err(|conflict| OpenError::LayoutConflict {
-            service: service.to_owned(),
-            conflict,
-        })?;
-        Self::connect(participant, service, opened, layout, depth)
+        let opened = service::open_or_create(participant, service, Quality::of_frames(channels))?;
+        Self::connect(participant, service, opened, depth)
     }
 
     /// Opens `service` for reading whatever frames it carries; `None` when it does not exist.
@@ -96,15 +102,13 @@ impl<S: Service> FrameSubscriber<S> {
         let Some(opened) = service::open_existing(participant, service)? else {
             return Ok(None);
         };
-        let layout = service::layout_of(&opened, service)?;
-        Self::connect(participant, service, opened, layout, depth).map(Some)
+        Self::connect(participant, service, opened, depth).map(Some)
     }
 
     fn connect(
         participant: &Participant<S>,
         service: &str,
         opened: FrameService<S>,
-        layout: FrameLayout,
         depth: Depth,
     ) -> Result<Self, OpenError> {
         let provided = opened.static_config().subscriber_max_buffer_size();
@@ -152,26 +156,21 @@ impl<S: Service> FrameSubscriber<S> {
             can_compare: opened.static_config().subscriber_max_borrowed_samples() > 1,
             port,
             service: opened,
-            layout,
             peers,
-            last_sequence: None,
-            counters: SubscriberCounters::default(),
+            following: Following::new(),
+            writers: Vec::with_capacity(publishers),
+            receive_errors: 0,
         };
         subscriber.maintain();
         Ok(subscriber)
     }
 
-    /// What the service says about its frames; see [`FrameLayout`] for when it knows how much.
-    pub fn layout(&self) -> &FrameLayout {
-        &self.layout
-    }
-
     /// Takes all frames that wait and returns the newest of them; `None` when none waited.
     ///
-    /// Newest is the latest `publish_ns`, not the last in line: what a publisher left that has
-    /// ended comes out before, and its restarted successor counts its sequence from 0. Bounded:
-    /// looks at a full buffer per possible publisher at most. Never waits or logs.
-    pub fn newest(&mut self) -> Option<FrameRef<'_, S>> {
+    /// `now_ns` is the reader's clock, as read for this cycle. Bounded: looks at a full buffer per
+    /// possible publisher at most. Never waits, logs or allocates. A frame of a writer that was not
+    /// seen before waits for the next [`maintain`](Self::maintain), unless its term is higher.
+    pub fn newest(&mut self, now_ns: u64) -> Option<FrameRef<'_, S>> {
         let mut newest: Option<Sample<S, [f64], FrameHeader>> = None;
         for _ in 0..self.drain_limit {
             if !self.can_compare && newest.is_some() {
@@ -183,11 +182,8 @@ impl<S: Service> FrameSubscriber<S> {
             let Some(sample) = self.receive() else {
                 break;
             };
-            let age = |sample: &Sample<S, [f64], FrameHeader>| {
-                let header = sample.user_header();
-                (header.publish_ns, header.sequence)
-            };
-            if newest.as_ref().is_none_or(|best| age(best) <= age(&sample)) {
+            // The frames of one writer come in their order.
+            if self.following.judge(&arrival(&sample, now_ns)) == Verdict::Take {
                 newest = Some(sample);
             }
         }
@@ -195,19 +191,52 @@ impl<S: Service> FrameSubscriber<S> {
     }
 
     /// Takes the next frame in line, for readers that want them all; `None` when none waits.
-    #[expect(
-        clippy::should_implement_trait,
-        reason = "an iterator cannot lend, and this is not exhausted when it says `None`"
-    )]
-    pub fn next(&mut self) -> Option<FrameRef<'_, S>> {
-        self.receive().map(FrameRef::new)
+    ///
+    /// `now_ns` is the reader's clock; a reading that was made a little while ago will do. Looks up
+    /// who writes the service, and allocates for that, when a frame comes from a writer that was not
+    /// seen before.
+    pub fn next(&mut self, now_ns: u64) -> Option<FrameRef<'_, S>> {
+        for _ in 0..self.drain_limit {
+            let sample = self.receive()?;
+            let arrival = arrival(&sample, now_ns);
+            let mut verdict = self.following.judge(&arrival);
+            if verdict == Verdict::Stranger {
+                self.look_up_writers();
+                if self.following.has_lost_its_writer() {
+                    verdict = self.following.judge(&arrival);
+                }
+            }
+            if verdict == Verdict::Take {
+                return Some(FrameRef::new(sample));
+            }
+        }
+        None
+    }
+
+    /// Sets the period that the writer announced, in ns: how long it may be silent before another
+    /// writer is followed depends on it.
+    pub fn set_period(&mut self, period_ns: u64) {
+        self.following.set_period(period_ns);
     }
 
     /// Connects to publishers that joined; for the slack, since iceoryx2 maps memory for that.
     pub fn maintain(&mut self) {
         // Failures are counted by the handler that the port was given.
         let _ = self.port.update_connections();
-        self.peers.note(self.publishers());
+        let changed = self.peers.note(self.publishers());
+        if changed || self.following.has_stranger() {
+            self.look_up_writers();
+        }
+    }
+
+    /// iceoryx2 allocates for this.
+    fn look_up_writers(&mut self) {
+        self.writers.clear();
+        self.service.dynamic_config().list_publishers(|publisher| {
+            self.writers.push(publisher.publisher_id.value());
+            CallbackProgression::Continue
+        });
+        self.following.look(&self.writers);
     }
 
     /// How many publishers the service has now, connected or not.
@@ -225,32 +254,36 @@ impl<S: Service> FrameSubscriber<S> {
 
     /// What happened since the subscriber was opened.
     pub fn counters(&self) -> SubscriberCounters {
+        let Seen { received, lost, restarts, other_writers } = self.following.seen();
         SubscriberCounters {
+            received,
+            lost,
+            restarts,
+            other_writers,
             connects: self.peers.changes(),
             connect_errors: self.peers.failures(),
-            ..self.counters
+            receive_errors: self.receive_errors,
         }
     }
 
     fn receive(&mut self) -> Option<Sample<S, [f64], FrameHeader>> {
         match self.port.receive() {
-            Ok(Some(sample)) => {
-                self.counters.received += 1;
-                let sequence = sample.user_header().sequence;
-                // A sequence that falls is that of a publisher that began anew.
-                if let Some(last) = self.last_sequence.replace(sequence)
-                    && sequence > last
-                {
-                    self.counters.lost += sequence - last - 1;
-                }
-                Some(sample)
-            }
-            Ok(None) => None,
+            Ok(received) => received,
             Err(_) => {
-                self.counters.receive_errors += 1;
+                self.receive_errors += 1;
                 None
             }
         }
+    }
+}
+
+fn arrival<S: Service>(sample: &Sample<S, [f64], FrameHeader>, now_ns: u64) -> Arrival {
+    let header = sample.user_header();
+    Arrival {
+        writer: sample.header().publisher_id().value(),
+        term: header.term,
+        sequence: header.sequence,
+        now_ns,
     }
 }
 

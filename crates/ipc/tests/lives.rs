@@ -7,7 +7,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 
-use domain::{Domain, layout, send};
+use domain::{Domain, NOW_NS, layout, send};
 use isochrone_ipc::{
     ConfigError, Depth, FramePublisher, FrameSubscriber, Participant, Service, ipc, load_config,
     remove_leftovers,
@@ -18,10 +18,10 @@ fn nothing_is_left_when_all_have_gone() {
     let domain = Domain::new();
     let node = domain.join::<ipc::Service>();
     let shape = layout(&["a:LREAL"]);
-    let mut reader = FrameSubscriber::open(&node, "x", &shape, Depth::All).unwrap();
+    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
     let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
     send(&mut writer, 1.0, 1);
-    let held = reader.newest();
+    let held = reader.newest(NOW_NS);
     assert!(domain.files().len() > 5);
     assert!(!remove_leftovers::<ipc::Service>(&domain.config), "the domain is in use");
     drop(node);
@@ -89,7 +89,7 @@ fn a_publisher_that_lives_elsewhere_blocks_and_one_that_was_killed_does_not() {
     let domain = Domain::new();
     let shape = layout(&["a:LREAL"]);
     let node = domain.join::<ipc::Service>();
-    let mut reader = FrameSubscriber::open(&node, "x", &shape, Depth::Newest).unwrap();
+    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::Newest).unwrap();
     for life in 0..3 {
         let mut child = start_publisher(&domain);
         let error = FramePublisher::open(&node, "x", &shape).unwrap_err().to_string();
@@ -100,7 +100,7 @@ fn a_publisher_that_lives_elsewhere_blocks_and_one_that_was_killed_does_not() {
 
         let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
         send(&mut writer, f64::from(life), 1_000 + life as u64);
-        let frame = reader.newest().unwrap();
+        let frame = reader.newest(NOW_NS).unwrap();
         assert_eq!(frame.values(), [f64::from(life)], "the dead one's frames are older");
     }
     drop((reader, node));
@@ -226,9 +226,10 @@ fn many_that_join_and_leave_at_once_all_succeed() {
                     let shape = layout(&["a:LREAL"]);
                     let mut writer = FramePublisher::open(&node, &service, &shape).unwrap();
                     let mut reader =
-                        FrameSubscriber::open(&node, &service, &shape, Depth::All).unwrap();
+                        FrameSubscriber::open(&node, &service, shape.signals.len(), Depth::All)
+                            .unwrap();
                     send(&mut writer, 1.0, 1);
-                    assert!(reader.newest().is_some());
+                    assert!(reader.newest(NOW_NS).is_some());
                 }
             });
         }

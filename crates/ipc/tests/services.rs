@@ -4,33 +4,30 @@ mod domain;
 
 use std::sync::mpsc::{RecvTimeoutError, channel};
 
-use domain::{Domain, layout, send};
-use iceoryx2::prelude::{NodeBuilder, ServiceName};
+use domain::{Domain, NOW_NS, layout, send};
+use iceoryx2::prelude::{NodeBuilder, ServiceName, ZeroCopySend};
 use iceoryx2::service::port_factory::PortFactory as _;
 use isochrone_ipc::{
-    Depth, FrameHeader, FrameLayout, FramePublisher, FrameSubscriber, LayoutConflict, OpenError,
-    Service, ServiceNameError, SignalSpec, Stamp, check_service_name,
+    Depth, FrameHeader, FrameLayout, FramePublisher, FrameSubscriber, LayoutAnnouncer,
+    LayoutWatcher, OpenError, Service, ServiceNameError, check_service_name,
 };
 
 for_both_variants! {
     a_second_publisher_is_refused_and_told_who_the_first_is
     a_service_of_another_payload_type_is_refused_with_both_sides_named
     a_service_of_another_header_is_refused_with_both_sides_named
-    too_few_channels_are_refused
-    another_value_type_is_refused
-    a_writer_that_promises_less_than_its_readers_need_is_refused
+    frames_of_the_first_version_are_refused_with_both_sides_named
+    a_service_of_layouts_that_carries_something_else_is_refused
+    a_frame_without_a_signal_is_refused
     readers_may_come_first_whatever_channels_they_need
     an_observer_finds_no_service_where_there_is_none
-    an_observer_reads_the_layout_from_the_service
     a_service_of_foreign_quality_is_taken_as_it_is
     a_service_without_overflow_never_blocks_the_writer
     whoever_creates_a_service_sets_its_quality
     the_publisher_of_a_link_is_no_second_writer
     a_full_service_says_so
     opening_fails_for_a_name_that_cannot_be
-    a_description_that_is_not_ours_is_refused
     publishers_that_open_at_once_end_as_one
-    a_layout_that_is_too_long_to_describe_keeps_what_fits_and_still_carries_every_value
 }
 
 fn a_second_publisher_is_refused_and_told_who_the_first_is<S: Service>() {
@@ -63,7 +60,7 @@ fn a_service_of_another_payload_type_is_refused_with_both_sides_named<S: Service
     let shape = layout(&["a:LREAL"]);
     let errors = [
         FramePublisher::open(&node, "x", &shape).map(drop).unwrap_err(),
-        FrameSubscriber::open(&node, "x", &shape, Depth::All).map(drop).unwrap_err(),
+        FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).map(drop).unwrap_err(),
         FrameSubscriber::open_existing(&node, "x", Depth::All).map(drop).unwrap_err(),
     ];
     for error in errors {
@@ -86,52 +83,72 @@ fn a_service_of_another_header_is_refused_with_both_sides_named<S: Service>() {
     let error = FramePublisher::open(&domain.join::<S>(), "x", &layout(&["a:LREAL"])).unwrap_err();
     let text = error.to_string();
     assert!(text.contains("user header [u64; 6] (48 bytes)"), "{text}");
-    assert!(text.contains("user header isochrone.FrameHeader.v1 (48 bytes)"), "{text}");
+    assert!(text.contains("user header isochrone.FrameHeader.v2 (72 bytes)"), "{text}");
 }
 
-fn too_few_channels_are_refused<S: Service>() {
+fn frames_of_the_first_version_are_refused_with_both_sides_named<S: Service>() {
+    #[repr(C)]
+    #[derive(Debug, ZeroCopySend)]
+    #[type_name("isochrone.FrameHeader.v1")]
+    struct FirstHeader([u64; 6]);
     let domain = Domain::new();
+    let other = NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
+    let _service = other
+        .service_builder(&ServiceName::new("x").unwrap())
+        .publish_subscribe::<[f64]>()
+        .user_header::<FirstHeader>()
+        .create()
+        .unwrap();
     let node = domain.join::<S>();
-    let _writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL", "b:LREAL"])).unwrap();
-    let needed = layout(&[":", ":", ":LREAL"]);
-    let error = FrameSubscriber::open(&node, "x", &needed, Depth::Newest).unwrap_err();
-    let conflict = LayoutConflict::TooFewChannels { available: 2, needed: 3 };
-    assert_eq!(error, OpenError::LayoutConflict { service: "x".to_owned(), conflict });
-    FrameSubscriber::open(&node, "x", &layout(&[":", ":LREAL"]), Depth::Newest).unwrap();
+    let error = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap_err().to_string();
+    for part in ["isochrone.FrameHeader.v1 (48 bytes)", "isochrone.FrameHeader.v2 (72 bytes)"] {
+        assert!(error.contains(part), "{part}: {error}");
+    }
 }
 
-fn another_value_type_is_refused<S: Service>() {
+fn a_service_of_layouts_that_carries_something_else_is_refused<S: Service>() {
     let domain = Domain::new();
+    let other = NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
+    let _service = other
+        .service_builder(&ServiceName::new("isochrone/layout/x").unwrap())
+        .publish_subscribe::<u64>()
+        .create()
+        .unwrap();
     let node = domain.join::<S>();
-    let _writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL", "valve:BOOL"])).unwrap();
-    let needed = layout(&[":", ":INT"]);
-    let error = FrameSubscriber::open(&node, "x", &needed, Depth::Newest).unwrap_err();
-    let text = error.to_string();
-    assert!(text.contains("channel 1 (valve) carries BOOL, INT is needed"), "{text}");
+    let errors = [
+        LayoutWatcher::open(&node, "x").map(drop).unwrap_err(),
+        LayoutAnnouncer::open(&node, "x", "me", &layout(&["a:LREAL"])).map(drop).unwrap_err(),
+    ];
+    for error in errors.map(|error| error.to_string()) {
+        for part in ["isochrone/layout/x", "carries u64", "layouts are [u8]"] {
+            assert!(error.contains(part), "{part}: {error}");
+        }
+    }
 }
 
-fn a_writer_that_promises_less_than_its_readers_need_is_refused<S: Service>() {
+fn a_frame_without_a_signal_is_refused<S: Service>() {
     let domain = Domain::new();
     let node = domain.join::<S>();
-    let _reader = FrameSubscriber::open(&node, "x", &layout(&[":", ":INT"]), Depth::All).unwrap();
-    let short = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap_err();
-    assert!(short.to_string().contains("1 channels, 2 are needed"), "{short}");
-    let other = FramePublisher::open(&node, "x", &layout(&["a:LREAL", "b:BOOL"])).unwrap_err();
-    assert!(other.to_string().contains("channel 1 (b) carries BOOL, INT is needed"), "{other}");
-    FramePublisher::open(&node, "x", &layout(&["a:LREAL", "b:INT", "c:LREAL"])).unwrap();
+    let empty = FrameLayout::default();
+    let errors = [
+        FramePublisher::open(&node, "x", &empty).map(drop).unwrap_err(),
+        LayoutAnnouncer::open(&node, "x", "me", &empty).map(drop).unwrap_err(),
+    ];
+    for error in errors.map(|error| error.to_string()) {
+        assert!(error.contains("\"x\"") && error.contains("at least one"), "{error}");
+    }
 }
 
 fn readers_may_come_first_whatever_channels_they_need<S: Service>() {
     let domain = Domain::new();
     let node = domain.join::<S>();
-    let mut first = FrameSubscriber::open(&node, "x", &layout(&[":LREAL"]), Depth::Newest).unwrap();
-    let needed = layout(&[":", ":", ":INT"]);
-    let mut second = FrameSubscriber::open(&node, "x", &needed, Depth::Newest).unwrap();
+    let mut first = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap();
+    let mut second = FrameSubscriber::open(&node, "x", 3, Depth::Newest).unwrap();
     let shape = layout(&["a:LREAL", "b:LREAL", "c:INT"]);
     let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
     send(&mut writer, 1.0, 1);
-    assert_eq!(first.newest().unwrap().values(), [1.0, 0.0, 0.0]);
-    assert_eq!(second.newest().unwrap().values(), [1.0, 0.0, 0.0]);
+    assert_eq!(first.newest(NOW_NS).unwrap().values(), [1.0, 0.0, 0.0]);
+    assert_eq!(second.newest(NOW_NS).unwrap().values(), [1.0, 0.0, 0.0]);
 }
 
 fn an_observer_finds_no_service_where_there_is_none<S: Service>() {
@@ -141,15 +158,6 @@ fn an_observer_finds_no_service_where_there_is_none<S: Service>() {
     assert!(found.is_none());
     let found = FrameSubscriber::open_existing(&node, "x", Depth::All).unwrap();
     assert!(found.is_none(), "looking does not create it");
-}
-
-fn an_observer_reads_the_layout_from_the_service<S: Service>() {
-    let domain = Domain::new();
-    let node = domain.join::<S>();
-    let shape = layout(&["level.y:LREAL", "alarm:BOOL", "count:INT"]);
-    let _writer = FramePublisher::open(&node, "x", &shape).unwrap();
-    let observer = FrameSubscriber::open_existing(&node, "x", Depth::All).unwrap().unwrap();
-    assert_eq!(*observer.layout(), shape);
 }
 
 fn a_service_of_foreign_quality_is_taken_as_it_is<S: Service>() {
@@ -171,14 +179,13 @@ fn a_service_of_foreign_quality_is_taken_as_it_is<S: Service>() {
     let shape = layout(&["a:LREAL"]);
     let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
     send(&mut writer, 0.0, 0);
-    let mut reader = FrameSubscriber::open(&node, "x", &shape, Depth::All).unwrap();
-    assert_eq!(*reader.layout(), FrameLayout::default(), "the layout is unknown");
+    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
     writer.prepare();
-    assert!(reader.newest().is_none(), "the history was not asked for");
+    assert!(reader.newest(NOW_NS).is_none(), "the history was not asked for");
     for n in 1..100 {
         send(&mut writer, n as f64, n);
         send(&mut writer, n as f64 + 0.5, n);
-        assert_eq!(reader.newest().unwrap().values(), [n as f64 + 0.5]);
+        assert_eq!(reader.newest(NOW_NS).unwrap().values(), [n as f64 + 0.5]);
     }
     assert_eq!(reader.counters().receive_errors, 0);
 }
@@ -198,7 +205,7 @@ fn a_service_without_overflow_never_blocks_the_writer<S: Service>() {
         let node = domain.join::<S>();
         let shape = layout(&["a:LREAL"]);
         let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
-        let _reader = FrameSubscriber::open(&node, "x", &shape, Depth::All).unwrap();
+        let _reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
         for n in 0..10 {
             send(&mut writer, 0.0, n);
         }
@@ -231,7 +238,7 @@ fn whoever_creates_a_service_sets_its_quality<S: Service>() {
     assert_eq!(quality.subscriber_max_buffer_size(), 256);
     assert_eq!(quality.subscriber_max_borrowed_samples(), 2);
     // One place more than ours take, for the peer that a repair shows.
-    assert_eq!(quality.max_publishers(), 3);
+    assert_eq!(quality.max_publishers(), 5);
     assert_eq!(quality.max_subscribers(), 17);
     assert_eq!(quality.max_nodes(), 40);
 }
@@ -240,7 +247,7 @@ fn the_publisher_of_a_link_is_no_second_writer<S: Service>() {
     let domain = Domain::new();
     let node = domain.join::<S>();
     let shape = layout(&["a:LREAL"]);
-    let _reader = FrameSubscriber::open(&node, "x", &shape, Depth::All).unwrap();
+    let _reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
     let link = NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
     let service = link
         .service_builder(&ServiceName::new("x").unwrap())
@@ -251,17 +258,19 @@ fn the_publisher_of_a_link_is_no_second_writer<S: Service>() {
     let mirror = service.publisher_builder().create().unwrap();
     let writer = FramePublisher::open(&node, "x", &shape).unwrap();
     drop(writer);
-    let second_mirror = service.publisher_builder().create().unwrap();
+    let more = (0..3).map(|_| service.publisher_builder().create().unwrap());
+    let mirrors: Vec<_> = more.chain([mirror]).collect();
     let error = FramePublisher::open(&node, "x", &shape).unwrap_err().to_string();
     assert!(error.contains("no place for another publisher"), "{error}");
-    drop((mirror, second_mirror));
+    assert!(error.contains("provided 4"), "{error}");
+    drop(mirrors);
 }
 
 fn a_full_service_says_so<S: Service>() {
     let domain = Domain::new();
     let node = domain.join::<S>();
     let shape = layout(&["a:LREAL"]);
-    let open = || FrameSubscriber::open(&node, "x", &shape, Depth::Newest);
+    let open = || FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::Newest);
     let readers: Vec<_> = (0..16).map(|_| open().unwrap()).collect();
     let error = open().unwrap_err().to_string();
     assert!(error.contains("no place for another subscriber"), "{error}");
@@ -280,25 +289,6 @@ fn opening_fails_for_a_name_that_cannot_be<S: Service>() {
     assert!(matches!(error, OpenError::ServiceName(_)));
 }
 
-fn a_description_that_is_not_ours_is_refused<S: Service>() {
-    let domain = Domain::new();
-    let other = NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
-    let attributes = iceoryx2::prelude::AttributeSpecifier::new()
-        .define(&"signals".try_into().unwrap(), &"a b c".try_into().unwrap())
-        .unwrap()
-        .define(&"types".try_into().unwrap(), &"INT*2".try_into().unwrap())
-        .unwrap();
-    let _service = other
-        .service_builder(&ServiceName::new("x").unwrap())
-        .publish_subscribe::<[f64]>()
-        .user_header::<FrameHeader>()
-        .create_with_attributes(&attributes)
-        .unwrap();
-    let node = domain.join::<S>();
-    let error = FrameSubscriber::open_existing(&node, "x", Depth::All).unwrap_err();
-    assert!(error.to_string().contains("3 signals but 2 types"), "{error}");
-}
-
 fn publishers_that_open_at_once_end_as_one<S: Service>() {
     const THREADS: usize = 4;
     let domain = Domain::new();
@@ -306,7 +296,8 @@ fn publishers_that_open_at_once_end_as_one<S: Service>() {
     let node = domain.join::<S>();
     // Services that exist already, so that all reach the port at the same time.
     let names: Vec<String> = (0..3).map(|round| format!("x{round}")).collect();
-    let open = |name| FrameSubscriber::open(&node, name, &shape, Depth::Newest).unwrap();
+    let open =
+        |name| FrameSubscriber::open(&node, name, shape.signals.len(), Depth::Newest).unwrap();
     let _readers: Vec<_> = names.iter().map(|name| open(name)).collect();
     let together = std::sync::Barrier::new(THREADS);
     let open_all = || {
@@ -338,6 +329,7 @@ fn names_are_refused_with_the_rule_that_they_break() {
         (" ", "begins or ends with a blank"),
         ("plant/level ", "begins or ends with a blank"),
         (" plant/level", "begins or ends with a blank"),
+        ("isochrone/layout/x", "where layouts are announced"),
         ("a\tb", "printable ASCII"),
         ("füllstand", "'ü'"),
         ("iox2://x", "keeps for itself"),
@@ -349,66 +341,4 @@ fn names_are_refused_with_the_rule_that_they_break() {
     for name in ["a", "plant/analog", "with space", &long[..238]] {
         assert_eq!(check_service_name(name), Ok(()));
     }
-}
-
-#[test]
-fn a_thousand_signals_survive_the_attributes_of_a_service() {
-    let domain = Domain::new();
-    let node = domain.join::<isochrone_ipc::ipc::Service>();
-    let pins = [("y", "LREAL"), ("done", "BOOL"), ("count", "INT"), ("et", "TIME")];
-    let block = |i: usize| ["ramp", "filter", "timer"][i / 4 % 3];
-    let signals = (0..6000).map(|i| SignalSpec {
-        name: format!("{}{}.{}", block(i), i / 12, pins[i % 4].0),
-        value_type: pins[i % 4].1.to_owned(),
-    });
-    let mut signals: Vec<_> = signals.collect();
-    signals
-        .sort_by_key(|signal| signal.name.split(|c: char| c.is_ascii_digit()).next().map(str::len));
-    signals.extend((0..60).map(|i| SignalSpec {
-        name: format!("station{}.level{}x", i * 7 % 60, i * 13 % 17),
-        value_type: if i % 5 == 2 { String::new() } else { "WORD".to_owned() },
-    }));
-    let shape = FrameLayout { signals, period_ns: Some(u64::MAX) };
-    assert_eq!(shape.check(), Ok(()));
-    let _writer = FramePublisher::open(&node, "x", &shape).unwrap();
-    let observer = FrameSubscriber::open_existing(&node, "x", Depth::All).unwrap().unwrap();
-    assert_eq!(*observer.layout(), shape);
-}
-
-fn a_layout_that_is_too_long_to_describe_keeps_what_fits_and_still_carries_every_value<
-    S: Service,
->() {
-    let scattered = |count: usize, types: &[&str]| FrameLayout {
-        signals: (0..count)
-            .map(|i| SignalSpec {
-                name: format!("p{:x}", i * 7919 % 65_537),
-                value_type: types[(i * i * 7919 + i * 31) % 65_537 % types.len()].to_owned(),
-            })
-            .collect(),
-        period_ns: Some(1_000_000),
-    };
-    let domain = Domain::new();
-    let node = domain.join::<S>();
-    for (service, types, count, described) in [
-        ("types", ["LREAL"].as_slice(), 400, 400),
-        ("period", ["LREAL", "BOOL", "INT", "TIME", "WORD"].as_slice(), 1000, 0),
-    ] {
-        let mut writer = FramePublisher::open(&node, service, &scattered(count, types)).unwrap();
-        let mut reader =
-            FrameSubscriber::open_existing(&node, service, Depth::All).unwrap().unwrap();
-        assert_eq!(reader.layout().signals.len(), described, "{service}");
-        assert!(!reader.layout().is_named());
-        assert_eq!(reader.layout().period_ns, Some(1_000_000));
-        writer.values_mut().unwrap()[count - 1] = 1.5;
-        assert!(writer.send(Stamp::default(), || 1));
-        assert_eq!(reader.newest().unwrap().values()[count - 1], 1.5);
-    }
-}
-
-#[test]
-fn a_layout_that_cannot_be_written_is_refused_with_the_reason() {
-    let error = layout(&[]).check().unwrap_err().to_string();
-    assert!(error.contains("at least one"), "{error}");
-    let error = layout(&["a b:LREAL"]).check().unwrap_err().to_string();
-    assert!(error.contains("\"a b\""), "{error}");
 }

@@ -174,18 +174,33 @@ pub struct LinkReport {
     /// Frames published and not received, or that could not be sent. A control input reads the
     /// newest frame, so a faster publisher loses by design.
     pub lost: u64,
-    /// Times that a publisher began anew.
+    /// Times that a publisher began anew, or that another one was followed.
     pub restarts: u64,
+    /// Frames of other publishers than the one that is followed; they are not read.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub other_writers: u64,
+    /// Frames whose stamps lay in the receiver's future: of another clock. Their ages count from
+    /// their arrival, and no latency is taken of them.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub future_stamps: u64,
+    /// Frames that arrived with stamps more than a second older than any wait here explains: of
+    /// another clock, or held up while they were sent. They count as old as they say.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub past_stamps: u64,
+    /// Frames that could not be read, because nobody had announced their layout yet.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub unknown_layouts: u64,
     /// Frames received per second.
     pub rate_hz: Option<f64>,
-    /// Received minus published.
+    /// Received minus published: the last hop.
     pub one_way_ns: Summary,
-    /// Received minus the publishing of the oldest input behind the frame.
+    /// Received minus the publishing of the oldest sample behind the frame, at the beginning of its
+    /// way through all nodes.
     pub end_to_end_ns: Summary,
-    /// Published minus the publishing of the oldest input behind the frame: the age of the value
-    /// when the node sent it on.
+    /// Published minus the publishing of the oldest sample behind the frame: the age of the value
+    /// when the last node sent it on.
     pub age_at_publish_ns: Summary,
-    /// Due time of the cycle that sent the frame minus the publishing of the oldest input behind it:
+    /// Due time of the cycle that sent the frame minus the publishing of the oldest sample behind it:
     /// the age of the value when the node was to read it; of an arm of a bench.
     pub age_at_release_ns: Summary,
     /// The distributions themselves, by name; see [`TaskReport::histograms`].

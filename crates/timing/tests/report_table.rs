@@ -107,8 +107,8 @@ task fast: period 1 ms, wake hybrid, scheduler fifo:80, CPU 1
 link plant/level: 1000 Hz
   60000 frames, 1 lost, 0 restarts
                         min      p50      p90      p99    p99.9   p99.99      max
-  one-way           1.20 us  1.25 us  10.0 us        -        -        -  1.30 ms
-  end-to-end              -        -        -        -        -        -        -
+  last hop          1.20 us  1.25 us  10.0 us        -        -        -  1.30 ms
+  end to end              -        -        -        -        -        -        -
 
 warning [rt_denied]: no real-time priority
   remedy: run as root

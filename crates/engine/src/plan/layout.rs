@@ -94,7 +94,7 @@ impl Layout<'_> {
                 name: name.get_ref().clone(),
                 value_type,
                 service: input.service.as_ref().map(|service| service.get_ref().clone()),
-                channel: input.channel as usize,
+                binding: input.binding.clone(),
                 default,
                 max_age_ns: input.max_age_ns,
                 on_stale: input.on_stale,

@@ -10,7 +10,7 @@ mod wires;
 use isochrone_blocks::{BlockType, CATALOGUE, PinType};
 pub(crate) use names::MAX_INSTANCES;
 
-use crate::config::{OnStale, Overrun, OverrunLimit, Wake};
+use crate::config::{Binding, OnStale, Overrun, OverrunLimit, Wake};
 use crate::{Finding, Findings, Source, parse};
 
 /// What a configuration is checked against beside itself.
@@ -97,8 +97,8 @@ pub struct InputPlan {
     pub value_type: PinType,
     /// Service that carries it; needed only to run.
     pub service: Option<String>,
-    /// Index in the service's frame.
-    pub channel: usize,
+    /// Where it is in the service's frame.
+    pub binding: Binding,
     /// Value before the first sample.
     pub default: f64,
     /// Age in nanoseconds beyond which it is stale.

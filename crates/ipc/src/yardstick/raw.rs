@@ -7,7 +7,8 @@ use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy};
 use iceoryx2::sample_mut::SampleMut;
 
 use crate::publisher::{MAX_LOANED, frames_bytes};
-use crate::{FrameHeader, FrameLayout, OpenError, Participant, Service, service, space};
+use crate::service::{self, Quality};
+use crate::{FrameHeader, OpenError, Participant, Service, space};
 
 /// iceoryx2's publisher, with the next sample loaned beforehand.
 #[derive(Debug)]
@@ -19,17 +20,17 @@ pub struct RawPublisher<S: Service> {
 }
 
 impl<S: Service> RawPublisher<S> {
-    /// Opens `service` with the settings that a [`FramePublisher`](crate::FramePublisher) has.
+    /// Opens `service`, for frames of `channels` values, with the settings that a
+    /// [`FramePublisher`](crate::FramePublisher) has.
     ///
     /// # Errors
     /// The name or the existing service does not fit, or shared memory is full.
     pub fn open(
         participant: &Participant<S>,
         service: &str,
-        layout: &FrameLayout,
+        channels: usize,
     ) -> Result<Self, OpenError> {
-        let opened = service::open_or_create(participant, service, layout)?;
-        let channels = layout.signals.len();
+        let opened = service::open_or_create(participant, service, Quality::of_frames(channels))?;
         space::require(frames_bytes(&opened, channels)).map_err(|(needed_bytes, free_bytes)| {
             OpenError::SharedMemoryFull { service: service.to_owned(), needed_bytes, free_bytes }
         })?;
@@ -84,9 +85,9 @@ impl<S: Service> RawSubscriber<S> {
     pub fn open(
         participant: &Participant<S>,
         service: &str,
-        expected: &FrameLayout,
+        channels: usize,
     ) -> Result<Self, OpenError> {
-        let opened = service::open_or_create(participant, service, &expected.as_expectation())?;
+        let opened = service::open_or_create(participant, service, Quality::of_frames(channels))?;
         let created = opened.subscriber_builder().history_request(0).create();
         let port = created.map_err(|cause| service::failed(participant, service, cause))?;
         Ok(Self { port })

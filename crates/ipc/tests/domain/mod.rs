@@ -9,6 +9,9 @@ use isochrone_ipc::{
     local, remove_leftovers,
 };
 
+/// The readers' clock where it does not matter.
+pub(crate) const NOW_NS: u64 = 1_000_000_000;
+
 pub(crate) struct Domain {
     directory: tempfile::TempDir,
     pub(crate) config: Config,
@@ -75,7 +78,7 @@ impl Drop for Domain {
 pub(crate) fn layout(signals: &[&str]) -> FrameLayout {
     let signals = signals.iter().map(|signal| {
         let (name, value_type) = signal.split_once(':').unwrap();
-        SignalSpec { name: name.to_owned(), value_type: value_type.to_owned() }
+        SignalSpec::new(name, value_type)
     });
     FrameLayout { signals: signals.collect(), period_ns: Some(1_000_000) }
 }

@@ -44,7 +44,7 @@ pub(super) struct Taken {
 enum Line {
     Opening(Option<Opening>),
     Connected(Box<dyn End>),
-    Node(NodeOutput),
+    Node(Box<NodeOutput>),
 }
 
 /// Does jobs until there are no more.
@@ -58,7 +58,7 @@ pub(super) fn run(
 ) {
     let open = |arm: &Arm| {
         let line = match arm {
-            Arm::Node => NodeOutput::open(place).map(Line::Node),
+            Arm::Node => NodeOutput::open(place).map(|output| Line::Node(Box::new(output))),
             _ => end::open(*arm, place).map(|opening| Line::Opening(Some(opening))),
         };
         line.map_err(|error| named(arm, &error))

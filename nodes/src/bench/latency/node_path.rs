@@ -60,7 +60,7 @@ pub(super) fn start_ns(earliest_ns: u64, round: usize, rounds: usize) -> u64 {
 
 /// The peer's end: it publishes what the node reads.
 pub(super) fn open_publisher(place: &Place<'_>) -> Result<Opening, EndError> {
-    let publisher = FramePublisher::open(place.participant, INPUT, &layout(1))?;
+    let publisher = FramePublisher::open(place.participant, INPUT, &layout(1))?.plain();
     Ok(Box::new(move || Ok(Box::new(NodeInput { publisher }) as Box<dyn End>)))
 }
 
@@ -118,8 +118,7 @@ pub(super) struct NodeOutput {
 
 impl NodeOutput {
     pub(super) fn open(place: &Place<'_>) -> Result<Self, EndError> {
-        let layout = layout(2);
-        let subscriber = FrameSubscriber::open(place.participant, OUTPUT, &layout, Depth::All)?;
+        let subscriber = FrameSubscriber::open(place.participant, OUTPUT, 2, Depth::All)?;
         Ok(Self { subscriber })
     }
 
@@ -127,8 +126,8 @@ impl NodeOutput {
     pub(super) fn await_node(&mut self, stop: &AtomicBool) -> Result<(), EndError> {
         let give_up_ns = Monotonic.now_ns() + START_NS;
         // What the node of the turn before has left.
-        while self.subscriber.next().is_some() {}
-        while self.subscriber.next().is_none() && !stop.load(Ordering::Relaxed) {
+        while self.subscriber.next(Monotonic.now_ns()).is_some() {}
+        while self.subscriber.next(Monotonic.now_ns()).is_none() && !stop.load(Ordering::Relaxed) {
             if Monotonic.now_ns() > give_up_ns {
                 return Err(EndError::NoNode);
             }
@@ -150,10 +149,14 @@ impl NodeOutput {
         let mut received = Received::default();
         let mut last: Option<(u64, f64)> = None;
         let mut looks: u32 = 0;
+        let mut now_ns = span.from_ns;
         while !stop.load(Ordering::Relaxed) {
-            let Some(frame) = self.subscriber.next() else {
+            let Some(frame) = self.subscriber.next(now_ns) else {
                 looks = looks.wrapping_add(1);
-                if looks.is_multiple_of(LOOKS) && Monotonic.now_ns() > span.end_ns {
+                if looks.is_multiple_of(LOOKS) {
+                    now_ns = Monotonic.now_ns();
+                }
+                if now_ns > span.end_ns {
                     break;
                 }
                 continue;

@@ -10,10 +10,10 @@ use isochrone_cyclic::{Clock, Monotonic};
 pub(super) fn open(place: &Place<'_>) -> Result<Opening, EndError> {
     let (participant, layout) = (place.participant, layout(place.values));
     let name = |way| place.name(Arm::Ports, way);
-    let publisher = FramePublisher::open(participant, &name(Way::Out), &layout)?;
-    let subscriber = FrameSubscriber::open(participant, &name(Way::In), &layout, Depth::All)?;
+    let publisher = FramePublisher::open(participant, &name(Way::Out), &layout)?.plain();
+    let subscriber = FrameSubscriber::open(participant, &name(Way::In), place.values, Depth::All)?;
     Ok(Box::new(move || {
-        let mut ports = Ports { publisher, subscriber };
+        let mut ports = Ports { publisher, subscriber, now_ns: 0 };
         ports.prepare();
         ports.subscriber.maintain();
         Ok(Box::new(ports) as Box<dyn End>)
@@ -22,22 +22,25 @@ pub(super) fn open(place: &Place<'_>) -> Result<Opening, EndError> {
 
 /// Frames of so many values.
 pub(super) fn layout(values: usize) -> FrameLayout {
-    let signal = |channel| SignalSpec { name: format!("v{channel}"), value_type: String::new() };
+    let signal = |channel| SignalSpec::new(format!("v{channel}"), "");
     FrameLayout { signals: (0..values).map(signal).collect(), period_ns: None }
 }
 
 struct Ports {
     publisher: FramePublisher<ipc::Service>,
     subscriber: FrameSubscriber<ipc::Service>,
+    /// A cycle has read the clock before it reads its inputs; so has an end that answers.
+    now_ns: u64,
 }
 
 impl End for Ports {
     fn send(&mut self, header: Header) -> Result<(), EndError> {
+        self.now_ns = header.sent_ns;
         publish(&mut self.publisher, header)
     }
 
     fn receive(&mut self) -> Result<Option<Message>, EndError> {
-        Ok(self.subscriber.next().map(|frame| {
+        Ok(self.subscriber.next(self.now_ns).map(|frame| {
             let header = frame.header();
             let header = Header { sequence: header.cycle, sent_ns: header.release_ns };
             Message::read(header, frame.values())

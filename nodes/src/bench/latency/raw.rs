@@ -7,13 +7,12 @@ use isochrone_ipc::{FrameHeader, ipc};
 use super::arms::Arm;
 use super::end::{End, EndError, Opening, Place, Way};
 use super::message::{Header, Message};
-use super::ports::layout;
 
 pub(super) fn open(place: &Place<'_>) -> Result<Opening, EndError> {
-    let (participant, layout) = (place.participant, layout(place.values));
+    let (participant, values) = (place.participant, place.values);
     let name = |way| place.name(Arm::Raw, way);
-    let mut publisher = RawPublisher::open(participant, &name(Way::Out), &layout)?;
-    let mut subscriber = RawSubscriber::open(participant, &name(Way::In), &layout)?;
+    let mut publisher = RawPublisher::open(participant, &name(Way::Out), values)?;
+    let mut subscriber = RawSubscriber::open(participant, &name(Way::In), values)?;
     Ok(Box::new(move || {
         publisher.connect();
         subscriber.connect();

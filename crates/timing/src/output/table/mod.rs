@@ -110,9 +110,20 @@ fn link(f: &mut Formatter<'_>, link: &LinkReport) -> Result {
         write!(f, ": {} Hz", three_digits(rate_hz))?;
     }
     writeln!(f)?;
-    writeln!(f, "  {} frames, {} lost, {} restarts", link.frames, link.lost, link.restarts)?;
+    write!(f, "  {} frames, {} lost, {} restarts", link.frames, link.lost, link.restarts)?;
+    for (count, what) in [
+        (link.other_writers, "of other writers"),
+        (link.future_stamps, "with stamps from the future"),
+        (link.past_stamps, "with stamps from the past"),
+        (link.unknown_layouts, "of unknown layout"),
+    ] {
+        if count > 0 {
+            write!(f, ", {count} {what}")?;
+        }
+    }
+    writeln!(f)?;
     // Who only counts frames, as their sender does, has no latencies.
-    let latencies = [("one-way", &link.one_way_ns), ("end-to-end", &link.end_to_end_ns)];
+    let latencies = [("last hop", &link.one_way_ns), ("end to end", &link.end_to_end_ns)];
     if latencies.iter().any(|(_, summary)| summary.count > 0) {
         heading(f)?;
         for (label, summary) in latencies {

@@ -1,0 +1,278 @@
+//! Both ends of a service of layouts. For ordinary threads: they allocate, and touch files.
+
+use std::time::{Duration, Instant};
+
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::port::subscriber::Subscriber;
+use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy};
+use iceoryx2::service::port_factory::PortFactory as _;
+
+use crate::announcement::Announcement;
+use crate::backoff::Backoff;
+use crate::peers::Peers;
+use crate::publisher::reserve;
+use crate::service::{self, LayoutService};
+use crate::{FrameLayout, OpenError, Participant, Service, give_up_file_override, space};
+
+/// How often a layout is announced while there is a reader.
+const INTERVAL: Duration = Duration::from_millis(500);
+/// Between two attempts to make good a connection that failed.
+const PAUSE: Duration = Duration::from_millis(100);
+/// Layouts of one service that are remembered. A service has one writer, which has one layout.
+const MAX_KNOWN: usize = 8;
+/// The announcement that is being sent.
+const MAX_LOANED: usize = 1;
+
+/// Announces what the frames of a service are, for as long as it lives.
+///
+/// Belongs to the writer's ordinary thread, which calls [`tend`](Self::tend) some fifty times a
+/// second. Its service, `isochrone/layout/<service>`, has nothing to do with that of the frames:
+/// readers that wait for a layout cost the thread that sends the frames nothing.
+#[derive(Debug)]
+pub struct LayoutAnnouncer<S: Service> {
+    // Dropped before its service.
+    port: Option<Publisher<S, [u8], ()>>,
+    service: LayoutService<S>,
+    peers: Peers,
+    retry: Retry,
+    json: Vec<u8>,
+    readers: usize,
+    sent: Option<Instant>,
+}
+
+impl<S: Service> LayoutAnnouncer<S> {
+    /// Opens the service for the layouts of `service`, and announces `layout` if a reader waits.
+    ///
+    /// `publisher` is who writes the frames, for people.
+    ///
+    /// # Errors
+    /// The name or the layout is not possible, the existing service does not fit, or shared memory
+    /// has no room for the announcement.
+    pub fn open(
+        participant: &Participant<S>,
+        service: &str,
+        publisher: &str,
+        layout: &FrameLayout,
+    ) -> Result<Self, OpenError> {
+        let source = |source| OpenError::Layout { service: service.to_owned(), source };
+        layout.check().map_err(source)?;
+        let opened = service::open_or_create_layouts(participant, service)?;
+        let json = Announcement::new(publisher, layout).to_json();
+        let peers = Peers::default();
+        let port = persistently(participant, || publish(participant, &opened, &peers, json.len()))?;
+        let retry = Retry::default();
+        let port = Some(port);
+        let mut announcer =
+            Self { port, service: opened, peers, retry, json, readers: 0, sent: None };
+        announcer.tend(participant);
+        Ok(announcer)
+    }
+
+    /// Announces the layout if a reader came, or if there is one and the last time is 500 ms ago.
+    pub fn tend(&mut self, participant: &Participant<S>) {
+        let readers = self.service.dynamic_config().number_of_subscribers();
+        let has_more = readers > self.readers;
+        self.readers = readers;
+        let is_due = self.sent.is_none_or(|sent| sent.elapsed() >= INTERVAL);
+        let retries = self.retry.is_due(self.peers.failures());
+        if readers == 0 || !(has_more || is_due || retries) {
+            return;
+        }
+        if retries || self.port.is_none() {
+            // iceoryx2 comes back to a connection that failed only in a new port.
+            self.port = None;
+            let port = publish(participant, &self.service, &self.peers, self.json.len());
+            self.port = port.ok();
+        }
+        self.sent = Some(Instant::now());
+        // As root, a half-made reader would hold up the thread for ever.
+        let _given_up = give_up_file_override();
+        let Some(mut message) = self.port.as_ref().and_then(|p| p.loan_slice(self.json.len()).ok())
+        else {
+            return;
+        };
+        message.payload_mut().copy_from_slice(&self.json);
+        // What does not arrive is sent again.
+        let _ = message.send();
+    }
+}
+
+/// Learns what the frames of a service are from those who write them.
+///
+/// For an ordinary thread, which calls [`look`](Self::look) some fifty times a second.
+#[derive(Debug)]
+pub struct LayoutWatcher<S: Service> {
+    // Dropped before its service.
+    port: Option<Subscriber<S, [u8], ()>>,
+    service: LayoutService<S>,
+    peers: Peers,
+    retry: Retry,
+    /// The newest stands last.
+    known: Vec<Announcement>,
+    has_warned: bool,
+}
+
+impl<S: Service> LayoutWatcher<S> {
+    /// Opens the service for the layouts of `service`, whether somebody announces one yet or not.
+    ///
+    /// # Errors
+    /// The name is not possible, the existing service does not fit, or it has no place left.
+    pub fn open(participant: &Participant<S>, service: &str) -> Result<Self, OpenError> {
+        let opened = service::open_or_create_layouts(participant, service)?;
+        let peers = Peers::default();
+        let port = persistently(participant, || subscribe(participant, &opened, &peers))?;
+        let port = Some(port);
+        let retry = Retry::default();
+        Ok(Self { port, service: opened, peers, retry, known: Vec::new(), has_warned: false })
+    }
+
+    /// Takes in what was announced since the last look; returns whether there is something new.
+    pub fn look(&mut self, participant: &Participant<S>) -> bool {
+        if self.retry.is_due(self.peers.failures()) || self.port.is_none() {
+            // As with the announcer.
+            self.port = None;
+            self.port = subscribe(participant, &self.service, &self.peers).ok();
+        }
+        let mut is_new = false;
+        for _ in 0..self.service.static_config().max_publishers() * 2 {
+            let received = {
+                let _given_up = give_up_file_override();
+                self.port.as_ref().and_then(|port| port.receive().ok().flatten())
+            };
+            let Some(message) = received else { break };
+            match Announcement::from_json(message.payload()) {
+                Ok(announcement) => is_new |= self.learn(announcement),
+                Err(error) => {
+                    let text = format!("{error}");
+                    drop(message);
+                    self.warn(&text);
+                }
+            }
+        }
+        is_new
+    }
+
+    /// The announcement of the frames with this number.
+    pub fn find(&self, number: u64) -> Option<&Announcement> {
+        self.known.iter().rfind(|known| known.number == number)
+    }
+
+    /// What was announced last.
+    pub fn newest(&self) -> Option<&Announcement> {
+        self.known.last()
+    }
+
+    /// Returns whether it is news.
+    fn learn(&mut self, announcement: Announcement) -> bool {
+        if self.known.last() == Some(&announcement) {
+            return false;
+        }
+        self.known.retain(|known| known.number != announcement.number);
+        if self.known.len() == MAX_KNOWN {
+            self.known.remove(0);
+        }
+        self.known.push(announcement);
+        true
+    }
+
+    fn warn(&mut self, error: &str) {
+        if !std::mem::replace(&mut self.has_warned, true) {
+            let service = self.service.name().as_str();
+            tracing::warn!("a message of service {service:?} is not understood: {error}");
+        }
+    }
+}
+
+/// When to try again what failed.
+#[derive(Debug, Default)]
+struct Retry {
+    answered: u64,
+    not_before: Option<Instant>,
+}
+
+impl Retry {
+    fn is_due(&mut self, failures: u64) -> bool {
+        let now = Instant::now();
+        if failures == self.answered || self.not_before.is_some_and(|instant| now < instant) {
+            return false;
+        }
+        self.answered = failures;
+        self.not_before = Some(now + PAUSE);
+        true
+    }
+}
+
+/// Tries again while whoever is in the way may be dead, or about to leave.
+fn persistently<S: Service, P>(
+    participant: &Participant<S>,
+    open: impl Fn() -> Result<P, OpenError>,
+) -> Result<P, OpenError> {
+    let mut backoff = Backoff::new();
+    loop {
+        match open() {
+            Ok(port) => return Ok(port),
+            Err(error) => {
+                participant.clean_up();
+                if !backoff.try_again() {
+                    return Err(error);
+                }
+            }
+        }
+    }
+}
+
+fn publish<S: Service>(
+    participant: &Participant<S>,
+    opened: &LayoutService<S>,
+    peers: &Peers,
+    bytes: usize,
+) -> Result<Publisher<S, [u8], ()>, OpenError> {
+    let service = opened.name().as_str();
+    let places = service::publisher_places(opened);
+    if opened.dynamic_config().number_of_publishers() >= places {
+        let service = service.to_owned();
+        return Err(OpenError::Full { service, what: "publisher", limit: places });
+    }
+    let full = |(needed_bytes, free_bytes)| OpenError::SharedMemoryFull {
+        service: service.to_owned(),
+        needed_bytes,
+        free_bytes,
+    };
+    space::require(service::segment_bytes(opened, MAX_LOANED, bytes)).map_err(full)?;
+    let created = {
+        let _given_up = give_up_file_override();
+        opened
+            .publisher_builder()
+            .max_loaned_samples(MAX_LOANED)
+            .initial_max_slice_len(bytes)
+            .allocation_strategy(AllocationStrategy::Static)
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .set_degradation_handler(peers.counting_handler())
+            .create()
+    };
+    let port = created.map_err(|cause| service::failed(participant, service, cause))?;
+    reserve(participant, port.id()).map_err(full)?;
+    Ok(port)
+}
+
+fn subscribe<S: Service>(
+    participant: &Participant<S>,
+    opened: &LayoutService<S>,
+    peers: &Peers,
+) -> Result<Subscriber<S, [u8], ()>, OpenError> {
+    let service = opened.name().as_str();
+    let places = service::subscriber_places(opened);
+    if opened.dynamic_config().number_of_subscribers() >= places {
+        let service = service.to_owned();
+        return Err(OpenError::Full { service, what: "subscriber", limit: places });
+    }
+    let created = {
+        let _given_up = give_up_file_override();
+        opened
+            .subscriber_builder()
+            .history_request(0)
+            .set_degradation_handler(peers.counting_handler())
+            .create()
+    };
+    created.map_err(|cause| service::failed(participant, service, cause))
+}

@@ -1,0 +1,173 @@
+//! Where the inputs of a service stand in its frames: resolved by names in the ordinary thread, used
+//! by index in the cycle, and handed over by wait-free rings. What the cycle has done with goes back,
+//! so that it frees nothing.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use isochrone_ipc::{Binding, SenderClock, Wanted};
+use rtrb::{Consumer, Producer, RingBuffer};
+
+/// More than are ever on their way: the ordinary thread sends one at a time.
+const ROOM: usize = 4;
+
+/// Where the inputs stand in frames of one layout.
+#[derive(Debug)]
+pub(crate) struct Bindings {
+    pub(crate) layout: u64,
+    pub(crate) clock: SenderClock,
+    pub(crate) period_ns: Option<u64>,
+    /// For each input its index in the frame, if the frame has what it wants.
+    pub(crate) places: Box<[Option<usize>]>,
+}
+
+impl Bindings {
+    /// For frames that do not say which layout they have: by channel only.
+    fn plain(wanted: &[Wanted]) -> Self {
+        let place = |wanted: &Wanted| match wanted.binding {
+            Binding::Channel(channel) => Some(channel),
+            Binding::Signal(_) => None,
+        };
+        let places = wanted.iter().map(place).collect();
+        Self { layout: 0, clock: SenderClock::Shared, period_ns: None, places }
+    }
+}
+
+/// What the cycle tells the ordinary thread of a service. Written by the cycle only.
+#[derive(Debug, Default)]
+pub(crate) struct Observed {
+    /// The layout of the newest frame, where it is not resolved; 0: all is well.
+    pub(crate) unknown_layout: AtomicU64,
+    /// Whether the newest frame does not say which layout it has.
+    pub(crate) is_plain: AtomicBool,
+    pub(crate) other_writers: AtomicU64,
+    /// How far the newest stamp from the future lay in it, in ns; 0: none came.
+    pub(crate) ahead_ns: AtomicU64,
+    /// How old the newest stamp from the past was, in ns; 0: none came.
+    pub(crate) behind_ns: AtomicU64,
+}
+
+/// The end in the cycle.
+pub(crate) struct Resolved {
+    plain: Bindings,
+    current: Option<Box<Bindings>>,
+    new: Consumer<Box<Bindings>>,
+    used: Producer<Box<Bindings>>,
+    pub(crate) observed: Arc<Observed>,
+}
+
+/// The end in the ordinary thread.
+pub(crate) struct Desk {
+    pub(crate) service: String,
+    /// Names of the inputs, for people.
+    pub(crate) inputs: Vec<String>,
+    pub(crate) wanted: Vec<Wanted>,
+    new: Producer<Box<Bindings>>,
+    used: Consumer<Box<Bindings>>,
+    pub(crate) observed: Arc<Observed>,
+}
+
+/// Makes both ends for the inputs of a service.
+pub(crate) fn ends(service: &str, inputs: Vec<String>, wanted: Vec<Wanted>) -> (Resolved, Desk) {
+    let (send_new, new) = RingBuffer::new(ROOM);
+    let (used, receive_used) = RingBuffer::new(2 * ROOM);
+    let observed = Arc::new(Observed::default());
+    let plain = Bindings::plain(&wanted);
+    let resolved = Resolved { plain, current: None, new, used, observed: observed.clone() };
+    let service = service.to_owned();
+    let desk = Desk { service, inputs, wanted, new: send_new, used: receive_used, observed };
+    (resolved, desk)
+}
+
+impl Resolved {
+    /// Takes over what the ordinary thread has resolved since; returns the announced period if that
+    /// is news. Wait-free, and frees nothing.
+    pub(crate) fn update(&mut self) -> Option<u64> {
+        let new = self.new.pop().ok()?;
+        let period_ns = new.period_ns;
+        if let Some(used) = self.current.replace(new) {
+            // There is always room: the other end sends only when it has emptied this ring.
+            let _ = self.used.push(used);
+        }
+        period_ns
+    }
+
+    /// The bindings for frames of a layout; `None` as long as that is not resolved.
+    pub(crate) fn of(&self, layout: u64) -> Option<&Bindings> {
+        if layout == 0 {
+            return Some(&self.plain);
+        }
+        self.current.as_deref().filter(|current| current.layout == layout)
+    }
+}
+
+impl Desk {
+    /// Hands bindings over; `false` where those before are still on their way.
+    pub(crate) fn send(&mut self, bindings: Bindings) -> bool {
+        while self.used.pop().is_ok() {}
+        self.new.push(Box::new(bindings)).is_ok()
+    }
+
+    /// Whether an input wants a signal by its name.
+    pub(crate) fn by_signal(&self) -> Option<&str> {
+        let mut inputs = self.inputs.iter().zip(&self.wanted);
+        let found = inputs.find(|(_, wanted)| matches!(wanted.binding, Binding::Signal(_)));
+        found.map(|(input, _)| input.as_str())
+    }
+}
+
+impl Observed {
+    /// For the cycle: a store that nobody waits for.
+    pub(crate) fn store(counter: &AtomicU64, value: u64) {
+        counter.store(value, Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn wanted(binding: Binding) -> Wanted {
+        Wanted { binding, value_type: "LREAL".into() }
+    }
+
+    fn bindings(layout: u64) -> Bindings {
+        let (clock, period_ns) = (SenderClock::Shared, Some(layout * 10));
+        Bindings { layout, clock, period_ns, places: [Some(7)].into() }
+    }
+
+    #[test]
+    fn only_the_layout_that_is_resolved_is_read() {
+        let (mut cycle, mut desk) = ends("s", vec!["x".into()], vec![wanted(Binding::Channel(3))]);
+        assert_eq!(cycle.of(0).unwrap().places[0], Some(3));
+        assert!(cycle.of(5).is_none());
+        assert!(desk.send(bindings(5)));
+        assert_eq!(cycle.update(), Some(50));
+        assert_eq!(cycle.update(), None);
+        assert_eq!(cycle.of(5).unwrap().places[0], Some(7));
+        assert!(cycle.of(6).is_none());
+        assert_eq!(cycle.of(0).unwrap().places[0], Some(3));
+    }
+
+    #[test]
+    fn a_signal_is_in_no_plain_frame() {
+        let signal = wanted(Binding::Signal("a".into()));
+        let (cycle, desk) = ends("s", vec!["x".into()], vec![signal]);
+        assert_eq!(cycle.of(0).unwrap().places[0], None);
+        assert_eq!(desk.by_signal(), Some("x"));
+    }
+
+    #[test]
+    fn the_cycle_frees_no_bindings_however_often_they_change() {
+        let (mut cycle, mut desk) = ends("s", Vec::new(), Vec::new());
+        for layout in 1..100 {
+            assert!(desk.send(bindings(layout)));
+            cycle.update();
+            assert!(cycle.used.slots() > 0, "there is room for what is given back");
+            assert!(cycle.of(layout).is_some());
+        }
+        // A cycle that stands still gets no more than there is room for.
+        let sent = (100..120).take_while(|layout| desk.send(bindings(*layout))).count();
+        assert_eq!(sent, ROOM);
+    }
+}

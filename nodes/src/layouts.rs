@@ -1,0 +1,163 @@
+//! The layouts of a node's frames, in its ordinary thread: those that it announces, and those of
+//! others that its inputs are resolved by.
+
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use isochrone_engine::Plan;
+use isochrone_ipc::{
+    Announcement, LayoutAnnouncer, LayoutWatcher, OpenError, Participant, SenderClock, ipc,
+};
+use isochrone_timing::Warning;
+
+use crate::alarms;
+use crate::bindings::{Bindings, Desk};
+use crate::ports::layout;
+
+type Service = ipc::Service;
+
+/// How long frames may have a layout that nobody announces before that is an alarm. Who announces
+/// does so within half of it.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// Opens an announcer for each output of a node.
+pub(crate) fn announcers(
+    participant: &Participant<Service>,
+    plan: &Plan,
+) -> Result<Vec<LayoutAnnouncer<Service>>, OpenError> {
+    let outputs = plan.tasks.iter().flat_map(|task| {
+        task.outputs.iter().map(move |output| (output, layout(output, task.period_ns)))
+    });
+    let open = |(output, layout): (&isochrone_engine::OutputPlan, _)| {
+        LayoutAnnouncer::open(participant, &output.service, &plan.node, &layout)
+    };
+    outputs.map(open).collect()
+}
+
+/// Resolves the inputs of one service, and raises the alarms about its frames.
+pub(crate) struct Resolver {
+    desk: Desk,
+    watcher: LayoutWatcher<Service>,
+    /// The layout that the cycle was told last.
+    sent: Option<Announcement>,
+    /// Since when frames have a layout that nobody announces.
+    unknown_since: Option<Instant>,
+    raised: Vec<Warning>,
+    /// Of each input, why it does not fit.
+    conflicts: Vec<Option<String>>,
+}
+
+impl Resolver {
+    pub(crate) fn open(participant: &Participant<Service>, desk: Desk) -> Result<Self, OpenError> {
+        let watcher = LayoutWatcher::open(participant, &desk.service)?;
+        let conflicts = vec![None; desk.inputs.len()];
+        let raised = Vec::new();
+        Ok(Self { desk, watcher, sent: None, unknown_since: None, raised, conflicts })
+    }
+
+    /// Looks for news; some fifty times a second.
+    pub(crate) fn tend(&mut self, participant: &Participant<Service>) {
+        self.watcher.look(participant);
+        let unknown = self.desk.observed.unknown_layout.load(Ordering::Relaxed);
+        // What the frames carry counts; before the first of them, what was announced last.
+        let announced = match (unknown, &self.sent) {
+            (0, None) => self.watcher.newest(),
+            (0, Some(sent)) => self.watcher.find(sent.number),
+            (unknown, _) => self.watcher.find(unknown),
+        };
+        match announced.cloned() {
+            Some(announced) if self.sent.as_ref() != Some(&announced) => self.resolve(announced),
+            _ => {}
+        }
+        self.note_unknown(unknown);
+        self.note_observed();
+    }
+
+    /// The alarms that were raised, for the report.
+    pub(crate) fn alarms(&mut self) -> Vec<Warning> {
+        std::mem::take(&mut self.raised)
+    }
+
+    fn resolve(&mut self, announced: Announcement) {
+        let places = self.desk.wanted.iter().map(|wanted| announced.layout.find(wanted));
+        let places: Vec<_> = places.collect();
+        let bindings = Bindings {
+            layout: announced.number,
+            clock: announced.clock(),
+            period_ns: announced.layout.period_ns,
+            places: places.iter().map(|place| place.as_ref().ok().copied()).collect(),
+        };
+        if !self.desk.send(bindings) {
+            // The cycle has not taken the last ones yet; the next look tries again.
+            return;
+        }
+        let service = self.desk.service.clone();
+        if announced.clock() == SenderClock::Foreign {
+            self.raise(alarms::foreign_host(&service, &announced.publisher));
+        }
+        for (index, place) in places.into_iter().enumerate() {
+            let conflict = place.err().map(|conflict| conflict.to_string());
+            let Some(known) = self.conflicts.get_mut(index) else { continue };
+            if *known == conflict {
+                continue;
+            }
+            known.clone_from(&conflict);
+            let input = self.desk.inputs.get(index).cloned().unwrap_or_default();
+            match conflict {
+                Some(why) => {
+                    self.raise(alarms::unfit_input(&input, &service, &announced.publisher, &why))
+                }
+                None => tracing::warn!("input \"{input}\" reads service \"{service}\" again"),
+            }
+        }
+        self.sent = Some(announced);
+    }
+
+    fn note_unknown(&mut self, unknown: u64) {
+        if unknown == 0 || self.watcher.find(unknown).is_some() {
+            self.unknown_since = None;
+            return;
+        }
+        let since = *self.unknown_since.get_or_insert_with(Instant::now);
+        if since.elapsed() > PATIENCE {
+            self.raise_once(alarms::unknown_layout(&self.desk.service, unknown));
+        }
+    }
+
+    fn note_observed(&mut self) {
+        let service = self.desk.service.clone();
+        let observed = self.desk.observed.clone();
+        if observed.other_writers.load(Ordering::Relaxed) > 0 {
+            self.raise_once(alarms::other_writer(&service));
+        }
+        match observed.ahead_ns.load(Ordering::Relaxed) {
+            0 => {}
+            ahead_ns => self.raise_once(alarms::future_stamps(&service, ahead_ns)),
+        }
+        match observed.behind_ns.load(Ordering::Relaxed) {
+            0 => {}
+            behind_ns => self.raise_once(alarms::past_stamps(&service, behind_ns)),
+        }
+        if observed.is_plain.load(Ordering::Relaxed)
+            && let Some(input) = self.desk.by_signal().map(str::to_owned)
+        {
+            self.raise_once(alarms::plain_frames(&input, &service));
+        }
+    }
+
+    /// Raises an alarm of which the first of its kind says all.
+    fn raise_once(&mut self, alarm: Warning) {
+        if self.raised.iter().all(|raised| raised.code != alarm.code) {
+            self.raise(alarm);
+        }
+    }
+
+    fn raise(&mut self, alarm: Warning) {
+        tracing::warn!("{}", alarms::sentence(&alarm));
+        /// A publisher that changes its layout again and again does not fill the memory.
+        const MOST: usize = 100;
+        if self.raised.len() < MOST && !self.raised.contains(&alarm) {
+            self.raised.push(alarm);
+        }
+    }
+}

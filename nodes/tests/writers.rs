@@ -1,0 +1,249 @@
+//! Publishers that lie, fight or die: what a node and a subscriber make of them.
+
+mod domain;
+
+use std::process::Command;
+use std::thread;
+use std::time::Duration;
+
+use domain::{Domain, Process, not_tested};
+use iceoryx2::prelude::{NodeBuilder, ServiceName, ipc};
+use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_ipc::{FrameHeader, load_config};
+use serde_json::Value;
+
+const NODE: &str = r#"
+[node]
+name = "relay"
+[[task]]
+name = "t"
+period = "2ms"
+[[input]]
+name = "x"
+service = "relay/in"
+default = -1.0
+max_age = "100ms"
+on_stale = "default"
+[[output]]
+service = "relay/out"
+signals = ["x"]
+"#;
+
+fn relay(domain: &Domain) -> (Process, Process) {
+    domain.write("node.toml", NODE);
+    let mut node = domain.start("run node.toml --report node.json");
+    node.wait_for("runs");
+    let mut observer = domain.start("subscribe relay/out");
+    observer.wait_for("x=-1.0");
+    (node, observer)
+}
+
+/// Lets a writer that knows nothing but iceoryx2 send frames of one value, a millisecond apart.
+fn send_plain(domain: &Domain, frames: u64, mut frame: impl FnMut(u64) -> (FrameHeader, f64)) {
+    let config = load_config(Some(&domain.config_file())).unwrap();
+    let node = NodeBuilder::new().config(&config).create::<ipc::Service>().unwrap();
+    let service = node
+        .service_builder(&ServiceName::new("relay/in").unwrap())
+        .publish_subscribe::<[f64]>()
+        .user_header::<FrameHeader>()
+        .open()
+        .unwrap();
+    let port = service.publisher_builder().initial_max_slice_len(1).create().unwrap();
+    for index in 0..frames {
+        let mut sample = port.loan_slice(1).unwrap();
+        (*sample.user_header_mut(), sample.payload_mut()[0]) = frame(index);
+        sample.send().unwrap();
+        thread::sleep(Duration::from_millis(1));
+    }
+}
+
+fn link(domain: &Domain) -> Value {
+    domain.json("node.json")["links"][0].clone()
+}
+
+fn number(value: &Value, key: &str) -> u64 {
+    value[key].as_u64().unwrap_or_default()
+}
+
+#[test]
+fn a_value_from_the_future_goes_stale_when_its_publisher_dies() {
+    for publish_ns in [u64::MAX, Monotonic.now_ns() + 1_000_000_000_000] {
+        let domain = Domain::new();
+        let (mut node, mut observer) = relay(&domain);
+        send_plain(&domain, 100, |sequence| {
+            (FrameHeader { sequence, publish_ns, ..FrameHeader::default() }, 9.0)
+        });
+        observer.wait_until("9 and then the default again", |stdout, _| {
+            let last = stdout.lines().last().unwrap_or_default();
+            stdout.contains("x=9.0") && last.ends_with("x=-1.0")
+        });
+        node.wait_for("in the future, so its publisher has another clock");
+        observer.stop().expect_code(0);
+        node.stop().expect_code(0);
+        assert!(number(&link(&domain), "future_stamps") > 0, "{}", link(&domain));
+        let report = domain.json("node.json");
+        assert_eq!(report["warnings"][0]["code"], "future_stamps", "{report}");
+    }
+}
+
+#[test]
+fn a_publisher_whose_clock_is_ahead_is_read_while_it_lives_and_stale_when_it_is_killed() {
+    let probe = Command::new("unshare").args(["-T", "--monotonic", "1000", "true"]).output();
+    if !probe.is_ok_and(|probe| probe.status.success()) {
+        return not_tested("a clock that is ahead", "no time namespace can be had");
+    }
+    let domain = Domain::new();
+    let (mut node, mut observer) = relay(&domain);
+    let mut command = Command::new("unshare");
+    command.args(["-T", "--monotonic", "1000", env!("CARGO_BIN_EXE_isochrone")]);
+    command.args(["publish", "relay/in", "--value", "9", "--iceoryx2-config"]);
+    let publisher = Process::start({
+        command.arg(domain.config_file());
+        command
+    });
+    observer.wait_for("x=9.0");
+    node.wait_for("in the future, so its publisher has another clock");
+    let mut stats = domain.start("subscribe relay/in --stats --json");
+    stats.wait_for("in the future");
+    let stats = stats.stop().expect_code(0);
+    let report: Value = serde_json::from_str(&stats.stdout).unwrap();
+    let link = &report["links"][0];
+    assert_eq!(link["one_way_ns"]["count"], 0, "no latency is made up: {link}");
+    assert_eq!(number(link, "future_stamps"), number(link, "frames"));
+    publisher.kill();
+    observer.wait_until("the default again", |stdout, _| {
+        stdout.lines().last().is_some_and(|line| line.ends_with("x=-1.0"))
+    });
+    observer.stop().expect_code(0);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn stamps_from_the_past_are_stale_and_the_clock_is_named() {
+    let domain = Domain::new();
+    let (mut node, observer) = relay(&domain);
+    // A thousand seconds behind, as far as the clock has run for so long.
+    let behind = |sequence| {
+        let publish_ns = (Monotonic.now_ns() / 2).max(1);
+        (FrameHeader { sequence, publish_ns, ..FrameHeader::default() }, 9.0)
+    };
+    send_plain(&domain, 100, behind);
+    node.wait_for("has another clock or was held up");
+    assert!(!observer.stop().expect_code(0).stdout.contains("x=9.0"));
+    let ended = node.stop().expect_code(0);
+    assert_eq!(ended.stderr.matches("held up").count(), 1, "{}", ended.stderr);
+    assert!(number(&link(&domain), "past_stamps") > 0, "{}", link(&domain));
+}
+
+#[test]
+fn a_second_writer_is_told_and_counted_and_its_frames_are_no_loss() {
+    let domain = Domain::new();
+    let (mut node, observer) = relay(&domain);
+    let mut publisher = domain.start("publish relay/in --value 1");
+    publisher.wait_for("publishing");
+    // It began earlier and is far ahead in its count.
+    send_plain(&domain, 300, |index| {
+        let header = FrameHeader {
+            sequence: 7_000_000 + index * 1_000,
+            publish_ns: Monotonic.now_ns(),
+            ..FrameHeader::default()
+        };
+        (header, 2.0)
+    });
+    node.wait_for("has a second publisher");
+    let printed = observer.stop().expect_code(0).stdout;
+    publisher.stop().expect_code(0);
+    node.stop().expect_code(0);
+    let link = link(&domain);
+    assert!(number(&link, "other_writers") > 0, "{link}");
+    assert!(number(&link, "lost") < 10_000, "{link}");
+    // Whoever comes first is followed, but nobody goes back from the node with a term.
+    let last_other = printed.rfind("x=2.0").unwrap_or_default();
+    assert!(last_other < printed.rfind("x=1.0").unwrap(), "{printed}");
+}
+
+#[test]
+fn a_sequence_that_alternates_between_its_ends_is_restarts_and_never_a_loss() {
+    let domain = Domain::new();
+    let (node, observer) = relay(&domain);
+    send_plain(&domain, 300, |index| {
+        let sequence = if index % 2 == 0 { 0 } else { u64::MAX };
+        (FrameHeader { sequence, publish_ns: Monotonic.now_ns(), ..FrameHeader::default() }, 3.0)
+    });
+    observer.stop().expect_code(0);
+    node.stop().expect_code(0);
+    let link = link(&domain);
+    assert_eq!(number(&link, "lost"), 0, "{link}");
+    assert!(number(&link, "restarts") > 50, "{link}");
+}
+
+#[test]
+fn a_publisher_that_restarts_is_one_restart_in_the_report_of_the_node() {
+    let domain = Domain::new();
+    let (node, mut observer) = relay(&domain);
+    for value in ["1", "2", "3"] {
+        let publisher = domain.start(&format!("publish relay/in --value {value}"));
+        observer.wait_for(&format!("x={value}.0"));
+        match value {
+            "2" => publisher.kill(),
+            _ => drop(publisher.stop().expect_code(0)),
+        }
+    }
+    observer.stop().expect_code(0);
+    node.stop().expect_code(0);
+    let link = link(&domain);
+    assert_eq!(number(&link, "restarts"), 2, "{link}");
+    assert_eq!(number(&link, "other_writers"), 0, "{link}");
+}
+
+#[test]
+fn subscribers_that_a_publisher_cannot_connect_to_say_so_and_fail() {
+    let domain = Domain::new();
+    let mut command = Command::new("sh");
+    let script = "ulimit -n 22; exec \"$0\" publish relay/in --value 1 --iceoryx2-config \"$1\"";
+    command.args(["-c", script, env!("CARGO_BIN_EXE_isochrone")]).arg(domain.config_file());
+    let mut publisher = Process::start(command);
+    publisher.wait_for("publishing");
+    let subscribers: Vec<_> =
+        (0..8).map(|_| domain.start("subscribe relay/in --seconds 3 --every 1000")).collect();
+    let mut failed = 0;
+    for subscriber in subscribers {
+        let ended = subscriber.finish();
+        match ended.status.code() {
+            Some(0) => assert!(!ended.stdout.is_empty(), "{}", ended.stderr),
+            Some(1) => {
+                assert_eq!(ended.stdout, "");
+                for part in ["has a publisher, but nothing of it arrived", "file descriptors"] {
+                    assert!(ended.stderr.contains(part), "{part}: {}", ended.stderr);
+                }
+                failed += 1;
+            }
+            code => panic!("{code:?}: {}", ended.stderr),
+        }
+    }
+    assert!(failed > 0, "22 file descriptors were enough for eight subscribers");
+    drop(publisher);
+}
+
+#[test]
+fn a_subscriber_without_file_descriptors_says_so_and_fails() {
+    let domain = Domain::new();
+    let publisher = domain.start("publish relay/in --value 1");
+    let mut fails = 0;
+    for descriptors in [9, 12, 15] {
+        let mut command = Command::new("sh");
+        let script = format!(
+            "ulimit -n {descriptors}; exec \"$0\" subscribe relay/in --count 5 --iceoryx2-config \"$1\""
+        );
+        command.args(["-c", &script, env!("CARGO_BIN_EXE_isochrone")]).arg(domain.config_file());
+        let ended = Process::start(command).finish();
+        match ended.status.code() {
+            Some(0) => assert_eq!(ended.stdout.lines().count(), 5),
+            Some(1) => assert!(!ended.stderr.contains("0 lost"), "{}", ended.stderr),
+            code => panic!("{code:?}: {}", ended.stderr),
+        }
+        fails += u32::from(ended.stdout.is_empty());
+    }
+    publisher.stop().expect_code(0);
+    assert!(fails > 0, "9 file descriptors were enough");
+}
