@@ -1,0 +1,125 @@
+//! The reader and the writer in Python, against real processes.
+//!
+//! They need `pip install iceoryx2==0.10.0`, in `target/python` (as `.ci/run` makes it) or for the
+//! `python3` on the path. Without it the tests skip themselves, but not where `CI` is set.
+
+mod domain;
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use domain::{Domain, Process, not_tested};
+
+const NODE: &str = r#"
+[node]
+name = "reader"
+[[task]]
+name = "t"
+period = "5ms"
+[[input]]
+name = "wave"
+service = "plant/python"
+signal = "sine"
+default = -9.0
+[[input]]
+name = "n"
+type = "INT"
+service = "plant/python"
+signal = "count"
+[[output]]
+service = "plant/level"
+signals = ["wave", "n"]
+"#;
+
+/// A Python that has iceoryx2.
+fn python() -> Option<PathBuf> {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/python/bin/python3");
+    let candidates = [own, PathBuf::from("python3")];
+    let found = candidates.into_iter().find(|python| {
+        let probe = Command::new(python).args(["-c", "import iceoryx2"]).output();
+        probe.is_ok_and(|probe| probe.status.success())
+    });
+    let why = "no python3 has the package iceoryx2; pip install iceoryx2==0.10.0";
+    if found.is_none() {
+        assert!(std::env::var_os("CI").is_none(), "{why}");
+        not_tested("the reader and the writer in Python", why);
+    }
+    found
+}
+
+/// Starts one of the programs in the domain of a test.
+fn start(domain: &Domain, python: &Path, program: &str, arguments: &[&str]) -> Process {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/python");
+    // iceoryx2 looks for its configuration there first.
+    std::fs::create_dir_all(domain.path("config")).unwrap();
+    std::fs::copy(domain.config_file(), domain.path("config/iceoryx2.toml")).unwrap();
+    let mut command = Command::new(python);
+    command.arg(folder.join(program)).args(arguments).current_dir(domain.path(""));
+    // Nothing is written beside the programs.
+    command.env("PYTHONDONTWRITEBYTECODE", "1").env("PYTHONUNBUFFERED", "1");
+    Process::start(command)
+}
+
+#[test]
+fn a_reader_in_python_prints_the_names_and_values_of_a_node() {
+    let Some(python) = python() else { return };
+    let domain = Domain::new();
+    domain.write("node.toml", NODE);
+    let mut node = domain.start("run node.toml");
+    node.wait_for("runs");
+    let ended = start(&domain, &python, "reader.py", &["plant/level", "3"]).finish();
+    let printed = ended.expect_code(0).stdout;
+    let mut lines = printed.lines();
+    assert_eq!(lines.next(), Some("plant/level from reader: wave, n"), "{printed}");
+    let mut last = None;
+    for line in lines.by_ref().take(3) {
+        let (sequence, values) = line.split_once(' ').unwrap();
+        assert_eq!(values, "wave=-9.0 n=0.0");
+        let sequence: u64 = sequence.parse().unwrap();
+        assert!(last < Some(sequence), "{printed}");
+        last = Some(sequence);
+    }
+    assert_eq!(lines.next(), None);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn a_node_reads_by_name_what_a_writer_in_python_publishes() {
+    let Some(python) = python() else { return };
+    let domain = Domain::new();
+    domain.write("node.toml", NODE);
+    // The reader comes first, and makes both services.
+    let mut node = domain.start("run node.toml --report node.json");
+    node.wait_for("runs");
+    let mut observer = domain.start("subscribe plant/level");
+    observer.wait_for("wave=-9.0 n=0.0");
+    let mut direct = domain.start("subscribe plant/python");
+    let writer = start(&domain, &python, "writer.py", &["plant/python", "400", "200"]);
+    observer.wait_until("a value of the writer", |stdout, _| {
+        stdout.lines().last().is_some_and(|line| line.contains("wave=0."))
+    });
+    direct.wait_for("\"plant/python\" carries sine, count (from \"python\")");
+    writer.finish().expect_code(0);
+    for process in [direct, observer, node] {
+        process.stop().expect_code(0);
+    }
+    let report = domain.json("node.json");
+    assert_eq!(report["warnings"].as_array().unwrap().len(), 0, "{report}");
+    let link = &report["links"][0];
+    assert!(link["frames"].as_u64() > Some(0), "{link}");
+    assert_eq!(link["restarts"], 0, "{link}");
+}
+
+#[test]
+fn a_reader_and_a_writer_in_python_need_nobody_else() {
+    let Some(python) = python() else { return };
+    let domain = Domain::new();
+    let mut reader = start(&domain, &python, "reader.py", &["plant/python", "5"]);
+    let writer = start(&domain, &python, "writer.py", &["plant/python", "200", "100"]);
+    reader.wait_for("plant/python from python: sine, count");
+    let printed = reader.finish().expect_code(0).stdout;
+    assert_eq!(printed.lines().count(), 6, "{printed}");
+    writer.finish().expect_code(0);
+    let ended = start(&domain, &python, "reader.py", &["plant/nobody", "1"]).finish();
+    assert_eq!(ended.expect_code(3).stdout, "no frames on plant/nobody\n");
+}
