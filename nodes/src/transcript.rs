@@ -1,5 +1,6 @@
 //! What `subscribe` makes of the frames: lines for people, or a CSV file.
 
+use std::borrow::Cow;
 use std::collections::VecDeque;
 use std::io::{BufWriter, ErrorKind, Write};
 
@@ -123,7 +124,8 @@ impl Transcript {
             Some(_) => format!("\"{}\" has changed, and now carries {what}", self.service),
         });
         if let Sink::Csv { name, out } = &mut self.sink {
-            let row = format!("cycle,{}\n", self.names.join(","));
+            let names: Vec<_> = self.names.iter().map(|name| field(name)).collect();
+            let row = format!("cycle,{}\n", names.join(","));
             out.write_all(row.as_bytes()).map_err(|error| cannot_write(name, &error))?;
         }
         Ok(())
@@ -173,6 +175,14 @@ impl Transcript {
     }
 }
 
+/// A name as a field of a CSV file.
+fn field(name: &str) -> Cow<'_, str> {
+    match name.contains([',', '"']) {
+        true => format!("\"{}\"", name.replace('"', "\"\"")).into(),
+        false => name.into(),
+    }
+}
+
 fn cannot_write(name: &str, error: &std::io::Error) -> Failure {
     match error.kind() {
         ErrorKind::BrokenPipe => Failure::reader_left(),
@@ -198,5 +208,12 @@ mod tests {
     fn a_name_that_another_process_chose_does_not_reach_the_terminal_as_a_command() {
         let signals = [SignalSpec::new("a\u{1b}[2J\u{9b}", ""), SignalSpec::default()];
         assert_eq!(column_names(&signals, 2), [r"a\u001b[2J\u009b", "ch1"]);
+    }
+
+    #[test]
+    fn a_name_stays_one_field_of_a_csv_file() {
+        assert_eq!(field("level.y"), "level.y");
+        assert_eq!(field("a,b"), "\"a,b\"");
+        assert_eq!(field("a\"b"), "\"a\"\"b\"");
     }
 }

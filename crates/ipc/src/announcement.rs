@@ -52,14 +52,22 @@ impl Announcement {
     /// Reads a message.
     ///
     /// # Errors
-    /// It is not JSON, or not of this form; keys that are not known are ignored.
+    /// It is not JSON, or not of this form; keys that are not known are ignored. Control characters,
+    /// which could do anything to a terminal, become `\u{fffd}`.
     pub fn from_json(json: &[u8]) -> Result<Self, AnnouncementError> {
         let message: Message = serde_json::from_slice(json)
             .map_err(|cause| AnnouncementError::Json { cause: cause.to_string() })?;
         let number =
             number(&message.layout).ok_or(AnnouncementError::Number { text: message.layout })?;
         let Message { publisher, host, period_ns, signals, .. } = message;
-        Ok(Self { number, publisher, host, layout: FrameLayout { signals, period_ns } })
+        let signal = |signal: SignalSpec| SignalSpec {
+            name: printable(signal.name),
+            value_type: printable(signal.value_type),
+            unit: printable(signal.unit),
+        };
+        let signals = signals.into_iter().map(signal).collect();
+        let layout = FrameLayout { signals, period_ns };
+        Ok(Self { number, publisher: printable(publisher), host: printable(host), layout })
     }
 
     /// Writes the message.
@@ -89,6 +97,13 @@ fn number(text: &str) -> Option<u64> {
     let is_hexadecimal = text.len() == 16 && text.bytes().all(|byte| byte.is_ascii_hexdigit());
     let number = u64::from_str_radix(text, 16).ok().filter(|_| is_hexadecimal)?;
     (number != 0).then_some(number)
+}
+
+fn printable(text: String) -> String {
+    match text.contains(char::is_control) {
+        true => text.replace(char::is_control, "\u{fffd}"),
+        false => text,
+    }
 }
 
 /// The kernel's boot id: processes of one boot of one machine share a monotonic clock, whatever the
@@ -129,6 +144,15 @@ mod tests {
         assert_eq!(read.number, 255);
         assert_eq!(read.layout.signals, [SignalSpec::new("a", "")]);
         assert_eq!((read.layout.period_ns, read.clock()), (None, SenderClock::Shared));
+    }
+
+    #[test]
+    fn control_characters_of_another_process_do_not_reach_a_terminal() {
+        let json = br#"{"layout": "00000000000000ff", "publisher": "\u001b[2J",
+            "signals": [{"name": "a\nb"}]}"#;
+        let read = Announcement::from_json(json).unwrap();
+        assert_eq!(read.publisher, "\u{fffd}[2J");
+        assert_eq!(read.layout.signals, [SignalSpec::new("a\u{fffd}b", "")]);
     }
 
     #[test]

@@ -113,7 +113,7 @@ fn a_dead_publisher_of_whom_only_the_place_in_the_service_is_left_gives_way() {
     let domain = Domain::new();
     let shape = layout(&["a:LREAL"]);
     let node = domain.join::<ipc::Service>();
-    let mut reader = FrameSubscriber::open(&node, "x", &shape, Depth::Newest).unwrap();
+    let mut reader = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap();
     let nodes = domain.root().join("nodes");
     let traces = || -> Vec<_> {
         std::fs::read_dir(&nodes).unwrap().map(|entry| entry.unwrap().path()).collect()
@@ -131,7 +131,7 @@ fn a_dead_publisher_of_whom_only_the_place_in_the_service_is_left_gives_way() {
 
     let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
     send(&mut writer, 7.0, 1_000);
-    assert_eq!(reader.newest().unwrap().values(), [7.0]);
+    assert_eq!(reader.newest(1_000).unwrap().values(), [7.0]);
 }
 
 #[test]
@@ -158,7 +158,7 @@ fn all_of_a_domain_is_writable_by_its_owner_only() {
     let domain = Domain::new();
     let node = domain.join::<ipc::Service>();
     let shape = layout(&["a:LREAL"]);
-    let _reader = FrameSubscriber::open(&node, "x", &shape, Depth::All).unwrap();
+    let _reader = FrameSubscriber::open(&node, "x", 1, Depth::All).unwrap();
     let _writer = FramePublisher::open(&node, "x", &shape).unwrap();
     let files = domain.files();
     assert!(files.len() > 5);

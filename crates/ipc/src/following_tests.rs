@@ -1,0 +1,163 @@
+use proptest::prelude::*;
+
+use super::*;
+
+const SECOND_NS: u64 = 1_000_000_000;
+
+fn plain(writer: u128, sequence: u64, now_ns: u64) -> Arrival {
+    Arrival { writer, term: 0, sequence, now_ns }
+}
+
+/// Takes frames of one writer, 1 ms apart.
+fn sequences(sequences: impl IntoIterator<Item = u64>) -> Seen {
+    let mut following = Following::new();
+    for (index, sequence) in sequences.into_iter().enumerate() {
+        let now_ns = index as u64 * 1_000_000;
+        assert_eq!(following.judge(&plain(1, sequence, now_ns)), Verdict::Take);
+    }
+    following.seen()
+}
+
+#[test]
+fn a_gap_in_the_sequence_is_a_loss_of_exactly_that_many() {
+    let seen = sequences([0, 1, 5, 6, 8]);
+    assert_eq!((seen.received, seen.lost, seen.restarts), (5, 4, 0));
+}
+
+#[test]
+fn joining_a_running_publisher_is_no_loss() {
+    assert_eq!(sequences([1_000, 1_001]).lost, 0);
+}
+
+#[test]
+fn a_sequence_that_goes_back_is_a_restart_and_no_loss() {
+    let seen = sequences([10, 11, 0, 1, 3]);
+    assert_eq!((seen.lost, seen.restarts), (1, 1));
+}
+
+#[test]
+fn a_publisher_that_restarts_before_each_frame_is_seen() {
+    assert_eq!(sequences([0, 0, 0]).restarts, 2);
+}
+
+#[test]
+fn a_sequence_that_alternates_between_its_ends_is_restarts_and_no_loss() {
+    let seen = sequences((0..1_000).map(|n| if n % 2 == 0 { 0 } else { u64::MAX }));
+    assert_eq!((seen.lost, seen.restarts), (0, 999));
+}
+
+#[test]
+fn what_a_slow_reader_misses_of_a_fast_publisher_is_a_loss() {
+    let mut following = Following::new();
+    following.judge(&plain(1, 0, 0));
+    // A reader that looks once a second, and a publisher at 1 MHz.
+    following.judge(&plain(1, 1_000_000, SECOND_NS));
+    assert_eq!((following.seen().lost, following.seen().restarts), (999_999, 0));
+    // More than any publisher sends in a second.
+    following.judge(&plain(1, 100_000_000, 2 * SECOND_NS));
+    assert_eq!((following.seen().lost, following.seen().restarts), (999_999, 1));
+}
+
+#[test]
+fn a_higher_term_is_followed_at_once_and_a_lower_one_is_not() {
+    let mut following = Following::new();
+    let with_term = |term: u64| Arrival { writer: term.into(), term, sequence: 7, now_ns: 5 };
+    assert_eq!(following.judge(&with_term(10)), Verdict::Take);
+    assert_eq!(following.judge(&with_term(11)), Verdict::Take);
+    assert_eq!(following.judge(&with_term(10)), Verdict::Stranger);
+    assert_eq!(following.judge(&with_term(11)), Verdict::Take);
+    let seen = following.seen();
+    assert_eq!((seen.restarts, seen.lost, seen.received), (2, 0, 3), "7 after 7 is one too");
+}
+
+#[test]
+fn a_second_writer_is_counted_and_not_taken_as_long_as_the_first_is_heard() {
+    let mut following = Following::new();
+    for cycle in 0..5_000 {
+        let now_ns = cycle * 1_000_000;
+        assert_eq!(following.judge(&plain(1, cycle, now_ns)), Verdict::Take);
+        assert_ne!(following.judge(&plain(2, cycle * 1_000, now_ns)), Verdict::Take);
+        if following.has_stranger() {
+            following.look(&[1, 2]);
+        }
+    }
+    let seen = following.seen();
+    assert_eq!((seen.received, seen.lost, seen.restarts), (5_000, 0, 0));
+    assert_eq!(seen.other_writers, 5_000);
+}
+
+#[test]
+fn the_successor_of_a_writer_that_has_left_is_taken_and_never_counted_as_another() {
+    let mut following = Following::new();
+    following.judge(&plain(1, 900, 0));
+    assert_eq!(following.judge(&plain(2, 0, 1_000)), Verdict::Stranger);
+    following.look(&[2]);
+    assert_eq!(following.judge(&plain(2, 1, 2_000)), Verdict::Take);
+    let seen = following.seen();
+    assert_eq!((seen.other_writers, seen.restarts, seen.lost), (0, 1, 0));
+}
+
+#[test]
+fn what_a_writer_left_behind_is_still_taken() {
+    let mut following = Following::new();
+    following.judge(&plain(1, 0, 0));
+    following.look(&[]);
+    assert_eq!(following.judge(&plain(1, 1, 1)), Verdict::Take);
+    assert_eq!(following.seen().restarts, 0);
+}
+
+#[test]
+fn another_writer_is_taken_after_a_second_of_silence_or_three_periods() {
+    let silence = |period_ns: u64| {
+        let mut following = Following::new();
+        following.set_period(period_ns);
+        following.judge(&plain(1, 0, 0));
+        let is_left = |now_ns: &u64| following.judge(&plain(2, 0, *now_ns)) != Verdict::Take;
+        (0..60).map(|tenths| tenths * SECOND_NS / 10).take_while(is_left).count()
+    };
+    assert_eq!(silence(1_000_000), 10);
+    assert_eq!(silence(SECOND_NS), 30);
+    assert_eq!(silence(u64::MAX), 60);
+}
+
+proptest! {
+    #[test]
+    fn received_and_lost_frames_add_up_to_those_published(
+        received in prop::collection::btree_set(0u64..1_000, 1..200),
+    ) {
+        let published = received.last().unwrap() - received.first().unwrap() + 1;
+        let seen = sequences(received);
+        prop_assert_eq!(seen.received + seen.lost, published);
+        prop_assert_eq!(seen.restarts, 0);
+    }
+
+    #[test]
+    fn whatever_arrives_nothing_overflows_and_nothing_impossible_is_lost(
+        arrivals in prop::collection::vec(
+            (
+                0_u128..4,
+                prop_oneof![Just(0), Just(u64::MAX), any::<u64>()],
+                prop_oneof![Just(0), Just(u64::MAX), 0..100_u64, any::<u64>()],
+                prop_oneof![Just(0), Just(u64::MAX), 0..SECOND_NS],
+                any::<bool>(),
+            ),
+            0..300,
+        ),
+    ) {
+        let mut following = Following::new();
+        let (mut now_ns, mut taken) = (0_u64, 0);
+        for (writer, term, sequence, later_ns, looks) in arrivals {
+            now_ns = now_ns.saturating_add(later_ns);
+            let arrival = Arrival { writer, term, sequence, now_ns };
+            taken += u64::from(following.judge(&arrival) == Verdict::Take);
+            if looks {
+                following.look(&[0, 1]);
+            }
+        }
+        let seen = following.seen();
+        prop_assert_eq!(seen.received, taken);
+        prop_assert!(seen.restarts < taken.max(1));
+        let possible = (now_ns / SHORTEST_NS).saturating_add(taken.saturating_mul(ALWAYS_POSSIBLE));
+        prop_assert!(seen.lost <= possible, "{} of {possible}", seen.lost);
+    }
+}
