@@ -109,10 +109,20 @@ fn a_thousand_blocks_with_inputs_and_outputs_run_without_allocation_fault_or_loc
     let config = load_config(Some(&domain.config_file())).unwrap();
     let readers = Participant::<ipc::Service>::join("readers", &config).unwrap();
     let wait = |index: usize| LayoutWatcher::open(&readers, ["busy/out", "busy/more"][index % 2]);
-    let mut waiting: Vec<_> = (0..8).map(|index| wait(index).unwrap()).collect();
+    let waiting: Vec<_> = (0..8).map(|index| wait(index).unwrap()).collect();
     let run = format!("run node.toml --cycles {} --report node.json", cycles());
-    domain.run(&run).expect_code(0);
-    assert!(waiting.iter_mut().all(|watcher| watcher.look(&readers)), "each learned its layout");
+    let mut node = domain.start(&run);
+    let waiting = std::cell::RefCell::new(waiting);
+    node.wait_until("eight readers to learn their layout", |_, _| {
+        // Those that have learned it stay.
+        let look = |watcher: &mut LayoutWatcher<_>| {
+            watcher.look(&readers);
+            watcher.newest().is_some()
+        };
+        waiting.borrow_mut().iter_mut().filter_map(|watcher| look(watcher).then_some(())).count()
+            == 8
+    });
+    node.finish().expect_code(0);
     drop((waiting, readers));
     for peer in peers {
         peer.stop().expect_code(0);

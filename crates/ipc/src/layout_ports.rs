@@ -239,17 +239,14 @@ fn publish<S: Service>(
         free_bytes,
     };
     space::require(service::segment_bytes(opened, MAX_LOANED, bytes)).map_err(full)?;
-    let created = {
-        let _given_up = give_up_file_override();
-        opened
-            .publisher_builder()
-            .max_loaned_samples(MAX_LOANED)
-            .initial_max_slice_len(bytes)
-            .allocation_strategy(AllocationStrategy::Static)
-            .backpressure_strategy(BackpressureStrategy::DiscardData)
-            .set_degradation_handler(peers.counting_handler())
-            .create()
-    };
+    let created = opened
+        .publisher_builder()
+        .max_loaned_samples(MAX_LOANED)
+        .initial_max_slice_len(bytes)
+        .allocation_strategy(AllocationStrategy::Static)
+        .backpressure_strategy(BackpressureStrategy::DiscardData)
+        .set_degradation_handler(peers.counting_handler())
+        .create();
     let port = created.map_err(|cause| service::failed(participant, service, cause))?;
     reserve(participant, port.id()).map_err(full)?;
     Ok(port)
@@ -266,13 +263,10 @@ fn subscribe<S: Service>(
         let service = service.to_owned();
         return Err(OpenError::Full { service, what: "subscriber", limit: places });
     }
-    let created = {
-        let _given_up = give_up_file_override();
-        opened
-            .subscriber_builder()
-            .history_request(0)
-            .set_degradation_handler(peers.counting_handler())
-            .create()
-    };
+    let created = opened
+        .subscriber_builder()
+        .history_request(0)
+        .set_degradation_handler(peers.counting_handler())
+        .create();
     created.map_err(|cause| service::failed(participant, service, cause))
 }
