@@ -42,7 +42,8 @@ fn a_name_of_238_bytes_and_one_with_a_blank_in_it_carry_frames() {
 #[test]
 fn a_recording_whose_columns_cannot_be_signals_is_refused_with_exit_status_2() {
     let domain = Domain::new();
-    domain.write("in.csv", "fill level\n1\n");
+    domain.write("in.csv", "fill\u{7}level\n1\n");
     let ended = domain.run("publish plant/level --csv in.csv").expect_code(2);
-    assert!(ended.stderr.contains("\"fill level\" cannot be described"), "{}", ended.stderr);
+    assert!(ended.stderr.contains(r"fill\u{7}level"), "{}", ended.stderr);
+    assert!(ended.stderr.contains("leave control characters out"), "{}", ended.stderr);
 }

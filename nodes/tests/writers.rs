@@ -138,9 +138,9 @@ fn stamps_from_the_past_are_stale_and_the_clock_is_named() {
 #[test]
 fn a_second_writer_is_told_and_counted_and_its_frames_are_no_loss() {
     let domain = Domain::new();
-    let (mut node, observer) = relay(&domain);
-    let mut publisher = domain.start("publish relay/in --value 1");
-    publisher.wait_for("publishing");
+    let (mut node, mut observer) = relay(&domain);
+    let publisher = domain.start("publish relay/in --value 1");
+    observer.wait_for("x=1.0");
     // It began earlier and is far ahead in its count.
     send_plain(&domain, 300, |index| {
         let header = FrameHeader {

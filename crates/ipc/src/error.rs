@@ -230,6 +230,12 @@ pub enum LayoutError {
     /// A frame needs at least one signal.
     #[error("the frame has no signal; give it at least one")]
     Empty,
+    /// A signal's name has a control character.
+    #[error("signal {name:?} cannot be described; leave control characters out of its name")]
+    Name {
+        /// The name as given.
+        name: String,
+    },
 }
 
 /// Why the message of a service of layouts is no [`Announcement`](crate::Announcement).

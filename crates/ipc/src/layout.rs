@@ -79,7 +79,11 @@ impl FrameLayout {
         if self.signals.is_empty() {
             return Err(LayoutError::Empty);
         }
-        Ok(())
+        let is_bad = |signal: &&SignalSpec| signal.name.contains(char::is_control);
+        match self.signals.iter().find(is_bad) {
+            Some(signal) => Err(LayoutError::Name { name: signal.name.clone() }),
+            None => Ok(()),
+        }
     }
 
     /// Finds what a reader wants: the index of the channel.
