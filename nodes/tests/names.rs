@@ -45,5 +45,5 @@ fn a_recording_whose_columns_cannot_be_signals_is_refused_with_exit_status_2() {
     domain.write("in.csv", "fill\u{7}level\n1\n");
     let ended = domain.run("publish plant/level --csv in.csv").expect_code(2);
     assert!(ended.stderr.contains(r"fill\u{7}level"), "{}", ended.stderr);
-    assert!(ended.stderr.contains("leave control characters out"), "{}", ended.stderr);
+    assert!(ended.stderr.contains("a name has no control characters"), "{}", ended.stderr);
 }

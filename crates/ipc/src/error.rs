@@ -230,11 +230,15 @@ pub enum LayoutError {
     /// A frame needs at least one signal.
     #[error("the frame has no signal; give it at least one")]
     Empty,
-    /// A signal's name has a control character.
-    #[error("signal {name:?} cannot be described; leave control characters out of its name")]
-    Name {
-        /// The name as given.
-        name: String,
+    /// A signal's name, type or unit has a control character.
+    #[error(
+        "channel {channel}: {word:?} cannot be announced; a name has no control characters, which could do anything to a terminal"
+    )]
+    Word {
+        /// Index of the signal.
+        channel: usize,
+        /// Its name, type or unit.
+        word: String,
     },
 }
 

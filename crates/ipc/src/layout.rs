@@ -74,16 +74,18 @@ impl FrameLayout {
     /// Says whether frames can have this layout; for checks ahead of time.
     ///
     /// # Errors
-    /// There is no signal.
+    /// There is no signal, or a name, type or unit has a control character.
     pub fn check(&self) -> Result<(), LayoutError> {
         if self.signals.is_empty() {
             return Err(LayoutError::Empty);
         }
-        let is_bad = |signal: &&SignalSpec| signal.name.contains(char::is_control);
-        match self.signals.iter().find(is_bad) {
-            Some(signal) => Err(LayoutError::Name { name: signal.name.clone() }),
-            None => Ok(()),
+        for (channel, signal) in self.signals.iter().enumerate() {
+            let words = [&signal.name, &signal.value_type, &signal.unit];
+            if let Some(word) = words.into_iter().find(|word| word.contains(char::is_control)) {
+                return Err(LayoutError::Word { channel, word: word.clone() });
+            }
         }
+        Ok(())
     }
 
     /// Finds what a reader wants: the index of the channel.
@@ -173,6 +175,12 @@ mod tests {
         assert_eq!(layout.find(&wanted(Binding::Signal("b".into()), "INT")), Ok(1));
         assert_eq!(layout.find(&wanted(Binding::Channel(1), "INT")), Ok(1));
         assert_eq!(layout.find(&wanted(Binding::Signal("c".into()), "BOOL")), Ok(2));
+    }
+
+    #[test]
+    fn a_control_character_in_a_name_is_refused() {
+        let error = layout(&[("a b, ü", "LREAL"), ("b\u{1b}[2J", "INT")]).check().unwrap_err();
+        assert!(error.to_string().starts_with("channel 1: \"b\\u{1b}[2J\""), "{error}");
     }
 
     #[test]

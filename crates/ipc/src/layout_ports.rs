@@ -59,7 +59,9 @@ impl<S: Service> LayoutAnnouncer<S> {
         let opened = service::open_or_create_layouts(participant, service)?;
         let json = Announcement::new(publisher, layout).to_json();
         let peers = Peers::default();
-        let port = persistently(participant, || publish(participant, &opened, &peers, json.len()))?;
+        let bytes = json.len();
+        let port =
+            persistently(participant, &opened, || publish(participant, &opened, &peers, bytes))?;
         let retry = Retry::default();
         let port = Some(port);
         let mut announcer =
@@ -81,7 +83,10 @@ impl<S: Service> LayoutAnnouncer<S> {
         if retries || self.port.is_none() {
             // iceoryx2 comes back to a connection that failed only in a new port.
             self.port = None;
-            let port = publish(participant, &self.service, &self.peers, self.json.len());
+            let held = participant.lock_at_once(self.service.name().as_str());
+            let port = held.and_then(|_held| {
+                publish(participant, &self.service, &self.peers, self.json.len())
+            });
             self.port = port.ok();
         }
         self.sent = Some(Instant::now());
@@ -120,7 +125,7 @@ impl<S: Service> LayoutWatcher<S> {
     pub fn open(participant: &Participant<S>, service: &str) -> Result<Self, OpenError> {
         let opened = service::open_or_create_layouts(participant, service)?;
         let peers = Peers::default();
-        let port = persistently(participant, || subscribe(participant, &opened, &peers))?;
+        let port = persistently(participant, &opened, || subscribe(participant, &opened, &peers))?;
         let port = Some(port);
         let retry = Retry::default();
         Ok(Self { port, service: opened, peers, retry, known: Vec::new(), has_warned: false })
@@ -131,7 +136,9 @@ impl<S: Service> LayoutWatcher<S> {
         if self.retry.is_due(self.peers.failures()) || self.port.is_none() {
             // As with the announcer.
             self.port = None;
-            self.port = subscribe(participant, &self.service, &self.peers).ok();
+            let held = participant.lock_at_once(self.service.name().as_str());
+            let port = held.and_then(|_held| subscribe(participant, &self.service, &self.peers));
+            self.port = port.ok();
         }
         let mut is_new = false;
         for _ in 0..self.service.static_config().max_publishers() * 2 {
@@ -205,14 +212,18 @@ impl Retry {
 /// Tries again while whoever is in the way may be dead, or about to leave.
 fn persistently<S: Service, P>(
     participant: &Participant<S>,
+    opened: &LayoutService<S>,
     open: impl Fn() -> Result<P, OpenError>,
 ) -> Result<P, OpenError> {
     let mut backoff = Backoff::new();
     loop {
-        match open() {
+        let held = participant.lock(opened.name().as_str())?;
+        let port = open();
+        drop(held);
+        match port {
             Ok(port) => return Ok(port),
             Err(error) => {
-                participant.clean_up();
+                service::clean_up(participant, opened);
                 if !backoff.try_again() {
                     return Err(error);
                 }
@@ -239,6 +250,8 @@ fn publish<S: Service>(
         free_bytes,
     };
     space::require(service::segment_bytes(opened, MAX_LOANED, bytes)).map_err(full)?;
+    // Root can open what nobody may read yet, and would wait for it in iceoryx2 for ever.
+    let _given_up = give_up_file_override();
     let created = opened
         .publisher_builder()
         .max_loaned_samples(MAX_LOANED)
@@ -263,6 +276,8 @@ fn subscribe<S: Service>(
         let service = service.to_owned();
         return Err(OpenError::Full { service, what: "subscriber", limit: places });
     }
+    // As with the publisher.
+    let _given_up = give_up_file_override();
     let created = opened
         .subscriber_builder()
         .history_request(0)

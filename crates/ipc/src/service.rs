@@ -2,7 +2,6 @@
 
 use std::fmt::Debug;
 
-use iceoryx2::constants::MAX_SERVICE_NAME_LENGTH;
 use iceoryx2::prelude::{CallbackProgression, MessagingPattern, ServiceName, ZeroCopySend};
 use iceoryx2::service::builder::publish_subscribe::{
     PublishSubscribeCreateError as CreateError, PublishSubscribeOpenError as Cause,
@@ -13,12 +12,15 @@ use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVar
 
 use crate::backoff::Backoff;
 use crate::domain::{EndsLocked, Held};
+use crate::error::MAX_SERVICE_NAME_BYTES;
 use crate::{
     FrameHeader, OpenError, Participant, Service, ServiceNameError, give_up_file_override,
 };
 
-pub(crate) type FrameService<S> = EndsLocked<PortFactory<S, [f64], FrameHeader>>;
-pub(crate) type LayoutService<S> = EndsLocked<PortFactory<S, [u8], ()>>;
+/// A service of messages that are slices, each with a header.
+pub(crate) type Opened<S, E, H> = EndsLocked<PortFactory<S, [E], H>>;
+pub(crate) type FrameService<S> = Opened<S, f64, FrameHeader>;
+pub(crate) type LayoutService<S> = Opened<S, u8, ()>;
 
 /// What the name of a service of layouts is made of, before that of the service of frames.
 const LAYOUT_PREFIX: &str = "isochrone/layout/";
@@ -58,8 +60,8 @@ impl Quality {
 ///
 /// # Errors
 /// The name is empty, longer than 238 bytes, begins with `iox2://` or `isochrone/layout/`, begins or
-/// ends with a blank, or has a character that is not printable ASCII. (iceoryx2 itself takes 255
-/// bytes, and control characters except NUL; no tool shows them.)
+/// ends with a blank, or has a character that is not printable ASCII. (iceoryx2 itself takes 255 bytes,
+/// and control characters except NUL; no tool shows them.)
 pub fn check_service_name(name: &str) -> Result<(), ServiceNameError> {
     service_name(name).map(drop)
 }
@@ -71,9 +73,6 @@ pub fn check_service_name(name: &str) -> Result<(), ServiceNameError> {
 pub fn layout_service_name(service: &str) -> Result<String, ServiceNameError> {
     Ok(format!("{LAYOUT_PREFIX}{}", service_name(service)?.as_str()))
 }
-
-/// Longest name of a service of frames: that of its layouts is longer.
-const MAX_NAME_BYTES: usize = MAX_SERVICE_NAME_LENGTH - LAYOUT_PREFIX.len();
 
 fn service_name(name: &str) -> Result<ServiceName, ServiceNameError> {
     let owned = || name.to_owned();
@@ -87,7 +86,7 @@ fn service_name(name: &str) -> Result<ServiceName, ServiceNameError> {
     if name.trim_matches(' ') != name {
         return Err(ServiceNameError::Blank { name: owned() });
     }
-    if name.len() > MAX_NAME_BYTES {
+    if name.len() > MAX_SERVICE_NAME_BYTES {
         return Err(ServiceNameError::TooLong { name: owned(), length: name.len() });
     }
     if name.starts_with(LAYOUT_PREFIX) {
@@ -122,7 +121,7 @@ fn open_or_create_of<S: Service, E: Element, H: Header>(
     service: &str,
     name: &ServiceName,
     quality: Quality,
-) -> Result<EndsLocked<PortFactory<S, [E], H>>, OpenError> {
+) -> Result<Opened<S, E, H>, OpenError> {
     let mut backoff = Backoff::new();
     loop {
         let held = participant.lock(service)?;
@@ -179,7 +178,7 @@ pub(crate) fn open_existing_at_once<S: Service>(
 /// Removes what the dead left in the domain and in this service: they may take the places of the living.
 pub(crate) fn clean_up<S: Service, E: Element, H: Header>(
     participant: &Participant<S>,
-    opened: &PortFactory<S, [E], H>,
+    opened: &Opened<S, E, H>,
 ) {
     let Ok(held) = participant.lock(opened.name().as_str()) else { return };
     let domain = participant.place();
@@ -267,7 +266,7 @@ pub(crate) trait Header: ZeroCopySend + Debug + 'static {}
 impl<H: ZeroCopySend + Debug + 'static> Header for H {}
 
 enum Attempt<S: Service, E: Element, H: Header> {
-    Done(EndsLocked<PortFactory<S, [E], H>>),
+    Done(Opened<S, E, H>),
     Absent,
     /// It is between being and not being, or has no place: what stands in the way is removed, or too
     /// young for it.
@@ -330,7 +329,7 @@ fn create<S: Service, E: Element, H: Header>(
     participant: &Participant<S>,
     name: &ServiceName,
     quality: Quality,
-) -> Result<EndsLocked<PortFactory<S, [E], H>>, CreateError> {
+) -> Result<Opened<S, E, H>, CreateError> {
     let created = participant
         .node()
         .service_builder(name)
