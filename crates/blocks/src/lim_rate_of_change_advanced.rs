@@ -32,7 +32,7 @@ crate::block! {
             "track" => track: bool = false,
             /// Manual mode: output is `manualValue`, without ramp and limits.
             "manOp" => man_op: bool = false,
-            /// Restart: output is 0.0, or `defaultOutValue` if that is enabled.
+            /// Restart: output is 0.0, or `defaultOutValue` within the limits if that is enabled.
             "reset" => reset: bool = false,
             /// Cyclic-interrupt OB whose period is the sample time.
             "callOB" => call_ob: Ob = Ob::Caller,
@@ -48,9 +48,9 @@ crate::block! {
             "negUpRateLim" => neg_up_rate_lim: bool,
             /// The ramp `setNegDownRateLim` limits.
             "negDownRateLim" => neg_down_rate_lim: bool,
-            /// The output is at `setHighLim`.
+            /// `setHighLim` is reached: what was to be output is at or above it.
             "highLim" => high_lim: bool,
-            /// The output is at `setLowLim`.
+            /// `setLowLim` is reached: what was to be output is at or below it.
             "lowLim" => low_lim: bool,
             /// An error is reported in `status`.
             "error" => error: bool,
@@ -218,25 +218,24 @@ impl Inputs {
     #[inline]
     fn check_limits(&self) -> u16 {
         let (high, low) = (self.set_high_lim, self.set_low_lim);
-        if high < low {
-            status::RANGE
-        } else if high.is_nan() || low.is_nan() || high == f64::NEG_INFINITY || low == f64::INFINITY
-        {
-            // Limits that only an infinity lies between would make the output infinite.
-            status::NOT_FINITE
-        } else {
+        // Limits that only an infinity lies between would make the output infinite.
+        if low <= high && high > f64::NEG_INFINITY && low < f64::INFINITY {
             status::OK
+        } else if high < low {
+            status::RANGE
+        } else {
+            status::NOT_FINITE
         }
     }
 
     #[inline]
     fn check_rates(&self) -> u16 {
-        if self.rates().iter().any(|rate| *rate < 0.0) {
-            status::NEGATIVE_RATE
-        } else if self.rates().iter().any(|rate| rate.is_nan()) {
-            status::NOT_FINITE
-        } else {
+        if self.rates().iter().all(|rate| *rate >= 0.0) {
             status::OK
+        } else if self.rates().iter().any(|rate| *rate < 0.0) {
+            status::NEGATIVE_RATE
+        } else {
+            status::NOT_FINITE
         }
     }
 
@@ -244,12 +243,18 @@ impl Inputs {
     #[inline]
     fn act(&self, mode: Mode, signal: f64, sample_time_s: f64, state: &mut State) -> Flags {
         match mode {
-            Mode::Restart | Mode::Manual | Mode::Disabled => {
-                match mode {
-                    Mode::Restart => state.disarmed = false,
-                    Mode::Manual => state.disarmed = true,
-                    _ => {}
-                }
+            Mode::Restart => {
+                // Only manual mode is exempt from the limits, but a restart needs none.
+                let limited = self.en_default_out_value && self.check_limits() == status::OK;
+                let y = if limited { self.clamp(signal) } else { signal };
+                *state = State { y, disarmed: false };
+                Flags::default()
+            }
+            Mode::Manual => {
+                *state = State { y: signal, disarmed: true };
+                Flags::default()
+            }
+            Mode::Disabled => {
                 state.y = signal;
                 Flags::default()
             }
@@ -288,17 +293,39 @@ impl Inputs {
         }
     }
 
+    /// The limit stage: what of a candidate for the output passes, and what it tells.
     #[inline]
     fn limit(&self, candidate: f64, ramp: Option<Ramp>, state: &mut State) -> Flags {
-        let (high, low) = (candidate > self.set_high_lim, candidate < self.set_low_lim);
-        if !high && !low {
-            state.disarmed = false;
-        }
-        if state.disarmed || (!high && !low) {
-            state.y = candidate;
+        let (high, low) = (self.set_high_lim, self.set_low_lim);
+        // Nearly every cycle: nothing to cut, nothing to tell.
+        if low < candidate && candidate < high {
+            *state = State { y: candidate, disarmed: false };
             return Flags { ramp, ..Flags::default() };
         }
-        state.y = if high { self.set_high_lim } else { self.set_low_lim };
-        Flags { ramp: None, high, low }
+        // The range is reached unless the output stays beyond the same limit.
+        state.disarmed &=
+            (state.y > high && candidate > high) || (state.y < low && candidate < low);
+        let y = if state.disarmed { candidate } else { self.clamp(candidate) };
+        // A ramp that ends exactly on a limit is stopped by the limit if its target lies beyond.
+        let stopped = match ramp {
+            Some(Ramp::PosUp | Ramp::NegDown) => candidate == high,
+            Some(Ramp::PosDown | Ramp::NegUp) => candidate == low,
+            None => false,
+        };
+        let ramp = if stopped || y != candidate { None } else { ramp };
+        state.y = y;
+        Flags { ramp, high: candidate >= high, low: candidate <= low }
+    }
+
+    /// A value within the limits, which are valid.
+    #[inline]
+    fn clamp(&self, value: f64) -> f64 {
+        if value > self.set_high_lim {
+            self.set_high_lim
+        } else if value < self.set_low_lim {
+            self.set_low_lim
+        } else {
+            value
+        }
     }
 }

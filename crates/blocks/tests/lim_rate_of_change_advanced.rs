@@ -198,8 +198,31 @@ fn the_modes_yield_in_the_order_of_the_specification() {
 fn an_active_limit_takes_the_place_of_the_rate_flag() {
     assert_step(&mut at(7.5), limits(-8.0, 8.0, auto(100.0)), 8.0, &["high"], 0);
     assert_step(&mut at(-7.5), limits(-8.0, 8.0, auto(-100.0)), -8.0, &["low"], 0);
-    // A candidate on the limit is within it.
-    assert_step(&mut at(7.0), limits(-8.0, 8.0, auto(100.0)), 8.0, &["posUp"], 0);
+    // A ramp that ends on the limit is stopped by it if the target lies beyond.
+    assert_step(&mut at(7.0), limits(-8.0, 8.0, auto(100.0)), 8.0, &["high"], 0);
+    assert_step(&mut at(-5.0), limits(-8.0, 8.0, auto(-100.0)), -8.0, &["low"], 0);
+    assert_step(&mut at(-1.0), limits(-8.0, -0.0, auto(100.0)), 0.0, &["high"], 0);
+}
+
+#[test]
+fn a_rate_flag_stands_beside_the_limit_that_a_ramp_reaches_from_beyond_or_leaves() {
+    let within = |inputs| limits(-8.0, 8.0, inputs);
+    let mut state = State::default();
+    step(&mut state, within(manual(10.0)));
+    assert_step(&mut state, within(auto(0.0)), 8.0, &["posDown", "high"], 0);
+    assert_step(&mut state, within(auto(0.0)), 6.0, &["posDown"], 0);
+    let stuck = Inputs { set_pos_down_rate_lim: 0.0, ..auto(0.0) };
+    assert_step(&mut at(8.0), within(stuck), 8.0, &["posDown", "high"], 0);
+}
+
+#[test]
+fn a_limit_is_reached_at_it_whatever_brings_the_output_there() {
+    let within = |inputs| limits(-8.0, 8.0, inputs);
+    for go in [auto as fn(f64) -> Inputs, track, preset] {
+        assert_step(&mut at(8.0), within(go(8.0)), 8.0, &["high"], 0);
+        assert_step(&mut at(-8.0), within(go(-8.0)), -8.0, &["low"], 0);
+    }
+    assert_step(&mut at(8.0), limits(8.0, 8.0, track(8.0)), 8.0, &["high", "low"], 0);
 }
 
 #[test]
@@ -227,20 +250,47 @@ fn after_manual_mode_the_limits_stay_off_until_the_range_is_reached() {
     let within = |inputs| limits(-8.0, 8.0, inputs);
     let mut state = State::default();
     step(&mut state, within(manual(11.0)));
-    assert_step(&mut state, within(auto(100.0)), 12.0, &["posUp"], 0);
-    assert_step(&mut state, within(auto(0.0)), 10.0, &["posDown"], 0);
-    assert_step(&mut state, within(auto(0.0)), 8.0, &["posDown"], 0);
+    assert_step(&mut state, within(auto(100.0)), 12.0, &["posUp", "high"], 0);
+    assert_step(&mut state, within(auto(0.0)), 10.0, &["posDown", "high"], 0);
+    assert_step(&mut state, within(auto(0.0)), 8.0, &["posDown", "high"], 0);
     assert_step(&mut state, within(auto(100.0)), 8.0, &["high"], 0);
 }
 
 #[test]
-fn manual_mode_inside_the_range_disarms_only_until_the_next_candidate_in_it() {
+fn a_manual_value_within_the_range_has_reached_it() {
+    for (by_hand, y) in [(7.5, 8.0), (8.0, 8.0), (-8.0, -4.0), (0.0, 1.0)] {
+        let mut state = State::default();
+        step(&mut state, limits(-8.0, 8.0, manual(by_hand)));
+        let outputs = step(&mut state, limits(-8.0, 8.0, auto(100.0)));
+        assert_eq!((outputs.output_value, outputs.high_lim), (y, y == 8.0));
+    }
+}
+
+#[test]
+fn a_step_across_the_range_reaches_it() {
+    for (by_hand, to, y, flag) in [(50.0, -60.0, -8.0, "low"), (-50.0, 60.0, 8.0, "high")] {
+        let mut state = State::default();
+        step(&mut state, limits(-8.0, 8.0, manual(by_hand)));
+        assert_step(&mut state, limits(-8.0, 8.0, track(to)), y, &[flag], 0);
+        assert_step(&mut state, limits(-8.0, 8.0, track(2.0 * to)), y, &[flag], 0);
+    }
+}
+
+#[test]
+fn limits_that_move_over_the_output_are_reached_too() {
     let mut state = State::default();
-    step(&mut state, limits(-8.0, 8.0, manual(7.5)));
-    // The next candidate, 8.5, is outside and passes; that of a target in the range arms again.
-    assert_step(&mut state, limits(-8.0, 8.0, auto(100.0)), 8.5, &["posUp"], 0);
-    assert_step(&mut state, limits(-8.0, 8.0, auto(7.0)), 7.0, &[], 0);
-    assert_step(&mut state, limits(-8.0, 8.0, track(100.0)), 8.0, &["high"], 0);
+    step(&mut state, limits(-8.0, 8.0, manual(11.0)));
+    assert_step(&mut state, limits(-8.0, 8.0, auto(100.0)), 12.0, &["posUp", "high"], 0);
+    assert_step(&mut state, limits(-8.0, 12.0, auto(100.0)), 12.0, &["high"], 0);
+    assert_step(&mut state, limits(-8.0, 8.0, auto(100.0)), 8.0, &["high"], 0);
+}
+
+#[test]
+fn an_error_that_holds_the_output_leaves_the_limits_off() {
+    let mut state = State::default();
+    step(&mut state, limits(-8.0, 8.0, manual(11.0)));
+    assert_step(&mut state, limits(8.0, -8.0, auto(0.0)), 11.0, &[], 0x8200);
+    assert_step(&mut state, limits(-8.0, 8.0, auto(100.0)), 12.0, &["posUp", "high"], 0);
 }
 
 #[test]
@@ -248,20 +298,33 @@ fn preset_and_tracking_pass_and_arm_disarmed_limits_like_the_ramp() {
     for go in [preset as fn(f64) -> Inputs, track] {
         let mut state = State::default();
         step(&mut state, limits(-8.0, 8.0, manual(50.0)));
-        assert_step(&mut state, limits(-8.0, 8.0, go(60.0)), 60.0, &[], 0);
-        assert_step(&mut state, limits(-8.0, 8.0, go(-8.0)), -8.0, &[], 0);
+        assert_step(&mut state, limits(-8.0, 8.0, go(60.0)), 60.0, &["high"], 0);
+        assert_step(&mut state, limits(-8.0, 8.0, go(8.0)), 8.0, &["high"], 0);
         assert_step(&mut state, limits(-8.0, 8.0, go(60.0)), 8.0, &["high"], 0);
     }
 }
 
 #[test]
-fn a_restart_arms_the_limits_and_is_not_limited_itself() {
+fn a_restart_arms_the_limits_and_its_default_is_limited_without_a_flag() {
     let within = |inputs| limits(-8.0, 8.0, inputs);
+    let restart = |inputs| Inputs { reset: true, ..inputs };
     let mut state = State::default();
     step(&mut state, within(manual(50.0)));
-    let restart = Inputs { reset: true, ..within(preset(60.0)) };
-    assert_step(&mut state, restart, 60.0, &[], 0);
-    assert_step(&mut state, within(auto(100.0)), 8.0, &["high"], 0);
+    assert_step(&mut state, restart(within(preset(60.0))), 8.0, &[], 0);
+    assert_step(&mut state, restart(within(preset(-60.0))), -8.0, &[], 0);
+    step(&mut state, within(manual(50.0)));
+    assert_step(&mut state, restart(limits(20.0, 30.0, auto(60.0))), 0.0, &[], 0);
+    assert_step(&mut state, within(track(100.0)), 8.0, &["high"], 0);
+}
+
+#[test]
+fn a_restart_does_not_need_limits() {
+    let restart = Inputs { reset: true, ..preset(60.0) };
+    for (low, high, status) in
+        [(8.0, -8.0, 0x8200), (f64::NAN, 8.0, 0x8F00), (-8.0, f64::NAN, 0x8F00)]
+    {
+        assert_step(&mut at(7.0), limits(low, high, restart), 60.0, &[], status);
+    }
 }
 
 #[test]

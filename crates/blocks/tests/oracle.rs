@@ -154,20 +154,32 @@ fn advanced(s: &mut Advanced, i: &lim_rate_of_change_advanced::Inputs, period_ns
                 }
             }
         }
+        let within = |value: f64| low <= value && value <= high;
         match mode {
-            "restart" => s.disarmed = false,
+            "restart" => {
+                s.disarmed = false;
+                if i.en_default_out_value && limits_valid && !within(candidate) {
+                    candidate = if candidate > high { high } else { low };
+                }
+            }
             "manual" => s.disarmed = true,
             "disabled" => {}
             _ => {
-                if s.disarmed && low <= candidate && candidate <= high {
+                // The range is reached by where the output was, by where it is to go, or in between.
+                let across = (s.y < low && candidate > high) || (s.y > high && candidate < low);
+                if within(s.y) || within(candidate) || across {
                     s.disarmed = false;
                 }
-                if !s.disarmed && candidate > high {
-                    candidate = high;
-                    flags = [false, false, false, false, true, false];
-                } else if !s.disarmed && candidate < low {
-                    candidate = low;
-                    flags = [false, false, false, false, false, true];
+                flags[4] = candidate >= high;
+                flags[5] = candidate <= low;
+                let target_beyond = (candidate == high && i.auto_value > high)
+                    || (candidate == low && i.auto_value < low);
+                let cut = !s.disarmed && !within(candidate);
+                if cut || target_beyond {
+                    flags[..4].fill(false);
+                }
+                if cut {
+                    candidate = if candidate > high { high } else { low };
                 }
             }
         }

@@ -18,9 +18,14 @@ pub fn real() -> impl Strategy<Value = f64> {
         2 => prop::sample::select(&[
             0.0, -0.0, 5e-324, -5e-324, f64::MIN_POSITIVE, 1e-310, -1e-310, f64::MAX, f64::MIN, 1e308, 0.1,
         ]),
-        6 => (-40i8..=40).prop_map(|halves| f64::from(halves) * 0.5),
+        6 => halves(),
         4 => -20.0..20.0,
     ]
+}
+
+/// Values that meet each other more often than not.
+pub fn halves() -> impl Strategy<Value = f64> {
+    (-40i8..=40).prop_map(|halves| f64::from(halves) * 0.5)
 }
 
 /// Mostly legal rates.
@@ -79,7 +84,8 @@ pub fn advanced() -> impl Strategy<Value = lim_rate_of_change_advanced::Inputs> 
     let rates =
         prop_oneof![9 => [rate(), rate(), rate(), rate()], 1 => Just([0.0, -0.0, 0.0, 0.0])];
     let limits = prop_oneof![
-        5 => (0.0..20.0, -20.0..0.0),
+        3 => (0.0..20.0, -20.0..0.0),
+        3 => (halves(), halves()).prop_map(|(a, b)| (f64::max(a, b), f64::min(a, b))),
         2 => (Just(f64::INFINITY), Just(f64::NEG_INFINITY)),
         2 => (real(), real()),
     ];
