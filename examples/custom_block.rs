@@ -36,9 +36,9 @@ mod low_pass {
             }
             state { y: f64 }
             status {
-                status::OK => "no error",
-                status::RANGE => "timeConstant is negative or NaN; y holds",
-                status::NOT_FINITE => "x is NaN or infinite; y holds",
+                status::OK => "STATUS_FINISHED_NO_ERROR": "no error",
+                status::RANGE => "ERR_TIME_CONSTANT": "timeConstant is negative or NaN; y holds",
+                status::NOT_FINITE => "ERR_NOT_FINITE": "x is NaN or infinite; y holds",
             }
         }
     }

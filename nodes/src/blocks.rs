@@ -1,14 +1,16 @@
 //! `blocks`: the catalogue.
 
+mod page;
+
 use clap::ValueEnum;
-use isochrone_blocks::{BlockType, CATALOGUE, Pin};
+use isochrone_blocks::{BlockType, CATALOGUE, Origin, Pin, StatusWord};
 use serde_json::json;
 
 use crate::failure::Failure;
 use crate::table::Table;
 use crate::{numbers, terminal};
 
-/// Show the block catalogue: pins, types, defaults and status words
+/// Show the block catalogue: what each computes, pins, status words and decisions
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  isochrone blocks\n  isochrone blocks SawTooth\n  isochrone blocks --format json"
@@ -30,6 +32,8 @@ enum Format {
     Text,
     /// The block table of the README
     Markdown,
+    /// The reference page docs/blocks.md
+    Page,
     /// One JSON document
     Json,
 }
@@ -51,26 +55,51 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             terminal::print(&texts.join("\n"))
         }
         Format::Markdown => terminal::print(&markdown(&types)),
+        Format::Page => terminal::print(&page::page(&types)),
     }
 }
 
 fn text(known: &BlockType) -> String {
     let mut pins = Table::default();
     for pin in known.inputs {
-        pins.row(["in", pin.name, pin.pin_type.as_str(), &default(pin), pin.unit, pin.doc()]);
+        pins.row(["in", pin.name, pin.pin_type.as_str(), &default(pin), pin.unit, &meaning(pin)]);
     }
     for pin in known.outputs {
-        pins.row(["out", pin.name, pin.pin_type.as_str(), "", pin.unit, pin.doc()]);
-    }
-    let mut status = Table::default();
-    for (code, meaning) in known.status {
-        status.row([format!("16#{code:04X}"), (*meaning).to_owned()]);
+        pins.row(["out", pin.name, pin.pin_type.as_str(), "", pin.unit, &meaning(pin)]);
     }
     let mut text = format!("{}\n  {}\n\n{}", known.name, known.doc(), pins.draw(2));
-    if status.len() > 0 {
-        text += &format!("\n{}", status.draw(2));
+    let mut section = |title: &str, lines: Vec<String>| {
+        if !lines.is_empty() {
+            text += &format!("\n  {title}\n    {}\n", lines.join("\n    "));
+        }
+    };
+    section("computes", known.computes.iter().map(|sentence| sentence.to_string()).collect());
+    let mut status = Table::default();
+    for word in known.status {
+        status.row([format!("16#{:04X}", word.code), word.name.into(), word_meaning(word)]);
     }
+    section("status", status.draw(0).lines().map(Into::into).collect());
+    let decisions = known.decisions.iter();
+    section(
+        "where LGF's document is silent",
+        decisions.map(|d| format!("{}: {}", d.silent_on, d.chosen)).collect(),
+    );
     text
+}
+
+/// What a pin means, how LGF's documents also call it, and when it is read.
+fn meaning(pin: &Pin) -> String {
+    let aliases = pin.aliases.iter().map(|alias| format!(" LGF calls it `{alias}`, too."));
+    let latch =
+        pin.latched_by.map(|latch| format!(" Read in the first call and at `{latch}` only."));
+    std::iter::once(pin.doc().to_owned()).chain(aliases).chain(latch).collect()
+}
+
+fn word_meaning(word: &StatusWord) -> String {
+    match word.origin {
+        Origin::Document => word.meaning.into(),
+        Origin::Ours => format!("{} (isochrone's word, not LGF's)", word.meaning),
+    }
 }
 
 fn markdown(types: &[&BlockType]) -> String {
@@ -87,7 +116,15 @@ fn markdown(types: &[&BlockType]) -> String {
 }
 
 fn print_json(types: &[&BlockType]) -> Result<(), Failure> {
-    let pin = |pin: &Pin| json!({ "name": pin.name, "type": pin.pin_type.as_str(), "unit": pin.unit, "doc": pin.doc() });
+    let pin = |pin: &Pin| {
+        json!({
+            "name": pin.name,
+            "type": pin.pin_type.as_str(),
+            "unit": pin.unit,
+            "doc": pin.doc(),
+            "aliases": pin.aliases,
+        })
+    };
     let input = |input: &Pin| {
         let mut value = pin(input);
         // `required` tells a pin without a default from callOB, whose default is no number.
@@ -96,6 +133,7 @@ fn print_json(types: &[&BlockType]) -> Result<(), Failure> {
             Some(slot) if !slot.is_nan() => numbers::json(slot, input.pin_type),
             _ => json!(null),
         };
+        value["latched_by"] = json!(input.latched_by);
         value
     };
     let blocks = types.iter().map(|known| {
@@ -104,9 +142,21 @@ fn print_json(types: &[&BlockType]) -> Result<(), Failure> {
             "doc": known.doc(),
             "inputs": known.inputs.iter().map(input).collect::<Vec<_>>(),
             "outputs": known.outputs.iter().map(pin).collect::<Vec<_>>(),
-            "status": known.status.iter().map(|(code, meaning)| {
-                json!({ "code": code, "word": format!("16#{code:04X}"), "meaning": meaning })
-            }).collect::<Vec<_>>(),
+            "computes": known.computes,
+            "status": known.status.iter().map(|word| json!({
+                "code": word.code,
+                "word": format!("16#{:04X}", word.code),
+                "name": word.name,
+                "origin": match word.origin {
+                    Origin::Document => "document",
+                    Origin::Ours => "ours",
+                },
+                "meaning": word.meaning,
+            })).collect::<Vec<_>>(),
+            "decisions": known.decisions.iter().map(|decision| json!({
+                "silent_on": decision.silent_on,
+                "chosen": decision.chosen,
+            })).collect::<Vec<_>>(),
         })
     });
     terminal::print_json(&json!({ "blocks": blocks.collect::<Vec<_>>() }))

@@ -1,8 +1,8 @@
-//! `blocks`: the catalogue in three forms.
+//! `blocks`: the catalogue in four forms.
 
 mod program;
 
-use isochrone_blocks::{CATALOGUE, Pin, PinType};
+use isochrone_blocks::{CATALOGUE, Origin, Pin, PinType};
 use program::{Folder, assert_says};
 use serde_json::{Value, json};
 
@@ -29,8 +29,18 @@ fn the_text_shows_every_block_with_every_pin_and_status_word() {
                 assert!(rows.iter().any(|row| row.starts_with(&cells)), "{cells:?} in\n{shown}");
             }
         }
-        for (code, meaning) in known.status {
-            assert_says(shown, &[format!("  16#{code:04X}  {meaning}\n")]);
+        for word in known.status {
+            let code = format!("16#{:04X}", word.code);
+            let row = rows.iter().find(|row| row.starts_with(&[&code, word.name]));
+            let row = row.unwrap_or_else(|| panic!("{word:?} in\n{shown}")).join(" ");
+            assert_says(&row, &[word.meaning]);
+            assert_eq!(row.ends_with("(isochrone's word, not LGF's)"), word.origin == Origin::Ours);
+        }
+        for sentence in known.computes {
+            assert_says(shown, &[format!("    {sentence}\n")]);
+        }
+        for decision in known.decisions {
+            assert_says(shown, &[format!("    {}: {}\n", decision.silent_on, decision.chosen)]);
         }
     }
 }
@@ -77,7 +87,7 @@ fn a_block_type_that_does_not_exist_is_refused_with_those_that_do() {
 
 #[test]
 fn the_json_holds_the_whole_catalogue() {
-    let pin = |pin: &Pin| json!({ "name": pin.name, "type": pin.pin_type.as_str(), "unit": pin.unit, "doc": pin.doc() });
+    let pin = |pin: &Pin| json!({ "name": pin.name, "type": pin.pin_type.as_str(), "unit": pin.unit, "doc": pin.doc(), "aliases": pin.aliases });
     let input = |input: &Pin| {
         let mut value = pin(input);
         value["required"] = json!(input.default.is_none());
@@ -88,6 +98,7 @@ fn the_json_holds_the_whole_catalogue() {
             (Some(slot), PinType::Lreal) => json!(slot),
             (Some(slot), _) => json!(slot as i64),
         };
+        value["latched_by"] = json!(input.latched_by);
         value
     };
     let blocks = documents("--json");
@@ -107,10 +118,20 @@ fn the_json_holds_the_whole_catalogue() {
             "{}",
             known.name
         );
-        let status = known.status.iter().map(|(code, meaning)| {
-            json!({ "code": code, "word": format!("16#{code:04X}"), "meaning": meaning })
+        let status = known.status.iter().map(|word| {
+            json!({
+                "code": word.code,
+                "word": format!("16#{:04X}", word.code),
+                "name": word.name,
+                "origin": if word.origin == Origin::Ours { "ours" } else { "document" },
+                "meaning": word.meaning,
+            })
         });
         assert_eq!(shown["status"], status.collect::<Value>(), "{}", known.name);
+        assert_eq!(shown["computes"], json!(known.computes), "{}", known.name);
+        let decisions = known.decisions.iter();
+        let decisions = decisions.map(|d| json!({ "silent_on": d.silent_on, "chosen": d.chosen }));
+        assert_eq!(shown["decisions"], decisions.collect::<Value>(), "{}", known.name);
     }
 }
 

@@ -1,16 +1,34 @@
-//! The README's block table is the catalogue's.
+//! What README and docs say of the blocks is the catalogue's.
 
 use std::path::Path;
 use std::process::Command;
 
+fn read(file: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(file);
+    std::fs::read_to_string(path).unwrap()
+}
+
+/// What `isochrone blocks` prints in a format.
+fn blocks(format: &str) -> String {
+    let command = ["blocks", "--format", format];
+    let printed = Command::new(env!("CARGO_BIN_EXE_isochrone")).args(command).output().unwrap();
+    String::from_utf8(printed.stdout).unwrap()
+}
+
 #[test]
 fn the_block_table_of_the_readme_is_that_of_the_catalogue() {
-    let readme = Path::new(env!("CARGO_MANIFEST_DIR")).join("../README.md");
-    let readme = std::fs::read_to_string(readme).unwrap();
+    let readme = read("README.md");
     let (_, rest) = readme.split_once("<!-- blocks -->\n").expect("the table's beginning");
     let (table, _) = rest.split_once("<!-- end -->").expect("the table's end");
-    let command = ["blocks", "--format", "markdown"];
-    let printed = Command::new(env!("CARGO_BIN_EXE_isochrone")).args(command).output().unwrap();
-    let printed = String::from_utf8(printed.stdout).unwrap();
-    assert_eq!(table, printed, "paste the output of `isochrone {}`", command.join(" "));
+    assert_eq!(
+        table,
+        blocks("markdown"),
+        "paste the output of `isochrone blocks --format markdown`"
+    );
+}
+
+#[test]
+fn the_reference_page_of_the_blocks_is_that_of_the_catalogue() {
+    let help = "write the output of `isochrone blocks --format page` to docs/blocks.md";
+    assert_eq!(read("docs/blocks.md"), blocks("page"), "{help}");
 }

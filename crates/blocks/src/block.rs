@@ -38,8 +38,12 @@ pub trait Declaration {
     const INPUTS: &'static [Pin];
     /// Output pins in order.
     const OUTPUTS: &'static [Pin];
-    /// Status words and their meanings.
-    const STATUS: &'static [(u16, &'static str)];
+    /// How it computes its outputs, in sentences.
+    const COMPUTES: &'static [&'static str];
+    /// Status words.
+    const STATUS: &'static [StatusWord];
+    /// What was chosen where the document that it follows is silent.
+    const DECISIONS: &'static [Decision];
 }
 
 /// A function block: a pure Mealy machine.
@@ -72,26 +76,52 @@ pub struct Pin {
     /// Slot content when nothing is connected; `None` for an input that must be connected, and for
     /// outputs. NaN is the default of `callOB`: the calling task.
     pub default: Option<f64>,
-    pub(crate) doc: &'static str,
+    /// Whether it is an `OB_CYCLIC`, at which the name of a task can stand.
+    pub names_task: bool,
+    /// Other names that the documents have for it.
+    pub aliases: &'static [&'static str],
+    /// The BOOL input without which it is read in the first call only; `None`: read in every call.
+    pub latched_by: Option<&'static str>,
+    #[doc(hidden)]
+    pub raw_doc: &'static str,
 }
 
 impl Pin {
     /// What it means, in a sentence.
     pub fn doc(&self) -> &'static str {
-        self.doc.trim_ascii()
+        self.raw_doc.trim_ascii()
     }
+}
 
-    /// For [`block!`](crate::block!) only.
-    #[doc(hidden)]
-    pub const fn declare(
-        name: &'static str,
-        pin_type: PinType,
-        unit: &'static str,
-        default: Option<f64>,
-        doc: &'static str,
-    ) -> Self {
-        Self { name, pin_type, unit, default, doc }
-    }
+/// A word that an output pin `status` can have.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct StatusWord {
+    /// The word; an error from `16#8000` on.
+    pub code: u16,
+    /// Name of the constant, such as `STATUS_FINISHED_NO_ERROR`.
+    pub name: &'static str,
+    /// Whose word it is.
+    pub origin: Origin,
+    /// What it means.
+    pub meaning: &'static str,
+}
+
+/// Who defines a status word.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Origin {
+    /// The document that the block follows.
+    Document,
+    /// This implementation; the document does not have it.
+    Ours,
+}
+
+/// What a block does where the document that it follows is silent.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Decision {
+    /// What the document does not say.
+    pub silent_on: &'static str,
+    /// What was chosen.
+    pub chosen: &'static str,
 }
 
 /// A block type with its Rust type erased: what plan and engine work with.
@@ -107,8 +137,12 @@ pub struct BlockType {
     pub inputs: &'static [Pin],
     /// Output pins in the order of their slots, which follow the inputs.
     pub outputs: &'static [Pin],
-    /// Status words and their meanings.
-    pub status: &'static [(u16, &'static str)],
+    /// How it computes its outputs, in sentences.
+    pub computes: &'static [&'static str],
+    /// Status words.
+    pub status: &'static [StatusWord],
+    /// What was chosen where the document that it follows is silent.
+    pub decisions: &'static [Decision],
     /// Words of private state of an instance, at least 1. All zero is the initial state.
     pub state_words: usize,
     step_bank: fn(&mut [f64], &mut [u64], &Cycle<'_>) -> u64,
@@ -123,7 +157,9 @@ impl BlockType {
             doc: B::DOC,
             inputs: B::INPUTS,
             outputs: B::OUTPUTS,
+            computes: B::COMPUTES,
             status: B::STATUS,
+            decisions: B::DECISIONS,
             state_words: state_words::<B>(),
             step_bank: step_bank::<B>,
             typical: typical::<B>,

@@ -42,6 +42,7 @@ impl<'a> Cycle<'a> {
     pub fn sample_time_s(&self, ob: Ob) -> Result<f64, u16> {
         match ob {
             Ob::Caller => Ok(self.sample_time_s),
+            Ob::Task { period_ns } => Ok(sample_time_s(period_ns)),
             Ob::Number(number) => match self.obs.iter().find(|(ob, _)| *ob == number) {
                 Some(&(_, period_ns)) => Ok(sample_time_s(period_ns)),
                 None if is_cyclic_ob(number) => Err(status::OB_UNAVAILABLE),

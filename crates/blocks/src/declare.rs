@@ -8,7 +8,14 @@
 ///
 /// A pin is `"name" => field: type` with an optional `[unit]` and, for inputs, `= default`; an
 /// input without a default must be connected. Types are `f64` (LREAL), `i16` (INT), `i32` (TIME,
-/// in ms), `bool` (BOOL), `u16` (WORD) and [`Ob`](crate::Ob) (the INT at `callOB`).
+/// in ms), `bool` (BOOL), `u16` (WORD) and [`Ob`](crate::Ob) (the INT at `callOB`). Before a pin may
+/// stand `#[alias = "Ret_Val"]`, another name that documents have for it, and before an input
+/// `#[latched_by = "reset"]`: it is read in the first call and while that input is TRUE.
+///
+/// A status word is `code => "NAME": "meaning"`, with `(ours)` behind a name that the document which
+/// the block follows does not have. Two sections may be left out: `computes` before `status`,
+/// sentences on how, and `decisions` at the end, a [`Decision`](crate::Decision) for each point on
+/// which the document is silent.
 ///
 /// ```
 /// isochrone_blocks::block! {
@@ -43,14 +50,19 @@ macro_rules! block {
         $vis:vis $Block:ident {
             inputs { $(
                 $(#[doc = $in_doc:literal])+
+                $(#[alias = $in_alias:literal])*
+                $(#[latched_by = $latch:literal])?
                 $in_name:literal => $in:ident: $in_type:ident $([$in_unit:literal])? $(= $default:expr)?
             ),* $(,)? }
             outputs { $(
                 $(#[doc = $out_doc:literal])+
+                $(#[alias = $out_alias:literal])*
                 $out_name:literal => $out:ident: $out_type:ident $([$out_unit:literal])?
             ),* $(,)? }
             state { $($(#[$word_attr:meta])* $word:ident: $word_type:ty),* $(,)? }
-            status { $($code:expr => $meaning:expr),* $(,)? }
+            $(computes { $($sentence:literal),* $(,)? })?
+            status { $($code:expr => $word_name:literal $(($ours:ident))? : $meaning:expr),* $(,)? }
+            $(decisions { $($decision:expr),* $(,)? })?
         }
     ) => {
         $(#[doc = $doc])+
@@ -101,21 +113,34 @@ macro_rules! block {
             type State = State;
             const NAME: &'static str = stringify!($Block);
             const DOC: &'static str = concat!($($doc),+);
-            const INPUTS: &'static [$crate::Pin] = &[$($crate::Pin::declare(
-                $in_name,
-                <$crate::block!(@type $in_type) as $crate::Value>::TYPE,
-                concat!($($in_unit)?),
-                $crate::block!(@slot $in_type $($default)?),
-                concat!($($in_doc),+),
-            )),*];
-            const OUTPUTS: &'static [$crate::Pin] = &[$($crate::Pin::declare(
-                $out_name,
-                <$crate::block!(@type $out_type) as $crate::Value>::TYPE,
-                concat!($($out_unit)?),
-                None,
-                concat!($($out_doc),+),
-            )),*];
-            const STATUS: &'static [(u16, &'static str)] = &[$(($code, $meaning)),*];
+            const INPUTS: &'static [$crate::Pin] = &[$($crate::Pin {
+                name: $in_name,
+                pin_type: <$crate::block!(@type $in_type) as $crate::Value>::TYPE,
+                unit: concat!($($in_unit)?),
+                default: $crate::block!(@slot $in_type $($default)?),
+                names_task: <$crate::block!(@type $in_type) as $crate::Value>::NAMES_TASK,
+                aliases: &[$($in_alias),*],
+                latched_by: $crate::block!(@option $($latch)?),
+                raw_doc: concat!($($in_doc),+),
+            }),*];
+            const OUTPUTS: &'static [$crate::Pin] = &[$($crate::Pin {
+                name: $out_name,
+                pin_type: <$crate::block!(@type $out_type) as $crate::Value>::TYPE,
+                unit: concat!($($out_unit)?),
+                default: None,
+                names_task: false,
+                aliases: &[$($out_alias),*],
+                latched_by: None,
+                raw_doc: concat!($($out_doc),+),
+            }),*];
+            const COMPUTES: &'static [&'static str] = &[$($($sentence),*)?];
+            const STATUS: &'static [$crate::StatusWord] = &[$($crate::StatusWord {
+                code: $code,
+                name: $word_name,
+                origin: $crate::block!(@origin $($ours)?),
+                meaning: $meaning,
+            }),*];
+            const DECISIONS: &'static [$crate::Decision] = &[$($($decision),*)?];
         }
     };
 
@@ -140,6 +165,12 @@ macro_rules! block {
     (@type Ob) => { $crate::Ob };
     (@type $type:ident) => { $type };
 
+    (@origin) => { $crate::Origin::Document };
+    (@origin ours) => { $crate::Origin::Ours };
+
+    (@option) => { None };
+    (@option $value:literal) => { Some($value) };
+
     (@default) => { Default::default() };
     (@default $default:expr) => { $default };
 
@@ -147,9 +178,6 @@ macro_rules! block {
     (@slot $type:ident) => { None };
     (@slot f64 $default:expr) => { Some($default) };
     (@slot bool $default:expr) => { Some($default as u8 as f64) };
-    (@slot Ob $default:expr) => { match $default {
-        $crate::Ob::Caller => Some(f64::NAN),
-        $crate::Ob::Number(number) => Some(number as f64),
-    } };
+    (@slot Ob $default:expr) => { Some($crate::Ob::slot($default)) };
     (@slot $type:ident $default:expr) => { Some($default as $type as f64) };
 }

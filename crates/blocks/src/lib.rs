@@ -29,6 +29,7 @@
 
 mod block;
 mod cycle;
+mod decisions;
 mod declare;
 mod value;
 
@@ -38,7 +39,7 @@ pub mod saw_tooth;
 pub mod scale_linear;
 pub mod status;
 
-pub use block::{Block, BlockType, Declaration, Pin, Slots, Words};
+pub use block::{Block, BlockType, Decision, Declaration, Origin, Pin, Slots, StatusWord, Words};
 pub use cycle::{Cycle, is_cyclic_ob};
 pub use value::{Ob, PinType, Value, Word};
 

@@ -1,6 +1,6 @@
 //! LimRateOfChangeCI: a step at the input becomes a ramp at the output.
 
-use crate::{Block, Cycle, Ob, status};
+use crate::{Block, Cycle, Ob, decisions, status};
 
 crate::block! {
     /// Limits the rate of change of a signal: a step becomes a ramp.
@@ -14,7 +14,7 @@ crate::block! {
             "defaultOutValue" => default_out_value: f64 = 0.0,
             /// Preset the output with `defaultOutValue`.
             "enDefaultOutValue" => en_default_out_value: bool = false,
-            /// Cyclic-interrupt OB whose period is the sample time.
+            /// Cyclic-interrupt OB whose period is the sample time: its number, or its task's name.
             "callOB" => call_ob: Ob = Ob::Caller,
         }
         outputs {
@@ -25,15 +25,31 @@ crate::block! {
             /// Status word.
             "status" => status: u16,
             /// Status of the query of the OB's period.
+            #[alias = "subFunctionStatus"]
             "subfunctionStatus" => subfunction_status: u16,
         }
         state { y: f64 }
+        computes {
+            "`T` is the period, in seconds, of the task at `callOB`.",
+            "With `enDefaultOutValue`: `delayedValue = defaultOutValue`.",
+            "Otherwise `delayedValue` moves toward `value` by at most `setChangeRate * T` and lands on it exactly.",
+        }
         status {
-            status::OK => "no error",
-            status::RANGE => "setChangeRate is negative",
-            status::QRY_CINT => status::QRY_CINT_DOC,
-            status::OB_UNAVAILABLE => status::OB_UNAVAILABLE_DOC,
-            status::NOT_FINITE => "setChangeRate is NaN, or the active mode's signal is NaN or infinite",
+            status::OK => "STATUS_FINISHED_NO_ERROR": "no error",
+            status::RANGE => "ERR_NEG_RATE_LIM": "setChangeRate is negative",
+            status::QRY_CINT => "ERR_QRY_CINT": status::QRY_CINT_DOC,
+            status::OB_UNAVAILABLE => "ERR_OB_UNAVAILABLE": status::OB_UNAVAILABLE_DOC,
+            status::NOT_FINITE => "ERR_NOT_FINITE" (ours):
+                "setChangeRate is NaN, or the active mode's signal is NaN or infinite",
+        }
+        decisions {
+            decisions::FIRST_CALL,
+            decisions::SAMPLE_TIME,
+            decisions::SKIPPED_CYCLES,
+            decisions::OB_NUMBERS,
+            decisions::HOLD,
+            decisions::NOT_FINITE,
+            decisions::SEVERAL_ERRORS,
         }
     }
 }

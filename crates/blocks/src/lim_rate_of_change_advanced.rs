@@ -1,7 +1,7 @@
 //! LimRateOfChangeAdvancedCI: a ramp with four rates, limits and operating modes.
 
 use crate::lim_rate_of_change::toward;
-use crate::{Block, Cycle, Ob, status};
+use crate::{Block, Cycle, Decision, Ob, decisions, status};
 
 crate::block! {
     /// Limits the rate of change of a signal with a rate for each range and direction, limits the
@@ -34,7 +34,7 @@ crate::block! {
             "manOp" => man_op: bool = false,
             /// Restart: output is 0.0, or `defaultOutValue` within the limits if that is enabled.
             "reset" => reset: bool = false,
-            /// Cyclic-interrupt OB whose period is the sample time.
+            /// Cyclic-interrupt OB whose period is the sample time: its number, or its task's name.
             "callOB" => call_ob: Ob = Ob::Caller,
         }
         outputs {
@@ -57,6 +57,7 @@ crate::block! {
             /// Status word.
             "status" => status: u16,
             /// Status of the query of the OB's period.
+            #[alias = "subFunctionStatus"]
             "subfunctionStatus" => subfunction_status: u16,
         }
         state {
@@ -64,13 +65,58 @@ crate::block! {
             /// Manual mode was left and the range between the limits is not reached yet.
             disarmed: bool,
         }
+        computes {
+            "The first of these modes whose condition holds is active:",
+            "Restart (`reset`): 0.0, or `defaultOutValue` within the limits if `enDefaultOutValue`; all flags are FALSE.",
+            "Manual (`manOp`): `manualValue`, without limits; all flags are FALSE.",
+            "Preset (`enDefaultOutValue`): `defaultOutValue` within the limits.",
+            "Tracking (`track`): `autoValue` within the limits.",
+            "Disabled (all four rates are 0.0): 0.0; all flags are FALSE.",
+            "Automatic: from the last output toward `autoValue` by at most rate times `T`, landing on it exactly, within the limits. `T` is the period, in seconds, of the task at `callOB`; range (above or below 0.0) and direction say which rate.",
+            "A rate flag is TRUE where its rate stopped the output short of the target; a limit flag where what was to be output is at or beyond the limit.",
+            "Manual mode switches the limits off. As soon as the range between them is reached they are on again.",
+        }
         status {
-            status::OK => "no error",
-            status::RANGE => "setHighLim is less than setLowLim",
-            status::NEGATIVE_RATE => "a rate of change is negative",
-            status::QRY_CINT => status::QRY_CINT_DOC,
-            status::OB_UNAVAILABLE => status::OB_UNAVAILABLE_DOC,
-            status::NOT_FINITE => "a rate or limit is NaN, or the active mode's signal is NaN or infinite",
+            status::OK => "STATUS_FINISHED_NO_ERROR": "no error",
+            status::RANGE => "ERR_NEG_RATE_LIM": "setHighLim is less than setLowLim",
+            status::NEGATIVE_RATE => "ERR_NEG_RATE_OF_CHANGE": "a rate of change is negative",
+            status::QRY_CINT => "ERR_QRY_CINT": status::QRY_CINT_DOC,
+            status::OB_UNAVAILABLE => "ERR_OB_UNAVAILABLE": status::OB_UNAVAILABLE_DOC,
+            status::NOT_FINITE => "ERR_NOT_FINITE" (ours):
+                "a rate or limit is NaN, or the active mode's signal is NaN or infinite",
+        }
+        decisions {
+            Decision {
+                silent_on: "a step that passes 0.0",
+                chosen: "it is split: the time to 0.0 is spent at the first rate, the rest at the \
+                         second, whose flag it sets; without a rest the output is 0.0 in that call",
+            },
+            Decision {
+                silent_on: "the rate at exactly 0.0",
+                chosen: "upwards `setPosUpRateLim`, downwards `setNegUpRateLim`",
+            },
+            Decision {
+                silent_on: "a limit and a rate at once",
+                chosen: "the rate flag is FALSE where the limit cuts the output, and where the ramp \
+                         ends exactly on the limit beyond which the target lies",
+            },
+            Decision {
+                silent_on: "when the range is reached after manual mode",
+                chosen: "when the last output (so the manual value too) or the next lies between the \
+                         limits or on one, or when the step leads across both",
+            },
+            Decision {
+                silent_on: "the limits in a restart and in disabled mode",
+                chosen: "`defaultOutValue` is limited if the limits are valid, a plain 0.0 is not; a \
+                         restart switches the limits on",
+            },
+            decisions::FIRST_CALL,
+            decisions::SAMPLE_TIME,
+            decisions::SKIPPED_CYCLES,
+            decisions::OB_NUMBERS,
+            decisions::HOLD,
+            decisions::NOT_FINITE,
+            decisions::SEVERAL_ERRORS,
         }
     }
 }

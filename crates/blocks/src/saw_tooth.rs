@@ -1,6 +1,6 @@
 //! SawTooth: a staircase that starts again, or goes on for ever.
 
-use crate::{Block, Cycle};
+use crate::{Block, Cycle, Decision};
 
 crate::block! {
     /// Generates a sawtooth of steps: `incrementRange` is added after each `timeRange`, and after
@@ -8,14 +8,19 @@ crate::block! {
     pub SawTooth {
         inputs {
             /// Value at which the signal begins.
+            #[latched_by = "reset"]
             "startValue" => start_value: i16 = 0,
             /// Time after which the value is incremented; 0 or less: every cycle.
+            #[latched_by = "reset"]
             "timeRange" => time_range: i32 ["ms"] = 0,
             /// Size of a step.
+            #[latched_by = "reset"]
             "incrementRange" => increment_range: i16 = 0,
             /// Steps of one sawtooth; it lasts `timeRange * (numberSteps + 1)`.
+            #[latched_by = "reset"]
             "numberSteps" => number_steps: i16 = 0,
             /// Never start again; the value passes 32767 to -32768.
+            #[latched_by = "reset"]
             "endlessSteps" => endless_steps: bool = false,
             /// Start again at `startValue` and take over the other inputs.
             "reset" => reset: bool = false,
@@ -38,7 +43,42 @@ crate::block! {
             /// Cycle from which the value is another; 0: the inputs were never taken over.
             until: u64,
         }
+        computes {
+            "`k` is the number of whole intervals `timeRange` that have passed since the inputs were taken over.",
+            "`value = startValue + k * incrementRange`; without `endlessSteps`, `k` starts again from 0 after `numberSteps`.",
+        }
         status {}
+        decisions {
+            Decision {
+                silent_on: "when the inputs are taken over",
+                chosen: "in the first call and in every call with `reset` TRUE, `endlessSteps` as the \
+                         others; in those calls the time is 0, so `value` is `startValue`",
+            },
+            Decision {
+                silent_on: "what the time is",
+                chosen: "the task's grid, cycles times period in whole nanoseconds, so that nothing drifts",
+            },
+            Decision {
+                silent_on: "cycles that an overrun skipped",
+                chosen: "they count as time",
+            },
+            Decision {
+                silent_on: "a `timeRange` shorter than the period",
+                chosen: "a call adds as many increments as intervals have ended since the last one",
+            },
+            Decision {
+                silent_on: "a `timeRange` of 0 or less",
+                chosen: "one increment in every cycle",
+            },
+            Decision {
+                silent_on: "a negative `numberSteps`",
+                chosen: "as 0: `value` stays at `startValue`",
+            },
+            Decision {
+                silent_on: "a finite sawtooth that leaves the range of INT",
+                chosen: "it passes 32767 to -32768, and -32768 to 32767, as an endless one does",
+            },
+        }
     }
 }
 

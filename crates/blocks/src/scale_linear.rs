@@ -1,6 +1,6 @@
 //! ScaleLinear: the straight line through two points, within limits.
 
-use crate::{Block, Cycle, status};
+use crate::{Block, Cycle, Decision, status};
 
 crate::block! {
     /// Scales a signal along the straight line through (`x1`, `y1`) and (`x2`, `y2`), within limits.
@@ -23,6 +23,7 @@ crate::block! {
         }
         outputs {
             /// Scaled signal; `y1` where `x1` equals `x2`.
+            #[alias = "Ret_Val"]
             "y" => y: f64,
             /// An error is reported in `status`.
             "error" => error: bool,
@@ -30,12 +31,40 @@ crate::block! {
             "status" => status: u16,
         }
         state { y: f64 }
+        computes {
+            "`y = (y2 - y1) / (x2 - x1) * (x - x1) + y1`, and `y1` where `x1` equals `x2`; then limited to `yMin` and `yMax`.",
+        }
         status {
-            status::OK => "no error",
-            status::LIMITED_LOW => "y is limited to yMin",
-            status::LIMITED_HIGH => "y is limited to yMax",
-            status::RANGE => "yMin is greater than yMax; y holds",
-            status::NOT_FINITE => "an input, or y itself, is NaN or infinite; y holds",
+            status::OK => "STATUS_FINISHED_NO_ERROR": "no error",
+            status::LIMITED_LOW => "WARN_Y_LIMITED_TO_YMIN": "y is limited to yMin",
+            status::LIMITED_HIGH => "WARN_Y_LIMITED_TO_YMAX": "y is limited to yMax",
+            status::RANGE => "ERR_LOW_LIM_OVER_UP_LIM": "yMin is greater than yMax; y holds",
+            status::NOT_FINITE => "ERR_NOT_FINITE" (ours):
+                "an input, or y itself, is NaN or infinite; y holds",
+        }
+        decisions {
+            Decision {
+                silent_on: "the order of the operations",
+                chosen: "the slope first, then times the distance, then plus `y1`, each rounded to LREAL",
+            },
+            Decision {
+                silent_on: "`x1` equal to `x2`",
+                chosen: "`y1` is limited to `yMin` and `yMax` as any other value is",
+            },
+            Decision {
+                silent_on: "`y` while there is an error",
+                chosen: "it holds its last value; before the first it is 0.0",
+            },
+            Decision {
+                silent_on: "NaN and infinity",
+                chosen: "16#8F00 for an `x`, `x1`, `y1`, `x2` or `y2` that is not finite, a limit that \
+                         is NaN, an intermediate NaN and a `y` that no limit keeps finite; an \
+                         infinite limit is none",
+            },
+            Decision {
+                silent_on: "several errors at once",
+                chosen: "`status` shows 16#8200 before 16#8F00",
+            },
         }
     }
 }

@@ -21,7 +21,7 @@ pub const WRONG_OB_NUMBER: u16 = 0x8090;
 
 /// Meaning of [`QRY_CINT`] in the catalogue.
 pub(crate) const QRY_CINT_DOC: &str =
-    "callOB is no cyclic-interrupt number (30..38, 123..32767); subfunctionStatus is 16#8090";
+    "callOB is no cyclic-interrupt number (30 to 38, 123 to 32767); subfunctionStatus is 16#8090";
 /// Meaning of [`OB_UNAVAILABLE`] in the catalogue.
 pub(crate) const OB_UNAVAILABLE_DOC: &str = "no task is configured with the OB number at callOB";
 

@@ -70,6 +70,8 @@ impl core::fmt::Display for PinType {
 pub trait Value: Copy {
     /// The pin type that it stands for.
     const TYPE: PinType;
+    /// Whether the name of a task can stand at a pin of this type.
+    const NAMES_TASK: bool = false;
     /// Reads it from a slot. A slot only ever holds what [`PinType::holds`] accepts.
     fn from_slot(slot: f64) -> Self;
     /// The slot's content for this value.
@@ -116,22 +118,44 @@ pub enum Ob {
     Caller,
     /// The task with this OB number.
     Number(i16),
+    /// A task that was named and has no OB number: what a block needs of it.
+    Task {
+        /// Its configured period in nanoseconds, at most an hour.
+        period_ns: u64,
+    },
+}
+
+impl Ob {
+    /// Slots from here on are periods. Every INT is a possible (wrong) OB number.
+    const PERIODS: f64 = i16::MAX as f64 + 1.0;
+
+    /// The slot's content. What is no number is no INT either, and configuration refuses it, so it
+    /// cannot come from a constant or a wire.
+    pub const fn slot(self) -> f64 {
+        match self {
+            Self::Caller => f64::NAN,
+            Self::Number(number) => number as f64,
+            Self::Task { period_ns } => Self::PERIODS + period_ns as f64,
+        }
+    }
 }
 
 impl Value for Ob {
     const TYPE: PinType = PinType::Int;
+    const NAMES_TASK: bool = true;
     #[inline]
     fn from_slot(slot: f64) -> Self {
-        // Every INT is a possible (wrong) OB number, so "not connected" is the one thing that no
-        // INT can be. Configuration refuses NaN, so it cannot come from there.
-        if slot.is_nan() { Self::Caller } else { Self::Number(slot as i16) }
+        if slot.is_nan() {
+            Self::Caller
+        } else if slot >= Self::PERIODS {
+            Self::Task { period_ns: (slot - Self::PERIODS) as u64 }
+        } else {
+            Self::Number(slot as i16)
+        }
     }
     #[inline]
     fn into_slot(self) -> f64 {
-        match self {
-            Self::Caller => f64::NAN,
-            Self::Number(number) => f64::from(number),
-        }
+        self.slot()
     }
 }
 

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::Path;
 
-use isochrone_blocks::{BlockType, CATALOGUE, Cycle};
+use isochrone_blocks::{BlockType, CATALOGUE, Cycle, Origin};
 
 /// Block, direction, pin in LGF's spelling, type, default (`-`: none).
 const PINS: &str = "
@@ -75,21 +75,73 @@ fn pins_have_the_spelling_order_types_and_defaults_of_lgf() {
     assert_eq!(listed, PINS.trim_end().lines().collect::<Vec<_>>());
 }
 
+/// Block, status word, and the constant's name in LGF's documents (`*`: not LGF's, but ours).
+const STATUS: &str = "
+LimRateOfChangeCI 0000 STATUS_FINISHED_NO_ERROR
+LimRateOfChangeCI 8200 ERR_NEG_RATE_LIM
+LimRateOfChangeCI 8600 ERR_QRY_CINT
+LimRateOfChangeCI 8601 ERR_OB_UNAVAILABLE
+LimRateOfChangeCI 8F00 ERR_NOT_FINITE*
+LimRateOfChangeAdvancedCI 0000 STATUS_FINISHED_NO_ERROR
+LimRateOfChangeAdvancedCI 8200 ERR_NEG_RATE_LIM
+LimRateOfChangeAdvancedCI 8202 ERR_NEG_RATE_OF_CHANGE
+LimRateOfChangeAdvancedCI 8600 ERR_QRY_CINT
+LimRateOfChangeAdvancedCI 8601 ERR_OB_UNAVAILABLE
+LimRateOfChangeAdvancedCI 8F00 ERR_NOT_FINITE*
+ScaleLinear 0000 STATUS_FINISHED_NO_ERROR
+ScaleLinear 6001 WARN_Y_LIMITED_TO_YMIN
+ScaleLinear 6002 WARN_Y_LIMITED_TO_YMAX
+ScaleLinear 8200 ERR_LOW_LIM_OVER_UP_LIM
+ScaleLinear 8F00 ERR_NOT_FINITE*
+";
+
 #[test]
-fn status_lists_are_complete() {
-    let listed: Vec<(&str, Vec<u16>)> = CATALOGUE
-        .iter()
-        .map(|block| (block.name, block.status.iter().map(|(code, _)| *code).collect()))
-        .collect();
+fn status_lists_are_complete_and_named_as_in_the_documents_of_lgf() {
+    let mut listed = vec![String::new()];
+    for (block, word) in CATALOGUE.iter().flat_map(|b| b.status.iter().map(|word| (b.name, word))) {
+        let ours = if word.origin == Origin::Ours { "*" } else { "" };
+        listed.push(format!("{block} {:04X} {}{ours}", word.code, word.name));
+        assert!(!word.meaning.is_empty());
+    }
+    assert_eq!(listed, STATUS.trim_end().lines().collect::<Vec<_>>());
+}
+
+#[test]
+fn every_block_says_how_it_computes_and_what_was_chosen_where_its_document_is_silent() {
+    for block in &CATALOGUE {
+        assert!(!block.computes.is_empty(), "{}", block.name);
+        let silent_on: HashSet<_> = block.decisions.iter().map(|d| d.silent_on).collect();
+        assert_eq!(silent_on.len(), block.decisions.len(), "{}: each once", block.name);
+        assert!(block.decisions.iter().all(|d| !d.silent_on.is_empty() && !d.chosen.is_empty()));
+    }
+    let decided = |block: usize, what: &str| {
+        CATALOGUE[block].decisions.iter().any(|decision| decision.silent_on.contains(what))
+    };
+    assert!(decided(0, "overrun") && decided(1, "passes 0.0") && decided(2, "order"));
+    assert!(decided(3, "shorter than the period") && decided(3, "overrun"));
+}
+
+#[test]
+fn pins_carry_the_other_spellings_of_the_documents_and_the_latches_of_the_sawtooth() {
+    let mut found = Vec::new();
+    for block in &CATALOGUE {
+        for pin in block.inputs.iter().chain(block.outputs) {
+            found.extend(pin.aliases.iter().map(|alias| format!("{alias} = {}", pin.name)));
+            found.extend(pin.latched_by.map(|latch| format!("{} at {latch}", pin.name)));
+            assert_eq!(pin.names_task, pin.name == "callOB");
+        }
+    }
     let expected = [
-        ("LimRateOfChangeCI", vec![0, 0x8200, 0x8600, 0x8601, 0x8F00]),
-        ("LimRateOfChangeAdvancedCI", vec![0, 0x8200, 0x8202, 0x8600, 0x8601, 0x8F00]),
-        ("ScaleLinear", vec![0, 0x6001, 0x6002, 0x8200, 0x8F00]),
-        ("SawTooth", vec![]),
+        "subFunctionStatus = subfunctionStatus",
+        "subFunctionStatus = subfunctionStatus",
+        "Ret_Val = y",
+        "startValue at reset",
+        "timeRange at reset",
+        "incrementRange at reset",
+        "numberSteps at reset",
+        "endlessSteps at reset",
     ];
-    assert_eq!(listed, expected);
-    let meanings = CATALOGUE.iter().flat_map(|block| block.status);
-    assert!(meanings.clone().all(|(_, meaning)| !meaning.is_empty()));
+    assert_eq!(found, expected);
 }
 
 #[test]

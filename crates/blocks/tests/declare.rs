@@ -1,6 +1,6 @@
 //! A block that is declared outside the library.
 
-use isochrone_blocks::{Block, BlockType, Cycle, PinType};
+use isochrone_blocks::{Block, BlockType, Cycle, Decision, Ob, Origin, PinType, StatusWord, Value};
 
 isochrone_blocks::block! {
     /// Multiplies, and keeps nothing.
@@ -14,14 +14,27 @@ isochrone_blocks::block! {
             /// Delay.
             "delay" => delay: i32 ["ms"] = -7,
             /// Switch.
+            #[alias = "enable"]
+            #[alias = "enabled"]
+            #[latched_by = "delay"]
             "on" => on: bool = true,
         }
         outputs {
             /// Product.
+            #[alias = "product"]
             "y" => y: f64,
         }
         state {}
-        status {}
+        computes {
+            "`y = x * gain`.",
+        }
+        status {
+            0 => "STATUS_FINE": "no error",
+            0x8F00 => "ERR_ODD" (ours): "odd",
+        }
+        decisions {
+            Decision { silent_on: "delay", chosen: "none" },
+        }
     }
 }
 
@@ -34,7 +47,7 @@ impl Block for Gain {
 #[test]
 fn a_block_is_described_by_its_declaration_alone() {
     const GAIN: BlockType = BlockType::of::<Gain>();
-    assert_eq!((GAIN.name, GAIN.slots(), GAIN.status.len()), ("Gain", 5, 0));
+    assert_eq!((GAIN.name, GAIN.slots(), GAIN.status.len()), ("Gain", 5, 2));
     assert_eq!(GAIN.doc(), "Multiplies, and keeps nothing. Two lines are one text.");
     let pins: Vec<_> = GAIN
         .inputs
@@ -58,4 +71,30 @@ fn a_block_without_state_steps_in_a_bank_like_any_other() {
     let mut state = vec![0; 2 * gain.state_words];
     assert_eq!(gain.step_bank(&mut image, &mut state, &Cycle::new(0, 1, &[])), 0);
     assert_eq!((image[4], image[9]), (6.0, 0.0));
+}
+
+#[test]
+fn words_decisions_and_other_names_are_as_declared() {
+    const GAIN: BlockType = BlockType::of::<Gain>();
+    let word = |code, name, origin, meaning| StatusWord { code, name, origin, meaning };
+    let words = [
+        word(0, "STATUS_FINE", Origin::Document, "no error"),
+        word(0x8F00, "ERR_ODD", Origin::Ours, "odd"),
+    ];
+    assert_eq!(GAIN.status, words);
+    assert_eq!(GAIN.computes, ["`y = x * gain`."]);
+    assert_eq!(GAIN.decisions, [Decision { silent_on: "delay", chosen: "none" }]);
+    let on = GAIN.inputs[3];
+    assert_eq!((on.aliases, on.latched_by), (&["enable", "enabled"][..], Some("delay")));
+    assert_eq!((GAIN.outputs[0].aliases, GAIN.inputs[0].latched_by), (&["product"][..], None));
+}
+
+#[test]
+fn an_ob_comes_out_of_its_slot_as_it_went_in() {
+    let numbers = [i16::MIN, -1, 0, 35, i16::MAX].map(Ob::Number);
+    let tasks = [0, 10_000, 333_333, 3_600_000_000_000].map(|period_ns| Ob::Task { period_ns });
+    for ob in numbers.into_iter().chain(tasks).chain([Ob::Caller]) {
+        assert_eq!(Ob::from_slot(ob.into_slot()), ob);
+        assert_eq!(PinType::Int.holds(ob.into_slot()), matches!(ob, Ob::Number(_)));
+    }
 }

@@ -14,7 +14,11 @@ use proptest::prelude::*;
 
 /// Sample time in seconds, or status and subfunction status.
 fn sample_time(ob: Ob, period_ns: u64) -> Result<f64, (u16, u16)> {
-    let Ob::Number(number) = ob else { return Ok(period_ns as f64 / 1e9) };
+    let number = match ob {
+        Ob::Caller => return Ok(period_ns as f64 / 1e9),
+        Ob::Task { period_ns } => return Ok(period_ns as f64 / 1e9),
+        Ob::Number(number) => number,
+    };
     for (configured, period_ns) in OBS {
         if *configured == number {
             return Ok(*period_ns as f64 / 1e9);

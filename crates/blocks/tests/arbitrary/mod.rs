@@ -45,6 +45,7 @@ pub fn seldom() -> impl Strategy<Value = bool> {
 pub fn ob() -> impl Strategy<Value = Ob> {
     prop_oneof![
         6 => Just(Ob::Caller),
+        1 => period_ns().prop_map(|period_ns| Ob::Task { period_ns }),
         3 => prop::sample::select(&[30, 35, 123, 31, 39, 0]).prop_map(Ob::Number),
         1 => any::<i16>().prop_map(Ob::Number),
     ]

@@ -60,13 +60,14 @@ fn first_status(block_type: &BlockType, mut slots: Vec<f64>, cycle: &Cycle<'_>) 
 }
 
 fn finding(entry: &Entry<'_>, block_type: &BlockType, code: u16) -> Finding {
-    let meaning = block_type.status.iter().find(|(known, _)| *known == code);
-    let meaning = meaning.map_or("an error", |(_, meaning)| meaning);
+    let word = block_type.status.iter().find(|word| word.code == code);
+    let meaning =
+        word.map_or_else(|| "an error".into(), |word| format!("{} ({})", word.meaning, word.name));
     let message =
         format!("block \"{}\" reports 16#{code:04X} from its first call: {meaning}", entry.name);
     let help = match code {
         status::OB_UNAVAILABLE | status::QRY_CINT => {
-            "leave callOB out for the task that runs the block, or give a task this number with ob"
+            "leave callOB out for the task that runs the block, name a task, or give one this number with ob"
         }
         _ => "change the constants in [block.in]; --strict makes this an error",
     };

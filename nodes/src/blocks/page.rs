@@ -1,0 +1,62 @@
+//! The reference page docs/blocks.md.
+
+use isochrone_blocks::{BlockType, Pin};
+
+use super::{default, meaning, word_meaning};
+
+const INTRODUCTION: &str = "\
+# Function blocks
+
+<!-- The output of `isochrone blocks --format page`. -->
+
+The blocks follow the documents of Siemens' library of general functions (LGF): names, types,
+defaults, modes and status words are LGF's. Where a document is silent, a table says what was chosen.
+A status word from 16#8000 on is an error, and `error` is TRUE exactly then.
+";
+
+/// The page of these blocks.
+pub(super) fn page(types: &[&BlockType]) -> String {
+    let blocks = types.iter().map(|known| block(known));
+    std::iter::once(INTRODUCTION.to_owned()).chain(blocks).collect()
+}
+
+fn block(known: &BlockType) -> String {
+    let mut text = format!("\n## {}\n\n{}\n\n", known.name, known.doc());
+    for sentence in known.computes {
+        text += &format!("- {sentence}\n");
+    }
+    text += "\n| input | type | default | unit | meaning |\n|---|---|---|---|---|\n";
+    for pin in known.inputs {
+        text +=
+            &row([&pin_name(pin), pin.pin_type.as_str(), &default(pin), pin.unit, &meaning(pin)]);
+    }
+    text += "\n| output | type | unit | meaning |\n|---|---|---|---|\n";
+    for pin in known.outputs {
+        text += &row([&pin_name(pin), pin.pin_type.as_str(), pin.unit, &meaning(pin)]);
+    }
+    if !known.status.is_empty() {
+        text += "\n| status | name | meaning |\n|---|---|---|\n";
+    }
+    for word in known.status {
+        text += &row([
+            &format!("16#{:04X}", word.code),
+            &format!("`{}`", word.name),
+            &word_meaning(word),
+        ]);
+    }
+    if !known.decisions.is_empty() {
+        text += "\n| LGF is silent on | chosen |\n|---|---|\n";
+    }
+    for decision in known.decisions {
+        text += &row([decision.silent_on, decision.chosen]);
+    }
+    text
+}
+
+fn pin_name(pin: &Pin) -> String {
+    format!("`{}`", pin.name)
+}
+
+fn row<const CELLS: usize>(cells: [&str; CELLS]) -> String {
+    format!("| {} |\n", cells.join(" | "))
+}
