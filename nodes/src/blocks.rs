@@ -89,7 +89,7 @@ fn text(known: &BlockType) -> String {
 
 /// What a pin means, how LGF's documents also call it, and when it is read.
 fn meaning(pin: &Pin) -> String {
-    let aliases = pin.aliases.iter().map(|alias| format!(" LGF calls it `{alias}`, too."));
+    let aliases = pin.aliases.iter().map(|alias| format!(" In LGF also `{alias}`."));
     let latch =
         pin.latched_by.map(|latch| format!(" Read in the first call and at `{latch}` only."));
     std::iter::once(pin.doc().to_owned()).chain(aliases).chain(latch).collect()

@@ -98,6 +98,14 @@ fn text(plan: &Plan) -> String {
         }
         section(&mut text, "outputs", task.outputs.len(), &outputs);
     }
+    if !plan.notes.is_empty() {
+        text += "\nnotes\n";
+    }
+    for note in &plan.notes {
+        let (line, column) = plan.source.position(note.span.start);
+        text += &format!("  {}:{line}:{column}: {note}\n", plan.source.name);
+        text += &note.help.as_ref().map_or_else(String::new, |help| format!("    {help}\n"));
+    }
     text
 }
 
@@ -252,6 +260,7 @@ fn document(plan: &Plan) -> Value {
         "tasks": tasks.collect::<Vec<_>>(),
         "errors": [],
         "warnings": load::findings_json(&load::warnings(plan), true),
+        "notes": plan.notes.iter().map(|note| load::finding_json(&plan.source, note)).collect::<Vec<_>>(),
     })
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use isochrone_engine::{Findings, Plan, Rules, Source};
+use isochrone_engine::{Finding, Findings, Plan, Rules, Source};
 use isochrone_ipc::check_service_name;
 
 use crate::failure::Failure;
@@ -53,17 +53,20 @@ pub(crate) fn note_warnings(plan: &Plan) {
 
 /// Findings for programs, warnings or errors: kind, message, place and remedy of each.
 pub(crate) fn findings_json(findings: &Findings, warnings: bool) -> Vec<serde_json::Value> {
-    let place = |finding: &isochrone_engine::Finding| {
-        let (line, column) = findings.source.position(finding.span.start);
-        serde_json::json!({
-            "code": finding.problem.as_str(),
-            "message": finding.message,
-            "line": line,
-            "column": column,
-            "remedy": finding.help,
-        })
-    };
-    findings.findings.iter().filter(|finding| finding.is_warning() == warnings).map(place).collect()
+    let wanted = findings.findings.iter().filter(|finding| finding.is_warning() == warnings);
+    wanted.map(|finding| finding_json(&findings.source, finding)).collect()
+}
+
+/// A finding for programs.
+pub(crate) fn finding_json(source: &Source, finding: &Finding) -> serde_json::Value {
+    let (line, column) = source.position(finding.span.start);
+    serde_json::json!({
+        "code": finding.problem.as_str(),
+        "message": finding.message,
+        "line": line,
+        "column": column,
+        "remedy": finding.help,
+    })
 }
 
 fn rules() -> Rules<'static> {

@@ -244,6 +244,49 @@ fn constants_that_a_block_refuses_are_warnings() {
     assert_eq!(places, [(code, &json!(8)), (code, &json!(12)), (code, &json!(16))]);
 }
 
+/// A sawtooth that is not what it seems, and a ramp whose sample time is that of a task without a
+/// number.
+const WIRED: &str = r#"
+[node]
+name = "wired"
+[[task]]
+name = "fast"
+period = "1ms"
+[[task]]
+name = "slow"
+period = "100ms"
+[[input]]
+name = "steps"
+type = "INT"
+task = "fast"
+[[block]]
+name = "saw"
+type = "SawTooth"
+task = "fast"
+in = { numberSteps = "steps", timeRange = "T#0.5s", incrementRange = 1 }
+[[block]]
+name = "ramp"
+type = "LimRateOfChangeCI"
+task = "fast"
+in = { value = 5.0, setChangeRate = 10.0, callOB = "slow" }
+"#;
+
+#[test]
+fn what_is_read_at_certain_times_only_is_noted_and_is_no_fault() {
+    let folder = Folder::with(&[("wired.toml", WIRED)]);
+    let message = "block \"saw\" (SawTooth) reads what is wired to numberSteps in its first call and \
+        while reset is TRUE, at no other time";
+    let shown = folder.run("check --strict wired.toml").silently();
+    let (_, notes) = shown.split_once("\nnotes\n").unwrap();
+    assert!(notes.starts_with(&format!("  wired.toml:15:8: {message}\n    set reset")), "{notes}");
+    let plan = json(&folder.run("check --json wired.toml"));
+    assert_eq!(plan["warnings"], json!([]));
+    let [note] = plan["notes"].as_array().unwrap().as_slice() else { panic!("{plan}") };
+    let shown = (&note["code"], &note["message"], &note["line"], &note["column"]);
+    assert_eq!(shown, (&json!("latched"), &json!(message), &json!(15), &json!(8)));
+    assert!(note["remedy"].is_string());
+}
+
 #[test]
 fn strict_makes_warnings_errors() {
     let folder = Folder::with(&[("dubious.toml", DUBIOUS)]);

@@ -201,3 +201,56 @@ fn two_runs_are_the_same_to_the_last_byte() {
     let short = folder.run("simulate tasks.toml --cycles 137").silently();
     assert!(first.starts_with(&short), "a shorter run is the beginning of a longer one");
 }
+
+/// A ramp of 10 per second in `fast` whose sample time is that of the task at `callOB`, and a
+/// sawtooth with a TIME as it is written.
+fn ramp_and_saw(call_ob: &str, time_range: &str) -> String {
+    format!(
+        r#"
+[node]
+name = "named"
+[[task]]
+name = "fast"
+period = "1ms"
+[[task]]
+name = "slow"
+period = "100ms"
+[[block]]
+name = "ramp"
+type = "LimRateOfChangeCI"
+task = "fast"
+in = {{ value = 100.0, setChangeRate = 10.0, callOB = {call_ob} }}
+[[block]]
+name = "saw"
+type = "SawTooth"
+task = "fast"
+in = {{ timeRange = {time_range}, incrementRange = 1, endlessSteps = true }}
+[[output]]
+service = "o"
+task = "fast"
+signals = ["ramp.delayedValue", "ramp.status", "saw.value"]
+"#
+    )
+}
+
+#[test]
+fn a_task_that_call_ob_names_gives_its_period_though_it_has_no_number() {
+    for (call_ob, step) in [("\"slow\"", "1.0"), ("\"fast\"", "0.01")] {
+        let folder = Folder::with(&[("named.toml", &ramp_and_saw(call_ob, "0"))]);
+        let out = folder.run("simulate named.toml --cycles 1").silently();
+        assert_eq!(out.lines().nth(1).unwrap(), format!("0,{step},0.0,0.0"), "{call_ob}");
+    }
+}
+
+#[test]
+fn a_time_steps_alike_however_it_is_written() {
+    let run = |written: &str| {
+        let folder = Folder::with(&[("named.toml", &ramp_and_saw("\"fast\"", written))]);
+        folder.run("simulate named.toml --cycles 10").silently()
+    };
+    let expected = run("2");
+    assert!(expected.lines().last().unwrap().ends_with(",4.0"), "{expected}");
+    for written in ["\"2ms\"", "\"T#2ms\"", "\"TIME#0.002s\""] {
+        assert_eq!(run(written), expected, "{written}");
+    }
+}

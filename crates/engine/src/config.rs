@@ -160,7 +160,8 @@ pub enum Connection {
     Float(f64),
     /// TRUE or FALSE.
     Bool(bool),
-    /// An input or a block's output pin.
+    /// An input or a block's output pin; at a TIME pin also a time such as `T#100ms`, at `callOB`
+    /// also the name of a task.
     Wire(String),
 }
 

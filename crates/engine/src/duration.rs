@@ -1,6 +1,7 @@
 //! Durations as people write them: `50us`, `2.5ms`, `1h`.
 
-const UNITS: [(&str, u64); 7] = [
+/// Units of durations, from short to long.
+pub(crate) const UNITS: [(&str, u64); 7] = [
     ("ns", 1),
     ("us", 1_000),
     ("µs", 1_000),
@@ -18,9 +19,7 @@ pub fn parse_duration_ns(text: &str) -> Result<u64, String> {
     }
     let split = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
     let (number, unit) = (&text[..split], text[split..].trim());
-    let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
-    let digits = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
-    if whole.is_empty() || number.ends_with('.') || !digits(whole) || !digits(fraction) {
+    if amount_ns(number, 0) == Err(AmountError::NoNumber) {
         return Err("a duration is a number and a unit, such as \"1ms\"".into());
     }
     let Some(&(_, unit_ns)) = UNITS.iter().find(|(name, _)| *name == unit) else {
@@ -29,17 +28,42 @@ pub fn parse_duration_ns(text: &str) -> Result<u64, String> {
             _ => format!("there is no unit \"{unit}\"; units are ns, us, ms, s, min, h"),
         });
     };
+    amount_ns(number, unit_ns).map_err(|error| match error {
+        AmountError::NoNumber => "a duration is a number and a unit, such as \"1ms\"".into(),
+        AmountError::NotWhole => "a duration is whole nanoseconds".into(),
+        AmountError::TooLong => "the duration is too long".into(),
+    })
+}
+
+/// Why so many of a unit are no time in nanoseconds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum AmountError {
+    /// It is not digits, or digits on both sides of a point.
+    NoNumber,
+    /// There are fractions of a nanosecond.
+    NotWhole,
+    /// It does not fit.
+    TooLong,
+}
+
+/// So many of a unit, in decimal digits, in nanoseconds.
+pub(crate) fn amount_ns(number: &str, unit_ns: u64) -> Result<u64, AmountError> {
+    let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
+    let digits = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
+    if whole.is_empty() || number.ends_with('.') || !digits(whole) || !digits(fraction) {
+        return Err(AmountError::NoNumber);
+    }
     // Decimal digits, not floating point: "0.1us" is exactly 100 ns.
-    let too_long = || "the duration is too long".to_string();
-    let whole: u64 = whole.parse().map_err(|_| too_long())?;
-    let mut total_ns = whole.checked_mul(unit_ns).ok_or_else(too_long)?;
+    let whole: u64 = whole.parse().map_err(|_| AmountError::TooLong)?;
+    let mut total_ns = whole.checked_mul(unit_ns).ok_or(AmountError::TooLong)?;
     let mut place_ns = unit_ns;
     for digit in fraction.trim_end_matches('0').bytes() {
-        if place_ns % 10 != 0 {
-            return Err("a duration is whole nanoseconds".into());
+        if !place_ns.is_multiple_of(10) {
+            return Err(AmountError::NotWhole);
         }
         place_ns /= 10;
-        total_ns = total_ns.checked_add(u64::from(digit - b'0') * place_ns).ok_or_else(too_long)?;
+        let part_ns = u64::from(digit - b'0') * place_ns;
+        total_ns = total_ns.checked_add(part_ns).ok_or(AmountError::TooLong)?;
     }
     Ok(total_ns)
 }

@@ -43,6 +43,8 @@ pub enum Problem {
     ConstantError,
     /// Something that has no effect (a warning).
     NoEffect,
+    /// A wire to a pin that is read at certain times only (a note).
+    Latched,
 }
 
 impl Problem {
@@ -65,11 +67,13 @@ impl Problem {
             Self::Loop => "loop",
             Self::ConstantError => "constant_error",
             Self::NoEffect => "no_effect",
+            Self::Latched => "latched",
         }
     }
 
     pub(crate) fn severity(self) -> Severity {
         match self {
+            Self::Latched => Severity::Advice,
             Self::ConstantError | Self::NoEffect => Severity::Warning,
             _ => Severity::Error,
         }

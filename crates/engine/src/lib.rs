@@ -56,6 +56,7 @@ mod plan;
 mod printable;
 mod section;
 mod source;
+mod time;
 mod workload;
 
 pub use duration::{format_duration_ns, parse_duration_ns};

@@ -11,6 +11,7 @@ use crate::config::{
 use crate::duration::parse_duration_ns;
 use crate::finding::Problem;
 use crate::section::{Errors, Rule, Section, parse_integer};
+use crate::time::{TIME_FORMS, parse_time_ms};
 use crate::{Finding, Source};
 
 /// Most instances that one entry may have.
@@ -257,13 +258,21 @@ fn binding(section: &Section<'_>) -> Binding {
     }
 }
 
-/// An input's default: a number, or for a BOOL also true or false.
+/// An input's default: a number, for a BOOL also true or false, for a TIME also `"T#100ms"`.
 fn default_of(section: &Section<'_>, value_type: Option<PinType>) -> Option<Spanned<f64>> {
     section.read("default", "a number", |value| {
         let number = match (connection(value), value_type) {
             (Some(Connection::Integer(integer)), _) => integer as f64,
             (Some(Connection::Float(float)), _) => float,
             (Some(Connection::Bool(bool)), Some(PinType::Bool) | None) => f64::from(u8::from(bool)),
+            (Some(Connection::Wire(text)), Some(PinType::Time)) => match parse_time_ms(&text) {
+                Ok(ms) => f64::from(ms),
+                Err(reason) => {
+                    let message = format!("[[input]] default \"{text}\": {reason}");
+                    let finding = Finding::new(Problem::OutOfRange, 0..0, message);
+                    return Err(Some(finding.help(TIME_FORMS)));
+                }
+            },
             _ => return Err(None),
         };
         if number.is_nan() || value_type.is_some_and(|value_type| !value_type.holds(number)) {

@@ -3,6 +3,7 @@
 mod findings;
 
 use findings::{VALID, assert_one, assert_rows, plan};
+use isochrone_blocks::Ob;
 use isochrone_engine::Problem::*;
 
 #[test]
@@ -163,11 +164,44 @@ fn constants_of_another_type_or_out_of_range_are_refused() {
             "TIME holds",
         ),
         (
-            "text for TIME",
+            "text without a unit for TIME",
             time,
-            "timeRange = «\"50ms\"",
+            "timeRange = «\"50\"",
+            OutOfRange,
+            "pin timeRange \"50\": the unit is missing: \"50ms\"?",
+            "100, \"100ms\" or \"T#100ms\"",
+        ),
+        (
+            "fractions for TIME",
+            time,
+            "timeRange = «\"T#0.5ms\"",
+            OutOfRange,
+            "fractions of a millisecond",
+            "whole milliseconds",
+        ),
+        (
+            "another prefix for TIME",
+            time,
+            "timeRange = «\"S5T#1s\"",
+            OutOfRange,
+            "begins with T# or TIME#, not S5T#",
+            "",
+        ),
+        ("TIME beyond 32 bits", time, "timeRange = «\"T#25d\"", OutOfRange, "TIME holds", ""),
+        (
+            "TIME for LREAL",
+            rate,
+            "setChangeRate = «\"T#50ms\"",
+            TypeMismatch,
+            "\"T#50ms\" is no LREAL",
+            "a number such as 1.0",
+        ),
+        (
+            "a quoted number for LREAL",
+            rate,
+            "setChangeRate = «\"10\"",
             UnknownSource,
-            "there is no input \"50ms\"",
+            "there is no input \"10\"",
             "",
         ),
         ("1 for BOOL", endless, "endlessSteps = «1", TypeMismatch, "1 is no BOOL", "true or false"),
@@ -200,6 +234,104 @@ fn constants_in_every_notation_of_toml_are_read() {
         let slot = (0..).find(|slot| plan.slot_name(0, *slot) == "ramp.0.setChangeRate").unwrap();
         assert_eq!(plan.tasks[0].image[slot], value, "{written}");
     }
+}
+
+#[test]
+fn times_are_read_as_plc_programmers_write_them() {
+    for written in ["1500", "\"1500ms\"", "\"1.5s\"", "\"T#1s500ms\"", "\"time#1_500MS\""] {
+        let text = VALID.replace("timeRange = 50", &format!("timeRange = {written}"));
+        let plan = plan(&text).unwrap();
+        let slot = (0..).find(|slot| plan.slot_name(0, *slot) == "saw.timeRange").unwrap();
+        assert_eq!(plan.tasks[0].image[slot], 1_500.0, "{written}");
+    }
+}
+
+#[test]
+fn the_default_of_a_time_input_is_read_alike() {
+    let input = |value_type: &str, default: &str| {
+        let to = format!("type = \"{value_type}\"\ndefault = {default}");
+        VALID
+            .replace("type = \"INT\"", &to)
+            .replace("startValue", "timeRange")
+            .replace("timeRange = 50\n", "")
+    };
+    for written in ["-250", "\"-250ms\"", "\"T#-0.25s\""] {
+        assert_eq!(plan(&input("TIME", written)).unwrap().tasks[0].image[1], -250.0, "{written}");
+    }
+    let reason = "[[input]] default \"T#1x\": there is no unit \"x\"";
+    assert_one("unit", &input("TIME", "«\"T#1x\""), OutOfRange, reason, "\"T#100ms\"");
+}
+
+/// A ramp whose `callOB` is written so, in a node with the tasks `fast` (OB 35) and `slow`.
+fn with_ob(written: &str) -> String {
+    format!(
+        "[node]\nname = \"n\"\n[[task]]\nname = \"fast\"\nperiod = \"1ms\"\nob = 35\n\
+         [[task]]\nname = \"slow\"\nperiod = \"10ms\"\n\
+         [[input]]\nname = \"number\"\ntype = \"INT\"\ntask = \"fast\"\n\
+         [[input]]\nname = \"raw\"\ntask = \"fast\"\n\
+         [[output]]\nservice = \"o\"\ntask = \"fast\"\nsignals = [\"raw\", \"number\"]\n\
+         [[block]]\nname = \"ramp\"\ntype = \"LimRateOfChangeCI\"\ntask = \"fast\"\nin.callOB = {written}\n"
+    )
+}
+
+#[test]
+fn call_ob_is_a_number_a_task_or_a_wire() {
+    for (written, ob) in [
+        ("35", Ob::Number(35)),
+        ("\"fast\"", Ob::Number(35)),
+        ("\"slow\"", Ob::Task { period_ns: 10_000_000 }),
+    ] {
+        let plan = plan(&with_ob(written)).unwrap();
+        let slot = (0..).find(|slot| plan.slot_name(0, *slot) == "ramp.callOB").unwrap();
+        assert_eq!(plan.tasks[0].image[slot], ob.slot(), "{written}");
+        assert!(plan.warnings.is_empty(), "{:?}", plan.warnings);
+    }
+    assert_eq!(plan(&with_ob("\"number\"")).unwrap().tasks[0].banks[0].wires.len(), 1);
+}
+
+#[test]
+fn what_call_ob_cannot_mean_is_refused_with_the_way_out() {
+    for (written, problem, message, help) in [
+        ("\"slwo\"", UnknownTask, "there is no task or input \"slwo\"", "did you mean \"slow\"?"),
+        ("\"OB_Cyclic\"", UnknownTask, "no task or input \"OB_Cyclic\"", "fast, slow, number, raw"),
+        ("\"35\"", UnknownTask, "no task or input \"35\"", "callOB = 35, without quotes"),
+        ("\"raw\"", TypeMismatch, "\"raw\" is LREAL, but pin callOB takes INT", ""),
+        ("\"ramp\"", UnknownSource, "no input \"ramp\"", "such as \"ramp.delayedValue\""),
+        ("\"slow.y\"", UnknownSource, "no block \"slow\"", ""),
+        ("\"number@prev\"", UnknownSource, "is an input", "@prev goes behind"),
+    ] {
+        assert_one(written, &with_ob(&format!("«{written}")), problem, message, help);
+    }
+    let both = with_ob("«\"number\"").replace("name = \"slow\"", "name = \"number\"");
+    assert_one(
+        "both",
+        &both,
+        Duplicate,
+        "\"number\" at pin callOB is a task and an input",
+        "another name",
+    );
+}
+
+#[test]
+fn pins_that_lgf_spells_otherwise_are_named() {
+    assert_rows(&[
+        (
+            "Ret_Val",
+            "value = \"scale.y\"",
+            "value = «\"scale.Ret_Val\"",
+            UnknownPin,
+            "no output pin \"Ret_Val\"",
+            "what LGF calls Ret_Val is pin \"y\" here",
+        ),
+        (
+            "subFunctionStatus",
+            "\"ramp.0.delayedValue\"",
+            "«\"ramp.0.subFunctionStatus\"",
+            UnknownPin,
+            "no output pin \"subFunctionStatus\"",
+            "is pin \"subfunctionStatus\" here",
+        ),
+    ]);
 }
 
 #[test]

@@ -8,13 +8,16 @@ use std::thread;
 use findings::plan;
 use isochrone_engine::TaskEngine;
 
+const TASKS: &str = "[node]\nname = \"n\"\n[[task]]\nname = \"fast\"\nperiod = \"1ms\"\nob = 30\n\
+    [[task]]\nname = \"slow\"\nperiod = \"10ms\"\nob = 31\n";
+
 /// Tasks `fast` (1 ms) and `slow` (10 ms), then what is given.
 fn engines(rest: &str) -> (TaskEngine, TaskEngine) {
-    let text = format!(
-        "[node]\nname = \"n\"\n[[task]]\nname = \"fast\"\nperiod = \"1ms\"\nob = 30\n\
-         [[task]]\nname = \"slow\"\nperiod = \"10ms\"\nob = 31\n{rest}"
-    );
-    let plan = plan(&text).unwrap();
+    engines_of(TASKS, rest)
+}
+
+fn engines_of(tasks: &str, rest: &str) -> (TaskEngine, TaskEngine) {
+    let plan = plan(&format!("{tasks}{rest}")).unwrap();
     let mut engines = TaskEngine::build(&plan).into_iter();
     (engines.next().unwrap(), engines.next().unwrap())
 }
@@ -155,6 +158,21 @@ fn call_ob_names_the_period_of_another_task() {
     slow.step(0);
     fast.step(0);
     assert_eq!(frame(&fast, 0), [0.1, 0.0]);
+}
+
+#[test]
+fn call_ob_names_a_task_by_its_name_with_or_without_a_number() {
+    for (task, step) in [("fast", 0.01), ("slow", 0.1)] {
+        for number in ["ob = 31\n", ""] {
+            let text = format!(
+                "[[block]]\nname = \"r\"\ntype = \"LimRateOfChangeCI\"\ntask = \"fast\"\n\
+                 in = {{ value = 100.0, setChangeRate = 10.0, callOB = \"{task}\" }}\n"
+            ) + &output("fast", &["r.delayedValue", "r.status"]);
+            let (mut fast, _) = engines_of(&TASKS.replace("ob = 31\n", number), &text);
+            fast.step(0);
+            assert_eq!(frame(&fast, 0), [step, 0.0], "{task} {number}");
+        }
+    }
 }
 
 #[test]

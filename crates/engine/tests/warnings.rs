@@ -105,6 +105,30 @@ fn the_defaults_of_a_block_are_no_warning() {
 }
 
 #[test]
+fn what_is_wired_to_a_latched_pin_is_a_note_and_no_warning() {
+    let node = "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"1ms\"\n\
+        [[input]]\nname = \"i\"\ntype = \"INT\"\n[[input]]\nname = \"b\"\ntype = \"BOOL\"\n\
+        [[output]]\nservice = \"o\"\nsignals = [\"i\", \"b\"]\n\
+        [[block]]\nname = \"saw\"\ncount = 3\ntype = \"SawTooth\"\n";
+    let notes = |pins: &str| {
+        let text = format!("{node}in = {{ {pins} }}\n");
+        let plan = plan(&text).unwrap();
+        assert!(plan.warnings.is_empty(), "{:?}", plan.warnings);
+        for note in &plan.notes {
+            assert_eq!((note.problem, &text[note.span.clone()]), (Problem::Latched, "\"saw\""));
+            assert!(!note.is_warning() && note.help.is_some());
+        }
+        plan.notes.into_iter().map(|note| note.message).collect::<Vec<_>>()
+    };
+    assert_eq!(notes("startValue = 5, timeRange = \"1s\", reset = \"b\""), [""; 0]);
+    let pins = "numberSteps = \"i\", startValue = \"i\", endlessSteps = \"b\", reset = \"b\"";
+    let [note] = notes(pins).try_into().unwrap();
+    let expected = "block \"saw\" (SawTooth) reads what is wired to startValue, numberSteps, \
+        endlessSteps in its first call and while reset is TRUE, at no other time";
+    assert_eq!(note, expected);
+}
+
+#[test]
 fn many_instances_are_one_warning() {
     let text = "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"1ms\"\n\
         [[block]]\nname = \"x\"\ncount = 1000\ntype = \"LimRateOfChangeCI\"\nin.setChangeRate = -1.0\n";

@@ -12,6 +12,10 @@ const INTRODUCTION: &str = "\
 The blocks follow the documents of Siemens' library of general functions (LGF): names, types,
 defaults, modes and status words are LGF's. Where a document is silent, a table says what was chosen.
 A status word from 16#8000 on is an error, and `error` is TRUE exactly then.
+
+At a pin stands a number, true or false, or a wire: `\"input\"` or `\"block.pin\"`. A TIME is whole
+milliseconds, `100`, or text: `\"100ms\"`, `\"T#100ms\"`, `\"T#1m30s\"`. At `callOB` stands an OB number or
+the name of a task, which need not have a number.
 ";
 
 /// The page of these blocks.

@@ -1,6 +1,7 @@
 //! A configuration, resolved: every name is an index, every wire a pair of slots, every block in
 //! its place in the order.
 
+mod constants;
 mod layout;
 mod names;
 mod order;
@@ -47,6 +48,8 @@ pub struct Plan {
     pub obs: Vec<(i16, u64)>,
     /// What is allowed but hardly meant.
     pub warnings: Vec<Finding>,
+    /// What is meant more often than not, and worth knowing.
+    pub notes: Vec<Finding>,
     /// Where it was read from.
     pub source: Source,
 }
@@ -203,6 +206,7 @@ impl Plan {
             links,
             obs: names.obs(),
             warnings: findings,
+            notes: wiring.latched(&names),
             source,
         })
     }

@@ -19,7 +19,7 @@ pub(crate) const MAX_INSTANCES: usize = 10_000_000;
 /// Names resolved to indexes. Entries whose name, type or task is unknown are `None`; the errors
 /// about them are reported.
 pub(super) struct Names<'a> {
-    pub(super) tasks: Vec<TaskName>,
+    pub(super) tasks: Vec<TaskName<'a>>,
     pub(super) inputs: HashMap<&'a str, InputName>,
     pub(super) blocks: HashMap<&'a str, usize>,
     /// One for each `[[block]]`, in file order.
@@ -28,7 +28,8 @@ pub(super) struct Names<'a> {
     pub(super) outputs: Vec<Option<usize>>,
 }
 
-pub(super) struct TaskName {
+pub(super) struct TaskName<'a> {
+    pub(super) name: &'a str,
     pub(super) ob: Option<i16>,
     pub(super) period_ns: u64,
 }
@@ -127,6 +128,7 @@ impl<'a> Names<'a> {
                 .tasks
                 .iter()
                 .map(|task| TaskName {
+                    name: task.name.as_ref().map_or("", |name| name.get_ref()),
                     ob: task.ob.as_ref().map(|ob| *ob.get_ref()),
                     // A period that could not be read stops the plan later; any will do until then.
                     period_ns: task.period_ns.as_ref().map_or(1, |period_ns| *period_ns.get_ref()),

@@ -6,6 +6,7 @@ use std::ops::Range;
 use isochrone_blocks::{BlockType, Pin, PinType};
 use toml::Spanned;
 
+use super::constants::constant_slot;
 use super::names::{Entry, Names};
 use crate::Finding;
 use crate::config::{Block, Config, Connection};
@@ -92,6 +93,31 @@ impl Wiring {
         }
     }
 
+    /// Notes on blocks that read what is wired to them at certain times only.
+    pub(super) fn latched(&self, names: &Names<'_>) -> Vec<Finding> {
+        let note = |(entry, constants): (&Entry<'_>, &Vec<Option<f64>>)| {
+            let block_type = entry.block_type?;
+            let pins = block_type.inputs.iter().zip(constants);
+            let wired = pins.filter(|(_, constant)| constant.is_none());
+            let (wired, latches): (Vec<_>, Vec<_>) =
+                wired.filter_map(|(pin, _)| Some((pin.name, pin.latched_by?))).unzip();
+            let latch = latches.first()?;
+            let message = format!(
+                "block \"{}\" ({}) reads what is wired to {} in its first call and while {latch} is \
+                 TRUE, at no other time",
+                entry.name,
+                block_type.name,
+                wired.join(", "),
+            );
+            let help = format!(
+                "set {latch} for a cycle when the value has come; until its first sample an input \
+                 reads its default"
+            );
+            Some(Finding::new(Problem::Latched, entry.span.clone(), message).help(help))
+        };
+        names.entries.iter().zip(&self.constants).filter_map(note).collect()
+    }
+
     /// The wires that lead to an instance.
     pub(super) fn wires_to(&self, instance: usize) -> &[Wire] {
         let start = self.wires.partition_point(|wire| wire.to_instance < instance);
@@ -134,18 +160,18 @@ impl Resolver<'_, '_> {
             let (Some(connection), Some(pin)) = (connection, block_type.inputs.get(index)) else {
                 continue;
             };
-            let constant = match connection.get_ref() {
-                Connection::Wire(wire) => {
-                    pins.wired.push((index, Spanned::new(connection.span(), wire)));
+            let constant = match constant_slot(connection.get_ref(), pin, self.names) {
+                Some(Ok(slot)) => Some(slot),
+                Some(Err(finding)) => {
+                    self.report(Finding { span: connection.span(), ..finding });
+                    continue;
+                }
+                None => {
+                    if let Connection::Wire(wire) = connection.get_ref() {
+                        pins.wired.push((index, Spanned::new(connection.span(), wire)));
+                    }
                     None
                 }
-                constant => match constant_slot(constant, pin) {
-                    Ok(slot) => Some(slot),
-                    Err(finding) => {
-                        self.report(Finding { span: connection.span(), ..finding });
-                        continue;
-                    }
-                },
             };
             if let Some(slot) = pins.constants.get_mut(index) {
                 *slot = constant;
@@ -345,7 +371,7 @@ fn unknown_input(block_type: &BlockType, name: &Spanned<String>) -> Finding {
     if block_type.outputs.iter().any(|pin| pin.name == name.get_ref()) {
         return finding.help(format!("{} is an output pin; it cannot be set", name.get_ref()));
     }
-    finding.did_you_mean(name.get_ref(), block_type.inputs.iter().map(|pin| pin.name))
+    which_pin(finding, name.get_ref(), block_type.inputs)
 }
 
 fn unknown_output(block_type: &BlockType, block: &str, pin: &str, span: Range<usize>) -> Finding {
@@ -354,41 +380,14 @@ fn unknown_output(block_type: &BlockType, block: &str, pin: &str, span: Range<us
     if block_type.inputs.iter().any(|input| input.name == pin) {
         return finding.help(format!("{pin} is an input pin; a wire starts at an output pin"));
     }
-    finding.did_you_mean(pin, block_type.outputs.iter().map(|pin| pin.name))
+    which_pin(finding, pin, block_type.outputs)
 }
 
-/// The slot of a constant, if its type is the pin's.
-fn constant_slot(constant: &Connection, pin: &Pin) -> Result<f64, Finding> {
-    let (written, slot) = match (constant, pin.pin_type) {
-        (Connection::Float(float), PinType::Lreal) if float.is_nan() => {
-            let message = format!("pin {} cannot be NaN", pin.name);
-            return Err(Finding::new(Problem::OutOfRange, 0..0, message)
-                .help("inf and -inf stand for \"no limit\""));
-        }
-        (Connection::Float(float), PinType::Lreal) => return Ok(*float),
-        (Connection::Bool(bool), PinType::Bool) => return Ok(f64::from(u8::from(*bool))),
-        (Connection::Integer(integer), PinType::Bool) => (integer.to_string(), None),
-        (Connection::Integer(integer), _) => (integer.to_string(), Some(*integer as f64)),
-        (Connection::Float(float), _) => (format!("{float:?}"), None),
-        (Connection::Bool(bool), _) => (bool.to_string(), None),
-        (Connection::Wire(wire), _) => (wire.clone(), None),
-    };
-    match slot {
-        Some(slot) if pin.pin_type.holds(slot) => Ok(slot),
-        Some(_) => {
-            let (min, max) = pin.pin_type.range().unwrap_or_default();
-            let message = format!("{written} does not fit pin {}", pin.name);
-            Err(Finding::new(Problem::OutOfRange, 0..0, message)
-                .help(format!("{} holds {min} to {max}", pin.pin_type)))
-        }
-        None => {
-            let message = format!("{written} is no {}, which pin {} takes", pin.pin_type, pin.name);
-            Err(Finding::new(Problem::TypeMismatch, 0..0, message).help(match pin.pin_type {
-                PinType::Lreal => "write a number such as 1.0",
-                PinType::Bool => "write true or false",
-                PinType::Time => "write whole milliseconds",
-                PinType::Int | PinType::Word => "write a whole number",
-            }))
-        }
+/// Says which pin was meant.
+fn which_pin(finding: Finding, written: &str, pins: &[Pin]) -> Finding {
+    let is_meant = |pin: &&Pin| pin.aliases.iter().any(|alias| alias.eq_ignore_ascii_case(written));
+    match pins.iter().find(is_meant) {
+        Some(pin) => finding.help(format!("what LGF calls {written} is pin \"{}\" here", pin.name)),
+        None => finding.did_you_mean(written, pins.iter().map(|pin| pin.name)),
     }
 }

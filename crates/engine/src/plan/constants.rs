@@ -1,0 +1,101 @@
+//! Constants at pins: numbers, truth values, times, and tasks by their names.
+
+use isochrone_blocks::{Ob, Pin, PinType};
+
+use super::names::Names;
+use crate::Finding;
+use crate::config::Connection;
+use crate::finding::Problem;
+use crate::time::{TIME_FORMS, is_time, parse_time_ms};
+
+/// The slot of what stands at a pin; `None` if that is a wire.
+pub(super) fn constant_slot(
+    connection: &Connection,
+    pin: &Pin,
+    names: &Names<'_>,
+) -> Option<Result<f64, Finding>> {
+    match connection {
+        Connection::Wire(text) if pin.names_task => task_slot(text, pin, names),
+        Connection::Wire(text) if is_time(text) => time_slot(connection, text, pin),
+        Connection::Wire(_) => None,
+        value => Some(value_slot(value, pin)),
+    }
+}
+
+/// The slot of a time. At a pin of another type what is no time either is left to be a wire.
+fn time_slot(connection: &Connection, text: &str, pin: &Pin) -> Option<Result<f64, Finding>> {
+    match (parse_time_ms(text), pin.pin_type) {
+        (Ok(ms), PinType::Time) => Some(Ok(f64::from(ms))),
+        (Err(reason), PinType::Time) => {
+            let message = format!("pin {} \"{text}\": {reason}", pin.name);
+            Some(Err(Finding::new(Problem::OutOfRange, 0..0, message).help(TIME_FORMS)))
+        }
+        (Ok(_), _) => Some(value_slot(connection, pin)),
+        (Err(_), _) => None,
+    }
+}
+
+/// The slot of the task that a text names. An input of that name is a wire, as at every pin.
+fn task_slot(text: &str, pin: &Pin, names: &Names<'_>) -> Option<Result<f64, Finding>> {
+    let task = names.tasks.iter().find(|task| task.name == text);
+    match (names.inputs.get(text), task) {
+        (Some(input), Some(_)) if input.value_type == Some(PinType::Int) => {
+            let message = format!("\"{text}\" at pin {} is a task and an input", pin.name);
+            let finding = Finding::new(Problem::Duplicate, 0..0, message);
+            Some(Err(finding.help("give one of the two another name")))
+        }
+        (Some(_), _) => None,
+        (None, Some(task)) => {
+            let period_ns = task.period_ns;
+            Some(Ok(task.ob.map_or(Ob::Task { period_ns }, Ob::Number).slot()))
+        }
+        (None, None) if text.contains(['.', '@', '{']) || names.blocks.contains_key(text) => None,
+        (None, None) => {
+            let message = format!("there is no task or input \"{text}\"");
+            let finding = Finding::new(Problem::UnknownTask, 0..0, message);
+            let tasks = names.tasks.iter().map(|task| task.name).filter(|name| !name.is_empty());
+            Some(Err(match text.parse::<i64>() {
+                Ok(number) => {
+                    finding.help(format!("write {} = {number}, without quotes", pin.name))
+                }
+                Err(_) => finding.did_you_mean(text, tasks.chain(names.inputs_in_order())),
+            }))
+        }
+    }
+}
+
+/// The slot of a number or truth value, if its type is the pin's.
+fn value_slot(constant: &Connection, pin: &Pin) -> Result<f64, Finding> {
+    let (written, slot) = match (constant, pin.pin_type) {
+        (Connection::Float(float), PinType::Lreal) if float.is_nan() => {
+            let message = format!("pin {} cannot be NaN", pin.name);
+            return Err(Finding::new(Problem::OutOfRange, 0..0, message)
+                .help("inf and -inf stand for \"no limit\""));
+        }
+        (Connection::Float(float), PinType::Lreal) => return Ok(*float),
+        (Connection::Bool(bool), PinType::Bool) => return Ok(f64::from(u8::from(*bool))),
+        (Connection::Integer(integer), PinType::Bool) => (integer.to_string(), None),
+        (Connection::Integer(integer), _) => (integer.to_string(), Some(*integer as f64)),
+        (Connection::Float(float), _) => (format!("{float:?}"), None),
+        (Connection::Bool(bool), _) => (bool.to_string(), None),
+        (Connection::Wire(text), _) => (format!("\"{text}\""), None),
+    };
+    match slot {
+        Some(slot) if pin.pin_type.holds(slot) => Ok(slot),
+        Some(_) => {
+            let (min, max) = pin.pin_type.range().unwrap_or_default();
+            let message = format!("{written} does not fit pin {}", pin.name);
+            Err(Finding::new(Problem::OutOfRange, 0..0, message)
+                .help(format!("{} holds {min} to {max}", pin.pin_type)))
+        }
+        None => {
+            let message = format!("{written} is no {}, which pin {} takes", pin.pin_type, pin.name);
+            Err(Finding::new(Problem::TypeMismatch, 0..0, message).help(match pin.pin_type {
+                PinType::Lreal => "write a number such as 1.0",
+                PinType::Bool => "write true or false",
+                PinType::Time => TIME_FORMS,
+                PinType::Int | PinType::Word => "write a whole number",
+            }))
+        }
+    }
+}
