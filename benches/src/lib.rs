@@ -4,19 +4,21 @@
 //! The benches are in `benches/`: `cargo bench -p isochrone-benches --bench NAME`.
 
 mod baseline;
+mod domain;
+mod program;
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 
 use isochrone_engine::{Plan, Rules, TaskEngine, Workload};
-use isochrone_ipc::{Participant, ipc, load_config, remove_leftovers};
 use isochrone_timing::{Report, turns};
 
 pub use baseline::{Baseline, Verdict};
+pub use domain::Domain;
+pub use program::{Profile, build};
 
-/// The file of a bench's domain.
-const DOMAIN: &str = "domain.toml";
+use domain::DOMAIN_FILE;
 
 /// A failure that ends a bench, as a sentence.
 pub type Failure = Box<dyn std::error::Error + Send + Sync>;
@@ -26,7 +28,7 @@ pub type Failure = Box<dyn std::error::Error + Send + Sync>;
 #[derive(Debug)]
 pub struct Bench {
     program: PathBuf,
-    folder: tempfile::TempDir,
+    domain: Domain,
 }
 
 impl Bench {
@@ -35,26 +37,12 @@ impl Bench {
     /// # Errors
     /// It cannot be built, or there is no place for the folder.
     pub fn new() -> Result<Self, Failure> {
-        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-        let mut build = Command::new(cargo);
-        build.args(["build", "--release", "--quiet", "--package", "isochrone"]);
-        if !build.status()?.success() {
-            return Err("cannot build the program; run this with `cargo bench`".into());
-        }
-        // target/release/deps/<bench>: the program lies a folder above.
-        let bench = std::env::current_exe()?;
-        let target = bench.ancestors().nth(2).ok_or("this bench has no target folder")?;
-        let folder = tempfile::tempdir()?;
-        let (root, prefix) = (folder.path().join("iceoryx2"), std::process::id());
-        let domain =
-            format!("[global]\nroot-path = \"{}\"\nprefix = \"bench{prefix}_\"\n", root.display());
-        fs::write(folder.path().join(DOMAIN), domain)?;
-        Ok(Self { program: target.join("isochrone"), folder })
+        Ok(Self { program: build(Profile::Release)?, domain: Domain::new()? })
     }
 
     /// A file in the bench's folder.
     pub fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
+        self.domain.folder().join(name)
     }
 
     /// The program in the bench's domain, behind a command that changes its rights, if one is
@@ -68,8 +56,8 @@ impl Bench {
                 command
             }
         };
-        command.args(arguments.split(' ')).arg("--iceoryx2-config").arg(DOMAIN);
-        command.current_dir(&self.folder).stdin(Stdio::null()).stdout(Stdio::null());
+        command.args(arguments.split(' ')).arg("--iceoryx2-config").arg(DOMAIN_FILE);
+        command.current_dir(self.domain.folder()).stdin(Stdio::null()).stdout(Stdio::null());
         command.stderr(Stdio::null());
         command
     }
@@ -95,23 +83,6 @@ impl Bench {
         command.stderr(fs::File::create(&log)?);
         Ok(Running { child: command.spawn()?, report, log })
     }
-}
-
-impl Drop for Bench {
-    fn drop(&mut self) {
-        if let Err(error) = clear(&self.path(DOMAIN)) {
-            eprintln!("cannot clear what killed processes left in shared memory: {error}");
-        }
-    }
-}
-
-/// Removes what processes of a domain left that were killed.
-fn clear(domain: &Path) -> Result<(), Failure> {
-    let config = load_config(Some(domain))?;
-    // Joining removes what the dead left, if they were the last of their services.
-    drop(Participant::<ipc::Service>::join("cleaner", &config)?);
-    remove_leftovers::<ipc::Service>(&config);
-    Ok(())
 }
 
 /// The program, while it measures.
