@@ -4,6 +4,7 @@
 //! The benches are in `benches/`: `cargo bench -p isochrone-benches --bench NAME`.
 
 mod baseline;
+pub mod crash_points;
 mod domain;
 mod program;
 

@@ -1,0 +1,151 @@
+//! A process that is killed at a point.
+
+use std::time::{Duration, Instant};
+
+use nix::sys::signal::Signal;
+
+use super::peer::END_WITHIN;
+use super::point::{Blow, Circumstance, Phase, Point, Role};
+use super::scene::{
+    Company, FRESH, INPUT, LIVING, NODE, OUTPUT, SECOND_NODE, SECOND_OUTPUT, VICTIM, Watch,
+    let_connections_settle, victim,
+};
+use super::stage::{Findings, Stage};
+use super::tracer::{Aim, Event, Site};
+use super::victim::Victim;
+use crate::Failure;
+
+/// How long after its start was over a process may still come to a point of its start.
+const LATE: Duration = Duration::from_millis(200);
+/// A traced process starts within this time, on a machine that is busy.
+const START_WITHIN: Duration = Duration::from_secs(10);
+
+/// Returns what was found, or nothing if the process never came to the point.
+pub(super) fn strike(stage: &Stage, point: Point) -> Result<Option<Findings>, Failure> {
+    let mut company = Company::gather(stage, point.role, point.circumstance)?;
+    let victim = start(stage, &company, point, Blow::Kill)?;
+    if !reaches(stage, &company, point, &victim)? {
+        return Ok(None);
+    }
+    match victim.event(END_WITHIN) {
+        Some(Event::Ended(None)) => {}
+        other => return Err(format!("SIGKILL did not end the process: {other:?}").into()),
+    }
+    drop(victim);
+
+    let mut findings = Findings::default();
+    if !company.expect_pulse(&mut findings) {
+        return Ok(Some(findings));
+    }
+    replace(&mut company, point)?;
+    if !company.expect_frames(&mut findings) || !company.expect_pulse(&mut findings) {
+        return Ok(Some(findings));
+    }
+    let domain = company.end(&mut findings);
+    findings.take(stage.check_litter(&domain));
+    Ok(Some(findings))
+}
+
+/// Starts the process that is struck at the point.
+pub(super) fn start(
+    stage: &Stage,
+    company: &Company<'_>,
+    point: Point,
+    blow: Blow,
+) -> Result<Victim, Failure> {
+    let Point { phase, thread, call, k, .. } = point;
+    let aim = Aim { site: Site { phase, thread, call }, k, blow };
+    Victim::start(&stage.command(&company.domain, &victim(point.role)), Some(aim))
+}
+
+/// Lets the process come to the point; asks it to end if that is where the point lies.
+pub(super) fn reaches(
+    stage: &Stage,
+    company: &Company<'_>,
+    point: Point,
+    victim: &Victim,
+) -> Result<bool, Failure> {
+    if point.phase == Phase::End {
+        runs(stage, company, point.role, point.circumstance, victim)?;
+        victim.signal(Signal::SIGINT);
+        return Ok(victim.event(END_WITHIN) == Some(Event::Struck));
+    }
+    let since = Instant::now();
+    let mut settled = None;
+    loop {
+        match victim.event(Duration::from_millis(5)) {
+            Some(event) => return Ok(event == Event::Struck),
+            None if since.elapsed() > START_WITHIN => return Ok(false),
+            None if settled.is_some_and(|settled: Instant| settled.elapsed() > LATE) => {
+                return Ok(false);
+            }
+            None if settled.is_none() && victim.is_settled() => settled = Some(Instant::now()),
+            None => {}
+        }
+    }
+}
+
+/// Waits until the process that will be struck works.
+pub(super) fn runs(
+    stage: &Stage,
+    company: &Company<'_>,
+    role: Role,
+    circumstance: Circumstance,
+    victim: &Victim,
+) -> Result<(), Failure> {
+    let speaks = || role == Role::Subscriber || !victim.output.errors().is_empty();
+    let heard = match circumstance {
+        Circumstance::Beside => heard(company, role, victim),
+        Circumstance::Cold | Circumstance::Dead => None,
+    };
+    let runs = || victim.is_settled() && speaks() && heard.as_ref().is_none_or(Watch::is_met);
+    if stage.wait_for(runs).is_none() {
+        let said = victim.output.errors();
+        return Err(format!("the {role:?} does not start: {said}").into());
+    }
+    let_connections_settle();
+    Ok(())
+}
+
+/// What shows that the process works.
+fn heard(company: &Company<'_>, role: Role, victim: &Victim) -> Option<Watch> {
+    let (output, value) = match role {
+        Role::Publisher => (company.living_subscriber()?, VICTIM),
+        Role::Node => (company.living_subscriber()?, LIVING),
+        Role::Subscriber => (victim.output.clone(), LIVING),
+    };
+    Some(Watch::new("living subscriber", &output, Some(value)))
+}
+
+/// Starts a process of each role of which there can be another.
+pub(super) fn replace(company: &mut Company<'_>, point: Point) -> Result<(), Failure> {
+    if point.circumstance != Circumstance::Beside {
+        return company.all_fresh();
+    }
+    let living = company.living_subscriber();
+    let expect = |company: &mut Company<'_>, value| {
+        let watch =
+            living.as_ref().map(|output| Watch::new("living subscriber", output, Some(value)));
+        company.watches.extend(watch);
+    };
+    match point.role {
+        Role::Publisher => {
+            company.publisher(FRESH)?;
+            company.node(SECOND_NODE)?;
+            company.subscriber_of(SECOND_OUTPUT, Some(FRESH))?;
+            expect(company, FRESH);
+        }
+        Role::Node => {
+            company.node(NODE)?;
+            company.subscriber_of(OUTPUT, Some(LIVING))?;
+            company.subscriber_of(INPUT, Some(LIVING))?;
+            expect(company, LIVING);
+        }
+        Role::Subscriber => {
+            company.node(SECOND_NODE)?;
+            company.subscriber_of(SECOND_OUTPUT, Some(LIVING))?;
+            company.subscriber_of(OUTPUT, Some(LIVING))?;
+        }
+    }
+    Ok(())
+}

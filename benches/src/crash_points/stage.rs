@@ -1,0 +1,158 @@
+//! Where a process is struck, and what is said about it.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use super::point::{Blow, Point};
+use super::scene::Company;
+use super::{kill, stop};
+use crate::Failure;
+use crate::domain::{DOMAIN_FILE, Domain};
+
+/// The program and what is demanded of it.
+#[derive(Debug)]
+pub struct Stage {
+    program: PathBuf,
+    within: Duration,
+    /// What an undisturbed publisher, node and subscriber leave.
+    usual_litter: Vec<String>,
+}
+
+/// What came of one point.
+#[derive(Debug, Clone)]
+pub struct Outcome {
+    /// The point.
+    pub point: Point,
+    /// What happened there.
+    pub blow: Blow,
+    /// Whether all was well.
+    pub verdict: Verdict,
+    /// From the start of the fresh processes, or from SIGCONT, until frames flowed; not if they did not.
+    pub recovered: Option<Duration>,
+}
+
+/// Whether all was well.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Verdict {
+    /// It was.
+    Pass,
+    /// It was not, and why.
+    Fail(Vec<String>),
+    /// The process never came there: what it does depends on the instant.
+    NotReached,
+}
+
+/// What was found at a point, until the verdict is known.
+#[derive(Debug, Default)]
+pub(super) struct Findings {
+    pub(super) wrong: Vec<String>,
+    pub(super) recovered: Option<Duration>,
+}
+
+impl Findings {
+    /// Keeps what is wrong, and says whether all is well.
+    pub(super) fn take(&mut self, found: Result<(), String>) -> bool {
+        let is_well = found.is_ok();
+        self.wrong.extend(found.err());
+        is_well
+    }
+}
+
+impl Stage {
+    /// Sets the stage for a program whose frames are to flow `within` this time after a blow.
+    ///
+    /// # Errors
+    /// The program does not do what it should even if nothing happens to it.
+    pub fn new(program: PathBuf, within: Duration) -> Result<Self, Failure> {
+        let mut stage = Self { program, within, usual_litter: Vec::new() };
+        let mut company = Company::new(&stage)?;
+        company.all_fresh()?;
+        let mut findings = Findings::default();
+        company.expect_frames(&mut findings);
+        let domain = company.end(&mut findings);
+        if !findings.wrong.is_empty() {
+            return Err(format!("undisturbed, {}", findings.wrong.join("; ")).into());
+        }
+        stage.usual_litter = domain.litter();
+        Ok(stage)
+    }
+
+    /// Within which time frames are to flow.
+    pub fn within(&self) -> Duration {
+        self.within
+    }
+
+    /// What an undisturbed publisher, node and subscriber leave.
+    pub fn usual_litter(&self) -> &[String] {
+        &self.usual_litter
+    }
+
+    /// Deals a blow at a point, in a domain of its own.
+    ///
+    /// # Errors
+    /// The processes could not be started or traced; whatever they do wrong is a verdict.
+    pub fn strike(&self, point: Point, blow: Blow) -> Result<Outcome, Failure> {
+        let found = match blow {
+            Blow::Kill => kill::strike(self, point)?,
+            Blow::Stop => stop::strike(self, point)?,
+        };
+        let Some(found) = found else {
+            return Ok(Outcome { point, blow, verdict: Verdict::NotReached, recovered: None });
+        };
+        let verdict = match found.wrong.is_empty() {
+            true => Verdict::Pass,
+            false => Verdict::Fail(found.wrong),
+        };
+        Ok(Outcome { point, blow, verdict, recovered: found.recovered })
+    }
+
+    /// The program in a domain, not started yet; arguments are separated by spaces.
+    pub(super) fn command(&self, domain: &Domain, arguments: &str) -> Command {
+        let mut command = Command::new(&self.program);
+        command.args(arguments.split(' ')).args(["--iceoryx2-config", DOMAIN_FILE]);
+        command.current_dir(domain.folder());
+        command
+    }
+
+    /// A domain with the files that the processes read.
+    pub(super) fn domain(&self) -> Result<Domain, Failure> {
+        let domain = Domain::new()?;
+        for node in [super::scene::NODE, super::scene::SECOND_NODE] {
+            fs::write(domain.folder().join(node.file), node.config())?;
+        }
+        Ok(domain)
+    }
+
+    /// What is left in a domain beyond what always is.
+    pub(super) fn check_litter(&self, domain: &Domain) -> Result<(), String> {
+        let mut usual = self.usual_litter.clone();
+        let mut more = domain.litter();
+        more.retain(|name| match usual.iter().position(|usual| usual == name) {
+            Some(place) => {
+                usual.remove(place);
+                false
+            }
+            None => true,
+        });
+        match more.len() {
+            0 => Ok(()),
+            count => Err(format!("{count} files and folders are left: {}", more.join(", "))),
+        }
+    }
+
+    /// Waits until something holds, for as long as frames may take.
+    pub(super) fn wait_for(&self, mut holds: impl FnMut() -> bool) -> Option<Duration> {
+        let since = Instant::now();
+        loop {
+            if holds() {
+                return Some(since.elapsed());
+            }
+            if since.elapsed() > self.within {
+                return None;
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    }
+}
