@@ -17,7 +17,7 @@ use isochrone_timing::{Report, turns};
 
 pub use baseline::{Baseline, Verdict};
 pub use domain::Domain;
-pub use program::{Profile, build};
+pub use program::{Profile, build, find};
 
 use domain::DOMAIN_FILE;
 

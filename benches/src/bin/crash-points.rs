@@ -14,7 +14,8 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use isochrone_benches::crash_points::{
-    Blow, Call, Circumstance, Outcome, Phase, Point, Role, Selection, Stage, Verdict, name, spread,
+    Blow, Call, Circumstance, Outcome, Phase, Pile, Point, Role, Selection, Stage, Verdict, name,
+    spread,
 };
 use isochrone_benches::{Failure, Profile, build};
 use serde_json::json;
@@ -52,6 +53,10 @@ struct Args {
     /// Say which points there are, and strike nowhere
     #[arg(long)]
     list: bool,
+    /// Kill at the points in one domain, one after the other, and say what is left after the first and
+    /// after the last
+    #[arg(long, conflicts_with_all = ["list", "jobs", "json"])]
+    pile: bool,
     /// Points at the same time, each in a domain of its own
     #[arg(long, default_value_t = 1)]
     jobs: usize,
@@ -81,6 +86,9 @@ fn main() -> Result<ExitCode, Failure> {
     if args.list {
         points.iter().for_each(|point| println!("{point}"));
         return Ok(ExitCode::SUCCESS);
+    }
+    if args.pile {
+        return pile(&stage, &points);
     }
     let outcomes = scan(&args, &stage, &points, &interrupted)?;
     conclude(&args, &outcomes);
@@ -114,8 +122,7 @@ fn scan(
     let work = || {
         let mut outcomes = Vec::new();
         while let Some(point) = next().filter(|_| !interrupted.load(Ordering::Relaxed)) {
-            let outcome =
-                stage.strike(point, args.signal).map_err(|error| format!("{point}: {error}"))?;
+            let outcome = stage.strike(point, args.signal);
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
             let (all, seconds) = (points.len(), since.elapsed().as_secs());
             eprintln!("{done} of {all}, {seconds} s: {}", line(&outcome));
@@ -131,6 +138,15 @@ fn scan(
         }
         Ok(outcomes)
     })
+}
+
+fn pile(stage: &Stage, points: &[Point]) -> Result<ExitCode, Failure> {
+    let Pile { first, last, wrong } = stage.pile_up(points)?;
+    println!("after 1 kill {} files or folders are left: {}", first.len(), first.join(", "));
+    println!("after {} kills {}: {}", points.len(), last.len(), last.join(", "));
+    wrong.iter().for_each(|wrong| println!("{wrong}"));
+    let is_well = wrong.is_empty() && first == last;
+    Ok(if is_well { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
 fn failures(outcomes: &[Outcome]) -> impl Iterator<Item = &Outcome> {

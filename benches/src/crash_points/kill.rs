@@ -6,13 +6,14 @@ use nix::sys::signal::Signal;
 
 use super::peer::END_WITHIN;
 use super::point::{Blow, Circumstance, Phase, Point, Role};
-use super::scene::{
-    Company, FRESH, INPUT, LIVING, NODE, OUTPUT, SECOND_NODE, SECOND_OUTPUT, VICTIM, Watch,
-    let_connections_settle, victim,
+use super::roles::{
+    FRESH, INPUT, LIVING, NODE, OUTPUT, SECOND_NODE, SECOND_OUTPUT, VICTIM, victim,
 };
+use super::scene::{Company, let_connections_settle};
 use super::stage::{Findings, Stage};
 use super::tracer::{Aim, Event, Site};
 use super::victim::Victim;
+use super::watch::Watch;
 use crate::Failure;
 
 /// How long after its start was over a process may still come to a point of its start.

@@ -6,7 +6,8 @@ use super::call::Call;
 use super::kill::runs;
 use super::peer::END_WITHIN;
 use super::point::{Circumstance, Phase, Point, Role};
-use super::scene::{self, Company};
+use super::roles;
+use super::scene::Company;
 use super::stage::Stage;
 use super::tracer::{Event, Site};
 use super::victim::Victim;
@@ -47,7 +48,7 @@ impl Stage {
 
     fn points_of(&self, role: Role, circumstance: Circumstance) -> Result<Vec<Point>, Failure> {
         let company = Company::gather(self, role, circumstance)?;
-        let unharmed = Victim::start(&self.command(&company.domain, &scene::victim(role)), None)?;
+        let unharmed = Victim::start(&self.command(&company.domain, &roles::victim(role)), None)?;
         runs(self, &company, role, circumstance, &unharmed)?;
         unharmed.signal(Signal::SIGINT);
         let Some(Event::Ended(Some(_))) = unharmed.event(END_WITHIN) else {

@@ -1,115 +1,22 @@
 //! The processes around the one that is struck.
 
+use std::fs;
 use std::thread;
 use std::time::Duration;
+
+use serde_json::Value;
 
 use super::output::Output;
 use super::peer::Peer;
 use super::point::{Circumstance, Role};
+use super::roles::{FRESH, INPUT, LIVING, NODE, NodeFile, OUTPUT, publish, run, subscribe};
 use super::stage::{Findings, Stage};
+use super::watch::Watch;
 use crate::Failure;
 use crate::domain::Domain;
 
-/// A node that hands its input on.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct NodeFile {
-    pub(super) file: &'static str,
-    name: &'static str,
-    output: &'static str,
-}
-
-pub(super) const INPUT: &str = "crash/in";
-pub(super) const OUTPUT: &str = "crash/out";
-pub(super) const SECOND_OUTPUT: &str = "crash/second";
-pub(super) const NODE: NodeFile = NodeFile { file: "node.toml", name: "crash", output: OUTPUT };
-/// Where the first runs, the fresh node is another.
-pub(super) const SECOND_NODE: NodeFile =
-    NodeFile { file: "second.toml", name: "second", output: SECOND_OUTPUT };
-
-/// What the publishers that live on, that are struck and that come afterwards send.
-pub(super) const LIVING: f64 = 5.0;
-pub(super) const VICTIM: f64 = 7.0;
-pub(super) const FRESH: f64 = 9.0;
-
-/// A process ends by then even if nobody is left to end it.
-const LIFE: &str = "--seconds 60";
-/// Frames that come one after another are a stream.
-const STREAM: u64 = 5;
-
-impl NodeFile {
-    pub(super) fn config(&self) -> String {
-        let Self { name, output, .. } = self;
-        format!(
-            r#"
-[node]
-name = "{name}"
-[[task]]
-name = "t"
-period = "2ms"
-[[input]]
-name = "x"
-service = "{INPUT}"
-default = -1.0
-[[output]]
-service = "{output}"
-signals = ["x"]
-"#
-        )
-    }
-}
-
-pub(super) fn publish(value: f64) -> String {
-    format!("publish {INPUT} --value {value} --rate 500 {LIFE}")
-}
-
-pub(super) fn run(node: NodeFile) -> String {
-    format!("run {} {LIFE}", node.file)
-}
-
-pub(super) fn subscribe(service: &str) -> String {
-    format!("subscribe {service} --csv - {LIFE}")
-}
-
-/// The command of the process that is struck.
-pub(super) fn victim(role: Role) -> String {
-    match role {
-        Role::Publisher => publish(VICTIM),
-        Role::Node => run(NODE),
-        Role::Subscriber => subscribe(OUTPUT),
-    }
-}
-
-/// Frames that a process is to receive from now on.
-#[derive(Debug, Clone)]
-pub(super) struct Watch {
-    who: String,
-    output: Output,
-    rows: u64,
-    value: Option<f64>,
-}
-
-impl Watch {
-    pub(super) fn new(who: &str, output: &Output, value: Option<f64>) -> Self {
-        let (output, rows) = (output.clone(), output.feed().rows);
-        Self { who: who.to_owned(), output, rows, value }
-    }
-
-    pub(super) fn is_met(&self) -> bool {
-        let feed = self.output.feed();
-        feed.rows >= self.rows + STREAM && self.value.is_none_or(|value| feed.last == Some(value))
-    }
-
-    fn anew(&mut self) {
-        self.rows = self.output.feed().rows;
-    }
-
-    fn unmet(&self) -> String {
-        let feed = self.output.feed();
-        let wanted = self.value.map_or_else(String::new, |value| format!(" with {value}"));
-        let last = feed.last.map_or_else(String::new, |last| format!(", the last with {last}"));
-        format!("the {} received {} frames{last}, none{wanted}", self.who, feed.rows - self.rows)
-    }
-}
+/// What the subscriber writes whose frames are to flow all the time.
+const PULSE_REPORT: &str = "pulse.json";
 
 /// Processes of one domain. They are killed when this is dropped.
 #[derive(Debug)]
@@ -118,8 +25,8 @@ pub(super) struct Company<'a> {
     peers: Vec<Peer>,
     /// What is to arrive next.
     pub(super) watches: Vec<Watch>,
-    /// Subscribers whose frames are to flow all the time.
-    pulses: Vec<Watch>,
+    /// Frames that are to flow all the time.
+    pulse: Option<Watch>,
     /// Those of the processes that were there before the blow.
     living: usize,
     // The last field: dropped when its processes are gone.
@@ -127,10 +34,14 @@ pub(super) struct Company<'a> {
 }
 
 impl<'a> Company<'a> {
+    /// Nobody, in a domain of their own.
     pub(super) fn new(stage: &'a Stage) -> Result<Self, Failure> {
-        let domain = stage.domain()?;
-        let (peers, watches, pulses) = (Vec::new(), Vec::new(), Vec::new());
-        Ok(Self { stage, peers, watches, pulses, living: 0, domain })
+        Ok(Self::within(stage, stage.domain()?))
+    }
+
+    /// Nobody, in this domain.
+    pub(super) fn within(stage: &'a Stage, domain: Domain) -> Self {
+        Self { stage, peers: Vec::new(), watches: Vec::new(), pulse: None, living: 0, domain }
     }
 
     /// Those that are there before the process that will be struck.
@@ -164,15 +75,15 @@ impl<'a> Company<'a> {
         if role != Role::Node {
             self.node(NODE)?;
         }
-        let pulse = match role {
-            Role::Node => self.subscriber(INPUT)?,
-            _ => self.subscriber(OUTPUT)?,
-        };
+        // The last of them depends on the process that is struck.
+        let pulse = if role == Role::Node { INPUT } else { OUTPUT };
+        let arguments = format!("{} --report {PULSE_REPORT}", subscribe(pulse));
+        let pulse = self.start(Role::Subscriber, "living subscriber", &arguments)?;
         if role == Role::Node {
             self.subscriber(OUTPUT)?;
         }
         let watch = Watch::new("living subscriber", &pulse, None);
-        self.pulses.push(watch.clone());
+        self.pulse = Some(watch.clone());
         match self.stage.wait_for(|| watch.is_met()) {
             Some(_) => Ok(()),
             None => Err(format!("before the blow, {}", watch.unmet()).into()),
@@ -262,23 +173,35 @@ impl<'a> Company<'a> {
         let living = self.peers.iter_mut().take(self.living);
         let ended: Vec<String> = living.filter_map(Peer::has_ended).collect();
         findings.wrong.extend(ended.iter().map(|ended| format!("of the living, {ended}")));
-        self.pulses.iter_mut().for_each(Watch::anew);
-        let pulses = &self.pulses;
-        let beats = self.stage.wait_for(|| pulses.iter().all(Watch::is_met)).is_some();
+        let Some(pulse) = &mut self.pulse else { return ended.is_empty() };
+        pulse.anew();
+        let beats = self.stage.wait_for(|| pulse.is_met()).is_some();
         if !beats {
-            let unmet = pulses.iter().filter(|pulse| !pulse.is_met()).map(Watch::unmet);
-            findings.wrong.extend(unmet);
+            findings.wrong.push(pulse.unmet());
         }
         beats && ended.is_empty()
     }
 
-    /// Ends one process after the other, readers first, and counts what they leave.
+    /// Ends one process after the other, readers first. Whoever lived all the time lost no frame.
     pub(super) fn end(self, findings: &mut Findings) -> Domain {
-        let Self { peers, domain, .. } = self;
+        let Self { peers, pulse, domain, .. } = self;
         for peer in peers.into_iter().rev() {
             findings.take(peer.end());
         }
+        if pulse.is_some() {
+            findings.take(lost_nothing(&domain));
+        }
         domain
+    }
+}
+
+fn lost_nothing(domain: &Domain) -> Result<(), String> {
+    let report = fs::read_to_string(domain.folder().join(PULSE_REPORT)).unwrap_or_default();
+    let report: Value = serde_json::from_str(&report).unwrap_or_default();
+    match report.pointer("/links/0/lost").and_then(Value::as_u64) {
+        Some(0) => Ok(()),
+        Some(lost) => Err(format!("the living subscriber lost {lost} frames")),
+        None => Err("the living subscriber does not report what it lost".to_owned()),
     }
 }
 

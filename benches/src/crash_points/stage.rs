@@ -6,6 +6,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use super::point::{Blow, Point};
+use super::roles::{NODE, SECOND_NODE};
 use super::scene::Company;
 use super::{kill, stop};
 use crate::Failure;
@@ -90,22 +91,18 @@ impl Stage {
     }
 
     /// Deals a blow at a point, in a domain of its own.
-    ///
-    /// # Errors
-    /// The processes could not be started or traced; whatever they do wrong is a verdict.
-    pub fn strike(&self, point: Point, blow: Blow) -> Result<Outcome, Failure> {
+    pub fn strike(&self, point: Point, blow: Blow) -> Outcome {
         let found = match blow {
-            Blow::Kill => kill::strike(self, point)?,
-            Blow::Stop => stop::strike(self, point)?,
+            Blow::Kill => kill::strike(self, point),
+            Blow::Stop => stop::strike(self, point),
         };
-        let Some(found) = found else {
-            return Ok(Outcome { point, blow, verdict: Verdict::NotReached, recovered: None });
+        let (verdict, recovered) = match found {
+            Ok(Some(found)) if found.wrong.is_empty() => (Verdict::Pass, found.recovered),
+            Ok(Some(found)) => (Verdict::Fail(found.wrong), found.recovered),
+            Ok(None) => (Verdict::NotReached, None),
+            Err(failure) => (Verdict::Fail(vec![failure.to_string()]), None),
         };
-        let verdict = match found.wrong.is_empty() {
-            true => Verdict::Pass,
-            false => Verdict::Fail(found.wrong),
-        };
-        Ok(Outcome { point, blow, verdict, recovered: found.recovered })
+        Outcome { point, blow, verdict, recovered }
     }
 
     /// The program in a domain, not started yet; arguments are separated by spaces.
@@ -119,7 +116,7 @@ impl Stage {
     /// A domain with the files that the processes read.
     pub(super) fn domain(&self) -> Result<Domain, Failure> {
         let domain = Domain::new()?;
-        for node in [super::scene::NODE, super::scene::SECOND_NODE] {
+        for node in [NODE, SECOND_NODE] {
             fs::write(domain.folder().join(node.file), node.config())?;
         }
         Ok(domain)
@@ -138,7 +135,7 @@ impl Stage {
         });
         match more.len() {
             0 => Ok(()),
-            count => Err(format!("{count} files and folders are left: {}", more.join(", "))),
+            count => Err(format!("{count} files or folders are left: {}", more.join(", "))),
         }
     }
 

@@ -10,12 +10,12 @@ use super::kill::{reaches, start};
 use super::output::Output;
 use super::peer::END_WITHIN;
 use super::point::{Blow, Circumstance, Phase, Point, Role};
-use super::scene::{
-    Company, FRESH, INPUT, LIVING, NODE, OUTPUT, SECOND_NODE, SECOND_OUTPUT, VICTIM, Watch,
-};
+use super::roles::{FRESH, INPUT, LIVING, NODE, OUTPUT, SECOND_NODE, SECOND_OUTPUT, VICTIM};
+use super::scene::Company;
 use super::stage::{Findings, Stage};
 use super::tracer::Event;
 use super::victim::Victim;
+use super::watch::Watch;
 use crate::Failure;
 
 /// Exit status of a subscriber that found nobody.

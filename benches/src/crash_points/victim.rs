@@ -75,6 +75,14 @@ impl Victim {
     }
 }
 
+/// Whether this process may trace those that it starts.
+///
+/// # Errors
+/// It may not, or they cannot be started.
+pub fn can_trace() -> Result<(), Failure> {
+    Victim::start(&Command::new("true"), None)?.counts().map(drop)
+}
+
 impl Drop for Victim {
     fn drop(&mut self) {
         if let Some(tracer) = self.tracer.take() {
