@@ -25,9 +25,21 @@ impl Domain {
     /// # Errors
     /// There is no place for the folder.
     pub fn new() -> Result<Self, Failure> {
+        Self::within(tempfile::tempdir()?)
+    }
+
+    /// Makes one whose files are in memory: iceoryx2 has them written to the disk when a service or a
+    /// port is made, and on a disk that others keep busy that takes seconds.
+    ///
+    /// # Errors
+    /// There is no place for the folder.
+    pub fn in_memory() -> Result<Self, Failure> {
+        Self::within(tempfile::tempdir_in(SHARED_MEMORY)?)
+    }
+
+    fn within(folder: tempfile::TempDir) -> Result<Self, Failure> {
         static NEXT: AtomicU32 = AtomicU32::new(0);
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
-        let folder = tempfile::tempdir()?;
         let prefix = format!("bench{}x{number}_", std::process::id());
         let root = folder.path().join(ROOT);
         let config =

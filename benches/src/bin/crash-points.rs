@@ -91,6 +91,9 @@ fn main() -> Result<ExitCode, Failure> {
         return pile(&stage, &points);
     }
     let outcomes = scan(&args, &stage, &points, &interrupted)?;
+    if outcomes.len() < points.len() {
+        eprintln!("interrupted: {} points were not tried", points.len() - outcomes.len());
+    }
     conclude(&args, &outcomes);
     let is_well = outcomes.len() == points.len() && failures(&outcomes).count() == 0;
     Ok(if is_well { ExitCode::SUCCESS } else { ExitCode::FAILURE })

@@ -115,7 +115,7 @@ impl Stage {
 
     /// A domain with the files that the processes read.
     pub(super) fn domain(&self) -> Result<Domain, Failure> {
-        let domain = Domain::new()?;
+        let domain = Domain::in_memory()?;
         for node in [NODE, SECOND_NODE] {
             fs::write(domain.folder().join(node.file), node.config())?;
         }
