@@ -10,7 +10,7 @@ use super::roles::{
     FRESH, INPUT, LIVING, NODE, OUTPUT, SECOND_NODE, SECOND_OUTPUT, VICTIM, victim,
 };
 use super::scene::{Company, let_connections_settle};
-use super::stage::{Findings, Stage};
+use super::stage::{Findings, SET_WITHIN, Stage, wait};
 use super::tracer::{Aim, Event, Site};
 use super::victim::Victim;
 use super::watch::Watch;
@@ -18,14 +18,15 @@ use crate::Failure;
 
 /// How long after its start was over a process may still come to a point of its start.
 const LATE: Duration = Duration::from_millis(200);
-/// A traced process starts within this time, on a machine that is busy.
-const START_WITHIN: Duration = Duration::from_secs(10);
+
+/// Exit status of a subscriber that found nobody.
+pub(super) const NOBODY: i32 = 3;
 
 /// Returns what was found, or nothing if the process never came to the point.
 pub(super) fn strike(stage: &Stage, point: Point) -> Result<Option<Findings>, Failure> {
     let mut company = Company::gather(stage, point.role, point.circumstance)?;
     let victim = start(stage, &company, point, Blow::Kill)?;
-    if !reaches(stage, &company, point, &victim)? {
+    if !reaches(&company, point, &victim)? {
         return Ok(None);
     }
     match victim.event(END_WITHIN) {
@@ -39,7 +40,8 @@ pub(super) fn strike(stage: &Stage, point: Point) -> Result<Option<Findings>, Fa
         return Ok(Some(findings));
     }
     replace(&mut company, point)?;
-    if !company.expect_frames(&mut findings) || !company.expect_pulse(&mut findings) {
+    if !company.expect_frames(stage.within(), &mut findings) || !company.expect_pulse(&mut findings)
+    {
         return Ok(Some(findings));
     }
     let domain = company.end(&mut findings);
@@ -61,34 +63,48 @@ pub(super) fn start(
 
 /// Lets the process come to the point; asks it to end if that is where the point lies.
 pub(super) fn reaches(
-    stage: &Stage,
     company: &Company<'_>,
     point: Point,
     victim: &Victim,
 ) -> Result<bool, Failure> {
     if point.phase == Phase::End {
-        runs(stage, company, point.role, point.circumstance, victim)?;
+        runs(company, point.role, point.circumstance, victim)?;
         victim.signal(Signal::SIGINT);
-        return Ok(victim.event(END_WITHIN) == Some(Event::Struck));
+        return match victim.event(END_WITHIN) {
+            Some(Event::Struck) => Ok(true),
+            Some(Event::Ended(Some(0 | NOBODY))) => Ok(false),
+            other => Err(astray(point, victim, other)),
+        };
     }
     let since = Instant::now();
     let mut settled = None;
     loop {
         match victim.event(Duration::from_millis(5)) {
-            Some(event) => return Ok(event == Event::Struck),
-            None if since.elapsed() > START_WITHIN => return Ok(false),
-            None if settled.is_some_and(|settled: Instant| settled.elapsed() > LATE) => {
-                return Ok(false);
-            }
-            None if settled.is_none() && victim.is_settled() => settled = Some(Instant::now()),
-            None => {}
+            Some(Event::Struck) => return Ok(true),
+            None if since.elapsed() < SET_WITHIN => {}
+            other => return Err(astray(point, victim, other)),
+        }
+        if settled.is_none() && victim.is_settled() {
+            settled = Some(Instant::now());
+        }
+        if settled.is_some_and(|settled: Instant| settled.elapsed() > LATE) {
+            return Ok(false);
         }
     }
 }
 
+/// A process that goes wrong before it is struck.
+fn astray(point: Point, victim: &Victim, event: Option<Event>) -> Failure {
+    let did = match event {
+        Some(Event::Ended(code)) => format!("ended with {code:?}"),
+        _ => "went on and on".to_owned(),
+    };
+    let said = victim.output.last_words();
+    format!("before the blow, the {:?} {did}: {said}", point.role).into()
+}
+
 /// Waits until the process that will be struck works.
 pub(super) fn runs(
-    stage: &Stage,
     company: &Company<'_>,
     role: Role,
     circumstance: Circumstance,
@@ -100,7 +116,7 @@ pub(super) fn runs(
         Circumstance::Cold | Circumstance::Dead => None,
     };
     let runs = || victim.is_settled() && speaks() && heard.as_ref().is_none_or(Watch::is_met);
-    if stage.wait_for(runs).is_none() {
+    if wait(SET_WITHIN, runs).is_none() {
         let said = victim.output.errors();
         return Err(format!("the {role:?} does not start: {said}").into());
     }

@@ -45,7 +45,7 @@ impl Stage {
         let point = Point { circumstance: Circumstance::Cold, ..point };
         let victim = start(self, &company, point, Blow::Kill)?;
         // Among what the dead left it may not come there, or not even run. It is killed all the same.
-        let _ = reaches(self, &company, point, &victim);
+        let _ = reaches(&company, point, &victim);
         drop(victim);
         Ok(company.domain)
     }
@@ -54,7 +54,7 @@ impl Stage {
         let mut company = Company::within(self, domain);
         let mut findings = Findings::default();
         company.all_fresh()?;
-        company.expect_frames(&mut findings);
+        company.expect_frames(self.within(), &mut findings);
         let domain = company.end(&mut findings);
         pile.wrong.append(&mut findings.wrong);
         Ok(domain)

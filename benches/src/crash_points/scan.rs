@@ -49,7 +49,7 @@ impl Stage {
     fn points_of(&self, role: Role, circumstance: Circumstance) -> Result<Vec<Point>, Failure> {
         let company = Company::gather(self, role, circumstance)?;
         let unharmed = Victim::start(&self.command(&company.domain, &roles::victim(role)), None)?;
-        runs(self, &company, role, circumstance, &unharmed)?;
+        runs(&company, role, circumstance, &unharmed)?;
         unharmed.signal(Signal::SIGINT);
         let Some(Event::Ended(Some(_))) = unharmed.event(END_WITHIN) else {
             return Err(format!("the {role:?} does not end").into());

@@ -10,7 +10,7 @@ use super::output::Output;
 use super::peer::Peer;
 use super::point::{Circumstance, Role};
 use super::roles::{FRESH, INPUT, LIVING, NODE, NodeFile, OUTPUT, publish, run, subscribe};
-use super::stage::{Findings, Stage};
+use super::stage::{Findings, SET_WITHIN, Stage, wait};
 use super::watch::Watch;
 use crate::Failure;
 use crate::domain::Domain;
@@ -57,7 +57,7 @@ impl<'a> Company<'a> {
             Circumstance::Dead => {
                 company.all_fresh()?;
                 let mut findings = Findings::default();
-                company.expect_frames(&mut findings);
+                company.expect_frames(SET_WITHIN, &mut findings);
                 if !findings.wrong.is_empty() {
                     return Err(format!("before the blow, {}", findings.wrong.join("; ")).into());
                 }
@@ -84,7 +84,7 @@ impl<'a> Company<'a> {
         }
         let watch = Watch::new("living subscriber", &pulse, None);
         self.pulse = Some(watch.clone());
-        match self.stage.wait_for(|| watch.is_met()) {
+        match wait(SET_WITHIN, || watch.is_met()) {
             Some(_) => Ok(()),
             None => Err(format!("before the blow, {}", watch.unmet()).into()),
         }
@@ -149,10 +149,10 @@ impl<'a> Company<'a> {
     }
 
     /// Waits for what is to arrive; a process that ended is the end of waiting.
-    pub(super) fn expect_frames(&mut self, findings: &mut Findings) -> bool {
+    pub(super) fn expect_frames(&mut self, within: Duration, findings: &mut Findings) -> bool {
         let (peers, watches) = (&mut self.peers, &self.watches);
         let mut ended = Vec::new();
-        let arrived = self.stage.wait_for(|| {
+        let arrived = wait(within, || {
             ended = peers.iter_mut().filter_map(Peer::has_ended).collect();
             !ended.is_empty() || watches.iter().all(Watch::is_met)
         });

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
+use std::thread;
 use std::time::{Duration, Instant};
 
 use super::point::{Blow, Point};
@@ -11,6 +12,9 @@ use super::scene::Company;
 use super::{kill, stop};
 use crate::Failure;
 use crate::domain::{DOMAIN_FILE, Domain};
+
+/// How long the stage may take to be set, on a machine that is busy: nothing is demanded yet.
+pub(super) const SET_WITHIN: Duration = Duration::from_secs(10);
 
 /// The program and what is demanded of it.
 #[derive(Debug)]
@@ -71,7 +75,7 @@ impl Stage {
         let mut company = Company::new(&stage)?;
         company.all_fresh()?;
         let mut findings = Findings::default();
-        company.expect_frames(&mut findings);
+        company.expect_frames(SET_WITHIN, &mut findings);
         let domain = company.end(&mut findings);
         if !findings.wrong.is_empty() {
             return Err(format!("undisturbed, {}", findings.wrong.join("; ")).into());
@@ -140,16 +144,21 @@ impl Stage {
     }
 
     /// Waits until something holds, for as long as frames may take.
-    pub(super) fn wait_for(&self, mut holds: impl FnMut() -> bool) -> Option<Duration> {
-        let since = Instant::now();
-        loop {
-            if holds() {
-                return Some(since.elapsed());
-            }
-            if since.elapsed() > self.within {
-                return None;
-            }
-            std::thread::sleep(Duration::from_millis(2));
+    pub(super) fn wait_for(&self, holds: impl FnMut() -> bool) -> Option<Duration> {
+        wait(self.within, holds)
+    }
+}
+
+/// Waits until something holds, and says how long it took.
+pub(super) fn wait(within: Duration, mut holds: impl FnMut() -> bool) -> Option<Duration> {
+    let since = Instant::now();
+    loop {
+        if holds() {
+            return Some(since.elapsed());
         }
+        if since.elapsed() > within {
+            return None;
+        }
+        thread::sleep(Duration::from_millis(2));
     }
 }

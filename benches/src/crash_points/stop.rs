@@ -6,29 +6,26 @@ use std::time::Instant;
 use nix::sys::signal::Signal;
 use nix::unistd::Pid;
 
-use super::kill::{reaches, start};
+use super::kill::{NOBODY, reaches, start};
 use super::output::Output;
 use super::peer::END_WITHIN;
 use super::point::{Blow, Circumstance, Phase, Point, Role};
 use super::roles::{FRESH, INPUT, LIVING, NODE, OUTPUT, SECOND_NODE, SECOND_OUTPUT, VICTIM};
 use super::scene::Company;
-use super::stage::{Findings, Stage};
+use super::stage::{Findings, SET_WITHIN, Stage, wait};
 use super::tracer::Event;
 use super::victim::Victim;
 use super::watch::Watch;
 use crate::Failure;
 
-/// Exit status of a subscriber that found nobody.
-const NOBODY: i32 = 3;
-
 /// Returns what was found, or nothing if the process never came to the point.
 pub(super) fn strike(stage: &Stage, point: Point) -> Result<Option<Findings>, Failure> {
     let mut company = Company::gather(stage, point.role, point.circumstance)?;
     let victim = start(stage, &company, point, Blow::Stop)?;
-    if !reaches(stage, &company, point, &victim)? {
+    if !reaches(&company, point, &victim)? {
         return Ok(None);
     }
-    if stage.wait_for(|| is_stopped(victim.pid)).is_none() {
+    if wait(SET_WITHIN, || is_stopped(victim.pid)).is_none() {
         return Err("SIGSTOP did not stop the process".into());
     }
 
@@ -46,7 +43,7 @@ pub(super) fn strike(stage: &Stage, point: Point) -> Result<Option<Findings>, Fa
             replace(&mut company, point, &readers)?;
         }
     }
-    company.expect_frames(&mut findings);
+    company.expect_frames(stage.within(), &mut findings);
     company.expect_pulse(&mut findings);
     if point.phase == Phase::Start {
         victim.signal(Signal::SIGINT);
