@@ -1,0 +1,93 @@
+//! A death at any instruction is harmless, and so is a process that is stopped.
+//!
+//! These are samples. All points: `cargo run --release -p isochrone-benches --bin crash-points`.
+
+use std::io::Write;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+use isochrone_benches::crash_points::{
+    Blow, Circumstance, Point, Role, Selection, Stage, Verdict, can_trace, spread,
+};
+use isochrone_benches::{Profile, find};
+
+/// What is promised; the processes of another test would be in the way.
+const WITHIN: Duration = Duration::from_secs(2);
+
+/// A stage for one test at a time, or nothing where this process may not trace others.
+fn stage() -> Option<(MutexGuard<'static, ()>, Stage)> {
+    static TURN: Mutex<()> = Mutex::new(());
+    let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Err(why) = can_trace() {
+        assert!(std::env::var_os("CI").is_none(), "{why}");
+        // Past the test harness, which keeps what tests that pass print to itself.
+        let _ = writeln!(std::io::stderr(), "NOT TESTED: death at every instruction: {why}");
+        return None;
+    }
+    let program = find(Profile::own()).unwrap();
+    Some((turn, Stage::new(program, WITHIN).unwrap()))
+}
+
+#[track_caller]
+fn assert_harmless(stage: &Stage, points: &[Point], blow: Blow) {
+    let mut struck = 0;
+    let mut failed = Vec::new();
+    for point in points {
+        let outcome = stage.strike(*point, blow);
+        match outcome.verdict {
+            Verdict::Pass => struck += 1,
+            Verdict::NotReached => {}
+            Verdict::Fail(wrong) => failed.push(format!("{point}: {}", wrong.join("; "))),
+        }
+    }
+    assert!(
+        failed.is_empty(),
+        "{} of {} points:\n{}",
+        failed.len(),
+        points.len(),
+        failed.join("\n")
+    );
+    // Where a process calls depends on the instant, but not by much.
+    assert!(struck * 10 >= points.len() * 9, "{struck} of {} points were reached", points.len());
+}
+
+#[test]
+fn a_process_that_is_killed_in_its_start_or_end_keeps_nobody_from_working() {
+    let Some((_turn, stage)) = stage() else { return };
+    let points = stage.points(&Selection::default()).unwrap();
+    assert_harmless(&stage, &spread(&points, 90), Blow::Kill);
+}
+
+#[test]
+fn a_process_that_is_stopped_in_its_start_or_end_holds_nobody_up_without_a_word() {
+    let Some((_turn, stage)) = stage() else { return };
+    let points = stage.points(&Selection::default()).unwrap();
+    assert_harmless(&stage, &spread(&points, 30), Blow::Stop);
+}
+
+#[test]
+fn what_the_killed_leave_does_not_grow() {
+    let Some((_turn, stage)) = stage() else { return };
+    let cold = Selection { circumstances: vec![Circumstance::Cold], ..Selection::default() };
+    let points = spread(&stage.points(&cold).unwrap(), 50);
+    let pile = stage.pile_up(&points).unwrap();
+    assert_eq!(pile.wrong, Vec::<String>::new());
+    assert_eq!(pile.first, pile.last);
+}
+
+#[test]
+fn each_role_has_points_in_its_start_and_its_end() {
+    let Some((_turn, stage)) = stage() else { return };
+    for role in [Role::Publisher, Role::Node, Role::Subscriber] {
+        let cold = Selection {
+            roles: vec![role],
+            circumstances: vec![Circumstance::Cold],
+            ..Selection::default()
+        };
+        let points = stage.points(&cold).unwrap();
+        for call in ["start:fchmod", "start:openat", "end:unlink", "end:exit_group"] {
+            let is_one = |point: &Point| point.to_string().contains(call);
+            assert!(points.iter().any(is_one), "{role:?} {call}");
+        }
+    }
+}
