@@ -5,7 +5,7 @@
 //! starts late are out of its reach. A node opens its ports in such a thread.
 
 use std::collections::{BTreeMap, BTreeSet};
-use std::io::Write;
+use std::io::{Read, Write};
 use std::process::Command;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -22,8 +22,11 @@ use super::output::Output;
 use super::point::{Blow, Phase};
 use crate::Failure;
 
-/// After so many sleeps a thread has started: what it does from then on, it does over and over.
-const SETTLED_SLEEPS: u32 = 8;
+/// After so many sleeps with none of the calls in between, a thread has started: it waits for nothing
+/// but the next cycle.
+const QUIET_SLEEPS: u32 = 8;
+/// After so many it does the same over and over.
+const MANY_SLEEPS: u32 = 24;
 /// What a traced thread that the kernel has just made, or stops with the others, reports.
 const EVENT_STOP: i32 = 128;
 
@@ -60,6 +63,16 @@ pub(super) enum Event {
 struct Thread {
     index: usize,
     sleeps: u32,
+    quiet_sleeps: u32,
+    is_settled: bool,
+}
+
+impl Thread {
+    fn sleeps(&mut self) {
+        self.sleeps += 1;
+        self.quiet_sleeps += 1;
+        self.is_settled |= self.quiet_sleeps >= QUIET_SLEEPS || self.sleeps >= MANY_SLEEPS;
+    }
 }
 
 pub(super) struct Tracer {
@@ -77,7 +90,7 @@ pub(super) struct Tracer {
 }
 
 impl Tracer {
-    /// Starts the program of a command that waits for a line first, and attaches to it.
+    /// Starts a program behind a shell that says a line and waits for one, and attaches to it.
     pub(super) fn attach(
         mut gated: Command,
         aim: Option<Aim>,
@@ -86,6 +99,11 @@ impl Tracer {
     ) -> Result<(Self, Output), Failure> {
         let mut shell = gated.spawn()?;
         let leader = Pid::from_raw(shell.id().cast_signed());
+        // Before that the shell itself may still be about to become one, and would be taken for the
+        // program.
+        if let Some(stdout) = &mut shell.stdout {
+            stdout.read_exact(&mut [0])?;
+        }
         let options = Options::PTRACE_O_TRACESYSGOOD
             | Options::PTRACE_O_TRACECLONE
             | Options::PTRACE_O_TRACEEXEC
@@ -167,7 +185,7 @@ impl Tracer {
     fn know(&mut self, pid: Pid) {
         let index = self.threads.len();
         if self.is_program {
-            self.threads.entry(pid).or_insert(Thread { index, sleeps: 0 });
+            self.threads.entry(pid).or_insert(Thread { index, ..Thread::default() });
         }
     }
 
@@ -177,14 +195,15 @@ impl Tracer {
         self.know(pid);
         let Some(thread) = self.threads.get_mut(&pid) else { return false };
         if Call::is_sleep(number) {
-            thread.sleeps += 1;
-            if thread.index == 0 && thread.sleeps == SETTLED_SLEEPS {
+            thread.sleeps();
+            if thread.index == 0 && thread.is_settled {
                 self.settled.store(true, Ordering::Relaxed);
             }
         }
         let Some(call) = Call::numbered(number) else { return false };
+        thread.quiet_sleeps = 0;
         // Without an aim this is a dry run, which tells what is worth aiming at.
-        if self.aim.is_none() && self.phase == Phase::Start && thread.sleeps >= SETTLED_SLEEPS {
+        if self.aim.is_none() && self.phase == Phase::Start && thread.is_settled {
             return false;
         }
         let site = Site { phase: self.phase, thread: thread.index, call };

@@ -99,11 +99,11 @@ fn joined(tracer: JoinHandle<Result<Counts, Failure>>) -> Result<Counts, Failure
     tracer.join().unwrap_or_else(|_| Err("the tracer panicked".into()))
 }
 
-/// The same program behind a shell that waits for a line before it becomes the program, so that a
-/// tracer can attach before the program's first instruction.
+/// The same program behind a shell that says a line and waits for one before it becomes the program, so
+/// that a tracer can attach before the program's first instruction.
 fn gated(command: &Command) -> Command {
     let mut gated = Command::new("/bin/sh");
-    gated.args(["-c", "read -r go && exec \"$0\" \"$@\" </dev/null"]);
+    gated.args(["-c", "echo; read -r go && exec \"$0\" \"$@\" </dev/null"]);
     gated.arg(command.get_program()).args(command.get_args());
     if let Some(folder) = command.get_current_dir() {
         gated.current_dir(folder);
