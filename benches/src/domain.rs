@@ -34,7 +34,7 @@ impl Domain {
     /// # Errors
     /// There is no place for the folder.
     pub fn in_memory() -> Result<Self, Failure> {
-        Self::within(tempfile::tempdir_in(SHARED_MEMORY)?)
+        Self::within(tempfile::Builder::new().prefix("isochrone-").tempdir_in(SHARED_MEMORY)?)
     }
 
     fn within(folder: tempfile::TempDir) -> Result<Self, Failure> {

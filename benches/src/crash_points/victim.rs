@@ -111,3 +111,63 @@ fn gated(command: &Command) -> Command {
     gated.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).process_group(0);
     gated
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::call::Call;
+    use super::super::point::{Blow, Phase};
+    use super::super::tracer::Site;
+    use super::*;
+
+    const PATIENCE: Duration = Duration::from_secs(60);
+
+    /// A process that makes the folders a, b and c, struck at the second.
+    fn maker(folder: &tempfile::TempDir, blow: Blow) -> Option<Victim> {
+        if let Err(why) = can_trace() {
+            assert!(std::env::var_os("CI").is_none(), "{why}");
+            return None;
+        }
+        let call: Call = "mkdir".parse().or_else(|_| "mkdirat".parse()).unwrap();
+        let aim = Aim { site: Site { phase: Phase::Start, thread: 0, call }, k: 2, blow };
+        let mut mkdir = Command::new("mkdir");
+        mkdir.args(["a", "b", "c"]).current_dir(folder);
+        let victim = Victim::start(&mkdir, Some(aim)).unwrap();
+        assert_eq!(victim.event(PATIENCE), Some(Event::Struck));
+        Some(victim)
+    }
+
+    fn made(folder: &tempfile::TempDir) -> usize {
+        folder.path().read_dir().unwrap().count()
+    }
+
+    #[test]
+    fn the_call_at_which_a_process_is_killed_is_not_made() {
+        let folder = tempfile::tempdir().unwrap();
+        let Some(victim) = maker(&folder, Blow::Kill) else { return };
+        assert_eq!(victim.event(PATIENCE), Some(Event::Ended(None)));
+        assert_eq!(made(&folder), 1);
+    }
+
+    #[test]
+    fn a_process_that_is_stopped_goes_on_after_the_call() {
+        let folder = tempfile::tempdir().unwrap();
+        let Some(victim) = maker(&folder, Blow::Stop) else { return };
+        while made(&folder) < 2 {
+            thread::sleep(Duration::from_millis(1));
+        }
+        assert_eq!(victim.event(Duration::from_millis(50)), None);
+        assert_eq!(made(&folder), 2);
+        victim.signal(Signal::SIGCONT);
+        assert_eq!(victim.event(PATIENCE), Some(Event::Ended(Some(0))));
+        assert_eq!(made(&folder), 3);
+    }
+
+    #[test]
+    fn a_process_that_is_dropped_is_dead() {
+        let victim = Victim::start(Command::new("sleep").arg("60"), None);
+        let Ok(victim) = victim else { return };
+        let pid = victim.pid;
+        drop(victim);
+        assert!(kill(pid, None).is_err());
+    }
+}
