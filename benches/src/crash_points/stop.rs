@@ -25,8 +25,12 @@ pub(super) fn strike(stage: &Stage, point: Point) -> Result<Option<Findings>, Fa
     if !reaches(&company, point, &victim)? {
         return Ok(None);
     }
-    if wait(SET_WITHIN, || is_stopped(victim.pid)).is_none() {
+    if wait(SET_WITHIN, || matches!(state(victim.pid), Some('T') | None)).is_none() {
         return Err("SIGSTOP did not stop the process".into());
+    }
+    if state(victim.pid).is_none() {
+        // The call was its last.
+        return Ok(None);
     }
 
     let mut findings = Findings::default();
@@ -160,7 +164,8 @@ fn ended(point: Point, victim: &Victim) -> Result<(), String> {
     Err(format!("what was stopped does not end: {}", victim.output.errors()))
 }
 
-fn is_stopped(pid: Pid) -> bool {
-    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
-    stat.rsplit_once(") ").is_some_and(|(_, state)| state.starts_with('T'))
+/// The state of a process as the kernel shows it, `T` where it is stopped; none if it is gone.
+fn state(pid: Pid) -> Option<char> {
+    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
+    stat.rsplit_once(") ")?.1.chars().next()
 }
