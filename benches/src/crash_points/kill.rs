@@ -7,7 +7,7 @@ use nix::sys::signal::Signal;
 use super::peer::END_WITHIN;
 use super::point::{Blow, Circumstance, Phase, Point, Role};
 use super::roles::{
-    FRESH, INPUT, LIVING, NODE, OUTPUT, SECOND_NODE, SECOND_OUTPUT, VICTIM, victim,
+    FRESH, INPUT, LIVING, NODE, OUTPUT, SECOND_NODE, SECOND_OUTPUT, VICTIM, command,
 };
 use super::scene::{Company, let_connections_settle};
 use super::stage::{Findings, SET_WITHIN, Stage, wait};
@@ -58,7 +58,7 @@ pub(super) fn start(
 ) -> Result<Victim, Failure> {
     let Point { phase, thread, call, k, .. } = point;
     let aim = Aim { site: Site { phase, thread, call }, k, blow };
-    Victim::start(&stage.command(&company.domain, &victim(point.role)), Some(aim))
+    Victim::start(&stage.command(&company.domain, &command(point.role, VICTIM)), Some(aim))
 }
 
 /// Lets the process come to the point; asks it to end if that is where the point lies.
@@ -111,10 +111,8 @@ pub(super) fn runs(
     victim: &Victim,
 ) -> Result<(), Failure> {
     let speaks = || role == Role::Subscriber || !victim.output.errors().is_empty();
-    let heard = match circumstance {
-        Circumstance::Beside => heard(company, role, victim),
-        Circumstance::Cold | Circumstance::Dead => None,
-    };
+    let heard =
+        if circumstance.has_company() { company.hears(role, VICTIM, &victim.output) } else { None };
     let runs = || victim.is_settled() && speaks() && heard.as_ref().is_none_or(Watch::is_met);
     if wait(SET_WITHIN, runs).is_none() {
         let said = victim.output.errors();
@@ -124,19 +122,9 @@ pub(super) fn runs(
     Ok(())
 }
 
-/// What shows that the process works.
-fn heard(company: &Company<'_>, role: Role, victim: &Victim) -> Option<Watch> {
-    let (output, value) = match role {
-        Role::Publisher => (company.living_subscriber()?, VICTIM),
-        Role::Node => (company.living_subscriber()?, LIVING),
-        Role::Subscriber => (victim.output.clone(), LIVING),
-    };
-    Some(Watch::new("living subscriber", &output, Some(value)))
-}
-
 /// Starts a process of each role of which there can be another.
 pub(super) fn replace(company: &mut Company<'_>, point: Point) -> Result<(), Failure> {
-    if point.circumstance != Circumstance::Beside {
+    if !point.circumstance.has_company() {
         return company.all_fresh();
     }
     let living = company.living_subscriber();

@@ -25,8 +25,20 @@ pub enum Circumstance {
     Cold,
     /// The processes of the other roles run, and go on running.
     Beside,
+    /// As `Beside`, and a process of the same role was killed before, while it ran.
+    Restart,
     /// A publisher, a node and a subscriber were killed while they ran; what they left is there.
     Dead,
+}
+
+impl Circumstance {
+    /// Whether others run.
+    pub(super) fn has_company(self) -> bool {
+        match self {
+            Self::Beside | Self::Restart => true,
+            Self::Cold | Self::Dead => false,
+        }
+    }
 }
 
 /// Which part of the process's life.

@@ -18,8 +18,10 @@ pub(super) const NODE: NodeFile = NodeFile { file: "node.toml", name: "crash", o
 pub(super) const SECOND_NODE: NodeFile =
     NodeFile { file: "second.toml", name: "second", output: SECOND_OUTPUT };
 
-/// What the publishers that live on, that are struck and that come afterwards send.
+/// What the publishers send that live on, that were killed before, that are struck, and that come
+/// afterwards.
 pub(super) const LIVING: f64 = 5.0;
+pub(super) const PREDECESSOR: f64 = 6.0;
 pub(super) const VICTIM: f64 = 7.0;
 pub(super) const FRESH: f64 = 9.0;
 
@@ -59,10 +61,10 @@ pub(super) fn subscribe(service: &str) -> String {
     format!("subscribe {service} --csv - {LIFE}")
 }
 
-/// The command of the process that is struck.
-pub(super) fn victim(role: Role) -> String {
+/// The command of the process that is struck, or of one before it. A publisher sends `value`.
+pub(super) fn command(role: Role, value: f64) -> String {
     match role {
-        Role::Publisher => publish(VICTIM),
+        Role::Publisher => publish(value),
         Role::Node => run(NODE),
         Role::Subscriber => subscribe(OUTPUT),
     }

@@ -1,12 +1,13 @@
 //! All points that there are.
 
+use clap::ValueEnum;
 use nix::sys::signal::Signal;
 
 use super::call::Call;
 use super::kill::runs;
 use super::peer::END_WITHIN;
 use super::point::{Circumstance, Phase, Point, Role};
-use super::roles;
+use super::roles::{self, VICTIM};
 use super::scene::Company;
 use super::stage::Stage;
 use super::tracer::{Event, Site};
@@ -33,8 +34,8 @@ impl Stage {
     /// A process cannot be started or traced, or does not work.
     pub fn points(&self, selection: &Selection) -> Result<Vec<Point>, Failure> {
         let mut points = Vec::new();
-        for role in [Role::Publisher, Role::Node, Role::Subscriber] {
-            for circumstance in [Circumstance::Cold, Circumstance::Beside, Circumstance::Dead] {
+        for role in Role::value_variants().iter().copied() {
+            for circumstance in Circumstance::value_variants().iter().copied() {
                 if wants(&selection.roles, role) && wants(&selection.circumstances, circumstance) {
                     points.extend(self.points_of(role, circumstance)?);
                 }
@@ -48,7 +49,8 @@ impl Stage {
 
     fn points_of(&self, role: Role, circumstance: Circumstance) -> Result<Vec<Point>, Failure> {
         let company = Company::gather(self, role, circumstance)?;
-        let unharmed = Victim::start(&self.command(&company.domain, &roles::victim(role)), None)?;
+        let unharmed =
+            Victim::start(&self.command(&company.domain, &roles::command(role, VICTIM)), None)?;
         runs(&company, role, circumstance, &unharmed)?;
         unharmed.signal(Signal::SIGINT);
         let Some(Event::Ended(Some(_))) = unharmed.event(END_WITHIN) else {

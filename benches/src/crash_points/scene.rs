@@ -9,7 +9,9 @@ use serde_json::Value;
 use super::output::Output;
 use super::peer::Peer;
 use super::point::{Circumstance, Role};
-use super::roles::{FRESH, INPUT, LIVING, NODE, NodeFile, OUTPUT, publish, run, subscribe};
+use super::roles::{
+    FRESH, INPUT, LIVING, NODE, NodeFile, OUTPUT, PREDECESSOR, command, publish, run, subscribe,
+};
 use super::stage::{Findings, SET_WITHIN, Stage, wait};
 use super::watch::Watch;
 use crate::Failure;
@@ -54,6 +56,11 @@ impl<'a> Company<'a> {
         match circumstance {
             Circumstance::Cold => {}
             Circumstance::Beside => company.surround(role)?,
+            Circumstance::Restart => {
+                company.surround(role)?;
+                company.living = company.peers.len();
+                company.lose(role)?;
+            }
             Circumstance::Dead => {
                 company.all_fresh()?;
                 let mut findings = Findings::default();
@@ -88,6 +95,30 @@ impl<'a> Company<'a> {
             Some(_) => Ok(()),
             None => Err(format!("before the blow, {}", watch.unmet()).into()),
         }
+    }
+
+    /// Starts a process of this role, and kills it as soon as it works.
+    fn lose(&mut self, role: Role) -> Result<(), Failure> {
+        let output = self.start(role, "predecessor", &command(role, PREDECESSOR))?;
+        let heard = self.hears(role, PREDECESSOR, &output);
+        if wait(SET_WITHIN, || heard.as_ref().is_none_or(Watch::is_met)).is_none() {
+            let said = output.errors();
+            return Err(format!("before the blow, the predecessor does not work: {said}").into());
+        }
+        self.peers.truncate(self.living);
+        Ok(())
+    }
+
+    /// What shows to the living that a process of this role works: what it prints is `output`, and what
+    /// it sends, if it is a publisher, `value`.
+    pub(super) fn hears(&self, role: Role, value: f64, output: &Output) -> Option<Watch> {
+        let reader = self.living_subscriber()?;
+        let (output, value) = match role {
+            Role::Publisher => (&reader, value),
+            Role::Node => (&reader, LIVING),
+            Role::Subscriber => (output, LIVING),
+        };
+        Some(Watch::new("living subscriber", output, Some(value)))
     }
 
     /// A publisher, a node and a subscriber, and what they are to bring about.

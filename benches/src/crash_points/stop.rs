@@ -9,7 +9,7 @@ use nix::unistd::Pid;
 use super::kill::{NOBODY, reaches, start};
 use super::output::Output;
 use super::peer::END_WITHIN;
-use super::point::{Blow, Circumstance, Phase, Point, Role};
+use super::point::{Blow, Phase, Point, Role};
 use super::roles::{FRESH, INPUT, LIVING, NODE, OUTPUT, SECOND_NODE, SECOND_OUTPUT, VICTIM};
 use super::scene::Company;
 use super::stage::{Findings, SET_WITHIN, Stage, wait};
@@ -63,7 +63,7 @@ pub(super) fn strike(stage: &Stage, point: Point) -> Result<Option<Findings>, Fa
 /// Starts processes of the other roles while one is stopped. Returns subscribers that depend on the
 /// one that is stopped.
 fn join_meanwhile(company: &mut Company<'_>, point: Point) -> Result<Vec<Output>, Failure> {
-    let is_beside = point.circumstance == Circumstance::Beside;
+    let is_beside = point.circumstance.has_company();
     let (node, output) = if is_beside { (SECOND_NODE, SECOND_OUTPUT) } else { (NODE, OUTPUT) };
     let mut readers = Vec::from_iter(company.living_subscriber());
     match point.role {
@@ -91,10 +91,7 @@ fn join_meanwhile(company: &mut Company<'_>, point: Point) -> Result<Vec<Output>
 
 /// What the publisher sends that is not the one that is stopped.
 fn source(point: Point) -> f64 {
-    match point.circumstance {
-        Circumstance::Beside => LIVING,
-        Circumstance::Cold | Circumstance::Dead => FRESH,
-    }
+    if point.circumstance.has_company() { LIVING } else { FRESH }
 }
 
 /// Either frames flow, or everybody said something and somebody named the one who holds them up.
@@ -151,7 +148,7 @@ fn ended(point: Point, victim: &Victim) -> Result<(), String> {
     let since = Instant::now();
     while let Some(left) = END_WITHIN.checked_sub(since.elapsed()) {
         let Some(Event::Ended(code)) = victim.event(left) else { continue };
-        let alone = point.role == Role::Subscriber && point.circumstance != Circumstance::Beside;
+        let alone = point.role == Role::Subscriber && !point.circumstance.has_company();
         return match code {
             Some(0) => Ok(()),
             Some(NOBODY) if alone && point.phase == Phase::End => Ok(()),
