@@ -47,7 +47,11 @@ struct Args {
     /// Strike at so many points only, evenly spread over all that there are
     #[arg(long, value_name = "N")]
     sample: Option<usize>,
-    /// Strike at this point only, such as node:cold:end:unlink:4, or …:4@2 in thread 2
+    /// Strike so many instructions after each call, not in its place
+    #[arg(long, default_value_t = 0, value_name = "INSTRUCTIONS")]
+    steps: u32,
+    /// Strike at this point only, such as node:cold:end:unlink:4, or …:4@2 in thread 2, or …:4+500, 500
+    /// instructions after the call
     #[arg(long, value_name = "ROLE:CIRCUMSTANCE:PHASE:CALL:K")]
     point: Vec<Point>,
     /// Say which points there are, and strike nowhere
@@ -103,12 +107,13 @@ fn points(args: &Args, stage: &Stage) -> Result<Vec<Point>, Failure> {
     if !args.point.is_empty() {
         return Ok(args.point.clone());
     }
-    let all = stage.points(&Selection {
+    let mut all = stage.points(&Selection {
         roles: args.role.clone(),
         circumstances: args.circumstance.clone(),
         phases: args.phase.clone(),
         calls: args.call.clone(),
     })?;
+    all.iter_mut().for_each(|point| point.steps = args.steps);
     eprintln!("{} points", all.len());
     Ok(args.sample.map_or_else(|| all.clone(), |sample| spread(&all, sample)))
 }

@@ -56,8 +56,8 @@ pub(super) fn start(
     point: Point,
     blow: Blow,
 ) -> Result<Victim, Failure> {
-    let Point { phase, thread, call, k, .. } = point;
-    let aim = Aim { site: Site { phase, thread, call }, k, blow };
+    let Point { phase, thread, call, k, steps, .. } = point;
+    let aim = Aim { site: Site { phase, thread, call }, k, steps, blow };
     Victim::start(&stage.command(&company.domain, &command(point.role, VICTIM)), Some(aim))
 }
 

@@ -74,17 +74,22 @@ pub struct Point {
     pub call: Call,
     /// At which of these calls, from 1.
     pub k: u32,
+    /// How many instructions of the program after it; 0: instead of it.
+    pub steps: u32,
 }
 
-/// `publisher:cold:start:fchmod:16`; `node:cold:start:fchmod:3@2` in thread 2.
+/// `publisher:cold:start:fchmod:16`; `…:16+500`, 500 instructions later; `…:16@2` in thread 2.
 impl Display for Point {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let (role, circumstance) = (name(self.role), name(self.circumstance));
         write!(f, "{role}:{circumstance}:{}:{}:{}", name(self.phase), self.call, self.k)?;
-        match self.thread {
-            0 => Ok(()),
-            thread => write!(f, "@{thread}"),
+        if self.steps > 0 {
+            write!(f, "+{}", self.steps)?;
         }
+        if self.thread > 0 {
+            write!(f, "@{}", self.thread)?;
+        }
+        Ok(())
     }
 }
 
@@ -96,9 +101,12 @@ impl FromStr for Point {
         let (role, circumstance, phase, call, place) = match parts[..] {
             [role, circumstance, phase, call, place] => (role, circumstance, phase, call, place),
             [role, circumstance, call, place] => (role, circumstance, "start", call, place),
-            _ => return Err("give role:circumstance:phase:call:k, or …:k@thread".into()),
+            _ => {
+                return Err("give role:circumstance:phase:call:k, or …:k+instructions@thread".into());
+            }
         };
-        let (k, thread) = place.split_once('@').unwrap_or((place, "0"));
+        let (place, thread) = place.split_once('@').unwrap_or((place, "0"));
+        let (k, steps) = place.split_once('+').unwrap_or((place, "0"));
         let number = |text: &str| format!("{text:?} is no number of a call or a thread");
         Ok(Self {
             role: Role::from_str(role, false)?,
@@ -106,6 +114,7 @@ impl FromStr for Point {
             phase: Phase::from_str(phase, false)?,
             thread: thread.parse().map_err(|_| number(thread))?,
             call: call.parse()?,
+            steps: steps.parse().map_err(|_| number(steps))?,
             k: k.parse().ok().filter(|k| *k > 0).ok_or_else(|| number(k))?,
         })
     }
@@ -122,7 +131,7 @@ mod tests {
 
     #[test]
     fn a_point_reads_back_as_it_was_written() {
-        for text in ["publisher:cold:start:fchmod:16", "node:beside:end:unlink:3@2"] {
+        for text in ["publisher:cold:start:fchmod:16", "node:beside:end:unlink:3+70@2"] {
             assert_eq!(text.parse::<Point>().unwrap().to_string(), text);
         }
     }

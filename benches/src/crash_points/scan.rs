@@ -59,7 +59,7 @@ impl Stage {
         let counts = unharmed.counts()?;
         let points = counts.into_iter().flat_map(|(site, count)| {
             let Site { phase, thread, call } = site;
-            (1..=count).map(move |k| Point { role, circumstance, phase, thread, call, k })
+            (1..=count).map(move |k| Point { role, circumstance, phase, thread, call, k, steps: 0 })
         });
         Ok(points.collect())
     }

@@ -47,7 +47,17 @@ pub(super) struct Aim {
     pub(super) site: Site,
     /// At which of these calls, from 1.
     pub(super) k: u32,
+    /// So many instructions of the program after the call; 0: instead of making it.
+    pub(super) steps: u32,
     pub(super) blow: Blow,
+}
+
+/// A thread that runs instruction by instruction to where it is struck.
+#[derive(Debug, Clone, Copy)]
+struct Walk {
+    pid: Pid,
+    steps_left: u32,
+    blow: Blow,
 }
 
 /// What became of a process.
@@ -86,6 +96,7 @@ pub(super) struct Tracer {
     /// Whether the program runs, not the shell before it.
     is_program: bool,
     is_struck: bool,
+    walk: Option<Walk>,
     counts: Counts,
 }
 
@@ -127,6 +138,7 @@ impl Tracer {
             phase: Phase::Start,
             is_program: false,
             is_struck: false,
+            walk: None,
             counts: Counts::new(),
         };
         Ok((tracer, output))
@@ -165,6 +177,10 @@ impl Tracer {
         if self.is_struck && self.aim.is_some_and(|aim| aim.blow == Blow::Stop) {
             // From here on the kernel alone holds it, as it does any process that was stopped.
             self.detach(pid, signal);
+            return;
+        }
+        if self.walk.is_some_and(|walk| walk.pid == pid) && !self.is_struck {
+            self.walks(status, signal);
             return;
         }
         match status {
@@ -212,15 +228,38 @@ impl Tracer {
         let count = *count;
         let is_here = |aim: &Aim| aim.site == site && aim.k == count;
         let Some(aim) = self.aim.filter(is_here) else { return false };
+        if aim.steps > 0 {
+            self.walk = Some(Walk { pid, steps_left: aim.steps, blow: aim.blow });
+            return false;
+        }
+        self.strike(pid, aim.blow);
+        true
+    }
+
+    /// Lets a thread make its next step, or strikes it after the last.
+    fn walks(&mut self, status: WaitStatus, signal: Option<Signal>) {
+        let Some(walk) = &mut self.walk else { return };
+        let has_stepped = signal == Some(Signal::SIGTRAP);
+        walk.steps_left -= u32::from(has_stepped);
+        let Walk { pid, steps_left, blow } = *walk;
+        if steps_left == 0 {
+            return self.strike(pid, blow);
+        }
+        if let WaitStatus::Stopped(_, Signal::SIGINT) = status {
+            self.phase = Phase::End;
+        }
+        let _ = ptrace::step(pid, signal.filter(|_| !has_stepped));
+    }
+
+    fn strike(&mut self, pid: Pid, blow: Blow) {
         self.is_struck = true;
-        match aim.blow {
-            // The call is not made: the thread finds itself dead before.
+        match blow {
+            // A call that is due is not made: the thread finds itself dead before.
             Blow::Kill => drop(kill(self.leader, Signal::SIGKILL)),
-            // The call is made, and the thread stops on its way out.
+            // A call that is due is made, and the thread stops on its way out.
             Blow::Stop => self.detach(pid, Some(Signal::SIGSTOP)),
         }
         let _ = self.report.send(Event::Struck);
-        true
     }
 
     fn detach(&mut self, pid: Pid, signal: Option<Signal>) {

@@ -128,7 +128,7 @@ mod tests {
             return None;
         }
         let call: Call = "mkdir".parse().or_else(|_| "mkdirat".parse()).unwrap();
-        let aim = Aim { site: Site { phase: Phase::Start, thread: 0, call }, k: 2, blow };
+        let aim = Aim { site: Site { phase: Phase::Start, thread: 0, call }, k: 2, steps: 0, blow };
         let mut mkdir = Command::new("mkdir");
         mkdir.args(["a", "b", "c"]).current_dir(folder);
         let victim = Victim::start(&mkdir, Some(aim)).unwrap();
