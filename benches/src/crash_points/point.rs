@@ -102,7 +102,9 @@ impl FromStr for Point {
             [role, circumstance, phase, call, place] => (role, circumstance, phase, call, place),
             [role, circumstance, call, place] => (role, circumstance, "start", call, place),
             _ => {
-                return Err("give role:circumstance:phase:call:k, or …:k+instructions@thread".into());
+                return Err(
+                    "give role:circumstance:phase:call:k, or …:k+instructions@thread".into()
+                );
             }
         };
         let (place, thread) = place.split_once('@').unwrap_or((place, "0"));
