@@ -19,7 +19,7 @@ class FrameHeader(ctypes.Structure):
         ("publish_ns", ctypes.c_uint64),  # just before the frame was sent
         ("source_ns", ctypes.c_uint64),  # of the oldest sample behind the values; 0: none
         ("missed", ctypes.c_uint64),  # cycles the publisher has lost since its start
-        ("flags", ctypes.c_uint64),  # what the values are worth; 0: nothing to say
+        ("flags", ctypes.c_uint64),  # 0 in this version
         ("term", ctypes.c_uint64),  # when the publisher took the service; 0: a plain writer
         ("layout", ctypes.c_uint64),  # which layout the frame has; 0: it does not say
     ]

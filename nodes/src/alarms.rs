@@ -11,7 +11,9 @@ pub(crate) fn other_writer(service: &str) -> Warning {
     Warning {
         code: "other_writer".into(),
         message: format!(
-            "service \"{service}\" has a second publisher; its frames are counted, and not read"
+            "service \"{service}\" has a second publisher; the frames of one are read, those of the \
+             other are counted only (one of isochrone is followed at once, any other when the first \
+             falls silent)"
         ),
         remedy: "end one of the two; `iox2 service details` lists the publishers of a service"
             .into(),
@@ -66,6 +68,24 @@ pub(crate) fn unfit_input(input: &str, service: &str, publisher: &str, why: &str
              its value"
         ),
         remedy: "correct the input's signal, channel or type, or what the publisher sends".into(),
+    }
+}
+
+/// A channel carries another signal than before.
+pub(crate) fn moved_channel(
+    input: &str,
+    service: &str,
+    channel: usize,
+    names: [&str; 2],
+) -> Warning {
+    let [before, now] = names;
+    Warning {
+        code: "moved_channel".into(),
+        message: format!(
+            "input \"{input}\" reads channel {channel} of service \"{service}\", which was \"{before}\" \
+             and is \"{now}\" now"
+        ),
+        remedy: format!("write signal = \"{before}\" to follow the signal wherever it stands"),
     }
 }
 

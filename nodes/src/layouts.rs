@@ -6,7 +6,8 @@ use std::time::{Duration, Instant};
 
 use isochrone_engine::Plan;
 use isochrone_ipc::{
-    Announcement, LayoutAnnouncer, LayoutWatcher, OpenError, Participant, SenderClock, ipc,
+    Announcement, Binding, LayoutAnnouncer, LayoutConflict, LayoutWatcher, OpenError, Participant,
+    SenderClock, ipc,
 };
 use isochrone_timing::Warning;
 
@@ -95,6 +96,7 @@ impl Resolver {
         if announced.clock() == SenderClock::Foreign {
             self.raise(alarms::foreign_host(&service, &announced.publisher));
         }
+        self.note_moved(&announced, &places);
         for (index, place) in places.into_iter().enumerate() {
             let conflict = place.err().map(|conflict| conflict.to_string());
             let Some(known) = self.conflicts.get_mut(index) else { continue };
@@ -111,6 +113,25 @@ impl Resolver {
             }
         }
         self.sent = Some(announced);
+    }
+
+    /// Notes inputs that are bound by channel and read another signal from now on.
+    fn note_moved(&mut self, announced: &Announcement, places: &[Result<usize, LayoutConflict>]) {
+        let Some(before) = self.sent.take() else { return };
+        let name = |announcement: &Announcement, channel: usize| {
+            let signal = announcement.layout.signals.get(channel);
+            signal.map_or_else(String::new, |signal| signal.name.clone())
+        };
+        for (index, place) in places.iter().enumerate() {
+            let wanted = self.desk.wanted.get(index).map(|wanted| &wanted.binding);
+            let (Ok(channel), Some(Binding::Channel(_))) = (place, wanted) else { continue };
+            let (was, is) = (name(&before, *channel), name(announced, *channel));
+            if was != is {
+                let input = self.desk.inputs.get(index).cloned().unwrap_or_default();
+                let service = self.desk.service.clone();
+                self.raise(alarms::moved_channel(&input, &service, *channel, [&was, &is]));
+            }
+        }
     }
 
     fn note_unknown(&mut self, unknown: u64) {

@@ -23,8 +23,8 @@ use crate::{load, terminal};
 
 /// Publish frames of values: constants, waves or a CSV file
 ///
-/// A channel for each value, wave or CSV column. A service has one writer: a second publisher on
-/// the same service is refused.
+/// A channel for each value, wave or CSV column. A service has one writer: a second publisher of
+/// isochrone on the same service is refused.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone publish plant/analog --value 13824,0.5\n  \
     isochrone publish plant/analog --wave sine,square --amplitude 13824,1 --offset 13824 --frequency 0.5\n  \

@@ -79,6 +79,25 @@ fn a_node_comes_back_with_other_outputs_while_its_subscriber_waits() {
 }
 
 #[test]
+fn an_input_whose_channel_carries_another_signal_from_now_on_says_so() {
+    let domain = Domain::new();
+    let by_channel = READER.replace("signal = \"seven.delayedValue\"", "channel = 0");
+    let mut reader = start(&domain, "reader.toml", &by_channel, "--report reader.json");
+    let mut observer = observer(&domain);
+    let sender = start(&domain, "sender.toml", SENDER, "");
+    observer.wait_for("x=4.0");
+    sender.stop().expect_code(0);
+    let reordered = SENDER.replace(SIGNALS, "[\"seven.delayedValue\", \"four.delayedValue\"]");
+    let sender = start(&domain, "sender.toml", &reordered, "");
+    observer.wait_for("x=7.0");
+    reader.wait_for("which was \"four.delayedValue\" and is \"seven.delayedValue\" now");
+    observer.stop().expect_code(0);
+    sender.stop().expect_code(0);
+    reader.stop().expect_code(0);
+    assert_eq!(codes(&domain.json("reader.json")), ["moved_channel"]);
+}
+
+#[test]
 fn a_recording_goes_on_with_another_header_where_the_layout_changes() {
     let domain = Domain::new();
     let sender = start(&domain, "sender.toml", SENDER, "");

@@ -74,7 +74,7 @@ crate::block! {
             "Disabled (all four rates are 0.0): 0.0; all flags are FALSE.",
             "Automatic: from the last output toward `autoValue` by at most rate times `T`, landing on it exactly, within the limits. `T` is the period, in seconds, of the task at `callOB`; range (above or below 0.0) and direction say which rate.",
             "A rate flag is TRUE where its rate stopped the output short of the target; a limit flag where what was to be output is at or beyond the limit.",
-            "Manual mode switches the limits off. As soon as the range between them is reached they are on again.",
+            "Manual mode switches the limits off. As soon as the range between them is reached they are on again. Until then automatic mode is not limited, and moves further away if that is where `autoValue` lies; `reset` switches the limits on at once.",
         }
         status {
             status::OK => "STATUS_FINISHED_NO_ERROR": "no error",
