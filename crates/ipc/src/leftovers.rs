@@ -1,7 +1,5 @@
 //! What iceoryx2 keeps of a domain that nobody uses any more.
 
-use std::fs;
-
 use iceoryx2::config::Config;
 use iceoryx2::node::Node;
 use iceoryx2::prelude::CallbackProgression;
@@ -13,7 +11,8 @@ use crate::domain::Domain;
 ///
 /// When all nodes of a domain have ended, iceoryx2 leaves the 16 bytes of a node counter
 /// (`/dev/shm/<prefix>…_node.0_10_0.global_mgmt`) and the empty directories `nodes` and `services` in the
-/// root path, and this crate its lock (`<prefix>isochrone.lock`). None does harm; tests with a domain each
+/// root path, and this crate its lock (`<prefix>isochrone.lock`) and the list of root paths
+/// (`/dev/shm/<prefix>isochrone.roots`). None does harm; tests with a domain each
 /// would pile them up.
 ///
 /// Does nothing while the domain has a living node. The directories stay: a program that knows no lock
@@ -40,8 +39,7 @@ pub fn remove_leftovers<S: Service>(config: &Config) -> bool {
     #[allow(unsafe_code)]
     let removed = unsafe { iceoryx2::testing::remove_global_mgmt_segment::<S>(config) };
     if S::CROSSES_PROCESSES {
-        // Whoever waits for it sees that it is gone, and makes another.
-        let _ = fs::remove_file(domain.lock_file());
+        domain.leave(&held);
     }
     drop(held);
     removed.unwrap_or(false)

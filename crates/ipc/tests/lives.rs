@@ -31,9 +31,9 @@ fn nothing_is_left_when_all_have_gone() {
     drop(reader);
 
     let files = domain.files();
-    let [counter, lock] = &files[..] else { panic!("{files:?}") };
-    assert!(counter.ends_with("_node.0_10_0.global_mgmt"), "{counter}");
-    assert!(lock.ends_with("isochrone.lock"), "{lock}");
+    let ends = ["_node.0_10_0.global_mgmt", "isochrone.roots", "isochrone.lock"];
+    assert_eq!(files.len(), ends.len(), "{files:?}");
+    assert!(ends.iter().all(|end| files.iter().any(|file| file.ends_with(end))), "{files:?}");
     assert!(remove_leftovers::<ipc::Service>(&domain.config));
     assert_eq!(domain.files(), Vec::<String>::new());
     assert!(!remove_leftovers::<ipc::Service>(&domain.config));
@@ -54,7 +54,8 @@ fn a_domain_lives_on_after_a_process_was_killed_while_it_made_the_node_counter()
     for bytes in [0, 16] {
         let domain = Domain::new();
         drop(domain.join::<ipc::Service>());
-        let counter = &domain.files()[0];
+        let files = domain.files();
+        let counter = files.iter().find(|file| file.ends_with("global_mgmt")).unwrap();
         let counter =
             std::fs::File::options().write(true).open(Path::new("/dev/shm").join(counter));
         let counter = counter.unwrap();
@@ -82,6 +83,62 @@ fn what_is_half_made_in_a_domain_whose_prefix_begins_with_ours_is_left_alone() {
         assert!(counter.exists(), "{}", counter.display());
         std::fs::remove_file(counter).unwrap();
     }
+}
+
+#[test]
+fn a_domain_with_another_root_path_and_our_prefix_keeps_its_segments() {
+    let domain = Domain::new();
+    let node = domain.join::<ipc::Service>();
+    let mut reader = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap();
+    let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+    let elsewhere = tempfile::tempdir().unwrap();
+    let config = Domain::config_of(elsewhere.path().to_str().unwrap(), &domain.prefix());
+    let before = domain.files();
+    for _ in 0..2 {
+        // Its own dead are none of ours either.
+        let other = Participant::<ipc::Service>::join("other", &config).unwrap();
+        let mut ours = FrameSubscriber::open(&other, "x", 1, Depth::Newest).unwrap();
+        drop(domain.join::<ipc::Service>());
+        assert!(ours.newest(1).is_none());
+        drop((ours, other));
+        remove_leftovers::<ipc::Service>(&config);
+    }
+    let gone: Vec<_> = before.iter().filter(|file| !domain.files().contains(file)).collect();
+    // The node counter is one for a prefix.
+    assert!(gone.iter().all(|file| file.ends_with("global_mgmt")), "{gone:?}");
+    send(&mut writer, 3.0, 1);
+    assert_eq!(reader.newest(NOW_NS).unwrap().values(), [3.0]);
+    let newcomer = domain.join::<ipc::Service>();
+    let second = FramePublisher::open(&newcomer, "x", &layout(&["a:LREAL"])).unwrap_err();
+    assert!(second.to_string().contains("has one writer"), "{second}");
+}
+
+#[test]
+fn what_can_be_no_node_counter_is_removed() {
+    for bytes in [&[][..], &[0; 16], b"what is this?"] {
+        let domain = Domain::new();
+        drop(domain.join::<ipc::Service>());
+        let files = domain.files();
+        let counter = files.iter().find(|file| file.ends_with("global_mgmt")).unwrap();
+        let counter = Path::new("/dev/shm").join(counter);
+        std::fs::write(&counter, bytes).unwrap();
+        drop(domain.join::<ipc::Service>());
+    }
+}
+
+#[test]
+fn what_is_no_file_among_the_descriptions_of_services_holds_nobody_up() {
+    let domain = Domain::new();
+    let services = domain.root().join("services");
+    std::fs::create_dir_all(&services).unwrap();
+    let name = format!("{}{}.service", domain.prefix(), "e".repeat(40));
+    let path = services.join(name);
+    let made = Command::new("mkfifo").arg(&path).status().unwrap();
+    assert!(made.success());
+    let node = domain.join::<ipc::Service>();
+    FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+    drop(node);
+    std::fs::remove_file(path).unwrap();
 }
 
 #[test]

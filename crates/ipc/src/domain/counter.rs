@@ -57,6 +57,24 @@ pub(super) fn make(config: &Config) {
     drop(made);
 }
 
+/// Removes what stands in the counter's place and can be none: its version is written, and its size
+/// set, before anybody may read it. iceoryx2 would wait for it, or refuse every start.
+pub(super) fn remove_unusable(config: &Config) {
+    const BYTES: u64 = 16;
+    for path in find(config) {
+        let Ok(file) = fs::symlink_metadata(&path) else { continue };
+        let is_ours = file.is_file() && file.uid() == geteuid().as_raw();
+        if !is_ours || file.mode() & OWNER_READ == 0 {
+            continue;
+        }
+        let has_version =
+            || fs::read(&path).is_ok_and(|bytes| bytes.iter().take(8).any(|b| *b != 0));
+        if file.len() != BYTES || !has_version() {
+            let _ = fs::remove_file(&path);
+        }
+    }
+}
+
 /// Takes the counter's permissions from everybody but its owner.
 pub(super) fn close(config: &Config) {
     for path in find(config) {

@@ -10,16 +10,18 @@
 use std::fs::{self, File};
 use std::io;
 use std::ops::Deref;
-use std::os::unix::fs::{FileExt as _, MetadataExt as _, OpenOptionsExt as _};
+use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _};
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use iceoryx2::config::Config;
 use rustix::fs::{FlockOperation, OFlags, flock};
 use rustix::io::Errno;
+
+use super::{is_same, read_text, write_text};
 
 /// When those who wait are told for whom.
 const TELL_AFTER: Duration = Duration::from_secs(1);
@@ -36,6 +38,10 @@ const REMEMBERED: usize = 15;
 
 static INTERRUPTED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
 
+/// When this process last gave up waiting. A process has many things to end, and waits once for all.
+static GAVE_UP: Mutex<Option<Instant>> = Mutex::new(None);
+const ONE_END: Duration = Duration::from_secs(10);
+
 /// Makes every wait for a domain's lock end with an error once `flag` is set.
 ///
 /// A process that is stopped (SIGSTOP, a debugger) while it starts or ends holds up the starts of
@@ -48,8 +54,8 @@ pub fn interrupt_waiting_by(flag: Arc<AtomicBool>) {
 /// Why the lock could not be had.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum LockError {
-    #[error("{path} cannot be locked ({cause}); see that the root path is writable")]
-    Refused { path: String, cause: String },
+    #[error("{path} cannot be locked ({cause}); {remedy}")]
+    Refused { path: String, cause: String, remedy: &'static str },
     #[error("gave up waiting for {holder}")]
     Interrupted { holder: String },
 }
@@ -115,6 +121,8 @@ impl DomainLock {
 
     fn acquire_within(&self, patience: Option<Duration>) -> Result<Held, LockError> {
         let begin = Instant::now();
+        let patience =
+            patience.map(|patience| if gave_up_lately() { Duration::ZERO } else { patience });
         let mut give_up = patience.and_then(|patience| begin.checked_add(patience));
         let mut is_told = false;
         loop {
@@ -128,6 +136,7 @@ impl DomainLock {
             }
             let holder = || self.place.as_ref().map_or_else(String::new, |place| place.other());
             if give_up.is_some_and(|instant| now > instant) {
+                *GAVE_UP.lock().unwrap_or_else(PoisonError::into_inner) = Some(now);
                 return Err(LockError::Interrupted { holder: holder() });
             }
             if !is_told && now.duration_since(begin) > TELL_AFTER {
@@ -137,6 +146,11 @@ impl DomainLock {
             thread::sleep(if is_told { LONG_PAUSE } else { PAUSE });
         }
     }
+}
+
+fn gave_up_lately() -> bool {
+    let last = *GAVE_UP.lock().unwrap_or_else(PoisonError::into_inner);
+    last.is_some_and(|instant| instant.elapsed() < ONE_END)
 }
 
 impl Place {
@@ -162,12 +176,11 @@ impl Place {
             if !current.is_ok_and(|current| is_same(&current, &file)) {
                 continue;
             }
-            let before = read(&file);
+            let before = read_text(&file);
             let others = before.lines().filter(|line| !self.holder.starts_with(line));
             let holders =
                 others.take(REMEMBERED).fold(self.holder.clone(), |all, other| all + other + "\n");
-            // That it cannot be written (a full disk) harms nobody.
-            let _ = file.set_len(0).and_then(|()| file.write_all_at(holders.as_bytes(), 0));
+            write_text(&file, &holders);
             let pid = |line: &str| line.split_once(' ')?.0.parse().ok();
             let before = before.lines().filter_map(pid).collect();
             return Ok(Some(Held { _file: Some(file), before }));
@@ -177,7 +190,7 @@ impl Place {
     /// Who has the lock, and what others can do about it.
     fn other(&self) -> String {
         let path = self.path.display();
-        let holders = File::open(&self.path).map(|file| read(&file)).unwrap_or_default();
+        let holders = File::open(&self.path).map(|file| read_text(&file)).unwrap_or_default();
         let last = holders.lines().next().and_then(|line| line.split_once(' '));
         // The kernel knows. What the file says may be of the holder before, for a moment.
         let locks = fs::read_to_string("/proc/locks").unwrap_or_default();
@@ -198,7 +211,15 @@ impl Place {
     }
 
     fn refused(&self, error: &io::Error) -> LockError {
-        LockError::Refused { path: self.path.display().to_string(), cause: error.to_string() }
+        let is_file = fs::symlink_metadata(&self.path).map_or(true, |found| found.is_file());
+        let remedy = match error.raw_os_error().map(Errno::from_raw_os_error) {
+            _ if !is_file => "it is no ordinary file: remove it",
+            Some(Errno::MFILE | Errno::NFILE) => "raise the limit of open files (ulimit -n)",
+            Some(Errno::NOSPC) => "make room on the file system of the root path",
+            _ => "see that the root path is writable",
+        };
+        let path = self.path.display().to_string();
+        LockError::Refused { path, cause: error.to_string(), remedy }
     }
 }
 
@@ -206,17 +227,6 @@ impl Place {
 pub(super) fn path(config: &Config) -> PathBuf {
     let root = config.global.root_path().to_string();
     Path::new(&root).join(format!("{}isochrone.lock", config.global.prefix))
-}
-
-/// Number and name of those who had the lock, the last first.
-fn read(file: &File) -> String {
-    let mut bytes = [0; 4096];
-    let length = file.read_at(&mut bytes, 0).unwrap_or(0);
-    String::from_utf8_lossy(bytes.get(..length).unwrap_or_default()).into_owned()
-}
-
-fn is_same(named: &fs::Metadata, file: &File) -> bool {
-    file.metadata().is_ok_and(|opened| (opened.dev(), opened.ino()) == (named.dev(), named.ino()))
 }
 
 /// The process that has locked the file with this inode, as the kernel lists it in `/proc/locks`.

@@ -25,8 +25,12 @@ use iceoryx2::service::service_hash::ServiceHash;
 use iceoryx2::unique_id_generator::unique_system_id::UniqueSystemId;
 
 use super::lock::Held;
+use super::roots;
 use super::segment::{self, Content, is_abandoned};
 use crate::{Service, give_up_file_override};
+
+/// More than the description of any service.
+const MOST_BYTES: u64 = 1 << 20;
 
 /// Removes what dead processes left in a domain.
 pub(crate) fn sweep<S: Service>(config: &Config, held: &Held) {
@@ -39,13 +43,17 @@ pub(crate) fn sweep<S: Service>(config: &Config, held: &Held) {
     let segments = segment::list(config);
     let traces = Traces::list(config);
     let Some(nodes) = Nodes::<S>::list(config) else { return };
-    let is_lost = |port: u128| !nodes.ports.contains(&port);
+    // Where another root path has the same prefix, segments that nobody here knows may be its own.
+    let is_alone = roots::is_alone(config);
+    let is_lost = |port: u128| is_alone && !nodes.ports.contains(&port);
     for segment in segments.iter().filter(|segment| segment.is_half_made) {
         let is_dead = match segment.content {
-            Content::Data(port) => is_lost(port),
-            Content::Connection(sender, receiver) => is_lost(sender) || is_lost(receiver),
-            // The service's file says more about the first; it is looked at below.
-            Content::Dynamic(_) | Content::Other => segment.is_abandoned,
+            Content::Data(port) if is_alone => is_lost(port),
+            Content::Connection(sender, receiver) if is_alone => {
+                is_lost(sender) || is_lost(receiver)
+            }
+            // The service's file says more about the dynamic ones; it is looked at below.
+            _ => segment.is_abandoned,
         };
         if is_dead {
             segment.remove();
@@ -60,7 +68,9 @@ pub(crate) fn sweep<S: Service>(config: &Config, held: &Held) {
             Content::Data(port) => is_lost(port),
             // While one end lives, iceoryx2 has it tell the other's death by this very segment.
             Content::Connection(sender, receiver) => is_lost(sender) && is_lost(receiver),
-            Content::Dynamic(service) => services.as_ref().is_some_and(|s| !s.contains(&service)),
+            Content::Dynamic(service) => {
+                is_alone && services.as_ref().is_some_and(|s| !s.contains(&service))
+            }
             Content::Other => false,
         };
         if is_dead {
@@ -223,7 +233,7 @@ fn remove_deserted_services<S: Service>(config: &Config) -> Option<HashSet<u128>
     ids
 }
 
-/// Hash and file of each service.
+/// Hash and file of each service whose description can be one.
 fn service_files(config: &Config) -> impl Iterator<Item = (String, PathBuf)> {
     let global = &config.global;
     let folder = PathBuf::from(global.service_dir().to_string());
@@ -231,7 +241,10 @@ fn service_files(config: &Config) -> impl Iterator<Item = (String, PathBuf)> {
     let suffix = global.service.static_config_storage_suffix.to_string();
     names(&folder).filter_map(move |name| {
         let hash = name.strip_prefix(&prefix)?.strip_suffix(&suffix)?.to_owned();
-        Some((hash, folder.join(name)))
+        let file = folder.join(name);
+        // Reading anything else could take for ever.
+        let found = fs::symlink_metadata(&file).ok()?;
+        (found.is_file() && found.len() <= MOST_BYTES).then_some((hash, file))
     })
 }
 
