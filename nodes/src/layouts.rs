@@ -13,6 +13,7 @@ use isochrone_timing::Warning;
 
 use crate::alarms;
 use crate::bindings::{Bindings, Desk};
+use crate::limiter::Limiter;
 use crate::ports::layout;
 
 type Service = ipc::Service;
@@ -46,14 +47,16 @@ pub(crate) struct Resolver {
     raised: Vec<Warning>,
     /// Of each input, why it does not fit.
     conflicts: Vec<Option<String>>,
+    /// For a publisher that changes its layout again and again.
+    limiter: Limiter,
 }
 
 impl Resolver {
     pub(crate) fn open(participant: &Participant<Service>, desk: Desk) -> Result<Self, OpenError> {
         let watcher = LayoutWatcher::open(participant, &desk.service)?;
         let conflicts = vec![None; desk.inputs.len()];
-        let raised = Vec::new();
-        Ok(Self { desk, watcher, sent: None, unknown_since: None, raised, conflicts })
+        let (raised, limiter) = (Vec::new(), Limiter::default());
+        Ok(Self { desk, watcher, sent: None, unknown_since: None, raised, conflicts, limiter })
     }
 
     /// Looks for news; some fifty times a second.
@@ -109,7 +112,7 @@ impl Resolver {
                 Some(why) => {
                     self.raise(alarms::unfit_input(&input, &service, &announced.publisher, &why))
                 }
-                None => tracing::warn!("input \"{input}\" reads service \"{service}\" again"),
+                None => self.log(&format!("input \"{input}\" reads service \"{service}\" again")),
             }
         }
         self.sent = Some(announced);
@@ -173,8 +176,14 @@ impl Resolver {
         }
     }
 
+    fn log(&mut self, sentence: &str) {
+        if let Some(sentence) = self.limiter.pass(sentence) {
+            tracing::warn!("{sentence}");
+        }
+    }
+
     fn raise(&mut self, alarm: Warning) {
-        tracing::warn!("{}", alarms::sentence(&alarm));
+        self.log(&alarms::sentence(&alarm));
         /// A publisher that changes its layout again and again does not fill the memory.
         const MOST: usize = 100;
         if self.raised.len() < MOST && !self.raised.contains(&alarm) {

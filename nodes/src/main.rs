@@ -25,6 +25,7 @@ mod failure;
 mod gate;
 mod inputs;
 mod layouts;
+mod limiter;
 mod load;
 mod logging;
 mod numbers;

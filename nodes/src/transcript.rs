@@ -8,6 +8,7 @@ use isochrone_engine::escaped;
 use isochrone_ipc::{FrameHeader, LayoutWatcher, SignalSpec, Stamps, ipc};
 
 use crate::failure::Failure;
+use crate::limiter::Limiter;
 use crate::{numbers, terminal};
 
 /// How long a frame waits for its layout before it is shown without names. Whoever announces one does
@@ -47,6 +48,7 @@ pub(crate) struct Transcript {
     waiting: VecDeque<Taken>,
     shown: Option<Shown>,
     names: Vec<String>,
+    limiter: Limiter,
 }
 
 /// What the names are of.
@@ -60,7 +62,8 @@ struct Shown {
 impl Transcript {
     pub(crate) fn new(service: &str, sink: Sink) -> Self {
         let (waiting, names) = (VecDeque::new(), Vec::new());
-        Self { service: service.to_owned(), sink, waiting, shown: None, names }
+        let (service, limiter) = (service.to_owned(), Limiter::default());
+        Self { service, sink, waiting, shown: None, names, limiter }
     }
 
     /// Whether it wants the values of frames, and not only to know what they are.
@@ -115,14 +118,17 @@ impl Transcript {
         self.names = column_names(signals, channels);
         let what = match announced {
             Some(announced) => {
-                format!("{} (from \"{}\")", self.names.join(", "), announced.publisher)
+                format!("{} (from \"{}\")", listed(&self.names), announced.publisher)
             }
             None => format!("{channels} values, which nobody names"),
         };
-        terminal::note(&match before {
+        let news = match before {
             None => format!("\"{}\" carries {what}", self.service),
             Some(_) => format!("\"{}\" has changed, and now carries {what}", self.service),
-        });
+        };
+        if let Some(news) = self.limiter.pass(&news) {
+            terminal::note(&news);
+        }
         if let Sink::Csv { name, out } = &mut self.sink {
             let names: Vec<_> = self.names.iter().map(|name| field(name)).collect();
             let row = format!("cycle,{}\n", names.join(","));
@@ -187,6 +193,16 @@ fn cannot_write(name: &str, error: &std::io::Error) -> Failure {
     match error.kind() {
         ErrorKind::BrokenPipe => Failure::reader_left(),
         _ => Failure::found(format!("cannot write {name}: {error}")),
+    }
+}
+
+/// Names as a line for people.
+fn listed(names: &[String]) -> String {
+    const SHOWN: usize = 64;
+    let (shown, more) = names.split_at(names.len().min(SHOWN));
+    match more.len() {
+        0 => shown.join(", "),
+        more => format!("{}, and {more} more", shown.join(", ")),
     }
 }
 

@@ -52,13 +52,17 @@ impl Announcement {
     /// Reads a message.
     ///
     /// # Errors
-    /// It is not JSON, or not of this form; keys that are not known are ignored. Control characters,
+    /// It is not JSON, or not of this form, or too large; keys that are not known are ignored. Control characters,
     /// which could do anything to a terminal, become `\u{fffd}`.
     pub fn from_json(json: &[u8]) -> Result<Self, AnnouncementError> {
+        if json.len() > MAX_BYTES {
+            return Err(AnnouncementError::TooLong { bytes: json.len() });
+        }
         let message: Message = serde_json::from_slice(json)
             .map_err(|cause| AnnouncementError::Json { cause: cause.to_string() })?;
-        let number =
-            number(&message.layout).ok_or(AnnouncementError::Number { text: message.layout })?;
+        let number = number(&message.layout).ok_or_else(|| AnnouncementError::Number {
+            text: message.layout.chars().take(SHOWN_CHARS).collect(),
+        })?;
         let Message { publisher, host, period_ns, signals, .. } = message;
         let signal = |signal: SignalSpec| SignalSpec {
             name: printable(signal.name),
@@ -67,6 +71,7 @@ impl Announcement {
         };
         let signals = signals.into_iter().map(signal).collect();
         let layout = FrameLayout { signals, period_ns };
+        layout.check_size().map_err(AnnouncementError::Layout)?;
         Ok(Self { number, publisher: printable(publisher), host: printable(host), layout })
     }
 
@@ -92,6 +97,11 @@ impl Announcement {
         }
     }
 }
+
+/// More than any layout needs.
+const MAX_BYTES: usize = 16 << 20;
+/// Of a wrong number, for people.
+const SHOWN_CHARS: usize = 40;
 
 fn number(text: &str) -> Option<u64> {
     let is_hexadecimal = text.len() == 16 && text.bytes().all(|byte| byte.is_ascii_hexdigit());
@@ -134,6 +144,20 @@ mod tests {
         let announcement = announcement();
         assert_eq!(Announcement::from_json(&announcement.to_json()), Ok(announcement.clone()));
         assert_eq!(announcement.clock(), SenderClock::Shared);
+    }
+
+    #[test]
+    fn what_would_fill_the_memory_is_refused() {
+        let refused =
+            |json: &str| Announcement::from_json(json.as_bytes()).unwrap_err().to_string();
+        let of = |signals: &str| {
+            format!(r#"{{"layout": "00000000000000ff", "publisher": "x", "signals": [{signals}]}}"#)
+        };
+        let many = vec![r#"{"name": "a"}"#; 65_537].join(",");
+        assert!(refused(&of(&many)).contains("at most 65536"));
+        let long = format!(r#"{{"name": "{}"}}"#, "a".repeat(256));
+        assert!(refused(&of(&long)).contains("at most 255"));
+        assert!(refused(&" ".repeat(MAX_BYTES + 1)).contains("more than any layout needs"));
     }
 
     #[test]

@@ -240,6 +240,20 @@ pub enum LayoutError {
         /// Its name, type or unit.
         word: String,
     },
+    /// There are more signals than a frame may have.
+    #[error("there are {signals} signals; a frame has at most 65536")]
+    TooMany {
+        /// Number of signals.
+        signals: usize,
+    },
+    /// A signal's name, type or unit is longer than 255 bytes.
+    #[error("channel {channel}: a name, type or unit of {bytes} bytes; at most 255 are possible")]
+    LongWord {
+        /// Index of the signal.
+        channel: usize,
+        /// Length of the word.
+        bytes: usize,
+    },
 }
 
 /// Why the message of a service of layouts is no [`Announcement`](crate::Announcement).
@@ -251,6 +265,15 @@ pub enum AnnouncementError {
         /// Where and why.
         cause: String,
     },
+    /// It is longer than any layout needs.
+    #[error("it has {bytes} bytes, which is more than any layout needs")]
+    TooLong {
+        /// Length of the message.
+        bytes: usize,
+    },
+    /// What it describes can be no layout.
+    #[error(transparent)]
+    Layout(LayoutError),
     /// `layout` is not a number of 16 hexadecimal digits, or is 0.
     #[error("its \"layout\" is {text:?}; 16 hexadecimal digits that are not all 0 are needed")]
     Number {

@@ -4,6 +4,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::{LayoutConflict, LayoutError};
 
+/// Most channels of a frame.
+const MAX_SIGNALS: usize = 65_536;
+/// Longest name, type or unit.
+const MAX_WORD_BYTES: usize = 255;
+
 /// One channel of a frame.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct SignalSpec {
@@ -74,7 +79,8 @@ impl FrameLayout {
     /// Says whether frames can have this layout; for checks ahead of time.
     ///
     /// # Errors
-    /// There is no signal, or a name, type or unit has a control character.
+    /// There is no signal, or more than 65,536; a name, type or unit has a control character or more
+    /// than 255 bytes.
     pub fn check(&self) -> Result<(), LayoutError> {
         if self.signals.is_empty() {
             return Err(LayoutError::Empty);
@@ -83,6 +89,20 @@ impl FrameLayout {
             let words = [&signal.name, &signal.value_type, &signal.unit];
             if let Some(word) = words.into_iter().find(|word| word.contains(char::is_control)) {
                 return Err(LayoutError::Word { channel, word: word.clone() });
+            }
+        }
+        self.check_size()
+    }
+
+    /// The bounds that keep an announcement from filling its readers' memory.
+    pub(crate) fn check_size(&self) -> Result<(), LayoutError> {
+        if self.signals.len() > MAX_SIGNALS {
+            return Err(LayoutError::TooMany { signals: self.signals.len() });
+        }
+        for (channel, signal) in self.signals.iter().enumerate() {
+            let words = [&signal.name, &signal.value_type, &signal.unit];
+            if let Some(word) = words.into_iter().find(|word| word.len() > MAX_WORD_BYTES) {
+                return Err(LayoutError::LongWord { channel, bytes: word.len() });
             }
         }
         Ok(())

@@ -33,6 +33,7 @@ mod config;
 mod config_keys;
 mod domain;
 mod error;
+mod exhausted;
 mod following;
 mod header;
 mod layout;

@@ -11,7 +11,7 @@ use rustix::thread::{CapabilitySet, capabilities, set_capabilities};
 
 use crate::backoff::Backoff;
 use crate::domain::{Domain, EndsLocked, Held};
-use crate::{JoinError, OpenError, Service, space};
+use crate::{JoinError, OpenError, Service, exhausted, space};
 
 /// Set once somebody chose a log level, so that joining does not override the choice.
 pub(crate) static LOG_LEVEL: OnceLock<()> = OnceLock::new();
@@ -71,7 +71,10 @@ impl<S: Service> Participant<S> {
             needed_bytes,
             free_bytes,
         })?;
-        let failed = |cause: String| JoinError::Failed { domain: domain.describe(), cause };
+        let failed = |cause: String| JoinError::Failed {
+            domain: domain.describe(),
+            cause: exhausted::or(domain.config(), cause),
+        };
         let mut backoff = Backoff::new();
         let node = loop {
             let held = domain.lock().acquire().map_err(|cause| JoinError::Locked {

@@ -242,7 +242,7 @@ pub(crate) fn failed<S: Service>(
     OpenError::Failed {
         service: service.to_owned(),
         domain: participant.domain(),
-        cause: cause.to_string(),
+        cause: crate::exhausted::or(participant.place().config(), cause.to_string()),
     }
 }
 
