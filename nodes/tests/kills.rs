@@ -6,24 +6,10 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
 
-use domain::{Domain, Process};
+use domain::{Domain, Process, RELAY};
 
 /// Of each kind.
 const KILLS: u64 = 20;
-
-const RELAY: &str = r#"
-[node]
-name = "relay"
-[[task]]
-name = "t"
-period = "2ms"
-[[input]]
-name = "x"
-service = "relay/in"
-[[output]]
-service = "relay/out"
-signals = ["x"]
-"#;
 
 /// Reads the relay, so that its death leaves both kinds of ports.
 const NEXT: &str = r#"

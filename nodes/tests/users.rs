@@ -7,23 +7,9 @@ use std::os::unix::fs::{PermissionsExt, chown};
 use std::path::PathBuf;
 use std::process::Command;
 
-use domain::{Domain, Ended, Process, not_tested};
+use domain::{Domain, Ended, Process, RELAY, not_tested};
 
 const NOBODY: u32 = 65_534;
-
-const NODE: &str = r#"
-[node]
-name = "relay"
-[[task]]
-name = "t"
-period = "2ms"
-[[input]]
-name = "x"
-service = "relay/in"
-[[output]]
-service = "relay/out"
-signals = ["x"]
-"#;
 
 /// Runs a node in the domain to its end, as `nobody` or as root.
 fn run(domain: &Domain, is_root: bool, file: &str) -> Ended {
@@ -52,7 +38,7 @@ fn a_domain_of_another_user_is_refused_by_name_and_left_as_it_is() {
     }
     for (owner_is_root, owner, other) in [(false, "(65534)", "(0)"), (true, "(0)", "(65534)")] {
         let domain = Domain::new();
-        domain.write("node.toml", NODE);
+        domain.write("node.toml", RELAY);
         fs::set_permissions(domain.path(""), Permissions::from_mode(0o777)).unwrap();
         // Where the program was built, another user may not come.
         fs::copy(env!("CARGO_BIN_EXE_isochrone"), domain.path("isochrone")).unwrap();
@@ -74,7 +60,7 @@ fn a_node_counter_that_another_user_made_beforehand_is_refused_by_name() {
         return not_tested("a counter of another user", "only root can be several");
     }
     let domain = Domain::new();
-    domain.write("node.toml", NODE);
+    domain.write("node.toml", RELAY);
     let mut peer = domain.start("publish relay/in --value 1");
     peer.wait_for("publishing");
     let is_counter = |path: &PathBuf| path.to_string_lossy().ends_with("global_mgmt");

@@ -8,7 +8,6 @@ use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy};
 use iceoryx2::service::port_factory::PortFactory as _;
 
 use crate::announcement::Announcement;
-use crate::backoff::Backoff;
 use crate::peers::Peers;
 use crate::publisher::reserve;
 use crate::service::{self, LayoutService};
@@ -60,8 +59,8 @@ impl<S: Service> LayoutAnnouncer<S> {
         let json = Announcement::new(publisher, layout).to_json();
         let peers = Peers::default();
         let bytes = json.len();
-        let port =
-            persistently(participant, &opened, || publish(participant, &opened, &peers, bytes))?;
+        let publish = || publish(participant, &opened, &peers, bytes);
+        let port = service::open_port(participant, &opened, publish)?;
         let retry = Retry::default();
         let port = Some(port);
         let mut announcer =
@@ -125,7 +124,8 @@ impl<S: Service> LayoutWatcher<S> {
     pub fn open(participant: &Participant<S>, service: &str) -> Result<Self, OpenError> {
         let opened = service::open_or_create_layouts(participant, service)?;
         let peers = Peers::default();
-        let port = persistently(participant, &opened, || subscribe(participant, &opened, &peers))?;
+        let subscribe = || subscribe(participant, &opened, &peers);
+        let port = service::open_port(participant, &opened, subscribe)?;
         let port = Some(port);
         let retry = Retry::default();
         Ok(Self { port, service: opened, peers, retry, known: Vec::new(), has_warned: false })
@@ -206,29 +206,6 @@ impl Retry {
         self.answered = failures;
         self.not_before = Some(now + PAUSE);
         true
-    }
-}
-
-/// Tries again while whoever is in the way may be dead, or about to leave.
-fn persistently<S: Service, P>(
-    participant: &Participant<S>,
-    opened: &LayoutService<S>,
-    open: impl Fn() -> Result<P, OpenError>,
-) -> Result<P, OpenError> {
-    let mut backoff = Backoff::new();
-    loop {
-        let held = participant.lock(opened.name().as_str())?;
-        let port = open();
-        drop(held);
-        match port {
-            Ok(port) => return Ok(port),
-            Err(error) => {
-                service::clean_up(participant, opened);
-                if !backoff.try_again() {
-                    return Err(error);
-                }
-            }
-        }
     }
 }
 

@@ -11,7 +11,6 @@ use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, CallbackProgre
 use iceoryx2::sample_mut::SampleMut;
 use iceoryx2::service::port_factory::PortFactory as _;
 
-use crate::backoff::Backoff;
 use crate::peers::Peers;
 use crate::repair::{Peer, Repair};
 use crate::service::{self, FrameService, Quality};
@@ -273,8 +272,7 @@ fn sole_port<S: Service>(
         .map_err(|cause| service::failed(participant, service, cause))?;
     let places = service::publisher_places(opened);
     let full = || OpenError::Full { service: service.to_owned(), what: "publisher", limit: places };
-    let attempt = || {
-        let _held = participant.lock(service)?;
+    service::open_port(participant, opened, || {
         let _given_up = give_up_file_override();
         // Looking first spares the readers a connection to a port that must go at once.
         refuse_second(opened, service, None)?;
@@ -300,20 +298,7 @@ fn sole_port<S: Service>(
         // A program of another make may have opened at the same time, and knows no lock.
         refuse_second(opened, service, Some(port.id()))?;
         Ok(port)
-    };
-    let mut backoff = Backoff::new();
-    loop {
-        match attempt() {
-            Ok(port) => return Ok(port),
-            Err(refusal) => {
-                // Whoever is in the way may be dead, or about to leave.
-                service::clean_up(participant, opened);
-                if !backoff.try_again() {
-                    return Err(refusal);
-                }
-            }
-        }
-    }
+    })
 }
 
 /// Fails when a publisher of ours other than `own` is on the service.

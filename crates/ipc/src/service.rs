@@ -175,8 +175,32 @@ pub(crate) fn open_existing_at_once<S: Service>(
     }
 }
 
+/// Opens a port of a service under the domain's lock, and tries again while whoever is in the way may
+/// be dead, or about to leave.
+pub(crate) fn open_port<S: Service, E: Element, H: Header, P>(
+    participant: &Participant<S>,
+    opened: &Opened<S, E, H>,
+    open: impl Fn() -> Result<P, OpenError>,
+) -> Result<P, OpenError> {
+    let mut backoff = Backoff::new();
+    loop {
+        let held = participant.lock(opened.name().as_str())?;
+        let port = open();
+        drop(held);
+        match port {
+            Ok(port) => return Ok(port),
+            Err(refusal) => {
+                clean_up(participant, opened);
+                if !backoff.try_again() {
+                    return Err(refusal);
+                }
+            }
+        }
+    }
+}
+
 /// Removes what the dead left in the domain and in this service: they may take the places of the living.
-pub(crate) fn clean_up<S: Service, E: Element, H: Header>(
+fn clean_up<S: Service, E: Element, H: Header>(
     participant: &Participant<S>,
     opened: &Opened<S, E, H>,
 ) {

@@ -9,7 +9,6 @@ use iceoryx2::prelude::CallbackProgression;
 use iceoryx2::sample::Sample;
 use iceoryx2::service::port_factory::PortFactory as _;
 
-use crate::backoff::Backoff;
 use crate::following::{Arrival, Following, Seen, Verdict};
 use crate::peers::Peers;
 use crate::repair::{Peer, Repair};
@@ -117,12 +116,10 @@ impl<S: Service> FrameSubscriber<S> {
             Depth::All => provided,
         };
         let peers = Peers::default();
-        let mut backoff = Backoff::new();
         let places = service::subscriber_places(&opened);
         let full =
             || OpenError::Full { service: service.to_owned(), what: "subscriber", limit: places };
-        let create = || {
-            let _held = participant.lock(service)?;
+        let port = service::open_port(participant, &opened, || {
             let _given_up = give_up_file_override();
             if opened.dynamic_config().number_of_subscribers() >= places {
                 return Err(full());
@@ -138,17 +135,7 @@ impl<S: Service> FrameSubscriber<S> {
                 SubscriberCreateError::ExceedsMaxSupportedSubscribers => full(),
                 cause => service::failed(participant, service, cause),
             })
-        };
-        let port = loop {
-            let error = match create() {
-                Ok(port) => break port,
-                Err(error) => error,
-            };
-            service::clean_up(participant, &opened);
-            if !backoff.try_again() {
-                return Err(error);
-            }
-        };
+        })?;
         let publishers = opened.static_config().max_publishers();
         let mut subscriber = Self {
             // Each publisher's buffer, and the leftovers of one that was replaced.

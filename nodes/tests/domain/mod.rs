@@ -17,6 +17,21 @@ use serde_json::Value;
 /// Longer than anything here takes on a machine that is busy with other tests.
 const PATIENCE: Duration = Duration::from_secs(60);
 
+/// A node that passes its input on.
+pub(crate) const RELAY: &str = r#"
+[node]
+name = "relay"
+[[task]]
+name = "t"
+period = "2ms"
+[[input]]
+name = "x"
+service = "relay/in"
+[[output]]
+service = "relay/out"
+signals = ["x"]
+"#;
+
 pub(crate) struct Domain {
     folder: tempfile::TempDir,
     prefix: String,

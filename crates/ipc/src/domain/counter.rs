@@ -57,9 +57,10 @@ pub(super) fn make(config: &Config) {
     drop(made);
 }
 
-/// Removes what stands in the counter's place and can be none: its version is written, and its size
-/// set, before anybody may read it. iceoryx2 would wait for it, or refuse every start.
-pub(super) fn remove_unusable(config: &Config) {
+/// Takes the counter's permissions from everybody but its owner, and removes what stands in its place
+/// and can be none: its version is written, and its size set, before anybody may read it. iceoryx2
+/// would wait for such a file, or refuse every start.
+pub(super) fn repair(config: &Config) {
     const BYTES: u64 = 16;
     for path in find(config) {
         let Ok(file) = fs::symlink_metadata(&path) else { continue };
@@ -71,17 +72,7 @@ pub(super) fn remove_unusable(config: &Config) {
             || fs::read(&path).is_ok_and(|bytes| bytes.iter().take(8).any(|b| *b != 0));
         if file.len() != BYTES || !has_version() {
             let _ = fs::remove_file(&path);
-        }
-    }
-}
-
-/// Takes the counter's permissions from everybody but its owner.
-pub(super) fn close(config: &Config) {
-    for path in find(config) {
-        let Ok(file) = fs::symlink_metadata(&path) else { continue };
-        let is_made = file.mode() & OWNER_READ != 0;
-        let is_ours = file.uid() == geteuid().as_raw();
-        if is_ours && is_made && file.mode() & NOT_OWNER != 0 {
+        } else if file.mode() & NOT_OWNER != 0 {
             // Should it fail, the counter is as iceoryx2 made it.
             let _ = fs::set_permissions(&path, Permissions::from_mode(0o600));
         }

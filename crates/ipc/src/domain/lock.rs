@@ -10,7 +10,7 @@
 use std::fs::{self, File};
 use std::io;
 use std::ops::Deref;
-use std::os::unix::fs::{MetadataExt as _, OpenOptionsExt as _};
+use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -18,10 +18,9 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use iceoryx2::config::Config;
-use rustix::fs::{FlockOperation, OFlags, flock};
 use rustix::io::Errno;
 
-use super::{is_same, read_text, write_text};
+use super::locked_file;
 
 /// When those who wait are told for whom.
 const TELL_AFTER: Duration = Duration::from_secs(1);
@@ -154,43 +153,24 @@ fn gave_up_lately() -> bool {
 }
 
 impl Place {
-    /// Opens and locks the file; `None` when somebody else has it.
+    /// Takes the lock; `None` when somebody else has it.
     fn attempt(&self) -> io::Result<Option<Held>> {
-        loop {
-            let file = File::options()
-                .create(true)
-                .truncate(false)
-                .write(true)
-                .read(true)
-                .mode(0o600)
-                .custom_flags(OFlags::NOFOLLOW.bits() as i32)
-                .open(&self.path)?;
-            match flock(&file, FlockOperation::NonBlockingLockExclusive) {
-                Ok(()) => {}
-                Err(Errno::WOULDBLOCK) => return Ok(None),
-                Err(Errno::INTR) => continue,
-                Err(error) => return Err(error.into()),
-            }
-            // Whoever leaves a domain last removes the file; what was locked may be that one.
-            let current = fs::symlink_metadata(&self.path);
-            if !current.is_ok_and(|current| is_same(&current, &file)) {
-                continue;
-            }
-            let before = read_text(&file);
-            let others = before.lines().filter(|line| !self.holder.starts_with(line));
-            let holders =
-                others.take(REMEMBERED).fold(self.holder.clone(), |all, other| all + other + "\n");
-            write_text(&file, &holders);
-            let pid = |line: &str| line.split_once(' ')?.0.parse().ok();
-            let before = before.lines().filter_map(pid).collect();
-            return Ok(Some(Held { _file: Some(file), before }));
-        }
+        let Some(file) = locked_file::try_lock(&self.path)? else { return Ok(None) };
+        let before = locked_file::read(&file);
+        let others = before.lines().filter(|line| !self.holder.starts_with(line));
+        let holders =
+            others.take(REMEMBERED).fold(self.holder.clone(), |all, other| all + other + "\n");
+        locked_file::write(&file, &holders);
+        let pid = |line: &str| line.split_once(' ')?.0.parse().ok();
+        let before = before.lines().filter_map(pid).collect();
+        Ok(Some(Held { _file: Some(file), before }))
     }
 
     /// Who has the lock, and what others can do about it.
     fn other(&self) -> String {
         let path = self.path.display();
-        let holders = File::open(&self.path).map(|file| read_text(&file)).unwrap_or_default();
+        let holders =
+            File::open(&self.path).map(|file| locked_file::read(&file)).unwrap_or_default();
         let last = holders.lines().next().and_then(|line| line.split_once(' '));
         // The kernel knows. What the file says may be of the holder before, for a moment.
         let locks = fs::read_to_string("/proc/locks").unwrap_or_default();

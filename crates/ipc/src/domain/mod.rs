@@ -2,13 +2,13 @@
 
 mod counter;
 mod lock;
+mod locked_file;
 mod rights;
 mod roots;
 pub(crate) mod segment;
 mod sweep;
 
-use std::fs::{self, File, Metadata};
-use std::os::unix::fs::{FileExt as _, MetadataExt as _};
+use std::fs;
 
 use iceoryx2::config::Config;
 use iceoryx2::identifiers::UniqueNodeId;
@@ -55,16 +55,14 @@ impl Domain {
 
     /// Removes what dead processes left, and gets ready what a node needs that is to be created now.
     pub(crate) fn prepare_for_node<S: Service>(&self, held: &Held) {
-        if S::CROSSES_PROCESSES {
-            roots::enter(&self.config);
+        if !S::CROSSES_PROCESSES {
+            return;
         }
+        roots::enter(&self.config);
         sweep::sweep::<S>(&self.config, held);
-        if S::CROSSES_PROCESSES {
-            let _given_up = give_up_file_override();
-            counter::remove_unusable(&self.config);
-            counter::close(&self.config);
-            counter::make(&self.config);
-        }
+        let _given_up = give_up_file_override();
+        counter::repair(&self.config);
+        counter::make(&self.config);
     }
 
     /// Removes what dead processes left.
@@ -88,22 +86,6 @@ impl Domain {
         // Whoever waits for it sees that it is gone, and makes another.
         let _ = fs::remove_file(lock::path(&self.config));
     }
-}
-
-fn is_same(named: &Metadata, file: &File) -> bool {
-    file.metadata().is_ok_and(|opened| (opened.dev(), opened.ino()) == (named.dev(), named.ino()))
-}
-
-/// What stands in a small file.
-fn read_text(file: &File) -> String {
-    let mut bytes = [0; 4096];
-    let length = file.read_at(&mut bytes, 0).unwrap_or(0);
-    String::from_utf8_lossy(bytes.get(..length).unwrap_or_default()).into_owned()
-}
-
-/// Replaces it. That it cannot be written (a full disk) harms nobody.
-fn write_text(file: &File, text: &str) {
-    let _ = file.set_len(0).and_then(|()| file.write_all_at(text.as_bytes(), 0));
 }
 
 pub(crate) fn describe(config: &Config) -> String {

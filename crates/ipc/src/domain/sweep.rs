@@ -45,7 +45,7 @@ pub(crate) fn sweep<S: Service>(config: &Config, held: &Held) {
     let Some(nodes) = Nodes::<S>::list(config) else { return };
     // Where another root path has the same prefix, segments that nobody here knows may be its own.
     let is_alone = roots::is_alone(config);
-    let is_lost = |port: u128| is_alone && !nodes.ports.contains(&port);
+    let is_lost = |port: u128| !nodes.ports.contains(&port);
     for segment in segments.iter().filter(|segment| segment.is_half_made) {
         let is_dead = match segment.content {
             Content::Data(port) if is_alone => is_lost(port),
@@ -63,14 +63,15 @@ pub(crate) fn sweep<S: Service>(config: &Config, held: &Held) {
     nodes.dead.iter().for_each(remove_node);
     traces.remove_unknown(config, &nodes, held);
     let services = remove_deserted_services::<S>(config);
+    if !is_alone {
+        return;
+    }
     for segment in &segments {
         let is_dead = match segment.content {
             Content::Data(port) => is_lost(port),
             // While one end lives, iceoryx2 has it tell the other's death by this very segment.
             Content::Connection(sender, receiver) => is_lost(sender) && is_lost(receiver),
-            Content::Dynamic(service) => {
-                is_alone && services.as_ref().is_some_and(|s| !s.contains(&service))
-            }
+            Content::Dynamic(service) => services.as_ref().is_some_and(|s| !s.contains(&service)),
             Content::Other => false,
         };
         if is_dead {
@@ -105,11 +106,9 @@ impl<S: Service> Nodes<S> {
             CallbackProgression::Continue
         });
         listed.ok()?;
-        let (folder, prefix, suffix) = {
-            let global = &config.global;
-            let folder = PathBuf::from(global.node_dir().to_string());
-            (folder, global.prefix.to_string(), global.node.port_tag_suffix.to_string())
-        };
+        let global = &config.global;
+        let folder = PathBuf::from(global.node_dir().to_string());
+        let (prefix, suffix) = (global.prefix.to_string(), global.node.port_tag_suffix.to_string());
         for id in &nodes.living {
             let tags = names(&folder.join(id.to_string()));
             nodes.ports.extend(tags.filter_map(|tag| id_in(&tag, &prefix, &suffix)));
