@@ -1,0 +1,116 @@
+//! The command line of `isochrone`, one file per verb: the processes of a control node, and what looks
+//! after them.
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::print_stdout,
+        clippy::print_stderr
+    )
+)]
+
+mod alarms;
+mod bench;
+mod bindings;
+mod blocks;
+mod check;
+mod company;
+mod compare;
+mod completions;
+mod demo;
+mod doctor;
+mod domain;
+mod failure;
+mod gate;
+mod inputs;
+mod layouts;
+mod limiter;
+mod load;
+mod logging;
+mod numbers;
+mod ports;
+mod publish;
+mod recording;
+mod result_file;
+mod run;
+mod service;
+mod simulate;
+mod stop;
+mod subscribe;
+mod table;
+mod task;
+mod telemetry;
+mod terminal;
+mod throttling;
+mod transcript;
+mod wave;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+use isochrone_cyclic::CountingAllocator;
+
+/// Counts the allocations of every thread, so that reports can say what the cycle allocates.
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+/// Run function blocks at a deterministic period and exchange values through shared memory
+///
+/// Without a verb, `demo` runs: three processes on one machine, live values, and a summary of
+/// latency and jitter at the end.
+#[derive(Parser)]
+#[command(name = "isochrone", version, propagate_version = true)]
+#[command(after_help = "Exit status: 0 done, 1 it ran and found something wrong, 2 usage or \
+    configuration error, 3 nothing to talk to.\n\
+    SIGINT (Ctrl-C), SIGTERM and SIGHUP end a verb in order, and the exit status says the same as \
+    without them. Another one, half a second later or more, ends it at once, with 1.\n\
+    Results go to stdout, progress and logs to stderr.")]
+struct Cli {
+    #[command(subcommand)]
+    verb: Option<Verb>,
+    /// Log more to stderr: -v info, -vv debug, -vvv trace; RUST_LOG overrides it
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    verbose: u8,
+}
+
+#[derive(Subcommand)]
+enum Verb {
+    Demo(demo::Args),
+    Check(check::Args),
+    Run(run::Args),
+    Simulate(simulate::Args),
+    Publish(publish::Args),
+    Subscribe(subscribe::Args),
+    Blocks(blocks::Args),
+    Bench(bench::Args),
+    Compare(compare::Args),
+    Doctor(doctor::Args),
+    Completions(completions::Args),
+}
+
+/// Reads the command line, runs its verb and says how it ended.
+pub fn main() -> ExitCode {
+    let cli = Cli::parse();
+    terminal::set_up_reports();
+    logging::set_up(cli.verbose);
+    let done = match cli.verb {
+        None => demo::run(&demo::Args::default()),
+        Some(Verb::Demo(args)) => demo::run(&args),
+        Some(Verb::Check(args)) => check::run(&args),
+        Some(Verb::Run(args)) => run::run(&args),
+        Some(Verb::Simulate(args)) => simulate::run(&args),
+        Some(Verb::Publish(args)) => publish::run(&args),
+        Some(Verb::Subscribe(args)) => subscribe::run(&args),
+        Some(Verb::Blocks(args)) => blocks::run(&args),
+        Some(Verb::Bench(args)) => bench::run(&args),
+        Some(Verb::Compare(args)) => compare::run(&args),
+        Some(Verb::Doctor(args)) => doctor::run(&args),
+        Some(Verb::Completions(args)) => completions::run(&args),
+    };
+    match done {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => failure.report(),
+    }
+}
