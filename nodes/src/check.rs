@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 
 use crate::failure::Failure;
 use crate::table::Table;
-use crate::{load, numbers, terminal};
+use crate::{configuration, numbers, terminal};
 
 /// Check a configuration: print tasks, order, wires and warnings
 ///
@@ -35,7 +35,7 @@ pub(crate) struct Args {
 const ROWS: usize = 40;
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let plan = load::plan_strictly(&args.file, args.strict).or_else(|failure| {
+    let plan = configuration::plan_strictly(&args.file, args.strict).or_else(|failure| {
         match failure.findings().filter(|_| args.json) {
             Some(findings) => terminal::print_json(&refusal(findings)).and(Err(failure)),
             None => Err(failure),
@@ -44,7 +44,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if args.json {
         return terminal::print_json(&document(&plan));
     }
-    load::note_warnings(&plan);
+    configuration::note_warnings(&plan);
     terminal::print(&text(&plan))
 }
 
@@ -259,8 +259,8 @@ fn document(plan: &Plan) -> Value {
         "node": plan.node,
         "tasks": tasks.collect::<Vec<_>>(),
         "errors": [],
-        "warnings": load::findings_json(&load::warnings(plan), true),
-        "notes": plan.notes.iter().map(|note| load::finding_json(&plan.source, note)).collect::<Vec<_>>(),
+        "warnings": configuration::findings_json(&configuration::warnings(plan), true),
+        "notes": plan.notes.iter().map(|note| configuration::finding_json(&plan.source, note)).collect::<Vec<_>>(),
     })
 }
 
@@ -268,8 +268,8 @@ fn document(plan: &Plan) -> Value {
 fn refusal(findings: &Findings) -> Value {
     json!({
         "file": findings.source.name,
-        "errors": load::findings_json(findings, false),
-        "warnings": load::findings_json(findings, true),
+        "errors": configuration::findings_json(findings, false),
+        "warnings": configuration::findings_json(findings, true),
     })
 }
 

@@ -19,7 +19,7 @@ use crate::failure::Failure;
 use crate::recording::Recording;
 use crate::stop::{Stop, parse_seconds};
 use crate::wave::{Shape, Wave};
-use crate::{load, terminal};
+use crate::{configuration, terminal};
 
 /// Publish frames of values: constants, waves or a CSV file
 ///
@@ -95,7 +95,7 @@ const HEAD_START_NS: u64 = 50_000_000;
 const LOOK_INTERVAL: Duration = Duration::from_millis(20);
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    load::service_name(&args.service)?;
+    configuration::service_name(&args.service)?;
     let signals = Signals::new(args)?;
     let period_ns = (1e9 / args.rate).round() as u64;
     let layout = FrameLayout { signals: signals.specs(), period_ns: Some(period_ns) };

@@ -20,7 +20,7 @@ use crate::service::Service;
 use crate::stop::{Stop, parse_seconds};
 use crate::task::{self, Job, Outcome, Ready};
 use crate::telemetry::Telemetry;
-use crate::{check, load, terminal, throttling};
+use crate::{check, configuration, terminal, throttling};
 
 /// Run a control node until Ctrl-C, SIGTERM, --seconds or --cycles
 ///
@@ -69,11 +69,11 @@ pub(crate) fn next_epoch_ns() -> u64 {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let plan = load::plan_strictly(&args.file, args.strict)?;
+    let plan = configuration::plan_strictly(&args.file, args.strict)?;
     require_services(&plan)?;
-    load::note_warnings(&plan);
+    configuration::note_warnings(&plan);
     if let Some(report) = &args.report {
-        load::keep(&args.file, report)?;
+        configuration::keep(&args.file, report)?;
     }
     let report_file = args.report.as_deref().map(ResultFile::open).transpose()?;
     let stop = Stop::on_signal(args.seconds)?;

@@ -9,7 +9,7 @@ use isochrone_engine::{InputPlan, Plan, TaskEngine};
 use crate::failure::Failure;
 use crate::recording::Recording;
 use crate::stop::Stop;
-use crate::{load, numbers, terminal};
+use crate::{configuration, numbers, terminal};
 
 /// Run a configuration without clock and IPC, from CSV to CSV
 ///
@@ -37,8 +37,8 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let plan = load::plan(&args.file)?;
-    load::note_warnings(&plan);
+    let plan = configuration::plan(&args.file)?;
+    configuration::note_warnings(&plan);
     let reference = match &args.task {
         None => 0,
         Some(name) => plan.task_index(name).ok_or_else(|| {
@@ -48,7 +48,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         })?,
     };
     for source in [Some(&args.file), args.inputs.as_ref()].into_iter().flatten() {
-        load::keep(source, &args.output)?;
+        configuration::keep(source, &args.output)?;
     }
     let inputs: Vec<_> = plan.tasks.iter().flat_map(|task| &task.inputs).collect();
     let recording = match &args.inputs {

@@ -24,7 +24,7 @@ use super::{outputs, parse_block, parse_length};
 use crate::domain::{self, Domain};
 use crate::failure::Failure;
 use crate::stop::Stop;
-use crate::{load as configuration, run, terminal};
+use crate::{configuration, run, terminal};
 
 /// Measure release jitter: how late a loop begins its cycles
 ///

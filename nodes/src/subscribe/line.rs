@@ -1,0 +1,191 @@
+//! The frames of a service, as a subscriber process takes them.
+
+use std::thread;
+use std::time::Duration;
+
+use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_ipc::{
+    Depth, FrameHeader, FrameSubscriber, LayoutWatcher, Participant, Repair, SenderClock, Stamps,
+    ipc,
+};
+use isochrone_timing::{FrameRecord, LinkReport, LinkTiming, Warning};
+
+use super::transcript::{Taken, Transcript};
+use crate::alarms;
+use crate::failure::Failure;
+use crate::stop::Stop;
+
+/// While waiting for the service.
+const SEARCH_INTERVAL: Duration = Duration::from_millis(5);
+/// How often layouts, peers and connections are looked after.
+const CARE_INTERVAL_NS: u64 = 10_000_000;
+/// A frame that is older than any wait here by so much has a stamp of another clock.
+const CREDIBLE_DELAY_NS: u64 = 1_000_000_000;
+/// How long a publisher may be silent, or three of its periods, before that is a fault.
+const SILENCE_NS: u64 = 1_000_000_000;
+
+type Service = ipc::Service;
+
+/// The frames of a service, and all that is to be said of them.
+pub(super) struct Line<'a> {
+    participant: &'a Participant<Service>,
+    service: &'a str,
+    subscriber: FrameSubscriber<Service>,
+    pub(super) watcher: LayoutWatcher<Service>,
+    repair: Repair,
+    pub(super) timing: LinkTiming,
+    past_stamps: u64,
+    pub(super) alarms: Vec<Warning>,
+    opened_ns: u64,
+    pub(super) now_ns: u64,
+    /// When nothing waited to be received.
+    idle_ns: u64,
+    care_ns: u64,
+}
+
+impl<'a> Line<'a> {
+    /// Waits for the service; `None` if it is to stop before.
+    pub(super) fn open(
+        participant: &'a Participant<Service>,
+        service: &'a str,
+        stop: &Stop,
+    ) -> Result<Option<Self>, Failure> {
+        let subscriber = loop {
+            let found = FrameSubscriber::open_existing(participant, service, Depth::All);
+            match found.map_err(Failure::found)? {
+                Some(subscriber) => break subscriber,
+                None if stop.is_due() => return Ok(None),
+                None => thread::sleep(SEARCH_INTERVAL),
+            }
+        };
+        let watcher = LayoutWatcher::open(participant, service).map_err(Failure::found)?;
+        let (repair, now_ns) = (subscriber.repair(), Monotonic.now_ns());
+        Ok(Some(Self {
+            participant,
+            service,
+            subscriber,
+            watcher,
+            repair,
+            timing: LinkTiming::new(),
+            past_stamps: 0,
+            alarms: Vec::new(),
+            opened_ns: now_ns,
+            now_ns,
+            idle_ns: now_ns,
+            care_ns: now_ns,
+        }))
+    }
+
+    /// Receives the next frame; `false` if none waits.
+    pub(super) fn receive(&mut self, transcript: &mut Transcript) -> bool {
+        let Some(frame) = self.subscriber.next(self.now_ns) else {
+            self.now_ns = Monotonic.now_ns();
+            self.idle_ns = self.now_ns;
+            return false;
+        };
+        let received_ns = Monotonic.now_ns();
+        let header = *frame.header();
+        // It may be written only when its layout is known.
+        let channels = frame.values().len();
+        let values = if transcript.wants_values() { frame.values().to_vec() } else { Vec::new() };
+        self.now_ns = received_ns;
+        let stamps = self.judge(&header);
+        match stamps {
+            Stamps::Foreign => self.timing.count(received_ns),
+            Stamps::Believed | Stamps::Future => self.timing.record(&FrameRecord {
+                publish_ns: header.publish_ns,
+                source_ns: header.source_ns,
+                received_ns,
+            }),
+        }
+        let number = self.timing.frames();
+        transcript.take(Taken { header, channels, values, received_ns, stamps, number });
+        true
+    }
+
+    /// Looks after layouts, peers and connections, if it is time.
+    pub(super) fn care(&mut self) {
+        if self.now_ns < self.care_ns {
+            return;
+        }
+        self.care_ns = self.now_ns + CARE_INTERVAL_NS;
+        self.repair.tend(self.participant);
+        self.subscriber.maintain();
+        if self.watcher.look(self.participant)
+            && let Some(announced) = self.watcher.newest()
+        {
+            self.subscriber.set_period(announced.layout.period_ns.unwrap_or_default());
+        }
+        if self.subscriber.counters().other_writers > 0 {
+            self.raise(alarms::other_writer(self.service));
+        }
+    }
+
+    /// Says what the stamps of a frame are worth that was received now.
+    fn judge(&mut self, header: &FrameHeader) -> Stamps {
+        let announced = self.watcher.find(header.layout);
+        let clock = announced.map_or(SenderClock::Shared, |announced| announced.clock());
+        let stamps = header.credible(clock, self.now_ns).stamps;
+        let age_ns = self.now_ns.saturating_sub(header.publish_ns);
+        let waited_ns = self.now_ns.saturating_sub(self.idle_ns);
+        match stamps {
+            Stamps::Future => {
+                let ahead_ns = header.publish_ns.saturating_sub(self.now_ns);
+                self.raise(alarms::future_stamps(self.service, ahead_ns));
+            }
+            Stamps::Foreign => {
+                let publisher = announced.map_or_else(String::new, |a| a.publisher.clone());
+                self.raise(alarms::foreign_host(self.service, &publisher));
+            }
+            Stamps::Believed if age_ns > waited_ns.saturating_add(CREDIBLE_DELAY_NS) => {
+                self.past_stamps += 1;
+                self.raise(alarms::past_stamps(self.service, age_ns));
+            }
+            Stamps::Believed => {}
+        }
+        stamps
+    }
+
+    /// Raises an alarm, the first of its kind.
+    fn raise(&mut self, alarm: Warning) {
+        if self.alarms.iter().all(|raised| raised.code != alarm.code) {
+            tracing::warn!("{}", alarms::sentence(&alarm));
+            self.alarms.push(alarm);
+        }
+    }
+
+    pub(super) fn report(&self) -> LinkReport {
+        let counters = self.subscriber.counters();
+        LinkReport {
+            lost: counters.lost,
+            restarts: counters.restarts,
+            other_writers: counters.other_writers,
+            past_stamps: self.past_stamps,
+            ..self.timing.report(self.service)
+        }
+    }
+
+    /// Nothing received is no success, whatever the reason.
+    pub(super) fn outcome(&self) -> Result<(), Failure> {
+        let service = self.service;
+        if self.timing.frames() > 0 {
+            return Ok(());
+        }
+        // One that was killed is no publisher any more.
+        self.participant.clean_up();
+        if self.subscriber.publishers() == 0 {
+            return Err(Failure::nobody(format!("service \"{service}\" has no publisher")));
+        }
+        let counters = self.subscriber.counters();
+        let period_ns = self.watcher.newest().and_then(|announced| announced.layout.period_ns);
+        let patience_ns = period_ns.unwrap_or_default().saturating_mul(3).max(SILENCE_NS);
+        let waited_ns = self.now_ns.saturating_sub(self.opened_ns);
+        if counters.connect_errors + counters.receive_errors == 0 && waited_ns < patience_ns {
+            return Err(Failure::nobody(format!("service \"{service}\" sent nothing")));
+        }
+        Err(Failure::found(format!(
+            "service \"{service}\" has a publisher, but nothing of it arrived in {:.1} s: the two could not connect, or it does not send; see that the file descriptors (ulimit -n) and the memory of both suffice, and that both run as one user",
+            waited_ns as f64 / 1e9
+        )))
+    }
+}
