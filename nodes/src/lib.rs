@@ -11,9 +11,7 @@
     )
 )]
 
-mod alarms;
 mod bench;
-mod bindings;
 mod blocks;
 mod check;
 mod company;
@@ -25,12 +23,8 @@ mod doctor;
 mod domain;
 mod failure;
 mod gate;
-mod inputs;
-mod layouts;
-mod limiter;
 mod logging;
 mod numbers;
-mod ports;
 mod publish;
 mod recording;
 mod result_file;
@@ -40,8 +34,6 @@ mod simulate;
 mod stop;
 mod subscribe;
 mod table;
-mod task;
-mod telemetry;
 mod terminal;
 mod throttling;
 mod wave;

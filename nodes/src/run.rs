@@ -8,18 +8,16 @@ use std::time::Duration;
 use isochrone_cyclic::{Clock, Monotonic, Refusal, StopReason, ThreadGrant, prepare_process};
 use isochrone_engine::config::EPOCH_OFFSET_NS;
 use isochrone_engine::{Finding, Findings, Plan, Problem, TaskEngine};
-use isochrone_ipc::{Participant, Repair, ipc};
+use isochrone_ipc::{OpenError, Participant, Repair, ipc};
+use isochrone_runtime::{self as runtime, Job, Outcome, Ready, Resolver, Telemetry};
 use isochrone_timing::{CycleRecord, Environment, Report, TaskReport, TaskTiming, Warning};
 use rtrb::{Consumer, RingBuffer};
 
 use crate::domain::{self, Domain};
 use crate::failure::Failure;
-use crate::layouts::{self, Resolver};
 use crate::result_file::ResultFile;
 use crate::service::Service;
 use crate::stop::{Stop, parse_seconds};
-use crate::task::{self, Job, Outcome, Ready};
-use crate::telemetry::Telemetry;
 use crate::{check, configuration, terminal, throttling};
 
 /// Run a control node until Ctrl-C, SIGTERM, --seconds or --cycles
@@ -155,7 +153,7 @@ pub(crate) fn run_tasks(
             };
             let spawned = thread::Builder::new()
                 .name(task.name.chars().take(15).collect())
-                .spawn_scoped(scope, move || task::run(job));
+                .spawn_scoped(scope, move || runtime::run(job));
             let thread = spawned
                 .map_err(|error| Failure::found(format!("cannot start a thread: {error}")))?;
             threads.push((thread, start));
@@ -174,7 +172,7 @@ pub(crate) fn run_tasks(
             .iter_mut()
             .map(|watch| watch.granted(participant))
             .collect::<Result<Vec<ThreadGrant>, Failure>>()?;
-        let mut announcers = layouts::announcers(participant, plan).map_err(Failure::found)?;
+        let mut announcers = runtime::announcers(participant, plan).map_err(Failure::found)?;
         report.warnings.extend(grants.iter().flat_map(|grant| &grant.refusals).map(warning));
         if options.strict && !report.warnings.is_empty() {
             let refusals: Vec<String> = report.warnings.iter().map(sentence).collect();
@@ -239,7 +237,7 @@ pub(crate) fn run_tasks(
 struct Watch {
     timing: TaskTiming,
     consumer: Consumer<CycleRecord>,
-    is_ready: Receiver<Result<Ready, Failure>>,
+    is_ready: Receiver<Result<Ready, OpenError>>,
     repairs: Vec<Repair>,
     resolvers: Vec<Resolver>,
 }
@@ -248,7 +246,7 @@ impl Watch {
     /// Waits for the end of the task's set-up.
     fn granted(&mut self, participant: &Participant<ipc::Service>) -> Result<ThreadGrant, Failure> {
         let gone = |_| Failure::found("a task's thread ended during its set-up");
-        let ready = self.is_ready.recv().map_err(gone)??;
+        let ready = self.is_ready.recv().map_err(gone)?.map_err(Failure::found)?;
         self.repairs = ready.repairs;
         let resolvers = ready.desks.into_iter().map(|desk| Resolver::open(participant, desk));
         self.resolvers = resolvers.collect::<Result<_, _>>().map_err(Failure::found)?;

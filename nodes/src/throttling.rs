@@ -9,7 +9,7 @@ use isochrone_timing::Environment;
 
 use crate::check;
 use crate::failure::Failure;
-use crate::task;
+use isochrone_runtime as runtime;
 
 /// Refuses real-time tasks that together may watch the clock on one CPU for as long as the kernel
 /// lets them have it, or longer.
@@ -44,7 +44,7 @@ fn meet(first: &TaskPlan, other: &TaskPlan, cpus: usize) -> bool {
 
 /// The part of a CPU for which a task may watch the clock.
 fn watched(task: &TaskPlan) -> f64 {
-    task::wake(task).longest_watch_ns(task.period_ns) as f64 / task.period_ns.max(1) as f64
+    runtime::wake(task).longest_watch_ns(task.period_ns) as f64 / task.period_ns.max(1) as f64
 }
 
 fn refusal(tasks: &[&TaskPlan], share: f64, throttling: &str) -> String {

@@ -8,10 +8,10 @@ use isochrone_ipc::{
     Depth, FrameHeader, FrameSubscriber, LayoutWatcher, Participant, Repair, SenderClock, Stamps,
     ipc,
 };
+use isochrone_runtime::alarms;
 use isochrone_timing::{FrameRecord, LinkReport, LinkTiming, Warning};
 
 use super::transcript::{Taken, Transcript};
-use crate::alarms;
 use crate::failure::Failure;
 use crate::stop::Stop;
 

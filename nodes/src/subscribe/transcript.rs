@@ -8,8 +8,8 @@ use isochrone_engine::escaped;
 use isochrone_ipc::{FrameHeader, LayoutWatcher, SignalSpec, Stamps, ipc};
 
 use crate::failure::Failure;
-use crate::limiter::Limiter;
 use crate::{numbers, terminal};
+use isochrone_runtime::Limiter;
 
 /// How long a frame waits for its layout before it is shown without names. Whoever announces one does
 /// so within half of it.

@@ -23,7 +23,7 @@ type Service = ipc::Service;
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Opens an announcer for each output of a node.
-pub(crate) fn announcers(
+pub fn announcers(
     participant: &Participant<Service>,
     plan: &Plan,
 ) -> Result<Vec<LayoutAnnouncer<Service>>, OpenError> {
@@ -37,7 +37,7 @@ pub(crate) fn announcers(
 }
 
 /// Resolves the inputs of one service, and raises the alarms about its frames.
-pub(crate) struct Resolver {
+pub struct Resolver {
     desk: Desk,
     watcher: LayoutWatcher<Service>,
     /// The layout that the cycle was told last.
@@ -52,7 +52,8 @@ pub(crate) struct Resolver {
 }
 
 impl Resolver {
-    pub(crate) fn open(participant: &Participant<Service>, desk: Desk) -> Result<Self, OpenError> {
+    /// Opens the service on which layouts are announced.
+    pub fn open(participant: &Participant<Service>, desk: Desk) -> Result<Self, OpenError> {
         let watcher = LayoutWatcher::open(participant, &desk.service)?;
         let conflicts = vec![None; desk.inputs.len()];
         let (raised, limiter) = (Vec::new(), Limiter::default());
@@ -60,7 +61,7 @@ impl Resolver {
     }
 
     /// Looks for news; some fifty times a second.
-    pub(crate) fn tend(&mut self, participant: &Participant<Service>) {
+    pub fn tend(&mut self, participant: &Participant<Service>) {
         self.watcher.look(participant);
         let unknown = self.desk.observed.unknown_layout.load(Ordering::Relaxed);
         // What the frames carry counts; before the first of them, what was announced last.
@@ -78,7 +79,7 @@ impl Resolver {
     }
 
     /// The alarms that were raised, for the report.
-    pub(crate) fn alarms(&mut self) -> Vec<Warning> {
+    pub fn alarms(&mut self) -> Vec<Warning> {
         std::mem::take(&mut self.raised)
     }
 

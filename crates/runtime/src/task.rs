@@ -9,74 +9,86 @@ use isochrone_cyclic::{
     ThreadRequest, ThreadUsage, Wake, prepare_thread, thread_allocations, thread_usage,
 };
 use isochrone_engine::{TaskEngine, TaskPlan};
-use isochrone_ipc::{Participant, Repair, give_up_file_override, ipc};
+use isochrone_ipc::{OpenError, Participant, Repair, give_up_file_override, ipc};
 use isochrone_timing::{CycleRecord, DEFAULT_WARM_UP_CYCLES, LinkReport};
 use rtrb::Producer;
 
 use crate::bindings::Desk;
-use crate::failure::Failure;
 use crate::inputs::InputPorts;
 use crate::ports::OutputPorts;
 use crate::telemetry::Tap;
 
 /// What a task's thread is given.
-pub(crate) struct Job<'a> {
-    pub(crate) plan: &'a TaskPlan,
-    pub(crate) participant: &'a Participant<ipc::Service>,
-    pub(crate) engine: TaskEngine,
+pub struct Job<'a> {
+    /// What the task is.
+    pub plan: &'a TaskPlan,
+    /// Who opens its ports.
+    pub participant: &'a Participant<ipc::Service>,
+    /// What it steps.
+    pub engine: TaskEngine,
     /// Cycles to run; until stopped if there is none.
-    pub(crate) cycles: Option<u64>,
-    pub(crate) stop: Arc<AtomicBool>,
-    pub(crate) records: Producer<CycleRecord>,
-    pub(crate) tap: Tap,
+    pub cycles: Option<u64>,
+    /// Ends the node.
+    pub stop: Arc<AtomicBool>,
+    /// Where its cycle records go.
+    pub records: Producer<CycleRecord>,
+    /// Where snapshots of its signals go.
+    pub tap: Tap,
     /// Tells that the set-up is done, or why it failed.
-    pub(crate) ready: Sender<Result<Ready, Failure>>,
+    pub ready: Sender<Result<Ready, OpenError>>,
     /// The instant at which the common grid of all tasks begins.
-    pub(crate) epoch_ns: Receiver<u64>,
+    pub epoch_ns: Receiver<u64>,
 }
 
 /// What a task's thread has to say when its set-up is done.
-pub(crate) struct Ready {
-    pub(crate) grant: ThreadGrant,
+pub struct Ready {
+    /// What the machine granted.
+    pub grant: ThreadGrant,
     /// For each of its ports.
-    pub(crate) repairs: Vec<Repair>,
+    pub repairs: Vec<Repair>,
     /// For each service that it reads.
-    pub(crate) desks: Vec<Desk>,
+    pub desks: Vec<Desk>,
 }
 
 /// What a task's thread has to say in the end.
-pub(crate) struct Outcome {
-    pub(crate) stop_reason: Option<StopReason>,
+pub struct Outcome {
+    /// Why its loop ended.
+    pub stop_reason: Option<StopReason>,
     /// Margin of a hybrid wait in the end.
-    pub(crate) margin_ns: Option<u64>,
+    pub margin_ns: Option<u64>,
     /// Used by the cycles after the warm-up, in `elapsed_ns`.
-    pub(crate) usage: ThreadUsage,
-    pub(crate) elapsed_ns: u64,
+    pub usage: ThreadUsage,
+    /// From the end of the warm-up to the end, in ns.
+    pub elapsed_ns: u64,
     /// From the release until the frames were sent; not ours only where a peer that came made
     /// iceoryx2 map memory there.
-    pub(crate) allocations: u64,
+    pub allocations: u64,
     /// In the slack, where iceoryx2 loans the next frames.
-    pub(crate) ipc_allocations: u64,
-    pub(crate) block_errors: u64,
-    pub(crate) input_rejects: u64,
-    pub(crate) connects: u64,
-    pub(crate) connect_errors: u64,
+    pub ipc_allocations: u64,
+    /// Steps of blocks that reported an error.
+    pub block_errors: u64,
+    /// Samples that an input did not take.
+    pub input_rejects: u64,
+    /// How often a peer was seen to come or go.
+    pub connects: u64,
+    /// Connections to a peer that failed.
+    pub connect_errors: u64,
     /// Snapshots of its signals that did not become telemetry.
-    pub(crate) lost_snapshots: u64,
+    pub lost_snapshots: u64,
     /// What it received and sent. How long that took is for the readers to say.
-    pub(crate) links: Vec<LinkReport>,
+    pub links: Vec<LinkReport>,
 }
 
 /// Runs a task to its end. `None`: it did not come to run, and `ready` was told why, or the node
 /// was stopped before.
-pub(crate) fn run(mut job: Job<'_>) -> Option<Outcome> {
+pub fn run(mut job: Job<'_>) -> Option<Outcome> {
     let _end = EndOfNode(job.stop.clone());
     let ports = InputPorts::open(job.participant, job.plan)
         .and_then(|inputs| Ok((inputs, OutputPorts::open(job.participant, job.plan)?)));
     let ((mut inputs, desks), mut outputs) = match ports {
         Ok(ports) => ports,
         Err(error) => {
-            let _ = job.ready.send(Err(Failure::found(error)));
+            let _ = job.ready.send(Err(error));
             return None;
         }
     };
@@ -237,7 +249,7 @@ fn schedule(plan: &TaskPlan) -> Schedule {
 }
 
 /// How a task waits for its releases.
-pub(crate) fn wake(plan: &TaskPlan) -> Wake {
+pub fn wake(plan: &TaskPlan) -> Wake {
     use isochrone_cyclic::Margin;
     use isochrone_engine::config;
     match plan.wake {

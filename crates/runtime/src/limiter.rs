@@ -8,7 +8,7 @@ const AT_ONCE: u32 = 10;
 
 /// Lets a few messages through at once, and then one a second.
 #[derive(Debug, Default)]
-pub(crate) struct Limiter {
+pub struct Limiter {
     said: u32,
     since: Option<Instant>,
     left_out: u64,
@@ -16,7 +16,7 @@ pub(crate) struct Limiter {
 
 impl Limiter {
     /// The message as it is to be said, with how many were left out before it; `None`: not now.
-    pub(crate) fn pass(&mut self, message: &str) -> Option<String> {
+    pub fn pass(&mut self, message: &str) -> Option<String> {
         self.pass_at(Instant::now(), message)
     }
 

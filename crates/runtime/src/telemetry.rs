@@ -29,7 +29,7 @@ const TIMING: [&str; 6] =
     ["cycle", "release_jitter_ns", "execution_ns", "response_ns", "missed", "overruns"];
 
 /// The end in the cycle.
-pub(crate) struct Tap {
+pub struct Tap {
     ring: Producer<f64>,
     slots: Box<[usize]>,
     /// A snapshot is taken every so many cycles.
@@ -41,7 +41,7 @@ pub(crate) struct Tap {
 impl Tap {
     /// Takes a snapshot if one is due; for the slack. Where the ring is full, because the ordinary
     /// thread got no time to empty it, the snapshot is lost.
-    pub(crate) fn take(&mut self, image: &[f64]) {
+    pub fn take(&mut self, image: &[f64]) {
         self.cycles = self.cycles.wrapping_add(1);
         if !self.cycles.is_multiple_of(self.every) {
             return;
@@ -58,13 +58,13 @@ impl Tap {
     }
 
     /// Snapshots that were lost.
-    pub(crate) fn lost(&self) -> u64 {
+    pub fn lost(&self) -> u64 {
         self.lost
     }
 }
 
 /// The end in the ordinary thread.
-pub(crate) struct Telemetry {
+pub struct Telemetry {
     publisher: FramePublisher<ipc::Service>,
     announcer: LayoutAnnouncer<ipc::Service>,
     repair: Repair,
@@ -82,12 +82,12 @@ struct Source {
 
 impl Telemetry {
     /// Name of a node's telemetry service.
-    pub(crate) fn service(node: &str) -> String {
+    pub fn service(node: &str) -> String {
         format!("isochrone/{node}/telemetry")
     }
 
     /// Says of each task with more signals than are watched how many those are.
-    pub(crate) fn warnings(plan: &Plan) -> impl Iterator<Item = Warning> {
+    pub fn warnings(plan: &Plan) -> impl Iterator<Item = Warning> {
         let counted = plan.tasks.iter().map(|task| (task, signals(task).count()));
         counted.filter(|(_, signals)| *signals > MAX_SIGNALS).map(|(task, signals)| Warning {
             code: "telemetry_cut".into(),
@@ -103,7 +103,7 @@ impl Telemetry {
     }
 
     /// Opens the service; returns a tap for each task.
-    pub(crate) fn open(
+    pub fn open(
         participant: &Participant<ipc::Service>,
         plan: &Plan,
     ) -> Result<(Self, Vec<Tap>), OpenError> {
@@ -135,7 +135,7 @@ impl Telemetry {
     }
 
     /// Notes a cycle of a task; the newest before [`publish`](Self::publish) is shown.
-    pub(crate) fn note(&mut self, task: usize, record: &CycleRecord) {
+    pub fn note(&mut self, task: usize, record: &CycleRecord) {
         let first = self.sources.get(task).map_or(0, |source| source.signals.start);
         let timing = [
             record.cycle,
@@ -151,7 +151,7 @@ impl Telemetry {
     }
 
     /// Publishes the newest snapshot of every task, if there is anything new.
-    pub(crate) fn publish(&mut self, participant: &Participant<ipc::Service>) {
+    pub fn publish(&mut self, participant: &Participant<ipc::Service>) {
         self.repair.tend(participant);
         self.announcer.tend(participant);
         for source in &mut self.sources {

@@ -4,10 +4,8 @@
 
 use isochrone_timing::Warning;
 
-use crate::numbers;
-
 /// A second publisher sends on a service.
-pub(crate) fn other_writer(service: &str) -> Warning {
+pub fn other_writer(service: &str) -> Warning {
     Warning {
         code: "other_writer".into(),
         message: format!(
@@ -21,7 +19,7 @@ pub(crate) fn other_writer(service: &str) -> Warning {
 }
 
 /// The stamps of a publisher lie in the future.
-pub(crate) fn future_stamps(service: &str, ahead_ns: u64) -> Warning {
+pub fn future_stamps(service: &str, ahead_ns: u64) -> Warning {
     Warning {
         code: "future_stamps".into(),
         message: format!(
@@ -34,7 +32,7 @@ pub(crate) fn future_stamps(service: &str, ahead_ns: u64) -> Warning {
 }
 
 /// The stamps of a publisher lie in the past.
-pub(crate) fn past_stamps(service: &str, behind_ns: u64) -> Warning {
+pub fn past_stamps(service: &str, behind_ns: u64) -> Warning {
     Warning {
         code: "past_stamps".into(),
         message: format!(
@@ -48,7 +46,7 @@ pub(crate) fn past_stamps(service: &str, behind_ns: u64) -> Warning {
 }
 
 /// A publisher runs on another machine.
-pub(crate) fn foreign_host(service: &str, publisher: &str) -> Warning {
+pub fn foreign_host(service: &str, publisher: &str) -> Warning {
     Warning {
         code: "foreign_host".into(),
         message: format!(
@@ -60,7 +58,7 @@ pub(crate) fn foreign_host(service: &str, publisher: &str) -> Warning {
 }
 
 /// An input does not fit the frames of its service.
-pub(crate) fn unfit_input(input: &str, service: &str, publisher: &str, why: &str) -> Warning {
+pub fn unfit_input(input: &str, service: &str, publisher: &str, why: &str) -> Warning {
     Warning {
         code: "unfit_input".into(),
         message: format!(
@@ -72,12 +70,7 @@ pub(crate) fn unfit_input(input: &str, service: &str, publisher: &str, why: &str
 }
 
 /// A channel carries another signal than before.
-pub(crate) fn moved_channel(
-    input: &str,
-    service: &str,
-    channel: usize,
-    names: [&str; 2],
-) -> Warning {
+pub fn moved_channel(input: &str, service: &str, channel: usize, names: [&str; 2]) -> Warning {
     let [before, now] = names;
     Warning {
         code: "moved_channel".into(),
@@ -90,7 +83,7 @@ pub(crate) fn moved_channel(
 }
 
 /// Frames do not say what they are, and an input wants a signal by its name.
-pub(crate) fn plain_frames(input: &str, service: &str) -> Warning {
+pub fn plain_frames(input: &str, service: &str) -> Warning {
     Warning {
         code: "plain_frames".into(),
         message: format!(
@@ -102,7 +95,7 @@ pub(crate) fn plain_frames(input: &str, service: &str) -> Warning {
 }
 
 /// Frames have a layout that nobody announces.
-pub(crate) fn unknown_layout(service: &str, number: u64) -> Warning {
+pub fn unknown_layout(service: &str, number: u64) -> Warning {
     Warning {
         code: "unknown_layout".into(),
         message: format!(
@@ -119,7 +112,7 @@ const OTHER_CLOCK: &str =
     "run both processes in one time namespace, and have publish_ns read from CLOCK_MONOTONIC";
 
 /// An alarm as a log line.
-pub(crate) fn sentence(alarm: &Warning) -> String {
+pub fn sentence(alarm: &Warning) -> String {
     match alarm.remedy.as_str() {
         "" => alarm.message.clone(),
         remedy => format!("{}; {remedy}", alarm.message),
@@ -127,5 +120,5 @@ pub(crate) fn sentence(alarm: &Warning) -> String {
 }
 
 fn seconds(ns: u64) -> String {
-    format!("{} s", numbers::format((ns as f64 / 1e8).round() / 10.0))
+    format!("{:?} s", (ns as f64 / 1e8).round() / 10.0)
 }
