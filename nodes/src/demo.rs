@@ -3,11 +3,12 @@
 use std::thread;
 use std::time::Duration;
 
+use isochrone_engine::parse_seconds;
 use isochrone_timing::Report;
 
 use crate::company::{Company, Process};
 use crate::failure::Failure;
-use crate::stop::{Stop, parse_seconds};
+use crate::stop::Stop;
 use crate::terminal;
 
 /// Run publisher, control node and subscriber as three processes and show live values
@@ -16,8 +17,8 @@ use crate::terminal;
 /// and latency.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct Args {
-    /// End after this many seconds
-    #[arg(long, default_value = "10", value_parser = parse_seconds, allow_negative_numbers = true)]
+    /// End after this time: 10, 500ms, 5min
+    #[arg(long, value_name = "TIME", default_value = "10", value_parser = parse_seconds, allow_negative_numbers = true)]
     seconds: f64,
     /// Print the summary as JSON; live values go to stderr
     #[arg(long)]

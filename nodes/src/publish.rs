@@ -8,6 +8,7 @@ use std::thread::{self, Scope, Thread};
 use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Cyclic, Monotonic, Schedule, Wake};
+use isochrone_engine::parse_seconds;
 use isochrone_ipc::{
     FrameLayout, FramePublisher, LayoutAnnouncer, OpenError, Participant, Repair, SignalSpec,
     Stamp, ipc,
@@ -17,7 +18,7 @@ use serde_json::json;
 use crate::domain::{self, Domain};
 use crate::failure::Failure;
 use crate::recording::Recording;
-use crate::stop::{Stop, parse_seconds};
+use crate::stop::Stop;
 use crate::wave::{Shape, Wave};
 use crate::{configuration, terminal};
 
@@ -77,8 +78,8 @@ pub(crate) struct Args {
     /// End after this many frames
     #[arg(long)]
     count: Option<u64>,
-    /// End after this many seconds
-    #[arg(long, value_parser = parse_seconds, allow_negative_numbers = true)]
+    /// End after this time: 10, 500ms, 5min
+    #[arg(long, value_name = "TIME", value_parser = parse_seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// Print the summary as JSON
     #[arg(long)]

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic, Refusal, StopReason, ThreadGrant, prepare_process};
 use isochrone_engine::config::EPOCH_OFFSET_NS;
-use isochrone_engine::{Finding, Findings, Plan, Problem, TaskEngine};
+use isochrone_engine::{Finding, Findings, Plan, Problem, TaskEngine, parse_seconds};
 use isochrone_ipc::{OpenError, Participant, Repair, ipc};
 use isochrone_runtime::{self as runtime, Job, Outcome, Ready, Resolver, Telemetry};
 use isochrone_timing::{CycleRecord, Environment, Report, TaskReport, TaskTiming, Warning};
@@ -17,7 +17,7 @@ use crate::domain::{self, Domain};
 use crate::failure::Failure;
 use crate::result_file::ResultFile;
 use crate::service::Service;
-use crate::stop::{Stop, parse_seconds};
+use crate::stop::Stop;
 use crate::{check, configuration, terminal, throttling};
 
 /// Run a control node until Ctrl-C, SIGTERM, --seconds or --cycles
@@ -31,8 +31,8 @@ use crate::{check, configuration, terminal, throttling};
 pub(crate) struct Args {
     /// Configuration file (TOML)
     file: PathBuf,
-    /// End after this many seconds
-    #[arg(long, value_parser = parse_seconds, allow_negative_numbers = true)]
+    /// End after this time: 10, 500ms, 5min
+    #[arg(long, value_name = "TIME", value_parser = parse_seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// End after this many cycles of the first task
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..), allow_negative_numbers = true)]

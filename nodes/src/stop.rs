@@ -197,14 +197,6 @@ impl Drop for Program {
     }
 }
 
-/// Reads a number of seconds.
-pub(crate) fn parse_seconds(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(seconds) if seconds > 0.0 => Ok(seconds),
-        _ => Err("give a number of seconds greater than 0, such as 10 or 0.5".into()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

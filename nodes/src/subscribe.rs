@@ -10,6 +10,7 @@ use std::thread;
 use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_engine::parse_seconds;
 use isochrone_timing::{Environment, Report};
 
 use self::line::Line;
@@ -17,7 +18,7 @@ use self::transcript::{Sink, Transcript};
 use crate::domain::{self, Domain};
 use crate::failure::Failure;
 use crate::result_file::ResultFile;
-use crate::stop::{Stop, parse_seconds};
+use crate::stop::Stop;
 use crate::{configuration, terminal};
 
 /// Print, record or measure the frames of a service
@@ -45,8 +46,8 @@ pub(crate) struct Args {
     /// End after this many frames
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..), allow_negative_numbers = true)]
     count: Option<u64>,
-    /// End after this many seconds
-    #[arg(long, value_parser = parse_seconds, allow_negative_numbers = true)]
+    /// End after this time: 10, 500ms, 5min
+    #[arg(long, value_name = "TIME", value_parser = parse_seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// Look for frames without pause: uses a whole CPU, and the latency is that of the link alone.
     /// Otherwise it looks every 100 us, and that is part of the latency

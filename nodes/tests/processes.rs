@@ -211,6 +211,7 @@ fn what_cannot_be_is_refused_before_anything_starts() {
         ("run deaf.toml", 2, ["deaf.toml:", "has no service"]),
         ("run node.toml --cycles 0", 2, ["--cycles", "0"]),
         ("run node.toml --seconds -1", 2, ["--seconds", "greater than 0"]),
+        ("run node.toml --seconds 1x", 2, ["no unit \"x\"", "500ms"]),
         ("publish clock/in", 2, ["--value", "--wave"]),
         ("publish clock/in --value 1 --rate 0", 2, ["--rate", "frames per second"]),
         ("publish clock/in --value x", 2, ["--value", "x"]),
@@ -230,7 +231,7 @@ fn what_cannot_be_is_refused_before_anything_starts() {
         }
         assert!(!ended.stderr.contains("panicked"), "{arguments}\n{}", ended.stderr);
     }
-    let mut elsewhere = domain.start("run node.toml --seconds 0.1");
+    let mut elsewhere = domain.start("run node.toml --seconds 100ms");
     elsewhere.wait_for("runs");
     elsewhere.finish().expect_code(0);
 }

@@ -35,6 +35,33 @@ pub fn parse_duration_ns(text: &str) -> Result<u64, String> {
     })
 }
 
+/// Parses a time on a command line into seconds, greater than 0: a number alone is seconds (`10`,
+/// `0.5`, `1e3`), one with a unit a duration (`500ms`, `5min`). `Err` says what is wrong with it.
+pub fn parse_seconds(text: &str) -> Result<f64, String> {
+    let seconds = match text.trim().parse::<f64>() {
+        Ok(seconds) => seconds,
+        Err(_) => parse_duration_ns(text).map_err(|why| {
+            format!("{why}; give seconds, such as 10 or 0.5, or a time with its unit, such as 500ms or 5min")
+        })? as f64
+            / 1e9,
+    };
+    // Not `<=`: NaN is no time either.
+    if seconds > 0.0 {
+        return Ok(seconds);
+    }
+    Err("give a time greater than 0, such as 10 or 0.5 (seconds), 500ms or 5min".into())
+}
+
+/// Parses a time on a command line into whole nanoseconds: a number alone is milliseconds (`1`,
+/// `0.25`), one with a unit a duration (`250us`). `Err` says what is wrong with it.
+pub fn parse_milliseconds_ns(text: &str) -> Result<u64, String> {
+    let is_number = text.bytes().all(|byte| byte.is_ascii_digit() || byte == b'.');
+    if is_number && !text.is_empty() {
+        return parse_duration_ns(&format!("{text}ms"));
+    }
+    parse_duration_ns(text)
+}
+
 /// Why so many of a unit are no time in nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum AmountError {
@@ -109,6 +136,40 @@ mod tests {
             ("99999999999h", "too long"),
         ] {
             let error = parse_duration_ns(text).unwrap_err();
+            assert!(error.contains(reason), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn a_number_alone_counts_in_the_unit_of_its_flag_and_a_unit_always_counts() {
+        let seconds = [("10", 10.0), ("0.5", 0.5), ("1e3", 1e3), ("500ms", 0.5), ("1s", 1.0)];
+        for (text, expected) in seconds.into_iter().chain([("5min", 300.0), ("250us", 2.5e-4)]) {
+            assert_eq!(parse_seconds(text), Ok(expected), "{text}");
+        }
+        for (text, expected_ns) in
+            [("1", 1_000_000), ("0.25", 250_000), ("250us", 250_000), ("1s", 1_000_000_000)]
+        {
+            assert_eq!(parse_milliseconds_ns(text), Ok(expected_ns), "{text}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_time_on_a_command_line_is_refused_with_what_would_be() {
+        for (text, reason) in [
+            ("0", "greater than 0"),
+            ("0ms", "greater than 0"),
+            ("-1", "greater than 0"),
+            ("nan", "greater than 0"),
+            ("-1s", "negative"),
+            ("ten", "500ms"),
+            ("", "500ms"),
+            ("1 parsec", "no unit \"parsec\""),
+        ] {
+            let error = parse_seconds(text).unwrap_err();
+            assert!(error.contains(reason), "{text}: {error}");
+        }
+        for (text, reason) in [("", "a number and a unit"), ("-1", "negative"), ("1.", "number")] {
+            let error = parse_milliseconds_ns(text).unwrap_err();
             assert!(error.contains(reason), "{text}: {error}");
         }
     }

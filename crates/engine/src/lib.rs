@@ -59,7 +59,7 @@ mod source;
 mod time;
 mod workload;
 
-pub use duration::{format_duration_ns, parse_duration_ns};
+pub use duration::{format_duration_ns, parse_duration_ns, parse_milliseconds_ns, parse_seconds};
 pub use engine::TaskEngine;
 pub use finding::{Finding, Problem};
 pub use findings::Findings;

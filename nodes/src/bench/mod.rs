@@ -7,8 +7,9 @@ mod live;
 mod outputs;
 mod watch;
 
+use isochrone_engine::parse_seconds;
+
 use crate::failure::Failure;
-use crate::stop::parse_seconds;
 
 /// Measure release jitter, latency between processes, or the cost of blocks
 ///
@@ -42,7 +43,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 fn parse_length(text: &str) -> Result<f64, String> {
     match parse_seconds(text)? {
         seconds if seconds <= 604_800.0 => Ok(seconds),
-        _ => Err("give at most a week, 604800 seconds".into()),
+        _ => Err("give at most a week, 604800s".into()),
     }
 }
 
@@ -50,6 +51,6 @@ fn parse_length(text: &str) -> Result<f64, String> {
 fn parse_block(text: &str) -> Result<f64, String> {
     match parse_seconds(text)? {
         seconds @ 0.01..=60.0 => Ok(seconds),
-        _ => Err("a turn is 0.01 to 60 seconds".into()),
+        _ => Err("a turn takes 10ms to 60s".into()),
     }
 }

@@ -37,8 +37,8 @@ pub(crate) struct Args {
     /// `mixed` and block types [default: all of them]
     #[arg(long, value_name = "ARM,...", value_delimiter = ',', value_parser = workload)]
     arms: Vec<Workload>,
-    /// How long to measure each arm at each size
-    #[arg(long, value_name = "SECONDS", default_value = "1", value_parser = parse_length)]
+    /// Time of each arm at each size: 1, 500ms, 5min
+    #[arg(long, value_name = "TIME", default_value = "1", value_parser = parse_length)]
     seconds: f64,
     /// CPU to pin to
     #[arg(long)]

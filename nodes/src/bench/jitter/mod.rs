@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
 use isochrone_cyclic::{Clock, Monotonic, prepare_process};
-use isochrone_engine::{Plan, format_duration_ns, parse_duration_ns};
+use isochrone_engine::{Plan, format_duration_ns, parse_milliseconds_ns};
 use isochrone_timing::{Environment, Machine, Report, Warning, examine, turns};
 
 use self::arm::{Arm, Kind, Turn};
@@ -28,7 +28,7 @@ use crate::{configuration, run, terminal};
 
 /// Measure release jitter: how late a loop begins its cycles
 ///
-/// The arms run one after the other, forth and back, in turns of `--block` seconds, at the same
+/// The arms run one after the other, forth and back, in turns of `--block`, at the same
 /// period, priority, CPU, phase and clock. The first 200 ms of a turn are warm-up and are not counted.
 /// `sleep` is cyclictest's loop, `hybrid` and `economical` are the node's (a fifth and a tenth of a
 /// CPU), `spin` never sleeps; `cyclictest` is the program itself.
@@ -45,8 +45,8 @@ pub(super) struct Args {
     /// take over the period, priority, CPU and phase of its first task
     #[arg(long = "config", value_name = "FILE.toml")]
     configs: Vec<PathBuf>,
-    /// Periods, 10us to 1s; with several of them each arm runs at each
-    #[arg(long, value_delimiter = ',', value_name = "DURATION", value_parser = parse_period)]
+    /// Periods, 10us to 1s, such as 1 (ms) or 250us; with several of them each arm runs at each
+    #[arg(long, value_delimiter = ',', value_name = "TIME", value_parser = parse_period)]
     period: Vec<u64>,
     /// Real-time priority (SCHED_FIFO), 1 to 89; 0 for none
     #[arg(long, value_parser = clap::value_parser!(u8).range(0..=89))]
@@ -54,18 +54,19 @@ pub(super) struct Args {
     /// CPU of all arms; the last one that this process may use if it is not given
     #[arg(long)]
     cpu: Option<usize>,
-    /// Where releases lie: this long after a grid that begins between the kernel's ticks
-    #[arg(long, value_name = "DURATION", value_parser = parse_duration_ns)]
+    /// Where releases lie: this long (ms, or with a unit: 30us) after a grid that begins between the
+    /// kernel's ticks
+    #[arg(long, value_name = "TIME", value_parser = parse_milliseconds_ns)]
     phase: Option<u64>,
     /// What else the machine does meanwhile (stress-ng on all CPUs); with several of them each arm
     /// runs under each
     #[arg(long, value_enum, value_delimiter = ',', default_value = "idle")]
     load: Vec<Load>,
-    /// Seconds of each arm, at each period and under each load
-    #[arg(long, default_value = "20", value_parser = parse_length, allow_negative_numbers = true)]
+    /// Time of each arm, at each period and under each load: 20, 500ms, 5min
+    #[arg(long, value_name = "TIME", default_value = "20", value_parser = parse_length, allow_negative_numbers = true)]
     seconds: f64,
-    /// Seconds of a turn, up to 60
-    #[arg(long, default_value = "2", value_parser = parse_block, allow_negative_numbers = true)]
+    /// Time of a turn, 10ms to 60s
+    #[arg(long, value_name = "TIME", default_value = "2", value_parser = parse_block, allow_negative_numbers = true)]
     block: f64,
     #[command(flatten)]
     outputs: outputs::Args,
@@ -295,7 +296,7 @@ fn keep(warnings: &mut Vec<Warning>, warning: Warning) {
 }
 
 fn parse_period(text: &str) -> Result<u64, String> {
-    match parse_duration_ns(text)? {
+    match parse_milliseconds_ns(text)? {
         period_ns @ 10_000..=1_000_000_000 => Ok(period_ns),
         _ => Err("a period is 10us to 1s".into()),
     }

@@ -83,11 +83,11 @@ pub(crate) struct Args {
         value_name = "N,…"
     )]
     values: Vec<usize>,
-    /// Time for each arm, at each pace and size
-    #[arg(long, default_value = "3", value_parser = parse_length, allow_negative_numbers = true)]
+    /// Time of each arm, at each pace and size: 3, 500ms, 5min
+    #[arg(long, value_name = "TIME", default_value = "3", value_parser = parse_length, allow_negative_numbers = true)]
     seconds: f64,
-    /// Length of a turn, in seconds
-    #[arg(long, default_value = "0.5", value_parser = parse_block, allow_negative_numbers = true)]
+    /// Time of a turn, 10ms to 60s
+    #[arg(long, value_name = "TIME", default_value = "0.5", value_parser = parse_block, allow_negative_numbers = true)]
     block: f64,
     /// How receivers wait
     #[arg(long, value_enum, default_value = "poll")]
