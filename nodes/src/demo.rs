@@ -31,7 +31,7 @@ impl Default for Args {
     }
 }
 
-const CONFIGURATION: &str = include_str!("../../examples/level.toml");
+const CONFIGURATION: &str = include_str!("level.toml");
 const INPUT: &str = "plant/analog";
 const OUTPUT: &str = "plant/level";
 /// The subscriber shows every 500th frame: two lines a second.
