@@ -13,9 +13,7 @@ use std::error::Error;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-use isochrone_cyclic::{
-    Clock, Cyclic, Margin, Monotonic, Overrun, Schedule, ThreadRequest, Wake, prepare_thread,
-};
+use isochrone_cyclic::{Clock, Cyclic, Monotonic, ThreadRequest, prepare_thread};
 use isochrone_engine::{Plan, Rules, Source, TaskEngine};
 use isochrone_timing::{CycleRecord, TaskTiming};
 
@@ -39,13 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut engine = TaskEngine::build(&plan).pop().ok_or("there is no task")?;
 
     // When: cycle k is due at start + phase + k * period.
-    let schedule = Schedule {
-        period_ns: task.period_ns,
-        phase_ns: task.phase_ns,
-        wake: Wake::Hybrid(Margin::default()),
-        overrun: Overrun::Skip,
-        limit: None,
-    };
+    let schedule = task.schedule;
     let request = ThreadRequest { priority: task.priority, cpu: None };
     let stop = Arc::new(AtomicBool::new(false)); // set it to end the loop early
 

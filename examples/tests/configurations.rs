@@ -68,8 +68,10 @@ fn every_output_has_a_layout_that_can_be_announced() {
                 let signals = output.signals.iter().map(|signal| {
                     SignalSpec::new(signal.name.clone(), signal.value_type.to_string())
                 });
-                let layout =
-                    FrameLayout { signals: signals.collect(), period_ns: Some(task.period_ns) };
+                let layout = FrameLayout {
+                    signals: signals.collect(),
+                    period_ns: Some(task.schedule.period_ns),
+                };
                 layout.check().unwrap();
             }
         }

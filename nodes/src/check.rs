@@ -2,7 +2,8 @@
 
 use std::path::PathBuf;
 
-use isochrone_engine::config::{Binding, OnStale, Overrun, Wake};
+use isochrone_cyclic::{Margin, Wake};
+use isochrone_engine::config::{Binding, OnStale};
 use isochrone_engine::{
     Findings, InputPlan, OutputPlan, Plan, TaskPlan, WirePlan, format_duration_ns,
 };
@@ -120,9 +121,10 @@ fn section(text: &mut String, title: &str, rows: usize, table: &Table) {
 }
 
 fn schedule(task: &TaskPlan) -> String {
-    let mut words = vec![format!("every {}", format_duration_ns(task.period_ns))];
-    if task.phase_ns > 0 {
-        words.push(format!("phase {}", format_duration_ns(task.phase_ns)));
+    let schedule = &task.schedule;
+    let mut words = vec![format!("every {}", format_duration_ns(schedule.period_ns))];
+    if schedule.phase_ns > 0 {
+        words.push(format!("phase {}", format_duration_ns(schedule.phase_ns)));
     }
     words.extend(task.ob.map(|ob| format!("OB {ob}")));
     words.push(match task.priority {
@@ -130,17 +132,20 @@ fn schedule(task: &TaskPlan) -> String {
         None => "normal scheduling".into(),
     });
     words.extend(task.cpu.map(|cpu| format!("CPU {cpu}")));
-    words.push(match (task.wake, task.margin_ns, task.cpu_budget) {
-        (Wake::Hybrid, Some(margin_ns), _) => {
-            format!("wake hybrid (margin {})", format_duration_ns(margin_ns))
+    let wake = schedule.wake.as_str();
+    words.push(match schedule.wake {
+        Wake::Sleep | Wake::Spin => format!("wake {wake}"),
+        Wake::Hybrid(Margin::Fixed(margin_ns)) => {
+            format!("wake {wake} (margin {})", format_duration_ns(margin_ns))
         }
-        (Wake::Hybrid, None, Some(budget)) => format!("wake hybrid (cpu_budget {budget})"),
-        (other, ..) => format!("wake {}", wake(other)),
+        Wake::Hybrid(Margin::Adaptive { cpu_budget }) => {
+            format!("wake {wake} (cpu_budget {cpu_budget})")
+        }
     });
-    words.push(format!("overrun {}", overrun(task.overrun)));
+    words.push(format!("overrun {}", schedule.overrun.as_str()));
+    let limit = schedule.limit;
     words.extend(
-        task.on_overrun
-            .map(|limit| format!("stop at {} misses in {} cycles", limit.misses, limit.cycles)),
+        limit.map(|limit| format!("stop at {} misses in {} cycles", limit.misses, limit.cycles)),
     );
     words.join(", ")
 }
@@ -208,18 +213,19 @@ fn binding_key(binding: &Binding) -> &'static str {
 
 fn document(plan: &Plan) -> Value {
     let tasks = plan.tasks.iter().enumerate().map(|(index, task)| {
+        let schedule = &task.schedule;
         json!({
             "name": task.name,
-            "period_ns": task.period_ns,
-            "phase_ns": task.phase_ns,
+            "period_ns": schedule.period_ns,
+            "phase_ns": schedule.phase_ns,
             "ob": task.ob,
             "priority": task.priority,
             "cpu": task.cpu,
-            "wake": wake(task.wake),
-            "margin_ns": task.margin_ns,
-            "cpu_budget": task.cpu_budget,
-            "overrun": overrun(task.overrun),
-            "on_overrun": task.on_overrun.map(|limit| json!({
+            "wake": schedule.wake.as_str(),
+            "margin_ns": schedule.wake.margin().and_then(Margin::fixed_ns),
+            "cpu_budget": schedule.wake.margin().and_then(Margin::cpu_budget),
+            "overrun": schedule.overrun.as_str(),
+            "on_overrun": schedule.limit.map(|limit| json!({
                 "misses": limit.misses,
                 "cycles": limit.cycles,
             })),
@@ -271,23 +277,6 @@ fn refusal(findings: &Findings) -> Value {
         "errors": configuration::findings_json(findings, false),
         "warnings": configuration::findings_json(findings, true),
     })
-}
-
-/// The word of a configuration for a way to wait.
-pub(crate) fn wake(wake: Wake) -> &'static str {
-    match wake {
-        Wake::Sleep => "sleep",
-        Wake::Hybrid => "hybrid",
-        Wake::Spin => "spin",
-    }
-}
-
-fn overrun(overrun: Overrun) -> &'static str {
-    match overrun {
-        Overrun::Skip => "skip",
-        Overrun::CatchUp => "catch_up",
-        Overrun::Stop => "stop",
-    }
 }
 
 fn on_stale(on_stale: OnStale) -> &'static str {

@@ -5,8 +5,9 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::Duration;
 
-use isochrone_cyclic::{Clock, Monotonic, Refusal, StopReason, ThreadGrant, prepare_process};
-use isochrone_engine::config::EPOCH_OFFSET_NS;
+use isochrone_cyclic::{
+    Clock, EPOCH_OFFSET_NS, Monotonic, Refusal, StopReason, ThreadGrant, prepare_process,
+};
 use isochrone_engine::{Finding, Findings, Plan, Problem, TaskEngine, parse_seconds};
 use isochrone_ipc::{OpenError, Participant, Repair, ipc};
 use isochrone_runtime::{self as runtime, Job, Outcome, Ready, Resolver, Telemetry};
@@ -18,7 +19,7 @@ use crate::failure::Failure;
 use crate::result_file::ResultFile;
 use crate::service::Service;
 use crate::stop::Stop;
-use crate::{check, configuration, terminal, throttling};
+use crate::{configuration, terminal, throttling};
 
 /// Run a control node until Ctrl-C, SIGTERM, --seconds or --cycles
 ///
@@ -157,7 +158,7 @@ pub(crate) fn run_tasks(
             let thread = spawned
                 .map_err(|error| Failure::found(format!("cannot start a thread: {error}")))?;
             threads.push((thread, start));
-            let timing = TaskTiming::new(task.period_ns);
+            let timing = TaskTiming::new(task.schedule.period_ns);
             watches.push(Watch {
                 timing,
                 consumer,
@@ -222,7 +223,7 @@ pub(crate) fn run_tasks(
             }
             report.links.extend(outcome.links.iter().cloned());
             report.tasks.push(TaskReport {
-                wake: check::wake(task.wake).into(),
+                wake: task.schedule.wake.as_str().into(),
                 scheduler: grant.scheduler,
                 cpu: grant.cpu,
                 margin_ns: outcome.margin_ns,

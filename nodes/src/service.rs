@@ -42,8 +42,8 @@ impl Service {
             || number("WATCHDOG_PID") == Some(process::id().into());
         let watchdog_us = number("WATCHDOG_USEC").filter(|us| *us > 0 && is_ours);
         let tasks = plan.tasks.iter().map(|task| Task {
-            period_ns: task.period_ns,
-            due_ns: epoch_ns.saturating_add(task.phase_ns),
+            period_ns: task.schedule.period_ns,
+            due_ns: epoch_ns.saturating_add(task.schedule.phase_ns),
             newest: None,
             has_cycled: false,
         });

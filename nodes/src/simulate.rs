@@ -162,7 +162,8 @@ impl<'a> Simulation<'a> {
 
     fn due_ns(&self, task: usize) -> u128 {
         let plan = &self.plan.tasks[task];
-        u128::from(plan.phase_ns) + u128::from(self.next[task]) * u128::from(plan.period_ns)
+        u128::from(plan.schedule.phase_ns)
+            + u128::from(self.next[task]) * u128::from(plan.schedule.period_ns)
     }
 
     fn step(&mut self, task: usize) {

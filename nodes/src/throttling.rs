@@ -7,9 +7,7 @@
 use isochrone_engine::{Plan, TaskPlan};
 use isochrone_timing::Environment;
 
-use crate::check;
 use crate::failure::Failure;
-use isochrone_runtime as runtime;
 
 /// Refuses real-time tasks that together may watch the clock on one CPU for as long as the kernel
 /// lets them have it, or longer.
@@ -44,14 +42,15 @@ fn meet(first: &TaskPlan, other: &TaskPlan, cpus: usize) -> bool {
 
 /// The part of a CPU for which a task may watch the clock.
 fn watched(task: &TaskPlan) -> f64 {
-    runtime::wake(task).longest_watch_ns(task.period_ns) as f64 / task.period_ns.max(1) as f64
+    let schedule = &task.schedule;
+    schedule.longest_watch_ns() as f64 / schedule.period_ns.max(1) as f64
 }
 
 fn refusal(tasks: &[&TaskPlan], share: f64, throttling: &str) -> String {
     let watching: Vec<String> = tasks
         .iter()
         .filter(|task| watched(task) > 0.0)
-        .map(|task| format!("\"{}\" (wake = \"{}\")", task.name, check::wake(task.wake)))
+        .map(|task| format!("\"{}\" (wake = \"{}\")", task.name, task.schedule.wake.as_str()))
         .collect();
     let (noun, has, them, remedy) = match watching.len() {
         1 => ("task", "has", "the task", ""),

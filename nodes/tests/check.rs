@@ -70,7 +70,7 @@ signals = ["raw", "ramp.0.delayedValue"]
 
 const PLANT_SHOWN: &str = r#"plant.toml: ok. Node "plant": 2 tasks, 2 inputs, 5 blocks, 2 outputs
 
-task fast: every 1ms, OB 35, SCHED_FIFO 80, CPU 1, wake hybrid, overrun skip
+task fast: every 1ms, OB 35, SCHED_FIFO 80, CPU 1, wake hybrid (cpu_budget 0.2), overrun skip
   inputs
     raw  LREAL  plant/analog[3]  default 2.5, stale after 20ms: default
   order of execution

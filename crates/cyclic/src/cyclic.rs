@@ -3,8 +3,9 @@
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
+use isochrone_schedule::{MissLimit, Overrun, Schedule};
+
 use crate::clock::Clock;
-use crate::schedule::{MissLimit, Overrun, Schedule};
 use crate::wait::Waiter;
 
 /// Most late cycles that [`Overrun::CatchUp`] runs back to back before it skips the rest.

@@ -1,17 +1,17 @@
 use std::sync::atomic::Ordering;
 
+use isochrone_schedule::{Margin, Wake};
 use proptest::prelude::*;
 
 use super::*;
 use crate::clock::Monotonic;
-use crate::schedule::{Margin, MissLimit, Wake};
 use crate::simulated::SimulatedClock;
 
 const EPOCH_NS: u64 = 1_000_000_000;
 const PERIOD_NS: u64 = 1_000_000;
 
 fn schedule(overrun: Overrun) -> Schedule {
-    Schedule { period_ns: PERIOD_NS, phase_ns: 0, wake: Wake::Sleep, overrun, limit: None }
+    Schedule { overrun, ..Schedule::every(PERIOD_NS, Wake::Sleep) }
 }
 
 fn cyclic(clock: &SimulatedClock, schedule: Schedule) -> Cyclic<&SimulatedClock> {

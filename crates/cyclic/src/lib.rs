@@ -11,12 +11,11 @@
 //!
 //! ```
 //! use std::sync::{Arc, atomic::AtomicBool};
-//! use isochrone_cyclic::{Clock, Cyclic, Monotonic, Overrun, Schedule, Wake};
+//! use isochrone_cyclic::{Clock, Cyclic, Monotonic, Schedule, Wake};
 //!
-//! let schedule = Schedule { period_ns: 1_000_000, phase_ns: 0, wake: Wake::Sleep, overrun: Overrun::Skip, limit: None };
 //! let stop = Arc::new(AtomicBool::new(false));
 //! let epoch_ns = Monotonic.now_ns() + 1_000_000;
-//! let mut cyclic = Cyclic::new(Monotonic, schedule, epoch_ns, stop);
+//! let mut cyclic = Cyclic::new(Monotonic, Schedule::every(1_000_000, Wake::Sleep), epoch_ns, stop);
 //! for _ in 0..3 {
 //!     let Some(release) = cyclic.wait() else { break };
 //!     assert_eq!((release.release_ns - epoch_ns) % 1_000_000, 0);
@@ -39,7 +38,6 @@ mod clock;
 mod cyclic;
 mod margin;
 mod realtime;
-mod schedule;
 #[cfg(test)]
 mod simulated;
 mod usage;
@@ -48,9 +46,11 @@ mod wait;
 pub use alloc::{CountingAllocator, thread_allocations};
 pub use clock::{Clock, Monotonic};
 pub use cyclic::{Cyclic, MAX_BURST, Release, StopReason};
+pub use isochrone_schedule::{
+    EPOCH_OFFSET_NS, Margin, MissLimit, Overrun, Schedule, Wake, phase_between_ticks_ns,
+};
 pub use realtime::{
     PREFAULTED_STACK_BYTES, PriorityReturn, ProcessGrant, Refusal, ThreadGrant, ThreadRequest,
     prepare_process, prepare_thread,
 };
-pub use schedule::{Margin, MissLimit, Overrun, Schedule, Wake};
 pub use usage::{ThreadUsage, thread_usage};

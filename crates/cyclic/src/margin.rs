@@ -1,9 +1,11 @@
 //! How long before the release a hybrid wait must be awake.
 
+use isochrone_schedule::LONGEST_ADAPTIVE_MARGIN_NS;
+
 /// No margin is shorter: below this, arming the timer costs more than the sleep saves.
 const FLOOR_NS: f64 = 5_000.0;
-/// No margin is longer: the price in CPU time would be more than most wake-ups need.
-pub(crate) const CEILING_NS: f64 = 200_000.0;
+/// No margin is longer.
+const CEILING_NS: f64 = LONGEST_ADAPTIVE_MARGIN_NS as f64;
 /// Where a margin starts, before anything was observed.
 const INITIAL_NS: f64 = 50_000.0;
 /// A late wake-up raises the margin to this multiple of its latency ...

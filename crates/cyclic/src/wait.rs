@@ -2,9 +2,10 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use isochrone_schedule::{Margin, Wake};
+
 use crate::clock::Clock;
 use crate::margin::AdaptiveMargin;
-use crate::schedule::{Margin, Wake};
 
 /// Longest single sleep, so that a task with a period of an hour still notices a stop request.
 const SLICE_NS: u64 = 200_000_000;

@@ -5,8 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use isochrone_cyclic::{
-    Clock, CountingAllocator, Cyclic, Margin, Monotonic, Overrun, Schedule, Wake,
-    thread_allocations,
+    Clock, CountingAllocator, Cyclic, Margin, Monotonic, Schedule, Wake, thread_allocations,
 };
 
 #[global_allocator]
@@ -37,8 +36,7 @@ fn allocations_of_another_thread_are_not_counted() {
 #[test]
 fn a_cycle_allocates_nothing() {
     for wake in [Wake::Sleep, Wake::Hybrid(Margin::default()), Wake::Spin] {
-        let schedule =
-            Schedule { period_ns: 100_000, phase_ns: 0, wake, overrun: Overrun::Skip, limit: None };
+        let schedule = Schedule::every(100_000, wake);
         let stop = Arc::new(AtomicBool::new(false));
         let mut cyclic = Cyclic::new(Monotonic, schedule, Monotonic.now_ns(), stop);
         let before = thread_allocations();

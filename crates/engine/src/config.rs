@@ -4,11 +4,8 @@
 //! how all errors of a file are found in one go.
 
 use isochrone_blocks::PinType;
+use isochrone_schedule::{MissLimit, Overrun, Wake};
 use toml::Spanned;
-
-/// Where the common grid of a node's tasks begins, in nanoseconds behind a whole millisecond of the
-/// clock: between the kernel's ticks, which come at whole milliseconds.
-pub const EPOCH_OFFSET_NS: u64 = 500_000;
 
 /// A configuration file.
 #[derive(Debug, Default)]
@@ -41,47 +38,11 @@ pub struct Task {
     /// CPU to pin to.
     pub cpu: Option<u32>,
     /// How to wait for the release.
-    pub wake: Option<Wake>,
-    /// Fixed margin of the hybrid wait.
-    pub margin_ns: Option<u64>,
-    /// Part of a CPU that the hybrid wait may use, 0 to 0.5.
-    pub cpu_budget: Option<f64>,
+    pub wake: Wake,
     /// What to do about releases that were missed.
-    pub overrun: Option<Overrun>,
+    pub overrun: Overrun,
     /// How many missed releases end the node.
-    pub on_overrun: Option<OverrunLimit>,
-}
-
-/// Missed releases that are too many: the node stops, as a PLC does.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct OverrunLimit {
-    /// This many missed releases, 1 to 1000 ...
-    pub misses: u32,
-    /// ... within this many cycles.
-    pub cycles: u64,
-}
-
-/// How a task waits for its release.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Wake {
-    /// Sleep until the release.
-    Sleep,
-    /// Sleep until shortly before it, then watch the clock.
-    Hybrid,
-    /// Watch the clock.
-    Spin,
-}
-
-/// What a task does about releases that it missed.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Overrun {
-    /// Leave them out, and count them.
-    #[default]
-    Skip,
-    /// Run them one after the other.
-    CatchUp,
-    /// End the node.
-    Stop,
+    pub on_overrun: Option<MissLimit>,
 }
 
 /// A value that another process publishes.

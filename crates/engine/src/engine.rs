@@ -247,7 +247,7 @@ impl<'a> Builder<'a> {
             .collect();
         let imported = self.imported;
         TaskEngine {
-            period_ns: task.period_ns,
+            period_ns: task.schedule.period_ns,
             obs: self.obs.into(),
             image: task.image.as_slice().into(),
             state: vec![0; banks.iter().map(|bank| bank.state_words).sum()].into(),

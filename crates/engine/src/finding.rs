@@ -25,6 +25,8 @@ pub enum Problem {
     BadName,
     /// A name, OB number or service that is taken already.
     Duplicate,
+    /// Keys of one section that exclude each other.
+    Conflict,
     /// A task that is not configured.
     UnknownTask,
     /// A block type that the catalogue does not have.
@@ -58,6 +60,7 @@ impl Problem {
             Self::OutOfRange => "out_of_range",
             Self::BadName => "bad_name",
             Self::Duplicate => "duplicate",
+            Self::Conflict => "conflict",
             Self::UnknownTask => "unknown_task",
             Self::UnknownBlockType => "unknown_block_type",
             Self::UnknownPin => "unknown_pin",

@@ -1,14 +1,11 @@
 //! From TOML to [`Config`].
 
 use isochrone_blocks::{PinType, is_cyclic_ob};
+use isochrone_schedule::{Margin, MissLimit, Overrun, Wake, phase_between_ticks_ns};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use crate::config::{
-    Binding, Block, Config, Connection, EPOCH_OFFSET_NS, Input, OnStale, Output, Overrun,
-    OverrunLimit, Task, Wake,
-};
-use crate::duration::parse_duration_ns;
+use crate::config::{Binding, Block, Config, Connection, Input, OnStale, Output, Task};
 use crate::finding::Problem;
 use crate::section::{Errors, Rule, Section, parse_integer};
 use crate::time::{TIME_FORMS, parse_time_ms};
@@ -19,8 +16,6 @@ const MAX_COUNT: i64 = 10_000_000;
 /// A frame's channels are counted in 16 bits.
 const MAX_CHANNEL: i64 = 65_535;
 const PERIOD_NS: std::ops::RangeInclusive<u64> = 10_000..=3_600_000_000_000;
-
-const MILLISECOND_NS: u64 = 1_000_000;
 
 const CPU_BUDGET: std::ops::RangeInclusive<f64> = 0.01..=0.5;
 
@@ -95,14 +90,13 @@ fn node(file: &Section<'_>) -> Option<Spanned<String>> {
 
 fn task(section: Section<'_>) -> Task {
     section.required("period", "\"1ms\"");
-    let margin = section.duration_ns("margin", |margin_ns| margin_ns > 0, "longer than 0");
+    let period_ns = section.duration_ns(
+        "period",
+        |period_ns| PERIOD_NS.contains(&period_ns),
+        "from \"10us\" to \"1h\"",
+    );
     let task = Task {
         name: section.name("name", &NAME),
-        period_ns: section.duration_ns(
-            "period",
-            |period_ns| PERIOD_NS.contains(&period_ns),
-            "from \"10us\" to \"1h\"",
-        ),
         ob: section
             .integer(
                 "ob",
@@ -110,7 +104,7 @@ fn task(section: Section<'_>) -> Task {
                 "30 to 38 or 123 to 32767",
             )
             .map(narrow),
-        phase_ns: phase(&section),
+        phase_ns: phase(&section, period_ns.as_ref()),
         priority: section
             .integer(
                 "priority",
@@ -121,71 +115,95 @@ fn task(section: Section<'_>) -> Task {
         cpu: section
             .integer("cpu", |cpu| (0..=1023).contains(&cpu), "the number of a CPU, from 0 to 1023")
             .map(|cpu| narrow(cpu).into_inner()),
-        wake: section
-            .choice(
-                "wake",
-                &[("sleep", Wake::Sleep), ("hybrid", Wake::Hybrid), ("spin", Wake::Spin)],
-            )
-            .map(Spanned::into_inner),
-        margin_ns: margin.as_ref().map(|margin| *margin.get_ref()),
-        cpu_budget: section
-            .read("cpu_budget", "a number such as 0.10", |value| match connection(value) {
-                Some(Connection::Float(budget)) if CPU_BUDGET.contains(&budget) => Ok(budget),
-                Some(Connection::Float(budget)) => Err(Some(section.out_of_range(
-                    "cpu_budget",
-                    &budget.to_string(),
-                    "a part of one CPU, from 0.01 to 0.5",
-                ))),
-                _ => Err(None),
-            })
-            .map(Spanned::into_inner),
-        on_overrun: section.table("on_overrun", "[task.on_overrun]").and_then(overrun_limit),
+        wake: wake(&section, period_ns.as_ref()),
         overrun: section
-            .choice(
-                "overrun",
-                &[("skip", Overrun::Skip), ("catch_up", Overrun::CatchUp), ("stop", Overrun::Stop)],
-            )
-            .map(Spanned::into_inner),
+            .choice("overrun", &Overrun::ALL.map(|overrun| (overrun.as_str(), overrun)))
+            .map_or(Overrun::Skip, Spanned::into_inner),
+        on_overrun: section.table("on_overrun", "[task.on_overrun]").and_then(overrun_limit),
+        period_ns,
     };
-    for (key, time, help) in [
-        ("phase", &task.phase_ns, "phase moves the releases within the period"),
-        ("margin", &margin, "margin is the part of the period that is not slept before a release"),
-    ] {
-        if let (Some(time), Some(period)) = (time, &task.period_ns)
-            && time.get_ref() >= period.get_ref()
-        {
-            let message = format!("[[task]] {key} is not less than the period");
-            section.report(Finding::new(Problem::OutOfRange, time.span(), message).help(help));
-        }
-    }
     section.finish();
     task
 }
 
-/// `phase = "auto"` puts the releases between the kernel's ticks, as far from them as the period
-/// allows: behind a tick they stand at all multiples of the greatest common divisor of period and
-/// millisecond, and a tick falls in the middle between two of those.
-fn phase(section: &Section<'_>) -> Option<Spanned<u64>> {
+/// `phase = "auto"` puts the releases between the kernel's ticks.
+fn phase(section: &Section<'_>, period_ns: Option<&Spanned<u64>>) -> Option<Spanned<u64>> {
     let automatic = section.get("phase").filter(|phase| phase.get_ref().as_str() == Some("auto"));
-    let Some(automatic) = automatic else {
-        return section.duration_ns("phase", |_| true, "less than the period, or \"auto\"");
-    };
-    let period_ns = section.get("period").and_then(|period| period.get_ref().as_str());
-    let period_ns = period_ns.and_then(|text| parse_duration_ns(text).ok())?;
-    let grid_ns = greatest_common_divisor(period_ns, MILLISECOND_NS);
-    let phase_ns = (grid_ns + grid_ns / 2 - EPOCH_OFFSET_NS % grid_ns) % grid_ns;
-    Some(Spanned::new(automatic.span(), phase_ns))
+    if let Some(automatic) = automatic {
+        let phase_ns = phase_between_ticks_ns(*period_ns?.get_ref());
+        return Some(Spanned::new(automatic.span(), phase_ns));
+    }
+    let phase = section.duration_ns("phase", |_| true, "less than the period, or \"auto\"")?;
+    let help = "phase moves the releases within the period";
+    less_than_period(section, "phase", &phase, period_ns, help);
+    Some(phase)
 }
 
-/// Of two numbers, one of which is not 0.
-fn greatest_common_divisor(a: u64, b: u64) -> u64 {
-    match b {
-        0 => a,
-        _ => greatest_common_divisor(b, a % b),
+/// How a task waits, and how long before its release it is awake.
+fn wake(section: &Section<'_>, period_ns: Option<&Spanned<u64>>) -> Wake {
+    let margin = section.duration_ns("margin", |margin_ns| margin_ns > 0, "longer than 0");
+    if let Some(margin) = &margin {
+        let help = "margin is the part of the period that is not slept before a release";
+        less_than_period(section, "margin", margin, period_ns, help);
+    }
+    let cpu_budget =
+        section.read("cpu_budget", "a number such as 0.10", |value| match connection(value) {
+            Some(Connection::Float(budget)) if CPU_BUDGET.contains(&budget) => Ok(budget),
+            Some(Connection::Float(budget)) => Err(Some(section.out_of_range(
+                "cpu_budget",
+                &budget.to_string(),
+                "a part of one CPU, from 0.01 to 0.5",
+            ))),
+            _ => Err(None),
+        });
+    if let (Some(_), Some(cpu_budget)) = (&margin, &cpu_budget) {
+        let message = "[[task]] has both margin and cpu_budget";
+        let help = "margin fixes how long before a release the task is awake, cpu_budget bounds a \
+                    margin that adapts; keep one";
+        section.report(Finding::new(Problem::Conflict, cpu_budget.span(), message).help(help));
+    }
+    let written = section.choice("wake", &Wake::ALL.map(|wake| (wake.as_str(), wake)));
+    let wake = match &written {
+        Some(wake) => *wake.get_ref(),
+        None if section.get("priority").is_none() && section.get("wake").is_none() => Wake::Sleep,
+        None => Wake::Hybrid(Margin::DEFAULT),
+    };
+    if !matches!(wake, Wake::Hybrid(_)) {
+        let margin = margin.as_ref().map(|margin| ("margin", margin.span()));
+        let cpu_budget = cpu_budget.as_ref().map(|budget| ("cpu_budget", budget.span()));
+        for (key, span) in margin.into_iter().chain(cpu_budget) {
+            let why = match written {
+                Some(_) => format!("wake = \"{}\" has no margin", wake.as_str()),
+                None => "without a priority the task sleeps until its release".into(),
+            };
+            let message = format!("[[task]] {key} is for wake = \"hybrid\" only: {why}");
+            let help = format!("write wake = \"hybrid\", or leave {key} out");
+            section.report(Finding::new(Problem::Conflict, span, message).help(help));
+        }
+        return wake;
+    }
+    Wake::Hybrid(match (margin, cpu_budget) {
+        (Some(margin_ns), _) => Margin::Fixed(margin_ns.into_inner()),
+        (None, Some(budget)) => Margin::Adaptive { cpu_budget: budget.into_inner() },
+        (None, None) => Margin::DEFAULT,
+    })
+}
+
+/// Reports a time that is as long as the period, or longer.
+fn less_than_period(
+    section: &Section<'_>,
+    key: &str,
+    time_ns: &Spanned<u64>,
+    period_ns: Option<&Spanned<u64>>,
+    help: &str,
+) {
+    if period_ns.is_some_and(|period_ns| time_ns.get_ref() >= period_ns.get_ref()) {
+        let message = format!("[[task]] {key} is not less than the period");
+        section.report(Finding::new(Problem::OutOfRange, time_ns.span(), message).help(help));
     }
 }
 
-fn overrun_limit(section: Section<'_>) -> Option<OverrunLimit> {
+fn overrun_limit(section: Section<'_>) -> Option<MissLimit> {
     section.required("misses", "3");
     section.required("cycles", "1000");
     let misses = section.integer("misses", |misses| (1..=1000).contains(&misses), "from 1 to 1000");
@@ -198,10 +216,7 @@ fn overrun_limit(section: Section<'_>) -> Option<OverrunLimit> {
         section.report(Finding::new(Problem::OutOfRange, misses.span(), message).help(help));
     }
     section.finish();
-    Some(OverrunLimit {
-        misses: narrow(misses?).into_inner(),
-        cycles: narrow(cycles?).into_inner(),
-    })
+    Some(MissLimit { misses: narrow(misses?).into_inner(), cycles: narrow(cycles?).into_inner() })
 }
 
 fn input(section: Section<'_>) -> Input {

@@ -4,6 +4,7 @@ mod findings;
 
 use findings::{VALID, assert_one, assert_rows, plan};
 use isochrone_engine::Problem::*;
+use isochrone_schedule::{Margin, Wake};
 
 #[test]
 fn periods_outside_10_us_to_1_h_and_what_is_no_duration_are_refused() {
@@ -34,7 +35,7 @@ fn the_shortest_and_the_longest_period_are_accepted() {
         [("10us", 10_000), ("1h", 3_600_000_000_000), ("12345.678us", 12_345_678)]
     {
         let text = format!("[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"{period}\"\n");
-        assert_eq!(plan(&text).unwrap().tasks[0].period_ns, period_ns);
+        assert_eq!(plan(&text).unwrap().tasks[0].schedule.period_ns, period_ns);
     }
 }
 
@@ -77,8 +78,54 @@ fn a_margin_is_less_than_the_period() {
         let message = "margin is not less than the period";
         assert_one(margin, &text, OutOfRange, message, "part of the period");
     }
-    let longest = VALID.replace("wake = \"hybrid\"", "wake = \"hybrid\"\nmargin = \"999999ns\"");
-    assert_eq!(plan(&longest).unwrap().tasks[0].margin_ns, Some(999_999));
+    for (margin, keys) in [
+        (Margin::Fixed(999_999), "margin = \"999999ns\""),
+        (Margin::Adaptive { cpu_budget: 0.5 }, "cpu_budget = 0.5"),
+    ] {
+        for wake in ["", "wake = \"hybrid\"\n"] {
+            let text = VALID.replace("wake = \"hybrid\"", &format!("{wake}{keys}"));
+            assert_eq!(plan(&text).unwrap().tasks[0].schedule.wake, Wake::Hybrid(margin));
+        }
+    }
+}
+
+#[test]
+fn a_margin_that_nothing_would_use_is_refused_where_it_stands() {
+    let help = "write wake = \"hybrid\", or leave";
+    assert_rows(&[
+        (
+            "margin of a task that sleeps",
+            "wake = \"hybrid\"",
+            "wake = \"sleep\"\nmargin = «\"80us\"",
+            Conflict,
+            "margin is for wake = \"hybrid\" only: wake = \"sleep\" has no margin",
+            help,
+        ),
+        (
+            "budget of a task that spins",
+            "wake = \"hybrid\"",
+            "wake = \"spin\"\ncpu_budget = «0.1",
+            Conflict,
+            "cpu_budget is for wake = \"hybrid\" only: wake = \"spin\" has no margin",
+            help,
+        ),
+        (
+            "margin of a task without a priority",
+            "priority = 80\ncpu = 1\nwake = \"hybrid\"",
+            "margin = «\"80us\"",
+            Conflict,
+            "without a priority the task sleeps until its release",
+            help,
+        ),
+        (
+            "both a fixed margin and a bound of an adaptive one",
+            "wake = \"hybrid\"",
+            "cpu_budget = «0.1\nmargin = \"80us\"",
+            Conflict,
+            "has both margin and cpu_budget",
+            "keep one",
+        ),
+    ]);
 }
 
 #[test]

@@ -148,15 +148,19 @@ fn instances_own_consecutive_slots_inputs_then_outputs_and_every_slot_has_a_name
 
 #[test]
 fn keys_that_are_left_out_have_the_documented_values() {
-    use isochrone_engine::config::{Binding, OnStale, Overrun, Wake};
+    use isochrone_engine::config::{Binding, OnStale};
+    use isochrone_schedule::{Margin, Overrun, Wake};
     let plan = plan(&(HEAD.to_string() + "[[input]]\nname = \"x\"\n")).unwrap();
     let task = &plan.tasks[0];
-    assert_eq!((task.ob, task.phase_ns, task.priority, task.cpu), (None, 0, None, None));
-    assert_eq!((task.wake, task.overrun), (Wake::Sleep, Overrun::Skip));
+    assert_eq!((task.ob, task.schedule.phase_ns, task.priority, task.cpu), (None, 0, None, None));
+    assert_eq!((task.schedule.wake, task.schedule.overrun), (Wake::Sleep, Overrun::Skip));
     let input = &task.inputs[0];
     assert_eq!(input.binding, Binding::Channel(0));
     assert_eq!((input.value_type, input.default), (isochrone_blocks::PinType::Lreal, 0.0));
     assert_eq!((&input.service, input.max_age_ns, input.on_stale), (&None, None, OnStale::Hold));
     let fast = HEAD.replace("100ms\"", "100ms\"\npriority = 1");
-    assert_eq!(findings::plan(&fast).unwrap().tasks[0].wake, Wake::Hybrid);
+    assert_eq!(
+        findings::plan(&fast).unwrap().tasks[0].schedule.wake,
+        Wake::Hybrid(Margin::DEFAULT)
+    );
 }

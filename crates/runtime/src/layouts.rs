@@ -28,7 +28,7 @@ pub fn announcers(
     plan: &Plan,
 ) -> Result<Vec<LayoutAnnouncer<Service>>, OpenError> {
     let outputs = plan.tasks.iter().flat_map(|task| {
-        task.outputs.iter().map(move |output| (output, layout(output, task.period_ns)))
+        task.outputs.iter().map(move |output| (output, layout(output, task.schedule.period_ns)))
     });
     let open = |(output, layout): (&isochrone_engine::OutputPlan, _)| {
         LayoutAnnouncer::open(participant, &output.service, &plan.node, &layout)

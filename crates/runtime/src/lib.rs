@@ -24,5 +24,5 @@ mod telemetry;
 pub use bindings::Desk;
 pub use layouts::{Resolver, announcers};
 pub use limiter::Limiter;
-pub use task::{Job, Outcome, Ready, run, wake};
+pub use task::{Job, Outcome, Ready, run};
 pub use telemetry::{Tap, Telemetry};

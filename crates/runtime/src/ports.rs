@@ -26,7 +26,7 @@ impl OutputPorts {
         task: &TaskPlan,
     ) -> Result<Self, OpenError> {
         let open = |output: &OutputPlan| {
-            let layout = layout(output, task.period_ns);
+            let layout = layout(output, task.schedule.period_ns);
             Ok::<_, OpenError>(OutputPort {
                 service: output.service.clone(),
                 publisher: FramePublisher::open(participant, &output.service, &layout)?,

@@ -5,8 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender};
 
 use isochrone_cyclic::{
-    Clock, Cyclic, Monotonic, PriorityReturn, Release, Schedule, StopReason, ThreadGrant,
-    ThreadRequest, ThreadUsage, Wake, prepare_thread, thread_allocations, thread_usage,
+    Clock, Cyclic, Monotonic, PriorityReturn, Release, StopReason, ThreadGrant, ThreadRequest,
+    ThreadUsage, prepare_thread, thread_allocations, thread_usage,
 };
 use isochrone_engine::{TaskEngine, TaskPlan};
 use isochrone_ipc::{OpenError, Participant, Repair, give_up_file_override, ipc};
@@ -105,7 +105,7 @@ pub fn run(mut job: Job<'_>) -> Option<Outcome> {
     job.ready.send(Ok(Ready { grant, repairs, desks })).ok()?;
     let epoch_ns = job.epoch_ns.recv().ok()?;
 
-    let mut cyclic = Cyclic::new(Monotonic, schedule(job.plan), epoch_ns, job.stop.clone());
+    let mut cyclic = Cyclic::new(Monotonic, job.plan.schedule, epoch_ns, job.stop.clone());
     let mut account = Account::open();
     let mut restless = Restless::default();
     let mut cycles = 0;
@@ -227,38 +227,5 @@ impl Account {
         let before = thread_allocations();
         work();
         self.library_allocations += thread_allocations() - before;
-    }
-}
-
-fn schedule(plan: &TaskPlan) -> Schedule {
-    use isochrone_cyclic::{MissLimit, Overrun};
-    use isochrone_engine::config;
-    Schedule {
-        period_ns: plan.period_ns,
-        phase_ns: plan.phase_ns,
-        wake: wake(plan),
-        overrun: match plan.overrun {
-            config::Overrun::Skip => Overrun::Skip,
-            config::Overrun::CatchUp => Overrun::CatchUp,
-            config::Overrun::Stop => Overrun::Stop,
-        },
-        limit: plan
-            .on_overrun
-            .map(|limit| MissLimit { misses: limit.misses, cycles: limit.cycles }),
-    }
-}
-
-/// How a task waits for its releases.
-pub fn wake(plan: &TaskPlan) -> Wake {
-    use isochrone_cyclic::Margin;
-    use isochrone_engine::config;
-    match plan.wake {
-        config::Wake::Sleep => Wake::Sleep,
-        config::Wake::Hybrid => Wake::Hybrid(match (plan.margin_ns, plan.cpu_budget) {
-            (Some(margin_ns), _) => Margin::Fixed(margin_ns),
-            (None, Some(cpu_budget)) => Margin::Adaptive { cpu_budget },
-            (None, None) => Margin::default(),
-        }),
-        config::Wake::Spin => Wake::Spin,
     }
 }

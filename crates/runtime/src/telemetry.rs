@@ -120,7 +120,7 @@ impl Telemetry {
             }));
             let (producer, consumer) = RingBuffer::new((slots.len() * SNAPSHOTS).max(1));
             sources.push(Source { ring: consumer, signals: first..signals.len() });
-            let every = INTERVAL_NS.div_ceil(task.period_ns).max(1);
+            let every = INTERVAL_NS.div_ceil(task.schedule.period_ns).max(1);
             taps.push(Tap { ring: producer, slots, every, cycles: 0, lost: 0 });
         }
         let values = vec![0.0; signals.len()];

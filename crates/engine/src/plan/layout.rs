@@ -2,12 +2,13 @@
 
 use std::collections::{BTreeMap, HashMap};
 
+use isochrone_schedule::Schedule;
 use toml::Spanned;
 
 use super::names::{Entry, Names};
 use super::wires::{Origin, Wiring};
 use super::{BankPlan, InputPlan, LinkPlan, OutputPlan, SignalPlan, TaskPlan, WirePlan};
-use crate::config::{self, Config, Wake};
+use crate::config::{self, Config};
 
 /// Most instances of a bank. The wires of a bank are copied just before it steps, so its slots
 /// (at most 24 of 8 bytes each) should still be in the first-level cache when it does.
@@ -39,19 +40,16 @@ pub(super) fn lay_out(
 fn task_plan(task: &config::Task) -> TaskPlan {
     TaskPlan {
         name: task.name.as_ref().map(|name| name.get_ref().clone()).unwrap_or_default(),
-        period_ns: task.period_ns.as_ref().map_or(0, |period_ns| *period_ns.get_ref()),
-        phase_ns: task.phase_ns.as_ref().map_or(0, |phase_ns| *phase_ns.get_ref()),
+        schedule: Schedule {
+            period_ns: task.period_ns.as_ref().map_or(0, |period_ns| *period_ns.get_ref()),
+            phase_ns: task.phase_ns.as_ref().map_or(0, |phase_ns| *phase_ns.get_ref()),
+            wake: task.wake,
+            overrun: task.overrun,
+            limit: task.on_overrun,
+        },
         ob: task.ob.as_ref().map(|ob| *ob.get_ref()),
         priority: task.priority,
         cpu: task.cpu,
-        wake: task.wake.unwrap_or(match task.priority {
-            Some(_) => Wake::Hybrid,
-            None => Wake::Sleep,
-        }),
-        margin_ns: task.margin_ns,
-        cpu_budget: task.cpu_budget,
-        overrun: task.overrun.unwrap_or_default(),
-        on_overrun: task.on_overrun,
         inputs: Vec::new(),
         outputs: Vec::new(),
         banks: Vec::new(),

@@ -9,9 +9,10 @@ mod probe;
 mod wires;
 
 use isochrone_blocks::{BlockType, CATALOGUE, PinType};
+use isochrone_schedule::Schedule;
 pub(crate) use names::MAX_INSTANCES;
 
-use crate::config::{Binding, OnStale, Overrun, OverrunLimit, Wake};
+use crate::config::{Binding, OnStale};
 use crate::{Finding, Findings, Source, parse};
 
 /// What a configuration is checked against beside itself.
@@ -59,26 +60,14 @@ pub struct Plan {
 pub struct TaskPlan {
     /// Unique name.
     pub name: String,
-    /// Period in nanoseconds.
-    pub period_ns: u64,
-    /// Offset on the common grid in nanoseconds, less than the period.
-    pub phase_ns: u64,
+    /// When it is due, how it waits, what it does about releases that were missed.
+    pub schedule: Schedule,
     /// OB number, if it has one.
     pub ob: Option<i16>,
     /// SCHED_FIFO priority, 1 to 89; `None`: normal scheduling.
     pub priority: Option<u8>,
     /// CPU to pin to.
     pub cpu: Option<u32>,
-    /// How it waits for its releases.
-    pub wake: Wake,
-    /// Fixed margin of the hybrid wait in nanoseconds; `None`: it adapts.
-    pub margin_ns: Option<u64>,
-    /// Part of a CPU that the hybrid wait may use; `None`: the executor's default.
-    pub cpu_budget: Option<f64>,
-    /// What it does about releases that were missed.
-    pub overrun: Overrun,
-    /// How many missed releases end the node.
-    pub on_overrun: Option<OverrunLimit>,
     /// Its inputs; input k stands in slot k of the image.
     pub inputs: Vec<InputPlan>,
     /// Its outputs in file order.

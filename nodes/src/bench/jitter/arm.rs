@@ -183,7 +183,7 @@ impl Arm {
                 Kind::Loop { wake, .. } => wake.as_str().into(),
                 Kind::Cyclictest => "sleep".into(),
                 Kind::Node(plan) => {
-                    plan.tasks.first().map_or("", |task| crate::check::wake(task.wake)).into()
+                    plan.tasks.first().map_or("", |task| task.schedule.wake.as_str()).into()
                 }
             },
             margin_ns: self.margin_ns,

@@ -8,8 +8,8 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::Duration;
 
+use isochrone_cyclic::EPOCH_OFFSET_NS;
 use isochrone_cyclic::{Clock, Monotonic, ThreadUsage};
-use isochrone_engine::config::EPOCH_OFFSET_NS;
 use isochrone_engine::format_duration_ns;
 
 use self::transcript::{Chunk, SECOND_NS, Transcript};

@@ -207,17 +207,18 @@ impl Settings {
                  that all arms run alike"
             )));
         }
-        let (period_ns, priority, phase_ns) = (task.period_ns, task.priority, task.phase_ns);
+        let (schedule, priority) = (task.schedule, task.priority);
+        let (period_ns, phase_ns) = (schedule.period_ns, schedule.phase_ns);
         let cpu = task.cpu.map_or(settings.cpu, |cpu| cpu as usize);
         for (other, plan) in &settings.plans {
             if let Some(task) = plan.tasks.first()
-                && task.period_ns != period_ns
+                && task.schedule.period_ns != period_ns
             {
                 return Err(Failure::usage(format!(
                     "the first tasks of \"{name}\" and \"{other}\" have periods of {} and {}; arms are \
                      compared at the same period",
                     format_duration_ns(period_ns),
-                    format_duration_ns(task.period_ns)
+                    format_duration_ns(task.schedule.period_ns)
                 )));
             }
         }

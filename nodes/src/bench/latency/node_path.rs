@@ -2,8 +2,8 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use isochrone_cyclic::EPOCH_OFFSET_NS;
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_engine::config::EPOCH_OFFSET_NS;
 use isochrone_ipc::{Depth, FramePublisher, FrameSubscriber, ipc};
 use isochrone_timing::Distribution;
 
@@ -203,7 +203,7 @@ mod tests {
             let source = Source::new("latency.toml", configuration(1, priority));
             let plan = Plan::new(source, &Rules::default()).unwrap();
             assert!(plan.warnings.is_empty());
-            assert_eq!(plan.tasks[0].period_ns, PERIOD_NS);
+            assert_eq!(plan.tasks[0].schedule.period_ns, PERIOD_NS);
         }
     }
 

@@ -1,0 +1,81 @@
+//! What a cyclic task asks for: when it is due, how it waits, what it does when it is late.
+//!
+//! These are the words that configurations, the executor and reports share. There is no clock here
+//! and no operating system: `isochrone-engine` reads a [`Schedule`] from a file, and
+//! `isochrone-cyclic` runs it.
+//!
+//! ```
+//! use isochrone_schedule::{Margin, Overrun, Schedule, Wake};
+//!
+//! let schedule = Schedule::every(1_000_000, Wake::Hybrid(Margin::Fixed(80_000)));
+//! assert_eq!(schedule.wake.as_str(), "hybrid");
+//! assert_eq!(schedule.longest_watch_ns(), 80_000);
+//! assert_eq!(schedule.overrun, Overrun::Skip);
+//! ```
+#![no_std]
+#![forbid(unsafe_code)]
+
+mod grid;
+mod overrun;
+mod wake;
+
+pub use grid::{EPOCH_OFFSET_NS, phase_between_ticks_ns};
+pub use overrun::{MissLimit, Overrun};
+pub use wake::{LONGEST_ADAPTIVE_MARGIN_NS, Margin, Wake};
+
+/// When a task runs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Schedule {
+    /// Time between releases, in ns; meant for 10 us to 1 h. Zero counts as 1.
+    pub period_ns: u64,
+    /// Offset of the first release from the node's epoch, in ns; less than the period.
+    pub phase_ns: u64,
+    /// How to wait for the release.
+    pub wake: Wake,
+    /// What to do when releases were missed.
+    pub overrun: Overrun,
+    /// How many missed releases end the loop, whatever `overrun` says; `None`: any number passes.
+    pub limit: Option<MissLimit>,
+}
+
+impl Schedule {
+    /// Releases on the whole grid, skipped when they were missed, however many that are.
+    pub const fn every(period_ns: u64, wake: Wake) -> Self {
+        Self { period_ns, phase_ns: 0, wake, overrun: Overrun::Skip, limit: None }
+    }
+
+    /// The longest that the task watches the clock before a release, in ns. Sleeping costs no CPU
+    /// time, watching does.
+    pub fn longest_watch_ns(&self) -> u64 {
+        match self.wake {
+            Wake::Sleep => 0,
+            Wake::Hybrid(margin) => margin.longest_ns(self.period_ns),
+            Wake::Spin => self.period_ns,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wait_watches_the_clock_for_its_longest_margin_at_most() {
+        const MS: u64 = 1_000_000;
+        let adaptive = |cpu_budget| Wake::Hybrid(Margin::Adaptive { cpu_budget });
+        for (wake, period_ns, watched_ns) in [
+            (Wake::Sleep, MS, 0),
+            (Wake::Spin, MS, MS),
+            (Wake::Hybrid(Margin::Fixed(80_000)), MS, 80_000),
+            (Wake::Hybrid(Margin::Fixed(2 * MS)), MS, MS),
+            (adaptive(0.5), MS / 10, 50_000),
+            (adaptive(0.5), MS, 200_000),
+        ] {
+            assert_eq!(
+                Schedule::every(period_ns, wake).longest_watch_ns(),
+                watched_ns,
+                "{wake:?} {period_ns}"
+            );
+        }
+    }
+}
