@@ -15,14 +15,14 @@ use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{
-    Depth, FrameLayout, FramePublisher, FrameSubscriber, Participant, SignalSpec, Stamp,
-    load_config, local,
+    Depth, Domain, FrameLayout, FramePublisher, FrameSubscriber, Participant, SignalSpec, Stamp,
+    local,
 };
 
 const FRAMES: u64 = 5;
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let participant = Participant::<local::Service>::join("in_process", &load_config(None)?)?;
+    let participant = Participant::<local::Service>::join("in_process", &Domain::find()?)?;
     // What a frame holds. Between processes a LayoutAnnouncer tells the readers; here both ends know.
     let signals = ["level", "level_in_percent"].map(|name| SignalSpec::new(name, "LREAL"));
     let layout = FrameLayout { signals: signals.into(), period_ns: Some(1_000_000) };

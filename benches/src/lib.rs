@@ -5,7 +5,6 @@
 
 mod baseline;
 pub mod crash_points;
-mod domain;
 mod program;
 
 use std::fs;
@@ -13,13 +12,11 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 
 use isochrone_engine::{Plan, Rules, TaskEngine, Workload};
+use isochrone_ipc::IsolatedDomain;
 use isochrone_timing::{Report, turns};
 
 pub use baseline::{Baseline, Verdict};
-pub use domain::Domain;
 pub use program::{Profile, build, find};
-
-use domain::DOMAIN_FILE;
 
 /// A failure that ends a bench, as a sentence.
 pub type Failure = Box<dyn std::error::Error + Send + Sync>;
@@ -29,7 +26,7 @@ pub type Failure = Box<dyn std::error::Error + Send + Sync>;
 #[derive(Debug)]
 pub struct Bench {
     program: PathBuf,
-    domain: Domain,
+    domain: IsolatedDomain,
 }
 
 impl Bench {
@@ -38,7 +35,7 @@ impl Bench {
     /// # Errors
     /// It cannot be built, or there is no place for the folder.
     pub fn new() -> Result<Self, Failure> {
-        Ok(Self { program: build(Profile::Release)?, domain: Domain::new()? })
+        Ok(Self { program: build(Profile::Release)?, domain: IsolatedDomain::new("bench")? })
     }
 
     /// A file in the bench's folder.
@@ -57,7 +54,7 @@ impl Bench {
                 command
             }
         };
-        command.args(arguments.split(' ')).arg("--iceoryx2-config").arg(DOMAIN_FILE);
+        command.args(arguments.split(' ')).arg("--iceoryx2-config").arg(self.domain.file());
         command.current_dir(self.domain.folder()).stdin(Stdio::null()).stdout(Stdio::null());
         command.stderr(Stdio::null());
         command

@@ -3,49 +3,37 @@
 //! Each test has an iceoryx2 domain of its own. The child finds it in the file
 //! `config/iceoryx2.toml` of its working directory, where iceoryx2 looks first.
 
-use std::path::Path;
+use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 use isochrone_ipc::{
-    Announcement, Config, Depth, FrameLayout, FramePublisher, FrameSubscriber, LayoutAnnouncer,
-    Participant, SignalSpec, Stamp, ipc, load_config, remove_leftovers,
+    Announcement, Depth, FrameLayout, FramePublisher, FrameSubscriber, IsolatedDomain,
+    LayoutAnnouncer, Participant, SignalSpec, Stamp, ipc,
 };
 
 const LIMIT: Duration = Duration::from_secs(30);
 const STEP: Duration = Duration::from_millis(1);
 
-struct Domain {
-    directory: tempfile::TempDir,
-    prefix: String,
-    config: Config,
-}
+struct Domain(IsolatedDomain);
 
 impl Domain {
     fn new() -> Self {
-        static NEXT: AtomicU32 = AtomicU32::new(0);
-        let number = NEXT.fetch_add(1, Ordering::Relaxed);
-        let prefix = format!("isoex{}_{number}_", std::process::id());
-        // Root path and prefix end up in the address of a socket, which is short.
-        let directory = tempfile::Builder::new().prefix("isoex").tempdir_in("/tmp").unwrap();
-        let root = directory.path().join("iox2").display().to_string();
-        let file = directory.path().join("config/iceoryx2.toml");
-        std::fs::create_dir(directory.path().join("config")).unwrap();
-        let text = format!("[global]\nroot-path = \"{root}\"\nprefix = \"{prefix}\"\n");
-        std::fs::write(&file, text).unwrap();
-        let config = load_config(Some(&file)).unwrap();
-        Self { directory, prefix, config }
+        let domain = IsolatedDomain::new("isoex").unwrap();
+        let place = domain.folder().join("config");
+        std::fs::create_dir(&place).unwrap();
+        std::fs::copy(domain.file(), place.join("iceoryx2.toml")).unwrap();
+        Self(domain)
     }
 
     fn join(&self) -> Participant<ipc::Service> {
-        Participant::join("tester", &self.config).unwrap()
+        Participant::join("tester", &self.0).unwrap()
     }
 
     fn start_reader(&self, arguments: &[&str]) -> Child {
         Command::new(env!("CARGO_BIN_EXE_plain_reader"))
             .args(arguments)
-            .current_dir(&self.directory)
+            .current_dir(self.0.folder())
             .stdout(Stdio::piped())
             .stderr(Stdio::piped())
             .spawn()
@@ -54,35 +42,9 @@ impl Domain {
 
     /// Makes sure that nothing is left of the domain.
     fn close(self) {
-        remove_leftovers::<ipc::Service>(&self.config);
-        let shared = std::fs::read_dir("/dev/shm").unwrap();
-        let names = shared.map(|entry| entry.unwrap().file_name().into_string().unwrap());
-        let left: Vec<_> = names.filter(|name| name.starts_with(&self.prefix)).collect();
-        assert!(left.is_empty(), "{left:?}");
-        assert_eq!(files(&self.directory.path().join("iox2")), Vec::<String>::new());
+        self.0.remove_leftovers();
+        assert_eq!(self.0.files(), Vec::<PathBuf>::new());
     }
-}
-
-impl Drop for Domain {
-    fn drop(&mut self) {
-        // For a test that failed before it came to `close`.
-        remove_leftovers::<ipc::Service>(&self.config);
-    }
-}
-
-/// All files below a directory; empty directories do not count.
-fn files(directory: &Path) -> Vec<String> {
-    let Ok(entries) = std::fs::read_dir(directory) else {
-        return Vec::new();
-    };
-    let paths = entries.map(|entry| entry.unwrap().path());
-    paths
-        .flat_map(
-            |path| {
-                if path.is_dir() { files(&path) } else { vec![path.display().to_string()] }
-            },
-        )
-        .collect()
 }
 
 fn layout() -> FrameLayout {

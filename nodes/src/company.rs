@@ -2,55 +2,35 @@
 
 use std::io::{BufRead, BufReader, Read};
 use std::os::unix::process::{CommandExt, ExitStatusExt};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::{ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 
-use isochrone_ipc::{Participant, ipc, load_config, remove_leftovers};
+use isochrone_ipc::IsolatedDomain;
 use rustix::process::Signal;
 
 use crate::failure::Failure;
 use crate::stop::Program;
 
-/// Where the processes live: a folder, and an iceoryx2 domain of its own, so that they meet nothing
-/// else that runs on the machine. Both are gone when this is dropped; drop the processes before.
+/// Where the processes live: an iceoryx2 domain of its own and the folder that it is in, so that they
+/// meet nothing else that runs on the machine. Drop the processes before.
 pub(crate) struct Company {
-    folder: tempfile::TempDir,
-    prefix: String,
+    domain: IsolatedDomain,
 }
 
-const DOMAIN_FILE: &str = "iceoryx2.toml";
-
 impl Company {
-    /// Makes the folder, and a domain whose prefix begins with a word.
+    /// Makes the domain, whose prefix begins with a word.
     pub(crate) fn gather(word: &str) -> Result<Self, Failure> {
-        let folder = tempfile::Builder::new()
-            .prefix("isochrone-")
-            .tempdir()
-            .map_err(|error| Failure::found(format!("cannot create a folder: {error}")))?;
-        let company = Self { folder, prefix: format!("{word}{}_", std::process::id()) };
-        let root_path = company.path().display().to_string();
-        let prefix = &company.prefix;
-        company.write(
-            DOMAIN_FILE,
-            &format!("[global]\nroot-path = {root_path:?}\nprefix = {prefix:?}\n"),
-        )?;
-        Ok(company)
+        Ok(Self { domain: IsolatedDomain::new(word).map_err(Failure::found)? })
+    }
+
+    pub(crate) fn domain(&self) -> &IsolatedDomain {
+        &self.domain
     }
 
     pub(crate) fn path(&self) -> &Path {
-        self.folder.path()
-    }
-
-    /// What the names of its files in shared memory begin with.
-    pub(crate) fn prefix(&self) -> &str {
-        &self.prefix
-    }
-
-    /// The file that tells the domain.
-    pub(crate) fn domain_file(&self) -> PathBuf {
-        self.path().join(DOMAIN_FILE)
+        self.domain.folder()
     }
 
     /// Writes a file into the folder.
@@ -61,7 +41,8 @@ impl Company {
 
     /// Starts this program with a verb, in the folder and the domain.
     pub(crate) fn start(&self, arguments: &[&str]) -> Result<Process, Failure> {
-        let domain = ["--iceoryx2-config", DOMAIN_FILE];
+        let file = self.domain.file().display().to_string();
+        let domain = ["--iceoryx2-config", &file];
         self.start_with(&[arguments, &domain].concat(), |command| command.stdin(Stdio::null()))
     }
 
@@ -81,16 +62,6 @@ impl Company {
         let program =
             program.map_err(|error| Failure::found(format!("cannot start {verb}: {error}")))?;
         Ok(Process { verb, program, ended: false })
-    }
-}
-
-impl Drop for Company {
-    fn drop(&mut self) {
-        if let Ok(config) = load_config(Some(&self.domain_file())) {
-            // Joining removes what processes left that had to be killed.
-            drop(Participant::<ipc::Service>::join("isochrone/cleaner", &config));
-            remove_leftovers::<ipc::Service>(&config);
-        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use isochrone_ipc::{Config, Participant, ipc, load_config, remove_leftovers};
+use isochrone_ipc::{Domain, Participant, ipc};
 
 use crate::failure::Failure;
 
@@ -17,35 +17,18 @@ pub(crate) struct Args {
     pub(crate) iceoryx2_config: Option<PathBuf>,
 }
 
-/// A domain. Drop it after everything that lives in it.
-pub(crate) struct Domain {
-    config: Config,
-}
-
-impl Domain {
+impl Args {
     /// Finds the domain.
-    pub(crate) fn find(args: &Args) -> Result<Self, Failure> {
-        let config = load_config(args.iceoryx2_config.as_deref()).map_err(Failure::usage)?;
-        Ok(Self { config })
+    pub(crate) fn find(&self) -> Result<Domain, Failure> {
+        match &self.iceoryx2_config {
+            Some(file) => Domain::from_file(file),
+            None => Domain::find(),
+        }
+        .map_err(Failure::usage)
     }
 
-    /// Joins it; cleans up what killed processes left.
+    /// Joins the domain; cleans up what killed processes left.
     pub(crate) fn join(&self, name: &str) -> Result<Participant<ipc::Service>, Failure> {
-        Participant::join(name, &self.config).map_err(Failure::found)
-    }
-
-    /// Joins it with ports that belong to real-time threads.
-    pub(crate) fn join_for_real_time(
-        &self,
-        name: &str,
-    ) -> Result<Participant<ipc::Service>, Failure> {
-        Participant::join_for_real_time(name, &self.config).map_err(Failure::found)
-    }
-}
-
-impl Drop for Domain {
-    fn drop(&mut self) {
-        // Whoever leaves last; a domain that is in use is left alone.
-        remove_leftovers::<ipc::Service>(&self.config);
+        Participant::join(name, &self.find()?).map_err(Failure::found)
     }
 }

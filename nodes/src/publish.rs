@@ -15,7 +15,7 @@ use isochrone_ipc::{
 };
 use serde_json::json;
 
-use crate::domain::{self, Domain};
+use crate::domain;
 use crate::failure::Failure;
 use crate::recording::Recording;
 use crate::stop::Stop;
@@ -103,8 +103,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     layout.check().map_err(Failure::usage)?;
     let stop = Stop::on_signal(args.seconds)?;
     stop.keep_time()?;
-    let domain = Domain::find(&args.domain)?;
-    let participant = domain.join("isochrone/publish")?;
+    let participant = args.domain.join("isochrone/publish")?;
     let mut publisher = FramePublisher::<ipc::Service>::open(&participant, &args.service, &layout)
         .map_err(Failure::found)?;
     let repair = publisher.repair();

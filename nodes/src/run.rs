@@ -14,7 +14,7 @@ use isochrone_runtime::{self as runtime, Job, Outcome, Ready, Resolver, Telemetr
 use isochrone_timing::{CycleRecord, Environment, Report, TaskReport, TaskTiming, Warning};
 use rtrb::{Consumer, RingBuffer};
 
-use crate::domain::{self, Domain};
+use crate::domain;
 use crate::failure::Failure;
 use crate::result_file::ResultFile;
 use crate::service::Service;
@@ -76,18 +76,18 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
     let report_file = args.report.as_deref().map(ResultFile::open).transpose()?;
     let stop = Stop::on_signal(args.seconds)?;
-    let domain = Domain::find(&args.domain)?;
 
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
     if plan.tasks.iter().any(|task| task.priority.is_some()) {
         report.warnings.extend(prepare_process().refusals.iter().map(warning));
     }
     throttling::refuse(&plan, &report.environment)?;
-    let participant = domain.join_for_real_time(&format!("isochrone/{}", plan.node))?;
+    let participant =
+        Participant::join_for_real_time(&format!("isochrone/{}", plan.node), &args.domain.find()?)
+            .map_err(Failure::found)?;
     let options = Options { cycles: args.cycles, strict: args.strict, announce: true };
     let overrun = run_tasks(&options, &plan, &participant, &stop, &mut report, &mut ())?;
     drop(participant);
-    drop(domain);
 
     if let Some(file) = report_file {
         file.write_report(&report)?;

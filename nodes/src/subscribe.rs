@@ -15,7 +15,7 @@ use isochrone_timing::{Environment, Report};
 
 use self::line::Line;
 use self::transcript::{Sink, Transcript};
-use crate::domain::{self, Domain};
+use crate::domain;
 use crate::failure::Failure;
 use crate::result_file::ResultFile;
 use crate::stop::Stop;
@@ -70,8 +70,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let csv = args.csv.as_deref().map(create).transpose()?;
     let report_file = args.report.as_deref().map(ResultFile::open).transpose()?;
     let stop = Stop::on_signal(args.seconds)?;
-    let domain = Domain::find(&args.domain)?;
-    let participant = domain.join("isochrone/subscribe")?;
+    let participant = args.domain.join("isochrone/subscribe")?;
     let Some(mut line) = Line::open(&participant, &args.service, &stop)? else {
         let service = &args.service;
         return Err(Failure::nobody(format!(

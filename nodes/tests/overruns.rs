@@ -6,7 +6,7 @@ use std::cell::{Cell, RefCell};
 use std::time::Duration;
 
 use domain::Domain;
-use isochrone_ipc::{Depth, FrameSubscriber, Participant, ipc, load_config};
+use isochrone_ipc::{Depth, FrameSubscriber};
 use rustix::process::Signal;
 
 const NODE: &str = r#"
@@ -35,9 +35,8 @@ fn freeze(process: &domain::Process, time: Duration) {
 fn every_release_missed_while_the_process_was_frozen_is_counted_and_told_on_the_wire() {
     let domain = Domain::new();
     domain.write("node.toml", NODE);
-    let config = load_config(Some(&domain.config_file())).unwrap();
     // 200 frames fit into the buffer, so they are all there in the end.
-    let observer = Participant::<ipc::Service>::join("observer", &config).unwrap();
+    let observer = domain.join("observer");
     let mut node = domain.start("run node.toml --cycles 200 --report node.json");
     node.wait_for("runs");
     let frames = FrameSubscriber::open_existing(&observer, "grid/out", Depth::All);

@@ -8,7 +8,7 @@ use std::time::Duration;
 
 use domain::{Domain, Process};
 use iceoryx2::prelude::{NodeBuilder, ServiceName, ipc};
-use isochrone_ipc::{Depth, FrameSubscriber, Participant, load_config};
+use isochrone_ipc::{Depth, FrameSubscriber};
 use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
 
 /// Passes its input on. What the subscriber prints shows what the node saw.
@@ -170,8 +170,7 @@ fn a_connection_that_failed_comes_about_once_its_cause_has_passed() {
 #[test]
 fn a_connection_comes_about_also_where_all_places_of_the_service_are_taken() {
     let (domain, node) = relay();
-    let config = load_config(Some(&domain.config_file())).unwrap();
-    let crowd = Participant::<isochrone_ipc::ipc::Service>::join("crowd", &config).unwrap();
+    let crowd = domain.join("crowd");
     let join = || FrameSubscriber::open_existing(&crowd, "relay/out", Depth::Newest);
     let readers: Vec<_> = (0..15).map(|_| join().unwrap().unwrap()).collect();
     let pid = Pid::from_raw(node.id().cast_signed());
@@ -254,8 +253,7 @@ fn a_second_node_on_the_same_service_is_refused_and_told_who_has_it() {
 fn a_service_of_another_type_is_refused_with_both_sides_named() {
     let domain = Domain::new();
     domain.write("node.toml", NODE);
-    let config = load_config(Some(&domain.config_file())).unwrap();
-    let other = NodeBuilder::new().config(&config).create::<ipc::Service>().unwrap();
+    let other = NodeBuilder::new().config(domain.config()).create::<ipc::Service>().unwrap();
     let name = ServiceName::new("relay/in").unwrap();
     let service = other.service_builder(&name).publish_subscribe::<u64>().create().unwrap();
     let refused = domain.run("run node.toml").expect_code(1);

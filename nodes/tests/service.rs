@@ -9,7 +9,6 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use domain::{Domain, Process, not_tested};
-use isochrone_ipc::load_config;
 use rustix::process::Signal;
 
 const NODE: &str = r#"
@@ -296,11 +295,11 @@ fn the_command_of_the_unit_runs_a_node_that_becomes_ready() {
 fn the_packaged_domain_lives_in_the_runtime_directory_of_the_unit() {
     let domain = Domain::new();
     let file = domain.write("packaged.toml", &packaged("iceoryx2.toml"));
-    let config = load_config(Some(&file)).unwrap();
+    let packaged = isochrone_ipc::Domain::from_file(&file).unwrap();
     // iceoryx2 ignores keys that it does not know, so what it read is looked at.
     let root = format!("/run/{}/iceoryx2", unit_value("RuntimeDirectory"));
-    assert_eq!(config.global.root_path().to_string(), root);
-    assert_eq!(config.global.prefix.to_string(), "isochrone_");
+    assert_eq!(packaged.root_path(), Path::new(&root));
+    assert_eq!(packaged.prefix(), "isochrone_");
 }
 
 #[test]

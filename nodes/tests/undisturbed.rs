@@ -10,7 +10,7 @@ use std::fmt::Write as _;
 use std::process::Command;
 
 use domain::{Domain, Process, not_tested};
-use isochrone_ipc::{LayoutWatcher, Participant, ipc, load_config};
+use isochrone_ipc::LayoutWatcher;
 use serde_json::Value;
 
 /// Each of these is two hundred and fifty blocks: a thousand in all.
@@ -106,8 +106,7 @@ fn number(task: &Value, key: &str) -> u64 {
 fn a_thousand_blocks_with_inputs_and_outputs_run_without_allocation_fault_or_lock() {
     let (domain, peers) = company();
     // Readers that wait for the node's layouts are no matter of the cycle.
-    let config = load_config(Some(&domain.config_file())).unwrap();
-    let readers = Participant::<ipc::Service>::join("readers", &config).unwrap();
+    let readers = domain.join("readers");
     let wait = |index: usize| LayoutWatcher::open(&readers, ["busy/out", "busy/more"][index % 2]);
     let waiting: Vec<_> = (0..8).map(|index| wait(index).unwrap()).collect();
     let run = format!("run node.toml --cycles {} --report node.json", cycles());

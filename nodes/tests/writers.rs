@@ -9,7 +9,7 @@ use std::time::Duration;
 use domain::{Domain, Process, not_tested};
 use iceoryx2::prelude::{NodeBuilder, ServiceName, ipc};
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_ipc::{FrameHeader, load_config};
+use isochrone_ipc::FrameHeader;
 use serde_json::Value;
 
 const NODE: &str = r#"
@@ -40,8 +40,7 @@ fn relay(domain: &Domain) -> (Process, Process) {
 
 /// Lets a writer that knows nothing but iceoryx2 send frames of one value, a millisecond apart.
 fn send_plain(domain: &Domain, frames: u64, mut frame: impl FnMut(u64) -> (FrameHeader, f64)) {
-    let config = load_config(Some(&domain.config_file())).unwrap();
-    let node = NodeBuilder::new().config(&config).create::<ipc::Service>().unwrap();
+    let node = NodeBuilder::new().config(domain.config()).create::<ipc::Service>().unwrap();
     let service = node
         .service_builder(&ServiceName::new("relay/in").unwrap())
         .publish_subscribe::<[f64]>()

@@ -27,6 +27,7 @@ use std::time::Duration;
 use clap::{Parser, Subcommand};
 use isochrone_benches::{Failure, take_turns};
 use isochrone_cyclic::{Clock, Monotonic, prepare_process};
+use isochrone_ipc::IsolatedDomain;
 use isochrone_timing::{Blocks, Distribution, Environment, LinkReport, Machine, Report, Warning};
 
 use crate::message::Wire;
@@ -90,12 +91,12 @@ fn main() -> Result<(), Failure> {
         message: refusal.to_string(),
         remedy: refusal.remedy(),
     }));
-    let home = ports::Home::new()?;
+    let domain = IsolatedDomain::new("transports")?;
     let origin_ns = Monotonic.now_ns();
     for values in &args.values {
         let mut arms = Vec::new();
         for name in ARMS {
-            let place = place(name, &home)?;
+            let place = place(name, &domain)?;
             let listening = listen(name, &place, *values)?;
             let peer = Peer::start(name, &place, *values)?;
             arms.push(Arm { name, wire: listening()?, peer });
@@ -194,9 +195,9 @@ fn measure(
 }
 
 /// Where both ends of an arm meet: a folder, or an address that is free.
-fn place(arm: &str, home: &ports::Home) -> Result<String, Failure> {
+fn place(arm: &str, domain: &IsolatedDomain) -> Result<String, Failure> {
     match arm {
-        "ports" => Ok(home.domain_file().display().to_string()),
+        "ports" => Ok(domain.file().display().to_string()),
         _ => Ok(std::net::TcpListener::bind("127.0.0.1:0")?.local_addr()?.to_string()),
     }
 }

@@ -1,46 +1,16 @@
 //! This product's ports: what the others are compared with.
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use isochrone_benches::Failure;
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{
-    Depth, FrameLayout, FramePublisher, FrameSubscriber, Participant, SignalSpec, Stamp, ipc,
-    load_config, remove_leftovers,
+    Depth, Domain, FrameLayout, FramePublisher, FrameSubscriber, Participant, SignalSpec, Stamp,
+    ipc,
 };
 
 use crate::Listening;
 use crate::message::{Wire, room};
-
-/// A folder with an iceoryx2 domain of the bench's own. Drop it after all arms.
-pub(crate) struct Home {
-    folder: tempfile::TempDir,
-}
-
-impl Home {
-    pub(crate) fn new() -> Result<Self, Failure> {
-        let home = Self { folder: tempfile::tempdir()? };
-        let (root, id) = (home.folder.path().join("iceoryx2"), std::process::id());
-        let text = format!("[global]\nroot-path = {root:?}\nprefix = \"transports{id}_\"\n");
-        fs::write(home.domain_file(), text)?;
-        Ok(home)
-    }
-
-    pub(crate) fn domain_file(&self) -> PathBuf {
-        self.folder.path().join("domain.toml")
-    }
-}
-
-impl Drop for Home {
-    fn drop(&mut self) {
-        if let Ok(config) = load_config(Some(&self.domain_file())) {
-            // Joining removes what a peer left that was killed.
-            drop(Participant::<ipc::Service>::join("isochrone/cleaner", &config));
-            remove_leftovers::<ipc::Service>(&config);
-        }
-    }
-}
 
 pub(crate) fn listen(place: &str, values: usize) -> Result<Listening, Failure> {
     let mut ports = Ports::open(place, values, "forth", "back")?;
@@ -62,8 +32,8 @@ struct Ports {
 
 impl Ports {
     fn open(place: &str, values: usize, out: &str, back: &str) -> Result<Self, Failure> {
-        let config = load_config(Some(Path::new(place)))?;
-        let participant = Participant::<ipc::Service>::join("isochrone/transports", &config)?;
+        let domain = Domain::from_file(Path::new(place))?;
+        let participant = Participant::<ipc::Service>::join("isochrone/transports", &domain)?;
         let signal = |i| SignalSpec::new(format!("v{i}"), "");
         let words = room(values).len();
         let layout = FrameLayout { signals: (0..words).map(signal).collect(), period_ns: None };

@@ -7,6 +7,7 @@
 
 mod call;
 mod kill;
+mod litter;
 mod output;
 mod peer;
 mod pile;

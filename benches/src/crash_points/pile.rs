@@ -1,11 +1,13 @@
 //! What many dead leave in one domain.
 
+use isochrone_ipc::IsolatedDomain;
+
 use super::kill::{reaches, start};
+use super::litter::litter;
 use super::point::{Blow, Circumstance, Point};
 use super::scene::Company;
 use super::stage::{Findings, Stage};
 use crate::Failure;
-use crate::domain::Domain;
 
 /// What is left once processes have worked and ended that came after the dead.
 #[derive(Debug, Clone, Default)]
@@ -31,15 +33,15 @@ impl Stage {
             domain = self.kill_one(domain, *point)?;
             if index == 0 {
                 domain = self.work_once(domain, &mut pile)?;
-                pile.first = domain.litter();
+                pile.first = litter(&domain);
             }
         }
         domain = self.work_once(domain, &mut pile)?;
-        pile.last = domain.litter();
+        pile.last = litter(&domain);
         Ok(pile)
     }
 
-    fn kill_one(&self, domain: Domain, point: Point) -> Result<Domain, Failure> {
+    fn kill_one(&self, domain: IsolatedDomain, point: Point) -> Result<IsolatedDomain, Failure> {
         let company = Company::within(self, domain);
         // Nobody else is there.
         let point = Point { circumstance: Circumstance::Cold, ..point };
@@ -50,7 +52,11 @@ impl Stage {
         Ok(company.domain)
     }
 
-    fn work_once(&self, domain: Domain, pile: &mut Pile) -> Result<Domain, Failure> {
+    fn work_once(
+        &self,
+        domain: IsolatedDomain,
+        pile: &mut Pile,
+    ) -> Result<IsolatedDomain, Failure> {
         let mut company = Company::within(self, domain);
         let mut findings = Findings::default();
         company.all_fresh()?;

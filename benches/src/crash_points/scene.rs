@@ -4,6 +4,7 @@ use std::fs;
 use std::thread;
 use std::time::Duration;
 
+use isochrone_ipc::IsolatedDomain;
 use serde_json::Value;
 
 use super::output::Output;
@@ -15,7 +16,6 @@ use super::roles::{
 use super::stage::{Findings, SET_WITHIN, Stage, wait};
 use super::watch::Watch;
 use crate::Failure;
-use crate::domain::Domain;
 
 /// What the subscriber writes whose frames are to flow all the time.
 const PULSE_REPORT: &str = "pulse.json";
@@ -32,7 +32,7 @@ pub(super) struct Company<'a> {
     /// Those of the processes that were there before the blow.
     living: usize,
     // The last field: dropped when its processes are gone.
-    pub(super) domain: Domain,
+    pub(super) domain: IsolatedDomain,
 }
 
 impl<'a> Company<'a> {
@@ -42,7 +42,7 @@ impl<'a> Company<'a> {
     }
 
     /// Nobody, in this domain.
-    pub(super) fn within(stage: &'a Stage, domain: Domain) -> Self {
+    pub(super) fn within(stage: &'a Stage, domain: IsolatedDomain) -> Self {
         Self { stage, peers: Vec::new(), watches: Vec::new(), pulse: None, living: 0, domain }
     }
 
@@ -214,7 +214,7 @@ impl<'a> Company<'a> {
     }
 
     /// Ends one process after the other, readers first. Whoever lived all the time lost no frame.
-    pub(super) fn end(self, findings: &mut Findings) -> Domain {
+    pub(super) fn end(self, findings: &mut Findings) -> IsolatedDomain {
         let Self { peers, pulse, domain, .. } = self;
         for peer in peers.into_iter().rev() {
             findings.take(peer.end());
@@ -226,7 +226,7 @@ impl<'a> Company<'a> {
     }
 }
 
-fn lost_nothing(domain: &Domain) -> Result<(), String> {
+fn lost_nothing(domain: &IsolatedDomain) -> Result<(), String> {
     let report = fs::read_to_string(domain.folder().join(PULSE_REPORT)).unwrap_or_default();
     let report: Value = serde_json::from_str(&report).unwrap_or_default();
     match report.pointer("/links/0/lost").and_then(Value::as_u64) {

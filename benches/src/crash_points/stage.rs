@@ -1,17 +1,22 @@
 //! Where a process is struck, and what is said about it.
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::thread;
 use std::time::{Duration, Instant};
+
+use super::litter::litter;
+use isochrone_ipc::IsolatedDomain;
 
 use super::point::{Blow, Point};
 use super::roles::{NODE, SECOND_NODE};
 use super::scene::Company;
 use super::{kill, stop};
 use crate::Failure;
-use crate::domain::{DOMAIN_FILE, Domain};
+
+/// A folder of files in memory.
+const SHARED_MEMORY: &str = "/dev/shm";
 
 /// How long the stage may take to be set, on a machine that is busy: nothing is demanded yet.
 pub(super) const SET_WITHIN: Duration = Duration::from_secs(10);
@@ -80,7 +85,7 @@ impl Stage {
         if !findings.wrong.is_empty() {
             return Err(format!("undisturbed, {}", findings.wrong.join("; ")).into());
         }
-        stage.usual_litter = domain.litter();
+        stage.usual_litter = litter(&domain);
         Ok(stage)
     }
 
@@ -110,16 +115,18 @@ impl Stage {
     }
 
     /// The program in a domain, not started yet; arguments are separated by spaces.
-    pub(super) fn command(&self, domain: &Domain, arguments: &str) -> Command {
+    pub(super) fn command(&self, domain: &IsolatedDomain, arguments: &str) -> Command {
         let mut command = Command::new(&self.program);
-        command.args(arguments.split(' ')).args(["--iceoryx2-config", DOMAIN_FILE]);
+        command.args(arguments.split(' ')).arg("--iceoryx2-config").arg(domain.file());
         command.current_dir(domain.folder());
         command
     }
 
     /// A domain with the files that the processes read.
-    pub(super) fn domain(&self) -> Result<Domain, Failure> {
-        let domain = Domain::in_memory()?;
+    pub(super) fn domain(&self) -> Result<IsolatedDomain, Failure> {
+        // iceoryx2 has its files written to the disk when a service or a port is made, and on a disk
+        // that others keep busy that takes seconds. These are in memory.
+        let domain = IsolatedDomain::within(Path::new(SHARED_MEMORY), "bench")?;
         for node in [NODE, SECOND_NODE] {
             fs::write(domain.folder().join(node.file), node.config())?;
         }
@@ -127,9 +134,9 @@ impl Stage {
     }
 
     /// What is left in a domain beyond what always is.
-    pub(super) fn check_litter(&self, domain: &Domain) -> Result<(), String> {
+    pub(super) fn check_litter(&self, domain: &IsolatedDomain) -> Result<(), String> {
         let mut usual = self.usual_litter.clone();
-        let mut more = domain.litter();
+        let mut more = litter(domain);
         more.retain(|name| match usual.iter().position(|usual| usual == name) {
             Some(place) => {
                 usual.remove(place);

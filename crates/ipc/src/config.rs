@@ -8,9 +8,8 @@ use std::time::Duration;
 use iceoryx2::config::Config;
 use iceoryx2::prelude::{FilePath, SemanticString};
 use toml::de::{DeTable, Error as TomlError};
-use tracing::info;
 
-use crate::ConfigError;
+use crate::DomainError;
 use crate::config_keys::unknown_key;
 use crate::error::MAX_DOMAIN_BYTES;
 
@@ -22,32 +21,32 @@ const CREATION_TIMEOUT: Duration = Duration::from_millis(20);
 /// Larger than any configuration.
 const MAX_BYTES: u64 = 1 << 20;
 
-/// Loads the iceoryx2 configuration: the domain (prefix and root path) that all who talk to each
-/// other must share.
-///
-/// With `None` the usual places are tried: `./config/iceoryx2.toml`,
-/// `~/.config/iceoryx2/iceoryx2.toml`, `/etc/iceoryx2/iceoryx2.toml`, then the built-in defaults.
-/// Whatever the file says, the creation timeout becomes 20 ms. Which domain it is, and from where, is
-/// an event of `tracing` at the level of `info`.
+/// Where a configuration comes from, for people.
+pub(crate) fn origin(path: Option<&Path>) -> String {
+    path.map_or_else(|| "the built-in defaults".into(), |path| path.display().to_string())
+}
+
+/// The file in the first of the usual places that has one: `./config/iceoryx2.toml`,
+/// `~/.config/iceoryx2/iceoryx2.toml`, `/etc/iceoryx2/iceoryx2.toml`.
+pub(crate) fn usual_file() -> Option<PathBuf> {
+    usual_places().into_iter().find(|path| path.exists())
+}
+
+/// Reads a configuration, or takes the built-in one. Whatever the file says, the creation timeout
+/// becomes 20 ms.
 ///
 /// # Errors
-/// The given file does not exist, or a file was found but cannot be read or understood. That is more
-/// than iceoryx2 itself refuses: an empty file, a key that it does not know and would ignore, and a
-/// relative root path would each bring the process into a domain that nobody meant.
-pub fn load_config(path: Option<&Path>) -> Result<Config, ConfigError> {
-    let path = match path {
-        Some(path) => Some(path.to_owned()),
-        None => usual_places().into_iter().find(|path| path.exists()),
-    };
-    let mut config = path.as_deref().map_or_else(|| Ok(Config::default()), read)?;
+/// The file cannot be read or understood. That is more than iceoryx2 itself refuses: an empty file, a
+/// key that it does not know and would ignore, and a relative root path would each bring the process
+/// into a domain that nobody meant.
+pub(crate) fn load(path: Option<&Path>) -> Result<Config, DomainError> {
+    let mut config = path.map_or_else(|| Ok(Config::default()), read)?;
     config.global.creation_timeout = CREATION_TIMEOUT;
     let (root_path, prefix) = (config.global.root_path(), &config.global.prefix);
     if root_path.len() + prefix.len() > MAX_DOMAIN_BYTES {
         let (root_path, prefix) = (root_path.to_string(), prefix.to_string());
-        return Err(ConfigError::DomainTooLong { root_path, prefix });
+        return Err(DomainError::TooLong { root_path, prefix });
     }
-    let place = path.map_or("the built-in defaults".into(), |path| path.display().to_string());
-    info!("iceoryx2 domain: root path {root_path}, prefix {prefix}, from {place}");
     Ok(config)
 }
 
@@ -61,20 +60,20 @@ fn usual_places() -> Vec<PathBuf> {
         .collect()
 }
 
-fn read(path: &Path) -> Result<Config, ConfigError> {
+fn read(path: &Path) -> Result<Config, DomainError> {
     let shown = || path.display().to_string();
     let file = path
         .to_str()
         .and_then(|path| FilePath::new(path.as_bytes()).ok())
-        .ok_or_else(|| ConfigError::UnusablePath { path: shown() })?;
+        .ok_or_else(|| DomainError::UnusablePath { path: shown() })?;
     let refused = |error: std::io::Error| match error.kind() {
-        ErrorKind::NotFound => ConfigError::NotFound { path: shown() },
-        _ => ConfigError::Unreadable { path: shown() },
+        ErrorKind::NotFound => DomainError::NotFound { path: shown() },
+        _ => DomainError::Unreadable { path: shown() },
     };
     // iceoryx2 reads it as well, see below; a pipe has nothing more to say then.
     let metadata = fs::metadata(path).map_err(refused)?;
     if !metadata.is_file() || metadata.len() > MAX_BYTES {
-        return Err(ConfigError::NoFile { path: shown() });
+        return Err(DomainError::NoFile { path: shown() });
     }
     let bytes = fs::read(path).map_err(refused)?;
     let config = parse(&shown(), &bytes)?;
@@ -84,10 +83,10 @@ fn read(path: &Path) -> Result<Config, ConfigError> {
     Ok(config)
 }
 
-fn parse(path: &str, bytes: &[u8]) -> Result<Config, ConfigError> {
+fn parse(path: &str, bytes: &[u8]) -> Result<Config, DomainError> {
     let malformed = |text: &str, at: usize, cause: &str| {
         let (line, column) = position(text, at);
-        ConfigError::Malformed { path: path.to_owned(), line, column, cause: cause.to_owned() }
+        DomainError::Malformed { path: path.to_owned(), line, column, cause: cause.to_owned() }
     };
     let text = std::str::from_utf8(bytes).map_err(|error| {
         let valid = String::from_utf8_lossy(bytes.get(..error.valid_up_to()).unwrap_or_default());
@@ -98,11 +97,11 @@ fn parse(path: &str, bytes: &[u8]) -> Result<Config, ConfigError> {
     };
     let file = DeTable::parse(text).map_err(no_toml)?;
     if file.get_ref().is_empty() {
-        return Err(ConfigError::Empty { path: path.to_owned() });
+        return Err(DomainError::Empty { path: path.to_owned() });
     }
     if let Some(unknown) = unknown_key(file.get_ref()) {
         let (line, column) = position(text, unknown.at);
-        return Err(ConfigError::UnknownKey {
+        return Err(DomainError::UnknownKey {
             path: path.to_owned(),
             line,
             column,
@@ -117,7 +116,7 @@ fn parse(path: &str, bytes: &[u8]) -> Result<Config, ConfigError> {
         Some(root_path) if !config.global.root_path().as_bytes().starts_with(b"/") => {
             let (line, column) = position(text, root_path.span().start);
             let root_path = config.global.root_path().to_string();
-            Err(ConfigError::RelativeRootPath { path: path.to_owned(), line, column, root_path })
+            Err(DomainError::RelativeRootPath { path: path.to_owned(), line, column, root_path })
         }
         _ => Ok(config),
     }

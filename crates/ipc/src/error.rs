@@ -10,9 +10,9 @@ pub(crate) const MAX_DOMAIN_BYTES: usize = 120;
 /// belong to one of frames, such as `isochrone/layout/<service>`.
 pub(crate) const MAX_SERVICE_NAME_BYTES: usize = 238;
 
-/// Why [`load_config`](crate::load_config) failed.
+/// Why there is no [`Domain`](crate::Domain).
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-pub enum ConfigError {
+pub enum DomainError {
     /// There is no file at the path that was given.
     #[error(
         "iceoryx2 configuration {path}: no such file; give an existing file, or none for the defaults"
@@ -33,11 +33,21 @@ pub enum ConfigError {
     #[error(
         "root-path {root_path} and prefix {prefix} are too long for iceoryx2; together at most {MAX_DOMAIN_BYTES} bytes"
     )]
-    DomainTooLong {
+    TooLong {
         /// The root path.
         root_path: String,
         /// The prefix.
         prefix: String,
+    },
+    /// The folder of an isolated domain cannot be made.
+    #[error(
+        "cannot create a folder in {place} for a domain: {cause}; set TMPDIR to a writable folder"
+    )]
+    NoFolder {
+        /// Where the folder was to be.
+        place: String,
+        /// What the system says.
+        cause: String,
     },
     /// The file exists but cannot be read.
     #[error("iceoryx2 configuration {path}: cannot be read; check its permissions")]

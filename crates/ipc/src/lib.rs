@@ -2,7 +2,7 @@
 //!
 //! A **frame** is one consistent snapshot of one cycle: a slice of `f64` with a [`FrameHeader`].
 //! A [`FramePublisher`] writes frames of one service, a [`FrameSubscriber`] reads them; both belong
-//! to a [`Participant`]. All are generic over the service variant, so the same ports run across
+//! to a [`Participant`] of a [`Domain`]. All are generic over the service variant, so the same ports run across
 //! processes ([`ipc::Service`]) and inside one ([`local::Service`]).
 //!
 //! Set-up (`join`, `open`) allocates, touches files, may wait for some hundred milliseconds and
@@ -38,7 +38,6 @@ mod following;
 mod header;
 mod layout;
 mod layout_ports;
-mod leftovers;
 mod participant;
 mod peers;
 mod publisher;
@@ -50,10 +49,9 @@ mod variant;
 pub mod yardstick;
 
 pub use announcement::Announcement;
-pub use config::load_config;
-pub use domain::interrupt_waiting_by;
+pub use domain::{Domain, IsolatedDomain, interrupt_waiting_by};
 pub use error::{
-    AnnouncementError, ConfigError, JoinError, LayoutConflict, LayoutError, OpenError,
+    AnnouncementError, DomainError, JoinError, LayoutConflict, LayoutError, OpenError,
     ServiceNameError,
 };
 pub use header::{Credible, FrameHeader, SenderClock, Stamps};
@@ -62,7 +60,6 @@ pub use iceoryx2::prelude::LogLevel;
 pub use iceoryx2::service::{ipc, local};
 pub use layout::{Binding, FrameLayout, SignalSpec, Wanted};
 pub use layout_ports::{LayoutAnnouncer, LayoutWatcher};
-pub use leftovers::remove_leftovers;
 pub use participant::{FileOverrideGivenUp, Participant, give_up_file_override};
 pub use publisher::{FramePublisher, PUBLISHER_PORT_NAME, PublisherCounters, Stamp};
 pub use repair::Repair;

@@ -4,13 +4,12 @@ use std::marker::PhantomData;
 use std::sync::OnceLock;
 use std::time::Duration;
 
-use iceoryx2::config::Config;
 use iceoryx2::node::{Node, NodeBuilder, NodeCreationFailure};
 use iceoryx2::prelude::{LogLevel, NodeName, SignalHandlingMode};
 use rustix::thread::{CapabilitySet, capabilities, set_capabilities};
 
 use crate::backoff::Backoff;
-use crate::domain::{Domain, EndsLocked, Held};
+use crate::domain::{Domain, EndsLocked, Held, Membership};
 use crate::{JoinError, OpenError, Service, exhausted, space};
 
 /// Set once somebody chose a log level, so that joining does not override the choice.
@@ -24,11 +23,11 @@ pub(crate) static LOG_LEVEL: OnceLock<()> = OnceLock::new();
 #[derive(Debug)]
 pub struct Participant<S: Service> {
     node: EndsLocked<Node<S>>,
-    domain: Domain,
+    membership: Membership,
 }
 
 impl<S: Service> Participant<S> {
-    /// Joins the domain of `config` under `name`, and removes what killed processes left in it.
+    /// Joins a domain under `name`, and removes what killed processes left in it.
     ///
     /// Takes milliseconds. Processes that start or end at the same moment are waited for; a process
     /// that is stopped while it does so is waited for until it goes on, and named in a warning (see
@@ -37,8 +36,8 @@ impl<S: Service> Participant<S> {
     /// # Errors
     /// `name` is not a node name, the domain has something of another user in it, or iceoryx2 cannot
     /// use it.
-    pub fn join(name: &str, config: &Config) -> Result<Self, JoinError> {
-        Self::join_with(name, config.clone())
+    pub fn join(name: &str, domain: &Domain) -> Result<Self, JoinError> {
+        Self::join_with(name, domain, domain.config().global.creation_timeout)
     }
 
     /// As [`join`](Self::join), for ports in real-time threads: connecting never waits.
@@ -49,59 +48,63 @@ impl<S: Service> Participant<S> {
     ///
     /// # Errors
     /// As `join`.
-    pub fn join_for_real_time(name: &str, config: &Config) -> Result<Self, JoinError> {
-        let mut config = config.clone();
-        config.global.creation_timeout = Duration::ZERO;
-        Self::join_with(name, config)
+    pub fn join_for_real_time(name: &str, domain: &Domain) -> Result<Self, JoinError> {
+        Self::join_with(name, domain, Duration::ZERO)
     }
 
-    fn join_with(name: &str, mut config: Config) -> Result<Self, JoinError> {
+    fn join_with(
+        name: &str,
+        domain: &Domain,
+        creation_timeout: Duration,
+    ) -> Result<Self, JoinError> {
         LOG_LEVEL.get_or_init(|| iceoryx2::prelude::set_log_level(LogLevel::Warn));
         let node_name =
             NodeName::new(name).map_err(|_| JoinError::Name { name: name.to_owned() })?;
+        let mut config = domain.config().clone();
+        config.global.creation_timeout = creation_timeout;
         // iceoryx2 would clean up on its own when a node is made or dropped and when a service
         // is opened. That is done here instead, under the domain's lock.
         config.global.node.cleanup_dead_nodes_on_creation = false;
         config.global.node.cleanup_dead_nodes_on_destruction = false;
         config.global.service.cleanup_dead_nodes_on_open = false;
 
-        let domain = Domain::claim::<S>(config, name)?;
+        let membership = Membership::claim::<S>(domain, config, name)?;
         space::require(0).map_err(|(needed_bytes, free_bytes)| JoinError::SharedMemoryFull {
-            domain: domain.describe(),
+            domain: membership.describe(),
             needed_bytes,
             free_bytes,
         })?;
         let failed = |cause: String| JoinError::Failed {
-            domain: domain.describe(),
-            cause: exhausted::or(domain.config(), cause),
+            domain: membership.describe(),
+            cause: exhausted::or(membership.config(), cause),
         };
         let mut backoff = Backoff::new();
         let node = loop {
-            let held = domain.lock().acquire().map_err(|cause| JoinError::Locked {
-                domain: domain.describe(),
+            let held = membership.lock().acquire().map_err(|cause| JoinError::Locked {
+                domain: membership.describe(),
                 cause: cause.to_string(),
             })?;
-            domain.prepare_for_node::<S>(&held);
+            membership.prepare_for_node::<S>(&held);
             let created = {
                 let _given_up = give_up_file_override();
                 NodeBuilder::new()
                     .name(&node_name)
                     .signal_handling_mode(SignalHandlingMode::Disabled)
-                    .config(domain.config())
+                    .config(membership.config())
                     .create()
             };
             drop(held);
             match created {
                 Ok(node) => break node,
                 Err(NodeCreationFailure::InsufficientPermissions) => {
-                    return Err(JoinError::Permission { domain: domain.describe() });
+                    return Err(JoinError::Permission { domain: membership.describe() });
                 }
                 // What is half-made is removed when it is old enough to belong to nobody.
                 Err(_) if backoff.try_again() => {}
                 Err(cause) => return Err(failed(cause.to_string())),
             }
         };
-        Ok(Self { node: EndsLocked::new(node, domain.lock()), domain })
+        Ok(Self { node: membership.keep(node), membership })
     }
 
     /// The name under which this participant joined.
@@ -113,8 +116,8 @@ impl<S: Service> Participant<S> {
     ///
     /// Touches many files and waits for the domain's lock; never call it in a cycle.
     pub fn clean_up(&self) {
-        if let Ok(held) = self.domain.lock().acquire() {
-            self.domain.sweep::<S>(&held);
+        if let Ok(held) = self.membership.lock().acquire() {
+            self.membership.sweep::<S>(&held);
         }
     }
 
@@ -125,14 +128,14 @@ impl<S: Service> Participant<S> {
     /// Keeps other processes from making or removing anything in the domain, while `service` is
     /// opened.
     pub(crate) fn lock(&self, service: &str) -> Result<Held, OpenError> {
-        let locked = self.domain.lock().acquire();
+        let locked = self.membership.lock().acquire();
         locked.map_err(|cause| self.locked(service, cause.to_string()))
     }
 
     /// As [`lock`](Self::lock), but an error at once where another process has the lock.
     pub(crate) fn lock_at_once(&self, service: &str) -> Result<Held, OpenError> {
         let busy = || "another process starts or ends at this moment".to_owned();
-        let locked = self.domain.lock().try_acquire().map_err(|cause| cause.to_string());
+        let locked = self.membership.lock().try_acquire().map_err(|cause| cause.to_string());
         locked.and_then(|held| held.ok_or_else(busy)).map_err(|cause| self.locked(service, cause))
     }
 
@@ -140,12 +143,12 @@ impl<S: Service> Participant<S> {
         OpenError::Locked { service: service.to_owned(), domain: self.domain(), cause }
     }
 
-    pub(crate) fn place(&self) -> &Domain {
-        &self.domain
+    pub(crate) fn membership(&self) -> &Membership {
+        &self.membership
     }
 
     pub(crate) fn domain(&self) -> String {
-        self.domain.describe()
+        self.membership.describe()
     }
 }
 

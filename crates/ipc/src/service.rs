@@ -205,7 +205,7 @@ fn clean_up<S: Service, E: Element, H: Header>(
     opened: &Opened<S, E, H>,
 ) {
     let Ok(held) = participant.lock(opened.name().as_str()) else { return };
-    let domain = participant.place();
+    let domain = participant.membership();
     domain.sweep::<S>(&held);
     let mut ports = Vec::new();
     opened.dynamic_config().list_publishers(|port| {
@@ -266,7 +266,7 @@ pub(crate) fn failed<S: Service>(
     OpenError::Failed {
         service: service.to_owned(),
         domain: participant.domain(),
-        cause: crate::exhausted::or(participant.place().config(), cause.to_string()),
+        cause: crate::exhausted::or(participant.membership().config(), cause.to_string()),
     }
 }
 
@@ -316,15 +316,14 @@ fn open_once<S: Service, E: Element, H: Header>(
     let owned = || service.to_owned();
     let cause = match opened {
         Ok(opened) => {
-            let lock = participant.place().lock();
-            return Ok(Attempt::Done(EndsLocked::new(opened, lock)));
+            return Ok(Attempt::Done(participant.membership().keep(opened)));
         }
         Err(cause) => cause,
     };
     Err(match cause {
         Cause::DoesNotExist => return Ok(Attempt::Absent),
         Cause::ExceedsMaxNumberOfNodes => {
-            participant.place().sweep::<S>(held);
+            participant.membership().sweep::<S>(held);
             return Ok(Attempt::Again("all its places for nodes are taken".to_owned()));
         }
         Cause::IncompatibleTypes | Cause::IncompatibleMessagingPattern => OpenError::OtherTypes {
@@ -343,7 +342,7 @@ fn open_once<S: Service, E: Element, H: Header>(
         }
         // No process that knows the lock creates or removes it at this moment.
         cause => {
-            participant.place().sweep::<S>(held);
+            participant.membership().sweep::<S>(held);
             return Ok(Attempt::Again(cause.to_string()));
         }
     })
@@ -369,7 +368,7 @@ fn create<S: Service, E: Element, H: Header>(
         .max_subscribers(MAX_SUBSCRIBERS + SPARE_PLACES)
         .max_nodes(MAX_NODES)
         .create();
-    created.map(|created| EndsLocked::new(created, participant.place().lock()))
+    created.map(|created| participant.membership().keep(created))
 }
 
 fn buffer_frames(channels: usize) -> usize {

@@ -127,7 +127,7 @@ fn a_message_that_is_no_layout_does_no_harm<S: Service>() {
     let domain = Domain::new();
     let node = domain.join::<S>();
     let mut watcher = LayoutWatcher::open(&node, "x").unwrap();
-    let other = NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
+    let other = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
     let service = other
         .service_builder(&ServiceName::new(&layout_service_name("x").unwrap()).unwrap())
         .publish_subscribe::<[u8]>()
@@ -148,7 +148,7 @@ fn whoever_creates_a_service_of_layouts_sets_its_quality<S: Service>() {
     let domain = Domain::new();
     let node = domain.join::<S>();
     let _watcher = LayoutWatcher::open(&node, "x").unwrap();
-    let other = NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
+    let other = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
     let service = other
         .service_builder(&ServiceName::new("isochrone/layout/x").unwrap())
         .publish_subscribe::<[u8]>()
@@ -172,6 +172,6 @@ fn nothing_of_a_layout_is_left_when_both_ends_have_gone() {
     let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
     send(&mut writer, 1.0, 1);
     drop((announcer, watcher, writer, node));
-    isochrone_ipc::remove_leftovers::<isochrone_ipc::ipc::Service>(&domain.config);
+    domain.remove_leftovers();
     assert_eq!(domain.files(), Vec::<String>::new());
 }

@@ -4,14 +4,17 @@ mod domain;
 
 use std::io::{BufRead, BufReader};
 use std::os::unix::fs::PermissionsExt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
 use domain::{Domain, NOW_NS, layout, send};
 use isochrone_ipc::{
-    ConfigError, Depth, FramePublisher, FrameSubscriber, Participant, Service, ipc, load_config,
-    remove_leftovers,
+    Depth, DomainError, FramePublisher, FrameSubscriber, Participant, Service, ipc,
 };
+
+fn is_named(file: &Path, end: &str) -> bool {
+    file.to_string_lossy().ends_with(end)
+}
 
 #[test]
 fn nothing_is_left_when_all_have_gone() {
@@ -23,7 +26,7 @@ fn nothing_is_left_when_all_have_gone() {
     send(&mut writer, 1.0, 1);
     let held = reader.newest(NOW_NS);
     assert!(domain.files().len() > 5);
-    assert!(!remove_leftovers::<ipc::Service>(&domain.config), "the domain is in use");
+    assert!(!domain.remove_leftovers(), "the domain is in use");
     drop(node);
     send(&mut writer, 2.0, 2);
     drop(writer);
@@ -33,17 +36,43 @@ fn nothing_is_left_when_all_have_gone() {
     let files = domain.files();
     let ends = ["_node.0_10_0.global_mgmt", "isochrone.roots", "isochrone.lock"];
     assert_eq!(files.len(), ends.len(), "{files:?}");
-    assert!(ends.iter().all(|end| files.iter().any(|file| file.ends_with(end))), "{files:?}");
-    assert!(remove_leftovers::<ipc::Service>(&domain.config));
-    assert_eq!(domain.files(), Vec::<String>::new());
-    assert!(!remove_leftovers::<ipc::Service>(&domain.config));
+    assert!(ends.iter().all(|end| files.iter().any(|file| is_named(file, end))), "{files:?}");
+    assert!(domain.remove_leftovers());
+    assert_eq!(domain.files(), Vec::<PathBuf>::new());
+    assert!(!domain.remove_leftovers());
+}
+
+#[test]
+fn a_domain_is_tidied_by_the_last_of_those_who_use_it() {
+    let fixture = Domain::new();
+    let domain = isochrone_ipc::Domain::from_file(&fixture.file()).unwrap();
+    let node = Participant::<ipc::Service>::join("brief", &domain).unwrap();
+    let writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+    drop(domain);
+    drop(node);
+    assert!(fixture.files().len() > 3);
+    drop(writer);
+    assert_eq!(fixture.files(), Vec::<PathBuf>::new());
+}
+
+#[test]
+fn nothing_is_left_of_an_isolated_domain_also_after_those_who_were_killed() {
+    let domain = Domain::new();
+    let mut child = start_publisher(&domain);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let (files, folder) = (domain.files(), domain.folder().to_owned());
+    assert!(files.len() > 5);
+    drop(domain);
+    let left: Vec<_> = files.iter().filter(|file| file.exists()).collect();
+    assert!(left.is_empty() && !folder.exists(), "{left:?}");
 }
 
 #[test]
 fn a_domain_lives_on_after_its_leftovers_were_removed() {
     let domain = Domain::new();
     drop(domain.join::<ipc::Service>());
-    assert!(remove_leftovers::<ipc::Service>(&domain.config));
+    assert!(domain.remove_leftovers());
     let node = domain.join::<ipc::Service>();
     FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
 }
@@ -55,10 +84,8 @@ fn a_domain_lives_on_after_a_process_was_killed_while_it_made_the_node_counter()
         let domain = Domain::new();
         drop(domain.join::<ipc::Service>());
         let files = domain.files();
-        let counter = files.iter().find(|file| file.ends_with("global_mgmt")).unwrap();
-        let counter =
-            std::fs::File::options().write(true).open(Path::new("/dev/shm").join(counter));
-        let counter = counter.unwrap();
+        let counter = files.iter().find(|file| is_named(file, "global_mgmt")).unwrap();
+        let counter = std::fs::File::options().write(true).open(counter).unwrap();
         counter.set_len(0).unwrap();
         counter.set_len(bytes).unwrap();
         counter.set_permissions(std::fs::Permissions::from_mode(0o200)).unwrap();
@@ -69,16 +96,18 @@ fn a_domain_lives_on_after_a_process_was_killed_while_it_made_the_node_counter()
 #[test]
 fn what_is_half_made_in_a_domain_whose_prefix_begins_with_ours_is_left_alone() {
     let domain = Domain::new();
-    let root = domain.root().join("other");
+    let root = domain.folder().join("other");
     // A hexadecimal digit is what the rest of a name begins with, too.
     for longer in ["x", "a", "a_"] {
         let prefix = domain.prefix() + longer;
-        let config = Domain::config_of(root.to_str().unwrap(), &prefix);
-        drop(Participant::<ipc::Service>::join("other", &config).unwrap());
+        let other = domain.at(&root, &prefix);
+        drop(Participant::<ipc::Service>::join("other", &other).unwrap());
         let files = domain.files();
-        let counter = files.iter().find(|file| file.starts_with(&prefix)).unwrap();
-        let counter = Path::new("/dev/shm").join(counter);
-        std::fs::File::options().write(true).open(&counter).unwrap().set_len(0).unwrap();
+        let counter = files
+            .iter()
+            .find(|file| file.file_name().unwrap().to_string_lossy().starts_with(&prefix))
+            .unwrap();
+        std::fs::File::options().write(true).open(counter).unwrap().set_len(0).unwrap();
         drop(domain.join::<ipc::Service>());
         assert!(counter.exists(), "{}", counter.display());
         std::fs::remove_file(counter).unwrap();
@@ -92,20 +121,20 @@ fn a_domain_with_another_root_path_and_our_prefix_keeps_its_segments() {
     let mut reader = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap();
     let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
     let elsewhere = tempfile::tempdir().unwrap();
-    let config = Domain::config_of(elsewhere.path().to_str().unwrap(), &domain.prefix());
+    let there = domain.at(elsewhere.path(), &domain.prefix());
     let before = domain.files();
     for _ in 0..2 {
         // Its own dead are none of ours either.
-        let other = Participant::<ipc::Service>::join("other", &config).unwrap();
+        let other = Participant::<ipc::Service>::join("other", &there).unwrap();
         let mut ours = FrameSubscriber::open(&other, "x", 1, Depth::Newest).unwrap();
         drop(domain.join::<ipc::Service>());
         assert!(ours.newest(1).is_none());
         drop((ours, other));
-        remove_leftovers::<ipc::Service>(&config);
+        there.remove_leftovers();
     }
     let gone: Vec<_> = before.iter().filter(|file| !domain.files().contains(file)).collect();
     // The node counter is one for a prefix.
-    assert!(gone.iter().all(|file| file.ends_with("global_mgmt")), "{gone:?}");
+    assert!(gone.iter().all(|file| is_named(file, "global_mgmt")), "{gone:?}");
     send(&mut writer, 3.0, 1);
     assert_eq!(reader.newest(NOW_NS).unwrap().values(), [3.0]);
     let newcomer = domain.join::<ipc::Service>();
@@ -119,9 +148,8 @@ fn what_can_be_no_node_counter_is_removed() {
         let domain = Domain::new();
         drop(domain.join::<ipc::Service>());
         let files = domain.files();
-        let counter = files.iter().find(|file| file.ends_with("global_mgmt")).unwrap();
-        let counter = Path::new("/dev/shm").join(counter);
-        std::fs::write(&counter, bytes).unwrap();
+        let counter = files.iter().find(|file| is_named(file, "global_mgmt")).unwrap();
+        std::fs::write(counter, bytes).unwrap();
         drop(domain.join::<ipc::Service>());
     }
 }
@@ -129,7 +157,7 @@ fn what_can_be_no_node_counter_is_removed() {
 #[test]
 fn what_is_no_file_among_the_descriptions_of_services_holds_nobody_up() {
     let domain = Domain::new();
-    let services = domain.root().join("services");
+    let services = domain.root_path().join("services");
     std::fs::create_dir_all(&services).unwrap();
     let name = format!("{}{}.service", domain.prefix(), "e".repeat(40));
     let path = services.join(name);
@@ -161,8 +189,8 @@ fn a_publisher_that_lives_elsewhere_blocks_and_one_that_was_killed_does_not() {
         assert_eq!(frame.values(), [f64::from(life)], "the dead one's frames are older");
     }
     drop((reader, node));
-    remove_leftovers::<ipc::Service>(&domain.config);
-    assert_eq!(domain.files(), Vec::<String>::new());
+    domain.remove_leftovers();
+    assert_eq!(domain.files(), Vec::<PathBuf>::new());
 }
 
 #[test]
@@ -171,7 +199,7 @@ fn a_dead_publisher_of_whom_only_the_place_in_the_service_is_left_gives_way() {
     let shape = layout(&["a:LREAL"]);
     let node = domain.join::<ipc::Service>();
     let mut reader = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap();
-    let nodes = domain.root().join("nodes");
+    let nodes = domain.root_path().join("nodes");
     let traces = || -> Vec<_> {
         std::fs::read_dir(&nodes).unwrap().map(|entry| entry.unwrap().path()).collect()
     };
@@ -195,14 +223,14 @@ fn a_dead_publisher_of_whom_only_the_place_in_the_service_is_left_gives_way() {
 fn a_node_counter_that_others_may_write_to_is_closed_by_who_joins() {
     let domain = Domain::new();
     // As programs make it that use iceoryx2 without this crate.
-    let node = iceoryx2::node::NodeBuilder::new().config(&domain.config);
+    let node = iceoryx2::node::NodeBuilder::new().config(domain.config());
     let node = node.create::<iceoryx2::service::ipc::Service>().unwrap();
     let mode = || {
-        let counters = domain.files().into_iter().filter(|file| file.ends_with(".global_mgmt"));
+        let counters = domain.files().into_iter().filter(|file| is_named(file, ".global_mgmt"));
         let [counter] = &counters.collect::<Vec<_>>()[..] else {
             panic!("one: {:?}", domain.files())
         };
-        std::fs::metadata(Path::new("/dev/shm").join(counter)).unwrap().permissions().mode() & 0o777
+        std::fs::metadata(counter).unwrap().permissions().mode() & 0o777
     };
     assert_eq!(mode(), 0o666);
     drop(domain.join::<ipc::Service>());
@@ -220,10 +248,8 @@ fn all_of_a_domain_is_writable_by_its_owner_only() {
     let files = domain.files();
     assert!(files.len() > 5);
     for file in files {
-        // An absolute path stays as it is.
-        let mode =
-            std::fs::metadata(Path::new("/dev/shm").join(&file)).unwrap().permissions().mode();
-        assert_eq!(mode & 0o077, 0, "{file} has {mode:o}");
+        let mode = std::fs::metadata(&file).unwrap().permissions().mode();
+        assert_eq!(mode & 0o077, 0, "{} has {mode:o}", file.display());
     }
 }
 
@@ -235,16 +261,15 @@ fn joining_removes_what_a_killed_process_left() {
     child.wait().unwrap();
     assert!(domain.files().len() > 5);
     drop(domain.join::<ipc::Service>());
-    remove_leftovers::<ipc::Service>(&domain.config);
-    assert_eq!(domain.files(), Vec::<String>::new());
+    domain.remove_leftovers();
+    assert_eq!(domain.files(), Vec::<PathBuf>::new());
 }
 
 /// Runs this test binary again, as a process that publishes until it is killed.
 fn start_publisher(domain: &Domain) -> Child {
     let mut child = Command::new(std::env::current_exe().unwrap())
         .args(["--exact", "publishes_until_killed", "--ignored", "--nocapture"])
-        .env("ISOCHRONE_TEST_ROOT", domain.root())
-        .env("ISOCHRONE_TEST_PREFIX", domain.prefix())
+        .env("ISOCHRONE_TEST_DOMAIN", domain.file())
         .stdout(Stdio::piped())
         .spawn()
         .unwrap();
@@ -257,11 +282,11 @@ fn start_publisher(domain: &Domain) -> Child {
 #[test]
 #[ignore = "is run by the tests that kill it"]
 fn publishes_until_killed() {
-    let Ok(root) = std::env::var("ISOCHRONE_TEST_ROOT") else {
+    let Ok(file) = std::env::var("ISOCHRONE_TEST_DOMAIN") else {
         return;
     };
-    let config = Domain::config_of(&root, &std::env::var("ISOCHRONE_TEST_PREFIX").unwrap());
-    let node = Participant::<ipc::Service>::join("victim", &config).unwrap();
+    let domain = isochrone_ipc::Domain::from_file(Path::new(&file)).unwrap();
+    let node = Participant::<ipc::Service>::join("victim", &domain).unwrap();
     let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
     for n in 0..10 {
         send(&mut writer, -1.0, n);
@@ -297,7 +322,7 @@ fn many_that_join_and_leave_at_once_all_succeed() {
 fn a_node_name_that_cannot_be_is_refused() {
     let domain = Domain::new();
     for name in ["ü", &"x".repeat(129)] {
-        let error = Participant::<ipc::Service>::join(name, &domain.config).unwrap_err();
+        let error = Participant::<ipc::Service>::join(name, &domain).unwrap_err();
         assert!(error.to_string().contains("at most 128 ASCII"), "{error}");
     }
 }
@@ -315,30 +340,30 @@ fn a_participant_can_be_shared_between_threads() {
 fn a_configuration_file_is_read_and_a_bad_one_named() {
     let directory = tempfile::tempdir().unwrap();
     let path = directory.path().join("iceoryx2.toml");
-    let missing = load_config(Some(&path)).unwrap_err();
-    assert!(matches!(missing, ConfigError::NotFound { .. }), "{missing}");
+    let missing = isochrone_ipc::Domain::from_file(&path).unwrap_err();
+    assert!(matches!(missing, DomainError::NotFound { .. }), "{missing}");
 
     std::fs::write(&path, "[global]\nprefix = \"line7_\"\n").unwrap();
-    let config = load_config(Some(&path)).unwrap();
-    assert_eq!(config.global.prefix.to_string(), "line7_");
-    assert_eq!(config.global.creation_timeout.as_millis(), 20);
+    let domain = isochrone_ipc::Domain::from_file(&path).unwrap();
+    assert_eq!(domain.prefix(), "line7_");
+    assert_eq!(domain.config().global.creation_timeout.as_millis(), 20);
 
     std::fs::write(&path, "[global]\nprefix = 7\n").unwrap();
-    let bad = load_config(Some(&path)).unwrap_err().to_string();
+    let bad = isochrone_ipc::Domain::from_file(&path).unwrap_err().to_string();
     assert!(bad.contains(path.to_str().unwrap()), "{bad}");
     assert!(bad.contains("not a valid iceoryx2 0.10 configuration"), "{bad}");
 
     std::fs::write(&path, "[global]\nprefx = \"line7_\"\n").unwrap();
-    match load_config(Some(&path)).unwrap_err() {
-        ConfigError::UnknownKey { line, column, key, .. } => {
+    match isochrone_ipc::Domain::from_file(&path).unwrap_err() {
+        DomainError::UnknownKey { line, column, key, .. } => {
             assert_eq!((line, column, key.as_str()), (2, 1, "prefx"));
         }
         other => panic!("{other}"),
     }
     std::fs::write(&path, "[global]\nroot-path = \"here\"\n").unwrap();
-    let relative = load_config(Some(&path)).unwrap_err();
-    assert!(matches!(relative, ConfigError::RelativeRootPath { line: 2, .. }), "{relative}");
+    let relative = isochrone_ipc::Domain::from_file(&path).unwrap_err();
+    assert!(matches!(relative, DomainError::RelativeRootPath { line: 2, .. }), "{relative}");
 
-    let unusable = load_config(Some(Path::new(""))).unwrap_err();
-    assert!(matches!(unusable, ConfigError::UnusablePath { .. }), "{unusable}");
+    let unusable = isochrone_ipc::Domain::from_file(Path::new("")).unwrap_err();
+    assert!(matches!(unusable, DomainError::UnusablePath { .. }), "{unusable}");
 }

@@ -32,7 +32,7 @@ for_both_variants! {
 
 fn a_second_publisher_is_refused_and_told_who_the_first_is<S: Service>() {
     let domain = Domain::new();
-    let first = isochrone_ipc::Participant::<S>::join("the-first", &domain.config).unwrap();
+    let first = isochrone_ipc::Participant::<S>::join("the-first", &domain).unwrap();
     let second = domain.join::<S>();
     let shape = layout(&["a:LREAL"]);
     let held = FramePublisher::open(&first, "plant/x", &shape).unwrap();
@@ -49,7 +49,7 @@ fn a_second_publisher_is_refused_and_told_who_the_first_is<S: Service>() {
 
 fn a_service_of_another_payload_type_is_refused_with_both_sides_named<S: Service>() {
     let domain = Domain::new();
-    let other = NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
+    let other = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
     let _service = other
         .service_builder(&ServiceName::new("x").unwrap())
         .publish_subscribe::<u64>()
@@ -73,7 +73,7 @@ fn a_service_of_another_payload_type_is_refused_with_both_sides_named<S: Service
 
 fn a_service_of_another_header_is_refused_with_both_sides_named<S: Service>() {
     let domain = Domain::new();
-    let other = NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
+    let other = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
     let _service = other
         .service_builder(&ServiceName::new("x").unwrap())
         .publish_subscribe::<[f64]>()
@@ -92,7 +92,7 @@ fn frames_of_the_first_version_are_refused_with_both_sides_named<S: Service>() {
     #[type_name("isochrone.FrameHeader.v1")]
     struct FirstHeader([u64; 6]);
     let domain = Domain::new();
-    let other = NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
+    let other = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
     let _service = other
         .service_builder(&ServiceName::new("x").unwrap())
         .publish_subscribe::<[f64]>()
@@ -108,7 +108,7 @@ fn frames_of_the_first_version_are_refused_with_both_sides_named<S: Service>() {
 
 fn a_service_of_layouts_that_carries_something_else_is_refused<S: Service>() {
     let domain = Domain::new();
-    let other = NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
+    let other = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
     let _service = other
         .service_builder(&ServiceName::new("isochrone/layout/x").unwrap())
         .publish_subscribe::<u64>()
@@ -162,7 +162,7 @@ fn an_observer_finds_no_service_where_there_is_none<S: Service>() {
 
 fn a_service_of_foreign_quality_is_taken_as_it_is<S: Service>() {
     let domain = Domain::new();
-    let other = NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
+    let other = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
     let _service = other
         .service_builder(&ServiceName::new("x").unwrap())
         .publish_subscribe::<[f64]>()
@@ -194,7 +194,7 @@ fn a_service_without_overflow_never_blocks_the_writer<S: Service>() {
     let (done, finished) = channel();
     let scenario = std::thread::spawn(move || {
         let domain = Domain::new();
-        let other = NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
+        let other = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
         let _service = other
             .service_builder(&ServiceName::new("x").unwrap())
             .publish_subscribe::<[f64]>()
@@ -225,7 +225,7 @@ fn whoever_creates_a_service_sets_its_quality<S: Service>() {
     let domain = Domain::new();
     let node = domain.join::<S>();
     let _writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
-    let other = NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
+    let other = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
     let service = other
         .service_builder(&ServiceName::new("x").unwrap())
         .publish_subscribe::<[f64]>()
@@ -248,7 +248,7 @@ fn the_publisher_of_a_link_is_no_second_writer<S: Service>() {
     let node = domain.join::<S>();
     let shape = layout(&["a:LREAL"]);
     let _reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
-    let link = NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
+    let link = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
     let service = link
         .service_builder(&ServiceName::new("x").unwrap())
         .publish_subscribe::<[f64]>()

@@ -28,7 +28,7 @@ struct Plain<S: Service> {
 
 impl<S: Service> Plain<S> {
     fn open(domain: &Domain) -> Self {
-        let node = NodeBuilder::new().config(&domain.config).create::<S>().unwrap();
+        let node = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
         let service = node
             .service_builder(&ServiceName::new("x").unwrap())
             .publish_subscribe::<[f64]>()

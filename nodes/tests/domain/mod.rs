@@ -3,14 +3,14 @@
 #![allow(dead_code, reason = "each test file uses a part")]
 
 use std::io::{BufRead, BufReader, Read, Write};
-use std::path::{Path, PathBuf};
+use std::ops::Deref;
+use std::path::PathBuf;
 use std::process::{Child, Command, ExitStatus, Stdio};
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use isochrone_ipc::{Participant, ipc, load_config, remove_leftovers};
+use isochrone_ipc::{IsolatedDomain, Participant, ipc};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
@@ -32,29 +32,15 @@ service = "relay/out"
 signals = ["x"]
 "#;
 
-pub(crate) struct Domain {
-    folder: tempfile::TempDir,
-    prefix: String,
-}
+pub(crate) struct Domain(IsolatedDomain);
 
 impl Domain {
     pub(crate) fn new() -> Self {
-        static NEXT: AtomicU32 = AtomicU32::new(0);
-        let number = NEXT.fetch_add(1, Ordering::Relaxed);
-        let prefix = format!("isoproc{}x{number}_", std::process::id());
-        let domain = Self { folder: tempfile::tempdir().unwrap(), prefix };
-        let root = domain.path("iceoryx2");
-        let text = format!(
-            "[global]\nroot-path = \"{}\"\nprefix = \"{}\"\n",
-            root.display(),
-            domain.prefix
-        );
-        domain.write("domain.toml", &text);
-        domain
+        Self(IsolatedDomain::new("isoproc").unwrap())
     }
 
     pub(crate) fn path(&self, name: &str) -> PathBuf {
-        self.folder.path().join(name)
+        self.0.folder().join(name)
     }
 
     pub(crate) fn write(&self, name: &str, text: &str) -> PathBuf {
@@ -71,11 +57,12 @@ impl Domain {
     }
 
     pub(crate) fn config_file(&self) -> PathBuf {
-        self.path("domain.toml")
+        self.0.file()
     }
 
-    pub(crate) fn prefix(&self) -> &str {
-        &self.prefix
+    /// Joins it from within the test.
+    pub(crate) fn join(&self, name: &str) -> Participant<ipc::Service> {
+        Participant::join(name, self).unwrap()
     }
 
     /// Starts the program in this domain; the arguments are separated by spaces.
@@ -86,7 +73,7 @@ impl Domain {
     /// Starts the program in this domain with arguments as they are.
     pub(crate) fn start_with(&self, arguments: &[&str]) -> Process {
         let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
-        command.args(arguments).current_dir(self.folder.path());
+        command.args(arguments).current_dir(self.0.folder());
         if !["simulate", "compare"].contains(&arguments[0]) {
             command.arg("--iceoryx2-config").arg(self.config_file());
         }
@@ -100,18 +87,15 @@ impl Domain {
 
     /// Files that are left, in shared memory and in the root path.
     pub(crate) fn leftovers(&self) -> Vec<PathBuf> {
-        let mut files = files_below(&self.path("iceoryx2"));
-        files.extend(shared_memory(&self.prefix));
-        files
+        self.0.files()
     }
 }
 
-impl Drop for Domain {
-    fn drop(&mut self) {
-        // What killed processes left, also those that a failing test killed.
-        let config = load_config(Some(&self.config_file())).unwrap();
-        drop(Participant::<ipc::Service>::join("cleaner", &config));
-        remove_leftovers::<ipc::Service>(&config);
+impl Deref for Domain {
+    type Target = IsolatedDomain;
+
+    fn deref(&self) -> &IsolatedDomain {
+        &self.0
     }
 }
 
@@ -128,12 +112,6 @@ pub(crate) fn shared_memory(prefix: &str) -> Vec<PathBuf> {
         path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(prefix))
     };
     entries.map(|entry| entry.unwrap().path()).filter(of_domain).collect()
-}
-
-fn files_below(folder: &Path) -> Vec<PathBuf> {
-    let Ok(entries) = std::fs::read_dir(folder) else { return Vec::new() };
-    let paths = entries.map(|entry| entry.unwrap().path());
-    paths.flat_map(|path| if path.is_dir() { files_below(&path) } else { vec![path] }).collect()
 }
 
 /// A process and what it printed so far. It is killed when the test ends without ending it.

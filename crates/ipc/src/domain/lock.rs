@@ -20,7 +20,7 @@ use std::time::{Duration, Instant};
 use iceoryx2::config::Config;
 use rustix::io::Errno;
 
-use super::locked_file;
+use super::{Domain, locked_file};
 
 /// When those who wait are told for whom.
 const TELL_AFTER: Duration = Duration::from_secs(1);
@@ -237,13 +237,16 @@ pub(crate) struct EndsLocked<T> {
     _ending: Ending,
     thing: T,
     _held: Arc<Mutex<Option<Held>>>,
+    /// What is left of it is removed after all else.
+    _domain: Option<Domain>,
 }
 
 impl<T> EndsLocked<T> {
-    pub(crate) fn new(thing: T, lock: &DomainLock) -> Self {
+    /// `domain` lasts as long as `thing`.
+    pub(super) fn new(thing: T, lock: &DomainLock, domain: Option<Domain>) -> Self {
         let held = Arc::new(Mutex::new(None));
         let ending = Ending { lock: lock.clone(), held: Arc::clone(&held) };
-        Self { _ending: ending, thing, _held: held }
+        Self { _ending: ending, thing, _held: held, _domain: domain }
     }
 }
 
@@ -331,7 +334,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let lock = lock(folder.path());
         let was_locked = Arc::new(AtomicBool::new(false));
-        drop(EndsLocked::new(Probe(lock.clone(), Arc::clone(&was_locked)), &lock));
+        drop(EndsLocked::new(Probe(lock.clone(), Arc::clone(&was_locked)), &lock, None));
         assert!(was_locked.load(Ordering::Relaxed));
         assert!(lock.try_acquire().unwrap().is_some());
     }

@@ -1,93 +1,181 @@
-//! A domain: what its processes have in common in the file system, who may touch it, and when.
+//! A domain: the iceoryx2 processes that see each other, and what they have in common in the file
+//! system.
 
 mod counter;
+mod isolated;
+mod leftovers;
 mod lock;
 mod locked_file;
+mod membership;
 mod rights;
 mod roots;
 pub(crate) mod segment;
 mod sweep;
 
+use std::fmt;
 use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use iceoryx2::config::Config;
-use iceoryx2::identifiers::UniqueNodeId;
-use iceoryx2::service::service_hash::ServiceHash;
+use tempfile::TempDir;
+use tracing::info;
 
+pub use isolated::IsolatedDomain;
 pub use lock::interrupt_waiting_by;
-pub(crate) use lock::{DomainLock, EndsLocked, Held};
+pub(crate) use lock::{EndsLocked, Held};
+pub(crate) use membership::Membership;
 
-use crate::{JoinError, Service, give_up_file_override};
+use crate::{DomainError, config};
 
-/// A domain as a process sees that lives in it.
+/// Which processes see each other: those with the same root path and prefix.
+///
+/// A clone is the same domain. When the last clone and the last participant and port that use it are
+/// gone, and no other process lives in the domain, what iceoryx2 keeps of an unused one is removed
+/// (see [`remove_leftovers`](Self::remove_leftovers)).
 #[derive(Debug, Clone)]
-pub(crate) struct Domain {
+pub struct Domain(Arc<Shared>);
+
+#[derive(Debug)]
+struct Shared {
     config: Config,
-    lock: DomainLock,
+    /// Whether somebody joined who leaves files behind.
+    was_used: AtomicBool,
+    /// What an isolated domain is in.
+    folder: Option<TempDir>,
 }
 
 impl Domain {
-    /// The domain of `config`, for the process that is `name` in it.
+    /// The domain that iceoryx2 itself would use: that of the first of `./config/iceoryx2.toml`,
+    /// `~/.config/iceoryx2/iceoryx2.toml` and `/etc/iceoryx2/iceoryx2.toml` that exists, or of the
+    /// built-in defaults.
+    ///
+    /// Which domain it is, and from where, is an event of `tracing` at the level of `info`.
     ///
     /// # Errors
-    /// Its folders cannot be made, or it belongs to somebody else.
-    pub(crate) fn claim<S: Service>(config: Config, name: &str) -> Result<Self, JoinError> {
-        if !S::CROSSES_PROCESSES {
-            return Ok(Self { config, lock: DomainLock::of_nothing() });
-        }
-        rights::claim(&config)?;
-        let lock = DomainLock::of(&config, name);
-        Ok(Self { config, lock })
+    /// A file was found but cannot be read or understood. That is more than iceoryx2 itself refuses:
+    /// an empty file, a key that it does not know and would ignore, and a relative root path would
+    /// each bring the process into a domain that nobody meant.
+    pub fn find() -> Result<Self, DomainError> {
+        Self::load(config::usual_file().as_deref(), None)
     }
 
-    pub(crate) fn config(&self) -> &Config {
-        &self.config
+    /// The domain of a configuration file of iceoryx2, as [`find`](Self::find) finds it.
+    ///
+    /// # Errors
+    /// There is no such file, or it cannot be read or understood.
+    pub fn from_file(path: &Path) -> Result<Self, DomainError> {
+        Self::load(Some(path), None)
     }
 
-    pub(crate) fn lock(&self) -> &DomainLock {
-        &self.lock
+    fn load(path: Option<&Path>, folder: Option<TempDir>) -> Result<Self, DomainError> {
+        let config = config::load(path)?;
+        let global = &config.global;
+        info!(
+            "iceoryx2 domain: root path {}, prefix {}, from {}",
+            global.root_path(),
+            global.prefix,
+            config::origin(path)
+        );
+        Ok(Self(Arc::new(Shared { config, was_used: AtomicBool::new(false), folder })))
     }
 
-    /// Root path and prefix, for people.
-    pub(crate) fn describe(&self) -> String {
-        describe(&self.config)
+    /// iceoryx2's own configuration, for what uses iceoryx2 beside this crate. The creation timeout
+    /// is 20 ms, whatever the file says.
+    pub fn config(&self) -> &Config {
+        &self.0.config
     }
 
-    /// Removes what dead processes left, and gets ready what a node needs that is to be created now.
-    pub(crate) fn prepare_for_node<S: Service>(&self, held: &Held) {
-        if !S::CROSSES_PROCESSES {
-            return;
-        }
-        roots::enter(&self.config);
-        sweep::sweep::<S>(&self.config, held);
-        let _given_up = give_up_file_override();
-        counter::repair(&self.config);
-        counter::make(&self.config);
+    /// The folder in which iceoryx2 keeps its files.
+    pub fn root_path(&self) -> PathBuf {
+        root_path(self.config())
     }
 
-    /// Removes what dead processes left.
-    pub(crate) fn sweep<S: Service>(&self, held: &Held) {
-        sweep::sweep::<S>(&self.config, held);
+    /// What the names of the domain's files begin with.
+    pub fn prefix(&self) -> String {
+        self.config().global.prefix.to_string()
     }
 
-    /// Removes from a service those `ports`, each with its node, whose node is not alive.
-    pub(crate) fn remove_strangers<S: Service>(
-        &self,
-        hash: &ServiceHash,
-        ports: &[(UniqueNodeId, u128)],
-        held: &Held,
-    ) {
-        sweep::remove_strangers::<S>(&self.config, hash, ports, held);
+    /// The domain's files, in shared memory and below the root path; folders do not count. All files
+    /// in shared memory whose names begin with the prefix are taken for the domain's.
+    pub fn files(&self) -> Vec<PathBuf> {
+        let mut files = self.0.segments();
+        files.extend(files_below(&self.root_path()));
+        files
     }
 
-    /// Removes what the domain keeps beside iceoryx2's files; for who leaves last.
-    pub(crate) fn leave(&self, _held: &Held) {
-        roots::leave(&self.config);
-        // Whoever waits for it sees that it is gone, and makes another.
-        let _ = fs::remove_file(lock::path(&self.config));
+    /// Removes the last traces of an unused domain; returns whether there was one.
+    ///
+    /// When all nodes of a domain have ended, iceoryx2 leaves the 16 bytes of a node counter
+    /// (`/dev/shm/<prefix>…_node.0_10_0.global_mgmt`) and the empty directories `nodes` and
+    /// `services` in the root path, and this crate its lock (`<prefix>isochrone.lock`) and the list
+    /// of root paths (`/dev/shm/<prefix>isochrone.roots`). None does harm. What killed processes
+    /// left goes as well.
+    ///
+    /// Does nothing while the domain has a living node. The directories stay: a program that knows no
+    /// lock may be about to use them. It is done by itself when a domain in which this process took
+    /// part is dropped.
+    pub fn remove_leftovers(&self) -> bool {
+        leftovers::remove(self.config())
+    }
+
+    fn note_use(&self) {
+        self.0.was_used.store(true, Ordering::Relaxed);
     }
 }
 
-pub(crate) fn describe(config: &Config) -> String {
+/// Root path and prefix.
+impl fmt::Display for Domain {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&describe(self.config()))
+    }
+}
+
+impl Shared {
+    /// Files in shared memory whose names begin with the prefix.
+    fn segments(&self) -> Vec<PathBuf> {
+        let prefix = self.config.global.prefix.to_string();
+        let entries = fs::read_dir(segment::FOLDER).into_iter().flatten().flatten();
+        let ours = entries
+            .filter(|entry| entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes()));
+        ours.map(|entry| entry.path()).collect()
+    }
+}
+
+impl Drop for Shared {
+    fn drop(&mut self) {
+        if *self.was_used.get_mut() || self.folder.is_some() {
+            leftovers::remove(&self.config);
+        }
+        if self.folder.is_some() {
+            // Whoever used it has ended.
+            for segment in self.segments() {
+                if let Err(error) = fs::remove_file(&segment) {
+                    tracing::warn!("cannot remove {}: {error}", segment.display());
+                }
+            }
+        }
+    }
+}
+
+fn describe(config: &Config) -> String {
     format!("{} (prefix {})", config.global.root_path(), config.global.prefix)
+}
+
+fn root_path(config: &Config) -> PathBuf {
+    config.global.root_path().to_string().into()
+}
+
+fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let path = entry.path();
+        if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+            files.extend(files_below(&path));
+        } else {
+            files.push(path);
+        }
+    }
+    files
 }

@@ -1,76 +1,41 @@
 //! A domain of its own for each test, so that tests run at once and leave nothing behind.
 #![allow(dead_code, reason = "each test binary uses a part")]
 
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::ops::Deref;
+use std::path::Path;
 
-use iceoryx2::prelude::{FileName, Path, SemanticString};
 use isochrone_ipc::{
-    Config, FrameLayout, FramePublisher, Participant, Service, SignalSpec, Stamp, ipc, load_config,
-    local, remove_leftovers,
+    FrameLayout, FramePublisher, IsolatedDomain, Participant, Service, SignalSpec, Stamp,
 };
 
 /// The readers' clock where it does not matter.
 pub(crate) const NOW_NS: u64 = 1_000_000_000;
 
-pub(crate) struct Domain {
-    directory: tempfile::TempDir,
-    pub(crate) config: Config,
-}
+pub(crate) struct Domain(IsolatedDomain);
 
 impl Domain {
     pub(crate) fn new() -> Self {
-        static NEXT: AtomicU32 = AtomicU32::new(0);
-        let number = NEXT.fetch_add(1, Ordering::Relaxed);
-        let directory = tempfile::tempdir().unwrap();
-        let prefix = format!("isotest{}_{number}_", std::process::id());
-        let config = Self::config_of(directory.path().to_str().unwrap(), &prefix);
-        Self { directory, config }
+        Self(IsolatedDomain::new("isotest").unwrap())
     }
 
-    pub(crate) fn config_of(root: &str, prefix: &str) -> Config {
-        let mut config = load_config(None).unwrap();
-        config.global.prefix = FileName::new(prefix.as_bytes()).unwrap();
-        config.global.set_root_path(&Path::new(root.as_bytes()).unwrap());
-        config
+    /// A domain with this root path and prefix, whoever else may be in it.
+    pub(crate) fn at(&self, root: &Path, prefix: &str) -> isochrone_ipc::Domain {
+        let file = self.folder().join("other.toml");
+        let text = format!("[global]\nroot-path = {root:?}\nprefix = {prefix:?}\n");
+        std::fs::write(&file, text).unwrap();
+        isochrone_ipc::Domain::from_file(&file).unwrap()
     }
 
     pub(crate) fn join<S: Service>(&self) -> Participant<S> {
-        Participant::join("tester", &self.config).unwrap()
-    }
-
-    pub(crate) fn prefix(&self) -> String {
-        self.config.global.prefix.to_string()
-    }
-
-    pub(crate) fn root(&self) -> &std::path::Path {
-        self.directory.path()
-    }
-
-    /// All files of the domain, in shared memory and on disk.
-    pub(crate) fn files(&self) -> Vec<String> {
-        let shared = std::fs::read_dir("/dev/shm").unwrap();
-        let mut files: Vec<String> = shared
-            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-            .filter(|name| name.starts_with(&self.prefix()))
-            .collect();
-        let mut directories = vec![self.root().to_owned()];
-        while let Some(directory) = directories.pop() {
-            for entry in std::fs::read_dir(directory).unwrap() {
-                let path = entry.unwrap().path();
-                match path.is_dir() {
-                    true => directories.push(path),
-                    false => files.push(path.display().to_string()),
-                }
-            }
-        }
-        files
+        Participant::join("tester", self).unwrap()
     }
 }
 
-impl Drop for Domain {
-    fn drop(&mut self) {
-        remove_leftovers::<ipc::Service>(&self.config);
-        remove_leftovers::<local::Service>(&self.config);
+impl Deref for Domain {
+    type Target = IsolatedDomain;
+
+    fn deref(&self) -> &IsolatedDomain {
+        &self.0
     }
 }
 

@@ -7,10 +7,10 @@ use isochrone_cyclic::{
     Cyclic, Margin, Monotonic, Schedule, ThreadGrant, ThreadRequest, ThreadUsage, Wake,
 };
 use isochrone_engine::Plan;
+use isochrone_ipc::Domain;
 use isochrone_timing::{Distribution, LoopArm, TaskReport, Warning};
 
 use super::{Settings, WARM_UP, cyclictest, loops, node};
-use crate::domain::Domain;
 use crate::failure::Failure;
 use crate::run;
 use crate::stop::Stop;

@@ -21,7 +21,7 @@ use self::load::{Load, Stress};
 use super::live::Live;
 use super::watch::allowed_cpus;
 use super::{outputs, parse_block, parse_length};
-use crate::domain::{self, Domain};
+use crate::domain;
 use crate::failure::Failure;
 use crate::stop::Stop;
 use crate::{configuration, run, terminal};
@@ -95,7 +95,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let outputs = args.outputs.open()?;
     let settings = Settings::find(args)?;
     let stop = Stop::on_signal(None)?;
-    let domain = Domain::find(&args.domain)?;
+    let domain = args.domain.find()?;
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
     if let Ok(examination) = examine(&Machine::here(), Some(settings.cpu)) {
         report.findings = examination.findings;

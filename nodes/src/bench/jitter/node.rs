@@ -5,6 +5,7 @@ use std::time::Duration;
 
 use isochrone_cyclic::{ThreadGrant, ThreadUsage};
 use isochrone_engine::Plan;
+use isochrone_ipc::Participant;
 use isochrone_timing::{CycleRecord, Report};
 
 use super::WARM_UP;
@@ -19,7 +20,9 @@ const SET_UP: Duration = Duration::from_secs(10);
 
 /// Starts the node, runs it for the turn, and ends it.
 pub(super) fn turn(arm: &mut Arm, plan: &Plan, turn: &Turn<'_>) -> Result<Used, Failure> {
-    let participant = turn.domain.join_for_real_time(&format!("isochrone/{}", plan.node))?;
+    let participant =
+        Participant::join_for_real_time(&format!("isochrone/{}", plan.node), turn.domain)
+            .map_err(Failure::found)?;
     // It ends with its first cycle after the turn; longer than this it never takes.
     let stop = turn.stop.within(WARM_UP + turn.counted + SET_UP);
     let records = Vec::with_capacity(cycles(arm.period_ns, turn.counted));

@@ -25,7 +25,7 @@ mod unix_datagram;
 use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic, prepare_process};
-use isochrone_ipc::{Participant, ipc, load_config};
+use isochrone_ipc::{Participant, ipc};
 use isochrone_timing::{Environment, Report};
 
 use super::watch::allowed_cpus;
@@ -112,10 +112,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let outputs = args.outputs.open()?;
     let stop = Stop::on_signal(None)?;
     let company = Company::gather("isobench")?;
-    let config = load_config(Some(&company.domain_file())).map_err(Failure::found)?;
     let refusals = prepare_process().refusals;
-    let participant =
-        Participant::<ipc::Service>::join("isochrone/latency", &config).map_err(Failure::found)?;
+    let participant = Participant::<ipc::Service>::join("isochrone/latency", company.domain())
+        .map_err(Failure::found)?;
     let mut bench = Bench {
         plan: &plan,
         company: &company,

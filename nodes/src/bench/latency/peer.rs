@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 
 use isochrone_cyclic::{ThreadRequest, prepare_process, prepare_thread};
-use isochrone_ipc::{Participant, ipc, load_config};
+use isochrone_ipc::{Domain, Participant, ipc};
 use isochrone_timing::Warning;
 use serde::{Deserialize, Serialize};
 
@@ -86,8 +86,8 @@ fn read_lines(stop: Arc<AtomicBool>) -> Receiver<String> {
 fn serve(setup: &str, lines: &Receiver<String>, stop: &Arc<AtomicBool>) -> Result<(), String> {
     let setup: Setup = read(setup)?;
     let mut refusals = prepare_process().refusals;
-    let config = load_config(Some(&setup.domain_file)).map_err(|error| error.to_string())?;
-    let participant = Participant::<ipc::Service>::join("isochrone/latency-peer", &config)
+    let domain = Domain::from_file(&setup.domain_file).map_err(|error| error.to_string())?;
+    let participant = Participant::<ipc::Service>::join("isochrone/latency-peer", &domain)
         .map_err(|error| error.to_string())?;
     let place = Place {
         side: Side::Peer,

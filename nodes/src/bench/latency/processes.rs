@@ -123,7 +123,7 @@ impl<'a> Node<'a> {
         company.write(CONFIGURATION_FILE, configuration)?;
         let log = File::create(company.path().join(LOG_FILE))
             .map_err(|error| Failure::found(format!("cannot write {LOG_FILE}: {error}")))?;
-        let domain_file = company.domain_file();
+        let domain_file = company.domain().file();
         let arguments = [
             "run",
             CONFIGURATION_FILE,

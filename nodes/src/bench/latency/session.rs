@@ -65,18 +65,19 @@ impl Bench<'_> {
         fs::create_dir(&folder).map_err(|error| {
             Failure::found(format!("cannot create {}: {error}", folder.display()))
         })?;
+        let prefix = self.company.domain().prefix();
         let place = Place {
             side: Side::Measuring,
             folder: &folder,
             participant: self.participant,
-            prefix: self.company.prefix(),
+            prefix: &prefix,
             values,
             wait: self.plan.wait,
         };
         let setup = Setup {
-            domain_file: self.company.domain_file(),
+            domain_file: self.company.domain().file(),
             folder: folder.clone(),
-            prefix: self.company.prefix().to_owned(),
+            prefix: prefix.clone(),
             arms: arms.clone(),
             values,
             wait: self.plan.wait,

@@ -1,0 +1,102 @@
+//! A participant's place in a domain: who may touch it, and when.
+
+use std::fs;
+
+use iceoryx2::config::Config;
+use iceoryx2::identifiers::UniqueNodeId;
+use iceoryx2::service::service_hash::ServiceHash;
+
+use super::lock::{self, DomainLock, EndsLocked, Held};
+use super::{Domain, counter, describe, rights, roots, sweep};
+use crate::{JoinError, Service, give_up_file_override};
+
+/// A domain as a participant sees that lives in it.
+#[derive(Debug)]
+pub(crate) struct Membership {
+    domain: Domain,
+    /// The domain's, with what this participant has otherwise.
+    config: Config,
+    lock: DomainLock,
+}
+
+impl Membership {
+    /// A place in `domain`, for who is `name` in it and uses it with `config`.
+    ///
+    /// # Errors
+    /// The domain's folders cannot be made, or it belongs to somebody else.
+    pub(crate) fn claim<S: Service>(
+        domain: &Domain,
+        config: Config,
+        name: &str,
+    ) -> Result<Self, JoinError> {
+        let lock = claim::<S>(&config, name)?;
+        if S::CROSSES_PROCESSES {
+            domain.note_use();
+        }
+        Ok(Self { domain: domain.clone(), config, lock })
+    }
+
+    pub(crate) fn config(&self) -> &Config {
+        &self.config
+    }
+
+    pub(crate) fn lock(&self) -> &DomainLock {
+        &self.lock
+    }
+
+    /// Root path and prefix, for people.
+    pub(crate) fn describe(&self) -> String {
+        describe(&self.config)
+    }
+
+    /// Has `thing` dropped under the domain's lock, and the domain last as long as it.
+    pub(crate) fn keep<T>(&self, thing: T) -> EndsLocked<T> {
+        EndsLocked::new(thing, &self.lock, Some(self.domain.clone()))
+    }
+
+    /// Removes what dead processes left, and gets ready what a node needs that is to be created now.
+    pub(crate) fn prepare_for_node<S: Service>(&self, held: &Held) {
+        if !S::CROSSES_PROCESSES {
+            return;
+        }
+        roots::enter(&self.config);
+        sweep::sweep::<S>(&self.config, held);
+        let _given_up = give_up_file_override();
+        counter::repair(&self.config);
+        counter::make(&self.config);
+    }
+
+    /// Removes what dead processes left.
+    pub(crate) fn sweep<S: Service>(&self, held: &Held) {
+        sweep::sweep::<S>(&self.config, held);
+    }
+
+    /// Removes from a service those `ports`, each with its node, whose node is not alive.
+    pub(crate) fn remove_strangers<S: Service>(
+        &self,
+        hash: &ServiceHash,
+        ports: &[(UniqueNodeId, u128)],
+        held: &Held,
+    ) {
+        sweep::remove_strangers::<S>(&self.config, hash, ports, held);
+    }
+}
+
+/// Makes sure that a domain is ours, and says how to lock it.
+///
+/// # Errors
+/// Its folders cannot be made, or it belongs to somebody else.
+pub(super) fn claim<S: Service>(config: &Config, name: &str) -> Result<DomainLock, JoinError> {
+    if !S::CROSSES_PROCESSES {
+        return Ok(DomainLock::of_nothing());
+    }
+    rights::claim(config)?;
+    Ok(DomainLock::of(config, name))
+}
+
+/// Removes what a domain keeps beside iceoryx2's files; for who leaves last.
+pub(super) fn leave(config: &Config, _held: &Held) {
+    roots::leave(config);
+    // Whoever waits for it sees that it is gone, and makes another.
+    let _ = fs::remove_file(lock::path(config));
+}
