@@ -40,7 +40,7 @@ pub fn build(profile: Profile) -> Result<PathBuf, Failure> {
     let program = place()?;
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut build = Command::new(cargo);
-    build.args(["build", "--quiet", "--package", "isochrone"]);
+    build.args(["build", "--quiet", "--package", "isochrone-cli", "--bin", "isochrone"]);
     if profile == Profile::Release {
         build.arg("--release");
     }
