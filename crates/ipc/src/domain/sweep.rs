@@ -147,7 +147,15 @@ impl Traces {
             name.parse().ok().or_else(monitor)
         };
         let found = names(&folder).filter_map(|name| Some((id(&name)?, folder.join(name))));
-        Self { paths: found.collect() }
+        let mut paths: Vec<_> = found.collect();
+        // The order in which iceoryx2 removes them. Whoever is killed in between leaves what the next
+        // one still finds: a monitored file without an owner would be one that iceoryx2 cannot judge.
+        let last = ["_owner_lock", "_context"];
+        paths.sort_by_key(|(_, path): &(u128, PathBuf)| {
+            let name = path.to_string_lossy();
+            last.iter().position(|end| name.ends_with(end)).map(|place| place + 1)
+        });
+        Self { paths }
     }
 
     /// Removes what belongs to no node that could still use a service.
@@ -282,4 +290,23 @@ fn names(folder: &Path) -> impl Iterator<Item = String> + use<> {
 
 fn id_in(name: &str, prefix: &str, suffix: &str) -> Option<u128> {
     name.strip_prefix(prefix)?.strip_suffix(suffix)?.parse().ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::IsolatedDomain;
+
+    use super::*;
+
+    #[test]
+    fn the_file_without_which_iceoryx2_sees_no_node_is_removed_last() {
+        let domain = IsolatedDomain::new("isotest").unwrap();
+        let folder = PathBuf::from(domain.config().global.node_dir().to_string());
+        fs::create_dir_all(&folder).unwrap();
+        let monitor = format!("{}7{}", domain.prefix(), domain.config().global.node.monitor_suffix);
+        let order = [monitor.clone(), monitor.clone() + "_owner_lock", monitor + "_context"];
+        order.iter().rev().for_each(|name| fs::write(folder.join(name), "").unwrap());
+        let expected: Vec<_> = order.iter().map(|name| (7, folder.join(name))).collect();
+        assert_eq!(Traces::list(domain.config()).paths, expected);
+    }
 }
