@@ -14,7 +14,8 @@ use std::process::{Command, Stdio};
 
 use clap::Parser;
 use isochrone_benches::{Bench, Failure, take_turns, us};
-use isochrone_timing::{Distribution, Report, Series, histogram_svg, percentiles_svg};
+use isochrone_report::{Report, Series, histogram_svg, percentiles_svg};
+use isochrone_timing::Distribution;
 
 #[derive(Parser)]
 struct Args {
@@ -174,12 +175,12 @@ fn cyclictest(bench: &Bench, args: &Args, arm: &mut Arm) -> Result<(), Failure> 
 impl Arm {
     fn take(&mut self, args: &Args, report: Report) -> Result<(), Failure> {
         let task = report.tasks.first().ok_or("the report has no task")?;
-        if let Some(histogram) = task.histograms.get("release_jitter_ns") {
+        if let Some(histogram) = task.task.histograms.get("release_jitter_ns") {
             self.jitter.merge(&Distribution::decode(histogram)?);
         }
-        self.cpu_s += task.cpu_fraction * args.seconds;
+        self.cpu_s += task.task.cpu_fraction * args.seconds;
         self.elapsed_s += args.seconds;
-        self.missed += task.missed;
+        self.missed += task.task.missed;
         Ok(())
     }
 }

@@ -133,7 +133,12 @@ fn turn(bench: &Bench, args: &Args, arm: &str) -> Result<TaskReport, Failure> {
         company.join().map_err(|_| "a peer's thread panicked")??;
         report
     })?;
-    report.tasks.into_iter().next().ok_or_else(|| "the report has no task".into())
+    report
+        .tasks
+        .into_iter()
+        .next()
+        .map(|arm| arm.task)
+        .ok_or_else(|| "the report has no task".into())
 }
 
 struct Peers<'a> {

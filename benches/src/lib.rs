@@ -13,7 +13,7 @@ use std::process::{Child, Command, Stdio};
 
 use isochrone_engine::{Plan, Rules, TaskEngine, Workload};
 use isochrone_ipc::IsolatedDomain;
-use isochrone_timing::{Report, turns};
+use isochrone_report::{Report, turns};
 
 pub use baseline::{Baseline, Verdict};
 pub use program::{Profile, build, find};

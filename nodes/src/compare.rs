@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use isochrone_timing::{ComparisonTable, Report, Verdict, compare_reports, overall};
+use isochrone_report::{ComparisonTable, Report, Verdict, compare_reports, overall};
 
 use crate::failure::Failure;
 use crate::terminal;

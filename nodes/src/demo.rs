@@ -4,7 +4,7 @@ use std::thread;
 use std::time::Duration;
 
 use isochrone_engine::parse_seconds;
-use isochrone_timing::Report;
+use isochrone_report::Report;
 
 use crate::company::{Company, Process};
 use crate::failure::Failure;

@@ -1,6 +1,6 @@
 //! `doctor`: what this machine does to jitter, and the way out.
 
-use isochrone_timing::{Examination, Finding, Machine, Severity, examine};
+use isochrone_machine::{Examination, Finding, Machine, Severity, examine};
 
 use crate::failure::Failure;
 use crate::terminal;

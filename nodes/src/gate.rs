@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use isochrone_timing::{Gate, Outcome, Report};
+use isochrone_report::{Gate, Outcome, Report};
 
 use crate::failure::Failure;
 use crate::terminal;

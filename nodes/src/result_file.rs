@@ -4,7 +4,7 @@ use std::fs::{File, OpenOptions};
 use std::io::Write;
 use std::path::Path;
 
-use isochrone_timing::Report;
+use isochrone_report::Report;
 
 use crate::failure::Failure;
 

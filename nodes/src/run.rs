@@ -10,8 +10,10 @@ use isochrone_cyclic::{
 };
 use isochrone_engine::{Finding, Findings, Plan, Problem, TaskEngine, parse_seconds};
 use isochrone_ipc::{OpenError, Participant, Repair, ipc};
+use isochrone_machine::Environment;
+use isochrone_report::{LinkArm, Report};
 use isochrone_runtime::{self as runtime, Job, Outcome, Ready, Resolver, Telemetry};
-use isochrone_timing::{CycleRecord, Environment, Report, TaskReport, TaskTiming, Warning};
+use isochrone_timing::{CycleRecord, TaskReport, TaskTiming, Warning};
 use rtrb::{Consumer, RingBuffer};
 
 use crate::domain;
@@ -221,14 +223,15 @@ pub(crate) fn run_tasks(
             if outcome.stop_reason == Some(StopReason::Overrun) {
                 overrun = Some(overrun_sentence(&task.name, watch.timing.missed()));
             }
-            report.links.extend(outcome.links.iter().cloned());
-            report.tasks.push(TaskReport {
+            report.links.extend(outcome.links.iter().cloned().map(LinkArm::from));
+            let task = TaskReport {
                 wake: task.schedule.wake.as_str().into(),
                 scheduler: grant.scheduler,
                 cpu: grant.cpu,
                 margin_ns: outcome.margin_ns,
                 ..task_report(watch.timing.report(&task.name), &outcome)
-            });
+            };
+            report.tasks.push(task.into());
         }
         Ok(overrun)
     })

@@ -11,7 +11,8 @@ use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::parse_seconds;
-use isochrone_timing::{Environment, Report};
+use isochrone_machine::Environment;
+use isochrone_report::Report;
 
 use self::line::Line;
 use self::transcript::{Sink, Transcript};
@@ -105,7 +106,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let link = line.report();
     let outcome = line.outcome();
     report.warnings = line.alarms;
-    report.links = vec![link];
+    report.links = vec![link.into()];
     if let Some(file) = report_file {
         file.write_report(&report)?;
     }
@@ -115,7 +116,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             false => terminal::print(&report.to_string())?,
         }
     } else if let [link] = &report.links[..] {
-        terminal::note(&format!("{} frames, {} lost", link.frames, link.lost));
+        terminal::note(&format!("{} frames, {} lost", link.link.frames, link.link.lost));
     }
     outcome
 }

@@ -5,7 +5,7 @@
 //! stopped by its own waits does not start.
 
 use isochrone_engine::{Plan, TaskPlan};
-use isochrone_timing::Environment;
+use isochrone_machine::Environment;
 
 use crate::failure::Failure;
 

@@ -6,7 +6,7 @@ mod program;
 
 use domain::Process;
 use isochrone_blocks::CATALOGUE;
-use isochrone_timing::{Comparison, Report};
+use isochrone_report::{Comparison, Report};
 use program::{Folder, assert_says};
 use rustix::process::Signal;
 

@@ -6,7 +6,9 @@ mod domain;
 use std::time::Duration;
 
 use domain::Domain;
-use isochrone_timing::{CycleRecord, Disturbance, LoopArm, Report};
+use isochrone_machine::Disturbance;
+use isochrone_report::{LoopArm, Report};
+use isochrone_timing::CycleRecord;
 use rustix::process::Signal;
 use serde_json::Value;
 

@@ -28,7 +28,9 @@ use clap::{Parser, Subcommand};
 use isochrone_benches::{Failure, take_turns};
 use isochrone_cyclic::{Clock, Monotonic, prepare_process};
 use isochrone_ipc::IsolatedDomain;
-use isochrone_timing::{Blocks, Distribution, Environment, LinkReport, Machine, Report, Warning};
+use isochrone_machine::{Environment, Machine};
+use isochrone_report::{Blocks, LinkArm, Report};
+use isochrone_timing::{Distribution, LinkReport, Warning};
 
 use crate::message::Wire;
 use crate::peer::{Order, Peer};
@@ -141,7 +143,7 @@ fn measure(
     values: usize,
     hz: f64,
     origin_ns: u64,
-) -> Result<Vec<LinkReport>, Failure> {
+) -> Result<Vec<LinkArm>, Failure> {
     struct Line<'a> {
         arm: &'a mut Arm,
         blocks: Blocks,
@@ -179,16 +181,20 @@ fn measure(
     })?;
     let link = |line: &Line<'_>| {
         let all = line.blocks.all();
-        LinkReport {
+        let link = LinkReport {
             service: line.arm.name.to_owned(),
-            values: values as u64,
-            paced_hz: (hz > 0.0).then_some(hz),
             frames: all.count(),
             lost: line.blocks.missed(),
             one_way_ns: all.summary(),
             histograms: [("one_way_ns".to_owned(), all.encode())].into(),
-            blocks: line.blocks.reports().to_vec(),
             ..LinkReport::default()
+        };
+        LinkArm {
+            link,
+            values: values as u64,
+            paced_hz: (hz > 0.0).then_some(hz),
+            blocks: line.blocks.reports().to_vec(),
+            ..LinkArm::default()
         }
     };
     Ok(lines.iter().map(link).collect())

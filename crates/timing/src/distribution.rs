@@ -90,7 +90,7 @@ impl Distribution {
     }
 
     /// The histogram itself, in which the extremes are those of their buckets.
-    pub(crate) fn histogram(&self) -> &Histogram<u64> {
+    pub fn histogram(&self) -> &Histogram<u64> {
         &self.histogram
     }
 
@@ -146,7 +146,7 @@ impl Distribution {
 }
 
 /// Distributions by name, without the empty ones, as a report holds them.
-pub(crate) fn encoded<const N: usize>(
+pub fn encoded<const N: usize>(
     distributions: [(&str, &Distribution); N],
 ) -> BTreeMap<String, String> {
     let filled = distributions.into_iter().filter(|(_, distribution)| distribution.count() > 0);

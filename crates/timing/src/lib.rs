@@ -1,13 +1,10 @@
-//! **How well** it went: cycle records, distributions, the environment, and the report of a run.
+//! **How well** it went: numbers from records.
 //!
 //! Plain data goes in, from the loop ([`CycleRecord`]) and from a subscriber ([`FrameRecord`]);
-//! a [`Report`] comes out, as JSON (serde, both ways), as a table (`Display`), as a page ([`html`])
-//! and in the formats of other tools ([`hgrm`], [`hlog`], [`cyclictest_histogram`]). Nothing here
-//! runs on the real-time thread: records reach this crate through a ring.
+//! what a task did ([`TaskReport`]) and what came over a link ([`LinkReport`]) come out. Nothing
+//! here runs on the real-time thread: records reach this crate through a ring.
 //!
 //! A number is only reported when the samples support it, see [`Summary`].
-//!
-//! [`examine`] says beforehand what a machine does to jitter, and the way out; it changes nothing.
 //!
 //! ```
 //! use isochrone_timing::{CycleRecord, TaskTiming};
@@ -32,32 +29,19 @@
     )
 )]
 
-mod bench;
 mod distribution;
-mod doctor;
-mod environment;
 mod link;
-mod machine;
-mod output;
-mod report;
+mod link_report;
 mod summary;
 mod task;
-mod units;
+mod task_report;
+pub mod units;
+mod warning;
 
-pub use bench::{
-    Block, BlockReport, Blocks, Compared, Comparison, Disturbance, Gate, LoopArm, Measured,
-    Outcome, Outlier, PERCENTILES, Percentile, RESOLUTION_NS, Ratio, Rule, RuleError, TOLERANCE,
-    Verdict, compare_reports, overall, ratio, supports, turns,
-};
-pub use distribution::{DecodeError, Distribution, HIGHEST_NS};
-pub use doctor::{Examination, Finding, NoSuchCpu, Severity, examine};
-pub use environment::Environment;
+pub use distribution::{DecodeError, Distribution, HIGHEST_NS, encoded};
 pub use link::{FrameRecord, LinkTiming};
-pub use machine::Machine;
-pub use output::{
-    ComparisonTable, Series, Timeline, cyclictest_histogram, hgrm, histogram_svg, hlog, html,
-    percentiles_svg, pictures, scaling_svg, timeline_svg,
-};
-pub use report::{CostReport, LinkReport, Report, TaskReport, Warning};
+pub use link_report::LinkReport;
 pub use summary::Summary;
 pub use task::{CycleRecord, DEFAULT_WARM_UP_CYCLES, TaskTiming};
+pub use task_report::TaskReport;
+pub use warning::Warning;

@@ -1,7 +1,7 @@
 //! The timing of one stream of frames, as its receiver sees it.
 
 use crate::distribution::{Distribution, encoded};
-use crate::report::LinkReport;
+use crate::link_report::LinkReport;
 
 /// One received frame, all times in ns on one clock.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]

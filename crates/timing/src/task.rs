@@ -1,7 +1,7 @@
 //! The timing of one cyclic task.
 
 use crate::distribution::{Distribution, encoded};
-use crate::report::TaskReport;
+use crate::task_report::TaskReport;
 
 /// First cycles that are left out of the distributions unless told otherwise: caches and branch
 /// predictors are cold, peers are connecting, and an adaptive margin has not yet adapted.

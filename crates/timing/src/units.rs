@@ -1,7 +1,7 @@
 //! Numbers for people: three significant digits and a unit.
 
 /// A time in ns as `98 ns`, `2.10 us`, `52.0 us`, `231 ms` or `1.50 s`; from 1000 s on whole seconds.
-pub(crate) fn duration(ns: f64) -> String {
+pub fn duration(ns: f64) -> String {
     // The bound is where rounding to three digits would carry into the next unit.
     if ns < 999.5 {
         format!("{} ns", ns.round())
@@ -15,7 +15,7 @@ pub(crate) fn duration(ns: f64) -> String {
 }
 
 /// A time in ps, with three digits below a nanosecond and above: `0.412 ns`, `7.31 ns`, `1.20 us`.
-pub(crate) fn picoseconds(ps: u64) -> String {
+pub fn picoseconds(ps: u64) -> String {
     match ps {
         0..999_500 => format!("{} ns", three_digits(ps as f64 / 1e3)),
         _ => duration(ps as f64 / 1e3),
@@ -24,7 +24,7 @@ pub(crate) fn picoseconds(ps: u64) -> String {
 
 /// A number with three significant digits, though never more than three decimals; from 1000 on
 /// whole.
-pub(crate) fn three_digits(value: f64) -> String {
+pub fn three_digits(value: f64) -> String {
     let decimals = if value < 0.9995 {
         3
     } else if value < 9.995 {
@@ -38,7 +38,7 @@ pub(crate) fn three_digits(value: f64) -> String {
 }
 
 /// A period in ns exactly, in the largest unit that needs no fraction below 0.001: `1 ms`, `2.5 ms`.
-pub(crate) fn period(ns: u64) -> String {
+pub fn period(ns: u64) -> String {
     let (unit, unit_ns) = match ns {
         0..1_000 => ("ns", 1),
         1_000..1_000_000 => ("us", 1_000),

@@ -3,9 +3,10 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use isochrone_timing::{
-    Gate, Measured, Report, Series, Warning, cyclictest_histogram, hgrm, hlog, html, pictures,
+use isochrone_report::{
+    Gate, Measured, Report, Series, cyclictest_histogram, hgrm, hlog, html, pictures,
 };
+use isochrone_timing::Warning;
 
 use crate::failure::Failure;
 use crate::gate;

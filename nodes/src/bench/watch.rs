@@ -6,7 +6,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_timing::{Disturbance, Machine};
+use isochrone_machine::{Disturbance, Machine};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
 use crate::failure::Failure;

@@ -5,7 +5,8 @@ use std::hint::black_box;
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::{Plan, Rules, TaskEngine, Workload};
-use isochrone_timing::{Blocks, CostReport, Distribution, Summary};
+use isochrone_report::{Blocks, CostReport};
+use isochrone_timing::{Distribution, Summary};
 use rustix::thread::gettid;
 
 use crate::bench::watch::Watch;

@@ -9,7 +9,9 @@ use std::time::Duration;
 use isochrone_blocks::CATALOGUE;
 use isochrone_cyclic::{Clock, Monotonic, ThreadRequest, prepare_process, prepare_thread};
 use isochrone_engine::Workload;
-use isochrone_timing::{CostReport, Environment, Machine, Report, Warning, turns};
+use isochrone_machine::{Environment, Machine};
+use isochrone_report::{CostReport, Report, turns};
+use isochrone_timing::Warning;
 
 use self::arm::{Arm, Turn};
 use super::live::Live;

@@ -8,7 +8,8 @@ use isochrone_cyclic::{
 };
 use isochrone_engine::Plan;
 use isochrone_ipc::Domain;
-use isochrone_timing::{Distribution, LoopArm, TaskReport, Warning};
+use isochrone_report::{LoopArm, TaskArm};
+use isochrone_timing::{Distribution, TaskReport, Warning};
 
 use super::{Settings, WARM_UP, cyclictest, loops, node};
 use crate::failure::Failure;
@@ -167,7 +168,7 @@ impl Arm {
         }
     }
 
-    pub(super) fn report(&self, load: &str) -> TaskReport {
+    pub(super) fn report(&self, load: &str) -> TaskArm {
         let usage = self.used.usage;
         let (scheduler, cpu) = match &self.grant {
             Some(grant) => (grant.scheduler.clone(), grant.cpu),
@@ -177,8 +178,8 @@ impl Arm {
                 self.request.cpu,
             ),
         };
-        TaskReport {
-            load: load.to_owned(),
+        let arm = self.timing.report(&self.name);
+        let task = TaskReport {
             wake: match &self.kind {
                 Kind::Loop { wake, .. } => wake.as_str().into(),
                 Kind::Cyclictest => "sleep".into(),
@@ -194,8 +195,9 @@ impl Arm {
             major_faults: usage.major_faults,
             voluntary_switches: usage.voluntary_switches,
             involuntary_switches: usage.involuntary_switches,
-            ..self.timing.report(&self.name)
-        }
+            ..arm.task
+        };
+        TaskArm { task, load: load.to_owned(), ..arm }
     }
 }
 

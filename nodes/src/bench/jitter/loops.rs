@@ -10,7 +10,8 @@ use std::time::Duration;
 use isochrone_cyclic::{
     Clock, Cyclic, Monotonic, ThreadGrant, ThreadRequest, prepare_thread, thread_usage,
 };
-use isochrone_timing::{CycleRecord, Environment};
+use isochrone_machine::Environment;
+use isochrone_timing::CycleRecord;
 
 use super::WARM_UP;
 use super::arm::{Arm, Turn, Used, cycles};

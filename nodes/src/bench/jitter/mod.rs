@@ -14,7 +14,9 @@ use std::time::{Duration, Instant};
 use clap::ValueEnum;
 use isochrone_cyclic::{Clock, Monotonic, prepare_process};
 use isochrone_engine::{Plan, format_duration_ns, parse_milliseconds_ns};
-use isochrone_timing::{Environment, Machine, Report, Warning, examine, turns};
+use isochrone_machine::{Environment, Machine, examine};
+use isochrone_report::{Report, turns};
+use isochrone_timing::Warning;
 
 use self::arm::{Arm, Kind, Turn};
 use self::load::{Load, Stress};

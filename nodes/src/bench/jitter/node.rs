@@ -6,7 +6,8 @@ use std::time::Duration;
 use isochrone_cyclic::{ThreadGrant, ThreadUsage};
 use isochrone_engine::Plan;
 use isochrone_ipc::Participant;
-use isochrone_timing::{CycleRecord, Report};
+use isochrone_report::Report;
+use isochrone_timing::CycleRecord;
 
 use super::WARM_UP;
 use super::arm::{Arm, Turn, Used, cycles};
@@ -40,20 +41,23 @@ pub(super) fn turn(arm: &mut Arm, plan: &Plan, turn: &Turn<'_>) -> Result<Used, 
         return Err(Failure::found(format!("arm \"{}\" ran no task", arm.name)));
     };
     let mut disturbance = watch.since(seen.counted.start);
-    disturbance.faults = task.minor_faults + task.major_faults;
-    disturbance.preemptions = task.involuntary_switches;
+    disturbance.faults = task.task.minor_faults + task.task.major_faults;
+    disturbance.preemptions = task.task.involuntary_switches;
     arm.timing.block(&seen.records, seen.counted, disturbance, |at_ns| watch.around(at_ns));
-    arm.margin_ns = task.margin_ns;
-    arm.grant =
-        Some(ThreadGrant { scheduler: task.scheduler, cpu: task.cpu, refusals: Vec::new() });
+    arm.margin_ns = task.task.margin_ns;
+    arm.grant = Some(ThreadGrant {
+        scheduler: task.task.scheduler,
+        cpu: task.task.cpu,
+        refusals: Vec::new(),
+    });
     let elapsed_ns = turn.counted.as_nanos() as u64;
     Ok(Used {
         usage: ThreadUsage {
-            cpu_ns: (task.cpu_fraction * elapsed_ns as f64) as u64,
-            minor_faults: task.minor_faults,
-            major_faults: task.major_faults,
-            voluntary_switches: task.voluntary_switches,
-            involuntary_switches: task.involuntary_switches,
+            cpu_ns: (task.task.cpu_fraction * elapsed_ns as f64) as u64,
+            minor_faults: task.task.minor_faults,
+            major_faults: task.task.major_faults,
+            voluntary_switches: task.task.voluntary_switches,
+            involuntary_switches: task.task.involuntary_switches,
         },
         elapsed_ns,
     })

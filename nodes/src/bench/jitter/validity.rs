@@ -1,6 +1,7 @@
 //! Whether the arm `sleep` is what it claims to be.
 
-use isochrone_timing::{Measured, Report, Warning, supports};
+use isochrone_report::{Measured, Report, supports};
+use isochrone_timing::Warning;
 
 /// How far `sleep` may be from the real cyclictest: percentile, quantile, part.
 const LIMITS: [(&str, f64, f64); 2] = [("p50", 0.5, 0.10), ("p99", 0.99, 0.25)];
@@ -41,6 +42,7 @@ fn differences(sleep: &Measured, real: &Measured) -> Vec<Warning> {
 
 #[cfg(test)]
 mod tests {
+    use isochrone_report::TaskArm;
     use isochrone_timing::{Distribution, TaskReport};
 
     use super::*;
@@ -49,11 +51,11 @@ mod tests {
         let task = |name: &str, ns: u64| {
             let mut jitter = Distribution::new();
             jitter.record_many(ns, 1_000);
-            TaskReport {
+            TaskArm::from(TaskReport {
                 name: name.into(),
                 histograms: [("release_jitter_ns".to_owned(), jitter.encode())].into(),
                 ..TaskReport::default()
-            }
+            })
         };
         let tasks = vec![task("sleep", sleep_ns), task("cyclictest", cyclictest_ns)];
         Report { tasks, ..Report::default() }
@@ -77,8 +79,8 @@ mod tests {
         let mut few = report(16_000, 13_500);
         for task in &mut few.tasks {
             let mut jitter = Distribution::new();
-            jitter.record_many(if task.name == "sleep" { 90_000 } else { 9_000 }, 19);
-            task.histograms.insert("release_jitter_ns".into(), jitter.encode());
+            jitter.record_many(if task.task.name == "sleep" { 90_000 } else { 9_000 }, 19);
+            task.task.histograms.insert("release_jitter_ns".into(), jitter.encode());
         }
         assert_eq!(check(&few), []);
     }

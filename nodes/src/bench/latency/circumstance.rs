@@ -1,8 +1,8 @@
 //! Which arms meet under which circumstances, and what each has measured there.
 
-use std::collections::BTreeMap;
-
-use isochrone_timing::{Blocks, Distribution, Disturbance, LinkReport, Warning};
+use isochrone_machine::Disturbance;
+use isochrone_report::{Blocks, LinkArm};
+use isochrone_timing::{Distribution, LinkReport, Warning, encoded};
 
 use super::arms::{Arm, Pace};
 use super::measurer::Taken;
@@ -158,34 +158,33 @@ impl Series {
     }
 
     /// The report, if there is anything to report.
-    pub(super) fn report(&self) -> Option<LinkReport> {
+    pub(super) fn report(&self) -> Option<LinkArm> {
         if self.blocks.reports().is_empty() {
             return None;
         }
         let stages = self.stages.clone().unwrap_or_default();
-        let distributions = [
-            ("one_way_ns", self.blocks.all()),
-            ("end_to_end_ns", &stages.end_to_end),
-            ("age_at_publish_ns", &stages.age_at_publish),
-            ("age_at_release_ns", &stages.age_at_release),
-        ];
-        let filled = distributions.into_iter().filter(|(_, samples)| samples.count() > 0);
-        let histograms: BTreeMap<String, String> =
-            filled.map(|(name, samples)| (name.to_owned(), samples.encode())).collect();
-        Some(LinkReport {
+        let link = LinkReport {
             service: self.arm.as_str().to_owned(),
-            values: self.values as u64,
-            paced_hz: self.pace.hz(),
             frames: self.received,
             lost: self.blocks.missed(),
             rate_hz: Some(self.received as f64 * 1e9 / self.elapsed_ns.max(1) as f64),
             one_way_ns: self.blocks.all().summary(),
             end_to_end_ns: stages.end_to_end.summary(),
             age_at_publish_ns: stages.age_at_publish.summary(),
-            age_at_release_ns: stages.age_at_release.summary(),
-            histograms,
-            blocks: self.blocks.reports().to_vec(),
+            histograms: encoded([
+                ("one_way_ns", self.blocks.all()),
+                ("end_to_end_ns", &stages.end_to_end),
+                ("age_at_publish_ns", &stages.age_at_publish),
+                ("age_at_release_ns", &stages.age_at_release),
+            ]),
             ..LinkReport::default()
+        };
+        Some(LinkArm {
+            link,
+            values: self.values as u64,
+            paced_hz: self.pace.hz(),
+            age_at_release_ns: stages.age_at_release.summary(),
+            blocks: self.blocks.reports().to_vec(),
         })
     }
 }
@@ -250,7 +249,8 @@ mod tests {
         let block = Block { at_s: 0.0, elapsed_ns: 1_000_000, sender: none, receiver: none };
         series.push(&block, &taken, &Sent::default());
         let report = series.report().unwrap();
-        let ages = [report.age_at_release_ns, report.age_at_publish_ns, report.end_to_end_ns];
+        let ages =
+            [report.age_at_release_ns, report.link.age_at_publish_ns, report.link.end_to_end_ns];
         assert_eq!(ages.map(|age| age.max), [600_000, 650_000, 651_000].map(Some));
     }
 
@@ -275,13 +275,13 @@ mod tests {
             series.push(&block, &taken, &Sent { messages: 50, missed: 1, ..Sent::default() });
         }
         let report = series.report().unwrap();
-        assert_eq!((report.frames, report.lost), (100, 4));
-        assert_eq!(report.rate_hz, Some(100.0));
-        assert_eq!(report.one_way_ns.count, 100);
+        assert_eq!((report.link.frames, report.link.lost), (100, 4));
+        assert_eq!(report.link.rate_hz, Some(100.0));
+        assert_eq!(report.link.one_way_ns.count, 100);
         let invalid: Vec<bool> =
             report.blocks.iter().map(|block| block.invalid.is_some()).collect();
         assert_eq!(invalid, [false, true], "the sender's steal counts as the receiver's");
-        assert_eq!(report.histograms.keys().collect::<Vec<_>>(), ["one_way_ns"]);
+        assert_eq!(report.link.histograms.keys().collect::<Vec<_>>(), ["one_way_ns"]);
         let pace = [series.pace(), KeptPace { label: "raw".into(), asked: 100, missed: 1 }];
         let warning = KeptPace::warning(&pace).unwrap().message;
         for says in ["1 of 2 times", "tcp (100 Hz, 64 values), 2 of 102 instants"] {

@@ -26,7 +26,8 @@ use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic, prepare_process};
 use isochrone_ipc::{Participant, ipc};
-use isochrone_timing::{Environment, Report};
+use isochrone_machine::Environment;
+use isochrone_report::Report;
 
 use super::watch::allowed_cpus;
 use super::{outputs, parse_block, parse_length};

@@ -7,7 +7,8 @@ use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic, ThreadRequest};
 use isochrone_ipc::{Participant, ipc};
-use isochrone_timing::{LinkReport, Warning, turns};
+use isochrone_report::{LinkArm, turns};
+use isochrone_timing::Warning;
 
 use super::Plan;
 use super::arms::{Arm, Pace};
@@ -54,7 +55,7 @@ impl Bench<'_> {
         &mut self,
         values: usize,
         circumstances: &[Circumstance],
-    ) -> Result<Vec<LinkReport>, Failure> {
+    ) -> Result<Vec<LinkArm>, Failure> {
         let mut arms: Vec<Arm> = Vec::new();
         for arm in circumstances.iter().flat_map(|some| &some.arms) {
             if !arms.contains(arm) {

@@ -1,0 +1,102 @@
+//! What disturbs a loop.
+
+use serde::{Deserialize, Serialize};
+
+/// Part of a block that the host may take before the block is invalid.
+const STEAL: f64 = 0.001;
+
+/// What disturbed a stretch of time, as the kernel counted it.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Disturbance {
+    /// CPU time of the arm's CPU that the host took away, in ns.
+    pub steal_ns: u64,
+    /// Time for which a limit on CPU time stopped the arm's control group, in ns.
+    pub throttled_ns: u64,
+    /// Page faults of the arm's thread.
+    pub faults: u64,
+    /// Times that the CPU was taken from the arm's thread.
+    pub preemptions: u64,
+    /// Interrupts at the arm's CPU, without its own timer's.
+    pub interrupts: u64,
+}
+
+impl Disturbance {
+    /// The cause where nothing was counted.
+    pub const UNKNOWN: &'static str = "unknown";
+
+    /// What was added since `earlier`.
+    #[must_use]
+    pub fn since(self, earlier: Self) -> Self {
+        Self {
+            steal_ns: self.steal_ns.saturating_sub(earlier.steal_ns),
+            throttled_ns: self.throttled_ns.saturating_sub(earlier.throttled_ns),
+            faults: self.faults.saturating_sub(earlier.faults),
+            preemptions: self.preemptions.saturating_sub(earlier.preemptions),
+            interrupts: self.interrupts.saturating_sub(earlier.interrupts),
+        }
+    }
+
+    /// What explains most: `steal`, `throttled`, `fault`, `preempted`, `interrupt` or `unknown`.
+    pub const fn cause(&self) -> &'static str {
+        match self {
+            Self { steal_ns: 1.., .. } => "steal",
+            Self { throttled_ns: 1.., .. } => "throttled",
+            Self { faults: 1.., .. } => "fault",
+            Self { preemptions: 1.., .. } => "preempted",
+            Self { interrupts: 1.., .. } => "interrupt",
+            _ => Self::UNKNOWN,
+        }
+    }
+
+    /// Why a block of `elapsed_ns` says little about its arm, by a rule that never looks at the
+    /// times that were measured: more than 0.1 % of it stolen, throttled, or a page fault.
+    pub fn invalidates(&self, elapsed_ns: u64) -> Option<String> {
+        let steal = self.steal_ns as f64 / elapsed_ns.max(1) as f64;
+        if self.throttled_ns > 0 {
+            Some(format!("throttled for {} us", self.throttled_ns / 1_000))
+        } else if steal > STEAL {
+            Some(format!("the host took {:.2} % of the CPU", 100.0 * steal))
+        } else if self.faults > 0 {
+            Some(format!("{} page faults", self.faults))
+        } else {
+            None
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_little_steal_and_interrupts_are_life() {
+        let little = Disturbance {
+            steal_ns: 900_000,
+            interrupts: 70,
+            preemptions: 2,
+            ..Disturbance::default()
+        };
+        assert_eq!(little.invalidates(1_000_000_000), None);
+    }
+
+    #[test]
+    fn the_cause_is_what_explains_most() {
+        let all =
+            Disturbance { steal_ns: 1, throttled_ns: 1, faults: 1, preemptions: 1, interrupts: 1 };
+        assert_eq!(all.cause(), "steal");
+        let fault = Disturbance { steal_ns: 0, throttled_ns: 0, ..all };
+        assert_eq!(fault.cause(), "fault");
+        assert_eq!(Disturbance::default().cause(), "unknown");
+    }
+
+    #[test]
+    fn what_was_counted_before_does_not_count() {
+        let earlier = Disturbance { interrupts: 5, ..Disturbance::default() };
+        let later = Disturbance { interrupts: 7, faults: 1, ..Disturbance::default() };
+        assert_eq!(
+            later.since(earlier),
+            Disturbance { interrupts: 2, faults: 1, ..Disturbance::default() }
+        );
+    }
+}

@@ -1,0 +1,199 @@
+//! What else happens on the task's CPU: other work, the tick, interrupts, the CPU next door.
+
+use super::verdict::Verdict;
+use crate::machine::{CpuList, Machine};
+
+const COMMAND_LINE: &str = "/proc/cmdline";
+/// The detector looks five times in twice the threshold.
+const WATCHDOG_SHARE: f64 = 0.4;
+
+pub(super) fn isolated_cpus(machine: &Machine, cpu: usize) -> Verdict {
+    let source = "/sys/devices/system/cpu/isolated";
+    let effect = "The kernel may place other threads on the task's CPU; what they do there (caches, \
+        interrupts, system calls) delays it.";
+    // The second are those of a cpuset partition.
+    let lists = [machine.list(source), machine.list("/sys/fs/cgroup/cpuset.cpus.isolated")];
+    if lists.iter().flatten().any(|list| list.contains(cpu)) {
+        return Verdict::ok(format!("CPU {cpu} is isolated"))
+            .effect("The kernel places no other threads on the task's CPU.")
+            .from(source);
+    }
+    match (&lists, only_cpu(machine)) {
+        ([None, None], _) => Verdict::unknown("the list cannot be read"),
+        (_, true) => Verdict::note("none: this machine has one CPU"),
+        ([Some(list), _] | [_, Some(list)], _) => {
+            let value =
+                if list.is_empty() { "none".to_owned() } else { format!("{list}, not CPU {cpu}") };
+            Verdict::warning(value)
+                .fix(format!("isolcpus=managed_irq,domain,{cpu} on the kernel command line"))
+        }
+    }
+    .effect(effect)
+    .from(source)
+}
+
+pub(super) fn nohz_full(machine: &Machine, cpu: usize) -> Verdict {
+    let source = "/sys/devices/system/cpu/nohz_full, /proc/cmdline";
+    let effect = "The tick goes on while the task runs: see timer_tick.";
+    let list = machine.tickless().filter(|list| !list.is_empty());
+    if let Some(list) = &list
+        && list.contains(cpu)
+    {
+        let effect = "The tick stops while the task is alone on its CPU.";
+        return Verdict::ok(list.to_string()).effect(effect).from(source);
+    }
+    if let Some(config) = machine.config()
+        && !config.is_set("NO_HZ_FULL")
+    {
+        return Verdict::note("not built into this kernel")
+            .effect(effect)
+            .inert("nohz_full= needs a kernel with NO_HZ_FULL")
+            .from(&config.source);
+    }
+    let fix = format!("nohz_full={cpu} on the kernel command line");
+    match list {
+        _ if !machine.has(COMMAND_LINE) => Verdict::unknown("the list cannot be read"),
+        _ if only_cpu(machine) => Verdict::note("none: this machine has one CPU"),
+        None => Verdict::note("none").fix(fix),
+        Some(list) => Verdict::note(format!("{list}, not CPU {cpu}")).fix(fix),
+    }
+    .effect(effect)
+    .from(source)
+}
+
+pub(super) fn rcu_nocbs(machine: &Machine, cpu: usize) -> Verdict {
+    let effect =
+        "The kernel frees its memory (RCU callbacks) on the task's CPU, in interrupt context.";
+    let elsewhere =
+        "The kernel frees its memory (RCU callbacks) in threads that may run elsewhere.";
+    let config = machine.config();
+    let is_set = |name: &str| config.map(|config| config.is_set(name));
+    if machine.tickless().is_some_and(|list| list.contains(cpu)) {
+        return Verdict::ok("by nohz_full").effect(elsewhere).from(COMMAND_LINE);
+    }
+    let fix = format!("rcu_nocbs={cpu} on the kernel command line");
+    let verdict = match (machine.parameter("rcu_nocbs"), is_set("RCU_NOCB_CPU")) {
+        _ if !machine.has(COMMAND_LINE) => {
+            Verdict::unknown("the kernel command line cannot be read").effect(effect)
+        }
+        (_, Some(false)) => Verdict::note("not built into this kernel")
+            .effect(effect)
+            .inert("rcu_nocbs= needs a kernel with RCU_NOCB_CPU"),
+        (None, _) if is_set("RCU_NOCB_CPU_DEFAULT_ALL") == Some(true) => {
+            Verdict::ok("all (built in)").effect(elsewhere)
+        }
+        (None, _) => Verdict::note("none").effect(effect).fix(fix),
+        (Some(list), _) => match CpuList::parse(&list).map(|cpus| cpus.contains(cpu)) {
+            Some(true) => Verdict::ok(list).effect(elsewhere),
+            Some(false) => Verdict::note(format!("{list}, not CPU {cpu}")).effect(effect).fix(fix),
+            None => {
+                Verdict::unknown(&format!("`rcu_nocbs={list}` is not a plain list")).effect(effect)
+            }
+        },
+    };
+    verdict.from(COMMAND_LINE)
+}
+
+pub(super) fn interrupts(machine: &Machine, cpu: usize) -> Verdict {
+    let effect = "Each of these stops the task for as long as its handler runs, at moments that devices choose.";
+    let source = "/proc/interrupts, /proc/irq/*/effective_affinity_list";
+    let Some(interrupts) = machine.interrupts_on(cpu) else {
+        return Verdict::unknown("interrupts cannot be read").effect(effect).from(source);
+    };
+    let fired: Vec<String> = interrupts
+        .iter()
+        .filter(|interrupt| interrupt.fired > 0)
+        .map(|interrupt| interrupt.number.to_string())
+        .collect();
+    let details = interrupts.iter().map(|interrupt| {
+        format!(
+            "{} {}, CPU {}, {} so far",
+            interrupt.number, interrupt.name, interrupt.affinity, interrupt.fired
+        )
+    });
+    let fix = housekeeping(machine, cpu).map(|others| {
+        format!(
+            "for i in {}; do echo {others} > /proc/irq/$i/smp_affinity_list; done  # and stop irqbalance",
+            fired.join(" ")
+        )
+    });
+    let verdict = match (interrupts.len(), fired.len()) {
+        (0, _) => Verdict::ok(format!("none of a device can fire on CPU {cpu}")).effect(
+            "No device stops the task; the kernel's own interrupts (timer, other CPUs) remain.",
+        ),
+        (all, 0) => Verdict::note(format!("{all} can fire on CPU {cpu}, none did since the start"))
+            .effect(effect),
+        (all, some) => {
+            Verdict::warning(format!("{all} can fire on CPU {cpu}, {some} did since the start"))
+                .effect(effect)
+                .maybe_fix(fix)
+        }
+    };
+    verdict.details(details).from(source)
+}
+
+pub(super) fn watchdog(machine: &Machine, cpu: usize) -> Verdict {
+    let read = |name: &str| machine.number(&format!("/proc/sys/kernel/{name}"));
+    let source = "/proc/sys/kernel/{watchdog,soft_watchdog,watchdog_cpumask}";
+    let effect = "A kernel thread of the highest priority looks whether the CPU still schedules, and the task waits for it.";
+    let silent = "No detector interrupts the task.";
+    let here =
+        machine.list("/proc/sys/kernel/watchdog_cpumask").is_none_or(|mask| mask.contains(cpu));
+    let verdict = match (read("watchdog"), read("soft_watchdog")) {
+        (Some(0), _) | (_, Some(0)) => Verdict::ok("off").effect(silent),
+        (_, Some(_)) if !here => Verdict::ok(format!("not on CPU {cpu}")).effect(silent),
+        (_, Some(_)) => {
+            let every = match read("watchdog_thresh") {
+                Some(threshold_s) => format!(", every {} s", threshold_s as f64 * WATCHDOG_SHARE),
+                None => String::new(),
+            };
+            Verdict::note(format!("softlockup detector on CPU {cpu}{every}")).effect(effect).fix(
+                match housekeeping(machine, cpu) {
+                    Some(others) => format!("sysctl -w kernel.watchdog_cpumask={others}"),
+                    None => "sysctl -w kernel.soft_watchdog=0".to_owned(),
+                },
+            )
+        }
+        _ if machine.release().is_some() => {
+            Verdict::ok("not built into this kernel").effect(silent)
+        }
+        _ => Verdict::unknown("the setting cannot be read").effect(effect),
+    };
+    verdict.from(source)
+}
+
+pub(super) fn smt_sibling(machine: &Machine, cpu: usize) -> Verdict {
+    let source = format!("/sys/devices/system/cpu/cpu{cpu}/topology/thread_siblings_list");
+    let effect = "What runs on the sibling shares the core's units and caches: the task's execution time varies with it.";
+    let Some(siblings) = machine.list(&source).map(|list| list.without(cpu)) else {
+        return Verdict::unknown("the core's threads cannot be read").effect(effect).from(source);
+    };
+    let isolated = machine.list("/sys/devices/system/cpu/isolated").unwrap_or_default();
+    let verdict = match siblings.last() {
+        None if machine.is_guest() => Verdict::ok("none, as the hypervisor shows it")
+            .effect("Whether the host's core is shared cannot be seen from inside."),
+        None => Verdict::ok("none").effect("Nothing shares the task's core."),
+        Some(sibling) => {
+            let fix = format!(
+                "echo 0 > /sys/devices/system/cpu/cpu{sibling}/online  # or nosmt on the kernel command line"
+            );
+            let value = format!("CPU {siblings} shares the core of CPU {cpu}");
+            match isolated.contains(sibling) {
+                true => Verdict::note(value + ", and is isolated"),
+                false => Verdict::warning(value),
+            }
+            .effect(effect)
+            .fix(fix)
+        }
+    };
+    verdict.from(source)
+}
+
+/// The CPUs that can take over other work.
+fn housekeeping(machine: &Machine, cpu: usize) -> Option<CpuList> {
+    Some(machine.online()?.without(cpu)).filter(|others| !others.is_empty())
+}
+
+fn only_cpu(machine: &Machine) -> bool {
+    machine.online().is_some_and(|online| online.len() == 1)
+}

@@ -1,0 +1,156 @@
+//! The doctor: what a machine does to jitter, finding by finding, and the way out.
+//!
+//! It reads and changes nothing. A check is one function from a [`Machine`] and a CPU to a
+//! [`Verdict`]; [`CHECKS`] is the list of them.
+
+mod isolation;
+mod memory;
+mod platform;
+mod power;
+mod rights;
+mod scheduling;
+mod verdict;
+
+use serde::{Deserialize, Serialize};
+use verdict::Verdict;
+
+use crate::environment::Environment;
+use crate::machine::{CpuList, Machine};
+
+/// How much a finding matters to a real-time task.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Severity {
+    /// As it should be.
+    Ok,
+    /// Good to know when reading numbers; also what could not be found out.
+    Note,
+    /// It makes cycles late, and can be changed.
+    Warning,
+    /// A real-time task does not get what it asks for.
+    Problem,
+}
+
+/// What one check found.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Finding {
+    /// Stable name of the check, such as `preemption`.
+    pub code: String,
+    /// How much it matters.
+    pub severity: Severity,
+    /// What it is; begins with `unknown` if that could not be read.
+    pub value: String,
+    /// The parts of the value, where it has parts.
+    pub details: Vec<String>,
+    /// Where it was read.
+    pub source: String,
+    /// What it does to jitter, in one sentence.
+    pub effect: String,
+    /// A command or a setting that changes it, on one line; `None` if there is nothing to do.
+    pub fix: Option<String>,
+    /// The knob that this is about does nothing on this machine.
+    pub inert: bool,
+    /// Why it does nothing.
+    pub inert_why: Option<String>,
+}
+
+/// What the doctor found on a machine.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Examination {
+    /// Version of the program that examined.
+    pub isochrone: String,
+    /// The CPU that was examined.
+    pub cpu: usize,
+    /// Those that are online, as the kernel lists them.
+    pub online_cpus: String,
+    /// The machine and its kernel.
+    pub environment: Environment,
+    /// All findings, the harmless ones too, in the order of the checks.
+    pub findings: Vec<Finding>,
+}
+
+impl Examination {
+    /// The findings of one severity, in their order.
+    pub fn of(&self, severity: Severity) -> impl Iterator<Item = &Finding> {
+        self.findings.iter().filter(move |finding| finding.severity == severity)
+    }
+}
+
+/// The CPU to examine does not exist or is offline.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NoSuchCpu {
+    /// The CPU asked for.
+    pub cpu: usize,
+    /// Those there are, as the kernel lists them: `0-3,8`.
+    pub online: String,
+}
+
+impl std::fmt::Display for NoSuchCpu {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "CPU {} does not exist or is offline; this machine has {}", self.cpu, self.online)
+    }
+}
+
+impl std::error::Error for NoSuchCpu {}
+
+/// A check: its code and its judgement of a CPU of a machine.
+struct Check {
+    code: &'static str,
+    judge: fn(&Machine, usize) -> Verdict,
+}
+
+/// All checks, in the order in which they are shown.
+const CHECKS: &[Check] = &[
+    Check { code: "real_time_priority", judge: rights::real_time_priority },
+    Check { code: "cgroup_budget", judge: rights::cgroup_budget },
+    Check { code: "cpu_affinity", judge: rights::cpu_affinity },
+    Check { code: "memory_lock", judge: rights::memory_lock },
+    Check { code: "nice_limit", judge: rights::nice_limit },
+    Check { code: "open_files", judge: rights::open_files },
+    Check { code: "container", judge: platform::container },
+    Check { code: "preemption", judge: scheduling::preemption },
+    Check { code: "rt_throttling", judge: scheduling::rt_throttling },
+    Check { code: "fair_server", judge: scheduling::fair_server },
+    Check { code: "real_time_threads", judge: scheduling::real_time_threads },
+    Check { code: "timer_tick", judge: scheduling::timer_tick },
+    Check { code: "isolated_cpus", judge: isolation::isolated_cpus },
+    Check { code: "nohz_full", judge: isolation::nohz_full },
+    Check { code: "rcu_nocbs", judge: isolation::rcu_nocbs },
+    Check { code: "interrupts", judge: isolation::interrupts },
+    Check { code: "watchdog", judge: isolation::watchdog },
+    Check { code: "smt_sibling", judge: isolation::smt_sibling },
+    Check { code: "frequency_governor", judge: power::frequency_governor },
+    Check { code: "idle_states", judge: power::idle_states },
+    Check { code: "cpu_dma_latency", judge: power::cpu_dma_latency },
+    Check { code: "hypervisor", judge: platform::hypervisor },
+    Check { code: "steal", judge: platform::steal },
+    Check { code: "clock_source", judge: platform::clock_source },
+    Check { code: "huge_pages", judge: memory::huge_pages },
+    Check { code: "swap", judge: memory::swap },
+    Check { code: "shared_memory", judge: memory::shared_memory },
+];
+
+/// Examines a machine for a real-time task on a CPU; without one, on the last CPU.
+///
+/// # Errors
+/// The CPU does not exist or is offline.
+pub fn examine(machine: &Machine, cpu: Option<usize>) -> Result<Examination, NoSuchCpu> {
+    // An unreadable list says nothing; then the caller decides.
+    let online = machine.online();
+    if let (Some(cpu), Some(online)) = (cpu, &online)
+        && !online.contains(cpu)
+    {
+        return Err(NoSuchCpu { cpu, online: online.to_string() });
+    }
+    let cpu = cpu.or_else(|| online.as_ref().and_then(CpuList::last)).unwrap_or(0);
+    Ok(Examination {
+        isochrone: env!("CARGO_PKG_VERSION").to_owned(),
+        cpu,
+        online_cpus: online.map(|online| online.to_string()).unwrap_or_default(),
+        environment: Environment::of(machine),
+        findings: CHECKS
+            .iter()
+            .map(|check| (check.judge)(machine, cpu).named(check.code))
+            .collect(),
+    })
+}

@@ -1,0 +1,128 @@
+//! Saving power: a clock that slows down, and rest that takes time to wake up from.
+
+use super::verdict::Verdict;
+use crate::machine::Machine;
+
+/// Declared exit latencies above this stand for deep states, whose waking dwarfs a release's jitter.
+const DEEP_US: i64 = 10;
+
+const GUEST_POLLING: &str = "/sys/module/haltpoll/parameters/guest_halt_poll_ns";
+
+/// Measured: see docs/loop.md.
+const POLLING_COST: &str = "Idle CPUs that poll (0 held in /dev/cpu_dma_latency, idle=poll) wake up \
+    sooner in the median, but the host takes a CPU that polls away, and the worst case was ten times \
+    longer where it was measured; wake = \"hybrid\" does not need them.";
+
+pub(super) fn frequency_governor(machine: &Machine, cpu: usize) -> Verdict {
+    let source = format!("/sys/devices/system/cpu/cpu{cpu}/cpufreq/scaling_governor");
+    let effect = "The clock slows down while the task sleeps and speeds up after it woke: waking and executing take longer.";
+    let verdict = match machine.governor(cpu) {
+        Some(governor) if governor == "performance" => {
+            Verdict::ok(governor).effect("The clock does not slow down while the task sleeps.")
+        }
+        Some(governor) => Verdict::warning(governor).effect(effect).fix(format!(
+            "cpupower -c {cpu} frequency-set -g performance  # or echo performance > {source}"
+        )),
+        None if !machine.has("/sys/devices/system/cpu/online") => {
+            Verdict::unknown("/sys cannot be read").effect(effect)
+        }
+        None if machine.is_guest() => Verdict::ok("none: the host sets the clock")
+            .effect("Whether the host's clock slows down cannot be seen from inside.")
+            .inert("there is no frequency driver in this guest; the governor is set on the host"),
+        None => Verdict::ok("none: the firmware sets the clock, or it is fixed")
+            .effect("The kernel does not slow the clock down.")
+            .inert("there is no frequency driver"),
+    };
+    verdict.from(source)
+}
+
+pub(super) fn idle_states(machine: &Machine, cpu: usize) -> Verdict {
+    let folder = format!("/sys/devices/system/cpu/cpu{cpu}/cpuidle");
+    let driver_file = "/sys/devices/system/cpu/cpuidle/current_driver";
+    if machine.parameter("idle").as_deref() == Some("poll") {
+        return Verdict::ok("none: idle=poll")
+            .effect("An idle CPU spins: it needs no time to wake up.")
+            .from("/proc/cmdline");
+    }
+    let halting = format!(
+        "An idle CPU of this guest halts, which hands it to the hypervisor; how soon it is back when the timer \
+         fires is up to the host. {POLLING_COST}"
+    );
+    if machine.has_no_idle_driver() {
+        return match machine.is_guest() {
+            true => Verdict::note("no idle driver: an idle CPU halts")
+                .effect(halting)
+                .fix("cpuidle_haltpoll.force=1 on the kernel command line  # polls for a short time, then halts"),
+            false => Verdict::ok("no idle driver: an idle CPU halts (shallowest state)")
+                .effect("The kernel enters no deep state by itself."),
+        }
+        .from(driver_file);
+    }
+    let Some(driver) = machine.idle_driver() else {
+        return Verdict::unknown("the idle driver cannot be read")
+            .effect("A CPU in a deep idle state needs time to wake up, before the task runs.")
+            .from(driver_file);
+    };
+    let states = machine.idle_states(cpu);
+    let details = states.iter().map(|state| {
+        let disabled = if state.enabled { "" } else { ", disabled" };
+        format!("{}, exit latency {} us{disabled}", state.name, state.exit_latency_us)
+    });
+    let deep: Vec<_> =
+        states.iter().filter(|state| state.enabled && state.exit_latency_us > DEEP_US).collect();
+    let deepest_us = deep.iter().map(|state| state.exit_latency_us).max();
+    let verdict = match deepest_us {
+        _ if driver == "haltpoll" => {
+            let polled_ns = machine.number(GUEST_POLLING);
+            let polls = match polled_ns {
+                Some(0) => "halts without polling first".to_owned(),
+                Some(polled_ns) => format!("polls up to {} us, then halts", polled_ns / 1000),
+                None => "how long it polls first is unknown".to_owned(),
+            };
+            Verdict::note(format!("{driver}: an idle CPU {polls}")).effect(halting)
+        }
+        _ if states.is_empty() => {
+            Verdict::unknown(&format!("the states of {driver} cannot be read"))
+                .effect("A CPU in a deep idle state needs time to wake up, before the task runs.")
+        }
+        None => Verdict::ok(format!("{driver}: no deep state enabled"))
+            .effect("Waking from an enabled state takes little time."),
+        Some(deepest_us) => {
+            let names = deep.iter().map(|state| state.name.as_str()).collect::<Vec<_>>().join(", ");
+            let files =
+                deep.iter().map(|state| state.directory.as_str()).collect::<Vec<_>>().join(",");
+            let files = if deep.len() > 1 { format!("{{{files}}}") } else { files };
+            Verdict::warning(format!("{driver}: {names} enabled, up to {deepest_us} us to wake up"))
+                .effect("A CPU that sleeps deeply between cycles needs that long before the task runs.")
+                .fix(match machine.is_guest() {
+                    true => format!("echo 1 | tee {folder}/{files}/disable"),
+                    false => format!("echo 1 | tee {folder}/{files}/disable  # or hold 0 in /dev/cpu_dma_latency while the task runs"),
+                })
+        }
+    };
+    verdict.details(details).from(format!("{driver_file}, {folder}"))
+}
+
+pub(super) fn cpu_dma_latency(machine: &Machine, cpu: usize) -> Verdict {
+    let file = "/dev/cpu_dma_latency";
+    let lever = "A program that holds 0 in it keeps idle CPUs out of every state that takes time to leave; cyclictest does so.";
+    let polls = machine.parameter("idle").as_deref() == Some("poll");
+    let has_deep =
+        machine.idle_states(cpu).iter().any(|state| state.enabled && state.exit_latency_us > 0);
+    let verdict = match () {
+        () if machine.has_no_idle_driver() => Verdict::ok("without effect")
+            .effect("It changes nothing: only idle drivers look at it.")
+            .inert("no idle driver (current_driver is none), so cyclictest and tuned gain nothing from it here"),
+        () if polls => Verdict::ok("without effect").effect("It changes nothing: idle CPUs spin already.").inert("idle=poll"),
+        () if machine.idle_driver().is_none() => Verdict::unknown("the idle driver cannot be read").effect(lever),
+        () if !machine.has(file) => Verdict::ok("absent").effect(lever).inert("there is no such device file"),
+        () if has_deep && machine.is_guest() => {
+            Verdict::ok("works here, at a cost").effect(format!("{lever} {POLLING_COST}"))
+        }
+        () if has_deep => Verdict::ok("works here").effect(lever),
+        () => Verdict::ok("without effect")
+            .effect("It changes nothing: no enabled idle state takes time to leave.")
+            .inert("every idle state that takes time to leave is disabled"),
+    };
+    verdict.from(file)
+}

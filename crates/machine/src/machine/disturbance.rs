@@ -1,0 +1,165 @@
+//! What disturbs a CPU and a thread, as the kernel counts it.
+
+use super::Machine;
+use super::process::controlled_group;
+use crate::disturbance::Disturbance;
+
+/// `USER_HZ`, the unit of `/proc/stat`, is this on every architecture that Linux has today.
+const TICK_NS: u64 = 10_000_000;
+
+impl Machine {
+    /// The kernel's counts up to now: steal and interrupts of a CPU (of all if there is none),
+    /// faults and preemptions of a thread of this process, throttling of its control group. Counts
+    /// that cannot be read are 0.
+    pub fn disturbance(&self, cpu: Option<usize>, thread: Option<u32>) -> Disturbance {
+        let (faults, preemptions) =
+            thread.and_then(|thread| self.thread_counts(thread)).unwrap_or_default();
+        Disturbance {
+            steal_ns: self.steal_ns(cpu).unwrap_or_default(),
+            throttled_ns: self.throttled_ns().unwrap_or_default(),
+            faults,
+            preemptions,
+            interrupts: self.interrupt_count(cpu).unwrap_or_default(),
+        }
+    }
+
+    fn steal_ns(&self, cpu: Option<usize>) -> Option<u64> {
+        let name = cpu.map_or_else(|| "cpu".to_owned(), |cpu| format!("cpu{cpu}"));
+        let stat = self.text("/proc/stat")?;
+        let of_cpu = |line: &&str| line.split_whitespace().next() == Some(&name);
+        let ticks = stat.lines().find(of_cpu)?.split_whitespace().nth(8)?;
+        Some(ticks.parse::<u64>().ok()? * TICK_NS)
+    }
+
+    /// Without the CPU's own timer: a loop that sleeps is woken by it.
+    fn interrupt_count(&self, cpu: Option<usize>) -> Option<u64> {
+        let table = self.text("/proc/interrupts")?;
+        let mut lines = table.lines();
+        let columns: Vec<_> = lines.next()?.split_whitespace().collect();
+        let counted = |index: usize| match cpu {
+            Some(cpu) => columns.get(index) == Some(&format!("CPU{cpu}").as_str()),
+            None => index < columns.len(),
+        };
+        let rows = lines.filter(|line| !is_timer(line));
+        let of_row = |row: &str| -> u64 {
+            let counts = row.split_whitespace().skip(1).enumerate();
+            counts
+                .filter(|(index, _)| counted(*index))
+                .filter_map(|(_, count)| count.parse::<u64>().ok())
+                .sum()
+        };
+        Some(rows.map(of_row).sum())
+    }
+
+    /// Time for which a limit of CPU time stopped the control group: version 2, or 1.
+    fn throttled_ns(&self) -> Option<u64> {
+        let groups = self.text("/proc/self/cgroup")?;
+        let stat = match controlled_group(&groups, "cpu") {
+            Some(group) => ["cpu", "cpu,cpuacct"]
+                .into_iter()
+                .find_map(|mount| self.text(&format!("/sys/fs/cgroup/{mount}{group}/cpu.stat"))),
+            None => {
+                let group = groups.lines().find_map(|line| line.strip_prefix("0::"))?;
+                self.text(&format!("/sys/fs/cgroup{group}/cpu.stat"))
+            }
+        }?;
+        stat.lines().find_map(|line| match line.split_once(' ')? {
+            ("throttled_usec", us) => Some(us.parse::<u64>().ok()? * 1_000),
+            ("throttled_time", ns) => ns.parse().ok(),
+            _ => None,
+        })
+    }
+
+    /// Page faults and involuntary switches of a thread.
+    fn thread_counts(&self, thread: u32) -> Option<(u64, u64)> {
+        let stat = self.text(&format!("/proc/self/task/{thread}/stat"))?;
+        // The name stands in brackets and may hold anything.
+        let (_, fields) = stat.rsplit_once(')')?;
+        let field = |index| fields.split_whitespace().nth(index)?.parse::<u64>().ok();
+        let status = self.text(&format!("/proc/self/task/{thread}/status"))?;
+        let switches =
+            status.lines().find_map(|line| line.strip_prefix("nonvoluntary_ctxt_switches:"))?;
+        Some((field(7)? + field(9)?, switches.trim().parse().ok()?))
+    }
+}
+
+fn is_timer(row: &str) -> bool {
+    row.trim_start().starts_with("LOC:") || row.contains("arch_timer")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    fn machine(files: &[(&str, &str)]) -> (tempfile::TempDir, Machine) {
+        let root = tempfile::tempdir().unwrap();
+        for (path, text) in files {
+            let path = root.path().join(path);
+            fs::create_dir_all(path.parent().unwrap()).unwrap();
+            fs::write(path, text).unwrap();
+        }
+        let machine = Machine::below(root.path());
+        (root, machine)
+    }
+
+    const FILES: [(&str, &str); 6] = [
+        (
+            "proc/stat",
+            "cpu  1 1 1 1 1 1 1 7 0 0\ncpu0 1 1 1 1 1 1 1 2 0 0\ncpu1 1 1 1 1 1 1 1 5 0 0",
+        ),
+        (
+            "proc/interrupts",
+            "      CPU0  CPU1\n 36:  3  40  PCI-MSIX 1-edge virtio1\nLOC:  900 900  Local timer\n\
+             RES:  5  6  Rescheduling\nERR:  0",
+        ),
+        ("proc/self/cgroup", "0::/node.slice"),
+        ("sys/fs/cgroup/node.slice/cpu.stat", "usage_usec 5\nthrottled_usec 12"),
+        ("proc/self/task/77/stat", "77 (a) b) S 1 1 1 0 -1 0 10 0 2 0 5 5"),
+        ("proc/self/task/77/status", "voluntary_ctxt_switches:\t9\nnonvoluntary_ctxt_switches:\t4"),
+    ];
+
+    #[test]
+    fn a_cpu_and_a_thread_have_their_own_counts() {
+        let (_root, machine) = machine(&FILES);
+        let expected = Disturbance {
+            steal_ns: 50_000_000,
+            throttled_ns: 12_000,
+            faults: 12,
+            preemptions: 4,
+            interrupts: 46,
+        };
+        assert_eq!(machine.disturbance(Some(1), Some(77)), expected);
+    }
+
+    #[test]
+    fn without_a_cpu_all_of_them_count() {
+        let (_root, machine) = machine(&FILES);
+        let all = machine.disturbance(None, None);
+        assert_eq!((all.steal_ns, all.interrupts, all.faults), (70_000_000, 54, 0));
+    }
+
+    #[test]
+    fn version_1_counts_throttling_in_nanoseconds() {
+        let (_root, machine) = machine(&[
+            ("proc/self/cgroup", "4:cpu,cpuacct:/node\n0::/"),
+            ("sys/fs/cgroup/cpu,cpuacct/node/cpu.stat", "nr_periods 0\nthrottled_time 345"),
+        ]);
+        assert_eq!(machine.disturbance(None, None).throttled_ns, 345);
+    }
+
+    #[test]
+    fn a_machine_that_tells_nothing_counts_nothing() {
+        let (_root, machine) = machine(&[]);
+        assert_eq!(machine.disturbance(Some(0), Some(1)), Disturbance::default());
+    }
+
+    #[test]
+    fn the_interrupts_of_this_machine_never_get_fewer() {
+        let here = Machine::here();
+        let before = here.disturbance(None, None).interrupts;
+        assert!(before > 0);
+        assert!(here.disturbance(None, None).interrupts >= before);
+    }
+}

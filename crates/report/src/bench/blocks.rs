@@ -1,0 +1,113 @@
+//! Blocks: stretches of time in which an arm ran, and what disturbed them.
+
+use isochrone_machine::Disturbance;
+use isochrone_timing::Distribution;
+use serde::{Deserialize, Serialize};
+
+use crate::report::is_zero;
+
+/// One block of an arm.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct BlockReport {
+    /// When it began, in seconds since the bench began.
+    pub at_s: f64,
+    /// How long it took after the warm-up, in ns; 0 in reports that do not say.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub elapsed_ns: u64,
+    /// Samples after the warm-up; of a loop also one for each release that was missed.
+    pub samples: u64,
+    /// Releases missed, or messages lost, after the warm-up.
+    pub missed: u64,
+    /// What disturbed it.
+    pub disturbance: Disturbance,
+    /// Why it says little about the arm, by the rule fixed beforehand; absent in most.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub invalid: Option<String>,
+    /// Its samples, as [`Distribution::encode`] writes them.
+    pub histogram: String,
+}
+
+/// Collects the blocks of an arm.
+#[derive(Debug, Clone, Default)]
+pub struct Blocks {
+    all: Distribution,
+    valid: Distribution,
+    missed: u64,
+    reports: Vec<BlockReport>,
+}
+
+impl Blocks {
+    /// Takes in a block of `elapsed_ns` that began `at_s` after the bench.
+    pub fn push(
+        &mut self,
+        at_s: f64,
+        elapsed_ns: u64,
+        samples: &Distribution,
+        missed: u64,
+        disturbance: Disturbance,
+    ) {
+        let invalid = disturbance.invalidates(elapsed_ns);
+        self.all.merge(samples);
+        if invalid.is_none() {
+            self.valid.merge(samples);
+        }
+        self.missed += missed;
+        self.reports.push(BlockReport {
+            at_s,
+            elapsed_ns,
+            samples: samples.count(),
+            missed,
+            disturbance,
+            invalid,
+            histogram: samples.encode(),
+        });
+    }
+
+    /// The samples of all blocks.
+    pub fn all(&self) -> &Distribution {
+        &self.all
+    }
+
+    /// The samples of the valid blocks.
+    pub fn valid(&self) -> &Distribution {
+        &self.valid
+    }
+
+    /// Missed or lost in all blocks.
+    pub fn missed(&self) -> u64 {
+        self.missed
+    }
+
+    /// The blocks one by one.
+    pub fn reports(&self) -> &[BlockReport] {
+        &self.reports
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn samples() -> Distribution {
+        let mut samples = Distribution::new();
+        samples.record_many(90, 1_000);
+        samples
+    }
+
+    #[test]
+    fn a_disturbed_block_is_shown_and_left_out_of_what_is_valid() {
+        for (disturbance, says) in [
+            (Disturbance { steal_ns: 2_000_000, ..Disturbance::default() }, "0.20 %"),
+            (Disturbance { faults: 3, ..Disturbance::default() }, "3 page faults"),
+            (Disturbance { throttled_ns: 50_000_000, ..Disturbance::default() }, "50000 us"),
+        ] {
+            let mut blocks = Blocks::default();
+            blocks.push(0.0, 1_000_000_000, &samples(), 4, disturbance);
+            let reason = blocks.reports()[0].invalid.clone().unwrap();
+            assert!(reason.contains(says), "{reason}");
+            assert_eq!((blocks.all().count(), blocks.valid().count()), (1_000, 0));
+            assert_eq!(blocks.missed(), 4);
+        }
+    }
+}

@@ -1,0 +1,301 @@
+//! Whether one distribution is lower than another, and how sure that is.
+//!
+//! What a machine does comes in bouts: samples that follow each other are alike, so a test that
+//! takes each for itself is far too sure. Here the samples are kept in blocks of a second or more,
+//! and the interval of a ratio comes from drawing whole blocks, again and again (block bootstrap).
+
+use isochrone_timing::Distribution;
+use serde::{Deserialize, Serialize};
+
+/// Draws of the bootstrap.
+const DRAWS: usize = 2_000;
+/// Part of the draws that lie outside the interval: below it and above it each half of this.
+const OUTSIDE: f64 = 0.01;
+/// Ratios closer to 1 than this are no difference that anybody could use.
+pub const TOLERANCE: f64 = 0.10;
+/// Times closer to each other than this, in ns, are not told apart: two readings of a clock.
+pub const RESOLUTION_NS: u64 = 50;
+
+/// The samples of a stretch of time: values in ns, ascending, and how many are no larger.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Block(Vec<(u64, u64)>);
+
+impl Block {
+    /// The samples of a distribution.
+    pub fn of(distribution: &Distribution) -> Self {
+        let mut passed = 0;
+        let cumulated = distribution.buckets().map(|(ns, count)| {
+            passed += count;
+            (ns, passed)
+        });
+        Self(cumulated.collect())
+    }
+
+    fn count(&self) -> u64 {
+        self.0.last().map_or(0, |(_, count)| *count)
+    }
+
+    /// How many samples are at most `ns`.
+    fn count_to(&self, ns: u64) -> u64 {
+        let above = self.0.partition_point(|(value, _)| *value <= ns);
+        above.checked_sub(1).and_then(|last| self.0.get(last)).map_or(0, |(_, count)| *count)
+    }
+}
+
+/// How many times lower a quantile of one side is than that of the other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ratio {
+    /// The quantile of the reference, in ns.
+    pub reference_ns: u64,
+    /// The quantile of the candidate, in ns.
+    pub candidate_ns: u64,
+    /// Reference divided by candidate: above 1 the candidate is lower, which is better.
+    pub ratio: f64,
+    /// Between these lie 99 % of the ratios that other draws of the same blocks would have given.
+    pub low: f64,
+    /// See `low`.
+    pub high: f64,
+    /// What the interval says.
+    pub verdict: Verdict,
+}
+
+/// What a comparison says.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Verdict {
+    /// The candidate is lower, by more than the tolerance, with all of the interval.
+    Better,
+    /// Nothing that the samples could show.
+    #[default]
+    Same,
+    /// The candidate is higher, by more than the tolerance, with all of the interval.
+    Worse,
+}
+
+impl Verdict {
+    /// `better`, `same` or `worse`.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Better => "better",
+            Self::Same => "same",
+            Self::Worse => "worse",
+        }
+    }
+}
+
+/// Compares the quantile (0 to 1) of two sides. `None` if a side has fewer than five blocks, or too
+/// few samples for ten to lie beyond the quantile.
+///
+/// `paired`: block *i* of one side was taken next to block *i* of the other, so both are drawn
+/// together and what the machine did to both of them cancels out.
+pub fn ratio(
+    reference: &[Block],
+    candidate: &[Block],
+    quantile: f64,
+    paired: bool,
+) -> Option<Ratio> {
+    const FEWEST_BLOCKS: usize = 5;
+    let paired = paired && reference.len() == candidate.len();
+    let sides = [Side::new(reference), Side::new(candidate)];
+    let enough =
+        |side: &Side<'_>| side.blocks.len() >= FEWEST_BLOCKS && supports(side.count(), quantile);
+    if !sides.iter().all(enough) {
+        return None;
+    }
+    let [reference, candidate] = sides;
+    let (reference_ns, candidate_ns) = (reference.quantile(quantile), candidate.quantile(quantile));
+    let mut chance = Chance(0x1505_3c29_9e77_01f3);
+    let mut draws: Vec<f64> = (0..DRAWS)
+        .map(|_| {
+            let first = chance.draw(reference.blocks.len());
+            let second = match paired {
+                true => first.clone(),
+                false => chance.draw(candidate.blocks.len()),
+            };
+            quotient(reference.weighted(quantile, &first), candidate.weighted(quantile, &second))
+        })
+        .collect();
+    draws.sort_by(f64::total_cmp);
+    let at = |part: f64| draws.get((part * (DRAWS - 1) as f64) as usize).copied().unwrap_or(1.0);
+    let (low, high) = (at(OUTSIDE / 2.0), at(1.0 - OUTSIDE / 2.0));
+    let apart = reference_ns.abs_diff(candidate_ns) > RESOLUTION_NS;
+    let verdict = match () {
+        () if apart && low > 1.0 + TOLERANCE => Verdict::Better,
+        () if apart && high < 1.0 / (1.0 + TOLERANCE) => Verdict::Worse,
+        () => Verdict::Same,
+    };
+    let ratio = quotient(reference_ns, candidate_ns);
+    Some(Ratio { reference_ns, candidate_ns, ratio, low, high, verdict })
+}
+
+/// Whether ten of so many samples lie beyond a quantile (0 to 1): enough to compare it.
+pub fn supports(count: u64, quantile: f64) -> bool {
+    // What binary fractions make of 1 - 0.9999 must not cost a sample.
+    count as f64 * (1.0 - quantile) >= 10.0 - 1e-6
+}
+
+/// A time below the clock's resolution is none: 1 ns stands for it.
+fn quotient(reference_ns: u64, candidate_ns: u64) -> f64 {
+    reference_ns.max(1) as f64 / candidate_ns.max(1) as f64
+}
+
+/// One side of a comparison.
+struct Side<'a> {
+    blocks: &'a [Block],
+    /// The values that occur, ascending.
+    values: Vec<u64>,
+}
+
+impl<'a> Side<'a> {
+    fn new(blocks: &'a [Block]) -> Self {
+        let mut values: Vec<u64> =
+            blocks.iter().flat_map(|block| &block.0).map(|(ns, _)| *ns).collect();
+        values.sort_unstable();
+        values.dedup();
+        Self { blocks, values }
+    }
+
+    fn count(&self) -> u64 {
+        self.blocks.iter().map(Block::count).sum()
+    }
+
+    /// The quantile of all samples.
+    fn quantile(&self, quantile: f64) -> u64 {
+        self.weighted(quantile, &vec![1; self.blocks.len()])
+    }
+
+    /// The quantile when each block counts as often as `weights` says.
+    fn weighted(&self, quantile: f64, weights: &[u64]) -> u64 {
+        let sum = |of: &dyn Fn(&Block) -> u64| -> u64 {
+            self.blocks.iter().zip(weights).map(|(block, weight)| weight * of(block)).sum()
+        };
+        let wanted = ((sum(&Block::count) as f64 * quantile).ceil() as u64).max(1);
+        let place = self.values.partition_point(|ns| sum(&|block| block.count_to(*ns)) < wanted);
+        self.values.get(place).or(self.values.last()).copied().unwrap_or(0)
+    }
+}
+
+/// Vigna's SplitMix64, from a fixed seed: the same blocks give the same interval.
+struct Chance(u64);
+
+impl Chance {
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// How often each of `blocks` blocks comes when as many are drawn, with replacement.
+    fn draw(&mut self, blocks: usize) -> Vec<u64> {
+        let mut weights = vec![0; blocks];
+        for _ in 0..blocks {
+            let drawn = (self.next() % blocks as u64) as usize;
+            if let Some(weight) = weights.get_mut(drawn) {
+                *weight += 1;
+            }
+        }
+        weights
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A machine with bouts: each block has its own level (half of them within a third of 10 us, a
+    /// few at two or a half of it), and samples with a tail around it.
+    fn run(seed: u64, blocks: usize, slowdown: f64) -> Vec<Block> {
+        let mut chance = Chance(seed);
+        let mut uniform = move || (chance.next() >> 11) as f64 / (1u64 << 53) as f64;
+        let block = |_| {
+            // The sum of twelve is as good as normal.
+            let normal = (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
+            let level_ns = 10_000.0 * (0.4 * normal).exp();
+            let mut distribution = Distribution::new();
+            for _ in 0..500 {
+                let tail = -(uniform().max(1e-12)).ln();
+                distribution.record((slowdown * level_ns * (1.0 + 0.3 * tail)) as u64);
+            }
+            Block::of(&distribution)
+        };
+        (0..blocks).map(block).collect()
+    }
+
+    fn verdict(a: &[Block], b: &[Block], quantile: f64) -> Verdict {
+        ratio(a, b, quantile, false).unwrap().verdict
+    }
+
+    #[test]
+    fn two_runs_of_the_same_thing_are_the_same_at_least_95_times_of_100() {
+        const QUANTILES: [f64; 3] = [0.5, 0.9, 0.99];
+        let found = |seed: u64| {
+            let (a, b) = (run(2 * seed + 1, 12, 1.0), run(2 * seed + 2, 12, 1.0));
+            QUANTILES.map(|quantile| ratio(&a, &b, quantile, false).unwrap())
+        };
+        let found: Vec<[Ratio; 3]> = (0..100).map(found).collect();
+        let times =
+            |is: &dyn Fn(&Ratio) -> bool| found.iter().filter(|run| run.iter().all(is)).count();
+        let same = times(&|ratio| ratio.verdict == Verdict::Same);
+        assert!(same >= 95, "{same}");
+        // Who looks at the ratios alone is wrong most of the time.
+        let alike = times(&|ratio| (ratio.ratio.ln()).abs() < (1.0 + TOLERANCE).ln());
+        assert!(alike < 50, "{alike}");
+    }
+
+    #[test]
+    fn a_slowed_side_is_worse_and_the_other_way_round_better() {
+        let (usual, slowed) = (run(1, 12, 1.0), run(2, 12, 3.0));
+        for quantile in [0.5, 0.99] {
+            assert_eq!(verdict(&usual, &slowed, quantile), Verdict::Worse);
+            assert_eq!(verdict(&slowed, &usual, quantile), Verdict::Better);
+        }
+    }
+
+    #[test]
+    fn the_ratio_says_how_many_times_lower_and_lies_in_its_interval() {
+        let found = ratio(&run(1, 12, 3.0), &run(2, 12, 1.0), 0.5, true).unwrap();
+        assert!((1.5..6.0).contains(&found.ratio), "{found:?}");
+        assert!(found.low <= found.ratio && found.ratio <= found.high, "{found:?}");
+    }
+
+    #[test]
+    fn what_the_clock_cannot_tell_apart_is_the_same() {
+        let exactly = |ns: u64| {
+            let mut distribution = Distribution::new();
+            distribution.record_many(ns, 5_000);
+            vec![Block::of(&distribution); 6]
+        };
+        assert_eq!(verdict(&exactly(10), &exactly(60), 0.5), Verdict::Same);
+        assert_eq!(verdict(&exactly(10), &exactly(61), 0.5), Verdict::Worse);
+    }
+
+    #[test]
+    fn too_few_blocks_or_samples_say_nothing() {
+        let (few, enough) = (run(1, 4, 1.0), run(2, 12, 1.0));
+        assert_eq!(ratio(&few, &enough, 0.5, false), None);
+        assert_eq!(ratio(&enough, &enough, 0.9999, false), None, "6,000 samples have 0.6 beyond");
+        assert!(ratio(&enough, &enough, 0.99, false).is_some());
+        assert_eq!(ratio(&[], &[], 0.5, true), None);
+    }
+
+    #[test]
+    fn quantiles_over_blocks_are_those_of_all_samples() {
+        let mut merged = Distribution::new();
+        let blocks: Vec<Block> = (1..10)
+            .map(|level| {
+                let mut part = Distribution::new();
+                (0..500).for_each(|step| part.record(level * 1_000 + step * 37));
+                merged.merge(&part);
+                Block::of(&part)
+            })
+            .collect();
+        let side = Side::new(&blocks);
+        assert_eq!(side.count(), merged.count());
+        for quantile in [0.0, 0.5, 0.9, 0.999, 1.0] {
+            let (exact, of_merged) = (side.quantile(quantile), merged.quantile(quantile));
+            assert!(exact.abs_diff(of_merged) <= exact / 1_000 + 1, "{quantile}");
+        }
+    }
+}

@@ -1,0 +1,292 @@
+//! A gate: bounds that the result of a bench must keep.
+
+use serde::Deserialize;
+
+use super::compare::{Verdict, supports};
+use super::measured::{Comparison, Measured, PERCENTILES, Percentile};
+use super::reported::Reported;
+use crate::report::{Report, TaskArm};
+
+/// A gate, as its file has it.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Gate {
+    /// The rules; all of them must hold.
+    #[serde(rename = "rule")]
+    pub rules: Vec<Rule>,
+    /// The largest part of an arm's blocks, 0 to 1, that may be invalid.
+    #[serde(default = "a_fifth")]
+    pub invalid_blocks: f64,
+}
+
+/// One rule of a gate: a ratio between arms, or an absolute bound.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Rule {
+    /// The arm that must keep it, under all circumstances that were measured.
+    pub arm: String,
+    /// `p50`, `p90`, `p99`, `p99_9` or `p99_99`.
+    pub percentile: String,
+    /// The arm that the ratio is taken to.
+    #[serde(default)]
+    pub times_lower_than: Option<String>,
+    /// The least ratio.
+    #[serde(default)]
+    pub at_least: Option<f64>,
+    /// The absolute bound, in ns. In a virtual machine it is not judged: there it would say something
+    /// of the host.
+    #[serde(default)]
+    pub at_most_ns: Option<f64>,
+}
+
+fn a_fifth() -> f64 {
+    0.2
+}
+
+/// What became of a rule.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Outcome {
+    /// Not judged here.
+    Skipped,
+    /// The rule holds.
+    Pass,
+    /// The rule is broken.
+    Fail,
+    /// The run says too little about it.
+    Invalid,
+}
+
+impl Outcome {
+    /// `skipped`, `pass`, `fail` or `invalid`.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Skipped => "skipped",
+            Self::Pass => "pass",
+            Self::Fail => "fail",
+            Self::Invalid => "invalid",
+        }
+    }
+}
+
+/// A rule that makes no sense.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum RuleError {
+    /// Name the percentile as in a report.
+    #[error(
+        "rule {number}: there is no percentile \"{percentile}\"; there are p50, p90, p99, p99_9 and p99_99"
+    )]
+    Percentile {
+        /// The rule, from 1.
+        number: usize,
+        /// As it was written.
+        percentile: String,
+    },
+    /// A bound is a number above 0.
+    #[error("rule {number}: the bound must be a number greater than 0")]
+    Value {
+        /// The rule, from 1.
+        number: usize,
+    },
+    /// A rule has one bound.
+    #[error("rule {number}: give either times_lower_than and at_least, or at_most_ns")]
+    Bound {
+        /// The rule, from 1.
+        number: usize,
+    },
+}
+
+impl Gate {
+    /// Looks whether the rules make sense.
+    ///
+    /// # Errors
+    /// The first rule that does not.
+    pub fn check(&self) -> Result<(), RuleError> {
+        for (index, rule) in self.rules.iter().enumerate() {
+            let number = index + 1;
+            if rule.find_percentile().is_none() {
+                return Err(RuleError::Percentile { number, percentile: rule.percentile.clone() });
+            }
+            match (&rule.times_lower_than, rule.at_least, rule.at_most_ns) {
+                (Some(_), Some(bound), None) | (None, None, Some(bound)) => {
+                    if !(bound.is_finite() && bound > 0.0) {
+                        return Err(RuleError::Value { number });
+                    }
+                }
+                _ => return Err(RuleError::Bound { number }),
+            }
+        }
+        Ok(())
+    }
+
+    /// Holds a report against the rules: what became of each, and a sentence about it.
+    pub fn judge(&self, report: &Report) -> Vec<(Outcome, String)> {
+        let measured = report.measured();
+        let in_vm = report.environment.hypervisor.is_some();
+        let judge = |rule: &Rule| {
+            let arms: Vec<&Measured> = measured.iter().filter(|m| m.arm == rule.arm).collect();
+            match arms.is_empty() {
+                true => {
+                    let known: Vec<&str> = measured.iter().map(|m| m.arm.as_str()).collect();
+                    let says = format!("no arm \"{}\"; there are: {}", rule.arm, known.join(", "));
+                    vec![(Outcome::Invalid, says)]
+                }
+                false => {
+                    arms.iter().map(|arm| self.judge_arm(rule, arm, &measured, in_vm)).collect()
+                }
+            }
+        };
+        self.rules.iter().flat_map(judge).collect()
+    }
+
+    fn judge_arm(
+        &self,
+        rule: &Rule,
+        arm: &Measured,
+        measured: &[Measured],
+        in_vm: bool,
+    ) -> (Outcome, String) {
+        let label = arm.label();
+        let invalid = |why: String| (Outcome::Invalid, format!("{label}: {why}"));
+        let Some(percentile) = rule.find_percentile() else {
+            return invalid(format!("no percentile \"{}\"", rule.percentile));
+        };
+        if let Some(why) = self.too_disturbed(arm) {
+            return invalid(why);
+        }
+        if let (Some(name), Some(least)) = (&rule.times_lower_than, rule.at_least) {
+            let comparable = |m: &&Measured| m.arm == *name && m.circumstances == arm.circumstances;
+            let Some(reference) = measured.iter().find(comparable) else {
+                return invalid(format!("no arm \"{name}\" to compare it with"));
+            };
+            if let Some(why) = self.too_disturbed(reference) {
+                return invalid(format!("{name}: {why}"));
+            }
+            let all = Comparison::all(reference, arm, true);
+            let Some(found) = all.iter().find(|c| c.percentile == percentile.key) else {
+                return invalid(format!(
+                    "too few blocks or samples for {}; run it longer",
+                    percentile.name
+                ));
+            };
+            let Comparison { ratio, low, high, .. } = found;
+            let says = format!(
+                "{label}: {} {ratio:.2} times lower than {name} ({low:.2} to {high:.2}), at least {least}",
+                percentile.name
+            );
+            // Only what the whole interval says is said.
+            return match () {
+                () if *low >= least => (Outcome::Pass, says),
+                () if *high < least => (Outcome::Fail, says),
+                () => (Outcome::Invalid, says + ": the bound lies in the interval; run it longer"),
+            };
+        }
+        let bound_ns = rule.at_most_ns.unwrap_or(f64::INFINITY);
+        if in_vm {
+            let says = "an absolute bound is not judged in a virtual machine";
+            return (Outcome::Skipped, format!("{label}: {}: {says}", percentile.name));
+        }
+        let valid = arm.valid();
+        if !supports(valid.count(), percentile.quantile) {
+            return invalid(format!("too few samples for {}; run it longer", percentile.name));
+        }
+        let value_ns = match arm.metric.ends_with("_ps") {
+            true => valid.quantile(percentile.quantile) as f64 / 1e3,
+            false => valid.quantile(percentile.quantile) as f64,
+        };
+        let outcome = if value_ns > bound_ns { Outcome::Fail } else { Outcome::Pass };
+        (outcome, format!("{label}: {} {value_ns} ns, at most {bound_ns} ns", percentile.name))
+    }
+
+    fn too_disturbed(&self, arm: &Measured) -> Option<String> {
+        let part = arm.invalid_part();
+        (part > self.invalid_blocks).then(|| {
+            format!("{:.0} % of the blocks are invalid; run it on a quieter machine", 100.0 * part)
+        })
+    }
+}
+
+impl Rule {
+    fn find_percentile(&self) -> Option<&'static Percentile> {
+        PERCENTILES.iter().find(|percentile| percentile.key == self.percentile)
+    }
+}
+
+/// What two reports say about each other.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Compared {
+    /// The second against the first, arm by arm.
+    pub comparisons: Vec<Comparison>,
+    /// Arms of the first that cannot be compared, and why.
+    pub left_out: Vec<(String, String)>,
+    /// What else differs, so that the arms may not be to blame.
+    pub differences: Vec<String>,
+}
+
+/// Compares two reports. Arms are matched by name, circumstances and metric.
+pub fn compare_reports(first: &Report, second: &Report) -> Compared {
+    let mut compared = Compared { differences: differences(first, second), ..Compared::default() };
+    let candidates = second.measured();
+    for reference in first.measured() {
+        let label = reference.label();
+        let same = |m: &&Measured| m.label() == label && m.metric == reference.metric;
+        let found = candidates.iter().find(same);
+        match found.map(|candidate| compare_arm(&reference, candidate)) {
+            None => compared.left_out.push((label, "it is not in the second report".to_owned())),
+            Some(Err(why)) => compared.left_out.push((label, why)),
+            Some(Ok(comparisons)) => compared.comparisons.extend(comparisons),
+        }
+    }
+    compared
+}
+
+fn compare_arm(reference: &Measured, candidate: &Measured) -> Result<Vec<Comparison>, String> {
+    for (which, measured) in [("first", reference), ("second", candidate)] {
+        let part = measured.invalid_part();
+        if part > a_fifth() {
+            return Err(format!("{:.0} % of its blocks are invalid in the {which}", 100.0 * part));
+        }
+    }
+    match Comparison::all(reference, candidate, false) {
+        none if none.is_empty() => Err("it has fewer than five valid blocks".to_owned()),
+        comparisons => Ok(comparisons),
+    }
+}
+
+/// What differs beside the arms.
+fn differences(first: &Report, second: &Report) -> Vec<String> {
+    let (a, b) = (&first.environment, &second.environment);
+    let shown = |value: &Option<String>| value.clone().unwrap_or_else(|| "none".to_owned());
+    let mut pairs = vec![
+        ("isochrone".to_owned(), first.isochrone.clone(), second.isochrone.clone()),
+        ("kernel".to_owned(), shown(&a.kernel), shown(&b.kernel)),
+        ("preemption".to_owned(), shown(&a.preempt), shown(&b.preempt)),
+        ("CPUs".to_owned(), a.cpus.to_string(), b.cpus.to_string()),
+        ("hypervisor".to_owned(), shown(&a.hypervisor), shown(&b.hypervisor)),
+        ("clock source".to_owned(), shown(&a.clocksource), shown(&b.clocksource)),
+        ("isolated CPUs".to_owned(), a.isolated_cpus.clone(), b.isolated_cpus.clone()),
+    ];
+    for one in &first.tasks {
+        let same = |other: &&TaskArm| other.label() == one.label();
+        if let Some(other) = second.tasks.iter().find(same) {
+            let of = |what: &str| format!("{what} of {}", one.label());
+            pairs.push((of("scheduler"), one.task.scheduler.clone(), other.task.scheduler.clone()));
+            pairs.push((of("CPU"), format!("{:?}", one.task.cpu), format!("{:?}", other.task.cpu)));
+        }
+    }
+    let differing = pairs.into_iter().filter(|(_, a, b)| a != b);
+    differing.map(|(what, a, b)| format!("{what}: {a} and {b}")).collect()
+}
+
+/// The verdict on several comparisons: `worse` if one is, else `better` if one is.
+pub fn overall(comparisons: &[Comparison]) -> Verdict {
+    let any = |verdict| comparisons.iter().any(|comparison| comparison.verdict == verdict);
+    match () {
+        () if any(Verdict::Worse) => Verdict::Worse,
+        () if any(Verdict::Better) => Verdict::Better,
+        () => Verdict::Same,
+    }
+}
+
+#[cfg(test)]
+#[path = "gate_tests.rs"]
+mod tests;

@@ -1,0 +1,183 @@
+//! What a report measured, arm by arm, and how the arms compare.
+
+use isochrone_timing::Distribution;
+use serde::{Deserialize, Serialize};
+
+use super::blocks::BlockReport;
+use super::compare::{Block, Ratio, Verdict, ratio};
+use super::reported::{Reported, label};
+use crate::report::{CostReport, Report};
+
+/// A percentile that people compare.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Percentile {
+    /// Its name in reports and gates: `p99_9`.
+    pub key: &'static str,
+    /// Its name for people: `p99.9`.
+    pub name: &'static str,
+    /// The part of the samples below it.
+    pub quantile: f64,
+}
+
+/// The percentiles that are compared.
+pub const PERCENTILES: [Percentile; 5] = [
+    Percentile { key: "p50", name: "p50", quantile: 0.5 },
+    Percentile { key: "p90", name: "p90", quantile: 0.9 },
+    Percentile { key: "p99", name: "p99", quantile: 0.99 },
+    Percentile { key: "p99_9", name: "p99.9", quantile: 0.999 },
+    Percentile { key: "p99_99", name: "p99.99", quantile: 0.9999 },
+];
+
+/// One thing that a report measured.
+#[derive(Debug, Clone)]
+pub struct Measured {
+    /// Its arm: `hybrid`, `iceoryx2`, `mixed`.
+    pub arm: String,
+    /// Under which circumstances: `1 ms, idle`; only arms under the same are compared in a report.
+    pub circumstances: String,
+    /// What was measured, as the report's key: `release_jitter_ns`.
+    pub metric: &'static str,
+    /// All samples.
+    pub distribution: Distribution,
+    /// The blocks one by one; none in the report of a run.
+    pub blocks: Vec<BlockReport>,
+}
+
+impl Measured {
+    /// What a part of a report measured, if it holds the distribution.
+    pub(crate) fn of<R: Reported>(part: &R) -> Option<Self> {
+        let found = [R::COMPARED, R::METRIC]
+            .into_iter()
+            .find_map(|metric| Some((metric, part.distribution(metric)?)));
+        let (metric, distribution) = found?;
+        Some(Self {
+            arm: part.arm().to_owned(),
+            circumstances: part.circumstances(),
+            metric,
+            distribution,
+            blocks: part.blocks().to_vec(),
+        })
+    }
+
+    /// Arm and circumstances.
+    pub fn label(&self) -> String {
+        label(&self.arm, &self.circumstances)
+    }
+
+    /// The blocks for a comparison: the valid ones.
+    pub fn valid_blocks(&self) -> Vec<Block> {
+        self.blocks.iter().filter_map(valid).map(|samples| Block::of(&samples)).collect()
+    }
+
+    /// The samples of the valid blocks.
+    pub fn valid(&self) -> Distribution {
+        let mut all = Distribution::new();
+        self.blocks.iter().filter_map(valid).for_each(|samples| all.merge(&samples));
+        all
+    }
+
+    /// Part of the blocks that are invalid, 0 to 1.
+    pub fn invalid_part(&self) -> f64 {
+        let invalid = self.blocks.iter().filter(|block| block.invalid.is_some()).count();
+        invalid as f64 / self.blocks.len().max(1) as f64
+    }
+}
+
+/// How an arm compares with another, at one percentile.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Comparison {
+    /// What was measured: `release_jitter_ns`.
+    pub metric: String,
+    /// `p50` to `p99_99`.
+    pub percentile: String,
+    /// The arm that the other is compared with, and its circumstances.
+    pub reference: String,
+    /// The arm that is better if it is lower.
+    pub candidate: String,
+    /// The percentile of the reference, of its valid blocks, in the unit of the metric.
+    pub reference_value: u64,
+    /// The same of the candidate.
+    pub candidate_value: u64,
+    /// Reference divided by candidate: how many times lower the candidate is.
+    pub ratio: f64,
+    /// Between these lie 99 % of the ratios that other draws of the same blocks would have given.
+    pub low: f64,
+    /// See `low`.
+    pub high: f64,
+    /// `better`, `same` or `worse`.
+    pub verdict: Verdict,
+}
+
+impl Comparison {
+    /// Compares two arms at every percentile that the samples of both support. `paired`: the blocks
+    /// of one took turns with those of the other.
+    pub fn all(reference: &Measured, candidate: &Measured, paired: bool) -> Vec<Self> {
+        let (first, second) = match paired {
+            true => valid_pairs(reference, candidate),
+            false => (reference.valid_blocks(), candidate.valid_blocks()),
+        };
+        let compare = |percentile: &Percentile| {
+            let Ratio { reference_ns, candidate_ns, ratio, low, high, verdict } =
+                ratio(&first, &second, percentile.quantile, paired)?;
+            Some(Self {
+                metric: reference.metric.to_owned(),
+                percentile: percentile.key.to_owned(),
+                reference: reference.label(),
+                candidate: candidate.label(),
+                reference_value: reference_ns,
+                candidate_value: candidate_ns,
+                ratio,
+                low,
+                high,
+                verdict,
+            })
+        };
+        PERCENTILES.iter().filter_map(compare).collect()
+    }
+}
+
+/// The blocks of turns in which neither arm's is invalid.
+fn valid_pairs(reference: &Measured, candidate: &Measured) -> (Vec<Block>, Vec<Block>) {
+    let turns = reference.blocks.iter().zip(&candidate.blocks);
+    let both = turns.filter_map(|(first, second)| Some((valid(first)?, valid(second)?)));
+    both.map(|(first, second)| (Block::of(&first), Block::of(&second))).unzip()
+}
+
+/// The samples of a block, if it is valid.
+fn valid(block: &BlockReport) -> Option<Distribution> {
+    match block.invalid {
+        Some(_) => None,
+        None => Distribution::decode(&block.histogram).ok(),
+    }
+}
+
+impl Report {
+    /// Everything that the report measured and holds the distribution of, in its order.
+    pub fn measured(&self) -> Vec<Measured> {
+        let tasks = self.tasks.iter().filter_map(Measured::of);
+        let links = self.links.iter().filter_map(Measured::of);
+        let costs = self.costs.iter().filter_map(Measured::of);
+        tasks.chain(links).chain(costs).collect()
+    }
+
+    /// Compares each arm with the first one under the same circumstances, and keeps the result.
+    /// Block types are no arms: each does work of its own.
+    pub fn compare_arms(&mut self) {
+        let measured = self.measured();
+        let of_arm = |(index, candidate): (usize, &Measured)| {
+            let comparable = |other: &&Measured| {
+                candidate.metric != CostReport::METRIC
+                    && other.metric == candidate.metric
+                    && other.circumstances == candidate.circumstances
+            };
+            let reference = measured.iter().take(index).find(comparable);
+            reference.map_or_else(Vec::new, |first| Comparison::all(first, candidate, true))
+        };
+        self.comparisons = measured.iter().enumerate().flat_map(of_arm).collect();
+    }
+}
+
+#[cfg(test)]
+#[path = "measured_tests.rs"]
+mod tests;

@@ -1,0 +1,31 @@
+//! **Documents**: what a run or a bench found out, for people and for other tools.
+//!
+//! A [`Report`] is written as JSON (serde, both ways), as a table (`Display`), as a page ([`html`])
+//! and in the formats of other tools ([`hgrm`], [`hlog`], [`cyclictest_histogram`]). Arms of a bench
+//! are compared with each other ([`Report::compare_arms`]), reports with each other
+//! ([`compare_reports`]), and either with bounds ([`Gate`]).
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::print_stdout,
+        clippy::print_stderr
+    )
+)]
+
+mod bench;
+mod output;
+mod report;
+
+pub use bench::{
+    Block, BlockReport, Blocks, Compared, Comparison, Gate, LoopArm, Measured, Outcome, Outlier,
+    PERCENTILES, Percentile, RESOLUTION_NS, Ratio, Rule, RuleError, TOLERANCE, Verdict,
+    compare_reports, overall, ratio, supports, turns,
+};
+pub use output::{
+    ComparisonTable, Series, Timeline, cyclictest_histogram, hgrm, histogram_svg, hlog, html,
+    percentiles_svg, pictures, scaling_svg, timeline_svg,
+};
+pub use report::{CostReport, LinkArm, Report, TaskArm};

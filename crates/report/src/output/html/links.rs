@@ -1,0 +1,67 @@
+//! The sections of the links: latency, group by group.
+
+use isochrone_timing::units::{duration, three_digits};
+
+use super::page::{Column, Page, Row};
+use super::section::{self, Shown, comparisons, percentiles};
+use crate::bench::Reported;
+use crate::output::groups::{Group, groups, latency_columns, metric_name, stages};
+use crate::output::picture::Timeline;
+use crate::report::{LinkArm, Report};
+
+pub(super) fn sections(page: &mut Page, report: &Report) {
+    for group in groups(&report.links, &report.comparisons) {
+        let heading = group.heading(metric_name(LinkArm::METRIC));
+        section::begin(page, &heading);
+        summary(page, &group);
+        comparisons(page, &group.circumstances, &group.comparisons);
+        pictures(page, &heading, &group);
+        page.markup("</section>\n");
+    }
+}
+
+fn summary(page: &mut Page, group: &Group<'_, LinkArm>) {
+    let mut columns = vec![Column::Words("arm"), Column::Words("of"), Column::Number("samples")];
+    columns.extend(latency_columns().map(Column::Number));
+    let rows = group.arms.iter().flat_map(|link| {
+        // Who only counts frames, as their sender does, has no latencies.
+        let one_way = Some(&link.link.one_way_ns).filter(|summary| summary.count > 0);
+        let one_way = one_way.map(|summary| ("", "one-way", summary));
+        let stages = stages(link).map(|(stage, summary)| ("sub", stage, summary));
+        one_way.into_iter().chain(stages).map(|(class, kind, summary)| {
+            let count = summary.count.to_string();
+            let mean = section::cell(summary.mean.map(duration));
+            let cells = [link.link.service.clone(), kind.to_owned(), count, mean];
+            Row { class, ..Row::of(cells.into_iter().chain(percentiles(summary))) }
+        })
+    });
+    page.table("Latency", &columns, rows);
+    let columns = [
+        Column::Words("arm"),
+        Column::Number("frames"),
+        Column::Number("lost"),
+        Column::Number("restarts"),
+        Column::Number("rate"),
+    ];
+    let rows = group.arms.iter().map(|link| {
+        let rate = link.link.rate_hz.map(|hz| format!("{} Hz", three_digits(hz)));
+        let counts =
+            [link.link.frames, link.link.lost, link.link.restarts].map(|count| count.to_string());
+        Row::of([link.link.service.clone()].into_iter().chain(counts).chain([section::cell(rate)]))
+    });
+    page.table("Frames", &columns, rows);
+}
+
+fn pictures(page: &mut Page, heading: &str, group: &Group<'_, LinkArm>) {
+    let shown = |(arm, link): (usize, &&LinkArm)| {
+        let (name, distribution) = (link.link.service.clone(), link.distribution(LinkArm::METRIC)?);
+        Some(Shown { arm, corrected: false, name, distribution })
+    };
+    let distributions: Vec<Shown> = group.arms.iter().enumerate().filter_map(shown).collect();
+    let turns: Vec<Timeline<'_>> = group
+        .arms
+        .iter()
+        .map(|link| Timeline { name: &link.link.service, blocks: &link.blocks, outliers: &[] })
+        .collect();
+    section::pictures(page, heading, &distributions, &turns);
+}

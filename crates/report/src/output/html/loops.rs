@@ -1,0 +1,118 @@
+//! The sections of the loops: release jitter, group by group.
+
+use isochrone_timing::units::duration;
+
+use super::page::{Column, Page, Row};
+use super::section::{self, Shown, comparisons, percentile_columns, percentiles};
+use crate::bench::Reported;
+use crate::output::groups::{Group, groups, metric_name, release_jitter};
+use crate::output::picture::Timeline;
+use crate::report::{Report, TaskArm};
+
+pub(super) fn sections(page: &mut Page, report: &Report) {
+    for group in groups(&report.tasks, &report.comparisons) {
+        let heading = group.heading(metric_name(TaskArm::METRIC));
+        section::begin(page, &heading);
+        summary(page, &group);
+        comparisons(page, &group.circumstances, &group.comparisons);
+        pictures(page, &heading, &group);
+        how_they_ran(page, &group);
+        page.markup("</section>\n");
+    }
+}
+
+fn summary(page: &mut Page, group: &Group<'_, TaskArm>) {
+    let mut columns = vec![Column::Words("arm"), Column::Words("of"), Column::Number("samples")];
+    columns.extend(percentile_columns());
+    columns.extend(["missed", "CPU"].map(Column::Number));
+    let rows = group.arms.iter().flat_map(|task| {
+        release_jitter(task).into_iter().enumerate().map(|(index, (kind, summary))| {
+            let cells = [task.task.name.clone(), kind.to_owned(), summary.count.to_string()];
+            let cells = cells.into_iter().chain(percentiles(summary));
+            match index {
+                0 => Row::of(cells.chain([
+                    task.task.missed.to_string(),
+                    format!("{:.1} %", 100.0 * task.task.cpu_fraction),
+                ])),
+                _ => Row { class: "sub", ..Row::of(cells.chain([String::new(), String::new()])) },
+            }
+        })
+    });
+    page.table("Release jitter", &columns, rows);
+    // The loops of a bench do next to nothing; in a run these say whether the work fits.
+    let runs = group.arms.iter().filter(|task| task.blocks.is_empty());
+    let mut columns = vec![Column::Words("task"), Column::Words("time"), Column::Number("samples")];
+    columns.extend(percentile_columns());
+    let rows = runs.flat_map(|task| {
+        let times = [
+            ("execution", &task.task.execution_ns),
+            ("response", &task.task.response_ns),
+            ("period error", &task.task.period_error_ns),
+        ];
+        times.map(|(time, summary)| {
+            let cells = [task.task.name.clone(), time.to_owned(), summary.count.to_string()];
+            Row::of(cells.into_iter().chain(percentiles(summary)))
+        })
+    });
+    page.table("Execution, response and period error", &columns, rows);
+}
+
+fn pictures(page: &mut Page, heading: &str, group: &Group<'_, TaskArm>) {
+    let mut distributions: Vec<Shown> = Vec::new();
+    for (arm, task) in group.arms.iter().enumerate() {
+        let name = task.task.name.clone();
+        let raw = task.distribution(TaskArm::METRIC);
+        let raw = raw.map(|distribution| Shown { arm, corrected: false, name, distribution });
+        let name = format!("{}, corrected", task.task.name);
+        let corrected = task.distribution("release_jitter_corrected_ns");
+        let corrected = corrected.filter(|_| task.task.missed > 0).map(|distribution| Shown {
+            arm,
+            corrected: true,
+            name,
+            distribution,
+        });
+        distributions.extend(raw.into_iter().chain(corrected));
+    }
+    let turns = group.arms.iter().map(|task| Timeline {
+        name: &task.task.name,
+        blocks: &task.blocks,
+        outliers: &task.outliers,
+    });
+    section::pictures(page, heading, &distributions, &turns.collect::<Vec<_>>());
+}
+
+fn how_they_ran(page: &mut Page, group: &Group<'_, TaskArm>) {
+    let columns = [
+        Column::Words("arm"),
+        Column::Words("wait"),
+        Column::Number("margin"),
+        Column::Words("scheduler"),
+        Column::Words("CPU"),
+        Column::Number("cycles"),
+        Column::Number("warm-up"),
+        Column::Number("overruns"),
+        Column::Number("lost records"),
+        Column::Number("allocations"),
+        Column::Number("faults"),
+        Column::Number("preemptions"),
+        Column::Number("block errors"),
+    ];
+    let rows = group.arms.iter().map(|task| {
+        Row::of([
+            task.task.name.clone(),
+            task.task.wake.clone(),
+            task.task.margin_ns.map_or_else(String::new, |ns| duration(ns as f64)),
+            task.task.scheduler.clone(),
+            task.task.cpu.map_or_else(|| "any".to_owned(), |cpu| cpu.to_string()),
+            task.task.cycles.to_string(),
+            task.task.warm_up_cycles.to_string(),
+            task.task.overruns.to_string(),
+            task.task.lost_records.to_string(),
+            task.task.allocations.to_string(),
+            (task.task.minor_faults + task.task.major_faults).to_string(),
+            task.task.involuntary_switches.to_string(),
+            task.task.block_errors.to_string(),
+        ])
+    });
+    page.table("How they ran", &columns, rows);
+}

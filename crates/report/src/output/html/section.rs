@@ -1,0 +1,105 @@
+//! What all sections of measured arms have: percentiles, comparisons and pictures.
+
+use isochrone_timing::units::{duration, three_digits};
+use isochrone_timing::{Distribution, Summary};
+
+use super::page::{Column, Page, Row};
+use crate::bench::{Comparison, Verdict};
+use crate::output::groups::{COLUMNS, arm_of, columns, metric_name, percentile_name, value};
+use crate::output::picture::{Curve, Series, Timeline, histogram_of, percentiles_of, timeline_svg};
+
+/// Stands where the samples are too few.
+const TOO_FEW: &str = "\u{2013}";
+
+/// Begins a section under a heading.
+pub(super) fn begin(page: &mut Page, heading: &str) {
+    let mut letters = heading.chars();
+    let first = letters.next().into_iter().flat_map(char::to_uppercase);
+    page.element("<section>\n<h2>", first.chain(letters).collect::<String>(), "</h2>\n");
+}
+
+pub(super) fn percentile_columns() -> impl Iterator<Item = Column> {
+    COLUMNS.into_iter().map(Column::Number)
+}
+
+/// The cells under [`percentile_columns`].
+pub(super) fn percentiles(summary: &Summary) -> impl Iterator<Item = String> + use<> {
+    columns(summary).into_iter().map(|ns| cell(ns.map(|ns| duration(ns as f64))))
+}
+
+/// A cell whose value may be unknown.
+pub(super) fn cell(value: Option<String>) -> String {
+    value.unwrap_or_else(|| TOO_FEW.to_owned())
+}
+
+/// How arms compare, percentile by percentile.
+pub(super) fn comparisons(page: &mut Page, circumstances: &str, comparisons: &[&Comparison]) {
+    let columns = [
+        Column::Words("arm"),
+        Column::Words("percentile"),
+        Column::Number("time"),
+        Column::Words("compared with"),
+        Column::Number("its time"),
+        Column::Number("times lower"),
+        Column::Number("99 % interval"),
+        Column::Words("verdict"),
+    ];
+    let rows = comparisons.iter().map(|comparison| {
+        let Comparison { metric, verdict, ratio, low, high, .. } = comparison;
+        let class = match verdict {
+            Verdict::Better => "better",
+            Verdict::Same => "same",
+            Verdict::Worse => "worse",
+        };
+        let cells = [
+            arm_of(&comparison.candidate, circumstances).to_owned(),
+            percentile_name(&comparison.percentile).to_owned(),
+            value(metric, comparison.candidate_value),
+            arm_of(&comparison.reference, circumstances).to_owned(),
+            value(metric, comparison.reference_value),
+            three_digits(*ratio),
+            format!("{} to {}", three_digits(*low), three_digits(*high)),
+            verdict.as_str().to_owned(),
+        ];
+        Row { class, ..Row::of(cells) }
+    });
+    let metric = comparisons.first().map_or("", |comparison| metric_name(&comparison.metric));
+    page.table(format!("Comparison of the {metric}, of the valid blocks"), &columns, rows);
+}
+
+/// A distribution of an arm of a group, as pictures show it.
+pub(super) struct Shown {
+    /// The place of the arm in the group.
+    pub(super) arm: usize,
+    /// Whether it is of the corrected times.
+    pub(super) corrected: bool,
+    pub(super) name: String,
+    pub(super) distribution: Distribution,
+}
+
+impl Shown {
+    fn curve(&self) -> Curve<'_> {
+        let Self { arm, corrected, name, distribution } = self;
+        Curve { arm: *arm, corrected: *corrected, series: Series { name, distribution } }
+    }
+}
+
+/// The pictures of a group: its distributions, and its turns over time if it took any.
+pub(super) fn pictures(
+    page: &mut Page,
+    heading: &str,
+    distributions: &[Shown],
+    turns: &[Timeline<'_>],
+) {
+    let curves: Vec<Curve<'_>> = distributions.iter().map(Shown::curve).collect();
+    if !curves.is_empty() {
+        let title = format!("Percentiles: {heading}");
+        page.picture(&title, percentiles_of(&title, &curves));
+        let title = format!("Histogram: {heading}");
+        page.picture(&title, histogram_of(&title, &curves));
+    }
+    if turns.iter().any(|arm| !arm.blocks.is_empty()) {
+        let title = format!("Over time: {heading}");
+        page.picture(&title, timeline_svg(&title, turns));
+    }
+}

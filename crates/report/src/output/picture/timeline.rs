@@ -1,0 +1,261 @@
+//! A picture of what happened when.
+
+use isochrone_machine::Disturbance;
+use isochrone_timing::Distribution;
+use plotters::prelude::{BLACK, Color};
+
+use super::axis::{Axis, LOWEST_NS, Logarithmic, as_time};
+use super::chart::{Chart, Form, Layer};
+use super::ink::Ink;
+use super::legend::Entry;
+use super::mark::Mark;
+use crate::bench::{BlockReport, Outlier};
+
+/// An arm of a bench, as a timeline shows it.
+#[derive(Debug, Clone, Copy)]
+pub struct Timeline<'a> {
+    /// Its name in the legend.
+    pub name: &'a str,
+    /// Its turns.
+    pub blocks: &'a [BlockReport],
+    /// Its latest releases; without them the longest time of each block is shown instead.
+    pub outliers: &'a [Outlier],
+}
+
+/// The mark of each cause of an outlier.
+const CAUSES: [(&str, Mark); 6] = [
+    ("steal", Mark::Triangle),
+    ("throttled", Mark::Square),
+    ("fault", Mark::Diamond),
+    ("preempted", Mark::Cross),
+    ("interrupt", Mark::Ring),
+    (Disturbance::UNKNOWN, Mark::Dot),
+];
+/// No bench takes longer: 30 years.
+const LONGEST_S: f64 = 1e9;
+const MEDIAN: Form = Form::Bars(4);
+const TAIL: Form = Form::Bars(2);
+const LONGEST: Form = Form::Marks(Mark::Wedge);
+
+/// Draws the blocks of several arms over the time of the bench: p50 and p99 of each block as bars
+/// from its begin to its end, with nothing where other arms had their turns; each outlier as a mark in the colour of its arm whose form says its cause. Blocks that are
+/// invalid are shaded.
+pub fn timeline_svg(title: &str, arms: &[Timeline<'_>]) -> String {
+    let mut layers: Vec<Layer> =
+        arms.iter().enumerate().flat_map(|(arm, of)| bars(arm, of)).collect();
+    layers.extend(arms.iter().enumerate().flat_map(|(arm, of)| marks(arm, of)));
+    let points = || layers.iter().flat_map(|layer| &layer.points);
+    let end_s = points().map(|(s, _)| *s).fold(0.0, f64::max);
+    let begin_s = points().map(|(s, _)| *s).fold(end_s, f64::min);
+    let times = Logarithmic::of_times(points().map(|(_, ns)| *ns));
+    // The shades lie below everything, and are as high as the picture.
+    let shades = arms.iter().flat_map(|of| shades(of, times));
+    let layers = shades.chain(layers).collect();
+    let chart = Chart {
+        title,
+        x: Axis {
+            range: begin_s..end_s.max(begin_s + 1.0),
+            says: "time since the bench began, in s",
+            label: &|s| format!("{s:.0} s"),
+        },
+        y: Axis { range: times, says: "time of a sample", label: &as_time },
+        legend: legend(arms),
+        layers,
+    };
+    chart.svg()
+}
+
+fn begin_and_end(block: &BlockReport) -> [f64; 2] {
+    [block.at_s, block.at_s + block.elapsed_ns as f64 / 1e9].map(seconds)
+}
+
+/// A time of a bench: a report may say anything, and the labels of an axis without end have none.
+fn seconds(at_s: f64) -> f64 {
+    match at_s.is_nan() {
+        true => 0.0,
+        false => at_s.clamp(0.0, LONGEST_S),
+    }
+}
+
+/// Both percentiles of each block, from its begin to its end.
+fn bars(arm: usize, of: &Timeline<'_>) -> Vec<Layer> {
+    let (mut medians, mut tails, mut longest) = (Vec::new(), Vec::new(), Vec::new());
+    for block in of.blocks {
+        let Ok(samples) = Distribution::decode(&block.histogram) else { continue };
+        let summary = samples.summary();
+        let high = |ns: u64| (ns as f64).max(LOWEST_NS);
+        let flat = |ns: u64| begin_and_end(block).map(|s| (s, high(ns)));
+        medians.extend(summary.p50.into_iter().flat_map(flat));
+        tails.extend(summary.p99.into_iter().flat_map(flat));
+        let [begin, end] = begin_and_end(block);
+        longest.extend(summary.max.map(|ns| (f64::midpoint(begin, end), high(ns))));
+    }
+    let ink = Ink::of(arm);
+    let mut layers = vec![
+        Layer { points: medians, form: MEDIAN, ink },
+        Layer { points: tails, form: TAIL, ink: ink.faint() },
+    ];
+    if of.outliers.is_empty() {
+        layers.push(Layer { points: longest, form: LONGEST, ink });
+    }
+    layers
+}
+
+/// The outliers, cause by cause.
+fn marks<'a>(arm: usize, of: &'a Timeline<'a>) -> impl Iterator<Item = Layer> + 'a {
+    CAUSES.iter().map(move |(cause, mark)| {
+        let these = of.outliers.iter().filter(|outlier| known(&outlier.cause) == *cause);
+        let points =
+            these.map(|outlier| (seconds(outlier.at_s), (outlier.late_ns as f64).max(LOWEST_NS)));
+        Layer { points: points.collect(), form: Form::Marks(*mark), ink: Ink::of(arm) }
+    })
+}
+
+/// A cause that has a mark: one of a later version is unknown to this.
+fn known(cause: &str) -> &str {
+    match CAUSES.iter().any(|(known, _)| *known == cause) {
+        true => cause,
+        false => Disturbance::UNKNOWN,
+    }
+}
+
+fn shades<'a>(of: &'a Timeline<'a>, times: Logarithmic) -> impl Iterator<Item = Layer> + 'a {
+    of.blocks.iter().filter(|block| block.invalid.is_some()).map(move |block| {
+        let [begin, end] = begin_and_end(block);
+        Layer {
+            points: vec![(begin, times.low), (end, times.high)],
+            form: Form::Shade,
+            ink: shade(),
+        }
+    })
+}
+
+fn shade() -> Ink {
+    Ink { colour: BLACK.mix(0.13), dash: None }
+}
+
+/// The arms, then what the bars and marks mean, as far as they occur.
+fn legend(arms: &[Timeline<'_>]) -> Vec<Entry> {
+    let named = |(arm, of): (usize, &Timeline<'_>)| Entry::new(MEDIAN, Ink::of(arm), of.name);
+    let mut entries: Vec<Entry> = arms.iter().enumerate().map(named).collect();
+    let grey = Ink::grey();
+    if arms.iter().any(|of| !of.blocks.is_empty()) {
+        entries.push(Entry::new(MEDIAN, grey, "p50 of a block"));
+        entries.push(Entry::new(TAIL, grey.faint(), "p99 of a block"));
+    }
+    if arms.iter().any(|of| of.outliers.is_empty() && !of.blocks.is_empty()) {
+        entries.push(Entry::new(LONGEST, grey, "longest of a block"));
+    }
+    let outliers = || arms.iter().flat_map(|of| of.outliers);
+    for (cause, mark) in CAUSES {
+        if outliers().any(|outlier| known(&outlier.cause) == cause) {
+            entries.push(Entry::new(Form::Marks(mark), grey, cause));
+        }
+    }
+    if arms.iter().flat_map(|of| of.blocks).any(|block| block.invalid.is_some()) {
+        entries.push(Entry::new(Form::Shade, shade(), "invalid block"));
+    }
+    entries
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::Blocks;
+
+    fn blocks(disturbances: &[Disturbance]) -> Vec<BlockReport> {
+        let mut samples = Distribution::new();
+        samples.record_many(900, 990);
+        samples.record_many(60_000, 10);
+        let mut blocks = Blocks::default();
+        for (turn, disturbance) in disturbances.iter().enumerate() {
+            blocks.push(turn as f64 * 2.0, 1_000_000_000, &samples, 0, *disturbance);
+        }
+        blocks.reports().to_vec()
+    }
+
+    fn outlier(cause: &str) -> Outlier {
+        Outlier { at_s: 0.5, late_ns: 60_000, cause: cause.to_owned() }
+    }
+
+    fn shown(outliers: &[Outlier], blocks: &[BlockReport]) -> String {
+        timeline_svg("Jitter", &[Timeline { name: "hybrid", blocks, outliers }])
+    }
+
+    #[test]
+    fn the_bars_of_a_block_begin_and_end_with_it() {
+        let blocks = blocks(&[Disturbance::default(); 2]);
+        let bars = bars(0, &Timeline { name: "", blocks: &blocks, outliers: &[] });
+        for form in [MEDIAN, TAIL] {
+            let points = &bars.iter().find(|layer| layer.form == form).unwrap().points;
+            assert_eq!(points.iter().map(|(s, _)| *s).collect::<Vec<_>>(), [0.0, 1.0, 2.0, 3.0]);
+        }
+    }
+
+    #[test]
+    fn every_cause_that_a_disturbance_names_has_its_mark() {
+        let none = Disturbance::default();
+        let each = [
+            Disturbance { steal_ns: 1, ..none },
+            Disturbance { throttled_ns: 1, ..none },
+            Disturbance { faults: 1, ..none },
+            Disturbance { preemptions: 1, ..none },
+            Disturbance { interrupts: 1, ..none },
+            none,
+        ];
+        let causes = each.map(|disturbance| disturbance.cause());
+        assert_eq!(causes, CAUSES.map(|(cause, _)| cause));
+        for (index, (_, mark)) in CAUSES.iter().enumerate() {
+            assert!(CAUSES[..index].iter().all(|(_, other)| other != mark), "{mark:?}");
+            assert_ne!(Form::Marks(*mark), LONGEST, "what is longest says nothing of a cause");
+        }
+    }
+
+    #[test]
+    fn the_legend_names_the_causes_that_occur_and_no_others() {
+        let svg =
+            shown(&[outlier("steal"), outlier("gremlins")], &blocks(&[Disturbance::default()]));
+        assert!(svg.contains(">\nsteal\n<") && svg.contains(">\nunknown\n<"), "{svg}");
+        assert!(!svg.contains("preempted") && !svg.contains("gremlins"), "{svg}");
+        assert!(!svg.contains("invalid") && !svg.contains("longest"), "{svg}");
+    }
+
+    #[test]
+    fn an_invalid_block_is_shaded_and_one_without_outliers_shows_its_longest() {
+        let fault = Disturbance { faults: 1, ..Disturbance::default() };
+        let blocks = blocks(&[Disturbance::default(), fault]);
+        let svg = shown(&[], &blocks);
+        assert!(svg.contains("invalid block") && svg.contains("longest of a block"), "{svg}");
+        let longest = |layer: &&Layer| layer.form == LONGEST;
+        let bars = bars(0, &Timeline { name: "", blocks: &blocks, outliers: &[] });
+        assert_eq!(bars.iter().find(longest).unwrap().points.len(), 2);
+    }
+
+    #[test]
+    fn a_percentile_that_the_samples_of_a_block_do_not_support_is_not_drawn() {
+        let mut samples = Distribution::new();
+        samples.record_many(900, 99);
+        let mut few = Blocks::default();
+        few.push(0.0, 1_000_000_000, &samples, 0, Disturbance::default());
+        let bars = bars(0, &Timeline { name: "", blocks: few.reports(), outliers: &[] });
+        let points = |form: Form| bars.iter().find(|l| l.form == form).unwrap().points.len();
+        assert_eq!((points(MEDIAN), points(TAIL)), (2, 0));
+    }
+
+    #[test]
+    fn numbers_that_no_bench_writes_still_give_a_picture() {
+        for at_s in [-5.0, 1e300, f64::MAX, f64::INFINITY, f64::NAN] {
+            let mut blocks = blocks(&[Disturbance { faults: 1, ..Disturbance::default() }]);
+            blocks[0].at_s = at_s;
+            blocks[0].elapsed_ns = u64::MAX;
+            let outliers = [Outlier { at_s, late_ns: u64::MAX, cause: String::new() }];
+            assert!(shown(&outliers, &blocks).contains("</svg>"), "{at_s}");
+        }
+    }
+
+    #[test]
+    fn a_timeline_of_nothing_is_an_empty_frame() {
+        assert!(timeline_svg("Nothing", &[]).contains("</svg>"));
+        assert!(shown(&[], &[]).contains("</svg>"));
+    }
+}

@@ -1,0 +1,139 @@
+//! The tables of a bench: the arms under the same circumstances side by side, and how they compare.
+
+use std::fmt::{Display, Formatter, Result};
+
+use isochrone_timing::Summary;
+use isochrone_timing::units::{duration, three_digits};
+
+use super::grid::Grid;
+use super::{UNKNOWN, time};
+use crate::bench::{Comparison, Reported};
+use crate::output::groups::{
+    COLUMNS, Group, arm_of, columns, groups, invalid_blocks, latency_columns, metric_name,
+    percentile_name, release_jitter, stages, value,
+};
+use crate::report::{CostReport, LinkArm, Report, TaskArm};
+
+/// `Display` is a table of comparisons between two reports.
+#[derive(Debug, Clone, Copy)]
+pub struct ComparisonTable<'a>(pub &'a [Comparison]);
+
+impl Display for ComparisonTable<'_> {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
+        comparisons(f, "", &self.0.iter().collect::<Vec<_>>())
+    }
+}
+
+/// Prints what has blocks, and the costs.
+pub(super) fn tables(f: &mut Formatter<'_>, report: &Report) -> Result {
+    let tasks = report.tasks.iter().filter(|task| !task.blocks.is_empty());
+    for group in groups(tasks, &report.comparisons) {
+        table(f, &group, loops(&group))?;
+    }
+    let links = report.links.iter().filter(|link| !link.blocks.is_empty());
+    for group in groups(links, &report.comparisons) {
+        table(f, &group, latencies(&group))?;
+    }
+    costs(f, report)
+}
+
+fn table<R: Reported>(f: &mut Formatter<'_>, group: &Group<'_, R>, grid: Grid) -> Result {
+    writeln!(f, "\n{}", group.heading(metric_name(R::METRIC)))?;
+    write!(f, "{grid}")?;
+    comparisons(f, &group.circumstances, &group.comparisons)
+}
+
+fn loops(group: &Group<'_, TaskArm>) -> Grid {
+    let mut grid = Grid::new(["arm", "samples"].into_iter().chain(COLUMNS).chain([
+        "CPU %",
+        "missed",
+        "invalid blocks",
+    ]));
+    for task in &group.arms {
+        for (kind, summary) in release_jitter(task) {
+            match kind {
+                "raw" => grid.row(cells(&task.task.name, summary.count, summary).chain([
+                    format!("{:.1}", 100.0 * task.task.cpu_fraction),
+                    task.task.missed.to_string(),
+                    invalid(*task),
+                ])),
+                kind => grid.row(cells(&format!("  {kind}"), summary.count, summary)),
+            }
+        }
+    }
+    grid
+}
+
+fn latencies(group: &Group<'_, LinkArm>) -> Grid {
+    let mut grid = Grid::new(
+        ["arm", "frames"].into_iter().chain(latency_columns()).chain(["lost", "invalid blocks"]),
+    );
+    for link in &group.arms {
+        let rest = [link.link.lost.to_string(), invalid(*link)];
+        grid.row(
+            latency_cells(&link.link.service, link.link.frames, &link.link.one_way_ns).chain(rest),
+        );
+        for (stage, summary) in stages(link) {
+            grid.row(latency_cells(&format!("  {stage}"), summary.count, summary));
+        }
+    }
+    grid
+}
+
+fn latency_cells(label: &str, count: u64, summary: &Summary) -> impl Iterator<Item = String> {
+    let mean = summary.mean.map_or_else(|| UNKNOWN.to_owned(), duration);
+    let times = columns(summary).map(time);
+    [label.to_owned(), count.to_string(), mean].into_iter().chain(times)
+}
+
+fn cells(label: &str, count: u64, summary: &Summary) -> impl Iterator<Item = String> {
+    [label.to_owned(), count.to_string()].into_iter().chain(columns(summary).map(time))
+}
+
+fn invalid<R: Reported>(arm: &R) -> String {
+    format!("{} of {}", invalid_blocks(arm), arm.blocks().len())
+}
+
+fn costs(f: &mut Formatter<'_>, report: &Report) -> Result {
+    if report.costs.is_empty() {
+        return Ok(());
+    }
+    writeln!(f, "\ntime of one instance in a cycle")?;
+    let mut grid = Grid::new(["block", "instances", "samples", "p50", "p99"]);
+    for CostReport { name, instances, step_ps, .. } in &report.costs {
+        let time = |ps: Option<u64>| {
+            ps.map_or_else(|| UNKNOWN.to_owned(), |ps| value(CostReport::METRIC, ps))
+        };
+        let numbers = [instances.to_string(), step_ps.count.to_string()];
+        let times = [step_ps.p50, step_ps.p99].map(time);
+        grid.row([name.clone()].into_iter().chain(numbers).chain(times));
+    }
+    write!(f, "{grid}")?;
+    let of_costs = |comparison: &&Comparison| comparison.metric == CostReport::METRIC;
+    comparisons(f, "", &report.comparisons.iter().filter(of_costs).collect::<Vec<_>>())
+}
+
+/// How many times lower each arm is than the one it is compared with, reference by reference.
+fn comparisons(f: &mut Formatter<'_>, circumstances: &str, comparisons: &[&Comparison]) -> Result {
+    for same in comparisons.chunk_by(|one, other| one.reference == other.reference) {
+        let Some(first) = same.first() else { continue };
+        let heading =
+            format!("times lower than {}, valid blocks", arm_of(&first.reference, circumstances));
+        let mut grid = Grid::new([heading.as_str(), "", "ratio", "99 % interval", "verdict"]);
+        let mut arm = "";
+        for Comparison { candidate, percentile, ratio, low, high, verdict, .. } in same {
+            // An arm is named once.
+            let label = if candidate == arm { "" } else { arm_of(candidate, circumstances) };
+            arm = candidate;
+            grid.row([
+                format!("  {label}"),
+                percentile_name(percentile).to_owned(),
+                three_digits(*ratio),
+                format!("[{}-{}]", three_digits(*low), three_digits(*high)),
+                verdict.as_str().to_owned(),
+            ]);
+        }
+        write!(f, "{grid}")?;
+    }
+    Ok(())
+}

@@ -1,0 +1,172 @@
+//! A report as a table for a terminal: plain ASCII, human units, the same order as the JSON.
+
+mod bench;
+mod grid;
+
+pub use bench::ComparisonTable;
+
+use std::fmt::{Display, Formatter, Result};
+
+use isochrone_machine::Environment;
+use isochrone_timing::units::{duration, period, three_digits};
+use isochrone_timing::{Summary, Warning};
+
+use crate::report::{LinkArm, Report, TaskArm};
+
+const LABEL_WIDTH: usize = 16;
+const COLUMN_WIDTH: usize = 9;
+const COLUMNS: [&str; 7] = ["min", "p50", "p90", "p99", "p99.9", "p99.99", "max"];
+/// Stands where the samples are too few, or nobody knows.
+const UNKNOWN: &str = "-";
+
+impl Display for Report {
+    fn fmt(&self, f: &mut Formatter<'_>) -> Result {
+        writeln!(f, "isochrone {} {}", self.isochrone, self.command.join(" "))?;
+        writeln!(f, "started {}", self.started)?;
+        if self.ended_early {
+            writeln!(f, "ended early: somebody stopped it before its time")?;
+        }
+        environment(f, &self.environment)?;
+        for report in self.tasks.iter().filter(|task| task.blocks.is_empty()) {
+            task(f, report)?;
+        }
+        for report in self.links.iter().filter(|link| link.blocks.is_empty()) {
+            link(f, report)?;
+        }
+        bench::tables(f, self)?;
+        if !self.warnings.is_empty() {
+            writeln!(f)?;
+        }
+        self.warnings.iter().try_for_each(|report| warning(f, report))
+    }
+}
+
+fn environment(f: &mut Formatter<'_>, environment: &Environment) -> Result {
+    let known = |value: &Option<String>| value.clone().unwrap_or_else(|| UNKNOWN.to_owned());
+    writeln!(
+        f,
+        "kernel {}, preempt {}, {} CPUs, hypervisor {}, clock {} ({} ns per reading)",
+        known(&environment.kernel),
+        known(&environment.preempt),
+        environment.cpus,
+        known(&environment.hypervisor),
+        known(&environment.clocksource),
+        environment.clock_read_ns,
+    )
+}
+
+fn task(f: &mut Formatter<'_>, task: &TaskArm) -> Result {
+    writeln!(f)?;
+    write!(
+        f,
+        "task {}: period {}, wake {}{}, scheduler {}",
+        task.task.name,
+        period(task.task.period_ns),
+        task.task.wake,
+        task.task
+            .margin_ns
+            .map_or_else(String::new, |ns| format!(" (margin {})", duration(ns as f64))),
+        task.task.scheduler
+    )?;
+    match task.task.cpu {
+        Some(cpu) => writeln!(f, ", CPU {cpu}")?,
+        None => writeln!(f, ", any CPU")?,
+    }
+    write!(
+        f,
+        "  {} cycles, {} missed, {} overruns, {} warm-up cycles excluded",
+        task.task.cycles, task.task.missed, task.task.overruns, task.task.warm_up_cycles
+    )?;
+    if task.task.lost_records > 0 {
+        write!(f, ", {} records lost", task.task.lost_records)?;
+    }
+    if task.task.lost_snapshots > 0 {
+        write!(f, ", {} snapshots lost", task.task.lost_snapshots)?;
+    }
+    writeln!(f)?;
+    heading(f)?;
+    row(f, "release jitter", &task.task.release_jitter_ns)?;
+    row(f, "execution", &task.task.execution_ns)?;
+    row(f, "response", &task.task.response_ns)?;
+    row(f, "period error", &task.task.period_error_ns)?;
+    writeln!(
+        f,
+        "  CPU {:.1} %, {} allocations ({} more by the IPC library), {} minor and {} major faults, {} voluntary and {} involuntary switches",
+        task.task.cpu_fraction * 100.0,
+        task.task.allocations,
+        task.task.ipc_allocations,
+        task.task.minor_faults,
+        task.task.major_faults,
+        task.task.voluntary_switches,
+        task.task.involuntary_switches
+    )?;
+    writeln!(
+        f,
+        "  {} block errors, {} input rejects, {} connects ({} failed at first)",
+        task.task.block_errors,
+        task.task.input_rejects,
+        task.task.connects,
+        task.task.connect_errors
+    )
+}
+
+fn link(f: &mut Formatter<'_>, link: &LinkArm) -> Result {
+    write!(f, "\nlink {}", link.link.service)?;
+    if let Some(rate_hz) = link.link.rate_hz {
+        write!(f, ": {} Hz", three_digits(rate_hz))?;
+    }
+    writeln!(f)?;
+    write!(
+        f,
+        "  {} frames, {} lost, {} restarts",
+        link.link.frames, link.link.lost, link.link.restarts
+    )?;
+    for (count, what) in [
+        (link.link.other_writers, "of other writers"),
+        (link.link.future_stamps, "with stamps from the future"),
+        (link.link.past_stamps, "with stamps from the past"),
+        (link.link.unknown_layouts, "of unknown layout"),
+    ] {
+        if count > 0 {
+            write!(f, ", {count} {what}")?;
+        }
+    }
+    writeln!(f)?;
+    // Who only counts frames, as their sender does, has no latencies.
+    let latencies = [("last hop", &link.link.one_way_ns), ("end to end", &link.link.end_to_end_ns)];
+    if latencies.iter().any(|(_, summary)| summary.count > 0) {
+        heading(f)?;
+        for (label, summary) in latencies {
+            row(f, label, summary)?;
+        }
+    }
+    Ok(())
+}
+
+fn warning(f: &mut Formatter<'_>, warning: &Warning) -> Result {
+    writeln!(f, "warning [{}]: {}", warning.code, warning.message)?;
+    if !warning.remedy.is_empty() {
+        writeln!(f, "  remedy: {}", warning.remedy)?;
+    }
+    Ok(())
+}
+
+fn heading(f: &mut Formatter<'_>) -> Result {
+    cells(f, "", COLUMNS.map(str::to_owned))
+}
+
+fn row(f: &mut Formatter<'_>, label: &str, s: &Summary) -> Result {
+    cells(f, label, [s.min, s.p50, s.p90, s.p99, s.p99_9, s.p99_99, s.max].map(time))
+}
+
+fn time(ns: Option<u64>) -> String {
+    ns.map_or_else(|| UNKNOWN.to_owned(), |ns| duration(ns as f64))
+}
+
+fn cells(f: &mut Formatter<'_>, label: &str, cells: [String; COLUMNS.len()]) -> Result {
+    write!(f, "  {label:<LABEL_WIDTH$}")?;
+    for cell in cells {
+        write!(f, "{cell:>COLUMN_WIDTH$}")?;
+    }
+    writeln!(f)
+}

@@ -1,0 +1,282 @@
+//! The table, letter by letter.
+
+use isochrone_machine::Environment;
+use isochrone_report::{BlockReport, Comparison, CostReport, LinkArm, Report, TaskArm, Verdict};
+use isochrone_timing::{LinkReport, Summary, TaskReport, Warning};
+
+fn jitter() -> Summary {
+    Summary {
+        count: 59_900,
+        min: Some(41),
+        mean: Some(105.2),
+        p50: Some(98),
+        p90: Some(150),
+        p99: Some(260),
+        p99_9: Some(2_100),
+        p99_99: Some(52_000),
+        max: Some(231_000),
+    }
+}
+
+fn few() -> Summary {
+    Summary {
+        count: 12,
+        min: Some(1_204),
+        p50: Some(1_250),
+        p90: Some(10_004),
+        max: Some(1_300_000),
+        ..Summary::default()
+    }
+}
+
+fn report() -> Report {
+    let some = |text: &str| Some(text.to_owned());
+    Report {
+        isochrone: "0.1.0".to_owned(),
+        command: ["run", "level.toml", "--cycles", "60000"].map(str::to_owned).to_vec(),
+        started: "2026-11-20T12:00:00Z".to_owned(),
+        environment: Environment {
+            kernel: some("6.18.44"),
+            preempt: None,
+            cpus: 2,
+            hypervisor: some("kvm"),
+            clocksource: some("tsc"),
+            clock_read_ns: 42,
+            ..Environment::default()
+        },
+        warnings: vec![
+            Warning {
+                code: "rt_denied".to_owned(),
+                message: "no real-time priority".to_owned(),
+                remedy: "run as root".to_owned(),
+            },
+            Warning {
+                code: "steal".to_owned(),
+                message: "CPU was stolen".to_owned(),
+                remedy: String::new(),
+            },
+        ],
+        tasks: vec![TaskArm {
+            task: TaskReport {
+                name: "fast".to_owned(),
+                period_ns: 1_000_000,
+                wake: "hybrid".to_owned(),
+                scheduler: "fifo:80".to_owned(),
+                cpu: Some(1),
+                cycles: 60_000,
+                warm_up_cycles: 100,
+                release_jitter_ns: jitter(),
+                execution_ns: few(),
+                cpu_fraction: 0.0625,
+                minor_faults: 3,
+                ipc_allocations: 60_000,
+                voluntary_switches: 60_000,
+                involuntary_switches: 1,
+                connects: 2,
+                ..TaskReport::default()
+            },
+            ..TaskArm::default()
+        }],
+        links: vec![LinkArm {
+            link: LinkReport {
+                service: "plant/level".to_owned(),
+                frames: 60_000,
+                lost: 1,
+                rate_hz: Some(999.98),
+                one_way_ns: few(),
+                ..LinkReport::default()
+            },
+            ..LinkArm::default()
+        }],
+        ..Report::default()
+    }
+}
+
+#[test]
+fn a_report_prints_as_an_aligned_table_with_human_units() {
+    let expected = "\
+isochrone 0.1.0 run level.toml --cycles 60000
+started 2026-11-20T12:00:00Z
+kernel 6.18.44, preempt -, 2 CPUs, hypervisor kvm, clock tsc (42 ns per reading)
+
+task fast: period 1 ms, wake hybrid, scheduler fifo:80, CPU 1
+  60000 cycles, 0 missed, 0 overruns, 100 warm-up cycles excluded
+                        min      p50      p90      p99    p99.9   p99.99      max
+  release jitter      41 ns    98 ns   150 ns   260 ns  2.10 us  52.0 us   231 us
+  execution         1.20 us  1.25 us  10.0 us        -        -        -  1.30 ms
+  response                -        -        -        -        -        -        -
+  period error            -        -        -        -        -        -        -
+  CPU 6.2 %, 0 allocations (60000 more by the IPC library), 3 minor and 0 major faults, 60000 voluntary and 1 involuntary switches
+  0 block errors, 0 input rejects, 2 connects (0 failed at first)
+
+link plant/level: 1000 Hz
+  60000 frames, 1 lost, 0 restarts
+                        min      p50      p90      p99    p99.9   p99.99      max
+  last hop          1.20 us  1.25 us  10.0 us        -        -        -  1.30 ms
+  end to end              -        -        -        -        -        -        -
+
+warning [rt_denied]: no real-time priority
+  remedy: run as root
+warning [steal]: CPU was stolen
+";
+    assert_eq!(report().to_string(), expected);
+}
+
+#[test]
+fn a_task_that_may_move_and_lost_records_and_snapshots_says_so() {
+    let mut report = report();
+    report.tasks[0].task.cpu = None;
+    report.tasks[0].task.lost_records = 7;
+    report.tasks[0].task.lost_snapshots = 3;
+    let table = report.to_string();
+    assert!(table.contains("scheduler fifo:80, any CPU\n"));
+    assert!(table.contains("100 warm-up cycles excluded, 7 records lost, 3 snapshots lost\n"));
+}
+
+fn comparison(percentile: &str, ratio: f64, verdict: Verdict) -> Comparison {
+    Comparison {
+        metric: "release_jitter_corrected_ns".to_owned(),
+        percentile: percentile.to_owned(),
+        reference: "sleep (1 ms, idle)".to_owned(),
+        candidate: "hybrid (1 ms, idle)".to_owned(),
+        ratio,
+        low: ratio * 0.9,
+        high: ratio * 1.1,
+        verdict,
+        ..Comparison::default()
+    }
+}
+
+fn bench() -> Report {
+    let block = BlockReport::default();
+    let invalid = BlockReport { invalid: Some("2 page faults".to_owned()), ..block.clone() };
+    let arm = |name: &str, release_jitter_ns: Summary| TaskArm {
+        task: TaskReport {
+            name: name.to_owned(),
+            period_ns: 1_000_000,
+            release_jitter_ns,
+            ..TaskReport::default()
+        },
+        load: "idle".to_owned(),
+        blocks: vec![block.clone(), block.clone()],
+        ..TaskArm::default()
+    };
+    let link = |service: &str| LinkArm {
+        link: LinkReport {
+            service: service.to_owned(),
+            frames: 12,
+            one_way_ns: few(),
+            ..LinkReport::default()
+        },
+        values: 10,
+        paced_hz: Some(1_000.0),
+        blocks: vec![block.clone()],
+        ..LinkArm::default()
+    };
+    let cost = |instances: u64| CostReport {
+        name: "mixed".to_owned(),
+        instances,
+        step_ps: Summary { count: 400, p50: Some(6_412), p99: Some(51_300), ..Summary::default() },
+        ..CostReport::default()
+    };
+    Report {
+        command: vec!["bench".to_owned()],
+        warnings: Vec::new(),
+        ended_early: true,
+        tasks: vec![
+            TaskArm {
+                task: TaskReport { missed: 3, cpu_fraction: 0.0125, ..arm("sleep", few()).task },
+                release_jitter_corrected_ns: Some(Summary { count: 15, ..few() }),
+                release_jitter_valid_ns: Some(few()),
+                ..arm("sleep", few())
+            },
+            TaskArm {
+                task: TaskReport { cpu_fraction: 0.5, ..arm("hybrid", jitter()).task },
+                release_jitter_corrected_ns: Some(jitter()),
+                release_jitter_valid_ns: Some(Summary {
+                    count: 900,
+                    p99_9: None,
+                    p99_99: None,
+                    ..jitter()
+                }),
+                blocks: vec![block.clone(), invalid],
+                ..arm("hybrid", jitter())
+            },
+            TaskArm {
+                task: TaskReport { period_ns: 250_000, ..arm("hybrid", few()).task },
+                ..arm("hybrid", few())
+            },
+        ],
+        links: vec![
+            link("iceoryx2"),
+            LinkArm {
+                link: LinkReport {
+                    lost: 2,
+                    age_at_publish_ns: few(),
+                    end_to_end_ns: jitter(),
+                    ..link("through the node").link
+                },
+                age_at_release_ns: few(),
+                ..link("through the node")
+            },
+        ],
+        costs: vec![cost(1), cost(1_000)],
+        comparisons: vec![
+            comparison("p50", 12.5, Verdict::Better),
+            comparison("p99_9", 1.01, Verdict::Same),
+        ],
+        ..report()
+    }
+}
+
+#[test]
+fn a_bench_prints_a_table_for_each_circumstance_and_how_the_arms_compare() {
+    let expected = "\
+isochrone 0.1.0 bench
+started 2026-11-20T12:00:00Z
+ended early: somebody stopped it before its time
+kernel 6.18.44, preempt -, 2 CPUs, hypervisor kvm, clock tsc (42 ns per reading)
+
+release jitter, 1 ms, idle
+  arm          samples      p50      p90     p99    p99.9   p99.99      max  CPU %  missed  invalid blocks
+  sleep             12  1.25 us  10.0 us       -        -        -  1.30 ms    1.2       3          0 of 2
+    corrected       15  1.25 us  10.0 us       -        -        -  1.30 ms
+  hybrid         59900    98 ns   150 ns  260 ns  2.10 us  52.0 us   231 us   50.0       0          1 of 2
+    valid          900    98 ns   150 ns  260 ns        -        -   231 us
+  times lower than sleep, valid blocks         ratio  99 % interval  verdict
+    hybrid                                p50   12.5    [11.2-13.8]   better
+                                        p99.9   1.01   [0.909-1.11]     same
+
+release jitter, 250 us, idle
+  arm     samples      p50      p90  p99  p99.9  p99.99      max  CPU %  missed  invalid blocks
+  hybrid       12  1.25 us  10.0 us    -      -       -  1.30 ms    0.0       0          0 of 2
+
+one-way latency, 1000 Hz, 10 values
+  arm               frames    mean      p50      p90     p99    p99.9   p99.99      max  lost  invalid blocks
+  iceoryx2              12       -  1.25 us  10.0 us       -        -        -  1.30 ms     0          0 of 1
+  through the node      12       -  1.25 us  10.0 us       -        -        -  1.30 ms     2          0 of 1
+    age at release      12       -  1.25 us  10.0 us       -        -        -  1.30 ms
+    age at publish      12       -  1.25 us  10.0 us       -        -        -  1.30 ms
+    end to end       59900  105 ns    98 ns   150 ns  260 ns  2.10 us  52.0 us   231 us
+
+time of one instance in a cycle
+  block  instances  samples      p50      p99
+  mixed          1      400  6.41 ns  51.3 ns
+  mixed       1000      400  6.41 ns  51.3 ns
+";
+    assert_eq!(bench().to_string(), expected);
+}
+
+#[test]
+fn a_bench_s_table_is_plain_ascii_without_trailing_blanks() {
+    let table = bench().to_string();
+    assert!(table.is_ascii());
+    assert!(table.lines().all(|line| line.trim_end() == line));
+}
+
+#[test]
+fn the_table_is_plain_ascii_without_trailing_blanks() {
+    let table = report().to_string();
+    assert!(table.is_ascii());
+    assert!(table.lines().all(|line| line.trim_end() == line));
+}
