@@ -58,11 +58,6 @@ mod low_pass {
             }
             Outputs { y: state.y, error: status::is_error(status), status }
         }
-
-        /// What the node counts as an error of a block.
-        fn is_error(outputs: &Outputs) -> bool {
-            outputs.error
-        }
     }
 }
 
@@ -92,7 +87,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let rules = Rules { catalogue: &catalogue, ..Rules::default() };
     let source = Source { name: "custom_block.rs".into(), text: CONFIGURATION.into() };
     let plan = Plan::new(source, &rules)?;
-    let mut engine = TaskEngine::build(&plan).pop().ok_or("there is no task")?;
+    let mut engine = TaskEngine::build(&plan)?.pop().ok_or("there is no task")?;
 
     println!("cycle  saw  smooth");
     for cycle in 0..6 {

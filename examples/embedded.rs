@@ -34,7 +34,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let task = plan.tasks.first().ok_or("there is no task")?;
     let input = task.inputs.iter().position(|input| input.name == "level_raw");
     let input = input.ok_or("there is no input level_raw")?;
-    let mut engine = TaskEngine::build(&plan).pop().ok_or("there is no task")?;
+    let mut engine = TaskEngine::build(&plan)?.pop().ok_or("there is no task")?;
 
     // When: cycle k is due at start + phase + k * period.
     let schedule = task.schedule;

@@ -140,5 +140,5 @@ pub fn us(ns: u64) -> String {
 /// There cannot be so many.
 pub fn engine(workload: &Workload, instances: usize) -> Result<TaskEngine, Failure> {
     let plan = Plan::new(workload.source(instances), &Rules::default())?;
-    TaskEngine::build(&plan).pop().ok_or_else(|| "the workload has no task".into())
+    TaskEngine::build(&plan)?.pop().ok_or_else(|| "the workload has no task".into())
 }

@@ -48,7 +48,7 @@ fn every_configuration_is_planned_without_a_warning() {
 fn every_configuration_steps_without_an_error_of_a_block() {
     for path in configurations() {
         let plan = plan(&path);
-        let mut engines = TaskEngine::build(&plan);
+        let mut engines = TaskEngine::build(&plan).unwrap();
         for cycle in 0..1_000 {
             engines.iter_mut().for_each(|engine| engine.step(cycle));
         }
@@ -81,7 +81,7 @@ fn every_output_has_a_layout_that_can_be_announced() {
 #[test]
 fn the_level_follows_the_sensor_and_the_ramp_follows_the_level() {
     let plan = plan(&folder().join("level.toml"));
-    let mut engines = TaskEngine::build(&plan);
+    let mut engines = TaskEngine::build(&plan).unwrap();
     let engine = &mut engines[0];
     engine.set_input(0, 20736.0, 1);
     engine.step(0);
@@ -101,7 +101,7 @@ fn the_level_follows_the_sensor_and_the_ramp_follows_the_level() {
 #[test]
 fn the_heartbeat_counts_up_ten_times_a_second_and_passes_into_the_negative() {
     let plan = plan(&folder().join("level.toml"));
-    let mut engines = TaskEngine::build(&plan);
+    let mut engines = TaskEngine::build(&plan).unwrap();
     for (cycle, value) in
         [(0, 0.0), (99, 0.0), (100, 1.0), (3_276_700, 32767.0), (3_276_800, -32768.0)]
     {
@@ -113,7 +113,7 @@ fn the_heartbeat_counts_up_ten_times_a_second_and_passes_into_the_negative() {
 #[test]
 fn the_tanks_reach_their_set_points_and_the_display_shows_them() {
     let plan = plan(&folder().join("two_tasks.toml"));
-    let mut engines = TaskEngine::build(&plan);
+    let mut engines = TaskEngine::build(&plan).unwrap();
     let [fast, slow] = engines.as_mut_slice() else { panic!("two tasks") };
     let mut reached_ms = [None; 3];
     let set_points = [50.0, 75.0, 100.0].map(|percent| (1.7_f64 / 100.0 * percent).min(1.7));
@@ -147,7 +147,7 @@ fn the_tanks_reach_their_set_points_and_the_display_shows_them() {
 fn a_thousand_chains_climb_the_same_stairs() {
     let plan = plan(&folder().join("chains.toml"));
     assert_eq!(plan.instances(), 3_000);
-    let mut engines = TaskEngine::build(&plan);
+    let mut engines = TaskEngine::build(&plan).unwrap();
     for cycle in 0..220_u64 {
         engines[0].step(cycle);
         let frame = frame(&engines[0], &plan, 0);

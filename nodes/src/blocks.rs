@@ -3,7 +3,7 @@
 mod page;
 
 use clap::ValueEnum;
-use isochrone_blocks::{BlockType, CATALOGUE, Origin, Pin, StatusWord};
+use isochrone_blocks::{BlockType, CATALOGUE, Origin, Pin, PinDefault, StatusWord};
 use serde_json::json;
 
 use crate::failure::Failure;
@@ -128,10 +128,10 @@ fn print_json(types: &[&BlockType]) -> Result<(), Failure> {
     let input = |input: &Pin| {
         let mut value = pin(input);
         // `required` tells a pin without a default from callOB, whose default is no number.
-        value["required"] = json!(input.default.is_none());
+        value["required"] = json!(input.default == PinDefault::Required);
         value["default"] = match input.default {
-            Some(slot) if !slot.is_nan() => numbers::json(slot, input.pin_type),
-            _ => json!(null),
+            PinDefault::Value(slot) => numbers::json(slot, input.pin_type),
+            PinDefault::Required | PinDefault::CallingTask => json!(null),
         };
         value["latched_by"] = json!(input.latched_by);
         value
@@ -164,8 +164,8 @@ fn print_json(types: &[&BlockType]) -> Result<(), Failure> {
 
 fn default(pin: &Pin) -> String {
     match pin.default {
-        None => "required".into(),
-        Some(slot) if slot.is_nan() => "calling task".into(),
-        Some(slot) => numbers::literal(slot, pin.pin_type),
+        PinDefault::Required => "required".into(),
+        PinDefault::Value(slot) => numbers::literal(slot, pin.pin_type),
+        PinDefault::CallingTask => "calling task".into(),
     }
 }

@@ -138,7 +138,7 @@ pub(crate) fn run_tasks(
     thread::scope(|scope| {
         let mut threads = Vec::new();
         let mut watches = Vec::new();
-        let engines = TaskEngine::build(plan).into_iter().zip(taps);
+        let engines = TaskEngine::build(plan).map_err(Failure::found)?.into_iter().zip(taps);
         for (index, (task, (engine, tap))) in plan.tasks.iter().zip(engines).enumerate() {
             let (ready, is_ready) = channel();
             let (start, epoch_ns) = channel();

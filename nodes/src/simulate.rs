@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-use isochrone_engine::{InputPlan, Plan, TaskEngine};
+use isochrone_engine::{BuildError, InputPlan, Plan, TaskEngine};
 
 use crate::failure::Failure;
 use crate::recording::Recording;
@@ -67,7 +67,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         }
     };
     let cycles = args.cycles.unwrap_or(recording.len() as u64);
-    let mut simulation = Simulation::new(&plan, reference, recording);
+    let mut simulation = Simulation::new(&plan, reference, recording).map_err(Failure::found)?;
     let stop = Stop::on_signal(None)?;
     let mut rows = Rows::create(&args.output, &plan)?;
     for cycle in 0..cycles {
@@ -110,7 +110,8 @@ struct Simulation<'a> {
 }
 
 impl<'a> Simulation<'a> {
-    fn new(plan: &'a Plan, reference: usize, recording: Recording) -> Self {
+    fn new(plan: &'a Plan, reference: usize, recording: Recording) -> Result<Self, BuildError> {
+        let engines = TaskEngine::build(plan)?;
         let mut order: Vec<usize> = (0..plan.tasks.len()).collect();
         order.sort_by_key(|task| std::cmp::Reverse(plan.tasks[*task].priority.unwrap_or(0)));
         let inputs = plan.tasks.iter().enumerate().flat_map(|(task, plan)| {
@@ -119,9 +120,9 @@ impl<'a> Simulation<'a> {
         let recorded = inputs.filter_map(|(task, index, input)| {
             Some(RecordedInput { task, index, column: recording.column(&input.name)? })
         });
-        Self {
+        Ok(Self {
             plan,
-            engines: TaskEngine::build(plan),
+            engines,
             order,
             next: vec![0; plan.tasks.len()],
             reference,
@@ -129,7 +130,7 @@ impl<'a> Simulation<'a> {
             recording,
             rejects: 0,
             first_reject: None,
-        }
+        })
     }
 
     /// Runs everything up to and including cycle `cycle` of the reference task.

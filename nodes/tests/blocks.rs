@@ -2,7 +2,7 @@
 
 mod program;
 
-use isochrone_blocks::{CATALOGUE, Origin, Pin, PinType};
+use isochrone_blocks::{CATALOGUE, Origin, Pin, PinDefault, PinType};
 use program::{Folder, assert_says};
 use serde_json::{Value, json};
 
@@ -90,13 +90,12 @@ fn the_json_holds_the_whole_catalogue() {
     let pin = |pin: &Pin| json!({ "name": pin.name, "type": pin.pin_type.as_str(), "unit": pin.unit, "doc": pin.doc(), "aliases": pin.aliases });
     let input = |input: &Pin| {
         let mut value = pin(input);
-        value["required"] = json!(input.default.is_none());
+        value["required"] = json!(input.default == PinDefault::Required);
         value["default"] = match (input.default, input.pin_type) {
-            (None, _) => json!(null),
-            (Some(slot), _) if slot.is_nan() => json!(null),
-            (Some(slot), PinType::Bool) => json!(slot == 1.0),
-            (Some(slot), PinType::Lreal) => json!(slot),
-            (Some(slot), _) => json!(slot as i64),
+            (PinDefault::Required | PinDefault::CallingTask, _) => json!(null),
+            (PinDefault::Value(slot), PinType::Bool) => json!(slot == 1.0),
+            (PinDefault::Value(slot), PinType::Lreal) => json!(slot),
+            (PinDefault::Value(slot), _) => json!(slot as i64),
         };
         value["latched_by"] = json!(input.latched_by);
         value

@@ -1,6 +1,6 @@
 //! What a block is: to the one who writes it ([`Block`]), and to the one who runs it ([`BlockType`]).
 
-use crate::{Cycle, PinType};
+use crate::{Cycle, Ob, PinType, status};
 
 /// The pins of one direction, as a struct with a field for each. Made by [`block!`](crate::block!).
 pub trait Slots: Copy + Default {
@@ -44,18 +44,16 @@ pub trait Declaration {
     const STATUS: &'static [StatusWord];
     /// What was chosen where the document that it follows is silent.
     const DECISIONS: &'static [Decision];
+
+    /// Whether the outputs report an error: `status` is `16#8000` or above or, in a block without
+    /// `status`, `error` is TRUE.
+    fn is_error(outputs: &Self::Outputs) -> bool;
 }
 
 /// A function block: a pure Mealy machine.
 pub trait Block: Declaration {
     /// One cycle. Depends on nothing but its arguments.
     fn step(state: &mut Self::State, inputs: &Self::Inputs, cycle: &Cycle<'_>) -> Self::Outputs;
-
-    /// Whether the outputs report an error. A block that cannot fail need not say so.
-    #[inline]
-    fn is_error(_outputs: &Self::Outputs) -> bool {
-        false
-    }
 
     /// Inputs that keep an instance at its usual work for as long as it is stepped: not in error,
     /// not at a limit, not arrived. What it costs is measured with these.
@@ -73,9 +71,8 @@ pub struct Pin {
     pub pin_type: PinType,
     /// Unit of its value; empty where it has none or takes that of another pin.
     pub unit: &'static str,
-    /// Slot content when nothing is connected; `None` for an input that must be connected, and for
-    /// outputs. NaN is the default of `callOB`: the calling task.
-    pub default: Option<f64>,
+    /// What an input reads when nothing is connected; of no meaning for an output.
+    pub default: PinDefault,
     /// Whether it is an `OB_CYCLIC`, at which the name of a task can stand.
     pub names_task: bool,
     /// Other names that the documents have for it.
@@ -90,6 +87,36 @@ impl Pin {
     /// What it means, in a sentence.
     pub fn doc(&self) -> &'static str {
         self.raw_doc.trim_ascii()
+    }
+}
+
+/// What an input pin reads when nothing is connected.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum PinDefault {
+    /// Nothing: the pin must be connected.
+    Required,
+    /// A value of the pin's type, as it stands in a slot.
+    Value(f64),
+    /// The task that runs the block.
+    CallingTask,
+}
+
+impl PinDefault {
+    /// The slot's content; `None` if the pin must be connected.
+    pub const fn slot(self) -> Option<f64> {
+        match self {
+            Self::Required => None,
+            Self::Value(slot) => Some(slot),
+            Self::CallingTask => Some(Ob::Caller.slot()),
+        }
+    }
+
+    #[doc(hidden)]
+    pub const fn of_ob(ob: Ob) -> Self {
+        match ob {
+            Ob::Caller => Self::CallingTask,
+            Ob::Number(_) | Ob::Task { .. } => Self::Value(ob.slot()),
+        }
     }
 }
 
@@ -151,7 +178,11 @@ pub struct BlockType {
 
 impl BlockType {
     /// Erases the type of a block.
+    ///
+    /// Does not compile for a block that declares a status word from `16#8000` on and has no output
+    /// `status` to report it with.
     pub const fn of<B: Block>() -> Self {
+        const { assert_errors_are_reported(B::STATUS, B::OUTPUTS) }
         Self {
             name: B::NAME,
             doc: B::DOC,
@@ -188,6 +219,35 @@ impl BlockType {
     pub fn step_bank(&self, image: &mut [f64], state: &mut [u64], cycle: &Cycle<'_>) -> u64 {
         (self.step_bank)(image, state, cycle)
     }
+}
+
+const fn assert_errors_are_reported(words: &[StatusWord], outputs: &[Pin]) {
+    let (mut word, mut output) = (0, 0);
+    let mut has_status = false;
+    while output < outputs.len() {
+        let is_word = matches!(outputs[output].pin_type, PinType::Word);
+        has_status |= is_word && is_status(outputs[output].name);
+        output += 1;
+    }
+    while word < words.len() {
+        assert!(
+            has_status || !status::is_error(words[word].code),
+            "a block that declares an error needs the output `\"status\" => status: u16` to report it"
+        );
+        word += 1;
+    }
+}
+
+/// Whether an output of this name holds the status word.
+#[doc(hidden)]
+pub const fn is_status(name: &str) -> bool {
+    matches!(name.as_bytes(), b"status")
+}
+
+/// Whether an output of this name says that there is an error.
+#[doc(hidden)]
+pub const fn is_error_flag(name: &str) -> bool {
+    matches!(name.as_bytes(), b"error")
 }
 
 /// A block without state still owns a word, so that image and state divide into the same number of

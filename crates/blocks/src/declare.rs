@@ -117,7 +117,7 @@ macro_rules! block {
                 name: $in_name,
                 pin_type: <$crate::block!(@type $in_type) as $crate::Value>::TYPE,
                 unit: concat!($($in_unit)?),
-                default: $crate::block!(@slot $in_type $($default)?),
+                default: $crate::block!(@pin_default $in_type $($default)?),
                 names_task: <$crate::block!(@type $in_type) as $crate::Value>::NAMES_TASK,
                 aliases: &[$($in_alias),*],
                 latched_by: $crate::block!(@option $($latch)?),
@@ -127,7 +127,7 @@ macro_rules! block {
                 name: $out_name,
                 pin_type: <$crate::block!(@type $out_type) as $crate::Value>::TYPE,
                 unit: concat!($($out_unit)?),
-                default: None,
+                default: $crate::PinDefault::Required,
                 names_task: false,
                 aliases: &[$($out_alias),*],
                 latched_by: None,
@@ -141,6 +141,22 @@ macro_rules! block {
                 meaning: $meaning,
             }),*];
             const DECISIONS: &'static [$crate::Decision] = &[$($($decision),*)?];
+
+            #[inline]
+            fn is_error(outputs: &Outputs) -> bool {
+                let _ = outputs;
+                const HAS_STATUS: bool = false $(|| $crate::is_status($out_name))*;
+                false $(|| {
+                    let slot = || $crate::Value::into_slot(outputs.$out);
+                    if const { HAS_STATUS && $crate::is_status($out_name) } {
+                        slot() >= $crate::status::FIRST_ERROR as f64
+                    } else if const { !HAS_STATUS && $crate::is_error_flag($out_name) } {
+                        slot() != 0.0
+                    } else {
+                        false
+                    }
+                })*
+            }
         }
     };
 
@@ -175,9 +191,9 @@ macro_rules! block {
     (@default $default:expr) => { $default };
 
     // Traits cannot convert in a constant yet, so the types are told apart by name.
-    (@slot $type:ident) => { None };
-    (@slot f64 $default:expr) => { Some($default) };
-    (@slot bool $default:expr) => { Some($default as u8 as f64) };
-    (@slot Ob $default:expr) => { Some($crate::Ob::slot($default)) };
-    (@slot $type:ident $default:expr) => { Some($default as $type as f64) };
+    (@pin_default $type:ident) => { $crate::PinDefault::Required };
+    (@pin_default f64 $default:expr) => { $crate::PinDefault::Value($default) };
+    (@pin_default bool $default:expr) => { $crate::PinDefault::Value($default as u8 as f64) };
+    (@pin_default Ob $default:expr) => { $crate::PinDefault::of_ob($default) };
+    (@pin_default $type:ident $default:expr) => { $crate::PinDefault::Value($default as $type as f64) };
 }

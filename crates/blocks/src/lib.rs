@@ -39,7 +39,11 @@ pub mod saw_tooth;
 pub mod scale_linear;
 pub mod status;
 
-pub use block::{Block, BlockType, Decision, Declaration, Origin, Pin, Slots, StatusWord, Words};
+pub use block::{
+    Block, BlockType, Decision, Declaration, Origin, Pin, PinDefault, Slots, StatusWord, Words,
+};
+#[doc(hidden)]
+pub use block::{is_error_flag, is_status};
 pub use cycle::{Cycle, is_cyclic_ob};
 pub use value::{Ob, PinType, Value, Word};
 

@@ -84,11 +84,6 @@ impl Block for LimRateOfChangeCI {
         }
     }
 
-    #[inline]
-    fn is_error(outputs: &Outputs) -> bool {
-        outputs.error
-    }
-
     /// On a way that takes three thousand years.
     fn typical() -> Inputs {
         Inputs { value: 1e12, set_change_rate: 10.0, ..Inputs::default() }

@@ -194,11 +194,6 @@ impl Block for LimRateOfChangeAdvancedCI {
         }
     }
 
-    #[inline]
-    fn is_error(outputs: &Outputs) -> bool {
-        outputs.error
-    }
-
     /// In automatic mode, on a way that takes three thousand years.
     fn typical() -> Inputs {
         Inputs {

@@ -111,9 +111,10 @@ impl State {
             step_ns: u64::from(inputs.time_range.max(0).unsigned_abs()) * NS_PER_MS,
             start_value: inputs.start_value,
             increment: inputs.increment_range,
-            levels: match inputs.endless_steps {
-                true => 0,
-                false => u64::from(inputs.number_steps.max(0).unsigned_abs()) + 1,
+            levels: if inputs.endless_steps {
+                0
+            } else {
+                u64::from(inputs.number_steps.max(0).unsigned_abs()) + 1
             },
             ..Self::default()
         };

@@ -82,11 +82,6 @@ impl Block for ScaleLinear {
         Outputs { y: state.y, error: status::is_error(status), status }
     }
 
-    #[inline]
-    fn is_error(outputs: &Outputs) -> bool {
-        outputs.error
-    }
-
     /// A sample of an analogue input as a level in m.
     fn typical() -> Inputs {
         Inputs { x: 13_824.0, x1: 0.0, y1: 0.0, x2: 27_648.0, y2: 1.7, y_min: 0.0, y_max: 1.7 }

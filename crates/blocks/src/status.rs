@@ -25,10 +25,13 @@ pub(crate) const QRY_CINT_DOC: &str =
 /// Meaning of [`OB_UNAVAILABLE`] in the catalogue.
 pub(crate) const OB_UNAVAILABLE_DOC: &str = "no task is configured with the OB number at callOB";
 
+/// The words from here on are errors.
+pub const FIRST_ERROR: u16 = 0x8000;
+
 /// Whether a status word is an error.
 #[inline]
 pub const fn is_error(status: u16) -> bool {
-    status >= 0x8000
+    status >= FIRST_ERROR
 }
 
 /// The first finding, in the order of severity in which they are passed.

@@ -4,7 +4,7 @@ use std::collections::HashSet;
 use std::fs;
 use std::path::Path;
 
-use isochrone_blocks::{BlockType, CATALOGUE, Cycle, Origin};
+use isochrone_blocks::{BlockType, CATALOGUE, Cycle, Origin, PinDefault};
 
 /// Block, direction, pin in LGF's spelling, type, default (`-`: none).
 const PINS: &str = "
@@ -12,7 +12,7 @@ LimRateOfChangeCI in value LREAL 0
 LimRateOfChangeCI in setChangeRate LREAL 0
 LimRateOfChangeCI in defaultOutValue LREAL 0
 LimRateOfChangeCI in enDefaultOutValue BOOL 0
-LimRateOfChangeCI in callOB INT NaN
+LimRateOfChangeCI in callOB INT calling-task
 LimRateOfChangeCI out delayedValue LREAL -
 LimRateOfChangeCI out error BOOL -
 LimRateOfChangeCI out status WORD -
@@ -30,7 +30,7 @@ LimRateOfChangeAdvancedCI in enDefaultOutValue BOOL 0
 LimRateOfChangeAdvancedCI in track BOOL 0
 LimRateOfChangeAdvancedCI in manOp BOOL 0
 LimRateOfChangeAdvancedCI in reset BOOL 0
-LimRateOfChangeAdvancedCI in callOB INT NaN
+LimRateOfChangeAdvancedCI in callOB INT calling-task
 LimRateOfChangeAdvancedCI out outputValue LREAL -
 LimRateOfChangeAdvancedCI out posUpRateLim BOOL -
 LimRateOfChangeAdvancedCI out posDownRateLim BOOL -
@@ -67,7 +67,11 @@ fn pins_have_the_spelling_order_types_and_defaults_of_lgf() {
         let inputs = block_type.inputs.iter().map(|pin| ("in", pin));
         let outputs = block_type.outputs.iter().map(|pin| ("out", pin));
         for (direction, pin) in inputs.chain(outputs) {
-            let default = pin.default.map_or_else(|| "-".to_string(), |slot| slot.to_string());
+            let default = match pin.default {
+                PinDefault::Required => "-".to_string(),
+                PinDefault::Value(slot) => slot.to_string(),
+                PinDefault::CallingTask => "calling-task".to_string(),
+            };
             let (block, name, pin_type) = (block_type.name, pin.name, pin.pin_type);
             listed.push(format!("{block} {direction} {name} {pin_type} {default}"));
         }
@@ -170,9 +174,11 @@ fn every_block_and_pin_is_described_in_a_sentence() {
 #[test]
 fn every_default_is_a_value_of_its_pins_type() {
     for pin in CATALOGUE.iter().flat_map(|block| block.inputs) {
-        let Some(default) = pin.default else { continue };
-        let calling_task = pin.name == "callOB" && default.is_nan();
-        assert!(calling_task || pin.pin_type.holds(default), "{}", pin.name);
+        match pin.default {
+            PinDefault::Required => {}
+            PinDefault::Value(slot) => assert!(pin.pin_type.holds(slot), "{}", pin.name),
+            PinDefault::CallingTask => assert!(pin.names_task, "{}", pin.name),
+        }
     }
 }
 
@@ -224,7 +230,8 @@ fn every_block_has_inputs_that_keep_it_at_work() {
         let mut slots = vec![0.0; known.slots()];
         let inputs = known.inputs.len();
         known.typical_inputs(&mut slots[..inputs]);
-        let defaults = known.inputs.iter().map(|pin| pin.default.unwrap_or_default().to_bits());
+        let defaults =
+            known.inputs.iter().map(|pin| pin.default.slot().unwrap_or_default().to_bits());
         let typical = slots[..inputs].iter().map(|slot| slot.to_bits());
         assert!(!defaults.eq(typical), "{}: write `Block::typical` for it", known.name);
 

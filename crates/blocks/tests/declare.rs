@@ -1,6 +1,8 @@
 //! A block that is declared outside the library.
 
-use isochrone_blocks::{Block, BlockType, Cycle, Decision, Ob, Origin, PinType, StatusWord, Value};
+use isochrone_blocks::{
+    Block, BlockType, Cycle, Decision, Ob, Origin, PinDefault, PinType, StatusWord, Value,
+};
 
 isochrone_blocks::block! {
     /// Multiplies, and keeps nothing.
@@ -23,6 +25,8 @@ isochrone_blocks::block! {
             /// Product.
             #[alias = "product"]
             "y" => y: f64,
+            /// Status word.
+            "status" => status: u16,
         }
         state {}
         computes {
@@ -40,14 +44,15 @@ isochrone_blocks::block! {
 
 impl Block for Gain {
     fn step(_: &mut State, inputs: &Inputs, _: &Cycle<'_>) -> Outputs {
-        Outputs { y: if inputs.on { inputs.x * inputs.gain } else { 0.0 } }
+        let y = if inputs.on { inputs.x * inputs.gain } else { 0.0 };
+        Outputs { y, status: if y.is_finite() { 0 } else { 0x8F00 } }
     }
 }
 
 #[test]
 fn a_block_is_described_by_its_declaration_alone() {
     const GAIN: BlockType = BlockType::of::<Gain>();
-    assert_eq!((GAIN.name, GAIN.slots(), GAIN.status.len()), ("Gain", 5, 2));
+    assert_eq!((GAIN.name, GAIN.slots(), GAIN.status.len()), ("Gain", 6, 2));
     assert_eq!(GAIN.doc(), "Multiplies, and keeps nothing. Two lines are one text.");
     let pins: Vec<_> = GAIN
         .inputs
@@ -55,10 +60,10 @@ fn a_block_is_described_by_its_declaration_alone() {
         .map(|pin| (pin.name, pin.pin_type, pin.unit, pin.default, pin.doc()))
         .collect();
     let expected = [
-        ("x", PinType::Lreal, "", None, "Signal."),
-        ("gain", PinType::Lreal, "1/s", Some(-2.5), "Factor."),
-        ("delay", PinType::Time, "ms", Some(-7.0), "Delay."),
-        ("on", PinType::Bool, "", Some(1.0), "Switch."),
+        ("x", PinType::Lreal, "", PinDefault::Required, "Signal."),
+        ("gain", PinType::Lreal, "1/s", PinDefault::Value(-2.5), "Factor."),
+        ("delay", PinType::Time, "ms", PinDefault::Value(-7.0), "Delay."),
+        ("on", PinType::Bool, "", PinDefault::Value(1.0), "Switch."),
     ];
     assert_eq!(pins, expected);
     assert_eq!(Inputs::default(), Inputs { x: 0.0, gain: -2.5, delay: -7, on: true });
@@ -67,10 +72,10 @@ fn a_block_is_described_by_its_declaration_alone() {
 #[test]
 fn a_block_without_state_steps_in_a_bank_like_any_other() {
     let gain = BlockType::of::<Gain>();
-    let mut image = [3.0, 2.0, 0.0, 1.0, 9.0, 5.0, 2.0, 0.0, 0.0, 9.0];
+    let mut image = [3.0, 2.0, 0.0, 1.0, 9.0, 9.0, 5.0, 2.0, 0.0, 0.0, 9.0, 9.0];
     let mut state = vec![0; 2 * gain.state_words];
     assert_eq!(gain.step_bank(&mut image, &mut state, &Cycle::new(0, 1, &[])), 0);
-    assert_eq!((image[4], image[9]), (6.0, 0.0));
+    assert_eq!((image[4], image[10]), (6.0, 0.0));
 }
 
 #[test]
@@ -97,4 +102,50 @@ fn an_ob_comes_out_of_its_slot_as_it_went_in() {
         assert_eq!(Ob::from_slot(ob.into_slot()), ob);
         assert_eq!(PinType::Int.holds(ob.into_slot()), matches!(ob, Ob::Number(_)));
     }
+}
+
+#[test]
+fn a_step_is_an_error_exactly_when_the_status_word_says_so() {
+    let gain = BlockType::of::<Gain>();
+    let mut state = vec![0; 3 * gain.state_words];
+    let instance = |x: f64| [x, 2.0, 0.0, 1.0, 0.0, 0.0];
+    let mut image = [1.0, f64::INFINITY, f64::NAN].map(instance).concat();
+    assert_eq!(gain.step_bank(&mut image, &mut state, &Cycle::new(0, 1, &[])), 2);
+    assert_eq!([image[5], image[11], image[17]], [0.0, f64::from(0x8F00), f64::from(0x8F00)]);
+}
+
+/// A block that can fail and has no words for it.
+mod flagged {
+    use isochrone_blocks::{Block, Cycle};
+
+    isochrone_blocks::block! {
+        /// Passes what is not negative.
+        pub(crate) Flagged {
+            inputs {
+                /// Signal.
+                "x" => x: f64 = 0.0,
+            }
+            outputs {
+                /// The signal is negative.
+                "error" => error: bool,
+            }
+            state {}
+            status {}
+        }
+    }
+
+    impl Block for Flagged {
+        fn step(_: &mut State, inputs: &Inputs, _: &Cycle<'_>) -> Outputs {
+            Outputs { error: inputs.x < 0.0 }
+        }
+    }
+}
+
+#[test]
+fn without_a_status_word_the_error_flag_says_so() {
+    let flagged = BlockType::of::<flagged::Flagged>();
+    let mut state = vec![0; 2 * flagged.state_words];
+    let mut image = [1.0, 0.0, -1.0, 0.0];
+    assert_eq!(flagged.step_bank(&mut image, &mut state, &Cycle::new(0, 1, &[])), 1);
+    assert_eq!((image[1], image[3]), (0.0, 1.0));
 }

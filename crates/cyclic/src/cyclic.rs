@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use isochrone_schedule::{MissLimit, Overrun, Schedule};
 
 use crate::clock::Clock;
-use crate::wait::Waiter;
+use crate::wait::{Waiter, WakeUps};
 
 /// Most late cycles that [`Overrun::CatchUp`] runs back to back before it skips the rest.
 pub const MAX_BURST: u32 = 8;
@@ -87,18 +87,17 @@ impl<C: Clock> Cyclic<C> {
     /// tells why. A loop that ends because it missed releases runs the late cycle first, so that
     /// whoever reads its results learns of it.
     pub fn wait(&mut self) -> Option<Release> {
-        self.wait_with(false, || ())
+        self.wait_with(WakeUps::One, || ())
     }
 
-    /// As [`wait`](Self::wait); a hybrid wait calls `awake` when it has slept, a margin before the
-    /// release. What would otherwise disturb the cycle, and is short, has its place there. With
-    /// `early` it calls it also 400 us before that, if there is time, at the cost of another wake-up.
-    pub fn wait_with(&mut self, early: bool, awake: impl FnMut()) -> Option<Release> {
+    /// As [`wait`](Self::wait); a hybrid wait calls `awake` at each of its wake-ups before the release.
+    /// What would otherwise disturb the cycle, and is short, has its place there.
+    pub fn wait_with(&mut self, wake_ups: WakeUps, awake: impl FnMut()) -> Option<Release> {
         if self.stop_reason.is_some() {
             return None;
         }
         let waited =
-            self.waiter.wait_until(&self.clock, self.next_release_ns, &self.stop, early, awake);
+            self.waiter.wait_until(&self.clock, self.next_release_ns, &self.stop, wake_ups, awake);
         let Some(start_ns) = waited else {
             self.stop_reason = Some(StopReason::Requested);
             return None;

@@ -54,3 +54,4 @@ pub use realtime::{
     prepare_process, prepare_thread,
 };
 pub use usage::{ThreadUsage, thread_usage};
+pub use wait::WakeUps;

@@ -10,9 +10,18 @@ use crate::margin::AdaptiveMargin;
 /// Longest single sleep, so that a task with a period of an hour still notices a stop request.
 const SLICE_NS: u64 = 200_000_000;
 
-/// How long before its margin a hybrid wait is awake when it shall be early: longer than a port needs
-/// to connect.
+/// How long before its margin a hybrid wait of two wake-ups is awake for the first time: longer than a
+/// port needs to connect.
 const EARLY_NS: u64 = 400_000;
+
+/// How often a hybrid wait is awake before the release.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WakeUps {
+    /// A margin before the release.
+    One,
+    /// Also 400 us before that, if there is time; it then sleeps on.
+    Two,
+}
 
 /// Waits for deadlines in one of the ways of [`Wake`].
 #[derive(Debug)]
@@ -37,14 +46,13 @@ impl Waiter {
 
     /// Returns the first clock reading at or after `deadline_ns`, or `None` once `stop` is set.
     ///
-    /// A hybrid wait calls `awake` when it has slept and is about to spin, and if `early` also some
-    /// time before, after which it sleeps on.
+    /// A hybrid wait calls `awake` at each of its wake-ups, the last of which is just before it spins.
     pub(crate) fn wait_until<C: Clock>(
         &mut self,
         clock: &C,
         deadline_ns: u64,
         stop: &AtomicBool,
-        early: bool,
+        wake_ups: WakeUps,
         mut awake: impl FnMut(),
     ) -> Option<u64> {
         let Some(margin_ns) = self.margin_ns() else {
@@ -55,7 +63,7 @@ impl Waiter {
         };
         let wake_ns = deadline_ns.saturating_sub(margin_ns);
         let early_ns = wake_ns.saturating_sub(EARLY_NS);
-        if early && clock.now_ns() < early_ns {
+        if wake_ups == WakeUps::Two && clock.now_ns() < early_ns {
             sleep(clock, early_ns, stop)?;
             awake();
         }
@@ -122,7 +130,7 @@ mod tests {
             clock,
             deadline_ns,
             &AtomicBool::new(false),
-            false,
+            WakeUps::One,
             || (),
         )
     }
@@ -145,8 +153,8 @@ mod tests {
         let clock = SimulatedClock::at(0).wake_latency_ns(120_000).read_cost_ns(40);
         let stop = AtomicBool::new(false);
         let mut waiter = Waiter::new(Wake::Hybrid(Margin::default()), PERIOD_NS);
-        let first = waiter.wait_until(&clock, PERIOD_NS, &stop, false, || ()).unwrap();
-        let second = waiter.wait_until(&clock, 2 * PERIOD_NS, &stop, false, || ()).unwrap();
+        let first = waiter.wait_until(&clock, PERIOD_NS, &stop, WakeUps::One, || ()).unwrap();
+        let second = waiter.wait_until(&clock, 2 * PERIOD_NS, &stop, WakeUps::One, || ()).unwrap();
         assert!(first - PERIOD_NS > 50_000, "the first margin is too short: {first}");
         assert!(second - 2 * PERIOD_NS <= 40, "the second is not: {second}");
     }
@@ -156,7 +164,7 @@ mod tests {
         let clock = SimulatedClock::at(10_000_000);
         let mut waiter = Waiter::new(Wake::Hybrid(Margin::default()), PERIOD_NS);
         let before = waiter.margin_ns();
-        waiter.wait_until(&clock, 9_900_000, &AtomicBool::new(false), false, || ());
+        waiter.wait_until(&clock, 9_900_000, &AtomicBool::new(false), WakeUps::One, || ());
         assert_eq!(waiter.margin_ns(), before);
     }
 
@@ -168,7 +176,13 @@ mod tests {
             let mut waiter = Waiter::new(wake, PERIOD_NS);
             for deadline_ns in [PERIOD_NS, PERIOD_NS + 1_000] {
                 let awake = || woken_ns.push(clock.now_ns());
-                waiter.wait_until(&clock, deadline_ns, &AtomicBool::new(false), false, awake);
+                waiter.wait_until(
+                    &clock,
+                    deadline_ns,
+                    &AtomicBool::new(false),
+                    WakeUps::One,
+                    awake,
+                );
             }
             assert!(matches!(woken_ns[..], [ns] if ns < PERIOD_NS), "{wake:?}: {woken_ns:?}");
         }
@@ -182,7 +196,7 @@ mod tests {
             let deadline_ns = 7_000_000 + wait_ns;
             let awake = || woken_ns.push(clock.now_ns());
             let mut waiter = Waiter::new(Wake::Hybrid(Margin::Fixed(100_000)), PERIOD_NS);
-            waiter.wait_until(&clock, deadline_ns, &AtomicBool::new(false), true, awake);
+            waiter.wait_until(&clock, deadline_ns, &AtomicBool::new(false), WakeUps::Two, awake);
             assert_eq!(woken_ns.len(), times, "{woken_ns:?}");
             assert!(woken_ns.iter().all(|ns| *ns < deadline_ns));
         }
@@ -214,7 +228,7 @@ mod tests {
                 .read_cost_ns(1_000)
                 .raises_at(requested_ns, Arc::clone(&stop));
             assert_eq!(
-                Waiter::new(wake, HOUR_NS).wait_until(&clock, HOUR_NS, &stop, false, || ()),
+                Waiter::new(wake, HOUR_NS).wait_until(&clock, HOUR_NS, &stop, WakeUps::One, || ()),
                 None
             );
             assert!(clock.now_ns() - requested_ns <= 200_000_000 + 10_000, "{}", wake.as_str());

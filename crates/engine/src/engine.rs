@@ -3,6 +3,7 @@
 use isochrone_blocks::{BlockType, Cycle, PinType};
 use triple_buffer::{Input as Sender, Output as Receiver, TripleBuffer};
 
+use crate::build::{self, BuildError};
 use crate::plan::{Plan, TaskPlan, WirePlan};
 
 /// One task, ready to be stepped by the thread that owns it.
@@ -67,7 +68,11 @@ struct Import {
 
 impl TaskEngine {
     /// Builds the engines of a plan's tasks, in the plan's order, joined by wait-free buffers.
-    pub fn build(plan: &Plan) -> Vec<Self> {
+    ///
+    /// # Errors
+    /// Parts of the plan do not fit together, which one that [`Plan::new`] made always does.
+    pub fn build(plan: &Plan) -> Result<Vec<Self>, BuildError> {
+        build::check(plan)?;
         let mut engines: Vec<_> =
             plan.tasks.iter().map(|task| Builder::new(task, plan.obs.clone())).collect();
         for link in &plan.links {
@@ -88,11 +93,13 @@ impl TaskEngine {
                 to.imports.push(Import { first_slot: link.first_slot, receiver });
             }
         }
-        engines.into_iter().map(Builder::finish).collect()
+        Ok(engines.into_iter().map(Builder::finish).collect())
     }
 
     /// Steps every block of the task once. `cycle` is the index on the task's grid, skipped cycles
     /// included.
+    ///
+    /// Every slot that is looked up here is there: [`build`](Self::build) has seen to it.
     pub fn step(&mut self, cycle: u64) {
         let cycle = Cycle::new(cycle, self.period_ns, &self.obs);
         for import in &mut self.imports {
@@ -111,11 +118,10 @@ impl TaskEngine {
         let mut state = &mut *self.state;
         for bank in &self.banks {
             // Wires lead from banks of less depth, which stand before this one in the image.
-            let Some((before, rest)) = self.image.split_at_mut_checked(bank.first_slot) else {
-                break;
-            };
-            let Some(slots) = rest.get_mut(..bank.slots) else { break };
-            let Some((words, later)) = state.split_at_mut_checked(bank.state_words) else { break };
+            let (before, rest) =
+                self.image.split_at_mut_checked(bank.first_slot).unwrap_or_default();
+            let slots = rest.get_mut(..bank.slots).unwrap_or_default();
+            let (words, later) = state.split_at_mut_checked(bank.state_words).unwrap_or_default();
             for wire in &bank.wires {
                 if let Some(slot) = slots.get_mut(wire.to as usize) {
                     *slot = read(before, wire.from);

@@ -21,7 +21,7 @@
 //!     signals = ["ramp.delayedValue"]
 //! "#;
 //! let plan = Plan::new(Source::new("level.toml", text), &Rules::default())?;
-//! let mut engines = TaskEngine::build(&plan);
+//! let mut engines = TaskEngine::build(&plan)?;
 //! let engine = &mut engines[0];
 //! let mut frame = [0.0];
 //! for cycle in 0..3 {
@@ -45,6 +45,7 @@
 )]
 #![forbid(unsafe_code)]
 
+mod build;
 pub mod config;
 mod duration;
 mod engine;
@@ -59,6 +60,7 @@ mod source;
 mod time;
 mod workload;
 
+pub use build::BuildError;
 pub use duration::{format_duration_ns, parse_duration_ns, parse_milliseconds_ns, parse_seconds};
 pub use engine::TaskEngine;
 pub use finding::{Finding, Problem};
@@ -68,4 +70,4 @@ pub use plan::{
 };
 pub use printable::{escaped, escaped_lines};
 pub use source::{MAX_BYTES, ReadError, Source};
-pub use workload::Workload;
+pub use workload::{Workload, WorkloadSize};

@@ -18,6 +18,24 @@ pub enum Workload {
     Only(BlockType),
 }
 
+/// What a task of a [`Workload`] needs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct WorkloadSize {
+    /// Slots of the process image, of 8 bytes.
+    pub slots: usize,
+    /// Words of private state, of 8 bytes.
+    pub state_words: usize,
+    /// Wires, of 8 bytes.
+    pub wires: usize,
+}
+
+impl WorkloadSize {
+    /// Memory of all that, in bytes.
+    pub const fn bytes(&self) -> u64 {
+        8 * (self.slots + self.state_words + self.wires) as u64
+    }
+}
+
 impl Workload {
     /// Most instances that a task can have.
     pub const MAX_INSTANCES: usize = plan::MAX_INSTANCES;
@@ -50,16 +68,16 @@ impl Workload {
         Source::new(format!("{} x {instances}", self.name()), text)
     }
 
-    /// Slots of the image, words of state and wires of so many instances.
-    pub fn size(&self, instances: usize) -> (usize, usize, usize) {
+    /// What so many instances need.
+    pub fn size(&self, instances: usize) -> WorkloadSize {
         let parts = self.parts();
         let share = instances.div_ceil(parts.len());
         let sum = |of: &dyn Fn(&Part) -> usize| share * parts.iter().map(of).sum::<usize>();
-        (
-            sum(&|part| part.block_type.slots()),
-            sum(&|part| part.block_type.state_words),
-            sum(&|part| usize::from(part.wire.is_some())),
-        )
+        WorkloadSize {
+            slots: sum(&|part| part.block_type.slots()),
+            state_words: sum(&|part| part.block_type.state_words),
+            wires: sum(&|part| usize::from(part.wire.is_some())),
+        }
     }
 
     fn parts(&self) -> Vec<Part> {
@@ -103,10 +121,9 @@ impl Part {
     }
 }
 
-/// The pin as a configuration has it; `None` where that would only repeat the default. A NaN is the
-/// default of `callOB`.
+/// The pin as a configuration has it; `None` where that would only repeat the default.
 fn constant(pin: &Pin, slot: f64) -> Option<String> {
-    let is_default = slot.is_nan() || pin.default == Some(slot);
+    let is_default = pin.default.slot().map(f64::to_bits) == Some(slot.to_bits());
     (!is_default).then(|| match pin.pin_type {
         PinType::Bool => format!("{} = {}", pin.name, slot != 0.0),
         PinType::Lreal => format!("{} = {slot:?}", pin.name),
@@ -160,9 +177,10 @@ mod tests {
     fn the_size_is_that_of_the_engine() {
         for workload in Workload::all(&CATALOGUE) {
             let plan = plan(&workload, 300);
-            let engine = TaskEngine::build(&plan).remove(0);
+            let engine = TaskEngine::build(&plan).unwrap().remove(0);
             let wires = plan.tasks[0].banks.iter().map(|bank| bank.wires.len()).sum();
-            let size = (engine.image().len(), engine.state().len(), wires);
+            let (slots, state_words) = (engine.image().len(), engine.state().len());
+            let size = WorkloadSize { slots, state_words, wires };
             assert_eq!(workload.size(300), size, "{}", workload.name());
         }
     }
@@ -170,7 +188,7 @@ mod tests {
     #[test]
     fn a_signal_goes_through_the_chains() {
         let plan = plan(&Workload::Mixed, 9);
-        let mut engine = TaskEngine::build(&plan).remove(0);
+        let mut engine = TaskEngine::build(&plan).unwrap().remove(0);
         (0..2_000).for_each(|cycle| engine.step(cycle));
         let ramps = plan.tasks[0].banks.last().unwrap();
         let outputs = engine.image()[ramps.first_slot..].chunks(ramps.block_type.slots());

@@ -258,7 +258,7 @@ fn apply(text: &mut String, change: &Change) {
 fn survive(text: &str) {
     match plan(text) {
         Ok(plan) => {
-            for mut engine in isochrone_engine::TaskEngine::build(&plan) {
+            for mut engine in isochrone_engine::TaskEngine::build(&plan).unwrap() {
                 engine.step(0);
             }
         }

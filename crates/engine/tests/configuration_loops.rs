@@ -111,7 +111,7 @@ fn a_wire_of_the_cycle_before_breaks_the_loop_and_carries_that_value() {
     );
     let plan = plan(&text).unwrap();
     assert_eq!(plan.tasks[0].previous.len(), 1);
-    let mut engine = TaskEngine::build(&plan).remove(0);
+    let mut engine = TaskEngine::build(&plan).unwrap().remove(0);
     let mut frames = Vec::new();
     for cycle in 0..4 {
         engine.step(cycle);
@@ -143,7 +143,7 @@ fn the_cycle_before_is_the_one_before_in_a_chain_too() {
         + &scale("two_later", "\"one_later.y@prev\"")
         + "[[output]]\nservice = \"s\"\nsignals = [\"counter.y\", \"one_later.y\", \"two_later.y\"]\n";
     let plan = plan(&text).unwrap();
-    let mut engine = TaskEngine::build(&plan).remove(0);
+    let mut engine = TaskEngine::build(&plan).unwrap().remove(0);
     let mut frame = [0.0; 3];
     for cycle in 0..5 {
         engine.step(cycle);

@@ -83,7 +83,7 @@ fn entries(choices: Vec<EntryChoice>) -> Vec<Entry> {
         let (_, count, task) = shapes[reader];
         let (what, which, instance, previous) = *choice;
         let pick = |len: usize| usize::from(which) % len;
-        let constant = match pin.default {
+        let constant = match pin.default.slot() {
             Some(_) if which % 5 == 0 => At::Default,
             _ => At::Constant(constant(pin.pin_type, which, pin.name)),
         };
@@ -245,8 +245,9 @@ impl<'a> Reference<'a> {
         {
             for instance in 0..entry.count {
                 let pins = entry.block_type.inputs.iter().zip(&entry.pins);
-                let mut slots: Vec<f64> =
-                    pins.map(|(pin, at)| self.read(task, instance, *at, pin.default)).collect();
+                let mut slots: Vec<f64> = pins
+                    .map(|(pin, at)| self.read(task, instance, *at, pin.default.slot()))
+                    .collect();
                 slots.resize(entry.block_type.slots(), 0.0);
                 let state = &mut self.states[index][instance];
                 self.errors[task] += entry.block_type.step_bank(&mut slots, state, &cycle);
@@ -300,7 +301,7 @@ proptest! {
         let source = Source { name: "random.toml".into(), text: text.as_str().into() };
         let plan = Plan::new(source, &Rules::default());
         prop_assert!(plan.is_ok(), "{:?}\n{text}", plan.unwrap_err());
-        let mut engines = TaskEngine::build(&plan.unwrap());
+        let mut engines = TaskEngine::build(&plan.unwrap()).unwrap();
         let mut reference = Reference::new(&entries);
         let mut cycles = [0; 2];
         for (task, skipped, input, sample) in actions {

@@ -17,7 +17,7 @@ fn table(text: &str) -> (Vec<&str>, Vec<Vec<f64>>) {
 fn assert_case(case: &Path) {
     let source = Source::read(&case.join("config.toml")).unwrap();
     let plan = Plan::new(source, &Rules::default()).unwrap();
-    let mut engine = TaskEngine::build(&plan).remove(0);
+    let mut engine = TaskEngine::build(&plan).unwrap().remove(0);
     let expected = fs::read_to_string(case.join("expected.csv")).unwrap();
     let (columns, expected) = table(&expected);
     let signals: Vec<&str> =

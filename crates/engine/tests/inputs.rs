@@ -17,7 +17,7 @@ fn input(value_type: &str, default: &str) -> TaskEngine {
 }
 
 fn engine(plan: &Plan) -> TaskEngine {
-    TaskEngine::build(plan).remove(0)
+    TaskEngine::build(plan).unwrap().remove(0)
 }
 
 fn read(engine: &TaskEngine) -> f64 {

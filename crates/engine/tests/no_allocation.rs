@@ -84,7 +84,7 @@ signals = ["advanced.0.outputValue", "scale.y", "x"]
 fn stepping_reading_and_writing_do_not_allocate_from_the_first_cycle_on() {
     let source = Source { name: "n.toml".into(), text: CONFIGURATION.into() };
     let plan = Plan::new(source, &Rules::default()).unwrap();
-    let mut engines = TaskEngine::build(&plan);
+    let mut engines = TaskEngine::build(&plan).unwrap();
     let [fast, slow] = &mut engines[..] else { unreachable!("two tasks") };
     let mut frame = [0.0; 3];
 

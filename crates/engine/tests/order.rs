@@ -37,7 +37,7 @@ fn blocks_step_in_the_order_of_their_wires_whatever_the_order_of_the_file() {
     let plan = plan(&text).unwrap();
     let expected = [(0, vec!["first"]), (1, vec!["middle"]), (2, vec!["last"])];
     assert_eq!(banks(&plan), expected);
-    let mut engine = TaskEngine::build(&plan).remove(0);
+    let mut engine = TaskEngine::build(&plan).unwrap().remove(0);
     engine.step(0);
     let mut frame = [0.0];
     engine.read_output(0, &mut frame);
@@ -93,7 +93,7 @@ fn the_instances_of_a_count_are_a_bank_and_i_is_the_readers_number() {
         + "[[output]]\nservice = \"s\"\nsignals = [\"b.0.delayedValue\", \"b.1.delayedValue\"]\n";
     let plan = plan(&text).unwrap();
     assert_eq!(banks(&plan), [(0, vec!["a.0", "a.1"]), (1, vec!["b.0", "b.1"])]);
-    let mut engine = TaskEngine::build(&plan).remove(0);
+    let mut engine = TaskEngine::build(&plan).unwrap().remove(0);
     assert!(engine.set_input(0, 4.0, 1) && engine.set_input(1, 5.0, 1));
     engine.step(0);
     let mut frame = [0.0; 2];

@@ -18,7 +18,7 @@ fn engines(rest: &str) -> (TaskEngine, TaskEngine) {
 
 fn engines_of(tasks: &str, rest: &str) -> (TaskEngine, TaskEngine) {
     let plan = plan(&format!("{tasks}{rest}")).unwrap();
-    let mut engines = TaskEngine::build(&plan).into_iter();
+    let mut engines = TaskEngine::build(&plan).unwrap().into_iter();
     (engines.next().unwrap(), engines.next().unwrap())
 }
 

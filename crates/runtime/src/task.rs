@@ -6,7 +6,7 @@ use std::sync::mpsc::{Receiver, Sender};
 
 use isochrone_cyclic::{
     Clock, Cyclic, Monotonic, PriorityReturn, Release, StopReason, ThreadGrant, ThreadRequest,
-    ThreadUsage, prepare_thread, thread_allocations, thread_usage,
+    ThreadUsage, WakeUps, prepare_thread, thread_allocations, thread_usage,
 };
 use isochrone_engine::{TaskEngine, TaskPlan};
 use isochrone_ipc::{OpenError, Participant, Repair, give_up_file_override, ipc};
@@ -117,7 +117,7 @@ pub fn run(mut job: Job<'_>) -> Option<Outcome> {
                 outputs.maintain();
             });
         };
-        let Some(release) = cyclic.wait_with(restless.is_restless(), connect) else { break };
+        let Some(release) = cyclic.wait_with(restless.wake_ups(), connect) else { break };
 
         inputs.read(&mut job.engine, release.start_ns);
         job.engine.step(release.cycle);
@@ -178,8 +178,8 @@ impl Restless {
         (self.connects, self.now_ns) = (connects, now_ns);
     }
 
-    fn is_restless(&self) -> bool {
-        self.now_ns < self.until_ns
+    fn wake_ups(&self) -> WakeUps {
+        if self.now_ns < self.until_ns { WakeUps::Two } else { WakeUps::One }
     }
 }
 

@@ -1,6 +1,6 @@
 //! Finds constants that make a block report an error from its first call.
 
-use isochrone_blocks::{BlockType, Cycle, Pin, PinType, status};
+use isochrone_blocks::{BlockType, Cycle, Ob, Pin, PinType, status};
 
 use super::names::{Entry, Names};
 use super::wires::Wiring;
@@ -44,8 +44,8 @@ fn wired_slot(pin: &Pin, index: usize, attempt: u64) -> f64 {
     match pin.pin_type {
         PinType::Lreal => LREALS.get(choice as usize % LREALS.len()).copied().unwrap_or_default(),
         PinType::Bool => (choice >> 3 & 1) as f64,
-        // Reads as 0, and at callOB as "not connected".
-        PinType::Int | PinType::Time | PinType::Word => f64::NAN,
+        PinType::Int | PinType::Time | PinType::Word if pin.names_task => Ob::Caller.slot(),
+        PinType::Int | PinType::Time | PinType::Word => 0.0,
     }
 }
 

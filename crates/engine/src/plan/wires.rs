@@ -3,7 +3,7 @@
 use std::collections::HashSet;
 use std::ops::Range;
 
-use isochrone_blocks::{BlockType, Pin, PinType};
+use isochrone_blocks::{BlockType, Pin, PinDefault, PinType};
 use toml::Spanned;
 
 use super::constants::constant_slot;
@@ -148,7 +148,7 @@ impl Resolver<'_, '_> {
     fn pins<'b>(&mut self, block: &'b Block, entry: &Entry<'_>) -> Pins<'b> {
         let Some(block_type) = &entry.block_type else { return Pins::default() };
         let mut pins = Pins {
-            constants: block_type.inputs.iter().map(|pin| pin.default).collect(),
+            constants: block_type.inputs.iter().map(|pin| pin.default.slot()).collect(),
             wired: Vec::new(),
         };
         for (name, connection) in &block.pins {
@@ -181,7 +181,7 @@ impl Resolver<'_, '_> {
         let missing: Vec<_> = block_type
             .inputs
             .iter()
-            .filter(|pin| pin.default.is_none() && !connected(pin))
+            .filter(|pin| pin.default == PinDefault::Required && !connected(pin))
             .map(|pin| pin.name)
             .collect();
         if !missing.is_empty() {

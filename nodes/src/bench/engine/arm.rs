@@ -70,7 +70,7 @@ impl Arm {
     pub(super) fn build(workload: &Workload, instances: usize) -> Result<Self, Failure> {
         let plan = Plan::new(workload.source(instances), &Rules::default())
             .map_err(Failure::configuration)?;
-        let engine = TaskEngine::build(&plan).pop();
+        let engine = TaskEngine::build(&plan).map_err(Failure::found)?.pop();
         Ok(Self {
             workload: *workload,
             instances,

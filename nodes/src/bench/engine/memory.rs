@@ -28,10 +28,7 @@ pub(super) fn check(sizes: &[Size], available: Option<u64>) -> Result<(), Failur
 
 /// Bytes of all tasks that take turns, and of the plan of one: they are planned one by one.
 fn needed(size: &Size) -> u64 {
-    let task = |workload: &Workload| {
-        let (slots, words, wires) = workload.size(size.instances);
-        8 * (slots + words + wires) as u64
-    };
+    let task = |workload: &Workload| workload.size(size.instances).bytes();
     let tasks: Vec<u64> = size.workloads.iter().map(task).collect();
     // A plan has an image and wires too.
     let largest = tasks.iter().max().copied().unwrap_or(0);
@@ -71,10 +68,8 @@ mod tests {
 
     #[test]
     fn all_tasks_that_take_turns_are_there_at_once() {
-        let each = Workload::all(&CATALOGUE).into_iter().map(|workload| {
-            let (slots, words, wires) = workload.size(1_000_000);
-            8 * (slots + words + wires) as u64
-        });
+        let workloads = Workload::all(&CATALOGUE).into_iter();
+        let each = workloads.map(|workload| workload.size(1_000_000).bytes());
         assert!(needed(&largest()) > each.sum());
     }
 }

@@ -1,0 +1,88 @@
+//! A plan whose parts do not fit together is refused before it is stepped.
+
+use isochrone_engine::{BuildError, Plan, Rules, Source, TaskEngine};
+
+const TWO_TASKS: &str = r#"
+    [node]
+    name = "n"
+    [[task]]
+    name = "fast"
+    period = "1ms"
+    [[task]]
+    name = "slow"
+    period = "10ms"
+    [[input]]
+    name = "raw"
+    task = "fast"
+    [[block]]
+    name = "a"
+    type = "LimRateOfChangeCI"
+    task = "fast"
+    in = { value = "raw", setChangeRate = 1.0 }
+    [[block]]
+    name = "b"
+    type = "LimRateOfChangeCI"
+    task = "fast"
+    in = { value = "a.delayedValue", setChangeRate = "b.delayedValue@prev" }
+    [[block]]
+    name = "c"
+    type = "LimRateOfChangeCI"
+    task = "slow"
+    in = { value = "b.delayedValue", setChangeRate = 1.0 }
+    [[output]]
+    service = "plant/c"
+    task = "slow"
+    signals = ["c.delayedValue"]
+"#;
+
+fn refusal(change: impl FnOnce(&mut Plan)) -> BuildError {
+    let mut plan = Plan::new(Source::new("t.toml", TWO_TASKS), &Rules::default()).unwrap();
+    assert!(TaskEngine::build(&plan).is_ok());
+    change(&mut plan);
+    TaskEngine::build(&plan).err().expect("a refusal")
+}
+
+#[test]
+fn an_image_that_is_too_small_for_its_banks_is_refused_with_the_slot() {
+    let error = refusal(|plan| plan.tasks[0].image.truncate(18));
+    let sentence = error.to_string();
+    assert!(sentence.contains("task \"fast\": a bank reaches to slot 18"), "{sentence}");
+    assert!(sentence.ends_with("the process image has 18"), "{sentence}");
+}
+
+#[test]
+fn a_wire_that_leads_backwards_or_into_another_bank_is_refused() {
+    for change in [
+        |plan: &mut Plan| plan.tasks[0].banks[1].wires[0].from = 10,
+        |plan: &mut Plan| plan.tasks[0].banks[1].wires[0].to = 1,
+        |plan: &mut Plan| plan.tasks[0].banks.swap(0, 1),
+    ] {
+        assert!(matches!(refusal(change), BuildError::OutOfOrder { .. }));
+    }
+}
+
+#[test]
+fn slots_of_outputs_links_and_wires_of_the_cycle_before_are_checked_too() {
+    for change in [
+        |plan: &mut Plan| plan.tasks[1].outputs[0].signals[0].slot = 99,
+        |plan: &mut Plan| plan.tasks[0].previous[0].from = u32::MAX,
+        |plan: &mut Plan| plan.tasks[0].previous[0].to = 99,
+        |plan: &mut Plan| plan.links[0].slots[0] = 99,
+        |plan: &mut Plan| plan.links[0].first_slot = usize::MAX - 1,
+    ] {
+        assert!(matches!(refusal(change), BuildError::OutsideImage { .. }));
+    }
+}
+
+#[test]
+fn sources_and_tasks_that_do_not_exist_are_refused() {
+    for change in [
+        |plan: &mut Plan| plan.tasks[1].outputs[0].sources = vec![7],
+        |plan: &mut Plan| plan.links[0].sources[0] = vec![1],
+        |plan: &mut Plan| plan.links[0].first_slot = 1,
+    ] {
+        assert!(matches!(refusal(change), BuildError::UnknownSource { .. }));
+    }
+    let unknown = BuildError::UnknownTask { from: 0, to: 2, tasks: 2 };
+    assert_eq!(refusal(|plan| plan.links[0].to = 2), unknown);
+}
