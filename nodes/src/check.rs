@@ -10,6 +10,7 @@ use isochrone_engine::{
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
+use crate::numbers::counted;
 use crate::table::Table;
 use crate::{configuration, numbers, terminal};
 
@@ -50,17 +51,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 }
 
 fn text(plan: &Plan) -> String {
-    let count = |n: usize, what: &str| format!("{n} {what}{}", if n == 1 { "" } else { "s" });
-    let outputs = plan.tasks.iter().map(|task| task.outputs.len()).sum();
-    let inputs = plan.tasks.iter().map(|task| task.inputs.len()).sum();
+    let outputs: usize = plan.tasks.iter().map(|task| task.outputs.len()).sum();
+    let inputs: usize = plan.tasks.iter().map(|task| task.inputs.len()).sum();
     let mut text = format!(
         "{}: ok. Node \"{}\": {}, {}, {}, {}\n",
         plan.source.name,
         plan.node,
-        count(plan.tasks.len(), "task"),
-        count(inputs, "input"),
-        count(plan.instances(), "block"),
-        count(outputs, "output"),
+        counted(plan.tasks.len(), "task"),
+        counted(inputs, "input"),
+        counted(plan.instances(), "block"),
+        counted(outputs, "output"),
     );
     for (index, task) in plan.tasks.iter().enumerate() {
         text += &format!("\ntask {}: {}\n", task.name, schedule(task));

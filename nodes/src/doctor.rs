@@ -3,6 +3,7 @@
 use isochrone_machine::{Examination, Finding, Machine, Severity, examine};
 
 use crate::failure::Failure;
+use crate::numbers::counted;
 use crate::terminal;
 
 /// Examine this machine: what makes cycles late here, and how to change it
@@ -87,10 +88,6 @@ fn text(examination: &Examination) -> String {
         }
     }
     text + "\nNothing was changed. Fixes need root; the kernel command line needs a restart.\n"
-}
-
-fn counted(count: usize, name: &str) -> String {
-    format!("{count} {name}{}", if count == 1 { "" } else { "s" })
 }
 
 /// A finding: one line if all is well, else with its parts, its effect and the way out.

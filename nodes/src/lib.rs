@@ -28,6 +28,7 @@ mod numbers;
 mod publish;
 mod recording;
 mod result_file;
+mod rows;
 mod run;
 mod service;
 mod simulate;

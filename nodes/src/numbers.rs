@@ -1,4 +1,6 @@
-//! Numbers as files and reports have them.
+//! Values as files, programs and people have them.
+
+use std::fmt::Display;
 
 use isochrone_blocks::PinType;
 
@@ -7,13 +9,58 @@ pub(crate) fn format(value: f64) -> String {
     format!("{value:?}")
 }
 
-/// A value as LGF's documents write it.
+/// A value as LGF's documents write it; a TIME is a number of milliseconds there.
 pub(crate) fn literal(value: f64, value_type: PinType) -> String {
     match value_type {
-        PinType::Bool => if value == 0.0 { "FALSE" } else { "TRUE" }.into(),
-        PinType::Lreal => format(value),
-        PinType::Int | PinType::Time | PinType::Word => format!("{value}"),
+        PinType::Time => format!("{value}"),
+        _ => shown(value, value_type, Digits::All),
     }
+}
+
+/// How many digits of an LREAL are shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Digits {
+    /// As many as it takes to read the same value back.
+    All,
+    /// As many as people read.
+    Six,
+}
+
+/// A value as PLC programmers write it: `TRUE`, `16#8F00`, `T#1s500ms`, `-5`, `0.1`. What its type
+/// cannot hold stands as the number that it is.
+pub(crate) fn shown(value: f64, value_type: PinType, digits: Digits) -> String {
+    match value_type {
+        PinType::Bool if value == 0.0 => "FALSE".into(),
+        PinType::Bool if value == 1.0 => "TRUE".into(),
+        PinType::Int if value_type.holds(value) => format!("{}", value as i64),
+        PinType::Time if value_type.holds(value) => time(value as i64),
+        PinType::Word if value_type.holds(value) => format!("16#{:04X}", value as u16),
+        _ if digits == Digits::Six => six_digits(value),
+        _ => format(value),
+    }
+}
+
+/// A number with six significant digits.
+pub(crate) fn six_digits(value: f64) -> String {
+    const DIGITS: usize = 6;
+    let size = value.abs();
+    if size != 0.0 && size.is_finite() && !(1e-4..1e9).contains(&size) {
+        // The digits before the exponent, without zeros that say nothing.
+        let text = format!("{value:.*e}", DIGITS - 1);
+        let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));
+        return format!("{}e{exponent}", without_zeros(digits));
+    }
+    // 0 has no logarithm, and no digits after the point.
+    let exponent = if size > 0.0 { size.log10().floor() } else { DIGITS as f64 };
+    let decimals = (DIGITS as f64 - 1.0 - exponent).max(0.0) as usize;
+    let text = format!("{value:.decimals$}");
+    without_zeros(&text).into()
+}
+
+/// The type of this name; one that is not known is a number of any kind.
+pub(crate) fn type_of(name: &str) -> PinType {
+    let is_it = |value_type: &PinType| value_type.as_str() == name;
+    PinType::ALL.into_iter().find(is_it).unwrap_or(PinType::Lreal)
 }
 
 /// A value for programs: a number, a whole number, true or false.
@@ -26,11 +73,130 @@ pub(crate) fn json(value: f64, value_type: PinType) -> serde_json::Value {
 }
 
 /// Reads a number; a BOOL may also be written true or false.
-pub(crate) fn parse(text: &str, value_type: PinType) -> Option<f64> {
-    let text = text.trim();
-    match value_type {
-        PinType::Bool if text.eq_ignore_ascii_case("true") => Some(1.0),
-        PinType::Bool if text.eq_ignore_ascii_case("false") => Some(0.0),
-        _ => text.parse().ok(),
+pub(crate) fn parse(text: &str, value_type: PinType) -> Result<f64, NumberError> {
+    match parse_bool(text) {
+        Some(value) if value_type == PinType::Bool => Ok(f64::from(value)),
+        _ => parse_number(text),
+    }
+}
+
+/// Reads a number, `NaN`, `inf` or `-inf`.
+pub(crate) fn parse_number(text: &str) -> Result<f64, NumberError> {
+    let value: f64 = text.trim().parse().map_err(|_| NumberError::Text)?;
+    // Infinity is a word; digits that come to it were lost.
+    if value.is_infinite() && text.contains(|c: char| c.is_ascii_digit()) {
+        return Err(NumberError::TooLarge);
+    }
+    Ok(value)
+}
+
+/// Why a text is no value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub(crate) enum NumberError {
+    /// It is neither digits nor a word for a value.
+    #[error("give a number, such as 13824 or 0.5, or true or false")]
+    Text,
+    /// Its digits are beyond the range of an `f64`.
+    #[error("beyond what a value can be, which is 1.8e308 at most")]
+    TooLarge,
+}
+
+/// So many of a thing, in words.
+pub(crate) fn counted<N: Copy + Display + PartialEq + From<u8>>(count: N, thing: &str) -> String {
+    format!("{count} {thing}{}", if count == N::from(1) { "" } else { "s" })
+}
+
+/// Reads `true` or `false`.
+pub(crate) fn parse_bool(text: &str) -> Option<bool> {
+    [("true", true), ("false", false)]
+        .into_iter()
+        .find(|(word, _)| text.trim().eq_ignore_ascii_case(word))
+        .map(|(_, value)| value)
+}
+
+fn without_zeros(digits: &str) -> &str {
+    if !digits.contains('.') {
+        return digits;
+    }
+    digits.trim_end_matches('0').trim_end_matches('.')
+}
+
+/// A TIME of so many milliseconds.
+fn time(ms: i64) -> String {
+    const UNITS: [(&str, u64); 5] =
+        [("d", 86_400_000), ("h", 3_600_000), ("m", 60_000), ("s", 1_000), ("ms", 1)];
+    let mut rest = ms.unsigned_abs();
+    let mut text = String::from(if ms < 0 { "T#-" } else { "T#" });
+    for (unit, unit_ms) in UNITS {
+        let amount = rest / unit_ms;
+        rest %= unit_ms;
+        if amount > 0 || (ms == 0 && unit == "ms") {
+            text += &format!("{amount}{unit}");
+        }
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_type_is_written_as_plc_programmers_write_it() {
+        for (value, value_type, expected) in [
+            (36608.0, PinType::Word, "16#8F00"),
+            (0.0, PinType::Word, "16#0000"),
+            (1.0, PinType::Bool, "TRUE"),
+            (0.0, PinType::Bool, "FALSE"),
+            (-5.0, PinType::Int, "-5"),
+            (0.0, PinType::Time, "T#0ms"),
+            (1500.0, PinType::Time, "T#1s500ms"),
+            (-90_061_001.0, PinType::Time, "T#-1d1h1m1s1ms"),
+            (0.1, PinType::Lreal, "0.1"),
+        ] {
+            assert_eq!(shown(value, value_type, Digits::All), expected);
+            assert_eq!(shown(value, value_type, Digits::Six), expected);
+        }
+    }
+
+    #[test]
+    fn what_a_type_cannot_hold_is_not_hidden() {
+        for (value, value_type, expected) in [
+            (0.5, PinType::Bool, "0.5"),
+            (65536.0, PinType::Word, "65536.0"),
+            (f64::NAN, PinType::Int, "NaN"),
+            (-0.5, PinType::Time, "-0.5"),
+        ] {
+            assert_eq!(shown(value, value_type, Digits::All), expected);
+        }
+    }
+
+    #[test]
+    fn an_lreal_has_six_digits_on_a_terminal() {
+        for (value, expected) in [
+            (0.8499999999999999, "0.85"),
+            (21850.85193952712, "21850.9"),
+            (13824.0, "13824"),
+            (0.0, "0"),
+            (-1.3435492005640952, "-1.34355"),
+            (123456789.0, "123456789"),
+            (1234567890123.0, "1.23457e12"),
+            (0.000012345678, "1.23457e-5"),
+            (0.00012345678, "0.000123457"),
+            (f64::NAN, "NaN"),
+            (f64::NEG_INFINITY, "-inf"),
+        ] {
+            assert_eq!(six_digits(value), expected);
+        }
+    }
+
+    #[test]
+    fn digits_beyond_an_f64_are_no_number() {
+        let (lreal, bool) = (PinType::Lreal, PinType::Bool);
+        assert_eq!(parse("1e400", lreal), Err(NumberError::TooLarge));
+        assert_eq!(parse("-1e400", lreal), Err(NumberError::TooLarge));
+        assert_eq!(parse("-inf", lreal), Ok(f64::NEG_INFINITY));
+        assert_eq!(parse(" TRUE ", bool), Ok(1.0));
+        assert_eq!(parse("true", PinType::Int), Err(NumberError::Text));
     }
 }

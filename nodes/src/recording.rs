@@ -1,18 +1,23 @@
-//! A CSV file of values over time: a column for each name, a row for each cycle.
+//! A CSV file of values over time: a column for each name, a row for each cycle or frame.
 
-use std::path::Path;
+mod read;
 
 use isochrone_blocks::PinType;
 use isochrone_engine::escaped;
 
-use crate::numbers;
+use crate::numbers::NumberError;
 
 /// The values of a CSV file.
 #[derive(Debug, Default)]
 pub(crate) struct Recording {
+    /// The file, for messages.
+    path: String,
     columns: Vec<String>,
     /// Row by row.
     values: Vec<f64>,
+    /// Of each row, nanoseconds after the first; empty where the file does not say.
+    times_ns: Vec<u64>,
+    rows: usize,
 }
 
 /// Why a CSV file could not be used.
@@ -21,8 +26,11 @@ pub(crate) enum RecordingError {
     /// The operating system refused.
     #[error("cannot read {path}: {source}")]
     Io { path: String, source: std::io::Error },
+    /// It has no end, or as good as none.
+    #[error("{path} is larger than {} MiB; publish or simulate it in parts", read::MAX_BYTES >> 20)]
+    TooLarge { path: String },
     /// Bytes that are no text.
-    #[error("{path}:{line}: this is not UTF-8 text; a CSV file is expected")]
+    #[error("{path}:{line}: this is not text (UTF-8); a CSV file is expected")]
     NotText { path: String, line: usize },
     /// Reading failed.
     #[error("cannot read {path}: {source}")]
@@ -30,9 +38,25 @@ pub(crate) enum RecordingError {
     /// Nothing in it.
     #[error("{path} has no rows; the first row names the columns, each further row is one cycle")]
     Empty { path: String },
+    /// Values where the names should be: the first row would be lost.
+    #[error(
+        "{path}:{line}: the first row names the columns, and this one has numbers only; put a row of names before it, such as {example}"
+    )]
+    NoHeader { path: String, line: usize, example: String },
+    /// The names of the columns once more: the writer changed its layout while it was recorded.
+    #[error(
+        "{path}:{line}: another header: what was recorded has changed here; make a file of each part"
+    )]
+    SecondHeader { path: String, line: usize },
+    /// Columns of times only.
+    #[error("{path}:{line}: there is no column of values beside {found}")]
+    NoValues { path: String, line: usize, found: String },
     /// A column that stands for nothing.
     #[error("{path}:{line}: there is no input \"{column}\"; {known}")]
     UnknownColumn { path: String, line: usize, column: String, known: String },
+    /// A column that was asked for and is not there.
+    #[error("{path} has no column \"{column}\"; {known}")]
+    NoColumn { path: String, column: String, known: String },
     /// A column that stands twice.
     #[error("{path}:{line}: there are two columns \"{column}\"; name each column once")]
     DuplicateColumn { path: String, line: usize, column: String },
@@ -44,98 +68,66 @@ pub(crate) enum RecordingError {
     /// Text where a number should be.
     #[error("{path}:{line}: column \"{column}\": \"{text}\" is {expected}")]
     NotANumber { path: String, line: usize, column: String, text: String, expected: &'static str },
+    /// A time before that of the row before, or none that a row can have.
+    #[error(
+        "{path}:{line}: column \"time_s\": \"{text}\" is no time after that of the row before; times are seconds, and never go back (--rate publishes without them)"
+    )]
+    Time { path: String, line: usize, text: String },
 }
 
 impl Recording {
-    /// Reads a file whose columns are among `known`, in any order; without `known` columns may
-    /// have any name and are LREAL.
-    pub(crate) fn read(
-        path: &Path,
-        known: Option<&[(&str, PinType)]>,
-    ) -> Result<Self, RecordingError> {
-        let name = || path.display().to_string();
-        let bytes =
-            std::fs::read(path).map_err(|source| RecordingError::Io { path: name(), source })?;
-        let text = String::from_utf8(bytes).map_err(|error| {
-            let line = line_at(error.as_bytes(), error.utf8_error().valid_up_to());
-            RecordingError::NotText { path: name(), line }
-        })?;
-        let mut reader = csv::ReaderBuilder::new()
-            .flexible(true)
-            .trim(csv::Trim::All)
-            .from_reader(text.as_bytes());
-        let refused = |source| RecordingError::Csv { path: name(), source };
-        let header = reader.headers().map_err(refused)?.clone();
-        let line_of = |row: &csv::StringRecord| line_at(text.as_bytes(), start(&text, row));
-        let line = line_of(&header);
-        let mut columns: Vec<String> = Vec::new();
-        let mut types = Vec::new();
-        for column in &header {
-            if columns.iter().any(|seen| seen == column) {
-                return Err(RecordingError::DuplicateColumn {
-                    path: name(),
-                    line,
-                    column: quoted(column),
-                });
-            }
-            types.push(match known {
-                None => PinType::Lreal,
-                Some(known) => column_type(column, known).ok_or_else(|| {
-                    let known = listed(known);
-                    RecordingError::UnknownColumn {
-                        path: name(),
-                        line,
-                        column: quoted(column),
-                        known,
-                    }
-                })?,
-            });
-            columns.push(column.to_owned());
-        }
-        let mut values = Vec::new();
-        for row in reader.records() {
-            let row = row.map_err(refused)?;
-            if row.len() != types.len() {
-                let (found, expected) = (row.len(), types.len());
-                let line = line_of(&row);
-                return Err(RecordingError::RowLength { path: name(), line, found, expected });
-            }
-            for ((text, value_type), column) in row.iter().zip(&types).zip(&header) {
-                values.push(numbers::parse(text, *value_type).ok_or_else(|| {
-                    let (line, column, text) = (line_of(&row), quoted(column), quoted(text));
-                    let expected = match value_type {
-                        PinType::Bool => "not true, false, 0 or 1",
-                        _ => "not a number",
-                    };
-                    RecordingError::NotANumber { path: name(), line, column, text, expected }
-                })?);
-            }
-        }
-        if values.is_empty() {
-            return Err(RecordingError::Empty { path: name() });
-        }
-        Ok(Self { columns, values })
-    }
-
     /// Number of rows.
     pub(crate) fn len(&self) -> usize {
-        self.values.len().checked_div(self.columns.len()).unwrap_or(0)
+        self.rows
     }
 
-    /// Names of the columns.
+    /// Names of the columns of values.
     pub(crate) fn columns(&self) -> &[String] {
         &self.columns
     }
 
     /// The values of row `row`, or of the last row after the end.
     pub(crate) fn row(&self, row: u64) -> &[f64] {
-        let row = usize::try_from(row).unwrap_or(usize::MAX).min(self.len().saturating_sub(1));
-        self.values.chunks(self.columns.len().max(1)).nth(row).unwrap_or_default()
+        let row = usize::try_from(row).unwrap_or(usize::MAX).min(self.rows.saturating_sub(1));
+        let first = row * self.columns.len();
+        self.values.get(first..first + self.columns.len()).unwrap_or_default()
+    }
+
+    /// Of each row, nanoseconds after the first, if the file says.
+    pub(crate) fn times_ns(&self) -> Option<&[u64]> {
+        (!self.times_ns.is_empty()).then_some(&self.times_ns)
     }
 
     /// Index of a column.
     pub(crate) fn column(&self, name: &str) -> Option<usize> {
         self.columns.iter().position(|known| known == name)
+    }
+
+    /// The same with these columns only, in this order.
+    ///
+    /// # Errors
+    /// One is not there.
+    pub(crate) fn select(self, names: &[String]) -> Result<Self, RecordingError> {
+        let place = |name: &String| {
+            self.column(name).ok_or_else(|| RecordingError::NoColumn {
+                path: self.path.clone(),
+                column: quoted(name),
+                known: listed(self.columns.iter().map(String::as_str)),
+            })
+        };
+        let places = names.iter().map(place).collect::<Result<Vec<_>, _>>()?;
+        let rows = self.values.chunks(self.columns.len().max(1));
+        let values = rows.flat_map(|row| places.iter().filter_map(|place| row.get(*place)));
+        Ok(Self { values: values.copied().collect(), columns: names.to_vec(), ..self })
+    }
+}
+
+/// What a cell should have been.
+fn expected(error: NumberError, value_type: Option<PinType>) -> &'static str {
+    match (error, value_type) {
+        (NumberError::TooLarge, _) => "beyond what a value can be, which is 1.8e308 at most",
+        (NumberError::Text, Some(PinType::Bool)) => "not true, false, 0 or 1",
+        (NumberError::Text, _) => "not a number",
     }
 }
 
@@ -148,31 +140,16 @@ fn quoted(text: &str) -> String {
     }
 }
 
-/// The inputs that a column may stand for.
-fn listed(known: &[(&str, PinType)]) -> String {
+/// The columns that there may be.
+fn listed<'a>(known: impl ExactSizeIterator<Item = &'a str>) -> String {
     const SHOWN: usize = 12;
-    if known.is_empty() {
+    let is_cut = known.len() > SHOWN;
+    if known.len() == 0 {
         return "the configuration has none".into();
     }
-    let mut names: Vec<&str> = known.iter().take(SHOWN).map(|(name, _)| *name).collect();
-    if known.len() > SHOWN {
-        names.push("…");
+    let mut names: Vec<String> = known.take(SHOWN).map(quoted).collect();
+    if is_cut {
+        names.push("…".into());
     }
     format!("there is: {}", names.join(", "))
-}
-
-/// Where a row begins, in bytes. The reader counts from before the empty lines that it skips.
-fn start(text: &str, row: &csv::StringRecord) -> usize {
-    let skipped_from = row.position().map_or(0, |position| position.byte() as usize);
-    let rest = text.get(skipped_from..).unwrap_or_default();
-    text.len() - rest.trim_start_matches(['\u{feff}', '\r', '\n']).len()
-}
-
-/// Line, from 1, of a byte.
-fn line_at(text: &[u8], byte: usize) -> usize {
-    text.iter().take(byte).filter(|byte| **byte == b'\n').count() + 1
-}
-
-fn column_type(column: &str, known: &[(&str, PinType)]) -> Option<PinType> {
-    known.iter().find(|(name, _)| *name == column).map(|(_, value_type)| *value_type)
 }

@@ -1,13 +1,12 @@
 //! `simulate`: the same engine with no clock and no IPC, as fast as it goes.
 
-use std::fs::File;
-use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use isochrone_engine::{BuildError, InputPlan, Plan, TaskEngine};
 
 use crate::failure::Failure;
 use crate::recording::Recording;
+use crate::rows::{CYCLE, Rows};
 use crate::stop::Stop;
 use crate::{configuration, numbers, terminal};
 
@@ -25,7 +24,7 @@ pub(crate) struct Args {
     #[arg(long, required_unless_present = "inputs", allow_negative_numbers = true)]
     cycles: Option<u64>,
     /// CSV with a column for each input by name; row k applies at cycle k, the last row holds, an
-    /// input without a column keeps its default
+    /// input without a column keeps its default.
     #[arg(long, value_name = "IN.csv")]
     inputs: Option<PathBuf>,
     /// CSV to write, "-" for stdout: `cycle` and every signal of every output
@@ -56,7 +55,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         Some(path) => {
             let columns: Vec<_> =
                 inputs.iter().map(|input| (input.name.as_str(), input.value_type)).collect();
-            let recording = Recording::read(path, Some(&columns)).map_err(Failure::usage)?;
+            let recording = Recording::of_inputs(path, &columns).map_err(Failure::usage)?;
             for (name, _) in columns.iter().filter(|(name, _)| recording.column(name).is_none()) {
                 terminal::note(&format!(
                     "note: {} has no column \"{name}\"; the input keeps its default",
@@ -69,18 +68,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let cycles = args.cycles.unwrap_or(recording.len() as u64);
     let mut simulation = Simulation::new(&plan, reference, recording).map_err(Failure::found)?;
     let stop = Stop::on_signal(None)?;
-    let mut rows = Rows::create(&args.output, &plan)?;
+    let mut output = Output::create(&args.output, &plan)?;
     for cycle in 0..cycles {
         if stop.is_due() {
             terminal::note(&format!("note: stopped after {cycle} of {cycles} cycles"));
             break;
         }
         simulation.advance(cycle);
-        if !rows.write(cycle, &simulation)? {
-            break; // Nobody reads on.
-        }
+        output.write(cycle, &simulation)?;
     }
-    rows.finish()?;
+    output.rows.flush()?;
     if let Some(first) = &simulation.first_reject {
         let samples = match simulation.rejects {
             1 => "1 sample was".into(),
@@ -204,24 +201,15 @@ struct RecordedInput {
 }
 
 /// The rows of the output file.
-struct Rows {
-    name: String,
-    out: Box<dyn Write>,
+struct Output {
+    rows: Rows,
     /// Task and index of every output in the order of the file, and room for its signals.
     outputs: Vec<(usize, usize, Vec<f64>)>,
-    header: Option<String>,
 }
 
-impl Rows {
+impl Output {
     fn create(path: &Path, plan: &Plan) -> Result<Self, Failure> {
-        let (name, out): (_, Box<dyn Write>) = if path == Path::new("-") {
-            ("to stdout".into(), Box::new(io::stdout().lock()))
-        } else {
-            let file = File::create(path).map_err(|error| {
-                Failure::usage(format!("cannot write {}: {error}", path.display()))
-            })?;
-            (path.display().to_string(), Box::new(file))
-        };
+        let mut rows = Rows::create(path)?;
         let mut outputs: Vec<_> = plan
             .tasks
             .iter()
@@ -232,45 +220,17 @@ impl Rows {
             .collect();
         outputs.sort_by_key(|(_, _, output)| output.position);
         let signals = outputs.iter().flat_map(|(_, _, output)| &output.signals);
-        let header = std::iter::once("cycle").chain(signals.map(|signal| signal.name.as_str()));
-        Ok(Self {
-            header: Some(header.collect::<Vec<_>>().join(",") + "\n"),
-            outputs: outputs
-                .iter()
-                .map(|(t, o, plan)| (*t, *o, vec![0.0; plan.signals.len()]))
-                .collect(),
-            name,
-            out: Box::new(BufWriter::with_capacity(1 << 16, out)),
-        })
+        let names = signals.map(|signal| signal.name.as_str());
+        rows.header(std::iter::once(CYCLE).chain(names))?;
+        let outputs = outputs.iter().map(|(t, o, plan)| (*t, *o, vec![0.0; plan.signals.len()]));
+        Ok(Self { outputs: outputs.collect(), rows })
     }
 
-    /// Writes a row. `false`: the reader of stdout went away.
-    fn write(&mut self, cycle: u64, simulation: &Simulation<'_>) -> Result<bool, Failure> {
-        let mut row = self.header.take().unwrap_or_default();
-        row += &cycle.to_string();
+    fn write(&mut self, cycle: u64, simulation: &Simulation<'_>) -> Result<(), Failure> {
         for (task, output, values) in &mut self.outputs {
             simulation.engines[*task].read_output(*output, values);
-            for value in values {
-                row.push(',');
-                row += &numbers::format(*value);
-            }
         }
-        row.push('\n');
-        let written = self.out.write_all(row.as_bytes());
-        self.check(written)
-    }
-
-    fn finish(mut self) -> Result<(), Failure> {
-        let header = self.header.take().unwrap_or_default();
-        let written = self.out.write_all(header.as_bytes()).and_then(|()| self.out.flush());
-        self.check(written).map(|_| ())
-    }
-
-    fn check(&self, written: io::Result<()>) -> Result<bool, Failure> {
-        match written {
-            Ok(()) => Ok(true),
-            Err(error) if error.kind() == ErrorKind::BrokenPipe => Ok(false),
-            Err(error) => Err(Failure::found(format!("cannot write {}: {error}", self.name))),
-        }
+        let values = self.outputs.iter().flat_map(|(_, _, values)| values).copied();
+        self.rows.row(None, cycle, values)
     }
 }

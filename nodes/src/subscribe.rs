@@ -1,11 +1,11 @@
 //! `subscribe`: a subscriber process.
 
 mod line;
+mod screen;
 mod transcript;
 
-use std::fs::File;
-use std::io::{BufWriter, Write};
-use std::path::{Path, PathBuf};
+use std::io::{self, IsTerminal};
+use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
 
@@ -15,33 +15,43 @@ use isochrone_machine::Environment;
 use isochrone_report::Report;
 
 use self::line::Line;
-use self::transcript::{Sink, Transcript};
+use self::screen::Screen;
+use self::transcript::{Choice, Sink, Transcript};
 use crate::domain;
 use crate::failure::Failure;
+use crate::numbers::counted;
 use crate::result_file::ResultFile;
+use crate::rows::Rows;
 use crate::stop::Stop;
 use crate::{configuration, terminal};
 
-/// Print, record or measure the frames of a service
+/// Show, record or measure the frames of a service
 ///
-/// Waits for the service if it does not exist yet. Without --csv and --stats every frame is a line:
-/// sequence, cycle, age and values, with the names that the publisher announces. Where those change,
-/// a note says so, and a CSV file goes on with another header row.
+/// Waits for the service if it does not exist yet. On a terminal, the newest values stand in a table
+/// that is drawn again in its place; in a pipe, every frame is a line: sequence, cycle, age and
+/// values, with the names that the publisher announces.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone subscribe plant/level\n  \
+    isochrone subscribe plant/level --signals level.y --every 100 | tee log\n  \
     isochrone subscribe plant/level --csv out.csv --count 5000\n  \
-    isochrone subscribe plant/level --stats --seconds 10 --spin")]
+    isochrone subscribe plant/level --stats --seconds 10 --spin\n\n\
+    The columns of --csv are `time_s`, `cycle` and the signals. `time_s` is when the frame's cycle was \
+    due (or, where the publisher does not say, when it was sent) in seconds after the first row. \
+    Numbers have all their digits, so `publish --csv` publishes the same values again. Where the publisher changes its signals, another header row follows.")]
 pub(crate) struct Args {
     /// Service to subscribe to, such as plant/level
     service: String,
-    /// Write `cycle` and every signal to this file ("-": stdout) instead of printing frames
+    /// Write frames to this file ("-": stdout) instead of showing them
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Count frames instead of printing them; at the end rate, loss and latency: of the last hop, and
+    /// Signals to show or write, in this order; all if not given
+    #[arg(long, value_delimiter = ',', value_name = "NAME,…")]
+    signals: Vec<String>,
+    /// Count frames instead of showing them; at the end rate, loss and latency: of the last hop, and
     /// end to end through all nodes
     #[arg(long)]
     stats: bool,
-    /// Print every Nth frame only; with --stats, print them as well
+    /// Show or write every Nth frame only; with --stats, show them as well
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     every: Option<u64>,
     /// End after this many frames
@@ -68,7 +78,7 @@ const LOOK_INTERVAL: Duration = Duration::from_micros(100);
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     configuration::service_name(&args.service)?;
-    let csv = args.csv.as_deref().map(create).transpose()?;
+    let sink = sink(args)?;
     let report_file = args.report.as_deref().map(ResultFile::open).transpose()?;
     let stop = Stop::on_signal(args.seconds)?;
     let participant = args.domain.join("isochrone/subscribe")?;
@@ -80,7 +90,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     };
     terminal::note(&format!("subscribed to \"{}\". Ctrl-C ends it.", args.service));
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
-    let mut transcript = Transcript::new(&args.service, sink(args, csv));
+    let choice = Choice { every: args.every.unwrap_or(1), signals: args.signals.clone() };
+    let mut transcript = Transcript::new(&args.service, sink, choice);
     let wants_more = |frames| args.count.is_none_or(|count| frames < count);
     while wants_more(line.timing.frames()) && !stop.is_due() {
         if line.receive(&mut transcript) {
@@ -90,7 +101,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         // Whoever reads along shall not wait for a buffer to fill.
         transcript.write(&line.watcher, line.now_ns)?;
         transcript.flush()?;
+        let alarms = line.alarms.len();
         line.care();
+        if line.alarms.len() > alarms {
+            transcript.leave();
+        }
         if !args.spin {
             thread::sleep(LOOK_INTERVAL);
         }
@@ -101,7 +116,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         line.care();
         transcript.write(&line.watcher, line.now_ns)?;
     }
-    transcript.flush()?;
+    transcript.finish()?;
 
     let link = line.report();
     let outcome = line.outcome();
@@ -111,33 +126,22 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         file.write_report(&report)?;
     }
     if args.stats {
-        match args.json {
-            true => terminal::print_json(&report)?,
-            false => terminal::print(&report.to_string())?,
+        if args.json {
+            terminal::print_json(&report)?;
+        } else {
+            terminal::print(&report.to_string())?;
         }
     } else if let [link] = &report.links[..] {
-        terminal::note(&format!("{} frames, {} lost", link.link.frames, link.link.lost));
+        terminal::note(&format!("{}, {} lost", counted(link.link.frames, "frame"), link.link.lost));
     }
     outcome
 }
 
-fn create(path: &Path) -> Result<Box<dyn Write>, Failure> {
-    if path == Path::new("-") {
-        return Ok(Box::new(std::io::stdout().lock()));
-    }
-    match File::create(path) {
-        Ok(file) => Ok(Box::new(file)),
-        Err(error) => Err(Failure::usage(format!("cannot write {}: {error}", path.display()))),
-    }
-}
-
-fn sink(args: &Args, csv: Option<Box<dyn Write>>) -> Sink {
-    match csv {
-        Some(out) => Sink::Csv {
-            name: args.csv.as_deref().unwrap_or(Path::new("-")).display().to_string(),
-            out: BufWriter::with_capacity(1 << 16, out),
-        },
+fn sink(args: &Args) -> Result<Sink, Failure> {
+    Ok(match &args.csv {
+        Some(path) => Sink::Csv(Rows::create(path)?),
         None if args.stats && args.every.is_none() => Sink::Count,
-        None => Sink::Lines { every: args.every.unwrap_or(1) },
-    }
+        None if io::stdout().is_terminal() => Sink::Screen(Screen::default()),
+        None => Sink::Lines,
+    })
 }

@@ -110,17 +110,17 @@ fn a_recording_goes_on_with_another_header_where_the_layout_changes() {
     observer.stop().expect_code(0);
     sender.stop().expect_code(0);
     let recording = domain.read("out.csv");
-    let heads: Vec<&str> = recording.lines().filter(|row| row.starts_with("cycle")).collect();
+    let heads: Vec<&str> = recording.lines().filter(|row| row.starts_with("time_s")).collect();
     assert_eq!(
         heads,
         [
-            "cycle,four.delayedValue,seven.delayedValue",
-            "cycle,seven.delayedValue,seven.error,four.error"
+            "time_s,cycle,four.delayedValue,seven.delayedValue",
+            "time_s,cycle,seven.delayedValue,seven.error,four.error"
         ]
     );
     let mut columns = 0;
     for row in recording.lines() {
-        if row.starts_with("cycle") {
+        if row.starts_with("time_s") {
             columns = row.split(',').count();
         }
         assert_eq!(row.split(',').count(), columns, "{row}");

@@ -100,7 +100,7 @@ fn a_node_that_misses_more_than_its_limit_ends_with_a_last_frame_and_status_1() 
         let cycles: Vec<u64> = recorded
             .lines()
             .skip(1)
-            .map(|row| row.split(',').next().unwrap().parse().unwrap())
+            .map(|row| row.split(',').nth(1).unwrap().parse().unwrap())
             .collect();
         let [.., before, last] = cycles.as_slice() else { panic!("{cycles:?}") };
         assert!(last - before > 20, "the last frame is that of the late cycle: {cycles:?}");

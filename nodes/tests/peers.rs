@@ -282,7 +282,7 @@ fn samples_that_the_type_cannot_hold_are_rejected_counted_and_leave_the_last_goo
     assert_eq!(rejects, 5);
     let recorded = domain.read("out.csv");
     let mut values: Vec<&str> =
-        recorded.lines().skip(1).map(|row| row.split(',').nth(1).unwrap()).collect();
+        recorded.lines().skip(1).map(|row| row.split(',').nth(2).unwrap()).collect();
     values.dedup();
     assert_eq!(values, ["-1.0", "5.0"]);
 }

@@ -183,10 +183,10 @@ fn a_wire_between_tasks_carries_values_of_one_finished_cycle() {
     domain.run("subscribe clock/slow --csv slow.csv --count 300").expect_code(0);
     node.stop().expect_code(0);
     let recorded = domain.read("slow.csv");
-    assert_eq!(recorded.lines().next(), Some("cycle,level.y,saw.value,x"));
+    assert_eq!(recorded.lines().next(), Some("time_s,cycle,level.y,saw.value,x"));
     for row in recorded.lines().skip(1) {
         let values: Vec<f64> = row.split(',').map(|value| value.parse().unwrap()).collect();
-        assert_eq!(values[1], 2.0 * values[2], "{row}");
+        assert_eq!(values[2], 2.0 * values[3], "{row}");
     }
 }
 
@@ -219,7 +219,7 @@ fn what_cannot_be_is_refused_before_anything_starts() {
         (
             "publish clock/in --wave sine --amplitude 1,2",
             2,
-            ["--amplitude", "2 values for 1 waves"],
+            ["--amplitude", "2 values for 1 wave;"],
         ),
         ("publish iox2://x --value 1", 2, ["iox2://", "keeps for itself"]),
         ("subscribe clock/fast --csv /no/where.csv", 2, ["cannot write", "/no/where.csv"]),

@@ -92,7 +92,7 @@ fn a_node_reads_by_name_what_a_writer_in_python_publishes() {
     let mut node = domain.start("run node.toml --report node.json");
     node.wait_for("runs");
     let mut observer = domain.start("subscribe plant/level");
-    observer.wait_for("wave=-9.0 n=0.0");
+    observer.wait_for("wave=-9.0 n=0");
     let mut direct = domain.start("subscribe plant/python");
     let writer = start(&domain, &python, "writer.py", &["plant/python", "400", "200"]);
     observer.wait_until("a value of the writer", |stdout, _| {

@@ -82,7 +82,7 @@ fn a_task_with_more_signals_than_telemetry_shows_is_told_so_and_runs() {
     assert!(ended.stderr.contains(told), "{}", ended.stderr);
     assert_eq!(domain.json("node.json")["warnings"][0]["code"], "telemetry_cut");
     let recording = domain.read("seen.csv");
-    // The cycle of the frame, six times of the task, and the signals.
-    assert_eq!(recording.lines().next().unwrap().split(',').count(), 1 + 6 + 1024);
+    // Time and cycle of the frame, six times of the task, and the signals.
+    assert_eq!(recording.lines().next().unwrap().split(',').count(), 2 + 6 + 1024);
     assert!(recording.lines().next().unwrap().ends_with(",saw.1019.value"), "{recording}");
 }

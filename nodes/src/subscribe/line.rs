@@ -14,6 +14,7 @@ use isochrone_timing::{FrameRecord, LinkReport, LinkTiming, Warning};
 use super::transcript::{Taken, Transcript};
 use crate::failure::Failure;
 use crate::stop::Stop;
+use crate::terminal;
 
 /// While waiting for the service.
 const SEARCH_INTERVAL: Duration = Duration::from_millis(5);
@@ -50,12 +51,20 @@ impl<'a> Line<'a> {
         service: &'a str,
         stop: &Stop,
     ) -> Result<Option<Self>, Failure> {
+        let mut has_said = false;
         let subscriber = loop {
             let found = FrameSubscriber::open_existing(participant, service, Depth::All);
             match found.map_err(Failure::found)? {
                 Some(subscriber) => break subscriber,
                 None if stop.is_due() => return Ok(None),
-                None => thread::sleep(SEARCH_INTERVAL),
+                None => {
+                    if !std::mem::replace(&mut has_said, true) {
+                        terminal::note(&format!(
+                            "waiting for service \"{service}\", which does not exist yet. Ctrl-C ends it."
+                        ));
+                    }
+                    thread::sleep(SEARCH_INTERVAL);
+                }
             }
         };
         let watcher = LayoutWatcher::open(participant, service).map_err(Failure::found)?;
@@ -87,7 +96,9 @@ impl<'a> Line<'a> {
         let header = *frame.header();
         // It may be written only when its layout is known.
         let channels = frame.values().len();
-        let values = if transcript.wants_values() { frame.values().to_vec() } else { Vec::new() };
+        let number = self.timing.frames() + 1;
+        let is_wanted = transcript.wants_values(number);
+        let values = if is_wanted { frame.values().to_vec() } else { Vec::new() };
         self.now_ns = received_ns;
         let stamps = self.judge(&header);
         match stamps {
@@ -98,7 +109,6 @@ impl<'a> Line<'a> {
                 received_ns,
             }),
         }
-        let number = self.timing.frames();
         transcript.take(Taken { header, channels, values, received_ns, stamps, number });
         true
     }

@@ -1,15 +1,16 @@
-//! What `subscribe` makes of the frames: lines for people, or a CSV file.
+//! What `subscribe` makes of the frames: live values, lines, or a CSV file.
 
-use std::borrow::Cow;
 use std::collections::VecDeque;
-use std::io::{BufWriter, ErrorKind, Write};
 
 use isochrone_engine::escaped;
-use isochrone_ipc::{FrameHeader, LayoutWatcher, SignalSpec, Stamps, ipc};
-
-use crate::failure::Failure;
-use crate::{numbers, terminal};
+use isochrone_ipc::{Announcement, FrameHeader, LayoutWatcher, SignalSpec, Stamps, ipc};
 use isochrone_runtime::Limiter;
+
+use super::screen::Screen;
+use crate::failure::Failure;
+use crate::numbers::{Digits, counted, shown, type_of};
+use crate::rows::{CYCLE, Rows, TIME};
+use crate::terminal;
 
 /// How long a frame waits for its layout before it is shown without names. Whoever announces one does
 /// so within half of it.
@@ -21,11 +22,12 @@ const MOST_WAITING: usize = 65_536;
 pub(crate) enum Sink {
     /// Nowhere: they are only counted.
     Count,
-    /// A line for each, for people.
-    Lines { every: u64 },
-    /// A CSV file of the same form that `simulate` writes. Where the layout changes, another header
-    /// stands in it.
-    Csv { name: String, out: BufWriter<Box<dyn Write>> },
+    /// A line for each, for people and pipes.
+    Lines,
+    /// One table of the newest, on a terminal.
+    Screen(Screen),
+    /// A CSV file. Where the layout changes, another header stands in it.
+    Csv(Rows),
 }
 
 /// A frame that was received.
@@ -41,13 +43,38 @@ pub(crate) struct Taken {
     pub(crate) number: u64,
 }
 
+/// Which frames and signals are wanted.
+pub(crate) struct Choice {
+    /// Every so many frames, from the first.
+    pub(crate) every: u64,
+    /// Names of signals in their order; empty: all.
+    pub(crate) signals: Vec<String>,
+}
+
+/// A signal that is shown.
+#[derive(Clone)]
+pub(super) struct Channel {
+    /// Index in the frame.
+    pub(super) place: usize,
+    pub(super) name: String,
+    pub(super) value_type: String,
+    pub(super) unit: String,
+}
+
 /// Writes frames with the names that their publisher announces for them.
 pub(crate) struct Transcript {
     service: String,
     sink: Sink,
+    choice: Choice,
     waiting: VecDeque<Taken>,
     shown: Option<Shown>,
-    names: Vec<String>,
+    /// Who writes the frames, if they say.
+    publisher: String,
+    channels: Vec<Channel>,
+    /// When the first frame that was written was due.
+    first_ns: Option<u64>,
+    /// Of a table: the newest frame that is not drawn yet.
+    undrawn: Option<Taken>,
     limiter: Limiter,
 }
 
@@ -60,15 +87,24 @@ struct Shown {
 }
 
 impl Transcript {
-    pub(crate) fn new(service: &str, sink: Sink) -> Self {
-        let (waiting, names) = (VecDeque::new(), Vec::new());
-        let (service, limiter) = (service.to_owned(), Limiter::default());
-        Self { service, sink, waiting, shown: None, names, limiter }
+    pub(crate) fn new(service: &str, sink: Sink, choice: Choice) -> Self {
+        Self {
+            service: service.to_owned(),
+            sink,
+            choice,
+            waiting: VecDeque::new(),
+            shown: None,
+            publisher: String::new(),
+            channels: Vec::new(),
+            first_ns: None,
+            undrawn: None,
+            limiter: Limiter::default(),
+        }
     }
 
-    /// Whether it wants the values of frames, and not only to know what they are.
-    pub(crate) fn wants_values(&self) -> bool {
-        !matches!(self.sink, Sink::Count)
+    /// Whether it wants the values of this frame, and not only to know what they are.
+    pub(crate) fn wants_values(&self, number: u64) -> bool {
+        !matches!(self.sink, Sink::Count) && (number - 1).is_multiple_of(self.choice.every)
     }
 
     /// Takes the next frame. It waits until its layout is known.
@@ -95,79 +131,101 @@ impl Transcript {
                 break;
             }
             let Some(frame) = self.waiting.pop_front() else { break };
-            self.head(&frame.header, frame.channels, watcher)?;
-            self.body(&frame)?;
+            self.head(&frame, watcher.find(layout))?;
+            if self.wants_values(frame.number) {
+                self.body(frame)?;
+            }
         }
-        Ok(())
+        self.draw_in_time()
     }
 
     /// Tells what the frames are, if that is news.
-    fn head(
-        &mut self,
-        header: &FrameHeader,
-        channels: usize,
-        watcher: &LayoutWatcher<ipc::Service>,
-    ) -> Result<(), Failure> {
-        let announced = watcher.find(header.layout);
-        let shown = Shown { layout: header.layout, is_announced: announced.is_some(), channels };
+    fn head(&mut self, frame: &Taken, announced: Option<&Announcement>) -> Result<(), Failure> {
+        let (layout, channels) = (frame.header.layout, frame.channels);
+        let shown = Shown { layout, is_announced: announced.is_some(), channels };
         let before = self.shown.replace(shown);
         if before == Some(shown) {
             return Ok(());
         }
         let signals = announced.map_or(&[][..], |announced| &announced.layout.signals);
-        self.names = column_names(signals, channels);
+        let all = channels_of(signals, channels);
         let what = match announced {
-            Some(announced) => {
-                format!("{} (from \"{}\")", listed(&self.names), announced.publisher)
-            }
-            None => format!("{channels} values, which nobody names"),
+            Some(announced) => format!("{} (from \"{}\")", listed(&all), announced.publisher),
+            None => format!("{}, which nobody names", counted(channels, "value")),
         };
+        self.publisher = announced.map_or_else(String::new, |it| it.publisher.clone());
+        self.channels = self.chosen(&all, before.is_none())?;
         let news = match before {
             None => format!("\"{}\" carries {what}", self.service),
             Some(_) => format!("\"{}\" has changed, and now carries {what}", self.service),
         };
-        if let Some(news) = self.limiter.pass(&news) {
-            terminal::note(&news);
+        match &mut self.sink {
+            // The table itself says it.
+            Sink::Screen(screen) => {
+                screen.leave();
+                self.undrawn = None;
+            }
+            _ => {
+                if let Some(news) = self.limiter.pass(&news) {
+                    terminal::note(&news);
+                }
+            }
         }
-        if let Sink::Csv { name, out } = &mut self.sink {
-            let names: Vec<_> = self.names.iter().map(|name| field(name)).collect();
-            let row = format!("cycle,{}\n", names.join(","));
-            out.write_all(row.as_bytes()).map_err(|error| cannot_write(name, &error))?;
+        if let Sink::Csv(rows) = &mut self.sink {
+            let names = self.channels.iter().map(|channel| channel.name.as_str());
+            rows.header([TIME, CYCLE].into_iter().chain(names))?;
         }
         Ok(())
     }
 
-    fn body(&mut self, frame: &Taken) -> Result<(), Failure> {
-        let Taken { header, values, received_ns, stamps, number, .. } = frame;
+    /// The channels that were chosen.
+    fn chosen(&self, all: &[Channel], is_first: bool) -> Result<Vec<Channel>, Failure> {
+        if self.choice.signals.is_empty() {
+            return Ok(all.to_vec());
+        }
+        let place = |name: &String| {
+            let found = all.iter().find(|channel| channel.name == *name).cloned();
+            found.ok_or_else(|| {
+                let (service, names) = (&self.service, listed(all));
+                let why = format!("\"{service}\" has no signal \"{name}\"; it has: {names}");
+                // What was right in the beginning is no wrong command line.
+                if is_first { Failure::usage(why) } else { Failure::found(why) }
+            })
+        };
+        self.choice.signals.iter().map(place).collect()
+    }
+
+    fn body(&mut self, frame: Taken) -> Result<(), Failure> {
+        let Taken { header, values, .. } = &frame;
+        let due_ns = due_ns(&frame);
+        let first_ns = *self.first_ns.get_or_insert(due_ns);
+        let chosen = self.channels.iter().map(|channel| {
+            let value = values.get(channel.place).copied().unwrap_or(f64::NAN);
+            (channel, value)
+        });
         match &mut self.sink {
             Sink::Count => Ok(()),
-            Sink::Lines { every } if !(number - 1).is_multiple_of(*every) => Ok(()),
-            Sink::Lines { .. } => {
-                let age = match stamps {
-                    Stamps::Believed => {
-                        let age_ns = received_ns.saturating_sub(header.publish_ns);
-                        format!("{:.1}", age_ns as f64 / 1e3)
+            Sink::Lines => {
+                let mut line =
+                    format!("{:>8} {:>8} {:>12} ", header.sequence, header.cycle, age(&frame));
+                // What nobody named stands by its place.
+                let is_named = self.shown.is_some_and(|shown| shown.is_announced);
+                for (channel, value) in chosen {
+                    let value = shown(value, type_of(&channel.value_type), Digits::All);
+                    match is_named {
+                        true => line += &format!(" {}={value}", channel.name),
+                        false => line += &format!(" {value}"),
                     }
-                    Stamps::Future | Stamps::Foreign => "-".to_owned(),
-                };
-                let mut line = format!("{:>8} {:>8} {age:>9} us ", header.sequence, header.cycle);
-                for (channel, value) in values.iter().enumerate() {
-                    // What nobody named stands by its place.
-                    let is_named = self.shown.is_some_and(|shown| shown.is_announced);
-                    let name = self.names.get(channel).filter(|_| is_named);
-                    let name = name.map_or_else(String::new, |name| format!("{name}="));
-                    line += &format!(" {name}{}", numbers::format(*value));
                 }
                 terminal::print(&(line + "\n"))
             }
-            Sink::Csv { name, out } => {
-                let mut row = header.cycle.to_string();
-                for value in values {
-                    row.push(',');
-                    row += &numbers::format(*value);
-                }
-                row.push('\n');
-                out.write_all(row.as_bytes()).map_err(|error| cannot_write(name, &error))
+            Sink::Screen(_) => {
+                self.undrawn = Some(frame);
+                Ok(())
+            }
+            Sink::Csv(rows) => {
+                let time_s = due_ns.wrapping_sub(first_ns).cast_signed() as f64 / 1e9;
+                rows.row(Some(time_s), header.cycle, chosen.map(|(_, value)| value))
             }
         }
     }
@@ -175,61 +233,119 @@ impl Transcript {
     /// Hands everything on to whoever reads along.
     pub(crate) fn flush(&mut self) -> Result<(), Failure> {
         match &mut self.sink {
-            Sink::Csv { name, out } => out.flush().map_err(|error| cannot_write(name, &error)),
+            Sink::Csv(rows) => rows.flush(),
+            _ => self.draw_in_time(),
+        }
+    }
+
+    /// As [`flush`](Self::flush), once nothing more comes.
+    pub(crate) fn finish(&mut self) -> Result<(), Failure> {
+        self.draw()?;
+        self.flush()
+    }
+
+    fn draw_in_time(&mut self) -> Result<(), Failure> {
+        match &self.sink {
+            Sink::Screen(screen) if screen.is_due() => self.draw(),
             _ => Ok(()),
+        }
+    }
+
+    fn draw(&mut self) -> Result<(), Failure> {
+        let Sink::Screen(screen) = &mut self.sink else { return Ok(()) };
+        let Some(frame) = self.undrawn.take() else { return Ok(()) };
+        let from = match self.publisher.as_str() {
+            "" => String::new(),
+            publisher => format!(" from \"{publisher}\""),
+        };
+        let title = format!(
+            "\"{}\"{from}: frame {}, cycle {}, age {}",
+            self.service,
+            frame.header.sequence,
+            frame.header.cycle,
+            age(&frame)
+        );
+        screen.draw(&title, &self.channels, &frame.values)
+    }
+
+    /// Lets others write to the terminal.
+    pub(crate) fn leave(&mut self) {
+        if let Sink::Screen(screen) = &mut self.sink {
+            screen.leave();
         }
     }
 }
 
-/// A name as a field of a CSV file.
-fn field(name: &str) -> Cow<'_, str> {
-    match name.contains([',', '"']) {
-        true => format!("\"{}\"", name.replace('"', "\"\"")).into(),
-        false => name.into(),
+/// When the cycle of a frame was due, or the nearest to it that is known on this clock.
+fn due_ns(frame: &Taken) -> u64 {
+    let FrameHeader { release_ns, publish_ns, .. } = frame.header;
+    match frame.stamps {
+        Stamps::Believed if (1..=publish_ns).contains(&release_ns) => release_ns,
+        Stamps::Believed => publish_ns,
+        Stamps::Future | Stamps::Foreign => frame.received_ns,
     }
 }
 
-fn cannot_write(name: &str, error: &std::io::Error) -> Failure {
-    match error.kind() {
-        ErrorKind::BrokenPipe => Failure::reader_left(),
-        _ => Failure::found(format!("cannot write {name}: {error}")),
+/// How old a frame was when it came.
+fn age(frame: &Taken) -> String {
+    match frame.stamps {
+        Stamps::Believed => {
+            let age_ns = frame.received_ns.saturating_sub(frame.header.publish_ns);
+            format!("{:.1} us", age_ns as f64 / 1e3)
+        }
+        Stamps::Future | Stamps::Foreign => "- us".to_owned(),
     }
 }
 
 /// Names as a line for people.
-fn listed(names: &[String]) -> String {
+fn listed(channels: &[Channel]) -> String {
     const SHOWN: usize = 64;
-    let (shown, more) = names.split_at(names.len().min(SHOWN));
+    let (shown, more) = channels.split_at(channels.len().min(SHOWN));
+    let names = shown.iter().map(|channel| channel.name.as_str()).collect::<Vec<_>>().join(", ");
     match more.len() {
-        0 => shown.join(", "),
-        more => format!("{}, and {more} more", shown.join(", ")),
+        0 => names,
+        more => format!("{names}, and {more} more"),
     }
 }
 
-/// The signals' names, or the channels' numbers where nobody names them. Another process chose the
+/// The channels of a frame, with their numbers where nobody names them. Another process chose the
 /// names, so they are escaped, also for a file that somebody will look at.
-fn column_names(signals: &[SignalSpec], channels: usize) -> Vec<String> {
-    let name = |channel: usize| match signals.get(channel) {
-        Some(signal) if !signal.name.is_empty() => escaped(&signal.name).into_owned(),
-        _ => format!("ch{channel}"),
+fn channels_of(signals: &[SignalSpec], channels: usize) -> Vec<Channel> {
+    let channel = |place: usize| {
+        let signal = signals.get(place).cloned().unwrap_or_default();
+        let name = match signal.name.as_str() {
+            "" => format!("ch{place}"),
+            name => escaped(name).into_owned(),
+        };
+        let plain = |word: &str| escaped(word).into_owned();
+        let (value_type, unit) = (plain(&signal.value_type), plain(&signal.unit));
+        Channel { place, name, value_type, unit }
     };
-    (0..channels).map(name).collect()
+    (0..channels).map(channel).collect()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn a_name_that_another_process_chose_does_not_reach_the_terminal_as_a_command() {
-        let signals = [SignalSpec::new("a\u{1b}[2J\u{9b}", ""), SignalSpec::default()];
-        assert_eq!(column_names(&signals, 2), [r"a\u001b[2J\u009b", "ch1"]);
+    fn taken(release_ns: u64, publish_ns: u64, stamps: Stamps) -> Taken {
+        let header = FrameHeader { release_ns, publish_ns, ..FrameHeader::default() };
+        Taken { header, channels: 0, values: Vec::new(), received_ns: 900, stamps, number: 1 }
     }
 
     #[test]
-    fn a_name_stays_one_field_of_a_csv_file() {
-        assert_eq!(field("level.y"), "level.y");
-        assert_eq!(field("a,b"), "\"a,b\"");
-        assert_eq!(field("a\"b"), "\"a\"\"b\"");
+    fn a_name_that_another_process_chose_does_not_reach_the_terminal_as_a_command() {
+        let signals = [SignalSpec::new("a\u{1b}[2J\u{9b}", ""), SignalSpec::default()];
+        let names = channels_of(&signals, 2).into_iter().map(|channel| channel.name);
+        assert_eq!(names.collect::<Vec<_>>(), [r"a\u001b[2J\u009b", "ch1"]);
+    }
+
+    #[test]
+    fn the_time_of_a_frame_is_that_of_its_cycle_where_the_writer_says_and_is_believed() {
+        assert_eq!(due_ns(&taken(700, 800, Stamps::Believed)), 700);
+        assert_eq!(due_ns(&taken(0, 800, Stamps::Believed)), 800);
+        assert_eq!(due_ns(&taken(5000, 800, Stamps::Believed)), 800);
+        assert_eq!(due_ns(&taken(700, 800, Stamps::Foreign)), 900);
+        assert_eq!(due_ns(&taken(700, 99999, Stamps::Future)), 900);
     }
 }

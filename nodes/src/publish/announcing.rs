@@ -1,0 +1,60 @@
+//! Telling readers what the frames are, beside the thread that sends them.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::channel;
+use std::thread::{self, Scope, Thread};
+use std::time::Duration;
+
+use isochrone_ipc::{FrameLayout, LayoutAnnouncer, OpenError, Participant, Repair, ipc};
+
+use crate::failure::Failure;
+
+/// How often a reader that came is looked for.
+const LOOK_INTERVAL: Duration = Duration::from_millis(20);
+
+/// The thread that tells what the frames are, however seldom those are sent, and makes good failed
+/// connections. It ends when this is dropped.
+pub(super) struct Announcing {
+    is_over: Arc<AtomicBool>,
+    thread: Thread,
+}
+
+impl Announcing {
+    pub(super) fn start<'scope>(
+        scope: &'scope Scope<'scope, '_>,
+        participant: &'scope Participant<ipc::Service>,
+        service: &'scope str,
+        layout: &'scope FrameLayout,
+        mut repair: Repair,
+    ) -> Result<Self, Failure> {
+        let is_over = Arc::new(AtomicBool::new(false));
+        let over = is_over.clone();
+        let (ready, is_ready) = channel::<Result<(), OpenError>>();
+        let thread = scope.spawn(move || {
+            // A port belongs to the thread that opens it.
+            let opened = LayoutAnnouncer::open(participant, service, "publish", layout);
+            let mut announcer = match opened {
+                Ok(announcer) => announcer,
+                Err(error) => return drop(ready.send(Err(error))),
+            };
+            let _ = ready.send(Ok(()));
+            while !over.load(Ordering::Relaxed) {
+                announcer.tend(participant);
+                repair.tend(participant);
+                thread::park_timeout(LOOK_INTERVAL);
+            }
+        });
+        let announcing = Self { is_over, thread: thread.thread().clone() };
+        let gone = |_| Failure::found("the thread that announces the layout ended in its start");
+        is_ready.recv().map_err(gone)?.map_err(Failure::found)?;
+        Ok(announcing)
+    }
+}
+
+impl Drop for Announcing {
+    fn drop(&mut self) {
+        self.is_over.store(true, Ordering::Relaxed);
+        self.thread.unpark();
+    }
+}

@@ -1,0 +1,153 @@
+//! What the channels of a publisher carry.
+
+use isochrone_ipc::SignalSpec;
+
+use super::Args;
+use crate::failure::Failure;
+use crate::numbers::{self, counted};
+use crate::recording::Recording;
+use crate::wave::{Shape, Wave};
+
+/// What the channels carry, and how they are called.
+pub(super) struct Signals {
+    source: Source,
+    specs: Vec<SignalSpec>,
+}
+
+/// Where the values come from.
+enum Source {
+    Constant(Vec<f64>),
+    Waves(Vec<Wave>),
+    Recording(Recording),
+}
+
+/// A value of the command line.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Constant {
+    value: f64,
+    is_bool: bool,
+}
+
+impl Constant {
+    /// Reads a number, `true` or `false`.
+    pub(super) fn parse(text: &str) -> Result<Self, String> {
+        if let Some(value) = numbers::parse_bool(text) {
+            return Ok(Self { value: f64::from(value), is_bool: true });
+        }
+        let value = numbers::parse_number(text).map_err(|error| error.to_string())?;
+        Ok(Self { value, is_bool: false })
+    }
+}
+
+impl Signals {
+    pub(super) fn new(args: &Args) -> Result<Self, Failure> {
+        refuse_repetitions(&args.signals)?;
+        if let Some(path) = &args.csv {
+            let mut recording = Recording::read(path).map_err(Failure::usage)?;
+            if !args.signals.is_empty() {
+                recording = recording.select(&args.signals).map_err(Failure::usage)?;
+            }
+            // Untyped: whether a sample fits its input is for the input to say, sample by sample.
+            let specs = recording.columns().iter().map(|name| SignalSpec::new(name, "")).collect();
+            return Ok(Self { source: Source::Recording(recording), specs });
+        }
+        let (source, types) = if args.wave.is_empty() {
+            let types =
+                args.value.iter().map(|constant| if constant.is_bool { "BOOL" } else { "" });
+            let values = args.value.iter().map(|constant| constant.value).collect();
+            (Source::Constant(values), types.collect())
+        } else {
+            (Source::Waves(waves(args)?), vec![""; args.wave.len()])
+        };
+        let names = names(args, types.len())?;
+        let specs = names.into_iter().zip(types).map(|(name, of)| SignalSpec::new(name, of));
+        Ok(Self { source, specs: specs.collect() })
+    }
+
+    pub(super) fn specs(&self) -> &[SignalSpec] {
+        &self.specs
+    }
+
+    /// The recording that the values come from, if they do.
+    pub(super) fn recording(&self) -> Option<&Recording> {
+        match &self.source {
+            Source::Recording(recording) => Some(recording),
+            _ => None,
+        }
+    }
+
+    pub(super) fn write(&self, frame: u64, time_s: f64, values: &mut [f64]) {
+        match &self.source {
+            Source::Constant(constants) => values.copy_from_slice(constants),
+            Source::Waves(waves) => {
+                values.iter_mut().zip(waves).for_each(|(value, wave)| *value = wave.at(time_s));
+            }
+            Source::Recording(recording) => values.copy_from_slice(recording.row(frame)),
+        }
+    }
+}
+
+fn refuse_repetitions(names: &[String]) -> Result<(), Failure> {
+    match names.iter().enumerate().find(|(index, name)| names[..*index].contains(name)) {
+        None => Ok(()),
+        Some((_, name)) => {
+            Err(Failure::usage(format!("--signals names \"{name}\" twice; name each once")))
+        }
+    }
+}
+
+/// The names of channels: those that were given, or their numbers.
+fn names(args: &Args, channels: usize) -> Result<Vec<String>, Failure> {
+    if args.signals.is_empty() {
+        return Ok((0..channels).map(|channel| format!("ch{channel}")).collect());
+    }
+    if args.signals.len() != channels {
+        let given = counted(args.signals.len(), "signal");
+        return Err(Failure::usage(format!(
+            "--signals names {given} for {}; name each once",
+            counted(channels, "channel")
+        )));
+    }
+    Ok(args.signals.clone())
+}
+
+fn waves(args: &Args) -> Result<Vec<Wave>, Failure> {
+    let channels = args.wave.len();
+    let of = |option: &str, values: &[f64], channel: usize| match values {
+        [one] => Ok(*one),
+        several => {
+            let value = several.get(channel).copied().filter(|_| several.len() == channels);
+            value.ok_or_else(|| {
+                Failure::usage(format!(
+                    "--{option} gives {} for {}; give one for all, or one for each",
+                    counted(several.len(), "value"),
+                    counted(channels, "wave")
+                ))
+            })
+        }
+    };
+    let wave = |(channel, shape): (usize, &Shape)| {
+        Ok(Wave {
+            shape: *shape,
+            amplitude: of("amplitude", &args.amplitude, channel)?,
+            offset: of("offset", &args.offset, channel)?,
+            frequency_hz: of("frequency", &args.frequency, channel)?,
+        })
+    };
+    args.wave.iter().enumerate().map(wave).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_is_a_number_or_true_or_false() {
+        let read = |text| Constant::parse(text).map(|constant| (constant.value, constant.is_bool));
+        assert_eq!(read("13824"), Ok((13824.0, false)));
+        assert_eq!(read("true"), Ok((1.0, true)));
+        assert_eq!(read("FALSE"), Ok((0.0, true)));
+        assert!(read("1e400").unwrap_err().contains("1.8e308"));
+        assert!(read("yes").unwrap_err().contains("true or false"));
+    }
+}

@@ -1,0 +1,192 @@
+//! Reading a CSV file.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use isochrone_blocks::PinType;
+
+use super::{Recording, RecordingError, expected, listed, quoted};
+use crate::numbers;
+use crate::rows::{CYCLE, TIME};
+
+/// Largest file: hours of many signals, and an end to what has none.
+pub(super) const MAX_BYTES: u64 = 1 << 30;
+
+/// What a column of the file is.
+enum Column {
+    /// Times in seconds.
+    Time,
+    /// Nothing that is a value.
+    Cycle,
+    /// Values of this type, or of any.
+    Values(Option<PinType>),
+}
+
+impl Recording {
+    /// Reads a file whose columns may have any name.
+    pub(crate) fn read(path: &Path) -> Result<Self, RecordingError> {
+        read(path, None)
+    }
+
+    /// Reads a file whose columns are among `inputs`, in any order.
+    pub(crate) fn of_inputs(
+        path: &Path,
+        inputs: &[(&str, PinType)],
+    ) -> Result<Self, RecordingError> {
+        read(path, Some(inputs))
+    }
+}
+
+fn read(path: &Path, inputs: Option<&[(&str, PinType)]>) -> Result<Recording, RecordingError> {
+    let name = || path.display().to_string();
+    let text = text_of(path)?;
+    let mut reader =
+        csv::ReaderBuilder::new().flexible(true).trim(csv::Trim::All).from_reader(text.as_bytes());
+    let refused = |source| RecordingError::Csv { path: name(), source };
+    let header = reader.headers().map_err(refused)?.clone();
+    let line_of = |row: &csv::StringRecord| line_at(text.as_bytes(), start(&text, row));
+    let columns = columns(&header, inputs, &name(), line_of(&header))?;
+    let of_values = |column: &Column| matches!(column, Column::Values(_));
+    let names = header.iter().zip(&columns).filter(|(_, column)| of_values(column));
+    let mut recording = Recording {
+        path: name(),
+        columns: names.map(|(name, _)| name.to_owned()).collect(),
+        ..Recording::default()
+    };
+    let mut first_s = None;
+    for row in reader.records() {
+        let row = row.map_err(refused)?;
+        let mut cells = row.iter().zip(&header).zip(&columns);
+        let is_header =
+            row == header || cells.any(|((cell, name), column)| !of_values(column) && cell == name);
+        if is_header {
+            return Err(RecordingError::SecondHeader { path: name(), line: line_of(&row) });
+        }
+        if row.len() != columns.len() {
+            let (found, expected) = (row.len(), columns.len());
+            let line = line_of(&row);
+            return Err(RecordingError::RowLength { path: name(), line, found, expected });
+        }
+        for ((cell, column), header) in row.iter().zip(&columns).zip(&header) {
+            match column {
+                Column::Cycle => {}
+                Column::Time => {
+                    let before_ns = recording.times_ns.last().copied().unwrap_or_default();
+                    let after_ns = after_ns(cell, &mut first_s, before_ns);
+                    recording.times_ns.push(after_ns.ok_or_else(|| RecordingError::Time {
+                        path: name(),
+                        line: line_of(&row),
+                        text: quoted(cell),
+                    })?);
+                }
+                Column::Values(value_type) => {
+                    // Of a column of any type, true and false are values too.
+                    let read = numbers::parse(cell, value_type.unwrap_or(PinType::Bool));
+                    recording.values.push(read.map_err(|error| RecordingError::NotANumber {
+                        path: name(),
+                        line: line_of(&row),
+                        column: quoted(header),
+                        text: quoted(cell),
+                        expected: expected(error, *value_type),
+                    })?);
+                }
+            }
+        }
+        recording.rows += 1;
+    }
+    if recording.rows == 0 {
+        return Err(RecordingError::Empty { path: name() });
+    }
+    Ok(recording)
+}
+
+/// What the columns are; refuses those that stand for nothing.
+fn columns(
+    header: &csv::StringRecord,
+    inputs: Option<&[(&str, PinType)]>,
+    path: &str,
+    line: usize,
+) -> Result<Vec<Column>, RecordingError> {
+    let path = || path.to_owned();
+    let is_number = |cell: &str| numbers::parse(cell, PinType::Bool).is_ok();
+    if inputs.is_none() && !header.is_empty() && header.iter().all(is_number) {
+        let names = (0..header.len().min(3)).map(|index| format!("signal{index}"));
+        let example = names.collect::<Vec<_>>().join(",");
+        return Err(RecordingError::NoHeader { path: path(), line, example });
+    }
+    let mut columns = Vec::new();
+    for (index, column) in header.iter().enumerate() {
+        if header.iter().take(index).any(|seen| seen == column) {
+            let column = quoted(column);
+            return Err(RecordingError::DuplicateColumn { path: path(), line, column });
+        }
+        let input = inputs.and_then(|inputs| inputs.iter().find(|(name, _)| *name == column));
+        columns.push(match (column, inputs, input) {
+            (_, _, Some((_, value_type))) => Column::Values(Some(*value_type)),
+            (TIME, None, _) => Column::Time,
+            (CYCLE, None, _) => Column::Cycle,
+            (_, None, _) => Column::Values(None),
+            (_, Some(inputs), None) => {
+                let known = listed(inputs.iter().map(|(name, _)| *name));
+                let column = quoted(column);
+                return Err(RecordingError::UnknownColumn { path: path(), line, column, known });
+            }
+        });
+    }
+    if !columns.is_empty() && !columns.iter().any(|column| matches!(column, Column::Values(_))) {
+        let found = header.iter().collect::<Vec<_>>().join(" and ");
+        return Err(RecordingError::NoValues { path: path(), line, found });
+    }
+    Ok(columns)
+}
+
+/// Reads the time of a row in nanoseconds after the first one.
+fn after_ns(cell: &str, first_s: &mut Option<f64>, before_ns: u64) -> Option<u64> {
+    /// A year; so far apart no two frames are.
+    const MOST_S: f64 = 31_536_000.0;
+    let time_s = numbers::parse_number(cell).ok().filter(|time_s| time_s.is_finite())?;
+    let after_s = time_s - *first_s.get_or_insert(time_s);
+    let after_ns = (0.0..=MOST_S).contains(&after_s).then(|| (after_s * 1e9).round() as u64)?;
+    (after_ns >= before_ns).then_some(after_ns)
+}
+
+/// The text of a file. One without end is read only until that is clear.
+fn text_of(path: &Path) -> Result<String, RecordingError> {
+    let name = || path.display().to_string();
+    let io = |source| RecordingError::Io { path: name(), source };
+    let mut file = File::open(path).map_err(io)?;
+    let mut bytes = Vec::new();
+    loop {
+        const CHUNK_BYTES: u64 = 1 << 20;
+        let known = bytes.len();
+        (&mut file).take(CHUNK_BYTES).read_to_end(&mut bytes).map_err(io)?;
+        if bytes.len() == known {
+            break;
+        }
+        // No text has a NUL, and most of what is none has one soon.
+        if let Some(place) = bytes[known..].iter().position(|byte| *byte == 0) {
+            let line = line_at(&bytes, known + place);
+            return Err(RecordingError::NotText { path: name(), line });
+        }
+        if bytes.len() as u64 > MAX_BYTES {
+            return Err(RecordingError::TooLarge { path: name() });
+        }
+    }
+    String::from_utf8(bytes).map_err(|error| {
+        let line = line_at(error.as_bytes(), error.utf8_error().valid_up_to());
+        RecordingError::NotText { path: name(), line }
+    })
+}
+
+/// Where a row begins, in bytes. The reader counts from before the empty lines that it skips.
+fn start(text: &str, row: &csv::StringRecord) -> usize {
+    let skipped_from = row.position().map_or(0, |position| position.byte() as usize);
+    let rest = text.get(skipped_from..).unwrap_or_default();
+    text.len() - rest.trim_start_matches(['\u{feff}', '\r', '\n']).len()
+}
+
+/// Line, from 1, of a byte.
+fn line_at(text: &[u8], byte: usize) -> usize {
+    text.iter().take(byte).filter(|byte| **byte == b'\n').count() + 1
+}

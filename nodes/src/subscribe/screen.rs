@@ -1,0 +1,165 @@
+//! Live values on a terminal: one table, drawn again in its place.
+
+use std::io::{self, Write};
+use std::time::{Duration, Instant};
+
+use rustix::termios::tcgetwinsize;
+
+use super::transcript::Channel;
+use crate::failure::Failure;
+use crate::numbers::{Digits, shown, type_of};
+use crate::table::Table;
+
+/// As often as eyes can follow digits.
+const INTERVAL: Duration = Duration::from_millis(100);
+/// Of a terminal that does not say.
+const SIZE: (usize, usize) = (80, 24);
+/// Room for a value, so that the columns stay where they are while it changes.
+const VALUE_WIDTH: usize = 14;
+/// What is cut off says so.
+const CUT: &str = "…";
+
+/// A table on the terminal that stdout is.
+#[derive(Default)]
+pub(crate) struct Screen {
+    /// Lines that the cursor stands below.
+    drawn: usize,
+    last: Option<Instant>,
+}
+
+/// A signal and its value.
+struct Line<'a> {
+    channel: &'a Channel,
+    value: String,
+}
+
+impl Screen {
+    /// Whether it is time to draw again.
+    pub(super) fn is_due(&self) -> bool {
+        self.last.is_none_or(|last| last.elapsed() >= INTERVAL)
+    }
+
+    /// Draws the values of a frame.
+    pub(super) fn draw(
+        &mut self,
+        title: &str,
+        channels: &[Channel],
+        values: &[f64],
+    ) -> Result<(), Failure> {
+        self.last = Some(Instant::now());
+        let line = |channel| Line { channel, value: value(channel, values) };
+        let lines: Vec<Line<'_>> = channels.iter().map(line).collect();
+        let table = table(title, &lines, size());
+        let mut text = String::new();
+        if self.drawn > 0 {
+            text += &format!("\u{1b}[{}A", self.drawn);
+        }
+        for line in table.lines() {
+            // To the end of the line: what was longer goes.
+            text += &format!("{line}\u{1b}[K\n");
+        }
+        self.drawn = table.lines().count();
+        text += "\u{1b}[J";
+        let mut out = io::stdout().lock();
+        let written = out.write_all(text.as_bytes()).and_then(|()| out.flush());
+        written.map_err(|error| Failure::found(format!("cannot write to the terminal: {error}")))
+    }
+
+    /// Leaves what is drawn where it stands; the next table comes below it, and below what others
+    /// have to say meanwhile.
+    pub(super) fn leave(&mut self) {
+        self.drawn = 0;
+    }
+}
+
+fn value(channel: &Channel, values: &[f64]) -> String {
+    let value = values.get(channel.place).copied().unwrap_or(f64::NAN);
+    shown(value, type_of(&channel.value_type), Digits::Six)
+}
+
+/// Columns and lines of the terminal.
+fn size() -> (usize, usize) {
+    match tcgetwinsize(io::stdout()) {
+        Ok(size) if size.ws_col > 0 && size.ws_row > 0 => {
+            (usize::from(size.ws_col), usize::from(size.ws_row))
+        }
+        _ => SIZE,
+    }
+}
+
+/// The table, cut to what fits.
+fn table(title: &str, lines: &[Line<'_>], (columns, rows): (usize, usize)) -> String {
+    // The title, the names of the columns, a line that says what is missing, and the cursor's.
+    let shown = if lines.len() + 3 > rows { rows.saturating_sub(4).max(1) } else { lines.len() };
+    let (shown, hidden) = lines.split_at(shown.min(lines.len()));
+    let widest = |cell: fn(&Line<'_>) -> usize, least: usize| {
+        shown.iter().map(cell).max().unwrap_or(0).max(least)
+    };
+    let types = widest(|line| line.channel.value_type.chars().count(), "type".len());
+    let values = widest(|line| line.value.chars().count(), VALUE_WIDTH);
+    let units = widest(|line| line.channel.unit.chars().count(), 0);
+    let beside = 2 + types + 2 + values + if units > 0 { 2 + units } else { 0 };
+    let names = columns.saturating_sub(beside).max("signal".len());
+    let unit = if units > 0 { "unit" } else { "" };
+    let mut table = Table::default();
+    table.row(["signal", "type", &format!("{:>values$}", "value"), unit]);
+    for line in shown {
+        let (Channel { name, value_type, unit, .. }, value) = (line.channel, &line.value);
+        table.row([&cut(name, names), value_type, &format!("{value:>values$}"), unit]);
+    }
+    let mut text = cut(title, columns) + "\n";
+    text.extend(table.draw(0).lines().map(|line| cut(line, columns) + "\n"));
+    if !hidden.is_empty() {
+        let more = format!("{CUT} and {} more; --signals chooses", hidden.len());
+        text += &(cut(&more, columns) + "\n");
+    }
+    text
+}
+
+/// A text of at most so many characters.
+fn cut(text: &str, most: usize) -> String {
+    if text.chars().count() <= most {
+        return text.to_owned();
+    }
+    text.chars().take(most.saturating_sub(1)).collect::<String>() + CUT
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn drawn(count: usize, name: &str, title: &str, size: (usize, usize)) -> String {
+        let channel = |place| Channel {
+            place,
+            name: format!("{name}{place}"),
+            value_type: "LREAL".into(),
+            unit: "m".into(),
+        };
+        let channels: Vec<Channel> = (0..count).map(channel).collect();
+        let values = vec![-1.23456789e-12; count];
+        let line = |channel| Line { channel, value: value(channel, &values) };
+        table(title, &channels.iter().map(line).collect::<Vec<_>>(), size)
+    }
+
+    #[test]
+    fn a_table_is_never_wider_or_higher_than_its_terminal() {
+        let long = "a.name.that.is.longer.than.any.terminal.".repeat(4);
+        for (columns, rows) in [(80, 24), (40, 5), (120, 60)] {
+            let text = drawn(1000, &long, &long, (columns, rows));
+            assert!(text.lines().all(|line| line.chars().count() <= columns), "{text}");
+            assert!(text.lines().count() < rows, "{text}");
+            assert!(text.contains(CUT) && text.contains("--signals"), "{text}");
+            assert!(text.contains("-1.23457e-12"), "the values are what it is for\n{text}");
+        }
+    }
+
+    #[test]
+    fn a_table_that_fits_is_whole() {
+        let text = drawn(2, "level", "plant/level", (80, 24));
+        let expected = "plant/level\n\
+            signal  type            value  unit\n\
+            level0  LREAL    -1.23457e-12  m\n\
+            level1  LREAL    -1.23457e-12  m\n";
+        assert_eq!(text, expected);
+    }
+}

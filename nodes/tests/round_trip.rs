@@ -1,0 +1,113 @@
+//! What is recorded is published again as it was: names, values, pace.
+
+mod domain;
+
+use domain::{Domain, Ended};
+
+/// Rows at an uneven pace, with values that not every way of writing them keeps.
+const RECORDED: &str = "time_s,cycle,level.y,\"tank, full\",status\n\
+    0.0,0,0.1,1.0,36608.0\n\
+    0.001,1,0.30000000000000004,0.0,0.0\n\
+    0.0135,2,-1e-300,1.0,NaN\n\
+    0.0135,3,1.7976931348623157e308,1.0,inf\n\
+    0.2,4,-0.0,0.0,3.0\n";
+
+/// Publishes a file while a subscriber with these flags takes every frame.
+fn published(domain: &Domain, publish: &str, subscribe: &str) -> Ended {
+    let mut subscriber = domain.start(&format!("subscribe there/again {subscribe}"));
+    subscriber.wait_for("waiting for service \"there/again\"");
+    let ended = domain.run(&format!("publish there/again {publish}")).expect_code(0);
+    assert!(ended.stderr.contains("publishing"), "{}", ended.stderr);
+    subscriber.finish().expect_code(0)
+}
+
+#[test]
+fn a_recording_is_published_with_its_names_its_values_and_its_pace() {
+    let domain = Domain::new();
+    domain.write("first.csv", RECORDED);
+    let ended = published(&domain, "--csv first.csv", "--csv second.csv --count 5");
+    // When a frame was due is exact, however late the machine let it be sent.
+    assert_eq!(domain.read("second.csv"), RECORDED, "{}", ended.stderr);
+    published(&domain, "--csv second.csv", "--csv third.csv --count 5");
+    assert_eq!(domain.read("third.csv"), RECORDED);
+}
+
+#[test]
+fn a_rate_takes_the_place_of_the_recorded_pace() {
+    let domain = Domain::new();
+    domain.write("first.csv", RECORDED);
+    published(&domain, "--csv first.csv --rate 500", "--csv second.csv --count 5");
+    let second = domain.read("second.csv");
+    let gaps: Vec<f64> = second
+        .lines()
+        .skip(1)
+        .map(|row| row.split(',').next().unwrap().parse::<f64>().unwrap())
+        .collect::<Vec<f64>>()
+        .windows(2)
+        .map(|pair| pair[1] - pair[0])
+        .collect();
+    let on_grid = |gap: &f64| (gap / 0.002 - (gap / 0.002).round()).abs() < 1e-6 && *gap > 0.001;
+    assert!(gaps.len() == 4 && gaps.iter().all(on_grid), "{second}");
+}
+
+#[test]
+fn signals_are_chosen_by_name_and_frames_by_their_number() {
+    let domain = Domain::new();
+    domain.write("first.csv", RECORDED);
+    let publish = "--csv first.csv --signals status,level.y";
+    published(&domain, publish, "--csv second.csv --every 2 --signals level.y --count 5");
+    let expected = "time_s,cycle,level.y\n0.0,0,0.1\n0.0135,2,-1e-300\n0.2,4,-0.0\n";
+    assert_eq!(domain.read("second.csv"), expected);
+    published(&domain, publish, "--csv third.csv --count 5");
+    assert!(
+        domain.read("third.csv").starts_with("time_s,cycle,status,level.y\n0.0,0,36608.0,0.1\n")
+    );
+
+    let missing = domain.run("publish a/b --csv first.csv --signals levl").expect_code(2).stderr;
+    assert!(missing.contains("no column \"levl\"; there is: level.y"), "{missing}");
+}
+
+#[test]
+fn constants_have_names_and_a_truth_is_a_bool() {
+    let domain = Domain::new();
+    let publisher =
+        domain.start("publish there/again --value 1.5,true,-3 --signals level,full,low --rate 100");
+    let ended = domain.run("subscribe there/again --count 1").expect_code(0);
+    assert!(ended.stdout.ends_with("level=1.5 full=TRUE low=-3.0\n"), "{}", ended.stdout);
+    let missing = domain.run("subscribe there/again --signals volume --count 1").expect_code(2);
+    assert!(missing.stderr.contains("no signal \"volume\"; it has: level, full, low"));
+    publisher.stop().expect_code(0);
+}
+
+#[test]
+fn what_would_publish_other_values_than_meant_is_refused() {
+    let domain = Domain::new();
+    domain.write("bare.csv", "1,2\n3,4\n");
+    domain.write("changed.csv", "time_s,cycle,a\n0.0,0,1.0\ntime_s,cycle,a,b\n0.1,1,1.0,2.0\n");
+    domain.write("back.csv", "time_s,a\n1.0,1\n0.5,2\n");
+    domain.write("endless.csv", "time_s,a\n1.0,1\ninf,2\n");
+    domain.write("times.csv", "time_s,cycle\n0.0,0\n");
+    domain.write("huge.csv", "a\n1e400\n");
+    for (arguments, says) in [
+        ("--csv bare.csv", "bare.csv:1: the first row names the columns"),
+        ("--csv changed.csv", "changed.csv:3: another header"),
+        ("--csv back.csv", "back.csv:3: column \"time_s\": \"0.5\""),
+        ("--csv endless.csv", "endless.csv:3: column \"time_s\": \"inf\""),
+        ("--csv times.csv", "no column of values beside time_s and cycle"),
+        ("--csv huge.csv", "huge.csv:2: column \"a\": \"1e400\" is beyond"),
+        ("--csv /dev/zero", "/dev/zero:1: this is not text"),
+        ("--csv .", "cannot read ."),
+        ("--value 1e400", "beyond what a value can be"),
+        ("--value yes", "true or false"),
+        ("--value 1,2 --signals a", "names 1 signal for 2 channels"),
+        ("--value 1,2 --signals a,a", "\"a\" twice"),
+        ("--wave sine --amplitude inf", "give a number"),
+    ] {
+        let refused = domain.run(&format!("publish there/again {arguments}")).expect_code(2);
+        assert!(refused.stderr.contains(says), "{arguments}: {says}\n{}", refused.stderr);
+    }
+    for reserved in ["isochrone/x", "isochrone/level/telemetry"] {
+        let refused = domain.run(&format!("publish {reserved} --value 1")).expect_code(2);
+        assert!(refused.stderr.contains("for what nodes say of themselves"), "{}", refused.stderr);
+    }
+}
