@@ -5,34 +5,24 @@
 //! stopped by its own waits does not start.
 
 use isochrone_engine::{Plan, TaskPlan};
-use isochrone_machine::Environment;
+use isochrone_machine::{Environment, Throttling};
 
 use crate::failure::Failure;
 
 /// Refuses real-time tasks that together may watch the clock on one CPU for as long as the kernel
 /// lets them have it, or longer.
 pub(crate) fn refuse(plan: &Plan, environment: &Environment) -> Result<(), Failure> {
-    let Some((throttling, limit)) = environment.rt_throttling.as_deref().and_then(limit) else {
-        return Ok(());
-    };
+    let Some(throttling) = environment.fifo_throttling() else { return Ok(()) };
     let real_time = || plan.tasks.iter().filter(|task| task.priority.is_some());
     for first in real_time() {
         let on_its_cpu: Vec<&TaskPlan> =
             real_time().filter(|task| meet(first, task, environment.cpus)).collect();
         let share: f64 = on_its_cpu.iter().map(|task| watched(task)).sum();
-        if share >= limit {
+        if throttling.share().is_some_and(|limit| share >= limit) {
             return Err(Failure::found(refusal(&on_its_cpu, share, throttling)));
         }
     }
     Ok(())
-}
-
-/// The throttling as it is written, and the share of a CPU that it leaves; `None` if it is off.
-fn limit(throttling: &str) -> Option<(&str, f64)> {
-    let (runtime_us, period_us) = throttling.split_once('/')?;
-    // Off is -1.
-    let (runtime_us, period_us): (u32, u32) = (runtime_us.parse().ok()?, period_us.parse().ok()?);
-    Some((throttling, f64::from(runtime_us) / f64::from(period_us.max(1))))
 }
 
 /// Whether two tasks are sure to share a CPU.
@@ -46,7 +36,7 @@ fn watched(task: &TaskPlan) -> f64 {
     schedule.longest_watch_ns() as f64 / schedule.period_ns.max(1) as f64
 }
 
-fn refusal(tasks: &[&TaskPlan], share: f64, throttling: &str) -> String {
+fn refusal(tasks: &[&TaskPlan], share: f64, throttling: Throttling) -> String {
     let watching: Vec<String> = tasks
         .iter()
         .filter(|task| watched(task) > 0.0)

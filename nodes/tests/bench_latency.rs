@@ -9,6 +9,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use domain::{Ended, Process, shared_memory};
+use isochrone_machine::Environment;
 use rustix::process::Signal;
 use serde_json::Value;
 
@@ -187,9 +188,7 @@ fn a_wrong_command_line_is_refused_with_the_way_out() {
 
 #[test]
 fn a_real_time_receiver_that_polls_is_refused_where_the_kernel_throttles() {
-    let throttles = fs::read_to_string("/proc/sys/kernel/sched_rt_runtime_us")
-        .is_ok_and(|runtime| !runtime.starts_with('-'));
-    if !throttles {
+    if Environment::read().fifo_throttling().is_none() {
         return;
     }
     let arguments = "--arms tcp,raw --priority 10 --wait block --seconds 0.05 --block 0.05";

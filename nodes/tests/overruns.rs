@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use domain::Domain;
 use isochrone_ipc::{Depth, FrameSubscriber};
+use isochrone_machine::Environment;
 use rustix::process::Signal;
 
 const NODE: &str = r#"
@@ -135,8 +136,7 @@ fn waiting(name: &str, cpu: Option<u32>, wake: &str) -> String {
 
 #[test]
 fn waiting_that_the_kernel_would_throttle_is_refused_with_the_tasks_and_the_remedy() {
-    let throttling = std::fs::read_to_string("/proc/sys/kernel/sched_rt_runtime_us").unwrap();
-    let is_off = throttling.trim() == "-1";
+    let is_off = Environment::read().fifo_throttling().is_none();
     let longest = "wake = \"hybrid\"\nmargin = \"960us\"";
     let half = "wake = \"hybrid\"\nmargin = \"480us\"";
     for (tasks, parts) in [

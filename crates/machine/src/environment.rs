@@ -4,6 +4,7 @@ use rustix::time::{ClockId, clock_gettime};
 use serde::{Deserialize, Serialize};
 
 use crate::machine::{Machine, Platform};
+use crate::throttling::Throttling;
 
 const CLOCK_READINGS: usize = 20_000;
 
@@ -31,7 +32,9 @@ pub struct Environment {
     /// CPUs kept free of other work (`isolcpus`), as the kernel lists them.
     pub isolated_cpus: String,
     /// Real-time throttling as `runtime/period` in us; `-1/...` is off.
-    pub rt_throttling: Option<String>,
+    pub rt_throttling: Option<Throttling>,
+    /// Whether that is for `SCHED_FIFO` at all; `null` if the kernel does not tell.
+    pub rt_throttling_applies: Option<bool>,
 }
 
 impl Environment {
@@ -42,7 +45,6 @@ impl Environment {
 
     /// What the files of a machine say, and the clock of this one.
     pub(crate) fn of(machine: &Machine) -> Self {
-        let throttling = |name: &str| machine.text(&format!("/proc/sys/kernel/sched_rt_{name}_us"));
         Self {
             kernel: machine.release(),
             preempt: machine.preemption().map(|preemption| preemption.model),
@@ -55,10 +57,16 @@ impl Environment {
             clock_read_ns: if machine.is_here() { clock_read_ns() } else { 0 },
             governor: machine.governors(),
             isolated_cpus: machine.isolated().unwrap_or_default(),
-            rt_throttling: throttling("runtime")
-                .zip(throttling("period"))
-                .map(|(runtime, period)| format!("{runtime}/{period}")),
+            rt_throttling: machine.throttling(),
+            rt_throttling_applies: machine.throttles_fifo(),
         }
+    }
+
+    /// The throttling that takes a `SCHED_FIFO` thread off its CPU; `None` if none does. A kernel
+    /// that does not tell whether it throttles such threads is taken to do so.
+    pub fn fifo_throttling(&self) -> Option<Throttling> {
+        let applies = self.rt_throttling_applies != Some(false);
+        self.rt_throttling.filter(|throttling| applies && throttling.granted().is_some())
     }
 }
 

@@ -64,7 +64,8 @@ fn a_machine_that_shows_everything_is_read_completely() {
         clock_read_ns: 0,
         governor: some("performance,powersave"),
         isolated_cpus: "3".to_owned(),
-        rt_throttling: some("950000/1000000"),
+        rt_throttling: "950000/1000000".parse().ok(),
+        rt_throttling_applies: None,
     };
     assert_eq!(tree.environment(), expected);
 }
@@ -115,4 +116,27 @@ fn this_machine_has_a_kernel_and_cpus_and_a_clock_that_takes_time_to_read() {
     assert!(environment.kernel.is_some());
     assert!(environment.cpus > 0);
     assert!(environment.clock_read_ns < 1_000_000, "{environment:?}");
+}
+
+#[test]
+fn a_fifo_thread_is_throttled_unless_the_kernel_says_otherwise() {
+    let on = ("proc/sys/kernel/sched_rt_runtime_us", "950000\n");
+    let off = ("proc/sys/kernel/sched_rt_runtime_us", "-1\n");
+    let period = ("proc/sys/kernel/sched_rt_period_us", "1000000\n");
+    let new = ("proc/sys/kernel/osrelease", "6.12.1\n");
+    let old = ("proc/sys/kernel/osrelease", "6.6.30\n");
+    let with_groups = ("boot/config-6.12.1", "CONFIG_RT_GROUP_SCHED=y\n");
+    let without_groups = ("boot/config-6.12.1", "# CONFIG_RT_GROUP_SCHED is not set\n");
+    let cases: [(&str, &[File], bool); 6] = [
+        ("old-kernel", &[on, period, old], true),
+        ("new-with-groups", &[on, period, new, with_groups], true),
+        ("new-unreadable", &[on, period, new], true),
+        ("new-without-groups", &[on, period, new, without_groups], false),
+        ("switched-off", &[off, period, old], false),
+        ("silent", &[], false),
+    ];
+    for (case, files, throttled) in cases {
+        let environment = Tree::new(case, files).environment();
+        assert_eq!(environment.fifo_throttling().is_some(), throttled, "{case}");
+    }
 }

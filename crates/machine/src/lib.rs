@@ -18,8 +18,10 @@ mod disturbance;
 mod doctor;
 mod environment;
 mod machine;
+mod throttling;
 
 pub use disturbance::Disturbance;
 pub use doctor::{Examination, Finding, NoSuchCpu, Severity, examine};
 pub use environment::Environment;
 pub use machine::Machine;
+pub use throttling::{NoThrottling, Throttling};

@@ -47,7 +47,7 @@ pub(super) fn real_time_priority(machine: &Machine, _cpu: usize) -> Verdict {
 pub(super) fn cgroup_budget(machine: &Machine, _cpu: usize) -> Verdict {
     let refused = "The kernel refuses SCHED_FIFO to every process of this control group.";
     let granted = "SCHED_FIFO is not refused on account of the control group.";
-    let is_throttled = machine.number("/proc/sys/kernel/sched_rt_runtime_us") != Some(-1);
+    let is_throttled = machine.throttling().is_none_or(|throttling| !throttling.is_off());
     // Without the global limit the kernel does not look at those of groups.
     let off =
         "/proc/sys/kernel/sched_rt_runtime_us is -1: the kernel does not look at group budgets";

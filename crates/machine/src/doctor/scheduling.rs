@@ -2,9 +2,7 @@
 
 use super::verdict::Verdict;
 use crate::machine::Machine;
-
-const RUNTIME: &str = "/proc/sys/kernel/sched_rt_runtime_us";
-const PERIOD: &str = "/proc/sys/kernel/sched_rt_period_us";
+use crate::throttling::Throttling;
 
 pub(super) fn preemption(machine: &Machine, _cpu: usize) -> Verdict {
     let unknown = "How long the kernel may finish its own work before it lets the task run decides \
@@ -43,27 +41,27 @@ pub(super) fn preemption(machine: &Machine, _cpu: usize) -> Verdict {
 pub(super) fn rt_throttling(machine: &Machine, _cpu: usize) -> Verdict {
     let effect =
         "A SCHED_FIFO thread that uses up its share of a period stands still for the rest of it.";
-    let verdict = match (machine.number(RUNTIME), machine.number(PERIOD)) {
-        (Some(-1), _) => Verdict::ok("off (-1)")
-            .effect("SCHED_FIFO may use all of the CPU, so a task that never waits leaves nothing to others."),
-        (Some(runtime_us), Some(period_us)) => {
-            let value = format!("{} of {} ms", runtime_us / 1000, period_us / 1000);
-            let lost_ms = (period_us - runtime_us).max(0) / 1000;
-            let by_fair_server = machine.is_at_least(6, 12) == Some(true);
-            match machine.config().map(|config| config.is_set("RT_GROUP_SCHED")) {
-                Some(false) if by_fair_server => Verdict::ok(value)
-                    .effect("It limits only SCHED_DEADLINE here.")
-                    .inert("since 6.12 a kernel without RT_GROUP_SCHED does not throttle SCHED_FIFO: see fair_server"),
-                _ => Verdict::note(value)
-                    .effect(format!("A SCHED_FIFO thread that never sleeps (wake = \"spin\") stands still for \
-                        {lost_ms} ms of every {} ms; sleep and hybrid stay below the limit: `isochrone run` refuses \
-                        margins that do not.", period_us / 1000))
-                    .fix("sysctl -w kernel.sched_rt_runtime_us=-1  # only for wake = \"spin\""),
-            }
-        }
-        _ => Verdict::unknown("the limit cannot be read").effect(effect),
+    let Some(throttling) = machine.throttling() else {
+        return Verdict::unknown("the limit cannot be read")
+            .effect(effect)
+            .from(Throttling::SOURCE);
     };
-    verdict.from(format!("{RUNTIME}, {PERIOD}"))
+    let period_ms = throttling.period().as_millis();
+    let verdict = match throttling.granted().map(|granted| granted.as_millis()) {
+        None => Verdict::ok("off (-1)")
+            .effect("SCHED_FIFO may use all of the CPU, so a task that never waits leaves nothing to others."),
+        Some(granted_ms) if machine.throttles_fifo() == Some(false) => {
+            Verdict::ok(format!("{granted_ms} of {period_ms} ms"))
+                .effect("It limits only SCHED_DEADLINE here.")
+                .inert("since 6.12 a kernel without RT_GROUP_SCHED does not throttle SCHED_FIFO: see fair_server")
+        }
+        Some(granted_ms) => Verdict::note(format!("{granted_ms} of {period_ms} ms"))
+            .effect(format!("A SCHED_FIFO thread that never sleeps (wake = \"spin\") stands still for \
+                {} ms of every {period_ms} ms; sleep and hybrid stay below the limit: `isochrone run` \
+                refuses margins that do not.", period_ms - granted_ms))
+            .fix("sysctl -w kernel.sched_rt_runtime_us=-1  # only for wake = \"spin\""),
+    };
+    verdict.from(Throttling::SOURCE)
 }
 
 pub(super) fn fair_server(machine: &Machine, cpu: usize) -> Verdict {

@@ -156,7 +156,7 @@ pub(crate) fn report() -> Report {
             hypervisor: some("kvm"),
             clocksource: some("tsc"),
             clock_read_ns: 42,
-            rt_throttling: some("950000/1000000"),
+            rt_throttling: "950000/1000000".parse().ok(),
             ..Environment::default()
         },
         warnings: vec![Warning {

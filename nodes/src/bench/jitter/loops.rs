@@ -136,10 +136,8 @@ fn stay_awake() -> Option<File> {
 /// fifths of what it grants a CPU at a time, less the warm-up.
 pub(super) fn longest_spin(environment: &Environment, priority: Option<u8>) -> Option<Duration> {
     priority?;
-    let (runtime_us, _) = environment.rt_throttling.as_deref()?.split_once('/')?;
-    // Switched off, it is -1.
-    let runtime = Duration::from_micros(runtime_us.parse().ok()?);
-    Some((runtime * 4 / 5).saturating_sub(WARM_UP).max(Duration::from_millis(1)))
+    let granted = environment.fifo_throttling()?.granted()?;
+    Some((granted * 4 / 5).saturating_sub(WARM_UP).max(Duration::from_millis(1)))
 }
 
 #[cfg(test)]
@@ -147,7 +145,7 @@ mod tests {
     use super::*;
 
     fn throttled(text: &str) -> Environment {
-        Environment { rt_throttling: Some(text.into()), ..Environment::default() }
+        Environment { rt_throttling: text.parse().ok(), ..Environment::default() }
     }
 
     #[test]

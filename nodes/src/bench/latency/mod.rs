@@ -199,9 +199,8 @@ impl Plan {
         let circumstances = self.circumstances.iter().flat_map(|(_, circumstances)| circumstances);
         let mut arms = circumstances.flat_map(|some| &some.arms);
         let polls = |arm: &&Arm| self.wait == Wait::Poll || !arm.can_block();
-        let throttling = environment.rt_throttling.as_deref().unwrap_or("-1");
-        match (self.priority, arms.find(polls)) {
-            (Some(_), Some(arm)) if !throttling.starts_with('-') => Err(Failure::found(format!(
+        match (self.priority, arms.find(polls), environment.fifo_throttling()) {
+            (Some(_), Some(arm), Some(throttling)) => Err(Failure::found(format!(
                 "--priority with arm \"{arm}\": its receiver polls, but the kernel gives real-time \
                  threads only {throttling} us of a CPU and would stop it for the rest\n\
                  remedy: leave --priority out, or sysctl -w kernel.sched_rt_runtime_us=-1"

@@ -92,7 +92,13 @@ pub(super) fn machine(page: &mut Page, report: &Report) {
     };
     let throttling = here.rt_throttling.as_ref().map_or_else(
         || UNKNOWN.to_owned(),
-        |both| format!("{both} us (runtime/period; -1 is off)"),
+        |both| {
+            let applies = match here.rt_throttling_applies {
+                Some(false) => ", not of SCHED_FIFO",
+                _ => "",
+            };
+            format!("{both} us (runtime/period; -1 is off){applies}")
+        },
     );
     page.markup("<h2>The machine</h2>\n");
     let facts = [
