@@ -178,7 +178,8 @@ impl Arm {
         if let Some(histogram) = task.task.histograms.get("release_jitter_ns") {
             self.jitter.merge(&Distribution::decode(histogram)?);
         }
-        self.cpu_s += task.task.cpu_fraction * args.seconds;
+        let cpu_fraction = task.task.cpu_fraction.ok_or("the report has no CPU time")?;
+        self.cpu_s += cpu_fraction * args.seconds;
         self.elapsed_s += args.seconds;
         self.missed += task.task.missed;
         Ok(())

@@ -106,8 +106,8 @@ impl Arm {
         }
         self.cycles += task.cycles;
         self.missed += task.missed;
-        self.connects += task.connects;
-        self.connect_errors += task.connect_errors;
+        self.connects += task.connects.unwrap_or_default();
+        self.connect_errors += task.connect_errors.unwrap_or_default();
         Ok(())
     }
 }

@@ -271,18 +271,18 @@ impl Watch {
 
 fn task_report(report: TaskReport, outcome: &Outcome) -> TaskReport {
     TaskReport {
-        cpu_fraction: outcome.usage.cpu_ns as f64 / outcome.elapsed_ns.max(1) as f64,
-        allocations: outcome.allocations,
-        ipc_allocations: outcome.ipc_allocations,
-        minor_faults: outcome.usage.minor_faults,
-        major_faults: outcome.usage.major_faults,
-        voluntary_switches: outcome.usage.voluntary_switches,
-        involuntary_switches: outcome.usage.involuntary_switches,
-        block_errors: outcome.block_errors,
-        input_rejects: outcome.input_rejects,
-        connects: outcome.connects,
-        connect_errors: outcome.connect_errors,
-        lost_snapshots: outcome.lost_snapshots,
+        cpu_fraction: Some(outcome.usage.cpu_ns as f64 / outcome.elapsed_ns.max(1) as f64),
+        allocations: Some(outcome.allocations),
+        ipc_allocations: Some(outcome.ipc_allocations),
+        minor_faults: Some(outcome.usage.minor_faults),
+        major_faults: Some(outcome.usage.major_faults),
+        voluntary_switches: Some(outcome.usage.voluntary_switches),
+        involuntary_switches: Some(outcome.usage.involuntary_switches),
+        block_errors: Some(outcome.block_errors),
+        input_rejects: Some(outcome.input_rejects),
+        connects: Some(outcome.connects),
+        connect_errors: Some(outcome.connect_errors),
+        lost_snapshots: Some(outcome.lost_snapshots),
         ..report
     }
 }

@@ -73,7 +73,11 @@ fn no_text_of_a_report_becomes_markup() {
         isochrone: bad.clone(),
         command: vec![bad.clone()],
         started: bad.clone(),
-        warnings: vec![Warning { code: bad.clone(), message: bad.clone(), remedy: bad.clone() }],
+        warnings: vec![Warning {
+            code: bad.clone().into(),
+            message: bad.clone(),
+            remedy: bad.clone(),
+        }],
         tasks: vec![TaskArm {
             task: TaskReport {
                 name: bad.clone(),

@@ -2,7 +2,7 @@
 
 use isochrone_machine::Environment;
 use isochrone_report::{BlockReport, Comparison, CostReport, LinkArm, Report, TaskArm, Verdict};
-use isochrone_timing::{LinkReport, Summary, TaskReport, Warning};
+use isochrone_timing::{LinkReport, Summary, TaskReport, Warning, WarningCode};
 
 fn jitter() -> Summary {
     Summary {
@@ -46,12 +46,12 @@ fn report() -> Report {
         },
         warnings: vec![
             Warning {
-                code: "rt_denied".to_owned(),
+                code: WarningCode::RtDenied,
                 message: "no real-time priority".to_owned(),
                 remedy: "run as root".to_owned(),
             },
             Warning {
-                code: "steal".to_owned(),
+                code: "steal".into(),
                 message: "CPU was stolen".to_owned(),
                 remedy: String::new(),
             },
@@ -67,12 +67,17 @@ fn report() -> Report {
                 warm_up_cycles: 100,
                 release_jitter_ns: jitter(),
                 execution_ns: few(),
-                cpu_fraction: 0.0625,
-                minor_faults: 3,
-                ipc_allocations: 60_000,
-                voluntary_switches: 60_000,
-                involuntary_switches: 1,
-                connects: 2,
+                cpu_fraction: Some(0.0625),
+                allocations: Some(0),
+                minor_faults: Some(3),
+                major_faults: Some(0),
+                ipc_allocations: Some(60_000),
+                voluntary_switches: Some(60_000),
+                involuntary_switches: Some(1),
+                block_errors: Some(0),
+                input_rejects: Some(0),
+                connects: Some(2),
+                connect_errors: Some(0),
                 ..TaskReport::default()
             },
             ..TaskArm::default()
@@ -127,7 +132,7 @@ fn a_task_that_may_move_and_lost_records_and_snapshots_says_so() {
     let mut report = report();
     report.tasks[0].task.cpu = None;
     report.tasks[0].task.lost_records = 7;
-    report.tasks[0].task.lost_snapshots = 3;
+    report.tasks[0].task.lost_snapshots = Some(3);
     let table = report.to_string();
     assert!(table.contains("scheduler fifo:80, any CPU\n"));
     assert!(table.contains("100 warm-up cycles excluded, 7 records lost, 3 snapshots lost\n"));
@@ -185,13 +190,17 @@ fn bench() -> Report {
         ended_early: true,
         tasks: vec![
             TaskArm {
-                task: TaskReport { missed: 3, cpu_fraction: 0.0125, ..arm("sleep", few()).task },
+                task: TaskReport {
+                    missed: 3,
+                    cpu_fraction: Some(0.0125),
+                    ..arm("sleep", few()).task
+                },
                 release_jitter_corrected_ns: Some(Summary { count: 15, ..few() }),
                 release_jitter_valid_ns: Some(few()),
                 ..arm("sleep", few())
             },
             TaskArm {
-                task: TaskReport { cpu_fraction: 0.5, ..arm("hybrid", jitter()).task },
+                task: TaskReport { cpu_fraction: Some(0.5), ..arm("hybrid", jitter()).task },
                 release_jitter_corrected_ns: Some(jitter()),
                 release_jitter_valid_ns: Some(Summary {
                     count: 900,
@@ -249,7 +258,7 @@ release jitter, 1 ms, idle
 
 release jitter, 250 us, idle
   arm     samples      p50      p90  p99  p99.9  p99.99      max  CPU %  missed  invalid blocks
-  hybrid       12  1.25 us  10.0 us    -      -       -  1.30 ms    0.0       0          0 of 2
+  hybrid       12  1.25 us  10.0 us    -      -       -  1.30 ms      -       0          0 of 2
 
 one-way latency, 1000 Hz, 10 values
   arm               frames    mean      p50      p90     p99    p99.9   p99.99      max  lost  invalid blocks
@@ -279,4 +288,14 @@ fn the_table_is_plain_ascii_without_trailing_blanks() {
     let table = report().to_string();
     assert!(table.is_ascii());
     assert!(table.lines().all(|line| line.trim_end() == line));
+}
+
+#[test]
+fn what_was_not_measured_is_a_dash_and_not_nothing() {
+    let mut report = report();
+    let task = &mut report.tasks[0].task;
+    (task.cpu_fraction, task.allocations, task.minor_faults) = (None, None, None);
+    let table = report.to_string();
+    assert!(table.contains("CPU - %, - allocations"), "{table}");
+    assert!(table.contains("- minor and 0 major faults"), "{table}");
 }

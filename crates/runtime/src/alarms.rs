@@ -2,12 +2,12 @@
 //!
 //! An alarm is logged when it comes up, and stands in the report among the warnings.
 
-use isochrone_timing::Warning;
+use isochrone_timing::{Warning, WarningCode};
 
 /// A second publisher sends on a service.
 pub fn other_writer(service: &str) -> Warning {
     Warning {
-        code: "other_writer".into(),
+        code: WarningCode::OtherWriter,
         message: format!(
             "service \"{service}\" has a second publisher; the frames of one are read, those of the \
              other are counted only (one of isochrone is followed at once, any other when the first \
@@ -21,7 +21,7 @@ pub fn other_writer(service: &str) -> Warning {
 /// The stamps of a publisher lie in the future.
 pub fn future_stamps(service: &str, ahead_ns: u64) -> Warning {
     Warning {
-        code: "future_stamps".into(),
+        code: WarningCode::FutureStamps,
         message: format!(
             "the stamps of service \"{service}\" lie {} in the future, so its publisher has another \
              clock; ages count from the arrival, and there are no latencies",
@@ -34,7 +34,7 @@ pub fn future_stamps(service: &str, ahead_ns: u64) -> Warning {
 /// The stamps of a publisher lie in the past.
 pub fn past_stamps(service: &str, behind_ns: u64) -> Warning {
     Warning {
-        code: "past_stamps".into(),
+        code: WarningCode::PastStamps,
         message: format!(
             "frames of service \"{service}\" arrive with stamps that are {} old, so its publisher has \
              another clock or was held up; they count as old as they say, and inputs with a max_age \
@@ -48,7 +48,7 @@ pub fn past_stamps(service: &str, behind_ns: u64) -> Warning {
 /// A publisher runs on another machine.
 pub fn foreign_host(service: &str, publisher: &str) -> Warning {
     Warning {
-        code: "foreign_host".into(),
+        code: WarningCode::ForeignHost,
         message: format!(
             "\"{publisher}\", which publishes service \"{service}\", runs on another machine, whose \
              clock says nothing here; ages count from the arrival, and there are no latencies"
@@ -60,7 +60,7 @@ pub fn foreign_host(service: &str, publisher: &str) -> Warning {
 /// An input does not fit the frames of its service.
 pub fn unfit_input(input: &str, service: &str, publisher: &str, why: &str) -> Warning {
     Warning {
-        code: "unfit_input".into(),
+        code: WarningCode::UnfitInput,
         message: format!(
             "input \"{input}\" cannot read service \"{service}\" of \"{publisher}\": {why}; it keeps \
              its value"
@@ -73,7 +73,7 @@ pub fn unfit_input(input: &str, service: &str, publisher: &str, why: &str) -> Wa
 pub fn moved_channel(input: &str, service: &str, channel: usize, names: [&str; 2]) -> Warning {
     let [before, now] = names;
     Warning {
-        code: "moved_channel".into(),
+        code: WarningCode::MovedChannel,
         message: format!(
             "input \"{input}\" reads channel {channel} of service \"{service}\", which was \"{before}\" \
              and is \"{now}\" now"
@@ -85,7 +85,7 @@ pub fn moved_channel(input: &str, service: &str, channel: usize, names: [&str; 2
 /// Frames do not say what they are, and an input wants a signal by its name.
 pub fn plain_frames(input: &str, service: &str) -> Warning {
     Warning {
-        code: "plain_frames".into(),
+        code: WarningCode::PlainFrames,
         message: format!(
             "the frames of service \"{service}\" do not say which layout they have, so input \
              \"{input}\" finds no signal by its name; it keeps its value"
@@ -97,7 +97,7 @@ pub fn plain_frames(input: &str, service: &str) -> Warning {
 /// Frames have a layout that nobody announces.
 pub fn unknown_layout(service: &str, number: u64) -> Warning {
     Warning {
-        code: "unknown_layout".into(),
+        code: WarningCode::UnknownLayout,
         message: format!(
             "the frames of service \"{service}\" have layout {number:016x}, which nobody announces; \
              its inputs keep their values"

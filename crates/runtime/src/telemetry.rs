@@ -14,7 +14,7 @@ use isochrone_ipc::{
     FrameLayout, FramePublisher, LayoutAnnouncer, OpenError, Participant, Repair, SignalSpec,
     Stamp, give_up_file_override, ipc,
 };
-use isochrone_timing::{CycleRecord, Warning};
+use isochrone_timing::{CycleRecord, Warning, WarningCode};
 use rtrb::{Consumer, Producer, RingBuffer};
 
 /// Most signals of a task that are watched.
@@ -90,7 +90,7 @@ impl Telemetry {
     pub fn warnings(plan: &Plan) -> impl Iterator<Item = Warning> {
         let counted = plan.tasks.iter().map(|task| (task, signals(task).count()));
         counted.filter(|(_, signals)| *signals > MAX_SIGNALS).map(|(task, signals)| Warning {
-            code: "telemetry_cut".into(),
+            code: WarningCode::TelemetryCut,
             message: format!(
                 "task \"{}\" has {signals} signals, and {} shows the first {MAX_SIGNALS} of them",
                 task.name,

@@ -44,4 +44,4 @@ pub use link_report::LinkReport;
 pub use summary::Summary;
 pub use task::{CycleRecord, DEFAULT_WARM_UP_CYCLES, TaskTiming};
 pub use task_report::TaskReport;
-pub use warning::Warning;
+pub use warning::{Warning, WarningCode};

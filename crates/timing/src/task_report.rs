@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::summary::Summary;
 
-/// The timing of one cyclic task; the distributions are of the cycles that ran after the warm-up.
+/// What one cyclic task did and cost; the distributions are of the cycles that ran after the
+/// warm-up. What was not measured is `None`, `null` in JSON.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct TaskReport {
@@ -41,32 +42,39 @@ pub struct TaskReport {
     /// |interval between two starts - interval between their due times|.
     pub period_error_ns: Summary,
     /// CPU time of the task's thread per elapsed time, 0 to 1; waiting by spinning counts.
-    pub cpu_fraction: f64,
+    pub cpu_fraction: Option<f64>,
     /// Allocations from a release until the frames were sent: none but what the IPC library needs
     /// for a peer that came just then.
-    pub allocations: u64,
+    pub allocations: Option<u64>,
     /// Allocations by the IPC library in the slack: one for each frame.
-    pub ipc_allocations: u64,
+    pub ipc_allocations: Option<u64>,
     /// Page faults without I/O.
-    pub minor_faults: u64,
+    pub minor_faults: Option<u64>,
     /// Page faults with I/O.
-    pub major_faults: u64,
+    pub major_faults: Option<u64>,
     /// Times that the thread gave up its CPU, as a sleep does.
-    pub voluntary_switches: u64,
+    pub voluntary_switches: Option<u64>,
     /// Times that the CPU was taken away.
-    pub involuntary_switches: u64,
+    pub involuntary_switches: Option<u64>,
     /// Block steps that ended with an error status.
-    pub block_errors: u64,
+    pub block_errors: Option<u64>,
     /// Samples that their declared type could not hold.
-    pub input_rejects: u64,
+    pub input_rejects: Option<u64>,
     /// How often the number of a port's peers was seen to change while the task ran; one that left
     /// and one that joined between two looks are not seen.
-    pub connects: u64,
+    pub connects: Option<u64>,
     /// Connections to a peer that failed at first, and were tried again.
-    pub connect_errors: u64,
+    pub connect_errors: Option<u64>,
     /// Snapshots of the signals that did not become telemetry, because nobody fetched those before.
-    pub lost_snapshots: u64,
+    pub lost_snapshots: Option<u64>,
     /// The distributions themselves, by the names that their summaries have here, as
     /// [`Distribution::encode`](crate::Distribution::encode) writes them.
     pub histograms: BTreeMap<String, String>,
+}
+
+impl TaskReport {
+    /// Page faults of both kinds.
+    pub fn faults(&self) -> Option<u64> {
+        Some(self.minor_faults? + self.major_faults?)
+    }
 }

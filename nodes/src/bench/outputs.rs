@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use isochrone_report::{
     Gate, Measured, Report, Series, cyclictest_histogram, hgrm, hlog, html, pictures,
 };
-use isochrone_timing::Warning;
+use isochrone_timing::{Warning, WarningCode};
 
 use crate::failure::Failure;
 use crate::gate;
@@ -80,7 +80,7 @@ impl Outputs {
     pub(crate) fn write(self, report: &mut Report) -> Result<(), Failure> {
         if cfg!(debug_assertions) {
             report.warnings.push(Warning {
-                code: "debug_build".into(),
+                code: WarningCode::DebugBuild,
                 message:
                     "this program was built for debugging; its figures are not those of a release"
                         .into(),

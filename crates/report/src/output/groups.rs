@@ -101,6 +101,11 @@ pub(super) fn percentile_name(key: &str) -> &str {
     PERCENTILES.iter().find(|percentile| percentile.key == key).map_or(key, |known| known.name)
 }
 
+/// The part of a CPU as `12.5`, in %, if it was measured.
+pub(super) fn percent(part: Option<f64>) -> Option<String> {
+    part.map(|part| format!("{:.1}", 100.0 * part))
+}
+
 /// A value of a metric in its unit.
 pub(super) fn value(metric: &str, value: u64) -> String {
     match metric.ends_with("_ps") {

@@ -3,7 +3,7 @@
 
 use isochrone_machine::{Disturbance, Environment, Finding, Severity};
 use isochrone_report::{Blocks, CostReport, LinkArm, LoopArm, Report, TaskArm};
-use isochrone_timing::{CycleRecord, Distribution, LinkReport, TaskReport, Warning};
+use isochrone_timing::{CycleRecord, Distribution, LinkReport, TaskReport, Warning, WarningCode};
 
 const PERIOD_NS: u64 = 1_000_000;
 const ORIGIN_NS: u64 = 70_000_000_000;
@@ -62,7 +62,7 @@ fn arm(name: &str, load: &str, typical_ns: f64, turn_of_arm: u64) -> TaskArm {
             margin_ns: (name == "hybrid").then_some(60_000),
             scheduler: "fifo:80".to_owned(),
             cpu: Some(1),
-            cpu_fraction: 0.0125,
+            cpu_fraction: Some(0.0125),
             ..arm.report(name).task
         },
         load: load.to_owned(),
@@ -160,7 +160,7 @@ pub(crate) fn report() -> Report {
             ..Environment::default()
         },
         warnings: vec![Warning {
-            code: "rt_denied".to_owned(),
+            code: WarningCode::RtDenied,
             message: "no real-time priority".to_owned(),
             remedy: "run as root, or set rtprio 80 in limits.conf".to_owned(),
         }],

@@ -9,7 +9,7 @@ use isochrone_cyclic::{
 use isochrone_engine::Plan;
 use isochrone_ipc::Domain;
 use isochrone_report::{LoopArm, TaskArm};
-use isochrone_timing::{Distribution, TaskReport, Warning};
+use isochrone_timing::{Distribution, TaskReport, Warning, WarningCode};
 
 use super::{Settings, WARM_UP, cyclictest, loops, node};
 use crate::failure::Failure;
@@ -150,7 +150,7 @@ impl Arm {
     fn spins_in_bursts(&self, counted: Duration) -> Option<Warning> {
         let Kind::Loop { longest: Some(longest), .. } = self.kind else { return None };
         (longest < counted && self.is_real_time()).then(|| Warning {
-            code: "spin_in_bursts".into(),
+            code: WarningCode::SpinInBursts,
             message: format!(
                 "{} counts only {} ms of a turn: the kernel stops real-time threads that never sleep",
                 self.name,
@@ -170,6 +170,8 @@ impl Arm {
 
     pub(super) fn report(&self, load: &str) -> TaskArm {
         let usage = self.used.usage;
+        // Another program's thread tells its CPU time only.
+        let seen = |count| (!matches!(self.kind, Kind::Cyclictest)).then_some(count);
         let (scheduler, cpu) = match &self.grant {
             Some(grant) => (grant.scheduler.clone(), grant.cpu),
             // cyclictest says nothing; it ends with an error if it does not get what it asks for.
@@ -190,11 +192,12 @@ impl Arm {
             margin_ns: self.margin_ns,
             scheduler,
             cpu,
-            cpu_fraction: usage.cpu_ns as f64 / self.used.elapsed_ns.max(1) as f64,
-            minor_faults: usage.minor_faults,
-            major_faults: usage.major_faults,
-            voluntary_switches: usage.voluntary_switches,
-            involuntary_switches: usage.involuntary_switches,
+            cpu_fraction: (self.used.elapsed_ns > 0)
+                .then(|| usage.cpu_ns as f64 / self.used.elapsed_ns as f64),
+            minor_faults: seen(usage.minor_faults),
+            major_faults: seen(usage.major_faults),
+            voluntary_switches: seen(usage.voluntary_switches),
+            involuntary_switches: seen(usage.involuntary_switches),
             ..arm.task
         };
         TaskArm { task, load: load.to_owned(), ..arm }

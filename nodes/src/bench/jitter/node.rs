@@ -41,8 +41,8 @@ pub(super) fn turn(arm: &mut Arm, plan: &Plan, turn: &Turn<'_>) -> Result<Used, 
         return Err(Failure::found(format!("arm \"{}\" ran no task", arm.name)));
     };
     let mut disturbance = watch.since(seen.counted.start);
-    disturbance.faults = task.task.minor_faults + task.task.major_faults;
-    disturbance.preemptions = task.task.involuntary_switches;
+    disturbance.faults = task.task.faults().unwrap_or_default();
+    disturbance.preemptions = task.task.involuntary_switches.unwrap_or_default();
     arm.timing.block(&seen.records, seen.counted, disturbance, |at_ns| watch.around(at_ns));
     arm.margin_ns = task.task.margin_ns;
     arm.grant = Some(ThreadGrant {
@@ -53,11 +53,11 @@ pub(super) fn turn(arm: &mut Arm, plan: &Plan, turn: &Turn<'_>) -> Result<Used, 
     let elapsed_ns = turn.counted.as_nanos() as u64;
     Ok(Used {
         usage: ThreadUsage {
-            cpu_ns: (task.task.cpu_fraction * elapsed_ns as f64) as u64,
-            minor_faults: task.task.minor_faults,
-            major_faults: task.task.major_faults,
-            voluntary_switches: task.task.voluntary_switches,
-            involuntary_switches: task.task.involuntary_switches,
+            cpu_ns: (task.task.cpu_fraction.unwrap_or_default() * elapsed_ns as f64) as u64,
+            minor_faults: task.task.minor_faults.unwrap_or_default(),
+            major_faults: task.task.major_faults.unwrap_or_default(),
+            voluntary_switches: task.task.voluntary_switches.unwrap_or_default(),
+            involuntary_switches: task.task.involuntary_switches.unwrap_or_default(),
         },
         elapsed_ns,
     })

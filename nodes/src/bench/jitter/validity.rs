@@ -1,7 +1,7 @@
 //! Whether the arm `sleep` is what it claims to be.
 
 use isochrone_report::{Measured, Report, supports};
-use isochrone_timing::Warning;
+use isochrone_timing::{Warning, WarningCode};
 
 /// How far `sleep` may be from the real cyclictest: percentile, quantile, part.
 const LIMITS: [(&str, f64, f64); 2] = [("p50", 0.5, 0.10), ("p99", 0.99, 0.25)];
@@ -25,7 +25,7 @@ fn differences(sleep: &Measured, real: &Measured) -> Vec<Warning> {
         let at = |arm: &Measured| arm.distribution.quantile(*quantile) as f64;
         let part = at(sleep) / at(real).max(1.0) - 1.0;
         (part.abs() > *limit).then(|| Warning {
-            code: "sleep_differs".into(),
+            code: WarningCode::SleepDiffers,
             message: format!(
                 "{name} of the arm sleep is {:+.0} % off that of cyclictest ({}); within {:.0} % it \
                  stands for it",

@@ -2,7 +2,7 @@
 
 use isochrone_machine::Disturbance;
 use isochrone_report::{Blocks, LinkArm};
-use isochrone_timing::{Distribution, LinkReport, Warning, encoded};
+use isochrone_timing::{Distribution, LinkReport, Warning, WarningCode, encoded};
 
 use super::arms::{Arm, Pace};
 use super::measurer::Taken;
@@ -93,7 +93,7 @@ impl KeptPace {
         let late = || all.iter().filter(|pace| pace.missed_part() > TOLERATED);
         let worst = late().max_by(|a, b| a.missed_part().total_cmp(&b.missed_part()))?;
         Some(Warning {
-            code: "pace_not_kept".into(),
+            code: WarningCode::PaceNotKept,
             message: format!(
                 "{} of {} times the sender could not keep its pace and sent fewer messages; worst: {}, \
                  {} of {} instants missed",

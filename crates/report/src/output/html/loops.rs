@@ -3,9 +3,9 @@
 use isochrone_timing::units::duration;
 
 use super::page::{Column, Page, Row};
-use super::section::{self, Shown, comparisons, percentile_columns, percentiles};
+use super::section::{self, Shown, cell, comparisons, percentile_columns, percentiles};
 use crate::bench::Reported;
-use crate::output::groups::{Group, groups, metric_name, release_jitter};
+use crate::output::groups::{Group, groups, metric_name, percent, release_jitter};
 use crate::output::picture::Timeline;
 use crate::report::{Report, TaskArm};
 
@@ -32,7 +32,7 @@ fn summary(page: &mut Page, group: &Group<'_, TaskArm>) {
             match index {
                 0 => Row::of(cells.chain([
                     task.task.missed.to_string(),
-                    format!("{:.1} %", 100.0 * task.task.cpu_fraction),
+                    cell(percent(task.task.cpu_fraction).map(|cpu| cpu + " %")),
                 ])),
                 _ => Row { class: "sub", ..Row::of(cells.chain([String::new(), String::new()])) },
             }
@@ -108,11 +108,15 @@ fn how_they_ran(page: &mut Page, group: &Group<'_, TaskArm>) {
             task.task.warm_up_cycles.to_string(),
             task.task.overruns.to_string(),
             task.task.lost_records.to_string(),
-            task.task.allocations.to_string(),
-            (task.task.minor_faults + task.task.major_faults).to_string(),
-            task.task.involuntary_switches.to_string(),
-            task.task.block_errors.to_string(),
+            count(task.task.allocations),
+            count(task.task.faults()),
+            count(task.task.involuntary_switches),
+            count(task.task.block_errors),
         ])
     });
     page.table("How they ran", &columns, rows);
+}
+
+fn count(count: Option<u64>) -> String {
+    cell(count.map(|count| count.to_string()))
 }

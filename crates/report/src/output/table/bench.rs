@@ -9,7 +9,7 @@ use super::grid::Grid;
 use super::{UNKNOWN, time};
 use crate::bench::{Comparison, Reported};
 use crate::output::groups::{
-    COLUMNS, Group, arm_of, columns, groups, invalid_blocks, latency_columns, metric_name,
+    COLUMNS, Group, arm_of, columns, groups, invalid_blocks, latency_columns, metric_name, percent,
     percentile_name, release_jitter, stages, value,
 };
 use crate::report::{CostReport, LinkArm, Report, TaskArm};
@@ -53,7 +53,7 @@ fn loops(group: &Group<'_, TaskArm>) -> Grid {
         for (kind, summary) in release_jitter(task) {
             match kind {
                 "raw" => grid.row(cells(&task.task.name, summary.count, summary).chain([
-                    format!("{:.1}", 100.0 * task.task.cpu_fraction),
+                    percent(task.task.cpu_fraction).unwrap_or_else(|| UNKNOWN.to_owned()),
                     task.task.missed.to_string(),
                     invalid(*task),
                 ])),

@@ -9,9 +9,10 @@ use std::fmt::{Display, Formatter, Result};
 
 use isochrone_machine::Environment;
 use isochrone_timing::units::{duration, period, three_digits};
-use isochrone_timing::{Summary, Warning};
+use isochrone_timing::{LinkReport, Summary, TaskReport, Warning};
 
-use crate::report::{LinkArm, Report, TaskArm};
+use crate::output::groups::percent;
+use crate::report::Report;
 
 const LABEL_WIDTH: usize = 16;
 const COLUMN_WIDTH: usize = 9;
@@ -28,10 +29,10 @@ impl Display for Report {
         }
         environment(f, &self.environment)?;
         for report in self.tasks.iter().filter(|task| task.blocks.is_empty()) {
-            task(f, report)?;
+            task(f, &report.task)?;
         }
         for report in self.links.iter().filter(|link| link.blocks.is_empty()) {
-            link(f, report)?;
+            link(f, &report.link)?;
         }
         bench::tables(f, self)?;
         if !self.warnings.is_empty() {
@@ -55,77 +56,79 @@ fn environment(f: &mut Formatter<'_>, environment: &Environment) -> Result {
     )
 }
 
-fn task(f: &mut Formatter<'_>, task: &TaskArm) -> Result {
+fn task(f: &mut Formatter<'_>, task: &TaskReport) -> Result {
     writeln!(f)?;
     write!(
         f,
         "task {}: period {}, wake {}{}, scheduler {}",
-        task.task.name,
-        period(task.task.period_ns),
-        task.task.wake,
-        task.task
-            .margin_ns
-            .map_or_else(String::new, |ns| format!(" (margin {})", duration(ns as f64))),
-        task.task.scheduler
+        task.name,
+        period(task.period_ns),
+        task.wake,
+        task.margin_ns.map_or_else(String::new, |ns| format!(" (margin {})", duration(ns as f64))),
+        task.scheduler
     )?;
-    match task.task.cpu {
+    match task.cpu {
         Some(cpu) => writeln!(f, ", CPU {cpu}")?,
         None => writeln!(f, ", any CPU")?,
     }
     write!(
         f,
         "  {} cycles, {} missed, {} overruns, {} warm-up cycles excluded",
-        task.task.cycles, task.task.missed, task.task.overruns, task.task.warm_up_cycles
+        task.cycles, task.missed, task.overruns, task.warm_up_cycles
     )?;
-    if task.task.lost_records > 0 {
-        write!(f, ", {} records lost", task.task.lost_records)?;
+    if task.lost_records > 0 {
+        write!(f, ", {} records lost", task.lost_records)?;
     }
-    if task.task.lost_snapshots > 0 {
-        write!(f, ", {} snapshots lost", task.task.lost_snapshots)?;
+    if let Some(lost) = task.lost_snapshots.filter(|lost| *lost > 0) {
+        write!(f, ", {lost} snapshots lost")?;
     }
     writeln!(f)?;
     heading(f)?;
-    row(f, "release jitter", &task.task.release_jitter_ns)?;
-    row(f, "execution", &task.task.execution_ns)?;
-    row(f, "response", &task.task.response_ns)?;
-    row(f, "period error", &task.task.period_error_ns)?;
+    row(f, "release jitter", &task.release_jitter_ns)?;
+    row(f, "execution", &task.execution_ns)?;
+    row(f, "response", &task.response_ns)?;
+    row(f, "period error", &task.period_error_ns)?;
+    let TaskReport { allocations, ipc_allocations, minor_faults, major_faults, .. } = task;
+    let TaskReport { voluntary_switches, involuntary_switches, block_errors, .. } = task;
+    let TaskReport { input_rejects, connects, connect_errors, .. } = task;
     writeln!(
         f,
-        "  CPU {:.1} %, {} allocations ({} more by the IPC library), {} minor and {} major faults, {} voluntary and {} involuntary switches",
-        task.task.cpu_fraction * 100.0,
-        task.task.allocations,
-        task.task.ipc_allocations,
-        task.task.minor_faults,
-        task.task.major_faults,
-        task.task.voluntary_switches,
-        task.task.involuntary_switches
+        "  CPU {} %, {} allocations ({} more by the IPC library), {} minor and {} major faults, {} voluntary and {} involuntary switches",
+        percent(task.cpu_fraction).unwrap_or_else(|| UNKNOWN.to_owned()),
+        counted(*allocations),
+        counted(*ipc_allocations),
+        counted(*minor_faults),
+        counted(*major_faults),
+        counted(*voluntary_switches),
+        counted(*involuntary_switches)
     )?;
     writeln!(
         f,
         "  {} block errors, {} input rejects, {} connects ({} failed at first)",
-        task.task.block_errors,
-        task.task.input_rejects,
-        task.task.connects,
-        task.task.connect_errors
+        counted(*block_errors),
+        counted(*input_rejects),
+        counted(*connects),
+        counted(*connect_errors)
     )
 }
 
-fn link(f: &mut Formatter<'_>, link: &LinkArm) -> Result {
-    write!(f, "\nlink {}", link.link.service)?;
-    if let Some(rate_hz) = link.link.rate_hz {
+/// A count, or a dash where nobody counted.
+fn counted(count: Option<u64>) -> String {
+    count.map_or_else(|| UNKNOWN.to_owned(), |count| count.to_string())
+}
+
+fn link(f: &mut Formatter<'_>, link: &LinkReport) -> Result {
+    write!(f, "\nlink {}", link.service)?;
+    if let Some(rate_hz) = link.rate_hz {
         write!(f, ": {} Hz", three_digits(rate_hz))?;
     }
     writeln!(f)?;
-    write!(
-        f,
-        "  {} frames, {} lost, {} restarts",
-        link.link.frames, link.link.lost, link.link.restarts
-    )?;
+    write!(f, "  {} frames, {} lost, {} restarts", link.frames, link.lost, link.restarts)?;
     for (count, what) in [
-        (link.link.other_writers, "of other writers"),
-        (link.link.future_stamps, "with stamps from the future"),
-        (link.link.past_stamps, "with stamps from the past"),
-        (link.link.unknown_layouts, "of unknown layout"),
+        (link.other_writers, "of other writers"),
+        (link.future_stamps, "with stamps from the future"),
+        (link.past_stamps, "with stamps from the past"),
+        (link.unknown_layouts, "of unknown layout"),
     ] {
         if count > 0 {
             write!(f, ", {count} {what}")?;
@@ -133,7 +136,7 @@ fn link(f: &mut Formatter<'_>, link: &LinkArm) -> Result {
     }
     writeln!(f)?;
     // Who only counts frames, as their sender does, has no latencies.
-    let latencies = [("last hop", &link.link.one_way_ns), ("end to end", &link.link.end_to_end_ns)];
+    let latencies = [("last hop", &link.one_way_ns), ("end to end", &link.end_to_end_ns)];
     if latencies.iter().any(|(_, summary)| summary.count > 0) {
         heading(f)?;
         for (label, summary) in latencies {
