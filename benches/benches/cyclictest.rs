@@ -14,6 +14,7 @@ use std::process::{Command, Stdio};
 
 use clap::Parser;
 use isochrone_benches::{Bench, Failure, take_turns, us};
+use isochrone_processes::Child;
 use isochrone_report::{Report, Series, histogram_svg, percentiles_svg};
 use isochrone_timing::Distribution;
 
@@ -187,21 +188,10 @@ impl Arm {
 }
 
 /// Load that ends with the bench.
-struct Stress(std::process::Child);
-
-fn stress(arguments: &str) -> Result<Stress, Failure> {
+fn stress(arguments: &str) -> Result<Child, Failure> {
     let mut command = Command::new("stress-ng");
     command.args(arguments.split_whitespace()).stdout(Stdio::null()).stderr(Stdio::null());
-    let child = command.spawn().map_err(|error| format!("cannot start stress-ng: {error}"))?;
-    Ok(Stress(child))
-}
-
-impl Drop for Stress {
-    fn drop(&mut self) {
-        // SIGKILL would leave its workers behind.
-        let _ = Command::new("kill").arg(self.0.id().to_string()).status();
-        let _ = self.0.wait();
-    }
+    Ok(Child::start("stress-ng", &mut command)?)
 }
 
 fn print(args: &Args, arms: &[Arm]) {

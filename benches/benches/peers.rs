@@ -8,13 +8,13 @@
 //! cargo bench -p isochrone-benches --bench peers -- --rounds 10 --seconds 6
 //! ```
 
-use std::process::{Child, Command};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
 use clap::Parser;
 use isochrone_benches::{Bench, Failure, take_turns, us};
+use isochrone_processes::Child;
 use isochrone_timing::{Distribution, TaskReport};
 
 #[derive(Parser)]
@@ -148,7 +148,8 @@ struct Peers<'a> {
 
 impl Peers<'_> {
     fn start(&self, arguments: &str) -> Result<Peer, Failure> {
-        Ok(Peer(self.bench.command(&["taskset", "-c", self.cpus], arguments).spawn()?))
+        let mut command = self.bench.command(&["taskset", "-c", self.cpus], arguments);
+        Ok(Peer(Child::start("a peer", &mut command)?))
     }
 
     /// Watches the telemetry with several observers until it is over.
@@ -193,8 +194,7 @@ struct Peer(Child);
 
 impl Peer {
     fn ask_to_leave(mut self) -> Result<(), Failure> {
-        Command::new("kill").arg(self.0.id().to_string()).status()?;
-        self.0.wait()?;
+        self.0.end()?;
         Ok(())
     }
 }
@@ -202,7 +202,6 @@ impl Peer {
 impl Drop for Peer {
     fn drop(&mut self) {
         let _ = self.0.kill();
-        let _ = self.0.wait();
     }
 }
 

@@ -9,10 +9,11 @@ mod program;
 
 use std::fs;
 use std::path::PathBuf;
-use std::process::{Child, Command, Stdio};
+use std::process::{Command, Stdio};
 
 use isochrone_engine::{Plan, Rules, TaskEngine, Workload};
 use isochrone_ipc::IsolatedDomain;
+use isochrone_processes::Child;
 use isochrone_report::{Report, turns};
 
 pub use baseline::{Baseline, Verdict};
@@ -79,7 +80,7 @@ impl Bench {
         let log = self.path("log");
         let mut command = self.command(wrapper, &format!("{arguments} --report report.json"));
         command.stderr(fs::File::create(&log)?);
-        Ok(Running { child: command.spawn()?, report, log })
+        Ok(Running { child: Child::start("isochrone", &mut command)?, report, log })
     }
 }
 
@@ -103,13 +104,6 @@ impl Running {
             return Err(format!("the program ended with {status}: {said}").into());
         }
         Ok(serde_json::from_str(&fs::read_to_string(&self.report)?)?)
-    }
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        let _ = self.child.kill();
-        let _ = self.child.wait();
     }
 }
 

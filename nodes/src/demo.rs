@@ -4,11 +4,11 @@ use std::thread;
 use std::time::Duration;
 
 use isochrone_engine::parse_seconds;
+use isochrone_processes::{Child, Company};
 use isochrone_report::Report;
 
-use crate::company::{Company, Process};
 use crate::failure::Failure;
-use crate::stop::Stop;
+use crate::stop;
 use crate::terminal;
 
 /// Run publisher, control node and subscriber as three processes and show live values
@@ -41,7 +41,7 @@ const GRACE_S: f64 = 5.0;
 const LOOK_INTERVAL: Duration = Duration::from_millis(20);
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let stop = Stop::on_signal(Some(args.seconds))?;
+    let stop = stop::on_signal(Some(args.seconds))?;
     let company = Company::gather("isodemo")?;
     company.write("level.toml", CONFIGURATION)?;
     let limit = (args.seconds + GRACE_S).to_string();
@@ -80,16 +80,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         false => drop(terminal::print(&format!("{line}\n"))),
     });
 
-    let mut early = None;
-    while early.is_none() && !stop.is_due() {
+    let mut all_run = Ok(());
+    while all_run.is_ok() && !stop.is_due() {
         thread::sleep(LOOK_INTERVAL);
-        early = [&mut node, &mut publisher, &mut subscriber].into_iter().find_map(Process::failure);
+        all_run =
+            [&mut node, &mut publisher, &mut subscriber].into_iter().try_for_each(Child::check);
     }
     // From the reader to the writer, so that the reader sees no end of its frames.
-    let failures = [subscriber.end(), node.end(), publisher.end()];
-    if let Some(failure) = early.or(failures.into_iter().flatten().next()) {
-        return Err(failure);
-    }
+    let ends = [subscriber.finish(), node.finish(), publisher.finish()];
+    all_run?;
+    ends.into_iter().collect::<Result<(), _>>()?;
     let reports = [node_report, link_report].map(|report| report.recv().unwrap_or_default());
     if reports.iter().any(String::is_empty) {
         terminal::note("stopped before anything was measured");

@@ -3,9 +3,8 @@
 use std::process::ExitCode;
 
 use isochrone_engine::{Findings, escaped_lines};
+use isochrone_processes::{ChildError, CompanyError, StopError};
 use miette::{Diagnostic, Report};
-
-use crate::terminal;
 
 /// A verb's failure.
 #[derive(Debug)]
@@ -46,12 +45,32 @@ impl Failure {
         self.report.as_ref()?.downcast_ref()
     }
 
-    /// Shows the failure on stderr.
-    pub(crate) fn report(self) -> ExitCode {
-        if let Some(report) = &self.report {
-            terminal::note_report(report);
-        }
+    /// What to say, if there is something.
+    pub(crate) fn report(&self) -> Option<&Report> {
+        self.report.as_ref()
+    }
+
+    /// The exit status.
+    pub(crate) fn status(&self) -> ExitCode {
         ExitCode::from(self.status)
+    }
+}
+
+impl From<StopError> for Failure {
+    fn from(error: StopError) -> Self {
+        Self::found(error)
+    }
+}
+
+impl From<ChildError> for Failure {
+    fn from(error: ChildError) -> Self {
+        Self::found(error)
+    }
+}
+
+impl From<CompanyError> for Failure {
+    fn from(error: CompanyError) -> Self {
+        Self::found(error)
     }
 }
 

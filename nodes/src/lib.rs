@@ -14,7 +14,6 @@
 mod bench;
 mod blocks;
 mod check;
-mod company;
 mod compare;
 mod completions;
 mod configuration;
@@ -43,6 +42,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 use isochrone_cyclic::CountingAllocator;
+use isochrone_processes::end_with_parent;
 
 /// Counts the allocations of every thread, so that reports can say what the cycle allocates.
 #[global_allocator]
@@ -86,6 +86,7 @@ enum Verb {
 
 /// Reads the command line, runs its verb and says how it ended.
 pub fn main() -> ExitCode {
+    end_with_parent();
     let cli = Cli::parse();
     terminal::set_up_reports();
     logging::set_up(cli.verbose);
@@ -105,6 +106,9 @@ pub fn main() -> ExitCode {
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => failure.report(),
+        Err(failure) => {
+            terminal::note_failure(&failure);
+            failure.status()
+        }
     }
 }

@@ -18,7 +18,7 @@ use self::signals::{Constant, Signals};
 use crate::domain;
 use crate::failure::Failure;
 use crate::numbers::{self, counted};
-use crate::stop::Stop;
+use crate::stop;
 use crate::wave::Shape;
 use crate::{configuration, terminal};
 
@@ -118,7 +118,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let pace = pace(args, &signals);
     let layout = FrameLayout { signals: signals.specs().to_vec(), period_ns: pace.period_ns() };
     layout.check().map_err(Failure::usage)?;
-    let stop = Stop::on_signal(args.seconds)?;
+    let stop = stop::on_signal(args.seconds)?;
     stop.keep_time()?;
     let participant = args.domain.join("isochrone/publish")?;
     let mut publisher = FramePublisher::<ipc::Service>::open(&participant, &args.service, &layout)

@@ -11,6 +11,7 @@ use isochrone_cyclic::{
 use isochrone_engine::{Finding, Findings, Plan, Problem, TaskEngine, parse_seconds};
 use isochrone_ipc::{OpenError, Participant, Repair, ipc};
 use isochrone_machine::Environment;
+use isochrone_processes::Stop;
 use isochrone_report::{LinkArm, Report};
 use isochrone_runtime::{self as runtime, Job, Outcome, Ready, Resolver, Telemetry};
 use isochrone_timing::{CycleRecord, TaskReport, TaskTiming, Warning};
@@ -20,7 +21,7 @@ use crate::domain;
 use crate::failure::Failure;
 use crate::result_file::ResultFile;
 use crate::service::Service;
-use crate::stop::Stop;
+use crate::stop;
 use crate::{configuration, terminal, throttling};
 
 /// Run a control node until Ctrl-C, SIGTERM, --seconds or --cycles
@@ -77,7 +78,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         configuration::keep(&args.file, report)?;
     }
     let report_file = args.report.as_deref().map(ResultFile::open).transpose()?;
-    let stop = Stop::on_signal(args.seconds)?;
+    let stop = stop::on_signal(args.seconds)?;
 
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
     if plan.tasks.iter().any(|task| task.priority.is_some()) {

@@ -7,7 +7,7 @@ use isochrone_engine::{BuildError, InputPlan, Plan, TaskEngine};
 use crate::failure::Failure;
 use crate::recording::Recording;
 use crate::rows::{CYCLE, Rows};
-use crate::stop::Stop;
+use crate::stop;
 use crate::{configuration, numbers, terminal};
 
 /// Run a configuration without clock and IPC, from CSV to CSV
@@ -67,7 +67,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     };
     let cycles = args.cycles.unwrap_or(recording.len() as u64);
     let mut simulation = Simulation::new(&plan, reference, recording).map_err(Failure::found)?;
-    let stop = Stop::on_signal(None)?;
+    let stop = stop::on_signal(None)?;
     let mut output = Output::create(&args.output, &plan)?;
     for cycle in 0..cycles {
         if stop.is_due() {

@@ -22,7 +22,7 @@ use crate::failure::Failure;
 use crate::numbers::counted;
 use crate::result_file::ResultFile;
 use crate::rows::Rows;
-use crate::stop::Stop;
+use crate::stop;
 use crate::{configuration, terminal};
 
 /// Show, record or measure the frames of a service
@@ -80,7 +80,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     configuration::service_name(&args.service)?;
     let sink = sink(args)?;
     let report_file = args.report.as_deref().map(ResultFile::open).transpose()?;
-    let stop = Stop::on_signal(args.seconds)?;
+    let stop = stop::on_signal(args.seconds)?;
     let participant = args.domain.join("isochrone/subscribe")?;
     let Some(mut line) = Line::open(&participant, &args.service, &stop)? else {
         let service = &args.service;

@@ -24,6 +24,13 @@ pub(crate) fn note(text: &str) {
     let _ = writeln!(io::stderr(), "{}", escaped_lines(text.trim_end()));
 }
 
+/// Writes why a verb failed to stderr.
+pub(crate) fn note_failure(failure: &Failure) {
+    if let Some(report) = failure.report() {
+        note_report(report);
+    }
+}
+
 /// Writes what is wrong to stderr. The colours are the renderer's own; whoever makes a report has
 /// escaped what is quoted in it.
 pub(crate) fn note_report(report: &Report) {

@@ -126,16 +126,43 @@ fn another_signal_ends_a_process_that_hangs_with_exit_status_1() {
     publisher.stop().expect_code(0);
 }
 
-#[test]
-fn a_demo_that_is_ended_at_once_ends_its_processes_too() {
-    let folder = tempfile::tempdir().unwrap();
+/// A demo at work, and its processes.
+fn demo(folder: &tempfile::TempDir) -> (Process, Vec<i32>) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
     command.args(["demo", "--seconds", "60"]).env("TMPDIR", folder.path());
     let mut demo = Process::start(command);
     demo.wait_for("level.y=");
-    let demo_id = demo.id();
-    let children = children(demo_id);
+    let children = children(demo.id());
     assert_eq!(children.len(), 3);
+    (demo, children)
+}
+
+/// Waits until processes have ended. Nobody may be there who waits for an orphan.
+fn await_end(processes: &[i32]) {
+    let runs = |pid: &i32| {
+        let stat = std::fs::read_to_string(format!("/proc/{pid}/stat"));
+        stat.is_ok_and(|stat| !stat.contains(") Z "))
+    };
+    while processes.iter().any(runs) {
+        thread::sleep(Duration::from_millis(10));
+    }
+}
+
+#[test]
+fn the_processes_of_a_demo_that_is_killed_end_in_order_by_themselves() {
+    let folder = tempfile::tempdir().unwrap();
+    let (demo, children) = demo(&folder);
+    let prefix = format!("isodemo{}_", demo.id());
+    demo.kill();
+    await_end(&children);
+    assert_eq!(shared_memory(&prefix), Vec::<PathBuf>::new());
+}
+
+#[test]
+fn a_demo_that_is_ended_at_once_ends_its_processes_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let (demo, children) = demo(&folder);
+    let demo_id = demo.id();
     // A node that is stopped keeps the demo from ending in order.
     let node = Pid::from_raw(children[0]).unwrap();
     kill_process(node, Signal::STOP).unwrap();
@@ -145,14 +172,7 @@ fn a_demo_that_is_ended_at_once_ends_its_processes_too() {
     let ended = demo.finish().expect_code(1);
     assert!(ended.stderr.contains("ended at once"), "{}", ended.stderr);
     kill_process(node, Signal::CONT).unwrap();
-    // Nobody may be there who waits for an orphan.
-    let runs = |pid: &i32| {
-        let stat = std::fs::read_to_string(format!("/proc/{pid}/stat"));
-        stat.is_ok_and(|stat| !stat.contains(") Z "))
-    };
-    while children.iter().any(runs) {
-        thread::sleep(Duration::from_millis(10));
-    }
+    await_end(&children);
     let left = shared_memory(&format!("isodemo{}_", demo_id));
     assert_eq!(left, Vec::<PathBuf>::new());
 }

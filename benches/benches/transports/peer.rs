@@ -1,13 +1,14 @@
 //! The process at the other end, and how it is led.
 
 use std::io::{BufRead, BufReader, Write, stdin, stdout};
-use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::process::{ChildStdin, ChildStdout, Command, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use isochrone_benches::Failure;
 use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_processes::Child;
 
 use crate::{cpu, turn, watchdog};
 
@@ -35,13 +36,12 @@ pub(crate) struct Peer {
 impl Peer {
     /// Starts it, and waits until its end is open.
     pub(crate) fn start(arm: &str, place: &str, values: usize) -> Result<Self, Failure> {
-        let mut child = Command::new(std::env::current_exe()?)
-            .args(["peer", arm, place, &values.to_string()])
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn()?;
-        let orders = child.stdin.take();
-        let replies = BufReader::new(child.stdout.take().ok_or("the peer has no stdout")?);
+        let mut command = Command::new(std::env::current_exe()?);
+        command.args(["peer", arm, place, &values.to_string()]);
+        let piped = command.stdin(Stdio::piped()).stdout(Stdio::piped());
+        let mut child = Child::start("the peer", piped)?;
+        let orders = child.stdin();
+        let replies = BufReader::new(child.stdout().ok_or("the peer has no stdout")?);
         let mut peer = Self { child, orders, replies, watched: None };
         peer.finish()?;
         Ok(peer)
@@ -78,7 +78,6 @@ impl Peer {
 impl Drop for Peer {
     fn drop(&mut self) {
         let _ = self.child.kill();
-        let _ = self.child.wait();
     }
 }
 

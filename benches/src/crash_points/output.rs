@@ -1,7 +1,7 @@
 //! What a process prints, while it prints it.
 
 use std::io::{BufRead, BufReader, Read};
-use std::process::Child;
+use std::process::{ChildStderr, ChildStdout};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -31,13 +31,13 @@ pub struct Feed {
 
 impl Output {
     /// Collects what comes out of the pipes of a process.
-    pub fn of(child: &mut Child) -> Self {
+    pub fn of(stdout: Option<ChildStdout>, stderr: Option<ChildStderr>) -> Self {
         let output = Self::default();
-        if let Some(stdout) = child.stdout.take() {
+        if let Some(stdout) = stdout {
             let rows = output.clone();
             output.collect(stdout, move |line| rows.take_row(line));
         }
-        if let Some(stderr) = child.stderr.take() {
+        if let Some(stderr) = stderr {
             let errors = output.clone();
             output.collect(stderr, move |line| errors.lock().errors += &format!("{line}\n"));
         }

@@ -1,12 +1,11 @@
 //! An ordinary process beside the one that is struck.
 
 use std::os::unix::process::CommandExt;
-use std::process::{Child, Command, ExitStatus, Stdio};
-use std::thread;
-use std::time::{Duration, Instant};
+use std::process::{Command, ExitStatus, Stdio};
+use std::time::Duration;
 
-use nix::sys::signal::{Signal, kill, killpg};
-use nix::unistd::Pid;
+use isochrone_processes::Child;
+use rustix::process::{Pid, Signal, kill_process_group};
 
 use super::output::Output;
 use super::point::Role;
@@ -28,18 +27,14 @@ impl Peer {
     /// Starts it; `who` names it in what is said about it.
     pub(super) fn start(role: Role, who: &str, mut command: Command) -> Result<Self, Failure> {
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        let mut child = command.process_group(0).spawn()?;
-        let output = Output::of(&mut child);
+        let mut child = Child::start(who, command.process_group(0))?;
+        let output = Output::of(child.stdout(), child.stderr());
         Ok(Self { role, who: who.to_owned(), child, output })
-    }
-
-    fn pid(&self) -> Pid {
-        Pid::from_raw(self.child.id().cast_signed())
     }
 
     /// How it ended, and what it said, if it has ended.
     pub(super) fn has_ended(&mut self) -> Option<String> {
-        let status = self.child.try_wait().ok().flatten()?;
+        let status = self.child.ended().ok().flatten()?;
         Some(self.epitaph(status))
     }
 
@@ -56,16 +51,12 @@ impl Peer {
 
     /// Asks it to end, and waits for it.
     pub(super) fn end(mut self) -> Result<(), String> {
-        let _ = kill(self.pid(), Signal::SIGTERM);
-        let since = Instant::now();
-        while since.elapsed() < END_WITHIN {
-            match self.child.try_wait() {
-                Ok(Some(status)) if status.success() => return Ok(()),
-                Ok(Some(status)) => return Err(self.epitaph(status)),
-                _ => thread::sleep(Duration::from_millis(2)),
-            }
+        self.child.signal(Signal::TERM);
+        match self.child.wait_within(END_WITHIN) {
+            Ok(Some(status)) if status.success() => Ok(()),
+            Ok(Some(status)) => Err(self.epitaph(status)),
+            _ => Err(format!("the {} does not end: {}", self.who, self.output.errors())),
         }
-        Err(format!("the {} does not end: {}", self.who, self.output.errors()))
     }
 
     fn epitaph(&self, status: ExitStatus) -> String {
@@ -75,8 +66,10 @@ impl Peer {
 
 impl Drop for Peer {
     fn drop(&mut self) {
-        if let Ok(None) = self.child.try_wait() {
-            let _ = killpg(self.pid(), Signal::SIGKILL);
+        if let (Ok(None), Some(group)) =
+            (self.child.ended(), Pid::from_raw(self.child.id().cast_signed()))
+        {
+            let _ = kill_process_group(group, Signal::KILL);
             let _ = self.child.wait();
         }
     }

@@ -124,7 +124,7 @@ impl Tracer {
             let _ = shell.wait();
             return Err(format!("this process may not trace others: {error}").into());
         }
-        let output = Output::of(&mut shell);
+        let output = Output::of(shell.stdout.take(), shell.stderr.take());
         if let Some(mut gate) = shell.stdin.take() {
             gate.write_all(b"go\n")?;
         }

@@ -8,12 +8,12 @@ use isochrone_ipc::{
     Depth, FrameHeader, FrameSubscriber, LayoutWatcher, Participant, Repair, SenderClock, Stamps,
     ipc,
 };
+use isochrone_processes::Stop;
 use isochrone_runtime::alarms;
 use isochrone_timing::{FrameRecord, LinkReport, LinkTiming, Warning};
 
 use super::transcript::{Taken, Transcript};
 use crate::failure::Failure;
-use crate::stop::Stop;
 use crate::terminal;
 
 /// While waiting for the service.

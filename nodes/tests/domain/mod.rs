@@ -5,13 +5,14 @@
 use std::io::{BufRead, BufReader, Read, Write};
 use std::ops::Deref;
 use std::path::PathBuf;
-use std::process::{Child, Command, ExitStatus, Stdio};
+use std::process::{Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use isochrone_ipc::{IsolatedDomain, Participant, ipc};
-use rustix::process::{Pid, Signal, kill_process};
+use isochrone_processes::Child;
+use rustix::process::Signal;
 use serde_json::Value;
 
 /// Longer than anything here takes on a machine that is busy with other tests.
@@ -138,9 +139,10 @@ impl Ended {
 impl Process {
     pub(crate) fn start(mut command: Command) -> Self {
         let piped = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        let mut child = piped.spawn().unwrap();
-        let stdout = Text::collect(child.stdout.take().unwrap());
-        let stderr = Text::collect(child.stderr.take().unwrap());
+        let name = format!("{:?}", piped.get_program());
+        let mut child = Child::start(name, piped).unwrap();
+        let stdout = Text::collect(child.stdout().unwrap());
+        let stderr = Text::collect(child.stderr().unwrap());
         Self { child, stdout, stderr }
     }
 
@@ -155,7 +157,7 @@ impl Process {
         let since = Instant::now();
         while !met(&self.stdout.get(), &self.stderr.get()) {
             let (stdout, stderr) = (self.stdout.get(), self.stderr.get());
-            let waits = since.elapsed() < PATIENCE && self.child.try_wait().unwrap().is_none();
+            let waits = since.elapsed() < PATIENCE && self.child.check().is_ok();
             assert!(waits || met(&stdout, &stderr), "waited for {what}\n{stdout}\n{stderr}");
             thread::sleep(Duration::from_millis(2));
         }
@@ -166,14 +168,12 @@ impl Process {
     }
 
     pub(crate) fn signal(&self, signal: Signal) {
-        let pid = Pid::from_raw(self.child.id().cast_signed()).unwrap();
-        kill_process(pid, signal).unwrap();
+        self.child.signal(signal);
     }
 
     /// Kills the process as a crash would.
     pub(crate) fn kill(mut self) {
         self.child.kill().unwrap();
-        self.child.wait().unwrap();
     }
 
     /// Sends SIGTERM and waits for the end.
@@ -184,14 +184,9 @@ impl Process {
 
     /// Waits for the end.
     pub(crate) fn finish(mut self) -> Ended {
-        let since = Instant::now();
-        let status = loop {
-            if let Some(status) = self.child.try_wait().unwrap() {
-                break status;
-            }
+        let Some(status) = self.child.wait_within(PATIENCE).unwrap() else {
             let (stdout, stderr) = (self.stdout.get(), self.stderr.get());
-            assert!(since.elapsed() < PATIENCE, "the process does not end\n{stdout}\n{stderr}");
-            thread::sleep(Duration::from_millis(2));
+            panic!("the process does not end\n{stdout}\n{stderr}");
         };
         Ended { status, stdout: self.stdout.finish(), stderr: self.stderr.finish() }
     }
@@ -200,7 +195,6 @@ impl Process {
 impl Drop for Process {
     fn drop(&mut self) {
         let _ = self.child.kill();
-        let _ = self.child.wait();
     }
 }
 

@@ -5,13 +5,13 @@ use std::hint::black_box;
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::{Plan, Rules, TaskEngine, Workload};
+use isochrone_processes::Stop;
 use isochrone_report::{Blocks, CostReport};
 use isochrone_timing::{Distribution, Summary};
 use rustix::thread::gettid;
 
 use crate::bench::watch::Watch;
 use crate::failure::Failure;
-use crate::stop::Stop;
 
 /// Shortest batch that is timed.
 const BATCH_NS: u64 = 50_000;

@@ -10,6 +10,7 @@ use isochrone_blocks::CATALOGUE;
 use isochrone_cyclic::{Clock, Monotonic, ThreadRequest, prepare_process, prepare_thread};
 use isochrone_engine::Workload;
 use isochrone_machine::{Environment, Machine};
+use isochrone_processes::Stop;
 use isochrone_report::{CostReport, Report, turns};
 use isochrone_timing::Warning;
 
@@ -18,7 +19,7 @@ use super::live::Live;
 use super::{outputs, parse_length};
 use crate::failure::Failure;
 use crate::run::warning;
-use crate::stop::Stop;
+use crate::stop;
 use crate::terminal;
 
 /// Measure what a block instance costs in a cycle, from 1 to 1,000,000 instances
@@ -63,7 +64,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let sizes = args.sizes();
     memory::check(&sizes, Machine::here().available_bytes())?;
     let outputs = args.outputs.open()?;
-    let stop = Stop::on_signal(None)?;
+    let stop = stop::on_signal(None)?;
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
     if args.priority.is_some() {
         report.warnings.extend(prepare_process().refusals.iter().map(warning));

@@ -8,13 +8,13 @@ use isochrone_cyclic::{
 };
 use isochrone_engine::Plan;
 use isochrone_ipc::Domain;
+use isochrone_processes::Stop;
 use isochrone_report::{LoopArm, TaskArm};
 use isochrone_timing::{Distribution, TaskReport, Warning, WarningCode};
 
 use super::{Settings, WARM_UP, cyclictest, loops, node};
 use crate::failure::Failure;
 use crate::run;
-use crate::stop::Stop;
 
 /// Ways to run a loop.
 #[derive(Clone)]

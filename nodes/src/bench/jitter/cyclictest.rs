@@ -11,13 +11,13 @@ use std::time::Duration;
 use isochrone_cyclic::EPOCH_OFFSET_NS;
 use isochrone_cyclic::{Clock, Monotonic, ThreadUsage};
 use isochrone_engine::format_duration_ns;
+use isochrone_processes::Child;
 
 use self::transcript::{Chunk, SECOND_NS, Transcript};
 use super::Settings;
 use super::arm::{Arm, Turn, Used, cycles};
 use crate::bench::watch::{LOOK_INTERVAL, Watching, allowed_cpus, keep_off};
 use crate::failure::Failure;
-use crate::stop::Program;
 
 /// At shorter periods it writes full buffers instead of lines: there is one every few milliseconds.
 const LINES_FROM_NS: u64 = 100_000;
@@ -51,9 +51,8 @@ pub(super) fn turn(arm: &mut Arm, turn: &Turn<'_>) -> Result<Used, Failure> {
     let failed = |what: String| Failure::found(format!("cyclictest: {what}"));
     // Begun first, so that the counted part of the turn is watched from its beginning.
     let watching = Watching::begin(arm.cpu, None);
-    let mut program = Program::start(&mut command(arm, turn.counted))
-        .map_err(|error| failed(format!("cannot be started: {error}")))?;
-    let (stdout, stderr) = program.printed();
+    let mut program = Child::start("cyclictest", &mut command(arm, turn.counted))?;
+    let (stdout, stderr) = (program.stdout(), program.stderr());
     let printed = listen(stdout.ok_or_else(|| failed("its output is missing".into()))?, arm.cpu)
         .map_err(|error| failed(format!("cannot start a thread: {error}")))?;
     let mut transcript =
@@ -179,7 +178,7 @@ mod tests {
 
     #[test]
     fn nobody_measures_in_a_process_of_one_thread() {
-        let program = Program::start(Command::new("sleep").arg("60")).unwrap();
+        let program = Child::start("sleep", Command::new("sleep").arg("60")).unwrap();
         let mut meter = Meter::new(program.id());
         meter.look();
         assert_eq!(meter.used().elapsed_ns, 0);

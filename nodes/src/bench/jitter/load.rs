@@ -4,8 +4,9 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
+use isochrone_processes::Child;
+
 use crate::failure::Failure;
-use crate::stop::Program;
 
 /// What else the machine does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -51,7 +52,7 @@ impl Load {
 /// Load that ends when it is dropped.
 pub(super) struct Stress {
     load: Load,
-    program: Program,
+    program: Child,
     /// Where it writes.
     _folder: tempfile::TempDir,
 }
@@ -62,14 +63,9 @@ impl Stress {
         if load == Load::Idle {
             return Ok(None);
         }
-        let failed = |error| {
-            Failure::usage(format!(
-                "--load {} needs stress-ng, which cannot be started: {error}\n\
-                 remedy: install it (Debian: apt-get install stress-ng)",
-                load.as_str()
-            ))
-        };
-        let folder = tempfile::tempdir().map_err(failed)?;
+        let folder = tempfile::tempdir().map_err(|error| {
+            Failure::found(format!("cannot create a folder for stress-ng: {error}"))
+        })?;
         let mut command = Command::new("stress-ng");
         command
             .args(load.arguments())
@@ -80,7 +76,13 @@ impl Stress {
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::null());
-        let program = Program::start(&mut command).map_err(failed)?;
+        let program = Child::start("stress-ng", &mut command).map_err(|error| {
+            Failure::usage(format!(
+                "--load {} needs stress-ng: {error}\n\
+                 remedy: install it (Debian: apt-get install stress-ng)",
+                load.as_str()
+            ))
+        })?;
         let mut stress = Self { load, program, _folder: folder };
         thread::sleep(SETTLING);
         stress.check()?;
@@ -90,13 +92,9 @@ impl Stress {
     /// Fails if it is over: what is measured from then on is not under that load.
     pub(super) fn check(&mut self) -> Result<(), Failure> {
         let load = self.load.as_str();
-        let why = match self.program.ended() {
-            Ok(None) => return Ok(()),
-            Ok(Some(status)) => format!("ended with {status}"),
-            Err(error) => format!("is nowhere to be found: {error}"),
-        };
+        let Err(error) = self.program.check() else { return Ok(()) };
         Err(Failure::found(format!(
-            "--load {load}: stress-ng {why} while it was still needed; what was measured is not under \
+            "--load {load}: {error}, while it was still needed; what was measured is not under \
              that load\n\
              remedy: see what is wrong with \"stress-ng {}\", such as too little memory or disk space",
             self.load.arguments().join(" ")
@@ -109,7 +107,7 @@ mod tests {
     use super::*;
 
     fn stress(command: &mut Command) -> Stress {
-        let program = Program::start(command).unwrap();
+        let program = Child::start("stress-ng", command).unwrap();
         Stress { load: Load::Vm, program, _folder: tempfile::tempdir().unwrap() }
     }
 

@@ -25,7 +25,7 @@ use super::watch::allowed_cpus;
 use super::{outputs, parse_block, parse_length};
 use crate::domain;
 use crate::failure::Failure;
-use crate::stop::Stop;
+use crate::stop;
 use crate::{configuration, run, terminal};
 
 /// Measure release jitter: how late a loop begins its cycles
@@ -96,7 +96,7 @@ const DEFAULT_PRIORITY: u8 = 80;
 pub(super) fn run(args: &Args) -> Result<(), Failure> {
     let outputs = args.outputs.open()?;
     let settings = Settings::find(args)?;
-    let stop = Stop::on_signal(None)?;
+    let stop = stop::on_signal(None)?;
     let domain = args.domain.find()?;
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
     if let Ok(examination) = examine(&Machine::here(), Some(settings.cpu)) {

@@ -6,6 +6,7 @@ use std::time::Duration;
 use isochrone_cyclic::{ThreadGrant, ThreadUsage};
 use isochrone_engine::Plan;
 use isochrone_ipc::Participant;
+use isochrone_processes::Stop;
 use isochrone_report::Report;
 use isochrone_timing::CycleRecord;
 
@@ -14,7 +15,6 @@ use super::arm::{Arm, Turn, Used, cycles};
 use crate::bench::watch::Watching;
 use crate::failure::Failure;
 use crate::run::{Observer, Options, run_tasks};
-use crate::stop::Stop;
 
 /// More than a node needs until its first cycle.
 const SET_UP: Duration = Duration::from_secs(10);

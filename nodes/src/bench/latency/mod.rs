@@ -27,14 +27,14 @@ use std::time::Duration;
 use isochrone_cyclic::{Clock, Monotonic, prepare_process};
 use isochrone_ipc::{Participant, ipc};
 use isochrone_machine::Environment;
+use isochrone_processes::Company;
 use isochrone_report::Report;
 
 use super::watch::allowed_cpus;
 use super::{outputs, parse_block, parse_length};
-use crate::company::Company;
 use crate::failure::Failure;
 use crate::run::warning;
-use crate::stop::Stop;
+use crate::stop;
 use arms::{Arm, Pace, Wait};
 use circumstance::KeptPace;
 use session::Bench;
@@ -111,7 +111,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
     plan.refuse_throttled_poll(&report.environment)?;
     let outputs = args.outputs.open()?;
-    let stop = Stop::on_signal(None)?;
+    let stop = stop::on_signal(None)?;
     let company = Company::gather("isobench")?;
     let refusals = prepare_process().refusals;
     let participant = Participant::<ipc::Service>::join("isochrone/latency", company.domain())

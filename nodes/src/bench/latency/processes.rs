@@ -1,29 +1,28 @@
 //! The processes that a bench starts, as it sees them.
 
+use std::fs;
 use std::fs::File;
 use std::io::{BufRead, BufReader, Write};
 use std::process::{ChildStdin, ChildStdout, Stdio};
-use std::time::{Duration, Instant};
-use std::{fs, thread};
+use std::time::Duration;
 
+use isochrone_processes::{Child, Company};
 use isochrone_timing::Warning;
 use serde::Serialize;
 
 use super::peer::{Reply, Setup, Turn};
 use super::turn::Sent;
-use crate::company::{Company, Process};
 use crate::failure::Failure;
 
 /// How long the peer may take to leave, so that it takes its ports along.
 const LEAVING: Duration = Duration::from_secs(3);
-const LOOK_INTERVAL: Duration = Duration::from_millis(2);
 
 /// The peer. It leaves when this is dropped.
 pub(super) struct Peer {
     // Closed first: that tells it to leave.
     commands: Option<ChildStdin>,
     replies: BufReader<ChildStdout>,
-    process: Process,
+    process: Child,
 }
 
 impl Peer {
@@ -32,7 +31,7 @@ impl Peer {
         let arguments = ["bench", "latency-peer"];
         let mut process =
             company.start_with(&arguments, |command| command.stdin(Stdio::piped()))?;
-        let (Some(commands), Some(replies)) = process.pipes() else {
+        let (Some(commands), Some(replies)) = (process.stdin(), process.stdout()) else {
             return Err(Failure::found("the peer has no pipes"));
         };
         let replies = BufReader::new(replies);
@@ -97,10 +96,7 @@ fn gone(why: impl std::fmt::Display) -> Failure {
 impl Drop for Peer {
     fn drop(&mut self) {
         drop(self.commands.take());
-        let since = Instant::now();
-        while self.process.failure().is_none() && since.elapsed() < LEAVING {
-            thread::sleep(LOOK_INTERVAL);
-        }
+        let _ = self.process.wait_within(LEAVING);
     }
 }
 
@@ -110,7 +106,7 @@ const LOG_FILE: &str = "node.log";
 /// A control node that runs for one turn.
 pub(super) struct Node<'a> {
     company: &'a Company,
-    process: Process,
+    process: Child,
 }
 
 impl<'a> Node<'a> {
@@ -121,18 +117,11 @@ impl<'a> Node<'a> {
         seconds: f64,
     ) -> Result<Self, Failure> {
         company.write(CONFIGURATION_FILE, configuration)?;
-        let log = File::create(company.path().join(LOG_FILE))
+        let log = File::create(company.path(LOG_FILE))
             .map_err(|error| Failure::found(format!("cannot write {LOG_FILE}: {error}")))?;
-        let domain_file = company.domain().file();
-        let arguments = [
-            "run",
-            CONFIGURATION_FILE,
-            "--seconds",
-            &seconds.to_string(),
-            "--iceoryx2-config",
-            &domain_file.display().to_string(),
-        ];
+        let arguments = ["run", CONFIGURATION_FILE, "--seconds", &seconds.to_string()];
         let process = company.start_with(&arguments, |command| {
+            command.args(company.in_domain());
             command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(log)
         })?;
         Ok(Self { company, process })
@@ -140,12 +129,12 @@ impl<'a> Node<'a> {
 
     /// Adds what the node has said to what went wrong.
     pub(super) fn explain(&self, failure: &str) -> Failure {
-        let log = fs::read_to_string(self.company.path().join(LOG_FILE)).unwrap_or_default();
+        let log = fs::read_to_string(self.company.path(LOG_FILE)).unwrap_or_default();
         Failure::found(format!("{failure}\n{log}"))
     }
 
     /// Ends it and waits.
     pub(super) fn end(mut self) -> Result<(), Failure> {
-        self.process.end().map_or(Ok(()), Err)
+        Ok(self.process.finish()?)
     }
 }

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic, ThreadRequest};
 use isochrone_ipc::{Participant, ipc};
+use isochrone_processes::{Company, Stop};
 use isochrone_report::{LinkArm, turns};
 use isochrone_timing::Warning;
 
@@ -21,10 +22,8 @@ use super::processes::{Node, Peer};
 use super::turn::Span;
 use crate::bench::live::Live;
 use crate::bench::watch::Watch;
-use crate::company::Company;
 use crate::failure::Failure;
 use crate::run::warning;
-use crate::stop::Stop;
 
 /// From the order to begin a turn until it begins.
 const LEAD_NS: u64 = 5_000_000;
@@ -62,7 +61,7 @@ impl Bench<'_> {
                 arms.push(*arm);
             }
         }
-        let folder = self.company.path().join(values.to_string());
+        let folder = self.company.path(&values.to_string());
         fs::create_dir(&folder).map_err(|error| {
             Failure::found(format!("cannot create {}: {error}", folder.display()))
         })?;

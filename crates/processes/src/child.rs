@@ -1,0 +1,266 @@
+//! A program that this one started.
+
+use std::io;
+use std::os::unix::process::ExitStatusExt;
+use std::process::{ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use rustix::process::{Pid, Signal, kill_process};
+
+use crate::orphan;
+use crate::running::running;
+
+/// How long a program may take to end in order. A process that waits for a domain's lock needs two
+/// seconds.
+const PATIENCE: Duration = Duration::from_secs(10);
+const LOOK_INTERVAL: Duration = Duration::from_millis(1);
+/// Exit status of a program of isochrone that had nothing to talk to.
+const NOBODY: i32 = 3;
+
+/// What can go wrong with a [`Child`].
+#[derive(Debug, thiserror::Error)]
+pub enum ChildError {
+    /// It cannot be started.
+    #[error("cannot start {name}: {cause}; see that it is installed")]
+    Start {
+        /// The program.
+        name: String,
+        /// What the system says.
+        cause: io::Error,
+    },
+    /// It ended before it was asked to.
+    #[error("{name} ended early: {status}")]
+    EndedEarly {
+        /// The program.
+        name: String,
+        /// How it ended.
+        status: ExitStatus,
+    },
+    /// It failed.
+    #[error("{name} failed: {status}")]
+    Failed {
+        /// The program.
+        name: String,
+        /// How it ended.
+        status: ExitStatus,
+    },
+    /// Its end cannot be waited for.
+    #[error("{name} is nowhere to be found: {cause}")]
+    Lost {
+        /// The program.
+        name: String,
+        /// What the system says.
+        cause: io::Error,
+    },
+}
+
+/// A program that this one started.
+///
+/// It is asked to end when this is dropped, and when another signal ends this program at once; if it
+/// does not, it is killed. A program that calls [`end_with_parent`](crate::end_with_parent) also ends
+/// when this one is killed, or rather with the thread that started it: start it in one that lasts.
+#[derive(Debug)]
+pub struct Child {
+    name: String,
+    child: std::process::Child,
+    ended: Option<ExitStatus>,
+}
+
+impl Child {
+    /// Starts it; `name` names it in errors.
+    ///
+    /// # Errors
+    /// It cannot be started.
+    pub fn start(name: impl Into<String>, command: &mut Command) -> Result<Self, ChildError> {
+        let name = name.into();
+        orphan::tell(command);
+        // Held meanwhile, so that a signal finds every program that was started.
+        let mut running = running();
+        match command.spawn() {
+            Ok(child) => {
+                running.push(Pid::from_child(&child));
+                Ok(Self { name, child, ended: None })
+            }
+            Err(cause) => Err(ChildError::Start { name, cause }),
+        }
+    }
+
+    /// Its process id.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// What it reads, if that is piped; once.
+    pub fn stdin(&mut self) -> Option<ChildStdin> {
+        self.child.stdin.take()
+    }
+
+    /// What it prints to stdout, if that is piped; once.
+    pub fn stdout(&mut self) -> Option<ChildStdout> {
+        self.child.stdout.take()
+    }
+
+    /// What it prints to stderr, if that is piped; once.
+    pub fn stderr(&mut self) -> Option<ChildStderr> {
+        self.child.stderr.take()
+    }
+
+    /// How it ended, if it did.
+    ///
+    /// # Errors
+    /// Somebody else has waited for it.
+    pub fn ended(&mut self) -> Result<Option<ExitStatus>, ChildError> {
+        if self.ended.is_none() {
+            let ended = self.child.try_wait();
+            self.ended = ended.map_err(|cause| self.lost(cause))?;
+            self.forget();
+        }
+        Ok(self.ended)
+    }
+
+    /// Sees that it still runs.
+    ///
+    /// # Errors
+    /// It ended, or somebody else has waited for it.
+    pub fn check(&mut self) -> Result<(), ChildError> {
+        let name = self.name.clone();
+        self.ended()?.map_or(Ok(()), |status| Err(ChildError::EndedEarly { name, status }))
+    }
+
+    /// Waits until it ends by itself.
+    ///
+    /// # Errors
+    /// Somebody else has waited for it.
+    pub fn wait(&mut self) -> Result<ExitStatus, ChildError> {
+        let waited = self.child.wait().map_err(|cause| self.lost(cause));
+        self.ended = waited.as_ref().ok().copied().or(self.ended);
+        self.forget();
+        waited
+    }
+
+    /// Waits until it ends by itself, but no longer than so; `None`: it still runs.
+    ///
+    /// # Errors
+    /// Somebody else has waited for it.
+    pub fn wait_within(&mut self, patience: Duration) -> Result<Option<ExitStatus>, ChildError> {
+        let since = Instant::now();
+        loop {
+            let ended = self.ended()?;
+            if ended.is_some() || since.elapsed() >= patience {
+                return Ok(ended);
+            }
+            thread::sleep(LOOK_INTERVAL);
+        }
+    }
+
+    /// Sends it a signal, unless it was seen to have ended: its id may be another's by then.
+    pub fn signal(&self, signal: Signal) {
+        if self.ended.is_none() {
+            let _ = kill_process(Pid::from_child(&self.child), signal);
+        }
+    }
+
+    /// Asks it to end (SIGTERM), kills it if it does not within ten seconds, and waits until it is
+    /// gone.
+    ///
+    /// # Errors
+    /// Somebody else has waited for it.
+    pub fn end(&mut self) -> Result<ExitStatus, ChildError> {
+        if self.ended()?.is_none() {
+            self.signal(Signal::TERM);
+        }
+        match self.wait_within(PATIENCE)? {
+            Some(status) => Ok(status),
+            None => self.kill(),
+        }
+    }
+
+    /// Kills it, and waits until it is gone.
+    ///
+    /// # Errors
+    /// Somebody else has waited for it.
+    pub fn kill(&mut self) -> Result<ExitStatus, ChildError> {
+        if self.ended()?.is_none() {
+            self.signal(Signal::KILL);
+        }
+        self.wait()
+    }
+
+    /// Ends a program of isochrone as [`end`](Self::end) does, and sees that it ended well: by itself,
+    /// or because it was told to before it had begun, or before a frame came.
+    ///
+    /// # Errors
+    /// It failed.
+    pub fn finish(&mut self) -> Result<(), ChildError> {
+        let status = self.end()?;
+        let is_told = status.signal() == Some(Signal::TERM.as_raw());
+        if status.success() || status.code() == Some(NOBODY) || is_told {
+            return Ok(());
+        }
+        Err(ChildError::Failed { name: self.name.clone(), status })
+    }
+
+    fn lost(&self, cause: io::Error) -> ChildError {
+        ChildError::Lost { name: self.name.clone(), cause }
+    }
+
+    /// Its id may be another's as soon as its end was seen.
+    fn forget(&self) {
+        if self.ended.is_some() {
+            running().retain(|program| *program != Pid::from_child(&self.child));
+        }
+    }
+}
+
+impl Drop for Child {
+    fn drop(&mut self) {
+        // Not SIGKILL at once, which would leave its own children and files behind.
+        let _ = self.end();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sleep() -> Child {
+        Child::start("sleep", Command::new("sleep").arg("60")).unwrap()
+    }
+
+    #[test]
+    fn a_program_that_is_dropped_is_gone_and_no_longer_known() {
+        let program = sleep();
+        let id = Pid::from_child(&program.child);
+        assert!(running().contains(&id));
+        drop(program);
+        assert!(!running().contains(&id));
+        assert!(rustix::process::test_kill_process(id).is_err());
+    }
+
+    #[test]
+    fn a_program_that_ended_is_not_signalled_for_its_id_may_be_anothers() {
+        let mut program = sleep();
+        assert!(program.check().is_ok());
+        let id = Pid::from_child(&program.child);
+        kill_process(id, Signal::KILL).unwrap();
+        let status = program.wait_within(PATIENCE).unwrap().unwrap();
+        assert!(!status.success() && !running().contains(&id));
+        let early = program.check().unwrap_err().to_string();
+        assert!(early.contains("sleep ended early"), "{early}");
+    }
+
+    #[test]
+    fn a_program_that_does_not_listen_is_killed() {
+        let mut program = sleep();
+        program.signal(Signal::STOP);
+        assert_eq!(program.wait_within(Duration::from_millis(20)).unwrap(), None);
+        assert_eq!(program.kill().unwrap().signal(), Some(Signal::KILL.as_raw()));
+    }
+
+    #[test]
+    fn a_program_that_does_not_exist_is_named() {
+        let error = Child::start("nonsense", &mut Command::new("/no/such/program")).unwrap_err();
+        assert!(error.to_string().starts_with("cannot start nonsense: "), "{error}");
+    }
+}

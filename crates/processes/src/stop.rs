@@ -1,0 +1,140 @@
+//! Ending on a signal: Ctrl-C, SIGTERM and SIGHUP set a flag that every loop looks at, and the program
+//! ends in order. One that hangs is ended by another signal.
+
+use std::io;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use crate::running;
+
+/// Signals within this time are one request to end: `timeout` sends two, one to its program and one
+/// to the group. To end at once on the second would kill the program while it removes its files.
+const ONE_REQUEST: Duration = Duration::from_millis(500);
+
+/// Longest that the last words of a program that hangs may take.
+const LAST_WORDS: Duration = Duration::from_millis(100);
+
+/// Exit status of a program that did not end in order: something was wrong.
+const NOT_IN_ORDER: i32 = 1;
+
+/// What an instant that is too far off for the clock is put at.
+const FOR_EVER: Duration = Duration::from_secs(u32::MAX as u64);
+
+/// Why a [`Stop`] cannot do what it should.
+#[derive(Debug, thiserror::Error)]
+pub enum StopError {
+    /// Signals cannot be handled.
+    #[error("cannot handle signals: {cause}; a process has one handler for them")]
+    Signals {
+        /// What the system says.
+        cause: ctrlc::Error,
+    },
+    /// There is no thread that keeps the time.
+    #[error("cannot start a thread: {cause}; raise the limit of processes (ulimit -u)")]
+    Thread {
+        /// What the system says.
+        cause: io::Error,
+    },
+}
+
+/// The flag that ends the program, and when it is to end by itself.
+#[derive(Debug, Clone)]
+pub struct Stop {
+    flag: Arc<AtomicBool>,
+    end: Option<Instant>,
+    /// The flag of the run that this is a part of.
+    whole: Option<Arc<AtomicBool>>,
+}
+
+impl Stop {
+    /// Sets the flag on SIGINT (Ctrl-C), SIGTERM and SIGHUP. Another signal, 500 ms later or more, ends
+    /// the program at once, with exit status 1 and every [`Child`](crate::Child) of it; `last_words`
+    /// is called before, in a thread that is given 100 ms: whatever the program hangs on may be stderr.
+    ///
+    /// Also ends whatever waits for a domain's lock.
+    ///
+    /// # Errors
+    /// Signals cannot be handled, or are already.
+    pub fn on_signal(last_words: impl Fn() + Send + Sync + 'static) -> Result<Self, StopError> {
+        let flag = Arc::new(AtomicBool::new(false));
+        let signalled = flag.clone();
+        let last_words = Arc::new(last_words);
+        let mut first = None;
+        // This runs in a thread of its own, not in the signal's handler.
+        ctrlc::set_handler(move || {
+            signalled.store(true, Ordering::Relaxed);
+            if first.get_or_insert_with(Instant::now).elapsed() >= ONE_REQUEST {
+                end_at_once(last_words.clone());
+            }
+        })
+        .map_err(|cause| StopError::Signals { cause })?;
+        isochrone_ipc::interrupt_waiting_by(flag.clone());
+        Ok(Self { flag, end: None, whole: None })
+    }
+
+    /// The same, and due after `run` at the latest.
+    #[must_use]
+    pub fn after(self, run: Duration) -> Self {
+        let now = Instant::now();
+        let end = now.checked_add(run).unwrap_or(now + FOR_EVER);
+        Self { end: Some(end), ..self }
+    }
+
+    /// A stop of its own for a part of the run: due with this one, after `run`, or when it is asked
+    /// for, which leaves this one alone.
+    pub fn within(&self, run: Duration) -> Self {
+        let end = Instant::now().checked_add(run);
+        Self { flag: Arc::default(), end, whole: Some(self.flag.clone()) }
+    }
+
+    /// Sets the flag when the time is up, also while nobody asks whether it is: for loops that wait
+    /// for long.
+    ///
+    /// # Errors
+    /// There is no thread to be had.
+    pub fn keep_time(&self) -> Result<(), StopError> {
+        let Some(end) = self.end else { return Ok(()) };
+        let flag = self.flag();
+        let wait = move || {
+            thread::sleep(end.saturating_duration_since(Instant::now()));
+            flag.store(true, Ordering::Relaxed);
+        };
+        match thread::Builder::new().name("end".into()).spawn(wait) {
+            Ok(_) => Ok(()),
+            Err(cause) => Err(StopError::Thread { cause }),
+        }
+    }
+
+    /// The flag itself, for loops that are told to stop.
+    pub fn flag(&self) -> Arc<AtomicBool> {
+        self.flag.clone()
+    }
+
+    /// Whether it is time to end; sets the flag when the time is up.
+    pub fn is_due(&self) -> bool {
+        let whole_is_due = self.whole.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed));
+        if whole_is_due || self.end.is_some_and(|end| Instant::now() >= end) {
+            self.request();
+        }
+        self.flag.load(Ordering::Relaxed)
+    }
+
+    /// Asks everything to end.
+    pub fn request(&self) {
+        self.flag.store(true, Ordering::Relaxed);
+    }
+}
+
+/// Ends a program that hangs. Nothing is dropped on this way out.
+fn end_at_once(last_words: Arc<impl Fn() + Send + Sync + 'static>) -> ! {
+    running::ask_all_to_end();
+    let since = Instant::now();
+    let last_words = thread::Builder::new().spawn(move || last_words());
+    let are_spoken = || last_words.as_ref().map_or(true, JoinHandle::is_finished);
+    while !are_spoken() && since.elapsed() < LAST_WORDS {
+        thread::sleep(Duration::from_millis(1));
+    }
+    std::process::exit(NOT_IN_ORDER);
+}
