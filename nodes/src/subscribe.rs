@@ -120,7 +120,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 
     let link = line.report();
     let outcome = line.outcome();
-    report.warnings = line.alarms;
+    report.warnings = line.alarms.iter().map(crate::run::alarm).collect();
     report.links = vec![link.into()];
     if let Some(file) = report_file {
         file.write_report(&report)?;

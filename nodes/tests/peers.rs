@@ -235,9 +235,9 @@ fn a_second_node_on_the_same_service_is_refused_and_told_who_has_it() {
     let (domain, node) = relay();
     let mut observer = observer(&domain);
     domain.write("other.toml", &NODE.replace("\"relay\"", "\"other\""));
-    for (file, service) in [("other", "relay/out"), ("node", "isochrone/relay/telemetry")] {
+    for (file, says) in [("other", "\"relay/out\""), ("node", "node \"relay\" runs already")] {
         let second = domain.run(&format!("run {file}.toml")).expect_code(1);
-        assert!(second.stderr.contains(&format!("\"{service}\"")), "{}", second.stderr);
+        assert!(second.stderr.contains(says), "{}", second.stderr);
         assert!(second.stderr.contains("isochrone/relay"), "{}", second.stderr);
     }
     domain.write("more.csv", "x\n1\n");

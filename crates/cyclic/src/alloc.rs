@@ -29,6 +29,13 @@ pub fn thread_allocations() -> u64 {
     ALLOCATIONS.try_with(Cell::get).unwrap_or(0)
 }
 
+/// Whether [`CountingAllocator`] is the program's `#[global_allocator]`. Allocates once to find out.
+pub fn counts_allocations() -> bool {
+    let before = thread_allocations();
+    drop(std::hint::black_box(Box::new(0u8)));
+    thread_allocations() != before
+}
+
 fn count() {
     // `try_with`: an allocation during the thread's teardown goes uncounted instead of aborting.
     let _ = ALLOCATIONS.try_with(|count| count.set(count.get().wrapping_add(1)));

@@ -43,7 +43,7 @@ mod simulated;
 mod usage;
 mod wait;
 
-pub use alloc::{CountingAllocator, thread_allocations};
+pub use alloc::{CountingAllocator, counts_allocations, thread_allocations};
 pub use clock::{Clock, Monotonic};
 pub use cyclic::{Cyclic, MAX_BURST, Release, StopReason};
 pub use isochrone_schedule::{

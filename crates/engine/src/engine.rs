@@ -160,6 +160,16 @@ impl TaskEngine {
         }
     }
 
+    /// Writes a set-point found by [`Pins`](crate::Pins) to its slot; an input's is from `source_ns`, as
+    /// with [`set_input`](Self::set_input). A wire that leads to the slot writes over it.
+    pub fn set(&mut self, slot: usize, value: f64, source_ns: u64) {
+        if slot < self.inputs.len() {
+            self.write_input(slot, value, source_ns);
+        } else if let Some(place) = self.image.get_mut(slot) {
+            *place = value;
+        }
+    }
+
     fn write_input(&mut self, input: usize, value: f64, source_ns: u64) {
         if let Some(slot) = self.image.get_mut(input) {
             *slot = value;

@@ -123,28 +123,33 @@ impl Finding {
         written: &str,
         known: impl IntoIterator<Item = &'a str>,
     ) -> Self {
-        const NEAR: f64 = 0.75;
-        const LISTED: usize = 12;
-        let known: Vec<&str> = known.into_iter().collect();
-        let nearest = known
-            .iter()
-            .map(|name| (nearness(&written.to_lowercase(), &name.to_lowercase()), name))
-            .filter(|(nearness, _)| *nearness > NEAR)
-            .max_by(|(a, _), (b, _)| a.total_cmp(b));
-        match nearest {
-            Some((_, name)) => self.help(format!("did you mean \"{name}\"?")),
-            None if known.is_empty() => self.help("there is none"),
-            None if known.len() > LISTED => {
-                let first = known.get(..LISTED).unwrap_or_default().join(", ");
-                self.help(format!("there are {}: {first}, …", known.len()))
-            }
-            None => self.help(format!("there is: {}", known.join(", "))),
-        }
+        self.help(suggestion(written, known))
     }
 
     /// Whether it is only a warning.
     pub fn is_warning(&self) -> bool {
         self.problem.severity() == Severity::Warning
+    }
+}
+
+/// The name nearest to what was written, or else those that exist, as a sentence.
+pub(crate) fn suggestion<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+    const NEAR: f64 = 0.75;
+    const LISTED: usize = 12;
+    let known: Vec<&str> = known.into_iter().collect();
+    let nearest = known
+        .iter()
+        .map(|name| (nearness(&written.to_lowercase(), &name.to_lowercase()), name))
+        .filter(|(nearness, _)| *nearness > NEAR)
+        .max_by(|(a, _), (b, _)| a.total_cmp(b));
+    match nearest {
+        Some((_, name)) => format!("did you mean \"{name}\"?"),
+        None if known.is_empty() => "there is none".into(),
+        None if known.len() > LISTED => {
+            let first = known.get(..LISTED).unwrap_or_default().join(", ");
+            format!("there are {}: {first}, …", known.len())
+        }
+        None => format!("there is: {}", known.join(", ")),
     }
 }
 

@@ -53,6 +53,7 @@ mod excerpt;
 mod finding;
 mod findings;
 mod parse;
+mod pins;
 mod plan;
 mod printable;
 mod section;
@@ -65,8 +66,10 @@ pub use duration::{format_duration_ns, parse_duration_ns, parse_milliseconds_ns,
 pub use engine::TaskEngine;
 pub use finding::{Finding, Problem};
 pub use findings::Findings;
+pub use pins::{PinError, Pins, SetPoint};
 pub use plan::{
-    BankPlan, InputPlan, LinkPlan, OutputPlan, Plan, Rules, SignalPlan, TaskPlan, WirePlan,
+    BankPlan, InputPlan, LinkPlan, OutputPlan, Plan, PlanError, Rules, SignalPlan, TaskPlan,
+    WirePlan,
 };
 pub use printable::{escaped, escaped_lines};
 pub use source::{MAX_BYTES, ReadError, Source};

@@ -40,16 +40,9 @@ impl<S: Service> Participant<S> {
         Self::join_with(name, domain, domain.config().global.creation_timeout)
     }
 
-    /// As [`join`](Self::join), for ports in real-time threads: connecting never waits.
-    ///
-    /// A peer that is not fully made yet, or never will be because it was killed, is a failed
-    /// connection at once instead of after the creation timeout. Have a [`Repair`](crate::Repair)
-    /// for each port, and see [`give_up_file_override`].
-    ///
-    /// # Errors
-    /// As `join`.
-    pub fn join_for_real_time(name: &str, domain: &Domain) -> Result<Self, JoinError> {
-        Self::join_with(name, domain, Duration::ZERO)
+    /// Joins again under the same name, with peers that are half-made refused at once.
+    pub(crate) fn rejoin_without_waiting(&self) -> Result<Self, JoinError> {
+        Self::join_with(self.name(), self.membership.domain(), Duration::ZERO)
     }
 
     fn join_with(

@@ -54,6 +54,12 @@ impl Repair {
         }
     }
 
+    /// Whether the port still exists.
+    pub(crate) fn has_port(&self) -> bool {
+        // The port counts with the same counter.
+        Arc::strong_count(&self.failures) > 1
+    }
+
     /// Has the port try again if a connection failed since the last attempt. Returns whether it did.
     ///
     /// For an ordinary thread, many times a second: it is one load of an atomic while all is well,

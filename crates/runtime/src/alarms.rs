@@ -1,121 +1,200 @@
-//! What is wrong with the frames that arrive, in words.
-//!
-//! An alarm is logged when it comes up, and stands in the report among the warnings.
+//! What is wrong with the frames that arrive, and with what is shown of a node, in words.
 
-use isochrone_timing::{Warning, WarningCode};
+use std::fmt;
 
-/// A second publisher sends on a service.
-pub fn other_writer(service: &str) -> Warning {
-    Warning {
-        code: WarningCode::OtherWriter,
-        message: format!(
-            "service \"{service}\" has a second publisher; the frames of one are read, those of the \
-             other are counted only (one of isochrone is followed at once, any other when the first \
-             falls silent)"
-        ),
-        remedy: "end one of the two; `iox2 service details` lists the publishers of a service"
-            .into(),
+use isochrone_timing::WarningCode;
+
+/// Something that people are to know about a running node: it is logged when it comes up, and stands
+/// in the [`Outcome`](crate::Outcome). `Display` says what happened and why.
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Alarm {
+    /// A second publisher sends on a service.
+    OtherWriter {
+        /// The service.
+        service: String,
+    },
+    /// The stamps of a publisher lie in the future.
+    FutureStamps {
+        /// The service.
+        service: String,
+        /// How far, in ns.
+        ahead_ns: u64,
+    },
+    /// The stamps of a publisher lie in the past.
+    PastStamps {
+        /// The service.
+        service: String,
+        /// How far, in ns.
+        behind_ns: u64,
+    },
+    /// A publisher runs on another machine.
+    ForeignHost {
+        /// The service.
+        service: String,
+        /// Who publishes it.
+        publisher: String,
+    },
+    /// An input does not fit the frames of its service.
+    UnfitInput {
+        /// The input.
+        input: String,
+        /// Its service.
+        service: String,
+        /// Who publishes it.
+        publisher: String,
+        /// In what they differ.
+        why: String,
+    },
+    /// A channel carries another signal than before.
+    MovedChannel {
+        /// The input that reads it.
+        input: String,
+        /// Its service.
+        service: String,
+        /// The channel, from 0.
+        channel: usize,
+        /// The signal before.
+        before: String,
+        /// The signal now.
+        now: String,
+    },
+    /// Frames do not say what they are, and an input wants a signal by its name.
+    PlainFrames {
+        /// The input.
+        input: String,
+        /// Its service.
+        service: String,
+    },
+    /// Frames have a layout that nobody announces.
+    UnknownLayout {
+        /// The service.
+        service: String,
+        /// The layout's number.
+        number: u64,
+    },
+    /// A task has more signals than telemetry shows.
+    TelemetryCut {
+        /// The task.
+        task: String,
+        /// How many it has.
+        signals: usize,
+        /// How many are shown.
+        shown: usize,
+        /// The telemetry service.
+        service: String,
+    },
+}
+
+impl Alarm {
+    /// Its code in reports.
+    pub fn code(&self) -> WarningCode {
+        match self {
+            Self::OtherWriter { .. } => WarningCode::OtherWriter,
+            Self::FutureStamps { .. } => WarningCode::FutureStamps,
+            Self::PastStamps { .. } => WarningCode::PastStamps,
+            Self::ForeignHost { .. } => WarningCode::ForeignHost,
+            Self::UnfitInput { .. } => WarningCode::UnfitInput,
+            Self::MovedChannel { .. } => WarningCode::MovedChannel,
+            Self::PlainFrames { .. } => WarningCode::PlainFrames,
+            Self::UnknownLayout { .. } => WarningCode::UnknownLayout,
+            Self::TelemetryCut { .. } => WarningCode::TelemetryCut,
+        }
+    }
+
+    /// What to do about it, in one line; empty if there is nothing to do.
+    pub fn remedy(&self) -> String {
+        match self {
+            Self::OtherWriter { .. } => {
+                "end one of the two; `iox2 service details` lists the publishers of a service".into()
+            }
+            Self::FutureStamps { .. } | Self::PastStamps { .. } => {
+                "run both processes in one time namespace, and have publish_ns read from \
+                 CLOCK_MONOTONIC"
+                    .into()
+            }
+            Self::ForeignHost { .. } => String::new(),
+            Self::UnfitInput { .. } => {
+                "correct the input's signal, channel or type, or what the publisher sends".into()
+            }
+            Self::MovedChannel { before, .. } => {
+                format!("write signal = \"{before}\" to follow the signal wherever it stands")
+            }
+            Self::PlainFrames { .. } => {
+                "bind the input by channel, or have the publisher announce its layout".into()
+            }
+            Self::UnknownLayout { service, .. } => {
+                format!("see that the publisher announces its layout on isochrone/layout/{service}")
+            }
+            Self::TelemetryCut { .. } => {
+                "publish what else is to be seen with an [[output]], or run a part of the blocks in \
+                 another task"
+                    .into()
+            }
+        }
+    }
+
+    /// What happened and what to do about it, as a log line.
+    pub fn sentence(&self) -> String {
+        match self.remedy().as_str() {
+            "" => self.to_string(),
+            remedy => format!("{self}; {remedy}"),
+        }
     }
 }
 
-/// The stamps of a publisher lie in the future.
-pub fn future_stamps(service: &str, ahead_ns: u64) -> Warning {
-    Warning {
-        code: WarningCode::FutureStamps,
-        message: format!(
-            "the stamps of service \"{service}\" lie {} in the future, so its publisher has another \
-             clock; ages count from the arrival, and there are no latencies",
-            seconds(ahead_ns)
-        ),
-        remedy: OTHER_CLOCK.into(),
-    }
-}
-
-/// The stamps of a publisher lie in the past.
-pub fn past_stamps(service: &str, behind_ns: u64) -> Warning {
-    Warning {
-        code: WarningCode::PastStamps,
-        message: format!(
-            "frames of service \"{service}\" arrive with stamps that are {} old, so its publisher has \
-             another clock or was held up; they count as old as they say, and inputs with a max_age \
-             below that are stale",
-            seconds(behind_ns)
-        ),
-        remedy: OTHER_CLOCK.into(),
-    }
-}
-
-/// A publisher runs on another machine.
-pub fn foreign_host(service: &str, publisher: &str) -> Warning {
-    Warning {
-        code: WarningCode::ForeignHost,
-        message: format!(
-            "\"{publisher}\", which publishes service \"{service}\", runs on another machine, whose \
-             clock says nothing here; ages count from the arrival, and there are no latencies"
-        ),
-        remedy: String::new(),
-    }
-}
-
-/// An input does not fit the frames of its service.
-pub fn unfit_input(input: &str, service: &str, publisher: &str, why: &str) -> Warning {
-    Warning {
-        code: WarningCode::UnfitInput,
-        message: format!(
-            "input \"{input}\" cannot read service \"{service}\" of \"{publisher}\": {why}; it keeps \
-             its value"
-        ),
-        remedy: "correct the input's signal, channel or type, or what the publisher sends".into(),
-    }
-}
-
-/// A channel carries another signal than before.
-pub fn moved_channel(input: &str, service: &str, channel: usize, names: [&str; 2]) -> Warning {
-    let [before, now] = names;
-    Warning {
-        code: WarningCode::MovedChannel,
-        message: format!(
-            "input \"{input}\" reads channel {channel} of service \"{service}\", which was \"{before}\" \
-             and is \"{now}\" now"
-        ),
-        remedy: format!("write signal = \"{before}\" to follow the signal wherever it stands"),
-    }
-}
-
-/// Frames do not say what they are, and an input wants a signal by its name.
-pub fn plain_frames(input: &str, service: &str) -> Warning {
-    Warning {
-        code: WarningCode::PlainFrames,
-        message: format!(
-            "the frames of service \"{service}\" do not say which layout they have, so input \
-             \"{input}\" finds no signal by its name; it keeps its value"
-        ),
-        remedy: "bind the input by channel, or have the publisher announce its layout".into(),
-    }
-}
-
-/// Frames have a layout that nobody announces.
-pub fn unknown_layout(service: &str, number: u64) -> Warning {
-    Warning {
-        code: WarningCode::UnknownLayout,
-        message: format!(
-            "the frames of service \"{service}\" have layout {number:016x}, which nobody announces; \
-             its inputs keep their values"
-        ),
-        remedy: format!(
-            "see that the publisher announces its layout on isochrone/layout/{service}"
-        ),
-    }
-}
-
-const OTHER_CLOCK: &str =
-    "run both processes in one time namespace, and have publish_ns read from CLOCK_MONOTONIC";
-
-/// An alarm as a log line.
-pub fn sentence(alarm: &Warning) -> String {
-    match alarm.remedy.as_str() {
-        "" => alarm.message.clone(),
-        remedy => format!("{}; {remedy}", alarm.message),
+impl fmt::Display for Alarm {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::OtherWriter { service } => write!(
+                f,
+                "service \"{service}\" has a second publisher; the frames of one are read, those of \
+                 the other are counted only (one of isochrone is followed at once, any other when the \
+                 first falls silent)"
+            ),
+            Self::FutureStamps { service, ahead_ns } => write!(
+                f,
+                "the stamps of service \"{service}\" lie {} in the future, so its publisher has \
+                 another clock; ages count from the arrival, and there are no latencies",
+                seconds(*ahead_ns)
+            ),
+            Self::PastStamps { service, behind_ns } => write!(
+                f,
+                "frames of service \"{service}\" arrive with stamps that are {} old, so its publisher \
+                 has another clock or was held up; they count as old as they say, and inputs with a \
+                 max_age below that are stale",
+                seconds(*behind_ns)
+            ),
+            Self::ForeignHost { service, publisher } => write!(
+                f,
+                "\"{publisher}\", which publishes service \"{service}\", runs on another machine, \
+                 whose clock says nothing here; ages count from the arrival, and there are no latencies"
+            ),
+            Self::UnfitInput { input, service, publisher, why } => write!(
+                f,
+                "input \"{input}\" cannot read service \"{service}\" of \"{publisher}\": {why}; it \
+                 keeps its value"
+            ),
+            Self::MovedChannel { input, service, channel, before, now } => write!(
+                f,
+                "input \"{input}\" reads channel {channel} of service \"{service}\", which was \
+                 \"{before}\" and is \"{now}\" now"
+            ),
+            Self::PlainFrames { input, service } => write!(
+                f,
+                "the frames of service \"{service}\" do not say which layout they have, so input \
+                 \"{input}\" finds no signal by its name; it keeps its value"
+            ),
+            Self::UnknownLayout { service, number } => write!(
+                f,
+                "the frames of service \"{service}\" have layout {number:016x}, which nobody \
+                 announces; its inputs keep their values"
+            ),
+            Self::TelemetryCut { task, signals, shown, service } => write!(
+                f,
+                "task \"{task}\" has {signals} signals, and {service} shows the first {shown} of them"
+            ),
+        }
     }
 }
 

@@ -57,7 +57,7 @@ pub(crate) struct Resolved {
 }
 
 /// The end in the ordinary thread.
-pub struct Desk {
+pub(crate) struct Desk {
     pub(crate) service: String,
     /// Names of the inputs, for people.
     pub(crate) inputs: Vec<String>,

@@ -6,13 +6,12 @@ use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::config::{self, OnStale};
 use isochrone_engine::{InputPlan, TaskEngine, TaskPlan};
 use isochrone_ipc::{
-    Binding, Credible, Depth, FrameSubscriber, OpenError, Participant, Repair, Stamps, Wanted, ipc,
+    Binding, Credible, Depth, FrameSubscriber, OpenError, RealTime, Service, Stamps, Wanted,
 };
-use isochrone_timing::LinkReport;
 
 use crate::bindings::{Desk, Observed, Resolved, ends};
-
-type Service = ipc::Service;
+use crate::events::{Events, InputState};
+use crate::outcome::Link;
 
 /// A frame that is older than any wait in this process by so much has a stamp of another clock.
 const CREDIBLE_DELAY_NS: u64 = 1_000_000_000;
@@ -20,16 +19,42 @@ const CREDIBLE_DELAY_NS: u64 = 1_000_000_000;
 /// the service.
 const CHANNELS_BY_NAME: usize = 1_000;
 
-/// The services that a task reads.
-pub(crate) struct InputPorts {
-    ports: Vec<InputPort>,
+/// One service that a task reads, and the inputs that are channels of its frame.
+pub(crate) struct ServiceInputs {
+    service: String,
+    names: Vec<String>,
+    wanted: Vec<Wanted>,
+    channels: Vec<Channel>,
+}
+
+/// The services that a task's inputs name.
+pub(crate) fn of_task(task: &TaskPlan) -> Vec<ServiceInputs> {
+    let mut services: Vec<&String> = task.inputs.iter().flat_map(|input| &input.service).collect();
+    services.sort();
+    services.dedup();
+    let inputs_of = |service: &String| {
+        let of_service = |(_, input): &(usize, &InputPlan)| input.service.as_ref() == Some(service);
+        let inputs: Vec<_> = task.inputs.iter().enumerate().filter(of_service).collect();
+        ServiceInputs {
+            service: service.clone(),
+            names: inputs.iter().map(|(_, input)| input.name.clone()).collect(),
+            wanted: inputs.iter().map(|(_, input)| wanted(input)).collect(),
+            channels: inputs.iter().map(|(index, input)| Channel::new(*index, input)).collect(),
+        }
+    };
+    services.into_iter().map(inputs_of).collect()
+}
+
+/// The ports of a task's inputs.
+pub(crate) struct InputPorts<S: Service> {
+    ports: Vec<InputPort<S>>,
     rejects: u64,
 }
 
 /// One service, and the inputs that are channels of its frame.
-struct InputPort {
+struct InputPort<S: Service> {
     service: String,
-    subscriber: FrameSubscriber<Service>,
+    subscriber: FrameSubscriber<S>,
     resolved: Resolved,
     channels: Vec<Channel>,
     /// When frames were last looked for.
@@ -46,36 +71,30 @@ struct Channel {
     on_stale: OnStale,
     /// From when the age of the last good sample counts.
     sampled_ns: Option<u64>,
+    /// What is to be said of it, and what was said.
+    state: InputState,
+    told: InputState,
 }
 
-impl InputPorts {
-    /// Opens a subscriber for each service that a task's inputs name. The desks resolve their names,
-    /// in the ordinary thread.
+impl<S: Service> InputPorts<S> {
+    /// Opens a subscriber for each service. The desks resolve the inputs' names, in the ordinary
+    /// thread.
     pub(crate) fn open(
-        participant: &Participant<Service>,
-        task: &TaskPlan,
+        participant: &RealTime<S>,
+        services: Vec<ServiceInputs>,
     ) -> Result<(Self, Vec<Desk>), OpenError> {
-        let mut services: Vec<&String> =
-            task.inputs.iter().flat_map(|input| &input.service).collect();
-        services.sort();
-        services.dedup();
         let mut desks = Vec::new();
         let mut ports = Vec::new();
-        for service in services {
-            let of_service =
-                |(_, input): &(usize, &InputPlan)| input.service.as_ref() == Some(service);
-            let inputs: Vec<_> = task.inputs.iter().enumerate().filter(of_service).collect();
-            let wanted: Vec<Wanted> = inputs.iter().map(|(_, input)| wanted(input)).collect();
-            let channels = wanted.iter().map(channels_of).max().unwrap_or(1);
-            let subscriber = FrameSubscriber::open(participant, service, channels, Depth::Newest)?;
-            let names = inputs.iter().map(|(_, input)| input.name.clone()).collect();
-            let (resolved, desk) = ends(service, names, wanted);
+        for ServiceInputs { service, names, wanted, channels } in services {
+            let most = wanted.iter().map(channels_of).max().unwrap_or(1);
+            let subscriber = participant.subscriber(&service, most, Depth::Newest)?;
+            let (resolved, desk) = ends(&service, names, wanted);
             desks.push(desk);
             ports.push(InputPort {
-                service: service.clone(),
+                service,
                 subscriber,
                 resolved,
-                channels: inputs.iter().map(|(index, input)| Channel::new(*index, input)).collect(),
+                channels,
                 looked_ns: Monotonic.now_ns(),
                 future_stamps: 0,
                 past_stamps: 0,
@@ -83,6 +102,11 @@ impl InputPorts {
             });
         }
         Ok((Self { ports, rejects: 0 }, desks))
+    }
+
+    /// The inputs of a node without services.
+    pub(crate) fn none() -> Self {
+        Self { ports: Vec::new(), rejects: 0 }
     }
 
     /// Reads the newest frame of every service into the image.
@@ -104,6 +128,15 @@ impl InputPorts {
         }
     }
 
+    /// Says of each input what has become of it; for the slack.
+    pub(crate) fn tell(&mut self, events: &mut Events) {
+        for channel in self.ports.iter_mut().flat_map(|port| &mut port.channels) {
+            if channel.state != channel.told && events.tell_input(channel.input, channel.state) {
+                channel.told = channel.state;
+            }
+        }
+    }
+
     /// Samples that were rejected: their input's type cannot hold them, or the frame has none for it.
     pub(crate) fn rejects(&self) -> u64 {
         self.rejects
@@ -119,16 +152,11 @@ impl InputPorts {
         self.ports.iter().map(|port| port.subscriber.counters().connect_errors).sum()
     }
 
-    /// What makes good failed connections.
-    pub(crate) fn repairs(&self) -> impl Iterator<Item = Repair> {
-        self.ports.iter().map(|port| port.subscriber.repair())
-    }
-
     /// What every port received. How long it took is for observers to say.
-    pub(crate) fn links(&self) -> impl Iterator<Item = LinkReport> {
+    pub(crate) fn links(&self) -> impl Iterator<Item = Link> {
         self.ports.iter().map(|port| {
             let counters = port.subscriber.counters();
-            LinkReport {
+            Link {
                 service: port.service.clone(),
                 frames: counters.received,
                 lost: counters.lost,
@@ -137,13 +165,12 @@ impl InputPorts {
                 future_stamps: port.future_stamps,
                 past_stamps: port.past_stamps,
                 unknown_layouts: port.unknown_layouts,
-                ..LinkReport::default()
             }
         })
     }
 }
 
-impl InputPort {
+impl<S: Service> InputPort<S> {
     /// Reads the newest frame, if there is one; returns how many samples were rejected.
     fn read(&mut self, engine: &mut TaskEngine, now_ns: u64) -> u64 {
         if let Some(period_ns) = self.resolved.update() {
@@ -184,25 +211,37 @@ impl InputPort {
 
 impl Channel {
     fn new(input: usize, plan: &InputPlan) -> Self {
-        Self { input, max_age_ns: plan.max_age_ns, on_stale: plan.on_stale, sampled_ns: None }
+        let (state, told) = (InputState::Fresh, InputState::Fresh);
+        let (max_age_ns, on_stale) = (plan.max_age_ns, plan.on_stale);
+        Self { input, max_age_ns, on_stale, sampled_ns: None, state, told }
     }
 
     /// Takes a sample over; `false` if it was rejected.
     fn take(&mut self, engine: &mut TaskEngine, sample: Option<&f64>, times: &Credible) -> bool {
-        let taken =
-            sample.is_some_and(|sample| engine.set_input(self.input, *sample, times.source_ns));
+        let Some(sample) = sample.copied() else { return false };
+        let taken = engine.set_input(self.input, sample, times.source_ns);
         if taken {
             self.sampled_ns = Some(times.sampled_ns);
+            self.state = InputState::Fresh;
+        } else if !matches!(self.state, InputState::Rejected(_)) {
+            // The first of a row is told.
+            self.state = InputState::Rejected(sample);
         }
         taken
     }
 
-    /// Falls back to the default if the sample is too old and the configuration wants that.
+    /// Notes that the sample is too old, and falls back to the default if the configuration wants it.
     fn expire(&mut self, engine: &mut TaskEngine, now_ns: u64) {
         let (Some(max_age_ns), Some(sampled_ns)) = (self.max_age_ns, self.sampled_ns) else {
             return;
         };
-        if self.on_stale == OnStale::Default && now_ns.saturating_sub(sampled_ns) > max_age_ns {
+        if now_ns.saturating_sub(sampled_ns) <= max_age_ns {
+            return;
+        }
+        if self.state == InputState::Fresh {
+            self.state = InputState::Stale;
+        }
+        if self.on_stale == OnStale::Default {
             engine.reset_input(self.input);
             self.sampled_ns = None;
         }

@@ -1,59 +1,39 @@
-//! The layouts of a node's frames, in its ordinary thread: those that it announces, and those of
-//! others that its inputs are resolved by.
+//! The layouts of others' frames, by which a node's inputs are resolved in its ordinary thread.
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use isochrone_engine::Plan;
 use isochrone_ipc::{
-    Announcement, Binding, LayoutAnnouncer, LayoutConflict, LayoutWatcher, OpenError, Participant,
-    SenderClock, ipc,
+    Announcement, Binding, LayoutConflict, LayoutWatcher, OpenError, Participant, SenderClock,
+    Service,
 };
-use isochrone_timing::Warning;
 
-use crate::alarms;
+use crate::alarms::Alarm;
 use crate::bindings::{Bindings, Desk};
 use crate::limiter::Limiter;
-use crate::ports::layout;
-
-type Service = ipc::Service;
 
 /// How long frames may have a layout that nobody announces before that is an alarm. Who announces
 /// does so within half of it.
 const PATIENCE: Duration = Duration::from_secs(1);
 
-/// Opens an announcer for each output of a node.
-pub fn announcers(
-    participant: &Participant<Service>,
-    plan: &Plan,
-) -> Result<Vec<LayoutAnnouncer<Service>>, OpenError> {
-    let outputs = plan.tasks.iter().flat_map(|task| {
-        task.outputs.iter().map(move |output| (output, layout(output, task.schedule.period_ns)))
-    });
-    let open = |(output, layout): (&isochrone_engine::OutputPlan, _)| {
-        LayoutAnnouncer::open(participant, &output.service, &plan.node, &layout)
-    };
-    outputs.map(open).collect()
-}
-
 /// Resolves the inputs of one service, and raises the alarms about its frames.
-pub struct Resolver {
+pub(crate) struct Resolver<S: Service> {
     desk: Desk,
-    watcher: LayoutWatcher<Service>,
+    watcher: LayoutWatcher<S>,
     /// The layout that the cycle was told last.
     sent: Option<Announcement>,
     /// Since when frames have a layout that nobody announces.
     unknown_since: Option<Instant>,
-    raised: Vec<Warning>,
+    raised: Vec<Alarm>,
     /// Of each input, why it does not fit.
     conflicts: Vec<Option<String>>,
     /// For a publisher that changes its layout again and again.
     limiter: Limiter,
 }
 
-impl Resolver {
+impl<S: Service> Resolver<S> {
     /// Opens the service on which layouts are announced.
-    pub fn open(participant: &Participant<Service>, desk: Desk) -> Result<Self, OpenError> {
+    pub(crate) fn open(participant: &Participant<S>, desk: Desk) -> Result<Self, OpenError> {
         let watcher = LayoutWatcher::open(participant, &desk.service)?;
         let conflicts = vec![None; desk.inputs.len()];
         let (raised, limiter) = (Vec::new(), Limiter::default());
@@ -61,7 +41,7 @@ impl Resolver {
     }
 
     /// Looks for news; some fifty times a second.
-    pub fn tend(&mut self, participant: &Participant<Service>) {
+    pub(crate) fn tend(&mut self, participant: &Participant<S>) {
         self.watcher.look(participant);
         let unknown = self.desk.observed.unknown_layout.load(Ordering::Relaxed);
         // What the frames carry counts; before the first of them, what was announced last.
@@ -79,7 +59,7 @@ impl Resolver {
     }
 
     /// The alarms that were raised, for the report.
-    pub fn alarms(&mut self) -> Vec<Warning> {
+    pub(crate) fn alarms(&mut self) -> Vec<Alarm> {
         std::mem::take(&mut self.raised)
     }
 
@@ -98,7 +78,10 @@ impl Resolver {
         }
         let service = self.desk.service.clone();
         if announced.clock() == SenderClock::Foreign {
-            self.raise(alarms::foreign_host(&service, &announced.publisher));
+            self.raise(Alarm::ForeignHost {
+                service: service.clone(),
+                publisher: announced.publisher.clone(),
+            });
         }
         self.note_moved(&announced, &places);
         for (index, place) in places.into_iter().enumerate() {
@@ -110,9 +93,12 @@ impl Resolver {
             known.clone_from(&conflict);
             let input = self.desk.inputs.get(index).cloned().unwrap_or_default();
             match conflict {
-                Some(why) => {
-                    self.raise(alarms::unfit_input(&input, &service, &announced.publisher, &why))
-                }
+                Some(why) => self.raise(Alarm::UnfitInput {
+                    input,
+                    service: service.clone(),
+                    publisher: announced.publisher.clone(),
+                    why,
+                }),
                 None => self.log(&format!("input \"{input}\" reads service \"{service}\" again")),
             }
         }
@@ -129,11 +115,11 @@ impl Resolver {
         for (index, place) in places.iter().enumerate() {
             let wanted = self.desk.wanted.get(index).map(|wanted| &wanted.binding);
             let (Ok(channel), Some(Binding::Channel(_))) = (place, wanted) else { continue };
-            let (was, is) = (name(&before, *channel), name(announced, *channel));
-            if was != is {
+            let (before, now) = (name(&before, *channel), name(announced, *channel));
+            if before != now {
                 let input = self.desk.inputs.get(index).cloned().unwrap_or_default();
                 let service = self.desk.service.clone();
-                self.raise(alarms::moved_channel(&input, &service, *channel, [&was, &is]));
+                self.raise(Alarm::MovedChannel { input, service, channel: *channel, before, now });
             }
         }
     }
@@ -145,7 +131,8 @@ impl Resolver {
         }
         let since = *self.unknown_since.get_or_insert_with(Instant::now);
         if since.elapsed() > PATIENCE {
-            self.raise_once(alarms::unknown_layout(&self.desk.service, unknown));
+            let service = self.desk.service.clone();
+            self.raise_once(Alarm::UnknownLayout { service, number: unknown });
         }
     }
 
@@ -153,26 +140,26 @@ impl Resolver {
         let service = self.desk.service.clone();
         let observed = self.desk.observed.clone();
         if observed.other_writers.load(Ordering::Relaxed) > 0 {
-            self.raise_once(alarms::other_writer(&service));
+            self.raise_once(Alarm::OtherWriter { service: service.clone() });
         }
         match observed.ahead_ns.load(Ordering::Relaxed) {
             0 => {}
-            ahead_ns => self.raise_once(alarms::future_stamps(&service, ahead_ns)),
+            ahead_ns => self.raise_once(Alarm::FutureStamps { service: service.clone(), ahead_ns }),
         }
         match observed.behind_ns.load(Ordering::Relaxed) {
             0 => {}
-            behind_ns => self.raise_once(alarms::past_stamps(&service, behind_ns)),
+            behind_ns => self.raise_once(Alarm::PastStamps { service: service.clone(), behind_ns }),
         }
         if observed.is_plain.load(Ordering::Relaxed)
             && let Some(input) = self.desk.by_signal().map(str::to_owned)
         {
-            self.raise_once(alarms::plain_frames(&input, &service));
+            self.raise_once(Alarm::PlainFrames { input, service });
         }
     }
 
     /// Raises an alarm of which the first of its kind says all.
-    fn raise_once(&mut self, alarm: Warning) {
-        if self.raised.iter().all(|raised| raised.code != alarm.code) {
+    fn raise_once(&mut self, alarm: Alarm) {
+        if self.raised.iter().all(|raised| raised.code() != alarm.code()) {
             self.raise(alarm);
         }
     }
@@ -183,8 +170,8 @@ impl Resolver {
         }
     }
 
-    fn raise(&mut self, alarm: Warning) {
-        self.log(&alarms::sentence(&alarm));
+    fn raise(&mut self, alarm: Alarm) {
+        self.log(&alarm.sentence());
         /// A publisher that changes its layout again and again does not fill the memory.
         const MOST: usize = 100;
         if self.raised.len() < MOST && !self.raised.contains(&alarm) {

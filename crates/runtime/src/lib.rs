@@ -1,6 +1,40 @@
 //! **A node in any program**: the threads of its tasks, its ports and its telemetry.
 //!
-//! Nothing here speaks to the terminal or to a service manager.
+//! The states of a node are types. [`Node::prepare`] opens the ports of all tasks, in threads that then
+//! wait ([`Prepared`]); [`Prepared::start`] begins all of them on one grid ([`Running`]); an ordinary
+//! thread calls [`Running::poll`] some fifty times a second; [`Running::finish`] tells what each task
+//! did and cost ([`Outcome`]). Dropping a state ends its threads.
+//!
+//! ```
+//! use isochrone_engine::{Plan, Rules, Source};
+//! use isochrone_runtime::{End, Node, POLL_INTERVAL};
+//!
+//! let text = r#"
+//!     [node]
+//!     name = "level"
+//!     [[task]]
+//!     name = "fast"
+//!     period = "1ms"
+//!     [[block]]
+//!     name = "ramp"
+//!     type = "LimRateOfChangeCI"
+//!     in = { value = 25.0, setChangeRate = 10.0 }
+//! "#;
+//! let plan = Plan::new(Source::new("level.toml", text), &Rules::default())?;
+//! let mut node = Node::prepare_alone(&plan)?.with_cycles(Some(50)).start();
+//! node.set([("ramp.setChangeRate", 5.0)])?;
+//! while node.poll().is_running() {
+//!     std::thread::sleep(POLL_INTERVAL);
+//! }
+//! let outcome = node.finish()?;
+//! assert_eq!(outcome.end, End::Cycles);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! A cycle is one function: wait for the release, apply what operators sent, read the inputs, step the
+//! blocks, copy the outputs into the frames, send them, and then in the slack everything that may take
+//! its time. Nothing here speaks to the terminal or to a service manager; what people are to know
+//! promptly goes to `tracing`, from the thread that polls.
 #![cfg_attr(
     not(test),
     warn(
@@ -12,17 +46,27 @@
     )
 )]
 
-pub mod alarms;
+mod alarms;
 mod bindings;
+mod error;
+mod events;
 mod inputs;
 mod layouts;
 mod limiter;
-mod ports;
+mod node;
+mod outcome;
+mod outputs;
+mod real_time_thread;
+mod running;
+mod set_points;
+mod snapshots;
 mod task;
 mod telemetry;
 
-pub use bindings::Desk;
-pub use layouts::{Resolver, announcers};
+pub use alarms::Alarm;
+pub use error::{PrepareError, SetError, TaskPanicked};
 pub use limiter::Limiter;
-pub use task::{Job, Outcome, Ready, run};
-pub use telemetry::{Tap, Telemetry};
+pub use node::{Node, Prepared, next_epoch_ns};
+pub use outcome::{Allocations, Costs, End, Link, Outcome, TaskOutcome};
+pub use real_time_thread::RealTimeThread;
+pub use running::{Applied, POLL_INTERVAL, Poll, Running};

@@ -5,158 +5,169 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender};
 
 use isochrone_cyclic::{
-    Clock, Cyclic, Monotonic, PriorityReturn, Release, StopReason, ThreadGrant, ThreadRequest,
-    ThreadUsage, WakeUps, prepare_thread, thread_allocations, thread_usage,
+    Clock, Cyclic, Monotonic, Release, Schedule, StopReason, ThreadGrant, ThreadRequest,
+    ThreadUsage, WakeUps, counts_allocations, thread_allocations, thread_usage,
 };
-use isochrone_engine::{TaskEngine, TaskPlan};
-use isochrone_ipc::{OpenError, Participant, Repair, give_up_file_override, ipc};
-use isochrone_timing::{CycleRecord, DEFAULT_WARM_UP_CYCLES, LinkReport};
+use isochrone_engine::TaskEngine;
+use isochrone_ipc::{OpenError, RealTime, Service};
+use isochrone_timing::{CycleRecord, warm_up_cycles};
 use rtrb::Producer;
 
 use crate::bindings::Desk;
-use crate::inputs::InputPorts;
-use crate::ports::OutputPorts;
-use crate::telemetry::Tap;
+use crate::events::Events;
+use crate::inputs::{InputPorts, ServiceInputs};
+use crate::outcome::{Allocations, Costs, Link};
+use crate::outputs::{Output, OutputPorts};
+use crate::real_time_thread::RealTimeThread;
+use crate::set_points::Applier;
+use crate::snapshots::Tap;
 
 /// What a task's thread is given.
-pub struct Job<'a> {
-    /// What the task is.
-    pub plan: &'a TaskPlan,
-    /// Who opens its ports.
-    pub participant: &'a Participant<ipc::Service>,
-    /// What it steps.
-    pub engine: TaskEngine,
-    /// Cycles to run; until stopped if there is none.
-    pub cycles: Option<u64>,
-    /// Ends the node.
-    pub stop: Arc<AtomicBool>,
-    /// Where its cycle records go.
-    pub records: Producer<CycleRecord>,
-    /// Where snapshots of its signals go.
-    pub tap: Tap,
+pub(crate) struct Job<S: Service> {
+    pub(crate) schedule: Schedule,
+    pub(crate) request: ThreadRequest,
+    pub(crate) engine: TaskEngine,
+    pub(crate) services: Option<Services<S>>,
+    pub(crate) stop: Arc<AtomicBool>,
+    pub(crate) set_points: Applier,
+    pub(crate) records: Producer<CycleRecord>,
+    pub(crate) tap: Tap,
+    pub(crate) events: Events,
     /// Tells that the set-up is done, or why it failed.
-    pub ready: Sender<Result<Ready, OpenError>>,
-    /// The instant at which the common grid of all tasks begins.
-    pub epoch_ns: Receiver<u64>,
+    pub(crate) ready: Sender<Result<Ready, OpenError>>,
+    pub(crate) start: Receiver<Start>,
+}
+
+/// What a task reads and publishes, and who opens its ports.
+pub(crate) struct Services<S: Service> {
+    pub(crate) participant: Arc<RealTime<S>>,
+    pub(crate) inputs: Vec<ServiceInputs>,
+    pub(crate) outputs: Vec<Output>,
 }
 
 /// What a task's thread has to say when its set-up is done.
-pub struct Ready {
-    /// What the machine granted.
-    pub grant: ThreadGrant,
-    /// For each of its ports.
-    pub repairs: Vec<Repair>,
+pub(crate) struct Ready {
+    pub(crate) grant: ThreadGrant,
     /// For each service that it reads.
-    pub desks: Vec<Desk>,
+    pub(crate) desks: Vec<Desk>,
+}
+
+/// Lets a task's thread begin.
+#[derive(Clone, Copy)]
+pub(crate) struct Start {
+    /// The instant at which the common grid of all tasks begins.
+    pub(crate) epoch_ns: u64,
+    /// Cycles to run; until stopped if there is none.
+    pub(crate) cycles: Option<u64>,
 }
 
 /// What a task's thread has to say in the end.
-pub struct Outcome {
-    /// Why its loop ended.
-    pub stop_reason: Option<StopReason>,
-    /// Margin of a hybrid wait in the end.
-    pub margin_ns: Option<u64>,
-    /// Used by the cycles after the warm-up, in `elapsed_ns`.
-    pub usage: ThreadUsage,
-    /// From the end of the warm-up to the end, in ns.
-    pub elapsed_ns: u64,
-    /// From the release until the frames were sent; not ours only where a peer that came made
-    /// iceoryx2 map memory there.
-    pub allocations: u64,
-    /// In the slack, where iceoryx2 loans the next frames.
-    pub ipc_allocations: u64,
-    /// Steps of blocks that reported an error.
-    pub block_errors: u64,
-    /// Samples that an input did not take.
-    pub input_rejects: u64,
-    /// How often a peer was seen to come or go.
-    pub connects: u64,
-    /// Connections to a peer that failed.
-    pub connect_errors: u64,
-    /// Snapshots of its signals that did not become telemetry.
-    pub lost_snapshots: u64,
-    /// What it received and sent. How long that took is for the readers to say.
-    pub links: Vec<LinkReport>,
+pub(crate) struct Done {
+    /// Why its loop ended; `None`: it ran all its cycles.
+    pub(crate) stop_reason: Option<StopReason>,
+    pub(crate) margin_ns: Option<u64>,
+    pub(crate) costs: Costs,
+    pub(crate) block_errors: u64,
+    pub(crate) input_rejects: u64,
+    pub(crate) connects: u64,
+    pub(crate) connect_errors: u64,
+    pub(crate) lost_snapshots: u64,
+    pub(crate) links: Vec<Link>,
+}
+
+/// A task's ports.
+struct Ports<S: Service> {
+    inputs: InputPorts<S>,
+    outputs: OutputPorts<S>,
 }
 
 /// Runs a task to its end. `None`: it did not come to run, and `ready` was told why, or the node
 /// was stopped before.
-pub fn run(mut job: Job<'_>) -> Option<Outcome> {
+pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
+    let Job { mut engine, mut set_points, mut records, mut tap, mut events, .. } = job;
     let _end = EndOfNode(job.stop.clone());
-    let ports = InputPorts::open(job.participant, job.plan)
-        .and_then(|inputs| Ok((inputs, OutputPorts::open(job.participant, job.plan)?)));
-    let ((mut inputs, desks), mut outputs) = match ports {
-        Ok(ports) => ports,
+    let (ports, desks) = match Ports::open(job.services) {
+        Ok(opened) => opened,
         Err(error) => {
             let _ = job.ready.send(Err(error));
             return None;
         }
     };
-    // As locals after the ports these two are dropped before them: ports end under the domain's lock,
-    // for which no real-time thread may wait.
-    let _returned = PriorityReturn::default();
-    let grant = prepare_thread(ThreadRequest {
-        priority: job.plan.priority,
-        cpu: job.plan.cpu.map(|cpu| cpu as usize),
-    });
-    // Every task: without a priority, too, a half-made peer would hold it up for ever.
-    let _given_up = give_up_file_override();
-    let repairs = inputs.repairs().chain(outputs.repairs()).collect();
-    job.ready.send(Ok(Ready { grant, repairs, desks })).ok()?;
-    let epoch_ns = job.epoch_ns.recv().ok()?;
+    let (mut ports, grant) = RealTimeThread::prepare(job.request, ports);
+    job.ready.send(Ok(Ready { grant, desks })).ok()?;
+    let Start { epoch_ns, cycles: wanted } = job.start.recv().ok()?;
 
-    let mut cyclic = Cyclic::new(Monotonic, job.plan.schedule, epoch_ns, job.stop.clone());
+    let warm_up = warm_up_cycles(job.schedule.period_ns);
+    let mut cyclic = Cyclic::new(Monotonic, job.schedule, epoch_ns, job.stop.clone());
     let mut account = Account::open();
     let mut restless = Restless::default();
     let mut cycles = 0;
     loop {
         // Peers that came while the thread slept are connected before the release, not after it.
-        let connect = || {
-            account.library(|| {
-                inputs.maintain();
-                outputs.maintain();
-            });
-        };
+        let connect = || account.library(|| ports.maintain());
         let Some(release) = cyclic.wait_with(restless.wake_ups(), connect) else { break };
 
-        inputs.read(&mut job.engine, release.start_ns);
-        job.engine.step(release.cycle);
-        outputs.send(&job.engine, &release);
+        set_points.apply(&mut engine, &release);
+        ports.inputs.read(&mut engine, release.start_ns);
+        engine.step(release.cycle);
+        ports.outputs.copy(&engine);
+        ports.outputs.send(&engine, &release);
         let end_ns = Monotonic.now_ns();
         cyclic.finished(end_ns);
 
         // The slack: what may take its time, until the next release.
         account.library(|| {
-            outputs.prepare();
-            inputs.maintain();
+            ports.outputs.prepare();
+            ports.inputs.maintain();
         });
-        restless.note(inputs.connects() + outputs.connects(), end_ns);
-        job.tap.take(job.engine.image());
+        restless.note(ports.connects(), end_ns);
+        tap.take(engine.image());
+        events.look(&engine);
+        ports.inputs.tell(&mut events);
         // A full ring drops the record, and the reader of the ring sees the gap.
-        let _ = job.records.push(record(&release, end_ns, cyclic.overruns()));
+        let _ = records.push(record(&release, end_ns, cyclic.overruns()));
         cycles += 1;
-        if cycles == DEFAULT_WARM_UP_CYCLES {
+        if cycles == warm_up {
             account = Account::open();
         }
-        if job.cycles.is_some_and(|wanted| cycles >= wanted) {
+        if wanted.is_some_and(|wanted| cycles >= wanted) {
             break;
         }
     }
-    Some(Outcome {
+    Some(Done {
         stop_reason: cyclic.stop_reason(),
         margin_ns: cyclic.margin_ns(),
-        usage: thread_usage().since(account.usage),
-        elapsed_ns: Monotonic.now_ns().saturating_sub(account.opened_ns),
-        allocations: (thread_allocations() - account.allocations)
-            .saturating_sub(account.library_allocations),
-        ipc_allocations: account.library_allocations,
-        block_errors: job.engine.block_errors(),
-        input_rejects: inputs.rejects(),
-        connects: inputs.connects() + outputs.connects(),
-        connect_errors: inputs.connect_errors() + outputs.connect_errors(),
-        lost_snapshots: job.tap.lost(),
-        links: inputs.links().chain(outputs.links()).collect(),
+        costs: account.close(),
+        block_errors: engine.block_errors(),
+        input_rejects: ports.inputs.rejects(),
+        connects: ports.connects(),
+        connect_errors: ports.inputs.connect_errors() + ports.outputs.connect_errors(),
+        lost_snapshots: tap.lost(),
+        links: ports.inputs.links().chain(ports.outputs.links()).collect(),
     })
+}
+
+impl<S: Service> Ports<S> {
+    fn open(services: Option<Services<S>>) -> Result<(Self, Vec<Desk>), OpenError> {
+        let Some(Services { participant, inputs, outputs }) = services else {
+            return Ok((
+                Self { inputs: InputPorts::none(), outputs: OutputPorts::none() },
+                Vec::new(),
+            ));
+        };
+        let (inputs, desks) = InputPorts::open(&participant, inputs)?;
+        let outputs = OutputPorts::open(&participant, &outputs)?;
+        Ok((Self { inputs, outputs }, desks))
+    }
+
+    fn maintain(&mut self) {
+        self.inputs.maintain();
+        self.outputs.maintain();
+    }
+
+    fn connects(&self) -> u64 {
+        self.inputs.connects() + self.outputs.connects()
+    }
 }
 
 /// Whether peers came or went a short while ago, so that more are to be expected.
@@ -207,6 +218,7 @@ fn record(release: &Release, end_ns: u64, overruns: u64) -> CycleRecord {
 struct Account {
     usage: ThreadUsage,
     opened_ns: u64,
+    counts_allocations: bool,
     allocations: u64,
     /// Allocations since then that were iceoryx2's.
     library_allocations: u64,
@@ -217,6 +229,7 @@ impl Account {
         Self {
             usage: thread_usage(),
             opened_ns: Monotonic.now_ns(),
+            counts_allocations: counts_allocations(),
             allocations: thread_allocations(),
             library_allocations: 0,
         }
@@ -227,5 +240,17 @@ impl Account {
         let before = thread_allocations();
         work();
         self.library_allocations += thread_allocations() - before;
+    }
+
+    fn close(self) -> Costs {
+        let allocations = thread_allocations() - self.allocations;
+        Costs {
+            usage: thread_usage().since(self.usage),
+            elapsed_ns: Monotonic.now_ns().saturating_sub(self.opened_ns),
+            allocations: self.counts_allocations.then_some(Allocations {
+                cycle: allocations.saturating_sub(self.library_allocations),
+                slack: self.library_allocations,
+            }),
+        }
     }
 }

@@ -42,6 +42,6 @@ pub use distribution::{DecodeError, Distribution, HIGHEST_NS, encoded};
 pub use link::{FrameRecord, LinkTiming};
 pub use link_report::LinkReport;
 pub use summary::Summary;
-pub use task::{CycleRecord, DEFAULT_WARM_UP_CYCLES, TaskTiming};
+pub use task::{CycleRecord, TaskTiming, warm_up_cycles};
 pub use task_report::TaskReport;
 pub use warning::{Warning, WarningCode};

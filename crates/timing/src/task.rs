@@ -3,9 +3,21 @@
 use crate::distribution::{Distribution, encoded};
 use crate::task_report::TaskReport;
 
-/// First cycles that are left out of the distributions unless told otherwise: caches and branch
-/// predictors are cold, peers are connecting, and an adaptive margin has not yet adapted.
-pub const DEFAULT_WARM_UP_CYCLES: u64 = 100;
+/// Most cycles of a warm-up.
+const WARM_UP_CYCLES: u64 = 100;
+/// Longest time of a warm-up, unless one cycle takes longer.
+const WARM_UP_NS: u64 = 1_000_000_000;
+
+/// First cycles of a task of this period, in ns, that are left out of the distributions unless told
+/// otherwise: caches and branch predictors are cold, peers are connecting, and an adaptive margin has
+/// not yet adapted. 100, or as many as fit into 1 s, but at least one.
+pub const fn warm_up_cycles(period_ns: u64) -> u64 {
+    match WARM_UP_NS.checked_div(period_ns) {
+        Some(0) => 1,
+        Some(cycles) if cycles < WARM_UP_CYCLES => cycles,
+        _ => WARM_UP_CYCLES,
+    }
+}
 
 /// One cycle as the loop saw it, all times in ns on one clock. 48 bytes, made for a ring.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -33,7 +45,7 @@ pub struct CycleRecord {
 ///   releases. Between consecutive cycles that is |interval - period|; across missed releases, or
 ///   records lost on the way, the releases lie several periods apart and the starts should too.
 ///
-/// The first [`DEFAULT_WARM_UP_CYCLES`] records are in no distribution. A missed release is in none
+/// The first [`warm_up_cycles`] records are in no distribution. A missed release is in none
 /// either: it never ran, so it is counted.
 #[derive(Debug, Clone)]
 pub struct TaskTiming {
@@ -52,7 +64,7 @@ impl TaskTiming {
     pub fn new(period_ns: u64) -> Self {
         Self {
             period_ns,
-            warm_up_cycles: DEFAULT_WARM_UP_CYCLES,
+            warm_up_cycles: warm_up_cycles(period_ns),
             records: 0,
             last: None,
             release_jitter: Distribution::new(),
@@ -164,6 +176,12 @@ mod tests {
     }
 
     #[test]
+    fn a_warm_up_takes_a_hundred_cycles_or_a_second_but_at_least_one_cycle() {
+        let warm_ups = [100_000, 1_000_000, 10_000_000, 100_000_000, 1_000_000_000, 60_000_000_000];
+        assert_eq!(warm_ups.map(warm_up_cycles), [100, 100, 100, 10, 1, 1]);
+    }
+
+    #[test]
     fn a_record_fits_in_48_bytes() {
         assert!(size_of::<CycleRecord>() <= 48);
     }
@@ -199,7 +217,7 @@ mod tests {
     fn the_warm_up_is_in_no_distribution_and_is_reported() {
         let slow_start = (0..100).map(|cycle| record(cycle, 500_000));
         let punctual = (100..300).map(|cycle| record(cycle, 50));
-        let report = report(DEFAULT_WARM_UP_CYCLES, slow_start.chain(punctual));
+        let report = report(WARM_UP_CYCLES, slow_start.chain(punctual));
         assert_eq!(report.warm_up_cycles, 100);
         assert_eq!(report.cycles, 300);
         assert_eq!(report.release_jitter_ns.count, 200);
@@ -211,7 +229,7 @@ mod tests {
 
     #[test]
     fn a_run_shorter_than_its_warm_up_reports_only_warm_up() {
-        let report = report(DEFAULT_WARM_UP_CYCLES, (0..30).map(|cycle| record(cycle, 50)));
+        let report = report(WARM_UP_CYCLES, (0..30).map(|cycle| record(cycle, 50)));
         assert_eq!((report.cycles, report.warm_up_cycles), (30, 30));
         assert_eq!(report.release_jitter_ns.count, 0);
     }
@@ -219,7 +237,7 @@ mod tests {
     #[test]
     fn losses_in_the_warm_up_are_counted() {
         let late = CycleRecord { missed: 3, overruns: 1, ..record(4, 0) };
-        let report = report(DEFAULT_WARM_UP_CYCLES, [record(0, 0), late]);
+        let report = report(WARM_UP_CYCLES, [record(0, 0), late]);
         assert_eq!((report.missed, report.overruns), (3, 1));
     }
 

@@ -9,8 +9,8 @@ use isochrone_ipc::{
     ipc,
 };
 use isochrone_processes::Stop;
-use isochrone_runtime::alarms;
-use isochrone_timing::{FrameRecord, LinkReport, LinkTiming, Warning};
+use isochrone_runtime::Alarm;
+use isochrone_timing::{FrameRecord, LinkReport, LinkTiming};
 
 use super::transcript::{Taken, Transcript};
 use crate::failure::Failure;
@@ -36,7 +36,7 @@ pub(super) struct Line<'a> {
     repair: Repair,
     pub(super) timing: LinkTiming,
     past_stamps: u64,
-    pub(super) alarms: Vec<Warning>,
+    pub(super) alarms: Vec<Alarm>,
     opened_ns: u64,
     pub(super) now_ns: u64,
     /// When nothing waited to be received.
@@ -127,7 +127,7 @@ impl<'a> Line<'a> {
             self.subscriber.set_period(announced.layout.period_ns.unwrap_or_default());
         }
         if self.subscriber.counters().other_writers > 0 {
-            self.raise(alarms::other_writer(self.service));
+            self.raise(Alarm::OtherWriter { service: self.service.to_owned() });
         }
     }
 
@@ -141,15 +141,18 @@ impl<'a> Line<'a> {
         match stamps {
             Stamps::Future => {
                 let ahead_ns = header.publish_ns.saturating_sub(self.now_ns);
-                self.raise(alarms::future_stamps(self.service, ahead_ns));
+                let service = self.service.to_owned();
+                self.raise(Alarm::FutureStamps { service, ahead_ns });
             }
             Stamps::Foreign => {
                 let publisher = announced.map_or_else(String::new, |a| a.publisher.clone());
-                self.raise(alarms::foreign_host(self.service, &publisher));
+                let service = self.service.to_owned();
+                self.raise(Alarm::ForeignHost { service, publisher });
             }
             Stamps::Believed if age_ns > waited_ns.saturating_add(CREDIBLE_DELAY_NS) => {
                 self.past_stamps += 1;
-                self.raise(alarms::past_stamps(self.service, age_ns));
+                let service = self.service.to_owned();
+                self.raise(Alarm::PastStamps { service, behind_ns: age_ns });
             }
             Stamps::Believed => {}
         }
@@ -157,9 +160,9 @@ impl<'a> Line<'a> {
     }
 
     /// Raises an alarm, the first of its kind.
-    fn raise(&mut self, alarm: Warning) {
-        if self.alarms.iter().all(|raised| raised.code != alarm.code) {
-            tracing::warn!("{}", alarms::sentence(&alarm));
+    fn raise(&mut self, alarm: Alarm) {
+        if self.alarms.iter().all(|raised| raised.code() != alarm.code()) {
+            tracing::warn!("{}", alarm.sentence());
             self.alarms.push(alarm);
         }
     }

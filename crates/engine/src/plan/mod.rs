@@ -8,12 +8,15 @@ mod order;
 mod probe;
 mod wires;
 
+use std::path::Path;
+use std::sync::Arc;
+
 use isochrone_blocks::{BlockType, CATALOGUE, PinType};
 use isochrone_schedule::Schedule;
 pub(crate) use names::MAX_INSTANCES;
 
 use crate::config::{Binding, OnStale};
-use crate::{Finding, Findings, Source, parse};
+use crate::{Finding, Findings, ReadError, Source, parse};
 
 /// What a configuration is checked against beside itself.
 pub struct Rules<'a> {
@@ -34,6 +37,18 @@ impl Default for Rules<'_> {
             },
         }
     }
+}
+
+/// Why there is no plan.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PlanError {
+    /// The file cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
+    /// The configuration has errors.
+    #[error(transparent)]
+    Configuration(#[from] Findings),
 }
 
 /// A node that can be run.
@@ -136,7 +151,7 @@ pub struct BankPlan {
     /// First slot of the first instance.
     pub first_slot: usize,
     /// Their names, in order.
-    pub instances: Vec<String>,
+    pub instances: Arc<[String]>,
     /// Copies into the bank's slots, done before it steps.
     pub wires: Vec<WirePlan>,
 }
@@ -198,6 +213,14 @@ impl Plan {
             notes: wiring.latched(&names),
             source,
         })
+    }
+
+    /// Reads a configuration file, then as [`new`](Self::new).
+    ///
+    /// # Errors
+    /// The file cannot be read, or its configuration has errors, all of which are found together.
+    pub fn read(path: impl AsRef<Path>, rules: &Rules<'_>) -> Result<Self, PlanError> {
+        Ok(Self::new(Source::read(path.as_ref())?, rules)?)
     }
 
     /// Number of block instances.

@@ -36,6 +36,10 @@ impl Membership {
         Ok(Self { domain: domain.clone(), config, lock })
     }
 
+    pub(crate) fn domain(&self) -> &Domain {
+        &self.domain
+    }
+
     pub(crate) fn config(&self) -> &Config {
         &self.config
     }

@@ -17,7 +17,7 @@ use super::WARM_UP;
 use super::arm::{Arm, Turn, Used, cycles};
 use crate::bench::watch::{LOOK_INTERVAL, Watching};
 use crate::failure::Failure;
-use crate::run::next_epoch_ns;
+use isochrone_runtime::next_epoch_ns;
 
 /// Between two turns of a spinning loop: what the kernel grants counts anew after a second.
 const SPIN_REST: Duration = Duration::from_millis(300);

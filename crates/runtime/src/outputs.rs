@@ -1,46 +1,72 @@
 //! A task's outputs: the frames that it publishes.
 
 use isochrone_cyclic::{Clock, Monotonic, Release};
-use isochrone_engine::{OutputPlan, TaskEngine, TaskPlan};
-use isochrone_ipc::{
-    FrameLayout, FramePublisher, OpenError, Participant, Repair, SignalSpec, Stamp, ipc,
-};
-use isochrone_timing::LinkReport;
+use isochrone_engine::{OutputPlan, SignalPlan, TaskEngine, TaskPlan};
+use isochrone_ipc::{FrameLayout, FramePublisher, OpenError, RealTime, Service, SignalSpec, Stamp};
 
-type Service = ipc::Service;
+use crate::outcome::Link;
 
-/// The frames that a task publishes.
-pub(crate) struct OutputPorts {
-    ports: Vec<OutputPort>,
+/// One frame that a task publishes.
+pub(crate) struct Output {
+    pub(crate) service: String,
+    pub(crate) layout: FrameLayout,
 }
 
-struct OutputPort {
+/// The frames that a task publishes, in the plan's order.
+pub(crate) fn of_task(task: &TaskPlan) -> Vec<Output> {
+    let output = |output: &OutputPlan| Output {
+        service: output.service.clone(),
+        layout: FrameLayout {
+            signals: output.signals.iter().map(signal).collect(),
+            period_ns: Some(task.schedule.period_ns),
+        },
+    };
+    task.outputs.iter().map(output).collect()
+}
+
+fn signal(signal: &SignalPlan) -> SignalSpec {
+    SignalSpec::new(signal.name.clone(), signal.value_type.to_string())
+}
+
+/// The ports of a task's outputs.
+pub(crate) struct OutputPorts<S: Service> {
+    ports: Vec<OutputPort<S>>,
+}
+
+struct OutputPort<S: Service> {
     service: String,
-    publisher: FramePublisher<Service>,
+    publisher: FramePublisher<S>,
 }
 
-impl OutputPorts {
+impl<S: Service> OutputPorts<S> {
     /// Opens a publisher for each output; ports and outputs have the same order.
-    pub(crate) fn open(
-        participant: &Participant<Service>,
-        task: &TaskPlan,
-    ) -> Result<Self, OpenError> {
-        let open = |output: &OutputPlan| {
-            let layout = layout(output, task.schedule.period_ns);
+    pub(crate) fn open(participant: &RealTime<S>, outputs: &[Output]) -> Result<Self, OpenError> {
+        let open = |output: &Output| {
             Ok::<_, OpenError>(OutputPort {
                 service: output.service.clone(),
-                publisher: FramePublisher::open(participant, &output.service, &layout)?,
+                publisher: participant.publisher(&output.service, &output.layout)?,
             })
         };
-        Ok(Self { ports: task.outputs.iter().map(open).collect::<Result<_, OpenError>>()? })
+        Ok(Self { ports: outputs.iter().map(open).collect::<Result<_, OpenError>>()? })
     }
 
-    /// Copies the outputs into the frames that were loaned beforehand, and sends them.
-    pub(crate) fn send(&mut self, engine: &TaskEngine, release: &Release) {
+    /// The outputs of a node without services.
+    pub(crate) fn none() -> Self {
+        Self { ports: Vec::new() }
+    }
+
+    /// Copies the outputs into the frames that were loaned beforehand.
+    pub(crate) fn copy(&mut self, engine: &TaskEngine) {
         for (output, port) in self.ports.iter_mut().enumerate() {
             if let Some(values) = port.publisher.values_mut() {
                 engine.read_output(output, values);
             }
+        }
+    }
+
+    /// Sends the frames.
+    pub(crate) fn send(&mut self, engine: &TaskEngine, release: &Release) {
+        for (output, port) in self.ports.iter_mut().enumerate() {
             let stamp = Stamp {
                 cycle: release.cycle,
                 release_ns: release.release_ns,
@@ -75,29 +101,16 @@ impl OutputPorts {
         self.ports.iter().map(|port| port.publisher.counters().connect_errors).sum()
     }
 
-    /// What makes good failed connections.
-    pub(crate) fn repairs(&self) -> impl Iterator<Item = Repair> {
-        self.ports.iter().map(|port| port.publisher.repair())
-    }
-
     /// What every port sent.
-    pub(crate) fn links(&self) -> impl Iterator<Item = LinkReport> {
+    pub(crate) fn links(&self) -> impl Iterator<Item = Link> {
         self.ports.iter().map(|port| {
             let counters = port.publisher.counters();
-            LinkReport {
+            Link {
                 service: port.service.clone(),
                 frames: counters.sent,
                 lost: counters.unsent + counters.send_errors,
-                ..LinkReport::default()
+                ..Link::default()
             }
         })
     }
-}
-
-/// What an output's frames are.
-pub(crate) fn layout(output: &OutputPlan, period_ns: u64) -> FrameLayout {
-    let signal = |signal: &isochrone_engine::SignalPlan| {
-        SignalSpec::new(signal.name.clone(), signal.value_type.to_string())
-    };
-    FrameLayout { signals: output.signals.iter().map(signal).collect(), period_ns: Some(period_ns) }
 }

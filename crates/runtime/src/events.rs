@@ -1,0 +1,228 @@
+//! What a task's blocks and inputs run into: noticed in the slack of the cycle, and put into words in
+//! the ordinary thread.
+
+use std::sync::Arc;
+
+use isochrone_blocks::{BlockType, PinType, status};
+use isochrone_engine::config::OnStale;
+use isochrone_engine::{TaskEngine, TaskPlan};
+use rtrb::{Consumer, Producer, RingBuffer};
+
+use crate::limiter::Limiter;
+
+/// Events that fit between the cycle and the ordinary thread. What finds no room is told later, if it
+/// still holds then.
+const ROOM: usize = 256;
+
+/// What is to be said of an input.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum InputState {
+    /// Its samples are taken, or none has come yet.
+    Fresh,
+    /// Its last sample is older than its `max_age`.
+    Stale,
+    /// Its type cannot hold this sample.
+    Rejected(f64),
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Event {
+    /// An instance, in the order of the image, has this error; `OK` for none.
+    Block {
+        instance: usize,
+        status: u16,
+    },
+    Input {
+        input: usize,
+        state: InputState,
+    },
+}
+
+/// The end in the cycle.
+pub(crate) struct Events {
+    ring: Producer<Event>,
+    watched: Box<[Watched]>,
+    errors: u64,
+    in_error: bool,
+}
+
+/// An instance that can report errors.
+struct Watched {
+    instance: usize,
+    slot: usize,
+    indication: Indication,
+    told: u16,
+}
+
+/// How a block says that something is wrong.
+#[derive(Clone, Copy)]
+enum Indication {
+    /// With an error word at `status`.
+    Status,
+    /// With TRUE at `error`.
+    Error,
+}
+
+/// Stands for a status word where a block has none.
+const ERROR_WITHOUT_WORD: u16 = u16::MAX;
+
+impl Watched {
+    fn error(&self, image: &[f64]) -> u16 {
+        let value = image.get(self.slot).copied().unwrap_or_default();
+        match self.indication {
+            Indication::Status => Some(value as u16).filter(|word| status::is_error(*word)),
+            Indication::Error => Some(ERROR_WITHOUT_WORD).filter(|_| value != 0.0),
+        }
+        .unwrap_or(status::OK)
+    }
+}
+
+impl Events {
+    /// Looks for blocks that came into an error or out of one; for the slack. While no block reports
+    /// an error, it is a comparison.
+    pub(crate) fn look(&mut self, engine: &TaskEngine) {
+        let errors = engine.block_errors();
+        if errors == std::mem::replace(&mut self.errors, errors) && !self.in_error {
+            return;
+        }
+        self.in_error = false;
+        for watched in &mut self.watched {
+            let error = watched.error(engine.image());
+            let event = Event::Block { instance: watched.instance, status: error };
+            if error != watched.told && self.ring.push(event).is_ok() {
+                watched.told = error;
+            }
+            self.in_error |= watched.told != status::OK || error != watched.told;
+        }
+    }
+
+    /// Tells what has become of an input; `false` where there is no room.
+    pub(crate) fn tell_input(&mut self, input: usize, state: InputState) -> bool {
+        self.ring.push(Event::Input { input, state }).is_ok()
+    }
+}
+
+/// The end in the ordinary thread.
+pub(crate) struct Log {
+    ring: Consumer<Event>,
+    banks: Vec<Bank>,
+    inputs: Vec<InputWords>,
+}
+
+struct Bank {
+    block_type: BlockType,
+    instances: Arc<[String]>,
+}
+
+struct InputWords {
+    name: String,
+    value_type: PinType,
+    on_stale: OnStale,
+}
+
+/// Makes both ends for a task.
+pub(crate) fn ends(task: &TaskPlan) -> (Events, Log) {
+    let (producer, consumer) = RingBuffer::new(ROOM);
+    let mut watched = Vec::new();
+    let mut first = 0;
+    for bank in &task.banks {
+        let outputs = bank.block_type.outputs;
+        let pin = |name: &str, pin_type| {
+            outputs.iter().position(|pin| pin.name == name && pin.pin_type == pin_type)
+        };
+        let status = pin("status", PinType::Word).map(|pin| (pin, Indication::Status));
+        let error = || pin("error", PinType::Bool).map(|pin| (pin, Indication::Error));
+        if let Some((pin, indication)) = status.or_else(error) {
+            let slot = bank.first_slot + bank.block_type.inputs.len() + pin;
+            watched.extend((0..bank.instances.len()).map(|index| Watched {
+                instance: first + index,
+                slot: slot + index * bank.block_type.slots(),
+                indication,
+                told: status::OK,
+            }));
+        }
+        first += bank.instances.len();
+    }
+    let events = Events { ring: producer, watched: watched.into(), errors: 0, in_error: false };
+    let bank = |bank: &isochrone_engine::BankPlan| Bank {
+        block_type: bank.block_type,
+        instances: bank.instances.clone(),
+    };
+    let input = |input: &isochrone_engine::InputPlan| InputWords {
+        name: input.name.clone(),
+        value_type: input.value_type,
+        on_stale: input.on_stale,
+    };
+    let log = Log {
+        ring: consumer,
+        banks: task.banks.iter().map(bank).collect(),
+        inputs: task.inputs.iter().map(input).collect(),
+    };
+    (events, log)
+}
+
+impl Log {
+    /// Logs what happened since the last time.
+    pub(crate) fn write(&mut self, limiter: &mut Limiter) {
+        while let Ok(event) = self.ring.pop() {
+            let sentence = self.sentence(event);
+            if let Some(sentence) = sentence.and_then(|sentence| limiter.pass(&sentence)) {
+                tracing::warn!("{sentence}");
+            }
+        }
+    }
+
+    fn sentence(&self, event: Event) -> Option<String> {
+        match event {
+            Event::Block { instance, status } => {
+                let (bank, name) = self.instance(instance)?;
+                Some(block_sentence(&bank.block_type, name, status))
+            }
+            Event::Input { input, state } => Some(self.inputs.get(input)?.sentence(state)),
+        }
+    }
+
+    fn instance(&self, mut instance: usize) -> Option<(&Bank, &str)> {
+        for bank in &self.banks {
+            match bank.instances.get(instance) {
+                Some(name) => return Some((bank, name)),
+                None => instance -= bank.instances.len(),
+            }
+        }
+        None
+    }
+}
+
+fn block_sentence(block_type: &BlockType, name: &str, word: u16) -> String {
+    let kind = block_type.name;
+    match block_type.status.iter().find(|known| known.code == word) {
+        _ if word == status::OK => format!("block \"{name}\" ({kind}) reports no error any more"),
+        Some(known) => format!(
+            "block \"{name}\" ({kind}) reports 16#{word:04X} {}: {}",
+            known.name, known.meaning
+        ),
+        None if word == ERROR_WITHOUT_WORD => format!("block \"{name}\" ({kind}) reports an error"),
+        None => format!("block \"{name}\" ({kind}) reports error 16#{word:04X}"),
+    }
+}
+
+impl InputWords {
+    fn sentence(&self, state: InputState) -> String {
+        let (name, value_type) = (&self.name, self.value_type);
+        match state {
+            InputState::Fresh => format!("input \"{name}\" takes samples again"),
+            InputState::Stale => {
+                let reads = match self.on_stale {
+                    OnStale::Hold => "keeps its value",
+                    OnStale::Default => "reads its default",
+                };
+                format!(
+                    "input \"{name}\" is stale: its last sample is older than max_age; it {reads}"
+                )
+            }
+            InputState::Rejected(sample) => format!(
+                "input \"{name}\" rejects {sample:?}, which {value_type} cannot hold; it keeps its value"
+            ),
+        }
+    }
+}

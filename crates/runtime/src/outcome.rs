@@ -1,0 +1,112 @@
+//! What a node did.
+
+use isochrone_cyclic::{ThreadGrant, ThreadUsage};
+use isochrone_timing::TaskTiming;
+
+use crate::alarms::Alarm;
+
+/// What a node did, and why it ended.
+#[derive(Debug)]
+pub struct Outcome {
+    /// Why it ended.
+    pub end: End,
+    /// Its tasks, in the order of the configuration.
+    pub tasks: Vec<TaskOutcome>,
+    /// What came up while it ran; each of them was logged.
+    pub alarms: Vec<Alarm>,
+}
+
+/// Why a node ended.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum End {
+    /// It was asked to.
+    Asked,
+    /// Its first task ran all its cycles.
+    Cycles,
+    /// A task overran, and its configuration says that this ends the node.
+    Overrun {
+        /// The task.
+        task: String,
+        /// Its releases that were missed. A task without any ended a cycle after its next release.
+        missed: u64,
+    },
+}
+
+/// What a task did and cost.
+#[derive(Debug)]
+pub struct TaskOutcome {
+    /// Its name.
+    pub name: String,
+    /// What the machine granted its thread.
+    pub grant: ThreadGrant,
+    /// How long before a release a hybrid wait was awake in the end, in ns; `None` for other waits.
+    pub margin_ns: Option<u64>,
+    /// How punctual its cycles were.
+    pub timing: TaskTiming,
+    /// What its thread used after the warm-up.
+    pub costs: Costs,
+    /// Steps of blocks that reported an error.
+    pub block_errors: u64,
+    /// Samples that an input did not take: its type cannot hold them, or the frame has none for it.
+    pub input_rejects: u64,
+    /// How often a port's peers were seen to come or go.
+    pub connects: u64,
+    /// Connections to a peer that failed at first.
+    pub connect_errors: u64,
+    /// Snapshots of its signals that were not fetched in time.
+    pub lost_snapshots: u64,
+    /// What each of its ports received or sent.
+    pub links: Vec<Link>,
+}
+
+/// What a thread used, from the end of its warm-up to its end; if it did not come to the end of the
+/// warm-up, from its first cycle.
+#[derive(Debug, Clone, Copy)]
+pub struct Costs {
+    /// CPU time, page faults and switches.
+    pub usage: ThreadUsage,
+    /// How long that was, in ns.
+    pub elapsed_ns: u64,
+    /// Allocations; `None` if the program does not count them with
+    /// [`CountingAllocator`](isochrone_cyclic::CountingAllocator).
+    pub allocations: Option<Allocations>,
+}
+
+impl Costs {
+    /// CPU time per elapsed time, 0 to 1; waiting by watching the clock counts.
+    pub fn cpu_fraction(&self) -> f64 {
+        self.usage.cpu_ns as f64 / self.elapsed_ns.max(1) as f64
+    }
+}
+
+/// How often memory was asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Allocations {
+    /// From a release until the frames were sent: none but what iceoryx2 needs for a peer that came
+    /// just then.
+    pub cycle: u64,
+    /// By iceoryx2, in the slack: one for each frame.
+    pub slack: u64,
+}
+
+/// What a port received or sent. How long that took is for the readers to say.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Link {
+    /// The service.
+    pub service: String,
+    /// Frames received or sent.
+    pub frames: u64,
+    /// Frames published and not received, or that could not be sent. A control input reads the newest
+    /// frame, so a faster publisher loses by design.
+    pub lost: u64,
+    /// Times that a publisher began anew, or that another one was followed.
+    pub restarts: u64,
+    /// Frames of other publishers than the one that is followed.
+    pub other_writers: u64,
+    /// Frames whose stamps lay in the future.
+    pub future_stamps: u64,
+    /// Frames that arrived with stamps older than any wait here explains.
+    pub past_stamps: u64,
+    /// Frames that could not be read, because nobody had announced their layout yet.
+    pub unknown_layouts: u64,
+}

@@ -1,0 +1,65 @@
+//! The outcome of a node as a report.
+
+use isochrone_cyclic::Refusal;
+use isochrone_engine::{Plan, TaskPlan};
+use isochrone_report::Report;
+use isochrone_runtime::{Alarm, Link, Outcome, TaskOutcome};
+use isochrone_timing::{LinkReport, TaskReport, Warning};
+
+/// Adds what the node did.
+pub(super) fn complete(report: &mut Report, plan: &Plan, outcome: &Outcome) {
+    report.warnings.extend(outcome.alarms.iter().map(alarm));
+    let tasks = plan.tasks.iter().zip(&outcome.tasks);
+    report.tasks.extend(tasks.map(|(plan, task)| task_report(plan, task).into()));
+    report
+        .links
+        .extend(outcome.tasks.iter().flat_map(|task| &task.links).map(link_report).map(Into::into));
+}
+
+fn task_report(plan: &TaskPlan, task: &TaskOutcome) -> TaskReport {
+    let usage = task.costs.usage;
+    let allocations = task.costs.allocations;
+    TaskReport {
+        wake: plan.schedule.wake.as_str().into(),
+        scheduler: task.grant.scheduler.clone(),
+        cpu: task.grant.cpu,
+        margin_ns: task.margin_ns,
+        cpu_fraction: Some(task.costs.cpu_fraction()),
+        allocations: allocations.map(|allocations| allocations.cycle),
+        ipc_allocations: allocations.map(|allocations| allocations.slack),
+        minor_faults: Some(usage.minor_faults),
+        major_faults: Some(usage.major_faults),
+        voluntary_switches: Some(usage.voluntary_switches),
+        involuntary_switches: Some(usage.involuntary_switches),
+        block_errors: Some(task.block_errors),
+        input_rejects: Some(task.input_rejects),
+        connects: Some(task.connects),
+        connect_errors: Some(task.connect_errors),
+        lost_snapshots: Some(task.lost_snapshots),
+        ..task.timing.report(&task.name)
+    }
+}
+
+fn link_report(link: &Link) -> LinkReport {
+    LinkReport {
+        service: link.service.clone(),
+        frames: link.frames,
+        lost: link.lost,
+        restarts: link.restarts,
+        other_writers: link.other_writers,
+        future_stamps: link.future_stamps,
+        past_stamps: link.past_stamps,
+        unknown_layouts: link.unknown_layouts,
+        ..LinkReport::default()
+    }
+}
+
+/// A refusal as a report has it.
+pub(crate) fn warning(refusal: &Refusal) -> Warning {
+    Warning { code: refusal.code().into(), message: refusal.to_string(), remedy: refusal.remedy() }
+}
+
+/// An alarm as a report has it.
+pub(crate) fn alarm(alarm: &Alarm) -> Warning {
+    Warning { code: alarm.code(), message: alarm.to_string(), remedy: alarm.remedy() }
+}
