@@ -53,7 +53,7 @@ struct Args {
 }
 
 /// Longest turn that `isochrone bench jitter` takes at once.
-const LONGEST_BLOCK_S: f64 = 60.0;
+const LONGEST_TURN_S: f64 = 60.0;
 
 /// Name, keys of the task, and a command that runs the node with other rights.
 const ARMS: [(&str, &str, &[&str]); 14] = [
@@ -164,9 +164,9 @@ fn node(bench: &Bench, args: &Args, arm: &mut Arm) -> Result<(), Failure> {
 /// The program itself, as `isochrone bench jitter` runs and reads it.
 fn cyclictest(bench: &Bench, args: &Args, arm: &mut Arm) -> Result<(), Failure> {
     let arguments = format!(
-        "bench jitter --arms cyclictest --seconds {} --block {} --period {}us --cpu {}",
+        "bench jitter --arms cyclictest --seconds {} --turn {} --period {}us --cpu {}",
         args.seconds,
-        args.seconds.min(LONGEST_BLOCK_S),
+        args.seconds.min(LONGEST_TURN_S),
         args.period_us,
         args.cpu
     );

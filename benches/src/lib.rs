@@ -14,7 +14,7 @@ use std::process::{Command, Stdio};
 use isochrone_engine::{Plan, Rules, TaskEngine, Workload};
 use isochrone_ipc::IsolatedDomain;
 use isochrone_processes::Child;
-use isochrone_report::{Report, turns};
+use isochrone_report::{Report, turn_order};
 
 pub use baseline::{Baseline, Verdict};
 pub use program::{Profile, build, find};
@@ -116,7 +116,7 @@ pub fn take_turns<A>(
     arms: &mut [A],
     mut turn: impl FnMut(&mut A) -> Result<(), Failure>,
 ) -> Result<(), Failure> {
-    for (round, arm) in turns(rounds, arms.len()) {
+    for (round, arm) in turn_order(rounds, arms.len()) {
         arms.get_mut(arm).map_or(Ok(()), &mut turn)?;
         eprintln!("round {} of {rounds}", round + 1);
     }

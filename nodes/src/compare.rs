@@ -10,7 +10,7 @@ use crate::terminal;
 /// Compare two reports of `bench`: how many times lower is each arm of the second, and how sure is that
 ///
 /// Arms are matched by their name and circumstances. An interval holds 99 % of the ratios that other
-/// draws of the same blocks would have given; better and worse are said only where the whole interval
+/// draws of the same turns would have given; better and worse are said only where the whole interval
 /// says so and the difference is more than a tenth. What changed in the machine between the runs is
 /// in no interval: in a virtual machine rather compare arms of one run. Exit status: 0 nothing is
 /// worse, 1 something is, 2 an arm of the first report cannot be compared.

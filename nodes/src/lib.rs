@@ -59,7 +59,7 @@ static ALLOCATOR: CountingAllocator = CountingAllocator;
     SIGINT (Ctrl-C), SIGTERM and SIGHUP end a verb in order, and the exit status says the same as \
     without them. Another one, half a second later or more, ends it at once, with 1.\n\
     Results go to stdout, progress and logs to stderr.\n\
-    Times: a number alone counts in seconds (--seconds, --block) or milliseconds (--period, --phase); \
+    Times: a number alone counts in seconds (--seconds, --turn) or milliseconds (--period, --phase); \
     a unit may follow it: us, ms, s, min, h.")]
 struct Cli {
     #[command(subcommand)]

@@ -27,10 +27,10 @@ fn every_arm_has_samples_at_every_size() {
     assert_eq!(measured, expected);
     for cost in &report.costs {
         assert!(cost.step_ps.min.unwrap() > 0, "{cost:?}");
-        assert_eq!(cost.blocks.len(), 10, "{}", cost.name);
-        let of_blocks: u64 = cost.blocks.iter().map(|block| block.samples).sum();
-        assert_eq!(cost.step_ps.count, of_blocks, "{}", cost.name);
-        assert!(cost.blocks.iter().all(|block| block.samples > 0), "{}", cost.name);
+        assert_eq!(cost.turns.len(), 10, "{}", cost.name);
+        let of_turns: u64 = cost.turns.iter().map(|turn| turn.samples).sum();
+        assert_eq!(cost.step_ps.count, of_turns, "{}", cost.name);
+        assert!(cost.turns.iter().all(|turn| turn.samples > 0), "{}", cost.name);
     }
     assert!(!report.ended_early);
 }
@@ -117,7 +117,7 @@ fn a_bench_that_was_ended_early_is_no_result_for_a_gate() {
 
 fn gate(at_least: f64) -> String {
     format!(
-        "invalid_blocks = 1.0\n[[rule]]\narm = \"SawTooth\"\npercentile = \"p50\"\n\
+        "invalid_turns = 1.0\n[[rule]]\narm = \"SawTooth\"\npercentile = \"p50\"\n\
          times_lower_than = \"mixed\"\nat_least = {at_least:?}\n"
     )
 }

@@ -28,7 +28,7 @@ signals = ["ramp.delayedValue"]
 "#;
 
 /// Six turns of each arm: enough for a comparison.
-const SIX_TURNS: &str = "--priority 0 --seconds 1.2 --block 0.2";
+const SIX_TURNS: &str = "--priority 0 --seconds 1.2 --turn 0.2";
 
 fn bench(domain: &Domain, arguments: &str) -> Value {
     domain.run(&format!("bench jitter {arguments} --report out.json")).expect_code(0);
@@ -43,12 +43,12 @@ fn number(value: &Value) -> u64 {
     value.as_u64().unwrap_or_else(|| panic!("{value} is no number"))
 }
 
-/// Whether there are five rounds without an invalid block. A machine that is busy with other tests
+/// Whether there are five rounds without an invalid turn. A machine that is busy with other tests
 /// may take the CPU away in more of them.
 fn can_be_compared(report: &Value) -> bool {
-    let is_valid = |task: &Value, block: usize| task["blocks"][block].get("invalid").is_none();
-    let rounds = tasks(report)[0]["blocks"].as_array().unwrap().len();
-    let valid = |block: &usize| tasks(report).iter().all(|task| is_valid(task, *block));
+    let is_valid = |task: &Value, turn: usize| task["turns"][turn].get("invalid").is_none();
+    let rounds = tasks(report)[0]["turns"].as_array().unwrap().len();
+    let valid = |turn: &usize| tasks(report).iter().all(|task| is_valid(task, *turn));
     (0..rounds).filter(valid).count() >= 5
 }
 
@@ -59,9 +59,9 @@ fn arms_run_in_turns_without_their_warm_up_and_are_compared_with_the_first() {
     let names: Vec<&Value> = tasks(&report).iter().map(|task| &task["name"]).collect();
     assert_eq!(names, ["sleep", "hybrid"]);
     for task in tasks(&report) {
-        let blocks = task["blocks"].as_array().unwrap();
-        assert_eq!(blocks.len(), 6);
-        let due: u64 = blocks.iter().map(|block| number(&block["samples"])).sum();
+        let turns = task["turns"].as_array().unwrap();
+        assert_eq!(turns.len(), 6);
+        let due: u64 = turns.iter().map(|turn| number(&turn["samples"])).sum();
         assert_eq!(due, 1_200, "1.2 s of 1 ms");
         let ran = number(&task["release_jitter_ns"]["count"]);
         assert_eq!(number(&task["cycles"]) - number(&task["warm_up_cycles"]), ran);
@@ -70,7 +70,7 @@ fn arms_run_in_turns_without_their_warm_up_and_are_compared_with_the_first() {
         assert!(number(&task["warm_up_cycles"]) > 0);
     }
     let began =
-        |arm: usize, block: usize| tasks(&report)[arm]["blocks"][block]["at_s"].as_f64().unwrap();
+        |arm: usize, turn: usize| tasks(&report)[arm]["turns"][turn]["at_s"].as_f64().unwrap();
     assert!(began(0, 0) < began(1, 0) && began(1, 1) < began(0, 1), "forth and back");
     if can_be_compared(&report) {
         let comparisons = report["comparisons"].as_array().unwrap();
@@ -87,7 +87,7 @@ fn arms_run_in_turns_without_their_warm_up_and_are_compared_with_the_first() {
 fn a_stall_is_counted_as_missed_releases_and_corrected_for_also_across_the_end_of_a_turn() {
     let domain = Domain::new();
     for stall_at_ms in [1_000, 2_050] {
-        let run = "bench jitter --arms sleep --priority 0 --seconds 2 --block 2 --report out.json";
+        let run = "bench jitter --arms sleep --priority 0 --seconds 2 --turn 2 --report out.json";
         let process = domain.start(run);
         std::thread::sleep(Duration::from_millis(stall_at_ms));
         process.signal(Signal::STOP);
@@ -127,7 +127,7 @@ fn periods_and_configurations_are_further_circumstances_and_arms() {
 #[test]
 fn ctrl_c_ends_a_bench_early_with_a_report_that_says_so() {
     let domain = Domain::new();
-    let arguments = "bench jitter --arms hybrid --priority 0 --seconds 600 --block 0.2";
+    let arguments = "bench jitter --arms hybrid --priority 0 --seconds 600 --turn 0.2";
     let mut process = domain.start(&format!("{arguments} --report out.json --html page.html"));
     std::thread::sleep(Duration::from_millis(1_500));
     process.signal(Signal::INT);
@@ -139,20 +139,20 @@ fn ctrl_c_ends_a_bench_early_with_a_report_that_says_so() {
     assert!(domain.read("page.html").contains("early"), "the page says so too");
 }
 
-/// A report of ten blocks, whose releases are `factor` times as late as usual: 10 to 20 us.
+/// A report of ten turns, whose releases are `factor` times as late as usual: 10 to 20 us.
 fn slowed(factor: u64) -> Report {
     let mut arm = LoopArm::new(1_000_000, 0);
-    for block in 0..10 {
+    for turn in 0..10 {
         let record = |cycle: u64| {
-            let release_ns = (block * 1_000 + cycle) * 1_000_000;
-            // Each block at a level of its own, as machines have bouts.
-            let late_ns = factor * (10_000 + block * 300 + cycle * 7);
+            let release_ns = (turn * 1_000 + cycle) * 1_000_000;
+            // Each turn at a level of its own, as machines have bouts.
+            let late_ns = factor * (10_000 + turn * 300 + cycle * 7);
             let start_ns = release_ns + late_ns;
             CycleRecord { cycle, release_ns, start_ns, end_ns: start_ns, missed: 0, overruns: 0 }
         };
         let records: Vec<CycleRecord> = (0..1_000).map(record).collect();
         let none = Disturbance::default();
-        arm.block(&records, 0..u64::MAX, none, |_| none);
+        arm.turn(&records, 0..u64::MAX, none, |_| none);
     }
     Report { tasks: vec![arm.report("loop")], ..Report::default() }
 }
@@ -179,7 +179,7 @@ fn reports_that_cannot_be_compared_are_refused() {
     let domain = Domain::new();
     bench(&domain, "--arms sleep --priority 0 --seconds 0.2");
     let few = domain.run("compare out.json out.json").expect_code(2);
-    assert!(few.stderr.contains("five valid blocks"), "{}", few.stderr);
+    assert!(few.stderr.contains("five valid turns"), "{}", few.stderr);
     for (name, report) in [("usual.json", slowed(1)), ("empty.json", Report::default())] {
         domain.write(name, &serde_json::to_string(&report).unwrap());
     }
@@ -203,8 +203,8 @@ fn a_gate_passes_fails_or_says_that_the_run_is_invalid() {
              at_least = {at_least:?}\n"
         )
     };
-    // A machine that is busy with other tests may steal from every block.
-    let any = "invalid_blocks = 1.0\n";
+    // A machine that is busy with other tests may steal from every turn.
+    let any = "invalid_turns = 1.0\n";
     for (gate, seconds, code, says) in [
         (any.to_owned() + &rule(1e-6), 1.2, 0, "gate: pass"),
         (any.to_owned() + &rule(1e9), 1.2, 1, "gate: fail"),
@@ -216,7 +216,7 @@ fn a_gate_passes_fails_or_says_that_the_run_is_invalid() {
         ("rule = []".to_owned(), 0.2, 2, "no rule"),
     ] {
         domain.write("gate.toml", &gate);
-        let arms = "bench jitter --arms sleep,hybrid --priority 0 --block 0.2";
+        let arms = "bench jitter --arms sleep,hybrid --priority 0 --turn 0.2";
         let outputs = "--gate gate.toml --report out.json";
         let ended = domain.run(&format!("{arms} --seconds {seconds} {outputs}"));
         let void = code < 2 && !can_be_compared(&domain.json("out.json"));
@@ -231,12 +231,12 @@ fn every_file_that_is_asked_for_is_written() {
     let domain = Domain::new();
     bench(
         &domain,
-        "--arms sleep,hybrid --priority 0 --seconds 0.4 --block 0.2 --html page.html \
-         --hgrm tables --hlog blocks.hlog --histogram histogram.txt --svg pictures",
+        "--arms sleep,hybrid --priority 0 --seconds 0.4 --turn 0.2 --html page.html \
+         --hgrm tables --hlog turns.hlog --histogram histogram.txt --svg pictures",
     );
     assert!(domain.read("page.html").contains("<svg"));
     assert!(domain.read("tables/hybrid-1-ms.hgrm").contains("Percentile"));
-    assert_eq!(domain.read("blocks.hlog").matches("Tag=").count(), 4);
+    assert_eq!(domain.read("turns.hlog").matches("Tag=").count(), 4);
     assert!(domain.read("histogram.txt").starts_with("# Histogram"));
     let pictures = std::fs::read_dir(domain.path("pictures")).unwrap().count();
     assert!(pictures >= 3, "{pictures}");
@@ -255,13 +255,13 @@ fn bad_input_is_refused_before_anything_runs() {
         ("--priority 95", "0..=89"),
         ("--seconds 0", "greater than 0"),
         ("--seconds 1e300", "a week"),
-        ("--block 61", "10ms to 60s"),
-        ("--block 5ms", "10ms to 60s"),
+        ("--turn 61", "10ms to 60s"),
+        ("--turn 5ms", "10ms to 60s"),
         ("--period 2h", "10us to 1s"),
         ("--load tea", "possible values"),
         ("--arms cyclictest --priority 0", "with a priority"),
         // Each is taken: what is refused is something else.
-        ("--cpu 4095 --period 1 --phase 0.1 --seconds 1s --block 20ms", "no CPU 4095"),
+        ("--cpu 4095 --period 1 --phase 0.1 --seconds 1s --turn 20ms", "no CPU 4095"),
         ("--config ramps.toml --period 1ms", "cannot be given with --config"),
         ("--config ramps.toml --config slow.toml", "periods of 2ms and 3ms"),
         ("--config absent.toml", "absent.toml"),

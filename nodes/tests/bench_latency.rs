@@ -77,7 +77,7 @@ const ARMS: [&str; 6] = ["raw", "ports", "unix", "pipe", "tcp", "cache_line"];
 fn back_to_back_every_arm_has_samples_of_every_size_and_loses_nothing() {
     let report = report(
         "--arms raw,ports,unix,pipe,tcp,cache_line --pace back-to-back --values 1,4096 \
-         --seconds 0.1 --block 0.05",
+         --seconds 0.1 --turn 0.05",
     );
     let found: Vec<(&str, u64)> = links(&report)
         .iter()
@@ -91,7 +91,7 @@ fn back_to_back_every_arm_has_samples_of_every_size_and_loses_nothing() {
         assert!(link["one_way_ns"]["mean"].as_f64() > Some(0.0), "{link}");
         assert_eq!(link["frames"], link["one_way_ns"]["count"], "{link}");
         assert_eq!(link["lost"], 0, "{link}");
-        assert_eq!(link["blocks"].as_array().unwrap().len(), 2, "{link}");
+        assert_eq!(link["turns"].as_array().unwrap().len(), 2, "{link}");
         assert!(link["paced_hz"].is_null(), "{link}");
     }
     assert!(report["ended_early"].is_null());
@@ -100,12 +100,12 @@ fn back_to_back_every_arm_has_samples_of_every_size_and_loses_nothing() {
 #[test]
 fn paced_every_arm_has_samples_at_no_more_than_its_pace() {
     let report = report(
-        "--arms raw,ports,unix,pipe,tcp,cache_line --pace 500 --values 64 --seconds 0.1 --block 0.1",
+        "--arms raw,ports,unix,pipe,tcp,cache_line --pace 500 --values 64 --seconds 0.1 --turn 0.1",
     );
     assert_eq!(links(&report).len(), ARMS.len());
     for link in links(&report) {
         let frames = link["frames"].as_u64().unwrap();
-        assert!((1..=45).contains(&frames), "nine tenths of a block are counted: {link}");
+        assert!((1..=45).contains(&frames), "nine tenths of a turn are counted: {link}");
         assert_eq!(link["paced_hz"], 500.0);
         // Shared memory has room for one message: a reader that is late misses one.
         assert!(link["service"] == "cache_line" || link["lost"] == 0, "{link}");
@@ -115,13 +115,13 @@ fn paced_every_arm_has_samples_at_no_more_than_its_pace() {
 #[test]
 fn arms_are_compared_with_the_first_one() {
     let report =
-        report("--arms raw,ports --pace back-to-back --values 1 --seconds 0.5 --block 0.05");
+        report("--arms raw,ports --pace back-to-back --values 1 --seconds 0.5 --turn 0.05");
     let comparisons = report["comparisons"].as_array().unwrap();
     let medians = comparisons.iter().filter(|comparison| comparison["percentile"] == "p50");
     let pairs: Vec<_> = medians.map(|c| (c["reference"].clone(), c["candidate"].clone())).collect();
-    // Where too many blocks were disturbed there is nothing to compare.
+    // Where too many turns were disturbed there is nothing to compare.
     let valid = |link: &Value| {
-        link["blocks"].as_array().unwrap().iter().filter(|b| b["invalid"].is_null()).count()
+        link["turns"].as_array().unwrap().iter().filter(|b| b["invalid"].is_null()).count()
     };
     match links(&report).iter().all(|link| valid(link) == 10) {
         true => assert_eq!(
@@ -136,7 +136,7 @@ fn arms_are_compared_with_the_first_one() {
 fn receivers_that_block_get_the_same_messages() {
     let report = report(
         "--arms unix,pipe,tcp --wait block --pace 500,back-to-back --values 1,4096 --seconds 0.1 \
-         --block 0.1",
+         --turn 0.1",
     );
     assert_eq!(links(&report).len(), 3 * 2 * 2);
     for link in links(&report) {
@@ -148,7 +148,7 @@ fn receivers_that_block_get_the_same_messages() {
 #[test]
 fn through_a_node_the_value_has_an_age_at_every_stage() {
     let report =
-        report("--arms ports,node --pace back-to-back --values 64 --seconds 0.4 --block 0.2");
+        report("--arms ports,node --pace back-to-back --values 64 --seconds 0.4 --turn 0.2");
     let node = links(&report).iter().find(|link| link["service"] == "node").unwrap();
     assert_eq!((&node["paced_hz"], &node["values"]), (&1000.0.into(), &1.into()));
     let min = |stage: &str| node[stage]["min"].as_u64().unwrap_or_else(|| panic!("{stage} {node}"));
@@ -157,7 +157,7 @@ fn through_a_node_the_value_has_an_age_at_every_stage() {
     for stage in ["one_way_ns", "age_at_release_ns", "age_at_publish_ns", "end_to_end_ns"] {
         assert!(node["histograms"][stage].as_str().unwrap().starts_with("HISTFAAA"), "{stage}");
     }
-    assert_eq!(node["blocks"].as_array().unwrap().len(), 2);
+    assert_eq!(node["turns"].as_array().unwrap().len(), 2);
 }
 
 #[test]
@@ -171,9 +171,9 @@ fn a_wrong_command_line_is_refused_with_the_way_out() {
         ("--pace 0", "or back-to-back"),
         ("--pace -5", "or back-to-back"),
         ("--pace fast", "or back-to-back"),
-        ("--pace 1", "give --block 10"),
+        ("--pace 1", "give --turn 10"),
         ("--seconds 0", "greater than 0"),
-        ("--block nan", "greater than 0"),
+        ("--turn nan", "greater than 0"),
         ("--cpu 0", "such as 0,1"),
         ("--cpu 0,0", "a CPU each"),
         ("--cpu 0,900", "CPU 900 is not one"),
@@ -191,7 +191,7 @@ fn a_real_time_receiver_that_polls_is_refused_where_the_kernel_throttles() {
     if Environment::read().fifo_throttling().is_none() {
         return;
     }
-    let arguments = "--arms tcp,raw --priority 10 --wait block --seconds 0.05 --block 0.05";
+    let arguments = "--arms tcp,raw --priority 10 --wait block --seconds 0.05 --turn 0.05";
     let ended = Bench::start(&format!("{arguments} --pace 1000")).finish().expect_code(1);
     for says in ["\"raw\"", "polls", "sched_rt_runtime_us"] {
         assert!(ended.stderr.contains(says), "{}", ended.stderr);
@@ -202,7 +202,7 @@ fn a_real_time_receiver_that_polls_is_refused_where_the_kernel_throttles() {
 fn a_signal_ends_the_bench_early_with_a_report_that_says_so() {
     for (arms, signal) in [("raw,pipe,cache_line", Signal::INT), ("tcp,node", Signal::TERM)] {
         let arguments =
-            format!("--arms {arms} --pace 1000 --values 1 --seconds 60 --block 0.1 --json");
+            format!("--arms {arms} --pace 1000 --values 1 --seconds 60 --turn 0.1 --json");
         let bench = Bench::start(&arguments);
         wait_until("the peer", || processes_in(bench.folder.path()) > 0);
         assert!(!bench.shared_memory().is_empty());
@@ -213,7 +213,7 @@ fn a_signal_ends_the_bench_early_with_a_report_that_says_so() {
         let report: Value = serde_json::from_str(&ended.stdout).unwrap();
         assert_eq!(report["ended_early"], true);
         for link in links(&report) {
-            assert!(link["blocks"].as_array().unwrap().len() < 600, "{link}");
+            assert!(link["turns"].as_array().unwrap().len() < 600, "{link}");
         }
     }
 }

@@ -24,7 +24,7 @@ fn the_real_cyclictest_and_a_load_run_beside_the_loops() {
         return;
     }
     let domain = Domain::new();
-    let arms = "--arms sleep,cyclictest --load idle,cpu --seconds 0.4 --block 0.2";
+    let arms = "--arms sleep,cyclictest --load idle,cpu --seconds 0.4 --turn 0.2";
     domain.run(&format!("bench jitter {arms} --report out.json")).expect_code(0);
     let report = domain.json("out.json");
     let of = |task: &Value| (task["name"].clone(), task["load"].clone());
@@ -65,7 +65,7 @@ fn a_second_signal_ends_the_bench_at_once_and_its_load_with_it() {
         return;
     }
     let domain = Domain::new();
-    let long = "bench jitter --arms sleep --priority 0 --seconds 600 --block 60 --load vm";
+    let long = "bench jitter --arms sleep --priority 0 --seconds 600 --turn 60 --load vm";
     let mut process = domain.start(long);
     let id = process.id();
     process

@@ -29,7 +29,7 @@ use isochrone_benches::{Failure, take_turns};
 use isochrone_cyclic::{Clock, Monotonic, prepare_process};
 use isochrone_ipc::IsolatedDomain;
 use isochrone_machine::{Environment, Machine};
-use isochrone_report::{Blocks, LinkArm, Report};
+use isochrone_report::{LinkArm, Report, Turns};
 use isochrone_timing::{Distribution, LinkReport, Warning};
 
 use crate::message::Wire;
@@ -58,8 +58,8 @@ struct Args {
     #[arg(long, default_value_t = 5.0)]
     seconds: f64,
     /// Length of a turn
-    #[arg(long, default_value_t = 0.5)]
-    block: f64,
+    #[arg(long, alias = "block", default_value_t = 0.5)]
+    turn: f64,
     /// Write the report (JSON), which `isochrone compare` reads
     #[arg(long)]
     report: Option<PathBuf>,
@@ -84,10 +84,10 @@ fn main() -> Result<(), Failure> {
         return peer::serve(arm, place, *values);
     }
     if args.test {
-        (args.seconds, args.block) = (0.2, 0.1);
+        (args.seconds, args.turn) = (0.2, 0.1);
     }
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
-    // Page faults would make blocks invalid.
+    // Page faults would make turns invalid.
     report.warnings.extend(prepare_process().refusals.iter().map(|refusal| Warning {
         code: refusal.code().into(),
         message: refusal.to_string(),
@@ -146,13 +146,13 @@ fn measure(
 ) -> Result<Vec<LinkArm>, Failure> {
     struct Line<'a> {
         arm: &'a mut Arm,
-        blocks: Blocks,
+        turns: Turns,
     }
     let mut lines: Vec<Line<'_>> =
-        arms.iter_mut().map(|arm| Line { arm, blocks: Blocks::default() }).collect();
+        arms.iter_mut().map(|arm| Line { arm, turns: Turns::default() }).collect();
     let _pinned = cpu::pin(0)?;
-    let rounds = (args.seconds / args.block).round().max(1.0) as usize;
-    let block_ns = (args.block * 1e9) as u64;
+    let rounds = (args.seconds / args.turn).round().max(1.0) as usize;
+    let turn_ns = (args.turn * 1e9) as u64;
     let thread = rustix::thread::gettid().as_raw_nonzero().get().cast_unsigned();
     let machine = Machine::here();
     let mut samples = Distribution::new();
@@ -160,10 +160,10 @@ fn measure(
         let start_ns = Monotonic.now_ns() + 5_000_000;
         let order = Order {
             start_ns,
-            end_ns: start_ns + block_ns,
+            end_ns: start_ns + turn_ns,
             period_ns: if hz > 0.0 { (1e9 / hz).round() as u64 } else { 0 },
         };
-        let from_ns = start_ns + block_ns / 10;
+        let from_ns = start_ns + turn_ns / 10;
         samples.clear();
         line.arm.peer.order(&order)?;
         let before = machine.disturbance(None, Some(thread));
@@ -176,15 +176,15 @@ fn measure(
         let disturbance = machine.disturbance(None, Some(thread)).since(before);
         let at_s = from_ns.saturating_sub(origin_ns) as f64 / 1e9;
         let elapsed_ns = order.end_ns - from_ns;
-        line.blocks.push(at_s, elapsed_ns, &samples, lost, disturbance);
+        line.turns.push(at_s, elapsed_ns, &samples, lost, disturbance);
         Ok(())
     })?;
     let link = |line: &Line<'_>| {
-        let all = line.blocks.all();
+        let all = line.turns.all();
         let link = LinkReport {
             service: line.arm.name.to_owned(),
             frames: all.count(),
-            lost: line.blocks.missed(),
+            lost: line.turns.missed(),
             one_way_ns: all.summary(),
             histograms: [("one_way_ns".to_owned(), all.encode())].into(),
             ..LinkReport::default()
@@ -193,7 +193,7 @@ fn measure(
             link,
             values: values as u64,
             paced_hz: (hz > 0.0).then_some(hz),
-            blocks: line.blocks.reports().to_vec(),
+            turns: line.turns.reports().to_vec(),
             ..LinkArm::default()
         }
     };

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// Part of a block that the host may take before the block is invalid.
+/// Part of a turn that the host may take before the turn is invalid.
 const STEAL: f64 = 0.001;
 
 /// What disturbed a stretch of time, as the kernel counted it.
@@ -49,7 +49,7 @@ impl Disturbance {
         }
     }
 
-    /// Why a block of `elapsed_ns` says little about its arm, by a rule that never looks at the
+    /// Why a turn of `elapsed_ns` says little about its arm, by a rule that never looks at the
     /// times that were measured: more than 0.1 % of it stolen, throttled, or a page fault.
     pub fn invalidates(&self, elapsed_ns: u64) -> Option<String> {
         let steal = self.steal_ns as f64 / elapsed_ns.max(1) as f64;

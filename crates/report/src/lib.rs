@@ -20,9 +20,9 @@ mod output;
 mod report;
 
 pub use bench::{
-    Block, BlockReport, Blocks, Compared, Comparison, Gate, LoopArm, Measured, Outcome, Outlier,
-    PERCENTILES, Percentile, RESOLUTION_NS, Ratio, Rule, RuleError, TOLERANCE, Verdict,
-    compare_reports, overall, ratio, supports, turns,
+    Compared, Comparison, Gate, LoopArm, Measured, Outcome, Outlier, PERCENTILES, Percentile,
+    RESOLUTION_NS, Ratio, Rule, RuleError, TOLERANCE, TurnReport, TurnSamples, Turns, Verdict,
+    compare_reports, overall, ratio, supports, turn_order,
 };
 pub use output::{
     ComparisonTable, Series, Timeline, cyclictest_histogram, hgrm, histogram_svg, hlog, html,

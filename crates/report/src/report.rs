@@ -7,7 +7,7 @@ use isochrone_timing::{LinkReport, Summary, TaskReport, Warning};
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
-use crate::bench::{BlockReport, Comparison, Outlier};
+use crate::bench::{Comparison, Outlier, TurnReport};
 
 /// What a run did and how punctual it was. `Display` is the table for a terminal.
 ///
@@ -76,12 +76,12 @@ pub struct TaskArm {
     /// a bench.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub release_jitter_corrected_ns: Option<Summary>,
-    /// The same without the invalid blocks; of arms of a bench.
+    /// The same without the invalid turns; of arms of a bench.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub release_jitter_valid_ns: Option<Summary>,
     /// The turns of an arm of a bench.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub blocks: Vec<BlockReport>,
+    #[serde(alias = "blocks", skip_serializing_if = "Vec::is_empty")]
+    pub turns: Vec<TurnReport>,
     /// The latest releases of an arm of a bench, the latest first.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub outliers: Vec<Outlier>,
@@ -111,8 +111,8 @@ pub struct LinkArm {
     /// the age of the value when the node was to read it; of an arm of a bench.
     pub age_at_release_ns: Summary,
     /// The turns of an arm of a bench.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub blocks: Vec<BlockReport>,
+    #[serde(alias = "blocks", skip_serializing_if = "Vec::is_empty")]
+    pub turns: Vec<TurnReport>,
 }
 
 impl From<LinkReport> for LinkArm {
@@ -138,7 +138,8 @@ pub struct CostReport {
     /// The distributions themselves, by name; see [`TaskReport::histograms`].
     pub histograms: BTreeMap<String, String>,
     /// The turns in which it was measured.
-    pub blocks: Vec<BlockReport>,
+    #[serde(alias = "blocks")]
+    pub turns: Vec<TurnReport>,
 }
 
 pub(crate) fn is_zero(number: &u64) -> bool {

@@ -1,7 +1,7 @@
 //! The page of a report.
 
 use isochrone_machine::{Finding, Severity};
-use isochrone_report::{BlockReport, LinkArm, Outlier, Report, TaskArm, hlog, html};
+use isochrone_report::{LinkArm, Outlier, Report, TaskArm, TurnReport, hlog, html};
 use isochrone_timing::{LinkReport, Summary, TaskReport, Warning};
 
 mod made_up;
@@ -47,7 +47,7 @@ fn the_page_of_a_bench_has_every_part_and_stands_alone() {
         "<td>age at publish</td>",
         "<th scope=\"col\" class=\"n\">mean</th>",
         "virtual machine",
-        "Invalid blocks",
+        "Invalid turns",
         "the host took 0.40 % of the CPU",
         "Largest outliers",
         "<td>steal</td>",
@@ -86,7 +86,7 @@ fn no_text_of_a_report_becomes_markup() {
                 ..made_up::report().tasks.remove(0).task
             },
             load: bad.clone(),
-            blocks: vec![BlockReport { invalid: Some(bad.clone()), ..BlockReport::default() }],
+            turns: vec![TurnReport { invalid: Some(bad.clone()), ..TurnReport::default() }],
             outliers: vec![Outlier { cause: bad.clone(), ..Outlier::default() }],
             ..made_up::report().tasks.remove(0)
         }],
@@ -129,7 +129,7 @@ fn a_percentile_stands_on_the_page_only_where_the_samples_support_it() {
 #[test]
 fn the_page_of_a_run_has_neither_turns_nor_comparisons() {
     let task =
-        TaskArm { blocks: Vec::new(), outliers: Vec::new(), ..made_up::report().tasks.remove(1) };
+        TaskArm { turns: Vec::new(), outliers: Vec::new(), ..made_up::report().tasks.remove(1) };
     let page = html(&Report { tasks: vec![task], ..Report::default() });
     assert!(page.contains("<td>execution</td>") && page.contains("Percentiles: "));
     for absent in ["Over time", "Invalid", "outliers", "Comparison of", "Ended early", "virtual"] {
@@ -145,12 +145,12 @@ fn the_page_of_an_empty_report_is_a_page() {
 }
 
 #[test]
-fn the_log_of_a_bench_has_a_line_for_each_block() {
+fn the_log_of_a_bench_has_a_line_for_each_turn() {
     let report = made_up::report();
-    let tasks = report.tasks.iter().map(|task| task.blocks.len());
-    let links = report.links.iter().map(|link| link.blocks.len());
-    let costs = report.costs.iter().map(|cost| cost.blocks.len());
-    let blocks: usize = tasks.chain(links).chain(costs).sum();
+    let tasks = report.tasks.iter().map(|task| task.turns.len());
+    let links = report.links.iter().map(|link| link.turns.len());
+    let costs = report.costs.iter().map(|cost| cost.turns.len());
+    let turns: usize = tasks.chain(links).chain(costs).sum();
     let lines = hlog(&report).lines().filter(|line| line.starts_with("Tag=")).count();
-    assert_eq!((lines, blocks), (264, 264));
+    assert_eq!((lines, turns), (264, 264));
 }

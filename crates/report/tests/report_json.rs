@@ -85,3 +85,17 @@ fn a_new_report_starts_now_in_utc_with_whole_seconds() {
     assert_eq!(report.started.len(), "2026-11-20T12:00:00Z".len());
     assert_eq!(report.isochrone, env!("CARGO_PKG_VERSION"));
 }
+
+#[test]
+fn a_report_of_earlier_versions_whose_turns_were_called_blocks_reads_as_well() {
+    let json = r#"{"isochrone": "0.1.0",
+        "tasks": [{"name": "hybrid", "blocks": [{"samples": 7}]}],
+        "links": [{"service": "iceoryx2", "blocks": [{"samples": 8}]}],
+        "costs": [{"name": "mixed", "blocks": [{"samples": 9}]}]}"#;
+    let report: Report = serde_json::from_str(json).unwrap();
+    let (task, link, cost) = (&report.tasks[0], &report.links[0], &report.costs[0]);
+    let turns = [&task.turns, &link.turns, &cost.turns].map(|turns| turns[0].samples);
+    assert_eq!(turns, [7, 8, 9]);
+    let written = serde_json::to_value(&report).unwrap();
+    assert_eq!(written["tasks"][0]["turns"][0]["samples"], 7);
+}

@@ -1,7 +1,7 @@
 //! The table, letter by letter.
 
 use isochrone_machine::Environment;
-use isochrone_report::{BlockReport, Comparison, CostReport, LinkArm, Report, TaskArm, Verdict};
+use isochrone_report::{Comparison, CostReport, LinkArm, Report, TaskArm, TurnReport, Verdict};
 use isochrone_timing::{LinkReport, Summary, TaskReport, Warning, WarningCode};
 
 fn jitter() -> Summary {
@@ -153,8 +153,8 @@ fn comparison(percentile: &str, ratio: f64, verdict: Verdict) -> Comparison {
 }
 
 fn bench() -> Report {
-    let block = BlockReport::default();
-    let invalid = BlockReport { invalid: Some("2 page faults".to_owned()), ..block.clone() };
+    let turn = TurnReport::default();
+    let invalid = TurnReport { invalid: Some("2 page faults".to_owned()), ..turn.clone() };
     let arm = |name: &str, release_jitter_ns: Summary| TaskArm {
         task: TaskReport {
             name: name.to_owned(),
@@ -163,7 +163,7 @@ fn bench() -> Report {
             ..TaskReport::default()
         },
         load: "idle".to_owned(),
-        blocks: vec![block.clone(), block.clone()],
+        turns: vec![turn.clone(), turn.clone()],
         ..TaskArm::default()
     };
     let link = |service: &str| LinkArm {
@@ -175,7 +175,7 @@ fn bench() -> Report {
         },
         values: 10,
         paced_hz: Some(1_000.0),
-        blocks: vec![block.clone()],
+        turns: vec![turn.clone()],
         ..LinkArm::default()
     };
     let cost = |instances: u64| CostReport {
@@ -208,7 +208,7 @@ fn bench() -> Report {
                     p99_99: None,
                     ..jitter()
                 }),
-                blocks: vec![block.clone(), invalid],
+                turns: vec![turn.clone(), invalid],
                 ..arm("hybrid", jitter())
             },
             TaskArm {
@@ -247,23 +247,23 @@ ended early: somebody stopped it before its time
 kernel 6.18.44, preempt -, 2 CPUs, hypervisor kvm, clock tsc (42 ns per reading)
 
 release jitter, 1 ms, idle
-  arm          samples      p50      p90     p99    p99.9   p99.99      max  CPU %  missed  invalid blocks
-  sleep             12  1.25 us  10.0 us       -        -        -  1.30 ms    1.2       3          0 of 2
+  arm          samples      p50      p90     p99    p99.9   p99.99      max  CPU %  missed  invalid turns
+  sleep             12  1.25 us  10.0 us       -        -        -  1.30 ms    1.2       3         0 of 2
     corrected       15  1.25 us  10.0 us       -        -        -  1.30 ms
-  hybrid         59900    98 ns   150 ns  260 ns  2.10 us  52.0 us   231 us   50.0       0          1 of 2
+  hybrid         59900    98 ns   150 ns  260 ns  2.10 us  52.0 us   231 us   50.0       0         1 of 2
     valid          900    98 ns   150 ns  260 ns        -        -   231 us
-  times lower than sleep, valid blocks         ratio  99 % interval  verdict
-    hybrid                                p50   12.5    [11.2-13.8]   better
-                                        p99.9   1.01   [0.909-1.11]     same
+  times lower than sleep, valid turns         ratio  99 % interval  verdict
+    hybrid                               p50   12.5    [11.2-13.8]   better
+                                       p99.9   1.01   [0.909-1.11]     same
 
 release jitter, 250 us, idle
-  arm     samples      p50      p90  p99  p99.9  p99.99      max  CPU %  missed  invalid blocks
-  hybrid       12  1.25 us  10.0 us    -      -       -  1.30 ms      -       0          0 of 2
+  arm     samples      p50      p90  p99  p99.9  p99.99      max  CPU %  missed  invalid turns
+  hybrid       12  1.25 us  10.0 us    -      -       -  1.30 ms      -       0         0 of 2
 
 one-way latency, 1000 Hz, 10 values
-  arm               frames    mean      p50      p90     p99    p99.9   p99.99      max  lost  invalid blocks
-  iceoryx2              12       -  1.25 us  10.0 us       -        -        -  1.30 ms     0          0 of 1
-  through the node      12       -  1.25 us  10.0 us       -        -        -  1.30 ms     2          0 of 1
+  arm               frames    mean      p50      p90     p99    p99.9   p99.99      max  lost  invalid turns
+  iceoryx2              12       -  1.25 us  10.0 us       -        -        -  1.30 ms     0         0 of 1
+  through the node      12       -  1.25 us  10.0 us       -        -        -  1.30 ms     2         0 of 1
     age at release      12       -  1.25 us  10.0 us       -        -        -  1.30 ms
     age at publish      12       -  1.25 us  10.0 us       -        -        -  1.30 ms
     end to end       59900  105 ns    98 ns   150 ns  260 ns  2.10 us  52.0 us   231 us

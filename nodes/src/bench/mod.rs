@@ -13,7 +13,7 @@ use crate::failure::Failure;
 
 /// Measure release jitter, latency between processes, or the cost of blocks
 ///
-/// Arms take turns in short blocks, so that what the machine does meanwhile meets them all; the
+/// Arms take short turns, so that what the machine does meanwhile meets them all; the
 /// result is how they compare. Results can be kept, drawn, compared with another run (`compare`)
 /// and held against a gate.
 #[derive(clap::Args)]
@@ -48,7 +48,7 @@ fn parse_length(text: &str) -> Result<f64, String> {
 }
 
 /// Reads how long a turn takes: what it measures is kept in memory until it is over.
-fn parse_block(text: &str) -> Result<f64, String> {
+fn parse_turn(text: &str) -> Result<f64, String> {
     match parse_seconds(text)? {
         seconds @ 0.01..=60.0 => Ok(seconds),
         _ => Err("a turn takes 10ms to 60s".into()),

@@ -30,7 +30,7 @@ pub(crate) struct Args {
     /// Write a percentile table of each arm, as HdrHistogram's plotters read it
     #[arg(long, value_name = "FOLDER")]
     hgrm: Option<PathBuf>,
-    /// Write an interval log of all blocks, as HdrHistogram's tools read it
+    /// Write an interval log of all turns, as HdrHistogram's tools read it
     #[arg(long, value_name = "FILE.hlog")]
     hlog: Option<PathBuf>,
     /// Write the histogram as `cyclictest --histogram` prints it, a column for each arm

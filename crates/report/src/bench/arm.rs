@@ -1,4 +1,4 @@
-//! An arm that is a loop: its release jitter, block by block.
+//! An arm that is a loop: its release jitter, turn by turn.
 
 use std::ops::Range;
 
@@ -6,12 +6,12 @@ use isochrone_machine::Disturbance;
 use isochrone_timing::{CycleRecord, Distribution, TaskReport, TaskTiming, encoded};
 use serde::{Deserialize, Serialize};
 
-use super::blocks::Blocks;
+use super::turns::Turns;
 use crate::report::TaskArm;
 
 /// Outliers that a report keeps: the largest.
 const OUTLIERS: usize = 200;
-/// An outlier is at least this many times as late as the median of its block ...
+/// An outlier is at least this many times as late as the median of its turn ...
 const OUTLIER_TIMES: u64 = 10;
 /// ... and at least this late, in ns.
 const OUTLIER_NS: u64 = 1_000;
@@ -28,15 +28,15 @@ pub struct Outlier {
     pub cause: String,
 }
 
-/// Collects the blocks of a loop.
+/// Collects the turns of a loop.
 #[derive(Debug, Clone)]
 pub struct LoopArm {
     period_ns: u64,
     /// When the bench began.
     origin_ns: u64,
-    blocks: Blocks,
+    turns: Turns,
     timing: TaskTiming,
-    /// Release jitter of the cycles that ran. The blocks hold the corrected one.
+    /// Release jitter of the cycles that ran. The turns hold the corrected one.
     raw: Distribution,
     cycles: u64,
     warm_up_cycles: u64,
@@ -49,7 +49,7 @@ impl LoopArm {
         Self {
             period_ns,
             origin_ns,
-            blocks: Blocks::default(),
+            turns: Turns::default(),
             timing: TaskTiming::new(period_ns).with_warm_up(0),
             raw: Distribution::new(),
             cycles: 0,
@@ -58,12 +58,12 @@ impl LoopArm {
         }
     }
 
-    /// Takes in a block: its cycles in order, which of them count (those due in `counted`, in ns;
+    /// Takes in a turn: its cycles in order, which of them count (those due in `counted`, in ns;
     /// what comes before is warm-up), what disturbed it, and what there was around an instant.
     ///
     /// A release that was missed counts if it was due in `counted`, also where the cycle that came
     /// instead was not. So the first cycle after the end belongs to `records`, too.
-    pub fn block(
+    pub fn turn(
         &mut self,
         records: &[CycleRecord],
         counted: Range<u64>,
@@ -104,7 +104,7 @@ impl LoopArm {
         self.raw.merge(&raw);
         let (elapsed_ns, missed) =
             (corrected.count() * self.period_ns, corrected.count() - raw.count());
-        self.blocks.push(self.at_s(counted.start), elapsed_ns, &corrected, missed, disturbance);
+        self.turns.push(self.at_s(counted.start), elapsed_ns, &corrected, missed, disturbance);
     }
 
     /// Keeps a release if it is among the latest.
@@ -127,18 +127,18 @@ impl LoopArm {
         &self.raw
     }
 
-    /// The blocks so far, with the corrected release jitter.
-    pub fn blocks(&self) -> &Blocks {
-        &self.blocks
+    /// The turns so far, with the corrected release jitter.
+    pub fn turns(&self) -> &Turns {
+        &self.turns
     }
 
     /// The report of the arm. How it waited and what it cost is for the caller to fill in.
     pub fn report(&self, name: impl Into<String>) -> TaskArm {
-        let corrected = self.blocks.all();
+        let corrected = self.turns.all();
         let task = TaskReport {
             cycles: self.cycles,
             warm_up_cycles: self.warm_up_cycles,
-            missed: self.blocks.missed(),
+            missed: self.turns.missed(),
             overruns: 0,
             lost_records: 0,
             release_jitter_ns: self.raw.summary(),
@@ -151,8 +151,8 @@ impl LoopArm {
         TaskArm {
             task,
             release_jitter_corrected_ns: Some(corrected.summary()),
-            release_jitter_valid_ns: Some(self.blocks.valid().summary()),
-            blocks: self.blocks.reports().to_vec(),
+            release_jitter_valid_ns: Some(self.turns.valid().summary()),
+            turns: self.turns.reports().to_vec(),
             outliers: self.outliers.clone(),
             ..TaskArm::default()
         }
@@ -177,7 +177,7 @@ mod tests {
         let interrupt = Disturbance { interrupts: 1, ..Disturbance::default() };
         let due_ns = |cycle| record(cycle, 0, 0).release_ns;
         let counted = due_ns(counted.start)..due_ns(counted.end);
-        arm.block(records, counted, Disturbance::default(), |_| interrupt);
+        arm.turn(records, counted, Disturbance::default(), |_| interrupt);
         arm.report("hybrid")
     }
 
@@ -214,12 +214,12 @@ mod tests {
     }
 
     #[test]
-    fn a_later_block_counts_only_its_own_misses() {
+    fn a_later_turn_counts_only_its_own_misses() {
         let mut arm = LoopArm::new(PERIOD_NS, ORIGIN_NS);
         for first in [record(0, 10, 0), record(5_000, 10, 3)] {
             let next = CycleRecord { missed: first.missed + 2, ..record(first.cycle + 3, 10, 0) };
             let none = Disturbance::default();
-            arm.block(&[first, next], 0..u64::MAX, none, |_| none);
+            arm.turn(&[first, next], 0..u64::MAX, none, |_| none);
         }
         assert_eq!(arm.report("a").task.missed, 4);
     }
@@ -244,8 +244,8 @@ mod tests {
     }
 
     #[test]
-    fn a_turn_that_ended_before_it_counted_leaves_no_block() {
+    fn a_turn_that_ended_before_it_counted_leaves_no_turn() {
         let report = arm(&[record(0, 10, 0), record(1, 10, 0)], 5..20);
-        assert_eq!((report.blocks.len(), report.task.warm_up_cycles), (0, 2));
+        assert_eq!((report.turns.len(), report.task.warm_up_cycles), (0, 2));
     }
 }

@@ -1,8 +1,8 @@
 //! Whether one distribution is lower than another, and how sure that is.
 //!
 //! What a machine does comes in bouts: samples that follow each other are alike, so a test that
-//! takes each for itself is far too sure. Here the samples are kept in blocks of a second or more,
-//! and the interval of a ratio comes from drawing whole blocks, again and again (block bootstrap).
+//! takes each for itself is far too sure. Here the samples are kept in turns of a second or more,
+//! and the interval of a ratio comes from drawing whole turns, again and again (block bootstrap).
 
 use isochrone_timing::Distribution;
 use serde::{Deserialize, Serialize};
@@ -18,9 +18,9 @@ pub const RESOLUTION_NS: u64 = 50;
 
 /// The samples of a stretch of time: values in ns, ascending, and how many are no larger.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Block(Vec<(u64, u64)>);
+pub struct TurnSamples(Vec<(u64, u64)>);
 
-impl Block {
+impl TurnSamples {
     /// The samples of a distribution.
     pub fn of(distribution: &Distribution) -> Self {
         let mut passed = 0;
@@ -51,7 +51,7 @@ pub struct Ratio {
     pub candidate_ns: u64,
     /// Reference divided by candidate: above 1 the candidate is lower, which is better.
     pub ratio: f64,
-    /// Between these lie 99 % of the ratios that other draws of the same blocks would have given.
+    /// Between these lie 99 % of the ratios that other draws of the same turns would have given.
     pub low: f64,
     /// See `low`.
     pub high: f64,
@@ -83,22 +83,22 @@ impl Verdict {
     }
 }
 
-/// Compares the quantile (0 to 1) of two sides. `None` if a side has fewer than five blocks, or too
+/// Compares the quantile (0 to 1) of two sides. `None` if a side has fewer than five turns, or too
 /// few samples for ten to lie beyond the quantile.
 ///
-/// `paired`: block *i* of one side was taken next to block *i* of the other, so both are drawn
+/// `paired`: turn *i* of one side was taken next to turn *i* of the other, so both are drawn
 /// together and what the machine did to both of them cancels out.
 pub fn ratio(
-    reference: &[Block],
-    candidate: &[Block],
+    reference: &[TurnSamples],
+    candidate: &[TurnSamples],
     quantile: f64,
     paired: bool,
 ) -> Option<Ratio> {
-    const FEWEST_BLOCKS: usize = 5;
+    const FEWEST_TURNS: usize = 5;
     let paired = paired && reference.len() == candidate.len();
     let sides = [Side::new(reference), Side::new(candidate)];
     let enough =
-        |side: &Side<'_>| side.blocks.len() >= FEWEST_BLOCKS && supports(side.count(), quantile);
+        |side: &Side<'_>| side.turns.len() >= FEWEST_TURNS && supports(side.count(), quantile);
     if !sides.iter().all(enough) {
         return None;
     }
@@ -107,10 +107,10 @@ pub fn ratio(
     let mut chance = Chance(0x1505_3c29_9e77_01f3);
     let mut draws: Vec<f64> = (0..DRAWS)
         .map(|_| {
-            let first = chance.draw(reference.blocks.len());
+            let first = chance.draw(reference.turns.len());
             let second = match paired {
                 true => first.clone(),
-                false => chance.draw(candidate.blocks.len()),
+                false => chance.draw(candidate.turns.len()),
             };
             quotient(reference.weighted(quantile, &first), candidate.weighted(quantile, &second))
         })
@@ -141,41 +141,41 @@ fn quotient(reference_ns: u64, candidate_ns: u64) -> f64 {
 
 /// One side of a comparison.
 struct Side<'a> {
-    blocks: &'a [Block],
+    turns: &'a [TurnSamples],
     /// The values that occur, ascending.
     values: Vec<u64>,
 }
 
 impl<'a> Side<'a> {
-    fn new(blocks: &'a [Block]) -> Self {
+    fn new(turns: &'a [TurnSamples]) -> Self {
         let mut values: Vec<u64> =
-            blocks.iter().flat_map(|block| &block.0).map(|(ns, _)| *ns).collect();
+            turns.iter().flat_map(|turn| &turn.0).map(|(ns, _)| *ns).collect();
         values.sort_unstable();
         values.dedup();
-        Self { blocks, values }
+        Self { turns, values }
     }
 
     fn count(&self) -> u64 {
-        self.blocks.iter().map(Block::count).sum()
+        self.turns.iter().map(TurnSamples::count).sum()
     }
 
     /// The quantile of all samples.
     fn quantile(&self, quantile: f64) -> u64 {
-        self.weighted(quantile, &vec![1; self.blocks.len()])
+        self.weighted(quantile, &vec![1; self.turns.len()])
     }
 
-    /// The quantile when each block counts as often as `weights` says.
+    /// The quantile when each turn counts as often as `weights` says.
     fn weighted(&self, quantile: f64, weights: &[u64]) -> u64 {
-        let sum = |of: &dyn Fn(&Block) -> u64| -> u64 {
-            self.blocks.iter().zip(weights).map(|(block, weight)| weight * of(block)).sum()
+        let sum = |of: &dyn Fn(&TurnSamples) -> u64| -> u64 {
+            self.turns.iter().zip(weights).map(|(turn, weight)| weight * of(turn)).sum()
         };
-        let wanted = ((sum(&Block::count) as f64 * quantile).ceil() as u64).max(1);
-        let place = self.values.partition_point(|ns| sum(&|block| block.count_to(*ns)) < wanted);
+        let wanted = ((sum(&TurnSamples::count) as f64 * quantile).ceil() as u64).max(1);
+        let place = self.values.partition_point(|ns| sum(&|turn| turn.count_to(*ns)) < wanted);
         self.values.get(place).or(self.values.last()).copied().unwrap_or(0)
     }
 }
 
-/// Vigna's SplitMix64, from a fixed seed: the same blocks give the same interval.
+/// Vigna's SplitMix64, from a fixed seed: the same turns give the same interval.
 struct Chance(u64);
 
 impl Chance {
@@ -187,11 +187,11 @@ impl Chance {
         z ^ (z >> 31)
     }
 
-    /// How often each of `blocks` blocks comes when as many are drawn, with replacement.
-    fn draw(&mut self, blocks: usize) -> Vec<u64> {
-        let mut weights = vec![0; blocks];
-        for _ in 0..blocks {
-            let drawn = (self.next() % blocks as u64) as usize;
+    /// How often each of `turns` turns comes when as many are drawn, with replacement.
+    fn draw(&mut self, turns: usize) -> Vec<u64> {
+        let mut weights = vec![0; turns];
+        for _ in 0..turns {
+            let drawn = (self.next() % turns as u64) as usize;
             if let Some(weight) = weights.get_mut(drawn) {
                 *weight += 1;
             }
@@ -204,12 +204,12 @@ impl Chance {
 mod tests {
     use super::*;
 
-    /// A machine with bouts: each block has its own level (half of them within a third of 10 us, a
+    /// A machine with bouts: each turn has its own level (half of them within a third of 10 us, a
     /// few at two or a half of it), and samples with a tail around it.
-    fn run(seed: u64, blocks: usize, slowdown: f64) -> Vec<Block> {
+    fn run(seed: u64, turns: usize, slowdown: f64) -> Vec<TurnSamples> {
         let mut chance = Chance(seed);
         let mut uniform = move || (chance.next() >> 11) as f64 / (1u64 << 53) as f64;
-        let block = |_| {
+        let turn = |_| {
             // The sum of twelve is as good as normal.
             let normal = (0..12).map(|_| uniform()).sum::<f64>() - 6.0;
             let level_ns = 10_000.0 * (0.4 * normal).exp();
@@ -218,12 +218,12 @@ mod tests {
                 let tail = -(uniform().max(1e-12)).ln();
                 distribution.record((slowdown * level_ns * (1.0 + 0.3 * tail)) as u64);
             }
-            Block::of(&distribution)
+            TurnSamples::of(&distribution)
         };
-        (0..blocks).map(block).collect()
+        (0..turns).map(turn).collect()
     }
 
-    fn verdict(a: &[Block], b: &[Block], quantile: f64) -> Verdict {
+    fn verdict(a: &[TurnSamples], b: &[TurnSamples], quantile: f64) -> Verdict {
         ratio(a, b, quantile, false).unwrap().verdict
     }
 
@@ -265,14 +265,14 @@ mod tests {
         let exactly = |ns: u64| {
             let mut distribution = Distribution::new();
             distribution.record_many(ns, 5_000);
-            vec![Block::of(&distribution); 6]
+            vec![TurnSamples::of(&distribution); 6]
         };
         assert_eq!(verdict(&exactly(10), &exactly(60), 0.5), Verdict::Same);
         assert_eq!(verdict(&exactly(10), &exactly(61), 0.5), Verdict::Worse);
     }
 
     #[test]
-    fn too_few_blocks_or_samples_say_nothing() {
+    fn too_few_turns_or_samples_say_nothing() {
         let (few, enough) = (run(1, 4, 1.0), run(2, 12, 1.0));
         assert_eq!(ratio(&few, &enough, 0.5, false), None);
         assert_eq!(ratio(&enough, &enough, 0.9999, false), None, "6,000 samples have 0.6 beyond");
@@ -281,17 +281,17 @@ mod tests {
     }
 
     #[test]
-    fn quantiles_over_blocks_are_those_of_all_samples() {
+    fn quantiles_over_turns_are_those_of_all_samples() {
         let mut merged = Distribution::new();
-        let blocks: Vec<Block> = (1..10)
+        let turns: Vec<TurnSamples> = (1..10)
             .map(|level| {
                 let mut part = Distribution::new();
                 (0..500).for_each(|step| part.record(level * 1_000 + step * 37));
                 merged.merge(&part);
-                Block::of(&part)
+                TurnSamples::of(&part)
             })
             .collect();
-        let side = Side::new(&blocks);
+        let side = Side::new(&turns);
         assert_eq!(side.count(), merged.count());
         for quantile in [0.0, 0.5, 0.9, 0.999, 1.0] {
             let (exact, of_merged) = (side.quantile(quantile), merged.quantile(quantile));

@@ -14,9 +14,9 @@ pub struct Gate {
     /// The rules; all of them must hold.
     #[serde(rename = "rule")]
     pub rules: Vec<Rule>,
-    /// The largest part of an arm's blocks, 0 to 1, that may be invalid.
-    #[serde(default = "a_fifth")]
-    pub invalid_blocks: f64,
+    /// The largest part of an arm's turns, 0 to 1, that may be invalid.
+    #[serde(default = "a_fifth", alias = "invalid_blocks")]
+    pub invalid_turns: f64,
 }
 
 /// One rule of a gate: a ratio between arms, or an absolute bound.
@@ -164,7 +164,7 @@ impl Gate {
             let all = Comparison::all(reference, arm, true);
             let Some(found) = all.iter().find(|c| c.percentile == percentile.key) else {
                 return invalid(format!(
-                    "too few blocks or samples for {}; run it longer",
+                    "too few turns or samples for {}; run it longer",
                     percentile.name
                 ));
             };
@@ -199,8 +199,8 @@ impl Gate {
 
     fn too_disturbed(&self, arm: &Measured) -> Option<String> {
         let part = arm.invalid_part();
-        (part > self.invalid_blocks).then(|| {
-            format!("{:.0} % of the blocks are invalid; run it on a quieter machine", 100.0 * part)
+        (part > self.invalid_turns).then(|| {
+            format!("{:.0} % of the turns are invalid; run it on a quieter machine", 100.0 * part)
         })
     }
 }
@@ -243,11 +243,11 @@ fn compare_arm(reference: &Measured, candidate: &Measured) -> Result<Vec<Compari
     for (which, measured) in [("first", reference), ("second", candidate)] {
         let part = measured.invalid_part();
         if part > a_fifth() {
-            return Err(format!("{:.0} % of its blocks are invalid in the {which}", 100.0 * part));
+            return Err(format!("{:.0} % of its turns are invalid in the {which}", 100.0 * part));
         }
     }
     match Comparison::all(reference, candidate, false) {
-        none if none.is_empty() => Err("it has fewer than five valid blocks".to_owned()),
+        none if none.is_empty() => Err("it has fewer than five valid turns".to_owned()),
         comparisons => Ok(comparisons),
     }
 }

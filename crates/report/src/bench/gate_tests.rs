@@ -2,40 +2,40 @@ use isochrone_machine::{Disturbance, Environment};
 use isochrone_timing::{Distribution, TaskReport};
 
 use super::*;
-use crate::bench::Blocks;
+use crate::bench::Turns;
 use crate::report::{CostReport, TaskArm};
 
-const BLOCKS: u64 = 10;
+const TURNS: u64 = 10;
 
-/// Ten blocks of `samples` equal samples each, of which the first `invalid` had page faults.
-fn blocks(value: u64, samples: u64, invalid: u64) -> Blocks {
-    let mut blocks = Blocks::default();
-    for block in 0..BLOCKS {
-        let mut of_block = Distribution::new();
-        of_block.record_many(value, samples);
+/// Ten turns of `samples` equal samples each, of which the first `invalid` had page faults.
+fn turns(value: u64, samples: u64, invalid: u64) -> Turns {
+    let mut turns = Turns::default();
+    for turn in 0..TURNS {
+        let mut of_turn = Distribution::new();
+        of_turn.record_many(value, samples);
         let disturbance =
-            Disturbance { faults: u64::from(block < invalid), ..Disturbance::default() };
-        blocks.push(block as f64, 1_000_000_000, &of_block, 0, disturbance);
+            Disturbance { faults: u64::from(turn < invalid), ..Disturbance::default() };
+        turns.push(turn as f64, 1_000_000_000, &of_turn, 0, disturbance);
     }
-    blocks
+    turns
 }
 
-fn task_of(name: &str, blocks: &Blocks) -> TaskArm {
+fn task_of(name: &str, turns: &Turns) -> TaskArm {
     TaskArm {
         task: TaskReport {
             name: name.into(),
             period_ns: 1_000_000,
-            histograms: [("release_jitter_ns".to_owned(), blocks.all().encode())].into(),
+            histograms: [("release_jitter_ns".to_owned(), turns.all().encode())].into(),
             ..TaskReport::default()
         },
-        blocks: blocks.reports().to_vec(),
+        turns: turns.reports().to_vec(),
         ..TaskArm::default()
     }
 }
 
 /// An arm whose jitter is always the same; below 2048 ns a histogram keeps it exactly.
 fn task(name: &str, jitter_ns: u64) -> TaskArm {
-    task_of(name, &blocks(jitter_ns, 2_000, 0))
+    task_of(name, &turns(jitter_ns, 2_000, 0))
 }
 
 fn report(tasks: Vec<TaskArm>) -> Report {
@@ -48,7 +48,7 @@ fn in_vm(report: Report) -> Report {
 }
 
 fn gate(rules: Vec<Rule>) -> Gate {
-    Gate { rules, invalid_blocks: a_fifth() }
+    Gate { rules, invalid_turns: a_fifth() }
 }
 
 fn rule(percentile: &str) -> Rule {
@@ -101,11 +101,11 @@ fn a_ratio_that_is_not_kept_fails() {
 
 #[test]
 fn a_ratio_passes_or_fails_only_with_its_whole_interval() {
-    let mut wavering = Blocks::default();
-    for block in 0..BLOCKS {
-        let mut of_block = Distribution::new();
-        of_block.record_many(if block % 2 == 0 { 400 } else { 1_600 }, 2_000);
-        wavering.push(block as f64, 1_000_000_000, &of_block, 0, Disturbance::default());
+    let mut wavering = Turns::default();
+    for turn in 0..TURNS {
+        let mut of_turn = Distribution::new();
+        of_turn.record_many(if turn % 2 == 0 { 400 } else { 1_600 }, 2_000);
+        wavering.push(turn as f64, 1_000_000_000, &of_turn, 0, Disturbance::default());
     }
     let report = report(vec![task("sleep", 1_600), task_of("hybrid", &wavering)]);
     let comparison = &Comparison::all(&report.measured()[0], &report.measured()[1], true)[0];
@@ -168,12 +168,12 @@ fn an_absolute_bound_is_skipped_in_a_virtual_machine() {
 
 #[test]
 fn a_bound_on_a_cost_is_in_nanoseconds_and_their_parts() {
-    let blocks = blocks(1_500, 2_000, 0);
+    let turns = turns(1_500, 2_000, 0);
     let cost = CostReport {
         name: "hybrid".into(),
         instances: 10,
-        histograms: [("step_ps".to_owned(), blocks.all().encode())].into(),
-        blocks: blocks.reports().to_vec(),
+        histograms: [("step_ps".to_owned(), turns.all().encode())].into(),
+        turns: turns.reports().to_vec(),
         ..CostReport::default()
     };
     let report = Report { costs: vec![cost], ..Report::default() };
@@ -191,8 +191,8 @@ fn an_arm_that_was_not_measured_is_invalid_and_those_that_were_are_named() {
 
 #[test]
 fn too_few_samples_are_invalid() {
-    // 10 blocks of 99 samples: fewer than ten lie beyond p99.
-    let few = |name: &str| task_of(name, &blocks(500, 99, 0));
+    // 10 turns of 99 samples: fewer than ten lie beyond p99.
+    let few = |name: &str| task_of(name, &turns(500, 99, 0));
     let report = report(vec![few("sleep"), few("hybrid")]);
     for gate in [ratio_rule("p99", 1.0), bound_rule("p99", 1.0)] {
         assert_judged(&gate, &report, Outcome::Invalid, &["hybrid", "p99", "run it longer"]);
@@ -202,29 +202,29 @@ fn too_few_samples_are_invalid() {
 }
 
 #[test]
-fn an_arm_with_too_many_invalid_blocks_is_invalid() {
-    let disturbed = report(vec![task("sleep", 2_000), task_of("hybrid", &blocks(500, 2_000, 3))]);
+fn an_arm_with_too_many_invalid_turns_is_invalid() {
+    let disturbed = report(vec![task("sleep", 2_000), task_of("hybrid", &turns(500, 2_000, 3))]);
     for gate in [ratio_rule("p50", 1.0), bound_rule("p50", 1.0)] {
         assert_judged(&gate, &disturbed, Outcome::Invalid, &["30 %", "quieter machine"]);
     }
-    let a_fifth = report(vec![task("sleep", 2_000), task_of("hybrid", &blocks(500, 2_000, 2))]);
+    let a_fifth = report(vec![task("sleep", 2_000), task_of("hybrid", &turns(500, 2_000, 2))]);
     assert_judged(&ratio_rule("p50", 1.0), &a_fifth, Outcome::Pass, &[]);
 }
 
 #[test]
-fn a_reference_with_too_many_invalid_blocks_is_invalid() {
-    let report = report(vec![task_of("sleep", &blocks(2_000, 2_000, 3)), task("hybrid", 500)]);
+fn a_reference_with_too_many_invalid_turns_is_invalid() {
+    let report = report(vec![task_of("sleep", &turns(2_000, 2_000, 3)), task("hybrid", 500)]);
     assert_judged(&ratio_rule("p50", 1.0), &report, Outcome::Invalid, &["sleep", "30 %"]);
 }
 
 #[test]
-fn a_gate_may_allow_more_invalid_blocks_but_five_must_be_left() {
+fn a_gate_may_allow_more_invalid_turns_but_five_must_be_left() {
     let of = |invalid| {
-        report(vec![task("sleep", 2_000), task_of("hybrid", &blocks(500, 2_000, invalid))])
+        report(vec![task("sleep", 2_000), task_of("hybrid", &turns(500, 2_000, invalid))])
     };
-    let gate = Gate { invalid_blocks: 1.0, ..ratio_rule("p50", 1.0) };
+    let gate = Gate { invalid_turns: 1.0, ..ratio_rule("p50", 1.0) };
     assert_judged(&gate, &of(5), Outcome::Pass, &[]);
-    assert_judged(&gate, &of(6), Outcome::Invalid, &["too few blocks"]);
+    assert_judged(&gate, &of(6), Outcome::Invalid, &["too few turns"]);
 }
 
 #[test]
@@ -272,12 +272,12 @@ fn a_rule_has_exactly_one_bound() {
 }
 
 #[test]
-fn a_file_says_rules_and_how_many_blocks_may_be_invalid_and_nothing_else() {
+fn a_file_says_rules_and_how_many_turns_may_be_invalid_and_nothing_else() {
     let rule = r#"{ "arm": "hybrid", "percentile": "p50", "at_most_ns": 7 }"#;
     let read = |text: &str| serde_json::from_str::<Gate>(text);
     assert_eq!(read(&format!(r#"{{ "rule": [{rule}] }}"#)).unwrap(), bound_rule("p50", 7.0));
-    let lenient = read(&format!(r#"{{ "rule": [{rule}], "invalid_blocks": 0.5 }}"#)).unwrap();
-    assert_eq!(lenient.invalid_blocks, 0.5);
+    let lenient = read(&format!(r#"{{ "rule": [{rule}], "invalid_turns": 0.5 }}"#)).unwrap();
+    assert_eq!(lenient.invalid_turns, 0.5);
     assert!(read(r#"{ "rule": [], "rules": [] }"#).is_err());
     assert!(read(&format!(r#"{{ "rule": [{}] }}"#, rule.replace("at_most_ns", "atmost"))).is_err());
 }
@@ -320,7 +320,7 @@ fn a_bound_that_is_no_number_above_0_makes_no_sense() {
 
 #[test]
 fn reports_are_compared_arm_by_arm_and_what_cannot_be_is_left_out_with_the_reason() {
-    let disturbed = task_of("spin", &blocks(500, 2_000, 3));
+    let disturbed = task_of("spin", &turns(500, 2_000, 3));
     let first = report(vec![task("sleep", 2_000), task("hybrid", 500), disturbed.clone()]);
     let second = report(vec![task("hybrid", 1_000), disturbed]);
     let compared = compare_reports(&first, &second);

@@ -3,9 +3,9 @@
 use isochrone_timing::Distribution;
 use serde::{Deserialize, Serialize};
 
-use super::blocks::BlockReport;
-use super::compare::{Block, Ratio, Verdict, ratio};
+use super::compare::{Ratio, TurnSamples, Verdict, ratio};
 use super::reported::{Reported, label};
+use super::turns::TurnReport;
 use crate::report::{CostReport, Report};
 
 /// A percentile that people compare.
@@ -39,8 +39,8 @@ pub struct Measured {
     pub metric: &'static str,
     /// All samples.
     pub distribution: Distribution,
-    /// The blocks one by one; none in the report of a run.
-    pub blocks: Vec<BlockReport>,
+    /// The turns one by one; none in the report of a run.
+    pub turns: Vec<TurnReport>,
 }
 
 impl Measured {
@@ -55,7 +55,7 @@ impl Measured {
             circumstances: part.circumstances(),
             metric,
             distribution,
-            blocks: part.blocks().to_vec(),
+            turns: part.turns().to_vec(),
         })
     }
 
@@ -64,22 +64,22 @@ impl Measured {
         label(&self.arm, &self.circumstances)
     }
 
-    /// The blocks for a comparison: the valid ones.
-    pub fn valid_blocks(&self) -> Vec<Block> {
-        self.blocks.iter().filter_map(valid).map(|samples| Block::of(&samples)).collect()
+    /// The turns for a comparison: the valid ones.
+    pub fn valid_turns(&self) -> Vec<TurnSamples> {
+        self.turns.iter().filter_map(valid).map(|samples| TurnSamples::of(&samples)).collect()
     }
 
-    /// The samples of the valid blocks.
+    /// The samples of the valid turns.
     pub fn valid(&self) -> Distribution {
         let mut all = Distribution::new();
-        self.blocks.iter().filter_map(valid).for_each(|samples| all.merge(&samples));
+        self.turns.iter().filter_map(valid).for_each(|samples| all.merge(&samples));
         all
     }
 
-    /// Part of the blocks that are invalid, 0 to 1.
+    /// Part of the turns that are invalid, 0 to 1.
     pub fn invalid_part(&self) -> f64 {
-        let invalid = self.blocks.iter().filter(|block| block.invalid.is_some()).count();
-        invalid as f64 / self.blocks.len().max(1) as f64
+        let invalid = self.turns.iter().filter(|turn| turn.invalid.is_some()).count();
+        invalid as f64 / self.turns.len().max(1) as f64
     }
 }
 
@@ -95,13 +95,13 @@ pub struct Comparison {
     pub reference: String,
     /// The arm that is better if it is lower.
     pub candidate: String,
-    /// The percentile of the reference, of its valid blocks, in the unit of the metric.
+    /// The percentile of the reference, of its valid turns, in the unit of the metric.
     pub reference_value: u64,
     /// The same of the candidate.
     pub candidate_value: u64,
     /// Reference divided by candidate: how many times lower the candidate is.
     pub ratio: f64,
-    /// Between these lie 99 % of the ratios that other draws of the same blocks would have given.
+    /// Between these lie 99 % of the ratios that other draws of the same turns would have given.
     pub low: f64,
     /// See `low`.
     pub high: f64,
@@ -110,12 +110,12 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Compares two arms at every percentile that the samples of both support. `paired`: the blocks
+    /// Compares two arms at every percentile that the samples of both support. `paired`: the turns
     /// of one took turns with those of the other.
     pub fn all(reference: &Measured, candidate: &Measured, paired: bool) -> Vec<Self> {
         let (first, second) = match paired {
             true => valid_pairs(reference, candidate),
-            false => (reference.valid_blocks(), candidate.valid_blocks()),
+            false => (reference.valid_turns(), candidate.valid_turns()),
         };
         let compare = |percentile: &Percentile| {
             let Ratio { reference_ns, candidate_ns, ratio, low, high, verdict } =
@@ -137,18 +137,18 @@ impl Comparison {
     }
 }
 
-/// The blocks of turns in which neither arm's is invalid.
-fn valid_pairs(reference: &Measured, candidate: &Measured) -> (Vec<Block>, Vec<Block>) {
-    let turns = reference.blocks.iter().zip(&candidate.blocks);
+/// The turns of rounds in which neither arm's is invalid.
+fn valid_pairs(reference: &Measured, candidate: &Measured) -> (Vec<TurnSamples>, Vec<TurnSamples>) {
+    let turns = reference.turns.iter().zip(&candidate.turns);
     let both = turns.filter_map(|(first, second)| Some((valid(first)?, valid(second)?)));
-    both.map(|(first, second)| (Block::of(&first), Block::of(&second))).unzip()
+    both.map(|(first, second)| (TurnSamples::of(&first), TurnSamples::of(&second))).unzip()
 }
 
-/// The samples of a block, if it is valid.
-fn valid(block: &BlockReport) -> Option<Distribution> {
-    match block.invalid {
+/// The samples of a turn, if it is valid.
+fn valid(turn: &TurnReport) -> Option<Distribution> {
+    match turn.invalid {
         Some(_) => None,
-        None => Distribution::decode(&block.histogram).ok(),
+        None => Distribution::decode(&turn.histogram).ok(),
     }
 }
 
@@ -162,7 +162,7 @@ impl Report {
     }
 
     /// Compares each arm with the first one under the same circumstances, and keeps the result.
-    /// Block types are no arms: each does work of its own.
+    /// TurnSamples types are no arms: each does work of its own.
     pub fn compare_arms(&mut self) {
         let measured = self.measured();
         let of_arm = |(index, candidate): (usize, &Measured)| {

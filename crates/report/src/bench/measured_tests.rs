@@ -2,61 +2,61 @@ use isochrone_machine::Disturbance;
 use isochrone_timing::{LinkReport, TaskReport};
 
 use super::*;
-use crate::bench::Blocks;
+use crate::bench::Turns;
 use crate::report::{CostReport, LinkArm, TaskArm};
 
-/// Blocks of a thousand equal samples; `None`: the block is invalid, and full of samples that would
+/// Turns of a thousand equal samples; `None`: the turn is invalid, and full of samples that would
 /// show.
-fn blocks(values: &[Option<u64>]) -> Blocks {
+fn turns(values: &[Option<u64>]) -> Turns {
     const STRANGE: u64 = 7;
-    let mut blocks = Blocks::default();
+    let mut turns = Turns::default();
     for (index, value) in values.iter().enumerate() {
         let mut samples = Distribution::new();
         samples.record_many(value.unwrap_or(STRANGE), 1_000);
         let disturbance =
             Disturbance { faults: u64::from(value.is_none()), ..Disturbance::default() };
-        blocks.push(index as f64, 1_000_000_000, &samples, 0, disturbance);
+        turns.push(index as f64, 1_000_000_000, &samples, 0, disturbance);
     }
-    blocks
+    turns
 }
 
 fn task(name: &str, period_ns: u64, load: &str, values: &[Option<u64>]) -> TaskArm {
-    let blocks = blocks(values);
+    let turns = turns(values);
     TaskArm {
         task: TaskReport {
             name: name.into(),
             period_ns,
-            histograms: [("release_jitter_ns".to_owned(), blocks.all().encode())].into(),
+            histograms: [("release_jitter_ns".to_owned(), turns.all().encode())].into(),
             ..TaskReport::default()
         },
         load: load.into(),
-        blocks: blocks.reports().to_vec(),
+        turns: turns.reports().to_vec(),
         ..TaskArm::default()
     }
 }
 
 fn link(service: &str, values: u64, paced_hz: Option<f64>) -> LinkArm {
-    let blocks = blocks(&[Some(900); 6]);
+    let turns = turns(&[Some(900); 6]);
     LinkArm {
         link: LinkReport {
             service: service.into(),
-            histograms: [("one_way_ns".to_owned(), blocks.all().encode())].into(),
+            histograms: [("one_way_ns".to_owned(), turns.all().encode())].into(),
             ..LinkReport::default()
         },
         values,
         paced_hz,
-        blocks: blocks.reports().to_vec(),
+        turns: turns.reports().to_vec(),
         ..LinkArm::default()
     }
 }
 
 fn cost(name: &str, instances: u64) -> CostReport {
-    let blocks = blocks(&[Some(900); 6]);
+    let turns = turns(&[Some(900); 6]);
     CostReport {
         name: name.into(),
         instances,
-        histograms: [("step_ps".to_owned(), blocks.all().encode())].into(),
-        blocks: blocks.reports().to_vec(),
+        histograms: [("step_ps".to_owned(), turns.all().encode())].into(),
+        turns: turns.reports().to_vec(),
         ..CostReport::default()
     }
 }
@@ -136,7 +136,7 @@ fn arms_are_compared_with_the_first_under_the_same_circumstances_and_no_other() 
 }
 
 #[test]
-fn a_latency_is_not_compared_with_another_size_and_block_types_not_with_each_other() {
+fn a_latency_is_not_compared_with_another_size_and_turn_types_not_with_each_other() {
     let links = vec![link("iceoryx2", 1, None), link("pipe", 64, None), link("tcp", 64, Some(1e3))];
     let costs = vec![cost("mixed", 1), cost("mixed", 10), cost("SawTooth", 10)];
     let found = pairs(Report { links, costs, ..Report::default() });
@@ -155,8 +155,8 @@ fn comparing_again_replaces_what_was_found() {
 }
 
 #[test]
-fn an_invalid_block_is_left_out_together_with_its_neighbour() {
-    // Where one side was disturbed, the other side's block is far off; neither may show.
+fn an_invalid_turn_is_left_out_together_with_its_neighbour() {
+    // Where one side was disturbed, the other side's turn is far off; neither may show.
     let sleep = [Some(1_000), None, Some(1_000), Some(1_000), Some(9), Some(1_000), Some(1_000)];
     let hybrid = [Some(500), Some(9), Some(500), Some(500), None, Some(500), Some(500)];
     let mut report = Report {
@@ -181,7 +181,7 @@ fn too_few_turns_without_disturbance_compare_nothing() {
 }
 
 #[test]
-fn blocks_that_took_no_turns_are_left_out_each_for_itself() {
+fn turns_that_took_no_turns_are_left_out_each_for_itself() {
     let side = |name, values: &[Option<u64>]| {
         let tasks = vec![task(name, 1_000_000, "", values)];
         Report { tasks, ..Report::default() }.measured().remove(0)
@@ -189,7 +189,7 @@ fn blocks_that_took_no_turns_are_left_out_each_for_itself() {
     let first = side("a", &[None, Some(600), Some(600), Some(600), Some(600), Some(600)]);
     let second =
         side("a", &[Some(300), Some(300), Some(300), Some(300), Some(300), None, None, None]);
-    assert_eq!((first.valid_blocks().len(), second.valid_blocks().len()), (5, 5));
+    assert_eq!((first.valid_turns().len(), second.valid_turns().len()), (5, 5));
     assert_eq!((first.invalid_part(), second.invalid_part()), (1.0 / 6.0, 3.0 / 8.0));
     let found = Comparison::all(&first, &second, false);
     assert_eq!((found[0].reference_value, found[0].candidate_value), (600, 300));
@@ -197,11 +197,11 @@ fn blocks_that_took_no_turns_are_left_out_each_for_itself() {
 }
 
 #[test]
-fn the_report_of_a_run_has_no_blocks_and_none_of_them_is_invalid() {
+fn the_report_of_a_run_has_no_turns_and_none_of_them_is_invalid() {
     let mut run = task("fast", 1_000_000, "", &[Some(5)]);
-    run.blocks.clear();
+    run.turns.clear();
     let measured = Report { tasks: vec![run], ..Report::default() }.measured().remove(0);
     assert_eq!(measured.invalid_part(), 0.0);
-    assert!(measured.valid_blocks().is_empty());
+    assert!(measured.valid_turns().is_empty());
     assert_eq!(measured.distribution.count(), 1_000);
 }

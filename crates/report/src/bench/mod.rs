@@ -1,18 +1,18 @@
-//! Benches: arms that take turns in short blocks, what disturbed each block, and whether one arm is
+//! Benches: arms that take turns in short turns, what disturbed each turn, and whether one arm is
 //! better than another.
 
 mod arm;
-mod blocks;
 mod compare;
 mod gate;
 mod measured;
+mod order;
 mod reported;
 mod turns;
 
 pub use arm::{LoopArm, Outlier};
-pub use blocks::{BlockReport, Blocks};
-pub use compare::{Block, RESOLUTION_NS, Ratio, TOLERANCE, Verdict, ratio, supports};
+pub use compare::{RESOLUTION_NS, Ratio, TOLERANCE, TurnSamples, Verdict, ratio, supports};
 pub use gate::{Compared, Gate, Outcome, Rule, RuleError, compare_reports, overall};
 pub use measured::{Comparison, Measured, PERCENTILES, Percentile};
+pub use order::turn_order;
 pub(crate) use reported::Reported;
-pub use turns::turns;
+pub use turns::{TurnReport, Turns};

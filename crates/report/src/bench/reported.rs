@@ -5,14 +5,14 @@ use std::collections::BTreeMap;
 use isochrone_timing::Distribution;
 use isochrone_timing::units::period;
 
-use super::blocks::BlockReport;
+use super::turns::TurnReport;
 use crate::report::{CostReport, LinkArm, TaskArm};
 
 /// A part of a report that measured something.
 pub(crate) trait Reported {
     /// What it measured above all, as the report's key.
     const METRIC: &'static str;
-    /// What comparisons are of, and the blocks hold.
+    /// What comparisons are of, and the turns hold.
     const COMPARED: &'static str = Self::METRIC;
 
     /// Its arm: `hybrid`, `iceoryx2`, `mixed`.
@@ -22,7 +22,7 @@ pub(crate) trait Reported {
     fn circumstances(&self) -> String;
 
     /// Its turns; none in the report of a run.
-    fn blocks(&self) -> &[BlockReport];
+    fn turns(&self) -> &[TurnReport];
 
     /// Its distributions, by name.
     fn histograms(&self) -> &BTreeMap<String, String>;
@@ -51,8 +51,8 @@ impl Reported for TaskArm {
         listed([period(self.task.period_ns), self.load.clone()])
     }
 
-    fn blocks(&self) -> &[BlockReport] {
-        &self.blocks
+    fn turns(&self) -> &[TurnReport] {
+        &self.turns
     }
 
     fn histograms(&self) -> &BTreeMap<String, String> {
@@ -81,8 +81,8 @@ impl Reported for LinkArm {
         listed([pace, values])
     }
 
-    fn blocks(&self) -> &[BlockReport] {
-        &self.blocks
+    fn turns(&self) -> &[TurnReport] {
+        &self.turns
     }
 
     fn histograms(&self) -> &BTreeMap<String, String> {
@@ -101,8 +101,8 @@ impl Reported for CostReport {
         format!("{} instances", self.instances)
     }
 
-    fn blocks(&self) -> &[BlockReport] {
-        &self.blocks
+    fn turns(&self) -> &[TurnReport] {
+        &self.turns
     }
 
     fn histograms(&self) -> &BTreeMap<String, String> {

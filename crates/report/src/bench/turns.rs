@@ -1,32 +1,113 @@
-//! The order in which arms take turns.
+//! Turns: stretches of time in which an arm ran, and what disturbed them.
 
-/// Rounds in which each of `arms` arms has a turn, forth and back (A B C, C B A, ...): what the
-/// machine does meanwhile, and a drift of it, meets them all alike. The items are round and arm,
-/// from 0.
-pub fn turns(rounds: usize, arms: usize) -> impl Iterator<Item = (usize, usize)> {
-    (0..rounds).flat_map(move |round| {
-        (0..arms).map(move |place| match round % 2 {
-            0 => (round, place),
-            _ => (round, arms - 1 - place),
-        })
-    })
+use isochrone_machine::Disturbance;
+use isochrone_timing::Distribution;
+use serde::{Deserialize, Serialize};
+
+use crate::report::is_zero;
+
+/// One turn of an arm.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct TurnReport {
+    /// When it began, in seconds since the bench began.
+    pub at_s: f64,
+    /// How long it took after the warm-up, in ns; 0 in reports that do not say.
+    #[serde(skip_serializing_if = "is_zero")]
+    pub elapsed_ns: u64,
+    /// Samples after the warm-up; of a loop also one for each release that was missed.
+    pub samples: u64,
+    /// Releases missed, or messages lost, after the warm-up.
+    pub missed: u64,
+    /// What disturbed it.
+    pub disturbance: Disturbance,
+    /// Why it says little about the arm, by the rule fixed beforehand; absent in most.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub invalid: Option<String>,
+    /// Its samples, as [`Distribution::encode`] writes them.
+    pub histogram: String,
+}
+
+/// Collects the turns of an arm.
+#[derive(Debug, Clone, Default)]
+pub struct Turns {
+    all: Distribution,
+    valid: Distribution,
+    missed: u64,
+    reports: Vec<TurnReport>,
+}
+
+impl Turns {
+    /// Takes in a turn of `elapsed_ns` that began `at_s` after the bench.
+    pub fn push(
+        &mut self,
+        at_s: f64,
+        elapsed_ns: u64,
+        samples: &Distribution,
+        missed: u64,
+        disturbance: Disturbance,
+    ) {
+        let invalid = disturbance.invalidates(elapsed_ns);
+        self.all.merge(samples);
+        if invalid.is_none() {
+            self.valid.merge(samples);
+        }
+        self.missed += missed;
+        self.reports.push(TurnReport {
+            at_s,
+            elapsed_ns,
+            samples: samples.count(),
+            missed,
+            disturbance,
+            invalid,
+            histogram: samples.encode(),
+        });
+    }
+
+    /// The samples of all turns.
+    pub fn all(&self) -> &Distribution {
+        &self.all
+    }
+
+    /// The samples of the valid turns.
+    pub fn valid(&self) -> &Distribution {
+        &self.valid
+    }
+
+    /// Missed or lost in all turns.
+    pub fn missed(&self) -> u64 {
+        self.missed
+    }
+
+    /// The turns one by one.
+    pub fn reports(&self) -> &[TurnReport] {
+        &self.reports
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    #[test]
-    fn arms_take_turns_forth_and_back() {
-        let order: Vec<usize> = turns(3, 2).map(|(_, arm)| arm).collect();
-        assert_eq!(order, [0, 1, 1, 0, 0, 1]);
+    fn samples() -> Distribution {
+        let mut samples = Distribution::new();
+        samples.record_many(90, 1_000);
+        samples
     }
 
     #[test]
-    fn every_arm_has_as_many_turns_as_there_are_rounds() {
-        for arm in 0..3 {
-            assert_eq!(turns(5, 3).filter(|(_, turn)| *turn == arm).count(), 5);
+    fn a_disturbed_turn_is_shown_and_left_out_of_what_is_valid() {
+        for (disturbance, says) in [
+            (Disturbance { steal_ns: 2_000_000, ..Disturbance::default() }, "0.20 %"),
+            (Disturbance { faults: 3, ..Disturbance::default() }, "3 page faults"),
+            (Disturbance { throttled_ns: 50_000_000, ..Disturbance::default() }, "50000 us"),
+        ] {
+            let mut turns = Turns::default();
+            turns.push(0.0, 1_000_000_000, &samples(), 4, disturbance);
+            let reason = turns.reports()[0].invalid.clone().unwrap();
+            assert!(reason.contains(says), "{reason}");
+            assert_eq!((turns.all().count(), turns.valid().count()), (1_000, 0));
+            assert_eq!(turns.missed(), 4);
         }
-        assert_eq!(turns(4, 0).count(), 0);
     }
 }

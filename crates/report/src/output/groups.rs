@@ -54,10 +54,10 @@ pub(super) fn groups<'a, R: Reported>(
 }
 
 /// The release jitter of a task: of all cycles, and where that says something else, with the
-/// releases that were missed and without the invalid blocks.
+/// releases that were missed and without the invalid turns.
 pub(super) fn release_jitter(task: &TaskArm) -> Vec<(&'static str, &Summary)> {
     let corrected = task.release_jitter_corrected_ns.as_ref().filter(|_| task.task.missed > 0);
-    let valid = task.release_jitter_valid_ns.as_ref().filter(|_| invalid_blocks(task) > 0);
+    let valid = task.release_jitter_valid_ns.as_ref().filter(|_| invalid_turns(task) > 0);
     let further = [("corrected", corrected), ("valid", valid)];
     let further = further.into_iter().filter_map(|(name, summary)| Some((name, summary?)));
     std::iter::once(("raw", &task.task.release_jitter_ns)).chain(further).collect()
@@ -73,9 +73,9 @@ pub(super) fn stages(link: &LinkArm) -> impl Iterator<Item = (&'static str, &Sum
     stages.into_iter().filter(|(_, summary)| summary.count > 0)
 }
 
-/// How many blocks of an arm are invalid.
-pub(super) fn invalid_blocks<R: Reported>(arm: &R) -> usize {
-    arm.blocks().iter().filter(|block| block.invalid.is_some()).count()
+/// How many turns of an arm are invalid.
+pub(super) fn invalid_turns<R: Reported>(arm: &R) -> usize {
+    arm.turns().iter().filter(|turn| turn.invalid.is_some()).count()
 }
 
 /// The percentiles that tables show, and the maximum.
@@ -129,7 +129,7 @@ mod tests {
     use isochrone_timing::TaskReport;
 
     use super::*;
-    use crate::bench::BlockReport;
+    use crate::bench::TurnReport;
 
     fn task(name: &str, load: &str) -> TaskArm {
         TaskArm {
@@ -180,7 +180,7 @@ mod tests {
         assert_eq!(kinds(&task), ["raw"]);
         task.task.missed = 1;
         assert_eq!(kinds(&task), ["raw", "corrected"]);
-        task.blocks = vec![BlockReport { invalid: Some("why".to_owned()), ..Default::default() }];
+        task.turns = vec![TurnReport { invalid: Some("why".to_owned()), ..Default::default() }];
         assert_eq!(kinds(&task), ["raw", "corrected", "valid"]);
     }
 }

@@ -9,16 +9,16 @@ use hdrhistogram::serialization::interval_log::{
 use isochrone_timing::Distribution;
 use jiff::Timestamp;
 
-use crate::bench::{BlockReport, Reported};
+use crate::bench::{Reported, TurnReport};
 use crate::report::Report;
 
 type Writer<'a> = IntervalLogWriter<'a, 'a, Vec<u8>, V2DeflateSerializer>;
 type Failure = IntervalLogWriterError<hdrhistogram::serialization::V2DeflateSerializeError>;
 
-/// Writes the blocks of a bench as HdrHistogram's interval log, in the order in which they ran:
+/// Writes the turns of a bench as HdrHistogram's interval log, in the order in which they ran:
 /// when each began and how long it took, in s, its maximum in ms (in us for costs), and all its
-/// samples, in ns (in ps for costs). The tag is the arm and its circumstances. Before a block that
-/// is invalid a comment says why. A run has no blocks, and its log no intervals.
+/// samples, in ns (in ps for costs). The tag is the arm and its circumstances. Before a turn that
+/// is invalid a comment says why. A run has no turns, and its log no intervals.
 pub fn hlog(report: &Report) -> String {
     let mut bytes = Vec::new();
     match written(report, &mut bytes) {
@@ -43,32 +43,32 @@ fn written(report: &Report, bytes: &mut Vec<u8>) -> Result<(), Failure> {
     let tasks = report.tasks.iter().flat_map(tagged);
     let links = report.links.iter().flat_map(tagged);
     let costs = report.costs.iter().flat_map(tagged);
-    let mut blocks: Vec<(String, &BlockReport)> = tasks.chain(links).chain(costs).collect();
-    blocks.sort_by(|(_, one), (_, other)| one.at_s.total_cmp(&other.at_s));
-    blocks.iter().try_for_each(|(tag, block)| interval(&mut log, tag, block))
+    let mut turns: Vec<(String, &TurnReport)> = tasks.chain(links).chain(costs).collect();
+    turns.sort_by(|(_, one), (_, other)| one.at_s.total_cmp(&other.at_s));
+    turns.iter().try_for_each(|(tag, turn)| interval(&mut log, tag, turn))
 }
 
-fn interval(log: &mut Writer<'_>, tag: &str, block: &BlockReport) -> Result<(), Failure> {
-    let Ok(samples) = Distribution::decode(&block.histogram) else {
-        return Ok(log.write_comment(&format!("{tag}: a block whose histogram cannot be read"))?);
+fn interval(log: &mut Writer<'_>, tag: &str, turn: &TurnReport) -> Result<(), Failure> {
+    let Ok(samples) = Distribution::decode(&turn.histogram) else {
+        return Ok(log.write_comment(&format!("{tag}: a turn whose histogram cannot be read"))?);
     };
-    if let Some(why) = &block.invalid {
+    if let Some(why) = &turn.invalid {
         log.write_comment(&format!("the next interval is invalid: {why}"))?;
     }
-    let at = Duration::try_from_secs_f64(block.at_s).unwrap_or_default();
-    let elapsed = Duration::from_nanos(block.elapsed_ns);
+    let at = Duration::try_from_secs_f64(turn.at_s).unwrap_or_default();
+    let elapsed = Duration::from_nanos(turn.elapsed_ns);
     log.write_histogram(samples.histogram(), at, elapsed, Tag::new(tag))
 }
 
-/// The blocks of an arm, each with the arm's tag.
-fn tagged<R: Reported>(part: &R) -> impl Iterator<Item = (String, &BlockReport)> {
+/// The turns of an arm, each with the arm's tag.
+fn tagged<R: Reported>(part: &R) -> impl Iterator<Item = (String, &TurnReport)> {
     // A tag has neither commas nor blanks.
     let tag = match part.circumstances() {
         none if none.is_empty() => part.arm().to_owned(),
         circumstances => format!("{}/{}", part.arm(), circumstances.replace(", ", "/")),
     };
     let tag = tag.replace(|c: char| c == ',' || c.is_whitespace() || c.is_control(), "_");
-    part.blocks().iter().map(move |block| (tag.clone(), block))
+    part.turns().iter().map(move |turn| (tag.clone(), turn))
 }
 
 #[cfg(test)]
@@ -78,18 +78,18 @@ mod tests {
     use isochrone_timing::TaskReport;
 
     use super::*;
-    use crate::bench::Blocks;
+    use crate::bench::Turns;
     use crate::report::{CostReport, TaskArm};
 
-    fn blocks(ns: u64, at_s: &[f64], disturbance: Disturbance) -> Vec<BlockReport> {
+    fn turns(ns: u64, at_s: &[f64], disturbance: Disturbance) -> Vec<TurnReport> {
         let mut samples = Distribution::new();
         samples.record_many(ns, 1_000);
-        let mut blocks = Blocks::default();
-        at_s.iter().for_each(|at_s| blocks.push(*at_s, 1_500_000_000, &samples, 0, disturbance));
-        blocks.reports().to_vec()
+        let mut turns = Turns::default();
+        at_s.iter().for_each(|at_s| turns.push(*at_s, 1_500_000_000, &samples, 0, disturbance));
+        turns.reports().to_vec()
     }
 
-    fn task(name: &str, blocks: Vec<BlockReport>) -> TaskArm {
+    fn task(name: &str, turns: Vec<TurnReport>) -> TaskArm {
         TaskArm {
             task: TaskReport {
                 name: name.to_owned(),
@@ -97,7 +97,7 @@ mod tests {
                 ..TaskReport::default()
             },
             load: "idle".to_owned(),
-            blocks,
+            turns,
             ..TaskArm::default()
         }
     }
@@ -109,15 +109,15 @@ mod tests {
             command: vec!["bench".to_owned()],
             started: "2026-11-20T12:00:00Z".to_owned(),
             tasks: vec![
-                task("sleep", blocks(50_000, &[0.5, 4.0], Disturbance::default())),
-                task("a, b", blocks(2_000_000, &[2.0], fault)),
+                task("sleep", turns(50_000, &[0.5, 4.0], Disturbance::default())),
+                task("a, b", turns(2_000_000, &[2.0], fault)),
             ],
             ..Report::default()
         }
     }
 
     #[test]
-    fn a_log_reads_back_with_each_block_in_the_order_of_time() {
+    fn a_log_reads_back_with_each_turn_in_the_order_of_time() {
         let text = hlog(&report());
         let entries: Vec<LogEntry<'_>> =
             IntervalLogIterator::new(text.as_bytes()).map(|entry| entry.unwrap()).collect();
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn a_log_begins_with_its_format_and_says_which_block_is_invalid() {
+    fn a_log_begins_with_its_format_and_says_which_turn_is_invalid() {
         let text = hlog(&report());
         assert!(text.starts_with("#[Histogram log format version 1.3]\n"), "{text}");
         let (_, after) = text.split_once("#the next interval is invalid: 2 page faults\n").unwrap();
@@ -151,15 +151,15 @@ mod tests {
     }
 
     #[test]
-    fn a_block_that_cannot_be_read_is_said_and_a_report_without_a_date_has_no_start() {
+    fn a_turn_that_cannot_be_read_is_said_and_a_report_without_a_date_has_no_start() {
         let mut broken = report();
         broken.started = "yesterday".to_owned();
         broken.tasks.truncate(1);
-        broken.tasks[0].blocks[0].histogram = "no".to_owned();
+        broken.tasks[0].turns[0].histogram = "no".to_owned();
         broken.costs = vec![CostReport::default()];
         let text = hlog(&broken);
         assert!(!text.contains("StartTime"), "{text}");
-        assert!(text.contains("#sleep/1_ms/idle: a block whose histogram cannot be read\n"));
+        assert!(text.contains("#sleep/1_ms/idle: a turn whose histogram cannot be read\n"));
         assert_eq!(text.lines().filter(|line| line.starts_with("Tag=")).count(), 1);
     }
 }

@@ -2,7 +2,7 @@
 //! disturbance, three transports, and costs.
 
 use isochrone_machine::{Disturbance, Environment, Finding, Severity};
-use isochrone_report::{Blocks, CostReport, LinkArm, LoopArm, Report, TaskArm};
+use isochrone_report::{CostReport, LinkArm, LoopArm, Report, TaskArm, Turns};
 use isochrone_timing::{CycleRecord, Distribution, LinkReport, TaskReport, Warning, WarningCode};
 
 const PERIOD_NS: u64 = 1_000_000;
@@ -54,7 +54,7 @@ fn arm(name: &str, load: &str, typical_ns: f64, turn_of_arm: u64) -> TaskArm {
             8 => Disturbance { faults: 2, ..Disturbance::default() },
             _ => Disturbance::default(),
         };
-        arm.block(&records, from_ns..u64::MAX, disturbance, |at_ns| cause(at_ns / 1_000 % 9));
+        arm.turn(&records, from_ns..u64::MAX, disturbance, |at_ns| cause(at_ns / 1_000 % 9));
     }
     TaskArm {
         task: TaskReport {
@@ -82,47 +82,47 @@ fn cause(kind: u64) -> Disturbance {
     }
 }
 
-fn blocks(typical: f64, offset_s: f64) -> Blocks {
+fn turns(typical: f64, offset_s: f64) -> Turns {
     let mut chance = Chance(0x51ed_2701 + typical as u64);
-    let mut blocks = Blocks::default();
+    let mut turns = Turns::default();
     for turn in 0..TURNS {
         let mut samples = Distribution::new();
         (0..CYCLES).for_each(|_| samples.record(chance.time(typical)));
         let at_s = offset_s + turn as f64 * 3.0;
         let faults = u64::from(turn == 5 && offset_s == 0.0);
         let disturbance = Disturbance { faults, ..Disturbance::default() };
-        blocks.push(at_s, 1_000_000_000, &samples, 0, disturbance);
+        turns.push(at_s, 1_000_000_000, &samples, 0, disturbance);
     }
-    blocks
+    turns
 }
 
 fn link(service: &str, typical_ns: f64, offset_s: f64) -> LinkArm {
-    let blocks = blocks(typical_ns, offset_s);
-    let one_way_ns = blocks.all().summary();
+    let turns = turns(typical_ns, offset_s);
+    let one_way_ns = turns.all().summary();
     LinkArm {
         link: LinkReport {
             service: service.to_owned(),
             frames: one_way_ns.count,
             rate_hz: Some(999.98),
             one_way_ns,
-            histograms: [("one_way_ns".to_owned(), blocks.all().encode())].into(),
+            histograms: [("one_way_ns".to_owned(), turns.all().encode())].into(),
             ..LinkReport::default()
         },
         values: 10,
         paced_hz: Some(1_000.0),
-        blocks: blocks.reports().to_vec(),
+        turns: turns.reports().to_vec(),
         ..LinkArm::default()
     }
 }
 
 fn cost(name: &str, instances: u64, typical_ps: f64) -> CostReport {
-    let blocks = blocks(typical_ps, 0.0);
+    let turns = turns(typical_ps, 0.0);
     CostReport {
         name: name.to_owned(),
         instances,
-        step_ps: blocks.all().summary(),
-        histograms: [("step_ps".to_owned(), blocks.all().encode())].into(),
-        blocks: blocks.reports().to_vec(),
+        step_ps: turns.all().summary(),
+        histograms: [("step_ps".to_owned(), turns.all().encode())].into(),
+        turns: turns.reports().to_vec(),
         ..CostReport::default()
     }
 }
@@ -174,11 +174,11 @@ pub(crate) fn report() -> Report {
             link("iceoryx2", 8_000.0, 0.0),
             LinkArm {
                 link: LinkReport {
-                    age_at_publish_ns: blocks(21_000.0, 0.0).all().summary(),
-                    end_to_end_ns: blocks(52_000.0, 0.0).all().summary(),
+                    age_at_publish_ns: turns(21_000.0, 0.0).all().summary(),
+                    end_to_end_ns: turns(52_000.0, 0.0).all().summary(),
                     ..through.link
                 },
-                age_at_release_ns: blocks(19_000.0, 0.0).all().summary(),
+                age_at_release_ns: turns(19_000.0, 0.0).all().summary(),
                 ..through
             },
             link("udp", 24_000.0, 1.0),

@@ -6,7 +6,7 @@ use std::hint::black_box;
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::{Plan, Rules, TaskEngine, Workload};
 use isochrone_processes::Stop;
-use isochrone_report::{Blocks, CostReport};
+use isochrone_report::{CostReport, Turns};
 use isochrone_timing::{Distribution, Summary};
 use rustix::thread::gettid;
 
@@ -27,7 +27,7 @@ pub(super) struct Arm {
     warm_up_cycles: u64,
     /// Cycles that are timed together; 0 until the first turn.
     batch: u64,
-    blocks: Blocks,
+    turns: Turns,
 }
 
 /// How the present thread takes turns, and room for the samples of one.
@@ -78,7 +78,7 @@ impl Arm {
             cycle: 0,
             warm_up_cycles: 0,
             batch: 0,
-            blocks: Blocks::default(),
+            turns: Turns::default(),
         })
     }
 
@@ -86,7 +86,7 @@ impl Arm {
         self.workload.name()
     }
 
-    /// Steps the task for a turn, and takes it in as a block.
+    /// Steps the task for a turn, and takes it in.
     pub(super) fn take(&mut self, turn: &mut Turn) {
         self.warm_up(turn);
         turn.samples.clear();
@@ -110,7 +110,7 @@ impl Arm {
         let mut distribution = Distribution::new();
         turn.samples.iter().for_each(|ps| distribution.record(*ps));
         let at_s = from_ns.saturating_sub(turn.origin_ns) as f64 / 1e9;
-        self.blocks.push(at_s, end_ns - from_ns, &distribution, 0, disturbance);
+        self.turns.push(at_s, end_ns - from_ns, &distribution, 0, disturbance);
     }
 
     /// The arm before this one left its data in the caches.
@@ -155,12 +155,12 @@ impl Arm {
 
     /// What an instance costs so far, in a line.
     pub(super) fn so_far(&self) -> String {
-        so_far(self.instances, &self.blocks.all().summary())
+        so_far(self.instances, &self.turns.all().summary())
     }
 
     /// What an instance costs; `None` if it had no turn yet.
     pub(super) fn report(&self) -> Option<CostReport> {
-        let all = self.blocks.all();
+        let all = self.turns.all();
         (all.count() > 0).then(|| CostReport {
             name: self.name().to_owned(),
             instances: self.instances as u64,
@@ -168,7 +168,7 @@ impl Arm {
             warm_up_cycles: self.warm_up_cycles,
             step_ps: all.summary(),
             histograms: BTreeMap::from([("step_ps".to_owned(), all.encode())]),
-            blocks: self.blocks.reports().to_vec(),
+            turns: self.turns.reports().to_vec(),
         })
     }
 }

@@ -11,7 +11,7 @@ use isochrone_cyclic::{Clock, Monotonic, ThreadRequest, prepare_process, prepare
 use isochrone_engine::Workload;
 use isochrone_machine::{Environment, Machine};
 use isochrone_processes::Stop;
-use isochrone_report::{CostReport, Report, turns};
+use isochrone_report::{CostReport, Report, turn_order};
 use isochrone_timing::Warning;
 
 use self::arm::{Arm, Turn};
@@ -172,7 +172,7 @@ impl Bench<'_> {
         for size in &self.sizes {
             let build = |workload: &Workload| Arm::build(workload, size.instances);
             let mut arms = size.workloads.iter().map(build).collect::<Result<Vec<Arm>, _>>()?;
-            for (_, place) in turns(rounds, arms.len()) {
+            for (_, place) in turn_order(rounds, arms.len()) {
                 let Some(arm) = arms.get_mut(place) else { continue };
                 let began_ns = Monotonic.now_ns();
                 arm.take(&mut turn);

@@ -82,7 +82,7 @@ pub(super) fn turn(arm: &mut Arm, turn: &Turn<'_>) -> Result<Used, Failure> {
     drop(program);
     if let Some(counted) = transcript.counted() {
         let disturbance = watch.since(counted.start);
-        arm.timing.block(&transcript.records, counted, disturbance, |at_ns| watch.around(at_ns));
+        arm.timing.turn(&transcript.records, counted, disturbance, |at_ns| watch.around(at_ns));
     }
     Ok(meter.used())
 }

@@ -64,7 +64,7 @@ pub(super) fn turn(
         Ok::<_, Failure>((done, watch))
     })?;
     let disturbance = watch.since(done.counted.start);
-    arm.timing.block(&records, done.counted, disturbance, |at_ns| watch.around(at_ns));
+    arm.timing.turn(&records, done.counted, disturbance, |at_ns| watch.around(at_ns));
     arm.grant = Some(done.grant);
     arm.margin_ns = cyclic.margin_ns();
     Ok(done.used)

@@ -15,14 +15,14 @@ use clap::ValueEnum;
 use isochrone_cyclic::{Clock, Monotonic, prepare_process};
 use isochrone_engine::{Plan, format_duration_ns, parse_milliseconds_ns};
 use isochrone_machine::{Environment, Machine, examine};
-use isochrone_report::{Report, turns};
+use isochrone_report::{Report, turn_order};
 use isochrone_timing::Warning;
 
 use self::arm::{Arm, Kind, Turn};
 use self::load::{Load, Stress};
 use super::live::Live;
 use super::watch::allowed_cpus;
-use super::{outputs, parse_block, parse_length};
+use super::{outputs, parse_length, parse_turn};
 use crate::domain;
 use crate::failure::Failure;
 use crate::stop;
@@ -30,7 +30,7 @@ use crate::{configuration, run, terminal};
 
 /// Measure release jitter: how late a loop begins its cycles
 ///
-/// The arms run one after the other, forth and back, in turns of `--block`, at the same
+/// The arms run one after the other, forth and back, in turns of `--turn`, at the same
 /// period, priority, CPU, phase and clock. The first 200 ms of a turn are warm-up and are not counted.
 /// `sleep` is cyclictest's loop, `hybrid` and `economical` are the node's (a fifth and a tenth of a
 /// CPU), `spin` never sleeps; `cyclictest` is the program itself.
@@ -68,8 +68,8 @@ pub(super) struct Args {
     #[arg(long, value_name = "TIME", default_value = "20", value_parser = parse_length, allow_negative_numbers = true)]
     seconds: f64,
     /// Time of a turn, 10ms to 60s
-    #[arg(long, value_name = "TIME", default_value = "2", value_parser = parse_block, allow_negative_numbers = true)]
-    block: f64,
+    #[arg(long, alias = "block", value_name = "TIME", default_value = "2", value_parser = parse_turn, allow_negative_numbers = true)]
+    turn: f64,
     #[command(flatten)]
     outputs: outputs::Args,
     #[command(flatten)]
@@ -106,14 +106,14 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
         report.warnings.extend(prepare_process().refusals.iter().map(run::warning));
     }
     let origin_ns = Monotonic.now_ns();
-    let rounds = (args.seconds / args.block).ceil().max(1.0) as usize;
+    let rounds = (args.seconds / args.turn).ceil().max(1.0) as usize;
     let kinds = settings.kinds(args, &report.environment)?;
     let circumstances: Vec<(Load, u64)> = args
         .load
         .iter()
         .flat_map(|load| settings.periods_ns.iter().map(|period_ns| (*load, *period_ns)))
         .collect();
-    let counted = Duration::from_secs_f64(args.block.min(args.seconds));
+    let counted = Duration::from_secs_f64(args.turn.min(args.seconds));
     let all = (rounds * kinds.len() * circumstances.len()) as f64;
     let names = kinds.iter().map(|(name, _)| name.as_str());
     let live = Live::start((WARM_UP + counted).mul_f64(all), names);
@@ -131,7 +131,7 @@ pub(super) fn run(args: &Args) -> Result<(), Failure> {
             .iter()
             .map(|(name, kind)| Arm::new(name, kind.clone(), period_ns, &settings, origin_ns))
             .collect();
-        for (_, index) in turns(rounds, arms.len()) {
+        for (_, index) in turn_order(rounds, arms.len()) {
             if stop.is_due() {
                 break;
             }

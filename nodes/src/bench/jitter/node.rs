@@ -56,7 +56,7 @@ pub(super) fn turn(arm: &mut Arm, plan: &Plan, turn: &Turn<'_>) -> Result<Used, 
     let mut disturbance = watch.since(seen.counted.start);
     disturbance.faults = usage.minor_faults + usage.major_faults;
     disturbance.preemptions = usage.involuntary_switches;
-    arm.timing.block(&seen.records, seen.counted, disturbance, |at_ns| watch.around(at_ns));
+    arm.timing.turn(&seen.records, seen.counted, disturbance, |at_ns| watch.around(at_ns));
     arm.margin_ns = task.margin_ns;
     arm.grant = Some(task.grant);
     Ok(Used { usage, elapsed_ns: task.costs.elapsed_ns })

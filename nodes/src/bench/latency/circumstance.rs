@@ -1,7 +1,7 @@
 //! Which arms meet under which circumstances, and what each has measured there.
 
 use isochrone_machine::Disturbance;
-use isochrone_report::{Blocks, LinkArm};
+use isochrone_report::{LinkArm, Turns};
 use isochrone_timing::{Distribution, LinkReport, Warning, WarningCode, encoded};
 
 use super::arms::{Arm, Pace};
@@ -54,18 +54,18 @@ pub(super) struct Series {
     arm: Arm,
     pace: Pace,
     values: usize,
-    blocks: Blocks,
+    turns: Turns,
     stages: Option<Stages>,
     received: u64,
     sent: u64,
     /// Instants at which the sender could not send.
     missed: u64,
-    /// Of the blocks without their warm-up.
+    /// Of the turns without their warm-up.
     elapsed_ns: u64,
 }
 
-/// When a block was, and what disturbed it.
-pub(super) struct Block {
+/// When a turn was, and what disturbed it.
+pub(super) struct Disturbed {
     pub(super) at_s: f64,
     pub(super) elapsed_ns: u64,
     pub(super) sender: Disturbance,
@@ -114,7 +114,7 @@ impl Series {
             arm,
             pace,
             values,
-            blocks: Blocks::default(),
+            turns: Turns::default(),
             stages: None,
             received: 0,
             sent: 0,
@@ -135,18 +135,18 @@ impl Series {
 
     /// All samples so far.
     pub(super) fn samples(&self) -> &Distribution {
-        self.blocks.all()
+        self.turns.all()
     }
 
     /// Takes in a turn.
-    pub(super) fn push(&mut self, block: &Block, taken: &Taken, sent: &Sent) {
-        let disturbance = both(block.sender, block.receiver, sent);
+    pub(super) fn push(&mut self, turn: &Disturbed, taken: &Taken, sent: &Sent) {
+        let disturbance = both(turn.sender, turn.receiver, sent);
         let lost = taken.received.lost;
-        self.blocks.push(block.at_s, block.elapsed_ns, &taken.samples, lost, disturbance);
+        self.turns.push(turn.at_s, turn.elapsed_ns, &taken.samples, lost, disturbance);
         self.received += taken.received.messages;
         self.sent += sent.messages;
         self.missed += sent.missed;
-        self.elapsed_ns += block.elapsed_ns;
+        self.elapsed_ns += turn.elapsed_ns;
         if let Some(stages) = &taken.stages {
             self.stages.get_or_insert_default().merge(stages);
         }
@@ -159,20 +159,20 @@ impl Series {
 
     /// The report, if there is anything to report.
     pub(super) fn report(&self) -> Option<LinkArm> {
-        if self.blocks.reports().is_empty() {
+        if self.turns.reports().is_empty() {
             return None;
         }
         let stages = self.stages.clone().unwrap_or_default();
         let link = LinkReport {
             service: self.arm.as_str().to_owned(),
             frames: self.received,
-            lost: self.blocks.missed(),
+            lost: self.turns.missed(),
             rate_hz: Some(self.received as f64 * 1e9 / self.elapsed_ns.max(1) as f64),
-            one_way_ns: self.blocks.all().summary(),
+            one_way_ns: self.turns.all().summary(),
             end_to_end_ns: stages.end_to_end.summary(),
             age_at_publish_ns: stages.age_at_publish.summary(),
             histograms: encoded([
-                ("one_way_ns", self.blocks.all()),
+                ("one_way_ns", self.turns.all()),
                 ("end_to_end_ns", &stages.end_to_end),
                 ("age_at_publish_ns", &stages.age_at_publish),
                 ("age_at_release_ns", &stages.age_at_release),
@@ -184,7 +184,7 @@ impl Series {
             values: self.values as u64,
             paced_hz: self.pace.hz(),
             age_at_release_ns: stages.age_at_release.summary(),
-            blocks: self.blocks.reports().to_vec(),
+            turns: self.turns.reports().to_vec(),
         })
     }
 }
@@ -246,8 +246,8 @@ mod tests {
             stages: Some(stages),
         };
         let none = Disturbance::default();
-        let block = Block { at_s: 0.0, elapsed_ns: 1_000_000, sender: none, receiver: none };
-        series.push(&block, &taken, &Sent::default());
+        let turn = Disturbed { at_s: 0.0, elapsed_ns: 1_000_000, sender: none, receiver: none };
+        series.push(&turn, &taken, &Sent::default());
         let report = series.report().unwrap();
         let ages =
             [report.age_at_release_ns, report.link.age_at_publish_ns, report.link.end_to_end_ns];
@@ -262,7 +262,7 @@ mod tests {
     }
 
     #[test]
-    fn a_series_reports_all_its_blocks_and_what_was_lost_in_them() {
+    fn a_series_reports_all_its_turns_and_what_was_lost_in_them() {
         let mut series = Series::new(Arm::Tcp, Pace::Hz(100.0), 64);
         assert!(series.report().is_none());
         let mut samples = Distribution::new();
@@ -271,15 +271,14 @@ mod tests {
         let stolen = Disturbance { steal_ns: 9_000_000, ..Disturbance::default() };
         for (at_s, sender) in [(0.0, Disturbance::default()), (1.0, stolen)] {
             let receiver = Disturbance::default();
-            let block = Block { at_s, elapsed_ns: 500_000_000, sender, receiver };
-            series.push(&block, &taken, &Sent { messages: 50, missed: 1, ..Sent::default() });
+            let turn = Disturbed { at_s, elapsed_ns: 500_000_000, sender, receiver };
+            series.push(&turn, &taken, &Sent { messages: 50, missed: 1, ..Sent::default() });
         }
         let report = series.report().unwrap();
         assert_eq!((report.link.frames, report.link.lost), (100, 4));
         assert_eq!(report.link.rate_hz, Some(100.0));
         assert_eq!(report.link.one_way_ns.count, 100);
-        let invalid: Vec<bool> =
-            report.blocks.iter().map(|block| block.invalid.is_some()).collect();
+        let invalid: Vec<bool> = report.turns.iter().map(|turn| turn.invalid.is_some()).collect();
         assert_eq!(invalid, [false, true], "the sender's steal counts as the receiver's");
         assert_eq!(report.link.histograms.keys().collect::<Vec<_>>(), ["one_way_ns"]);
         let pace = [series.pace(), KeptPace { label: "raw".into(), asked: 100, missed: 1 }];

@@ -31,7 +31,7 @@ use isochrone_processes::Company;
 use isochrone_report::Report;
 
 use super::watch::allowed_cpus;
-use super::{outputs, parse_block, parse_length};
+use super::{outputs, parse_length, parse_turn};
 use crate::failure::Failure;
 use crate::run::warning;
 use crate::stop;
@@ -46,7 +46,7 @@ use session::Bench;
 /// from when a message really was sent: how late the sender came to its instant is in no number; if it
 /// missed more than 1 % of them altogether, a warning says so (pace_not_kept). Back to back, a
 /// message is sent when the one before has come back: one-way is half of the round trip. Every value
-/// is really written and read, and checked. The first tenth of each block is warm-up.
+/// is really written and read, and checked. The first tenth of each turn is warm-up.
 #[derive(clap::Args)]
 #[group(skip)]
 #[command(
@@ -88,8 +88,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "TIME", default_value = "3", value_parser = parse_length, allow_negative_numbers = true)]
     seconds: f64,
     /// Time of a turn, 10ms to 60s
-    #[arg(long, value_name = "TIME", default_value = "0.5", value_parser = parse_block, allow_negative_numbers = true)]
-    block: f64,
+    #[arg(long, alias = "block", value_name = "TIME", default_value = "0.5", value_parser = parse_turn, allow_negative_numbers = true)]
+    turn: f64,
     /// How receivers wait
     #[arg(long, value_enum, default_value = "poll")]
     wait: Wait,
@@ -103,7 +103,7 @@ pub(crate) struct Args {
     outputs: outputs::Args,
 }
 
-/// Fewest messages of a block that say anything.
+/// Fewest messages of a turn that say anything.
 const FEWEST_MESSAGES: f64 = 10.0;
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
@@ -144,7 +144,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 struct Plan {
     circumstances: Vec<(usize, Vec<circumstance::Circumstance>)>,
     rounds: usize,
-    block_ns: u64,
+    turn_ns: u64,
     wait: Wait,
     cpus: Cpus,
     node_cpu: usize,
@@ -159,13 +159,13 @@ impl Plan {
         if let Some(arm) = args.arms.iter().enumerate().find_map(twice) {
             return Err(Failure::usage(format!("--arms lists {arm} twice; name each arm once")));
         }
-        let block_s = args.block.min(args.seconds);
+        let turn_s = args.turn.min(args.seconds);
         for hz in args.pace.iter().filter_map(|pace| pace.hz()) {
-            if hz * block_s < FEWEST_MESSAGES {
+            if hz * turn_s < FEWEST_MESSAGES {
                 let needed = FEWEST_MESSAGES / hz;
                 return Err(Failure::usage(format!(
-                    "at {hz} Hz a block of {block_s} s has fewer than {FEWEST_MESSAGES} messages; \
-                     give --block {needed} and --seconds of some times that"
+                    "at {hz} Hz a turn of {turn_s} s has fewer than {FEWEST_MESSAGES} messages; \
+                     give --turn {needed} and --seconds of some times that"
                 )));
             }
         }
@@ -173,8 +173,8 @@ impl Plan {
         let others = |cpu: &&usize| **cpu != cpus.sender && **cpu != cpus.receiver;
         Ok(Self {
             circumstances: circumstance::plan(&args.arms, &args.values, &args.pace),
-            rounds: (args.seconds / block_s).round().max(1.0) as usize,
-            block_ns: (block_s * 1e9) as u64,
+            rounds: (args.seconds / turn_s).round().max(1.0) as usize,
+            turn_ns: (turn_s * 1e9) as u64,
             wait: args.wait,
             cpus,
             // Where there is no third CPU the node shares that of its publisher.
@@ -183,15 +183,15 @@ impl Plan {
         })
     }
 
-    fn block(&self) -> Duration {
-        Duration::from_nanos(self.block_ns)
+    fn turn(&self) -> Duration {
+        Duration::from_nanos(self.turn_ns)
     }
 
     /// How long all turns take.
     fn total(&self) -> Duration {
         let circumstances = self.circumstances.iter().flat_map(|(_, circumstances)| circumstances);
         let turns: usize = circumstances.map(|some| some.arms.len() * self.rounds).sum();
-        self.block() * turns as u32
+        self.turn() * turns as u32
     }
 
     /// A real-time thread that polls is taken off its CPU by the kernel's throttling.

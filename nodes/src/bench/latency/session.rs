@@ -8,12 +8,12 @@ use std::time::Duration;
 use isochrone_cyclic::{Clock, Monotonic, ThreadRequest};
 use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::{Company, Stop};
-use isochrone_report::{LinkArm, turns};
+use isochrone_report::{LinkArm, turn_order};
 use isochrone_timing::Warning;
 
 use super::Plan;
 use super::arms::{Arm, Pace};
-use super::circumstance::{Block, Circumstance, KeptPace, Series};
+use super::circumstance::{Circumstance, Disturbed, KeptPace, Series};
 use super::end::{Place, Side};
 use super::measurer::{self, Answer, Job, Taken};
 use super::node_path;
@@ -30,7 +30,7 @@ const LEAD_NS: u64 = 5_000_000;
 /// How long before the warm-up is over the kernel's counts are read: that takes time on a CPU that
 /// is needed then.
 const AHEAD_NS: u64 = 3_000_000;
-/// Part of a block that is warm-up.
+/// Part of a turn that is warm-up.
 const WARM_UP: u64 = 10;
 /// How long a node outlives us, should we be killed, in seconds.
 const GRACE_S: f64 = 15.0;
@@ -152,9 +152,9 @@ impl<'a, 'b> Session<'a, 'b> {
         let mut series: Vec<Series> = circumstance.arms.iter().map(new).collect();
         let labels: Vec<String> = series.iter().map(Series::label).collect();
         let live = Live::start(self.bench.plan.total(), labels.iter().map(String::as_str));
-        for (round, index) in turns(self.bench.plan.rounds, series.len()) {
+        for (round, index) in turn_order(self.bench.plan.rounds, series.len()) {
             let Some(series) = series.get_mut(index) else { continue };
-            live.pass(self.bench.plan.block() * self.bench.turns as u32);
+            live.pass(self.bench.plan.turn() * self.bench.turns as u32);
             if !self.turn(circumstance.pace, round, series)? {
                 break;
             }
@@ -206,13 +206,13 @@ impl<'a, 'b> Session<'a, 'b> {
         };
         let taken = taken?;
         let [sender, receiver] = watches.map(|watch| watch.since(span.from_ns));
-        let block = Block {
+        let turn = Disturbed {
             at_s: span.from_ns.saturating_sub(self.bench.origin_ns) as f64 / 1e9,
             elapsed_ns: span.end_ns - span.from_ns,
             sender,
             receiver,
         };
-        series.push(&block, &taken, &sent);
+        series.push(&turn, &taken, &sent);
         Ok(true)
     }
 
@@ -225,8 +225,8 @@ impl<'a, 'b> Session<'a, 'b> {
         };
         Span {
             start_ns,
-            from_ns: start_ns + plan.block_ns / WARM_UP,
-            end_ns: start_ns + plan.block_ns,
+            from_ns: start_ns + plan.turn_ns / WARM_UP,
+            end_ns: start_ns + plan.turn_ns,
             first: self.bench.turns << 32,
         }
     }
@@ -235,7 +235,7 @@ impl<'a, 'b> Session<'a, 'b> {
     fn start_node(&mut self, arm: usize) -> Result<Node<'b>, Failure> {
         let plan = self.bench.plan;
         let configuration = node_path::configuration(plan.node_cpu, plan.priority);
-        let seconds = plan.block().as_secs_f64() + GRACE_S;
+        let seconds = plan.turn().as_secs_f64() + GRACE_S;
         let node = Node::start(self.bench.company, &configuration, seconds)?;
         self.order(Job::AwaitNode(arm))?;
         match self.answers.recv() {

@@ -39,7 +39,7 @@ pub(super) fn how_to_read(page: &mut Page, report: &Report) {
             "<p><b>Release jitter</b> is how late the first instruction of a cycle ran after its \
              due time. <b>Raw</b> is of the cycles that ran. <b>Corrected</b> adds the releases that \
              were missed meanwhile, each as late as it would have been: a loop that stands still \
-             must not look better for having run less often. <b>Valid</b> leaves out the blocks in \
+             must not look better for having run less often. <b>Valid</b> leaves out the turns in \
              which the host took CPU time, a limit throttled the loop, or a page was missing; that \
              rule was fixed beforehand and never looks at the times. A row is left out where it \
              would repeat the raw one.</p>\n",
@@ -62,7 +62,7 @@ pub(super) fn how_to_read(page: &mut Page, report: &Report) {
     if !report.comparisons.is_empty() {
         page.markup(
             "<p>A <b>ratio</b> says how many times lower an arm is than the one it is compared with, \
-             with the interval in which 99 % of other draws of the same blocks would lie. \
+             with the interval in which 99 % of other draws of the same turns would lie. \
              <b>Better</b> and <b>worse</b> need the whole interval to lie more than ",
         );
         page.text(format!(

@@ -3,7 +3,7 @@
 use super::page::{Column, Page, Row};
 use super::section::{cell, comparisons};
 use crate::bench::{Comparison, Reported};
-use crate::output::groups::{invalid_blocks, value};
+use crate::output::groups::{invalid_turns, value};
 use crate::output::picture::scaling_svg;
 use crate::report::{CostReport, Report};
 
@@ -23,14 +23,14 @@ pub(super) fn section(page: &mut Page, report: &Report) {
         Column::Number("p50"),
         Column::Number("p99"),
         Column::Number("max"),
-        Column::Number("invalid blocks"),
+        Column::Number("invalid turns"),
     ];
     let rows = report.costs.iter().map(|cost| {
-        let CostReport { name, instances, step_ps, blocks, .. } = cost;
+        let CostReport { name, instances, step_ps, turns, .. } = cost;
         let numbers = [name.clone(), instances.to_string(), step_ps.count.to_string()];
         let times = [step_ps.p50, step_ps.p99, step_ps.max]
             .map(|ps| cell(ps.map(|ps| value(CostReport::METRIC, ps))));
-        let invalid = format!("{} of {}", invalid_blocks(cost), blocks.len());
+        let invalid = format!("{} of {}", invalid_turns(cost), turns.len());
         Row::of(numbers.into_iter().chain(times).chain([invalid]))
     });
     page.table("Time of one instance in one cycle", &columns, rows);

@@ -61,7 +61,7 @@ fn pictures(page: &mut Page, heading: &str, group: &Group<'_, LinkArm>) {
     let turns: Vec<Timeline<'_>> = group
         .arms
         .iter()
-        .map(|link| Timeline { name: &link.link.service, blocks: &link.blocks, outliers: &[] })
+        .map(|link| Timeline { name: &link.link.service, turns: &link.turns, outliers: &[] })
         .collect();
     section::pictures(page, heading, &distributions, &turns);
 }

@@ -40,7 +40,7 @@ fn summary(page: &mut Page, group: &Group<'_, TaskArm>) {
     });
     page.table("Release jitter", &columns, rows);
     // The loops of a bench do next to nothing; in a run these say whether the work fits.
-    let runs = group.arms.iter().filter(|task| task.blocks.is_empty());
+    let runs = group.arms.iter().filter(|task| task.turns.is_empty());
     let mut columns = vec![Column::Words("task"), Column::Words("time"), Column::Number("samples")];
     columns.extend(percentile_columns());
     let rows = runs.flat_map(|task| {
@@ -75,7 +75,7 @@ fn pictures(page: &mut Page, heading: &str, group: &Group<'_, TaskArm>) {
     }
     let turns = group.arms.iter().map(|task| Timeline {
         name: &task.task.name,
-        blocks: &task.blocks,
+        turns: &task.turns,
         outliers: &task.outliers,
     });
     section::pictures(page, heading, &distributions, &turns.collect::<Vec<_>>());

@@ -64,7 +64,7 @@ pub(super) fn comparisons(page: &mut Page, circumstances: &str, comparisons: &[&
         Row { class, ..Row::of(cells) }
     });
     let metric = comparisons.first().map_or("", |comparison| metric_name(&comparison.metric));
-    page.table(format!("Comparison of the {metric}, of the valid blocks"), &columns, rows);
+    page.table(format!("Comparison of the {metric}, of the valid turns"), &columns, rows);
 }
 
 /// A distribution of an arm of a group, as pictures show it.
@@ -98,7 +98,7 @@ pub(super) fn pictures(
         let title = format!("Histogram: {heading}");
         page.picture(&title, histogram_of(&title, &curves));
     }
-    if turns.iter().any(|arm| !arm.blocks.is_empty()) {
+    if turns.iter().any(|arm| !arm.turns.is_empty()) {
         let title = format!("Over time: {heading}");
         page.picture(&title, timeline_svg(&title, turns));
     }

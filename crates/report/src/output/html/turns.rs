@@ -1,4 +1,4 @@
-//! The sections of what disturbed the arms: invalid blocks and outliers.
+//! The sections of what disturbed the arms: invalid turns and outliers.
 
 use isochrone_timing::units::duration;
 
@@ -9,7 +9,7 @@ use crate::report::Report;
 /// Outliers that the page lists.
 const OUTLIERS: usize = 20;
 
-/// The blocks that are invalid, and why.
+/// The turns that are invalid, and why.
 pub(super) fn invalid(page: &mut Page, report: &Report) {
     let tasks = report.tasks.iter().flat_map(invalid_of);
     let links = report.links.iter().flat_map(invalid_of);
@@ -18,7 +18,7 @@ pub(super) fn invalid(page: &mut Page, report: &Report) {
     if rows.peek().is_none() {
         return;
     }
-    page.markup("<section>\n<h2>Invalid blocks</h2>\n");
+    page.markup("<section>\n<h2>Invalid turns</h2>\n");
     let columns = [
         Column::Words("arm"),
         Column::Number("began at"),
@@ -31,13 +31,13 @@ pub(super) fn invalid(page: &mut Page, report: &Report) {
 }
 
 fn invalid_of<R: Reported>(arm: &R) -> impl Iterator<Item = Row> {
-    arm.blocks().iter().filter_map(|block| {
+    arm.turns().iter().filter_map(|turn| {
         Some(Row::of([
             arm.label(),
-            format!("{:.1} s", block.at_s),
-            block.samples.to_string(),
-            block.missed.to_string(),
-            block.invalid.clone()?,
+            format!("{:.1} s", turn.at_s),
+            turn.samples.to_string(),
+            turn.missed.to_string(),
+            turn.invalid.clone()?,
         ]))
     })
 }

@@ -13,7 +13,7 @@ const WIDTH: u32 = 960;
 const LEAST_HEIGHT: u32 = 440;
 /// Letters of a title that fit into the width.
 const TITLE_LETTERS: usize = 96;
-/// Shortest bar, in pixels: a block may be short against the whole.
+/// Shortest bar, in pixels: a turn may be short against the whole.
 const SHORTEST_BAR: i32 = 3;
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;

@@ -9,7 +9,7 @@ use super::chart::{Chart, Form, Layer};
 use super::ink::Ink;
 use super::legend::Entry;
 use super::mark::Mark;
-use crate::bench::{BlockReport, Outlier};
+use crate::bench::{Outlier, TurnReport};
 
 /// An arm of a bench, as a timeline shows it.
 #[derive(Debug, Clone, Copy)]
@@ -17,8 +17,8 @@ pub struct Timeline<'a> {
     /// Its name in the legend.
     pub name: &'a str,
     /// Its turns.
-    pub blocks: &'a [BlockReport],
-    /// Its latest releases; without them the longest time of each block is shown instead.
+    pub turns: &'a [TurnReport],
+    /// Its latest releases; without them the longest time of each turn is shown instead.
     pub outliers: &'a [Outlier],
 }
 
@@ -37,8 +37,8 @@ const MEDIAN: Form = Form::Bars(4);
 const TAIL: Form = Form::Bars(2);
 const LONGEST: Form = Form::Marks(Mark::Wedge);
 
-/// Draws the blocks of several arms over the time of the bench: p50 and p99 of each block as bars
-/// from its begin to its end, with nothing where other arms had their turns; each outlier as a mark in the colour of its arm whose form says its cause. Blocks that are
+/// Draws the turns of several arms over the time of the bench: p50 and p99 of each turn as bars
+/// from its begin to its end, with nothing where other arms had their turns; each outlier as a mark in the colour of its arm whose form says its cause. Turns that are
 /// invalid are shaded.
 pub fn timeline_svg(title: &str, arms: &[Timeline<'_>]) -> String {
     let mut layers: Vec<Layer> =
@@ -65,8 +65,8 @@ pub fn timeline_svg(title: &str, arms: &[Timeline<'_>]) -> String {
     chart.svg()
 }
 
-fn begin_and_end(block: &BlockReport) -> [f64; 2] {
-    [block.at_s, block.at_s + block.elapsed_ns as f64 / 1e9].map(seconds)
+fn begin_and_end(turn: &TurnReport) -> [f64; 2] {
+    [turn.at_s, turn.at_s + turn.elapsed_ns as f64 / 1e9].map(seconds)
 }
 
 /// A time of a bench: a report may say anything, and the labels of an axis without end have none.
@@ -77,17 +77,17 @@ fn seconds(at_s: f64) -> f64 {
     }
 }
 
-/// Both percentiles of each block, from its begin to its end.
+/// Both percentiles of each turn, from its begin to its end.
 fn bars(arm: usize, of: &Timeline<'_>) -> Vec<Layer> {
     let (mut medians, mut tails, mut longest) = (Vec::new(), Vec::new(), Vec::new());
-    for block in of.blocks {
-        let Ok(samples) = Distribution::decode(&block.histogram) else { continue };
+    for turn in of.turns {
+        let Ok(samples) = Distribution::decode(&turn.histogram) else { continue };
         let summary = samples.summary();
         let high = |ns: u64| (ns as f64).max(LOWEST_NS);
-        let flat = |ns: u64| begin_and_end(block).map(|s| (s, high(ns)));
+        let flat = |ns: u64| begin_and_end(turn).map(|s| (s, high(ns)));
         medians.extend(summary.p50.into_iter().flat_map(flat));
         tails.extend(summary.p99.into_iter().flat_map(flat));
-        let [begin, end] = begin_and_end(block);
+        let [begin, end] = begin_and_end(turn);
         longest.extend(summary.max.map(|ns| (f64::midpoint(begin, end), high(ns))));
     }
     let ink = Ink::of(arm);
@@ -120,8 +120,8 @@ fn known(cause: &str) -> &str {
 }
 
 fn shades<'a>(of: &'a Timeline<'a>, times: Logarithmic) -> impl Iterator<Item = Layer> + 'a {
-    of.blocks.iter().filter(|block| block.invalid.is_some()).map(move |block| {
-        let [begin, end] = begin_and_end(block);
+    of.turns.iter().filter(|turn| turn.invalid.is_some()).map(move |turn| {
+        let [begin, end] = begin_and_end(turn);
         Layer {
             points: vec![(begin, times.low), (end, times.high)],
             form: Form::Shade,
@@ -139,12 +139,12 @@ fn legend(arms: &[Timeline<'_>]) -> Vec<Entry> {
     let named = |(arm, of): (usize, &Timeline<'_>)| Entry::new(MEDIAN, Ink::of(arm), of.name);
     let mut entries: Vec<Entry> = arms.iter().enumerate().map(named).collect();
     let grey = Ink::grey();
-    if arms.iter().any(|of| !of.blocks.is_empty()) {
-        entries.push(Entry::new(MEDIAN, grey, "p50 of a block"));
-        entries.push(Entry::new(TAIL, grey.faint(), "p99 of a block"));
+    if arms.iter().any(|of| !of.turns.is_empty()) {
+        entries.push(Entry::new(MEDIAN, grey, "p50 of a turn"));
+        entries.push(Entry::new(TAIL, grey.faint(), "p99 of a turn"));
     }
-    if arms.iter().any(|of| of.outliers.is_empty() && !of.blocks.is_empty()) {
-        entries.push(Entry::new(LONGEST, grey, "longest of a block"));
+    if arms.iter().any(|of| of.outliers.is_empty() && !of.turns.is_empty()) {
+        entries.push(Entry::new(LONGEST, grey, "longest of a turn"));
     }
     let outliers = || arms.iter().flat_map(|of| of.outliers);
     for (cause, mark) in CAUSES {
@@ -152,8 +152,8 @@ fn legend(arms: &[Timeline<'_>]) -> Vec<Entry> {
             entries.push(Entry::new(Form::Marks(mark), grey, cause));
         }
     }
-    if arms.iter().flat_map(|of| of.blocks).any(|block| block.invalid.is_some()) {
-        entries.push(Entry::new(Form::Shade, shade(), "invalid block"));
+    if arms.iter().flat_map(|of| of.turns).any(|turn| turn.invalid.is_some()) {
+        entries.push(Entry::new(Form::Shade, shade(), "invalid turn"));
     }
     entries
 }
@@ -161,31 +161,31 @@ fn legend(arms: &[Timeline<'_>]) -> Vec<Entry> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bench::Blocks;
+    use crate::bench::Turns;
 
-    fn blocks(disturbances: &[Disturbance]) -> Vec<BlockReport> {
+    fn turns(disturbances: &[Disturbance]) -> Vec<TurnReport> {
         let mut samples = Distribution::new();
         samples.record_many(900, 990);
         samples.record_many(60_000, 10);
-        let mut blocks = Blocks::default();
+        let mut turns = Turns::default();
         for (turn, disturbance) in disturbances.iter().enumerate() {
-            blocks.push(turn as f64 * 2.0, 1_000_000_000, &samples, 0, *disturbance);
+            turns.push(turn as f64 * 2.0, 1_000_000_000, &samples, 0, *disturbance);
         }
-        blocks.reports().to_vec()
+        turns.reports().to_vec()
     }
 
     fn outlier(cause: &str) -> Outlier {
         Outlier { at_s: 0.5, late_ns: 60_000, cause: cause.to_owned() }
     }
 
-    fn shown(outliers: &[Outlier], blocks: &[BlockReport]) -> String {
-        timeline_svg("Jitter", &[Timeline { name: "hybrid", blocks, outliers }])
+    fn shown(outliers: &[Outlier], turns: &[TurnReport]) -> String {
+        timeline_svg("Jitter", &[Timeline { name: "hybrid", turns, outliers }])
     }
 
     #[test]
-    fn the_bars_of_a_block_begin_and_end_with_it() {
-        let blocks = blocks(&[Disturbance::default(); 2]);
-        let bars = bars(0, &Timeline { name: "", blocks: &blocks, outliers: &[] });
+    fn the_bars_of_a_turn_begin_and_end_with_it() {
+        let turns = turns(&[Disturbance::default(); 2]);
+        let bars = bars(0, &Timeline { name: "", turns: &turns, outliers: &[] });
         for form in [MEDIAN, TAIL] {
             let points = &bars.iter().find(|layer| layer.form == form).unwrap().points;
             assert_eq!(points.iter().map(|(s, _)| *s).collect::<Vec<_>>(), [0.0, 1.0, 2.0, 3.0]);
@@ -214,30 +214,30 @@ mod tests {
     #[test]
     fn the_legend_names_the_causes_that_occur_and_no_others() {
         let svg =
-            shown(&[outlier("steal"), outlier("gremlins")], &blocks(&[Disturbance::default()]));
+            shown(&[outlier("steal"), outlier("gremlins")], &turns(&[Disturbance::default()]));
         assert!(svg.contains(">\nsteal\n<") && svg.contains(">\nunknown\n<"), "{svg}");
         assert!(!svg.contains("preempted") && !svg.contains("gremlins"), "{svg}");
         assert!(!svg.contains("invalid") && !svg.contains("longest"), "{svg}");
     }
 
     #[test]
-    fn an_invalid_block_is_shaded_and_one_without_outliers_shows_its_longest() {
+    fn an_invalid_turn_is_shaded_and_one_without_outliers_shows_its_longest() {
         let fault = Disturbance { faults: 1, ..Disturbance::default() };
-        let blocks = blocks(&[Disturbance::default(), fault]);
-        let svg = shown(&[], &blocks);
-        assert!(svg.contains("invalid block") && svg.contains("longest of a block"), "{svg}");
+        let turns = turns(&[Disturbance::default(), fault]);
+        let svg = shown(&[], &turns);
+        assert!(svg.contains("invalid turn") && svg.contains("longest of a turn"), "{svg}");
         let longest = |layer: &&Layer| layer.form == LONGEST;
-        let bars = bars(0, &Timeline { name: "", blocks: &blocks, outliers: &[] });
+        let bars = bars(0, &Timeline { name: "", turns: &turns, outliers: &[] });
         assert_eq!(bars.iter().find(longest).unwrap().points.len(), 2);
     }
 
     #[test]
-    fn a_percentile_that_the_samples_of_a_block_do_not_support_is_not_drawn() {
+    fn a_percentile_that_the_samples_of_a_turn_do_not_support_is_not_drawn() {
         let mut samples = Distribution::new();
         samples.record_many(900, 99);
-        let mut few = Blocks::default();
+        let mut few = Turns::default();
         few.push(0.0, 1_000_000_000, &samples, 0, Disturbance::default());
-        let bars = bars(0, &Timeline { name: "", blocks: few.reports(), outliers: &[] });
+        let bars = bars(0, &Timeline { name: "", turns: few.reports(), outliers: &[] });
         let points = |form: Form| bars.iter().find(|l| l.form == form).unwrap().points.len();
         assert_eq!((points(MEDIAN), points(TAIL)), (2, 0));
     }
@@ -245,11 +245,11 @@ mod tests {
     #[test]
     fn numbers_that_no_bench_writes_still_give_a_picture() {
         for at_s in [-5.0, 1e300, f64::MAX, f64::INFINITY, f64::NAN] {
-            let mut blocks = blocks(&[Disturbance { faults: 1, ..Disturbance::default() }]);
-            blocks[0].at_s = at_s;
-            blocks[0].elapsed_ns = u64::MAX;
+            let mut turns = turns(&[Disturbance { faults: 1, ..Disturbance::default() }]);
+            turns[0].at_s = at_s;
+            turns[0].elapsed_ns = u64::MAX;
             let outliers = [Outlier { at_s, late_ns: u64::MAX, cause: String::new() }];
-            assert!(shown(&outliers, &blocks).contains("</svg>"), "{at_s}");
+            assert!(shown(&outliers, &turns).contains("</svg>"), "{at_s}");
         }
     }
 

@@ -9,7 +9,7 @@ use super::grid::Grid;
 use super::{UNKNOWN, time};
 use crate::bench::{Comparison, Reported};
 use crate::output::groups::{
-    COLUMNS, Group, arm_of, columns, groups, invalid_blocks, latency_columns, metric_name, percent,
+    COLUMNS, Group, arm_of, columns, groups, invalid_turns, latency_columns, metric_name, percent,
     percentile_name, release_jitter, stages, value,
 };
 use crate::report::{CostReport, LinkArm, Report, TaskArm};
@@ -24,13 +24,13 @@ impl Display for ComparisonTable<'_> {
     }
 }
 
-/// Prints what has blocks, and the costs.
+/// Prints what has turns, and the costs.
 pub(super) fn tables(f: &mut Formatter<'_>, report: &Report) -> Result {
-    let tasks = report.tasks.iter().filter(|task| !task.blocks.is_empty());
+    let tasks = report.tasks.iter().filter(|task| !task.turns.is_empty());
     for group in groups(tasks, &report.comparisons) {
         table(f, &group, loops(&group))?;
     }
-    let links = report.links.iter().filter(|link| !link.blocks.is_empty());
+    let links = report.links.iter().filter(|link| !link.turns.is_empty());
     for group in groups(links, &report.comparisons) {
         table(f, &group, latencies(&group))?;
     }
@@ -47,7 +47,7 @@ fn loops(group: &Group<'_, TaskArm>) -> Grid {
     let mut grid = Grid::new(["arm", "samples"].into_iter().chain(COLUMNS).chain([
         "CPU %",
         "missed",
-        "invalid blocks",
+        "invalid turns",
     ]));
     for task in &group.arms {
         for (kind, summary) in release_jitter(task) {
@@ -66,7 +66,7 @@ fn loops(group: &Group<'_, TaskArm>) -> Grid {
 
 fn latencies(group: &Group<'_, LinkArm>) -> Grid {
     let mut grid = Grid::new(
-        ["arm", "frames"].into_iter().chain(latency_columns()).chain(["lost", "invalid blocks"]),
+        ["arm", "frames"].into_iter().chain(latency_columns()).chain(["lost", "invalid turns"]),
     );
     for link in &group.arms {
         let rest = [link.link.lost.to_string(), invalid(*link)];
@@ -91,7 +91,7 @@ fn cells(label: &str, count: u64, summary: &Summary) -> impl Iterator<Item = Str
 }
 
 fn invalid<R: Reported>(arm: &R) -> String {
-    format!("{} of {}", invalid_blocks(arm), arm.blocks().len())
+    format!("{} of {}", invalid_turns(arm), arm.turns().len())
 }
 
 fn costs(f: &mut Formatter<'_>, report: &Report) -> Result {
@@ -118,7 +118,7 @@ fn comparisons(f: &mut Formatter<'_>, circumstances: &str, comparisons: &[&Compa
     for same in comparisons.chunk_by(|one, other| one.reference == other.reference) {
         let Some(first) = same.first() else { continue };
         let heading =
-            format!("times lower than {}, valid blocks", arm_of(&first.reference, circumstances));
+            format!("times lower than {}, valid turns", arm_of(&first.reference, circumstances));
         let mut grid = Grid::new([heading.as_str(), "", "ratio", "99 % interval", "verdict"]);
         let mut arm = "";
         for Comparison { candidate, percentile, ratio, low, high, verdict, .. } in same {

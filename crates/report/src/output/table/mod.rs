@@ -28,10 +28,10 @@ impl Display for Report {
             writeln!(f, "ended early: somebody stopped it before its time")?;
         }
         environment(f, &self.environment)?;
-        for report in self.tasks.iter().filter(|task| task.blocks.is_empty()) {
+        for report in self.tasks.iter().filter(|task| task.turns.is_empty()) {
             task(f, &report.task)?;
         }
-        for report in self.links.iter().filter(|link| link.blocks.is_empty()) {
+        for report in self.links.iter().filter(|link| link.turns.is_empty()) {
             link(f, &report.link)?;
         }
         bench::tables(f, self)?;
