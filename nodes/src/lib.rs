@@ -22,6 +22,7 @@ mod doctor;
 mod domain;
 mod failure;
 mod gate;
+mod list;
 mod logging;
 mod numbers;
 mod publish;
@@ -77,6 +78,7 @@ enum Verb {
     Simulate(simulate::Args),
     Publish(publish::Args),
     Subscribe(subscribe::Args),
+    List(list::Args),
     Blocks(blocks::Args),
     Bench(bench::Args),
     Compare(compare::Args),
@@ -98,6 +100,7 @@ pub fn main() -> ExitCode {
         Some(Verb::Simulate(args)) => simulate::run(&args),
         Some(Verb::Publish(args)) => publish::run(&args),
         Some(Verb::Subscribe(args)) => subscribe::run(&args),
+        Some(Verb::List(args)) => list::run(&args),
         Some(Verb::Blocks(args)) => blocks::run(&args),
         Some(Verb::Bench(args)) => bench::run(&args),
         Some(Verb::Compare(args)) => compare::run(&args),

@@ -23,7 +23,7 @@ use crate::numbers::counted;
 use crate::result_file::ResultFile;
 use crate::rows::Rows;
 use crate::stop;
-use crate::{configuration, terminal};
+use crate::{configuration, list, terminal};
 
 /// Show, record or measure the frames of a service
 ///
@@ -84,9 +84,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let participant = args.domain.join("isochrone/subscribe")?;
     let Some(mut line) = Line::open(&participant, &args.service, &stop)? else {
         let service = &args.service;
-        return Err(Failure::nobody(format!(
-            "there is no service \"{service}\"; start its publisher, or see `iox2 service list` for those that there are"
-        )));
+        let way_out = match list::similar(&participant, service) {
+            Some(similar) => format!("did you mean \"{similar}\"?"),
+            None => "start its publisher, or see `isochrone list` for those that there are".into(),
+        };
+        return Err(Failure::nobody(format!("there is no service \"{service}\"; {way_out}")));
     };
     terminal::note(&format!("subscribed to \"{}\". Ctrl-C ends it.", args.service));
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());

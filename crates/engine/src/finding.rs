@@ -134,16 +134,10 @@ impl Finding {
 
 /// The name nearest to what was written, or else those that exist, as a sentence.
 pub(crate) fn suggestion<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> String {
-    const NEAR: f64 = 0.75;
     const LISTED: usize = 12;
     let known: Vec<&str> = known.into_iter().collect();
-    let nearest = known
-        .iter()
-        .map(|name| (nearness(&written.to_lowercase(), &name.to_lowercase()), name))
-        .filter(|(nearness, _)| *nearness > NEAR)
-        .max_by(|(a, _), (b, _)| a.total_cmp(b));
-    match nearest {
-        Some((_, name)) => format!("did you mean \"{name}\"?"),
+    match nearest_name(written, known.iter().copied()) {
+        Some(name) => format!("did you mean \"{name}\"?"),
         None if known.is_empty() => "there is none".into(),
         None if known.len() > LISTED => {
             let first = known.get(..LISTED).unwrap_or_default().join(", ");
@@ -151,6 +145,20 @@ pub(crate) fn suggestion<'a>(written: &str, known: impl IntoIterator<Item = &'a 
         }
         None => format!("there is: {}", known.join(", ")),
     }
+}
+
+/// The name among `known` that was probably meant by `written`, if one is near enough.
+pub fn nearest_name<'a>(
+    written: &str,
+    known: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
+    const NEAR: f64 = 0.75;
+    known
+        .into_iter()
+        .map(|name| (nearness(&written.to_lowercase(), &name.to_lowercase()), name))
+        .filter(|(nearness, _)| *nearness > NEAR)
+        .max_by(|(a, _), (b, _)| a.total_cmp(b))
+        .map(|(_, name)| name)
 }
 
 /// How alike two names are, from 0 to 1. Jaro-Winkler finds long names that begin alike, and the

@@ -64,7 +64,7 @@ mod workload;
 pub use build::BuildError;
 pub use duration::{format_duration_ns, parse_duration_ns, parse_milliseconds_ns, parse_seconds};
 pub use engine::TaskEngine;
-pub use finding::{Finding, Problem};
+pub use finding::{Finding, Problem, nearest_name};
 pub use findings::Findings;
 pub use pins::{PinError, Pins, SetPoint};
 pub use plan::{

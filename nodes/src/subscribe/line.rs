@@ -14,7 +14,7 @@ use isochrone_timing::{FrameRecord, LinkReport, LinkTiming};
 
 use super::transcript::{Taken, Transcript};
 use crate::failure::Failure;
-use crate::terminal;
+use crate::{list, terminal};
 
 /// While waiting for the service.
 const SEARCH_INTERVAL: Duration = Duration::from_millis(5);
@@ -56,12 +56,12 @@ impl<'a> Line<'a> {
             let found = FrameSubscriber::open_existing(participant, service, Depth::All);
             match found.map_err(Failure::found)? {
                 Some(subscriber) => break subscriber,
-                None if stop.is_due() => return Ok(None),
                 None => {
                     if !std::mem::replace(&mut has_said, true) {
-                        terminal::note(&format!(
-                            "waiting for service \"{service}\", which does not exist yet. Ctrl-C ends it."
-                        ));
+                        terminal::note(&waiting(participant, service));
+                    }
+                    if stop.is_due() {
+                        return Ok(None);
                     }
                     thread::sleep(SEARCH_INTERVAL);
                 }
@@ -201,4 +201,13 @@ impl<'a> Line<'a> {
             waited_ns as f64 / 1e9
         )))
     }
+}
+
+/// What a subscriber says that waits for a service.
+fn waiting(participant: &Participant<Service>, service: &str) -> String {
+    let meant = match list::similar(participant, service) {
+        Some(similar) => format!("; did you mean \"{similar}\"?"),
+        None => ".".into(),
+    };
+    format!("waiting for service \"{service}\", which does not exist yet{meant} Ctrl-C ends it.")
 }

@@ -1,0 +1,143 @@
+//! Who and what is in a domain.
+
+use iceoryx2::node::{Node, NodeState, NodeView};
+use iceoryx2::prelude::CallbackProgression;
+use iceoryx2::service::port_factory::PortFactory as _;
+use iceoryx2::service::static_config::StaticConfig;
+use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVariant};
+use iceoryx2::service::static_config::messaging_pattern::MessagingPattern;
+
+use crate::{FrameHeader, OpenError, Participant, Service, give_up_file_override, service};
+
+/// A node of iceoryx2: a process, or a part of one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ListedNode {
+    /// The name under which it joined; isochrone's begin with `isochrone/`.
+    pub name: String,
+    /// Its process.
+    pub pid: u32,
+    /// The file name of its program.
+    pub program: String,
+}
+
+/// A service that carries frames.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ListedService {
+    /// Its name.
+    pub name: String,
+    /// Who writes frames.
+    pub publishers: Vec<ListedNode>,
+    /// Who reads them.
+    pub subscribers: Vec<ListedNode>,
+}
+
+impl<S: Service> Participant<S> {
+    /// The other nodes that live in the domain, by name.
+    ///
+    /// Touches many files and waits for the domain's lock; never call it in a cycle.
+    ///
+    /// # Errors
+    /// The domain cannot be locked or read.
+    pub fn nodes(&self) -> Result<Vec<ListedNode>, OpenError> {
+        let mut nodes: Vec<ListedNode> = self
+            .living()?
+            .into_iter()
+            .filter(|(id, _)| *id != self.node().id().value())
+            .map(|(_, node)| node)
+            .collect();
+        nodes.sort_by(|a, b| (&a.name, a.pid).cmp(&(&b.name, b.pid)));
+        Ok(nodes)
+    }
+
+    /// The names of the services that carry frames of this version.
+    ///
+    /// Touches many files and waits for the domain's lock; never call it in a cycle.
+    ///
+    /// # Errors
+    /// The domain cannot be locked or read.
+    pub fn frame_service_names(&self) -> Result<Vec<String>, OpenError> {
+        let mut names = Vec::new();
+        let _held = self.lock(EVERYTHING)?;
+        // Root can open what nobody may read yet, and would wait for it in iceoryx2 for ever.
+        let _given_up = give_up_file_override();
+        let listed = S::list(self.node().config(), |details| {
+            if carries_frames(&details.static_details) {
+                names.push(details.static_details.name().to_string());
+            }
+            CallbackProgression::Continue
+        });
+        listed.map_err(|cause| service::failed(self, EVERYTHING, cause))?;
+        names.sort();
+        Ok(names)
+    }
+
+    /// The services that carry frames, with who writes and reads them. One that ends meanwhile, or
+    /// that this participant may not open, is left out.
+    ///
+    /// Opens each service for a moment, but no port: those who use it notice nothing. Waits for the
+    /// domain's lock; never call it in a cycle.
+    ///
+    /// # Errors
+    /// The domain cannot be locked or read.
+    pub fn frame_services(&self) -> Result<Vec<ListedService>, OpenError> {
+        let names = self.frame_service_names()?;
+        let living = self.living()?;
+        let node = |wanted: u128| {
+            living.iter().find(|(id, _)| *id == wanted).map(|(_, node)| node.clone())
+        };
+        let listed = names.into_iter().filter_map(|name| {
+            let opened = service::open_existing(self, &name).ok().flatten()?;
+            let (mut publishers, mut subscribers) = (Vec::new(), Vec::new());
+            opened.dynamic_config().list_publishers(|port| {
+                publishers.extend(node(port.node_id.value()));
+                CallbackProgression::Continue
+            });
+            opened.dynamic_config().list_subscribers(|port| {
+                subscribers.extend(node(port.node_id.value()));
+                CallbackProgression::Continue
+            });
+            Some(ListedService { name, publishers, subscribers })
+        });
+        Ok(listed.collect())
+    }
+
+    /// The nodes that live, each with its identity.
+    fn living(&self) -> Result<Vec<(u128, ListedNode)>, OpenError> {
+        let mut nodes = Vec::new();
+        let _held = self.lock(EVERYTHING)?;
+        let _given_up = give_up_file_override();
+        let listed = Node::<S>::list(self.node().config(), |state| {
+            if let NodeState::Alive(view) = &state
+                && let Some(details) = view.details()
+            {
+                let node = ListedNode {
+                    name: details.name().to_string(),
+                    pid: details.process_id().value().cast_unsigned(),
+                    program: details.executable().to_string(),
+                };
+                nodes.push((view.id().value(), node));
+            }
+            CallbackProgression::Continue
+        });
+        listed.map_err(|cause| service::failed(self, EVERYTHING, cause))?;
+        Ok(nodes)
+    }
+}
+
+/// What an error is about that is not about one service.
+const EVERYTHING: &str = "*";
+
+/// Whether a service is one of frames of this version.
+fn carries_frames(config: &StaticConfig) -> bool {
+    let MessagingPattern::PublishSubscribe(config) = config.messaging_pattern() else {
+        return false;
+    };
+    let types = config.message_type_details();
+    let is_same = |found: &TypeDetail, wanted: &TypeDetail| {
+        found.type_name() == wanted.type_name()
+            && found.size() == wanted.size()
+            && found.variant() == wanted.variant()
+    };
+    is_same(&types.payload, &TypeDetail::new::<f64>(TypeVariant::Dynamic))
+        && is_same(&types.user_header, &TypeDetail::new::<FrameHeader>(TypeVariant::FixedSize))
+}

@@ -1,0 +1,144 @@
+//! `list`: who is in the domain, and what they exchange.
+
+mod look;
+
+use isochrone_engine::escaped;
+use isochrone_ipc::{ListedNode, Participant, SignalSpec, ipc};
+use serde_json::{Value, json};
+
+use self::look::{Found, Rate, look};
+use crate::failure::Failure;
+use crate::numbers::{counted, six_digits};
+use crate::table::Table;
+use crate::{domain, terminal};
+
+/// List the nodes and frame services of the domain
+///
+/// Of each service: its rate, who publishes and reads it, and its signals with type and unit, as the
+/// publisher announces them. The rate is the announced one; where none is announced, frames are
+/// counted for half a second.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  isochrone list\n  isochrone list --json | jq '.services[].name'"
+)]
+pub(crate) struct Args {
+    /// Print one JSON document, with all signals
+    #[arg(long)]
+    json: bool,
+    /// Print the names of the services only, one a line: at once, without looking at frames
+    #[arg(long, conflicts_with = "json")]
+    names: bool,
+    #[command(flatten)]
+    domain: domain::Args,
+}
+
+/// Signals of a service that are shown; telemetry has a thousand.
+const SHOWN: usize = 12;
+
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let participant = args.domain.join("isochrone/list")?;
+    if args.names {
+        let names = participant.frame_service_names().map_err(Failure::found)?;
+        return terminal::print(&names.iter().map(|name| format!("{name}\n")).collect::<String>());
+    }
+    let nodes = participant.nodes().map_err(Failure::found)?;
+    let services = look(&participant)?;
+    if args.json {
+        return terminal::print_json(&document(&nodes, &services));
+    }
+    if nodes.is_empty() && services.is_empty() {
+        terminal::note("nothing runs in this domain (-v says which one it is)");
+        return Ok(());
+    }
+    terminal::print(&text(&nodes, &services))
+}
+
+/// A service that is there and whose name is near to one that is not.
+pub(crate) fn similar(participant: &Participant<ipc::Service>, service: &str) -> Option<String> {
+    let names = participant.frame_service_names().ok()?;
+    let others = names.iter().map(String::as_str).filter(|name| *name != service);
+    isochrone_engine::nearest_name(service, others).map(str::to_owned)
+}
+
+fn text(nodes: &[ListedNode], services: &[Found]) -> String {
+    let mut text = counted(nodes.len(), "node") + "\n";
+    let mut table = Table::default();
+    for node in nodes {
+        table.row([&*escaped(&node.name), &format!("pid {}", node.pid), &*escaped(&node.program)]);
+    }
+    text += &table.draw(2);
+    text += &format!("\n{}\n", counted(services.len(), "service"));
+    for found in services {
+        text += &format!("  {}  {}\n", escaped(&found.service.name), rate(found.rate));
+        let mut table = Table::default();
+        table.row(["from".to_owned(), joined(&found.service.publishers, "nobody")]);
+        table.row(["to".to_owned(), joined(&found.service.subscribers, "nobody")]);
+        text += &table.draw(4);
+        text += &signals(&found.signals().map(<[SignalSpec]>::to_vec).unwrap_or_default());
+    }
+    text
+}
+
+fn signals(signals: &[SignalSpec]) -> String {
+    let mut table = Table::default();
+    for (channel, signal) in signals.iter().take(SHOWN).enumerate() {
+        let name = match signal.name.as_str() {
+            "" => format!("ch{channel}"),
+            name => escaped(name).into_owned(),
+        };
+        table.row([name, signal.value_type.clone(), signal.unit.clone()]);
+    }
+    match signals.len() {
+        0 => "    signals are not announced\n".into(),
+        all if all > SHOWN => {
+            format!("{}    … and {} more; --json lists all\n", table.draw(4), all - SHOWN)
+        }
+        _ => table.draw(4),
+    }
+}
+
+fn rate(rate: Rate) -> String {
+    match rate {
+        Rate::Announced { period_ns } => format!("{} Hz", six_digits(1e9 / period_ns as f64)),
+        Rate::Measured { hz } => format!("about {} Hz, measured", hz.round()),
+        Rate::Unknown => "no frames while looking".into(),
+    }
+}
+
+/// Nodes of one name are one entry.
+fn joined(nodes: &[ListedNode], nobody: &str) -> String {
+    let mut said: Vec<String> = Vec::new();
+    for node in nodes {
+        let node = format!("{} (pid {})", escaped(&node.name), node.pid);
+        if !said.contains(&node) {
+            said.push(node);
+        }
+    }
+    if said.is_empty() { nobody.to_owned() } else { said.join(", ") }
+}
+
+fn document(nodes: &[ListedNode], services: &[Found]) -> Value {
+    let node =
+        |node: &ListedNode| json!({"name": node.name, "pid": node.pid, "program": node.program});
+    let nodes_of = |nodes: &[ListedNode]| nodes.iter().map(node).collect::<Vec<_>>();
+    let service = |found: &Found| {
+        let (rate_hz, rate_is_measured) = match found.rate {
+            Rate::Announced { period_ns } => (Some(1e9 / period_ns as f64), Some(false)),
+            Rate::Measured { hz } => (Some(hz), Some(true)),
+            Rate::Unknown => (None, None),
+        };
+        json!({
+            "name": found.service.name,
+            "publishers": nodes_of(&found.service.publishers),
+            "subscribers": nodes_of(&found.service.subscribers),
+            "rate_hz": rate_hz,
+            "rate_is_measured": rate_is_measured,
+            "layout": found.announced.as_ref().map(|announced| format!("{:016x}", announced.number)),
+            "signals": found.signals(),
+        })
+    };
+    json!({
+        "nodes": nodes_of(nodes),
+        "services": services.iter().map(service).collect::<Vec<_>>(),
+    })
+}

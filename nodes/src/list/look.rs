@@ -1,0 +1,140 @@
+//! A short look at the frames of a domain.
+
+use std::thread;
+use std::time::{Duration, Instant};
+
+use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_ipc::{
+    Announcement, Depth, FrameSubscriber, LayoutWatcher, ListedService, Participant, SignalSpec,
+    ipc,
+};
+
+use crate::failure::Failure;
+
+/// Whoever announces layouts answers a reader that comes within 20 ms, and repeats it every 500 ms.
+const ANSWER: Duration = Duration::from_secs(1);
+/// How long frames are counted where no period is announced.
+const COUNTING: Duration = Duration::from_millis(500);
+const LOOK_INTERVAL: Duration = Duration::from_millis(2);
+
+type Service = ipc::Service;
+
+/// A service, and what was seen of it.
+pub(super) struct Found {
+    pub(super) service: ListedService,
+    pub(super) announced: Option<Announcement>,
+    pub(super) rate: Rate,
+}
+
+/// How often frames come.
+#[derive(Clone, Copy)]
+pub(super) enum Rate {
+    Announced { period_ns: u64 },
+    Measured { hz: f64 },
+    Unknown,
+}
+
+impl Found {
+    /// The signals, if they are announced.
+    pub(super) fn signals(&self) -> Option<&[SignalSpec]> {
+        self.announced.as_ref().map(|announced| announced.layout.signals.as_slice())
+    }
+}
+
+/// Looks at all services of frames.
+pub(super) fn look(participant: &Participant<Service>) -> Result<Vec<Found>, Failure> {
+    let services = participant.frame_services().map_err(Failure::found)?;
+    let mut found = announced(participant, services);
+    count(participant, &mut found);
+    Ok(found)
+}
+
+/// Learns what is announced of services that somebody writes.
+fn announced(participant: &Participant<Service>, services: Vec<ListedService>) -> Vec<Found> {
+    let began = Instant::now();
+    let watch = |service: &ListedService| {
+        let is_written = !service.publishers.is_empty();
+        is_written.then(|| LayoutWatcher::open(participant, &service.name).ok()).flatten()
+    };
+    let mut watchers: Vec<_> = services.iter().map(watch).collect();
+    let is_open = |watcher: &Option<LayoutWatcher<Service>>| {
+        watcher.as_ref().is_some_and(|watcher| watcher.newest().is_none())
+    };
+    while watchers.iter().any(is_open) && began.elapsed() < ANSWER {
+        thread::sleep(LOOK_INTERVAL);
+        for watcher in watchers.iter_mut().flatten() {
+            watcher.look(participant);
+        }
+    }
+    let found = services.into_iter().zip(&watchers).map(|(service, watcher)| {
+        let announced = watcher.as_ref().and_then(LayoutWatcher::newest).cloned();
+        let period_ns = announced.as_ref().and_then(|announced| announced.layout.period_ns);
+        let rate = match period_ns.filter(|period_ns| *period_ns > 0) {
+            Some(period_ns) => Rate::Announced { period_ns },
+            None => Rate::Unknown,
+        };
+        Found { service, announced, rate }
+    });
+    found.collect()
+}
+
+/// The first and the last frame that were received.
+#[derive(Clone, Copy)]
+struct Span {
+    first: (u64, u64),
+    last: (u64, u64),
+}
+
+/// Measures the rates that nobody announces.
+fn count(participant: &Participant<Service>, found: &mut [Found]) {
+    let is_open =
+        |found: &Found| matches!(found.rate, Rate::Unknown) && !found.service.publishers.is_empty();
+    let open = |found: &mut Found| {
+        let name = found.service.name.clone();
+        let subscriber = FrameSubscriber::open_existing(participant, &name, Depth::All);
+        subscriber.ok().flatten().map(|subscriber| (subscriber, None::<Span>))
+    };
+    let mut links: Vec<_> = found
+        .iter_mut()
+        .filter(|found| is_open(found))
+        .filter_map(|found| open(found).map(|link| (found, link)))
+        .collect();
+    let began = Instant::now();
+    while !links.is_empty() && began.elapsed() < COUNTING {
+        for (_, (subscriber, span)) in &mut links {
+            subscriber.maintain();
+            while let Some(frame) = subscriber.next(Monotonic.now_ns()) {
+                let seen = (frame.header().sequence, frame.header().publish_ns);
+                span.get_or_insert(Span { first: seen, last: seen }).last = seen;
+            }
+        }
+        thread::sleep(LOOK_INTERVAL);
+    }
+    for (found, (_, span)) in links {
+        if let Some(hz) = span.and_then(Span::hz) {
+            found.rate = Rate::Measured { hz };
+        }
+    }
+}
+
+impl Span {
+    /// Frames per second; `None` where there was one at most.
+    fn hz(self) -> Option<f64> {
+        let frames = self.last.0.checked_sub(self.first.0).filter(|frames| *frames > 0)?;
+        let span_ns = self.last.1.checked_sub(self.first.1).filter(|span_ns| *span_ns > 0)?;
+        Some(frames as f64 * 1e9 / span_ns as f64)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rate_is_that_of_the_writer_whatever_was_lost() {
+        let span = Span { first: (10, 1_000_000_000), last: (60, 1_500_000_000) };
+        assert_eq!(span.hz(), Some(100.0));
+        assert_eq!(Span { last: span.first, ..span }.hz(), None);
+        assert_eq!(Span { first: span.last, last: span.first }.hz(), None);
+    }
+}

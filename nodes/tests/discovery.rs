@@ -1,0 +1,83 @@
+//! Finding what there is: `list`, and names that are nearly right.
+
+mod domain;
+
+use domain::{Domain, RELAY};
+use serde_json::Value;
+
+fn listed(domain: &Domain) -> Value {
+    serde_json::from_str(&domain.run("list --json").expect_code(0).stdout).unwrap()
+}
+
+fn service<'a>(listed: &'a Value, name: &str) -> &'a Value {
+    let services = listed["services"].as_array().unwrap();
+    services.iter().find(|service| service["name"] == name).unwrap_or_else(|| panic!("{listed}"))
+}
+
+#[test]
+fn the_list_has_every_node_and_service_with_rate_publisher_and_signals() {
+    let domain = Domain::new();
+    domain.write("relay.toml", RELAY);
+    let mut node = domain.start("run relay.toml");
+    node.wait_for("runs");
+    let mut publisher =
+        domain.start("publish relay/in --value 4,true --signals level,full --rate 250");
+    publisher.wait_for("publishing");
+    // On a machine that is busy with other tests an announcement may come after the look.
+    let is_whole = |listed: &Value| service(listed, "relay/in")["rate_is_measured"] == false;
+    let listed = (0..20).map(|_| listed(&domain)).find(is_whole).unwrap();
+    let names = |of: &Value| {
+        let names = of.as_array().unwrap().iter().map(|node| node["name"].as_str().unwrap());
+        names.map(str::to_owned).collect::<Vec<_>>()
+    };
+    assert_eq!(names(&listed["nodes"]), ["isochrone/publish", "isochrone/relay"], "{listed}");
+    assert_eq!(
+        names(&listed["services"]),
+        ["isochrone/relay/telemetry", "relay/in", "relay/out"],
+        "{listed}"
+    );
+    let input = service(&listed, "relay/in");
+    assert_eq!(input["rate_hz"], 250.0);
+    assert_eq!(input["rate_is_measured"], false);
+    assert_eq!(input["publishers"][0]["pid"], publisher.id());
+    assert_eq!(names(&input["subscribers"]), ["isochrone/relay"]);
+    let signals = serde_json::json!([{"name": "level"}, {"name": "full", "type": "BOOL"}]);
+    assert_eq!(input["signals"], signals);
+    let telemetry = service(&listed, "isochrone/relay/telemetry");
+    assert_eq!(telemetry["rate_is_measured"], true, "{telemetry}");
+
+    let text = domain.run("list").expect_code(0).stdout;
+    for part in ["2 nodes", "3 services", "relay/in  250 Hz", "full   BOOL", "isochrone/relay (pid"]
+    {
+        assert!(text.contains(part), "{part}\n{text}");
+    }
+    let names = domain.run("list --names").expect_code(0).stdout;
+    assert_eq!(names, "isochrone/relay/telemetry\nrelay/in\nrelay/out\n");
+    for process in [publisher, node] {
+        process.stop().expect_code(0);
+    }
+}
+
+#[test]
+fn where_nothing_runs_the_list_is_empty_and_says_so() {
+    let domain = Domain::new();
+    let ended = domain.run("list").expect_code(0);
+    assert_eq!(ended.stdout, "");
+    assert!(ended.stderr.contains("nothing runs in this domain"), "{}", ended.stderr);
+    assert_eq!(listed(&domain), serde_json::json!({"nodes": [], "services": []}));
+    assert_eq!(domain.leftovers(), Vec::<std::path::PathBuf>::new());
+}
+
+#[test]
+fn a_service_that_is_not_there_is_told_the_one_that_was_probably_meant() {
+    let domain = Domain::new();
+    let mut publisher = domain.start("publish plant/level --value 1");
+    publisher.wait_for("publishing");
+    let ended = domain.run("subscribe plant/levle --seconds 200ms").expect_code(3);
+    assert!(ended.stderr.contains("waiting for service \"plant/levle\""), "{}", ended.stderr);
+    let meant = ended.stderr.matches("did you mean \"plant/level\"?").count();
+    assert_eq!(meant, 2, "while it waits, and in the end: {}", ended.stderr);
+    let ended = domain.run("subscribe other/thing --seconds 200ms").expect_code(3);
+    assert!(ended.stderr.contains("isochrone list"), "{}", ended.stderr);
+    publisher.stop().expect_code(0);
+}
