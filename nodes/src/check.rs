@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use isochrone_cyclic::{Margin, Wake};
-use isochrone_engine::config::{Binding, OnStale};
+use isochrone_engine::config::Binding;
 use isochrone_engine::{
     Findings, InputPlan, OutputPlan, Plan, TaskPlan, WirePlan, format_duration_ns,
 };
@@ -164,7 +164,7 @@ fn fallback(input: &InputPlan) -> String {
         Some(age_ns) => format!(
             "default {default}, stale after {}: {}",
             format_duration_ns(age_ns),
-            on_stale(input.on_stale)
+            input.on_stale.as_str()
         ),
     }
 }
@@ -239,7 +239,7 @@ fn document(plan: &Plan) -> Value {
                 },
                 "default": numbers::json(input.default, input.value_type),
                 "max_age_ns": input.max_age_ns,
-                "on_stale": on_stale(input.on_stale),
+                "on_stale": input.on_stale.as_str(),
             })).collect::<Vec<_>>(),
             "order": task.banks.iter().flat_map(|bank| bank.instances.iter().map(|name| json!({
                 "block": name,
@@ -277,11 +277,4 @@ fn refusal(findings: &Findings) -> Value {
         "errors": configuration::findings_json(findings, false),
         "warnings": configuration::findings_json(findings, true),
     })
-}
-
-fn on_stale(on_stale: OnStale) -> &'static str {
-    match on_stale {
-        OnStale::Hold => "hold",
-        OnStale::Default => "default",
-    }
 }

@@ -95,6 +95,19 @@ pub enum OnStale {
     Default,
 }
 
+impl OnStale {
+    /// Both choices.
+    pub const ALL: [Self; 2] = [Self::Hold, Self::Default];
+
+    /// The word in configurations: `hold` or `default`.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Hold => "hold",
+            Self::Default => "default",
+        }
+    }
+}
+
 /// One or more instances of a block.
 #[derive(Debug)]
 pub struct Block {

@@ -17,6 +17,9 @@ pub fn parse_duration_ns(text: &str) -> Result<u64, String> {
     if text.starts_with('-') {
         return Err("a duration cannot be negative".into());
     }
+    if text.contains(',') {
+        return Err(format!("decimals have a point, not a comma: \"{}\"", text.replace(',', ".")));
+    }
     let split = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
     let (number, unit) = (&text[..split], text[split..].trim());
     if amount_ns(number, 0) == Err(AmountError::NoNumber) {
@@ -126,6 +129,7 @@ mod tests {
         for (text, reason) in [
             ("-1ms", "negative"),
             ("1", "unit is missing"),
+            ("1,5ms", "a point, not a comma: \"1.5ms\""),
             ("1 parsec", "no unit \"parsec\""),
             ("ms", "a number and a unit"),
             ("1.ms", "a number and a unit"),
@@ -163,6 +167,7 @@ mod tests {
             ("-1s", "negative"),
             ("ten", "500ms"),
             ("", "500ms"),
+            ("1,5ms", "a point, not a comma: \"1.5ms\""),
             ("1 parsec", "no unit \"parsec\""),
         ] {
             let error = parse_seconds(text).unwrap_err();

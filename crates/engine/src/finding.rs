@@ -1,5 +1,6 @@
 //! What is wrong with a configuration, where, and what would be right.
 
+use std::collections::HashSet;
 use std::fmt;
 use std::ops::Range;
 
@@ -135,7 +136,9 @@ impl Finding {
 /// The name nearest to what was written, or else those that exist, as a sentence.
 pub(crate) fn suggestion<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     const LISTED: usize = 12;
-    let known: Vec<&str> = known.into_iter().collect();
+    let mut known: Vec<&str> = known.into_iter().collect();
+    let mut seen = HashSet::new();
+    known.retain(|name| seen.insert(*name));
     match nearest_name(written, known.iter().copied()) {
         Some(name) => format!("did you mean \"{name}\"?"),
         None if known.is_empty() => "there is none".into(),

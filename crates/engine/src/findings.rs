@@ -24,7 +24,7 @@ pub struct Findings {
 
 /// Most findings that are shown with an excerpt: nobody reads more, and a file that is broken all
 /// over would fill the terminal for minutes.
-const MOST_SHOWN: usize = 100;
+const MOST_SHOWN: usize = 20;
 
 impl Findings {
     /// Collects findings on a file.
@@ -82,7 +82,9 @@ impl Diagnostic for Findings {
         let shown = self.shown.len();
         let rest = self.findings.len() - shown;
         (rest > 0).then(|| {
-            let help = format!("the first {shown} are shown; `check --json` lists all");
+            let help = format!(
+                "the first {shown} are shown, and {rest} more are not; `check --json` lists all"
+            );
             Box::new(help) as Box<dyn fmt::Display>
         })
     }

@@ -36,6 +36,12 @@ pub enum ReadError {
         /// The directory.
         path: String,
     },
+    /// It is a pipe, a socket or a device, which may have no end or never begin.
+    #[error("{path} is not a file but a pipe, socket or device; write the configuration to a file")]
+    NotAFile {
+        /// The path.
+        path: String,
+    },
     /// It is longer than [`MAX_BYTES`].
     #[error("{path} is larger than {} MiB, which no configuration is; blocks of one kind go into one entry with `count`", MAX_BYTES >> 20)]
     TooLarge {
@@ -76,10 +82,15 @@ impl Source {
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         let name = path.display().to_string();
         let io = |source| ReadError::Io { path: name.clone(), source };
-        let file = File::open(path).map_err(io)?;
-        if file.metadata().map_err(io)?.is_dir() {
+        // Asked before it is opened: opening a pipe waits for somebody to write to it.
+        let metadata = std::fs::metadata(path).map_err(io)?;
+        if metadata.is_dir() {
             return Err(ReadError::Directory { path: name });
         }
+        if !metadata.is_file() {
+            return Err(ReadError::NotAFile { path: name });
+        }
+        let file = File::open(path).map_err(io)?;
         let mut bytes = Vec::new();
         file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(io)?;
         if bytes.len() as u64 > MAX_BYTES {

@@ -18,7 +18,8 @@ pub(crate) fn is_time(text: &str) -> bool {
 
 /// Parses a TIME constant, with or without `T#`, into milliseconds. `Err` says what is wrong.
 pub(crate) fn parse_time_ms(text: &str) -> Result<i32, String> {
-    let text = text.trim().to_lowercase();
+    let written = text.trim();
+    let text = written.to_lowercase();
     let body = match text.split_once('#') {
         None | Some(("t" | "time", _)) => text.split_once('#').map_or(&*text, |(_, body)| body),
         Some((prefix, _)) => {
@@ -31,6 +32,12 @@ pub(crate) fn parse_time_ms(text: &str) -> Result<i32, String> {
     };
     if body.starts_with('_') || body.ends_with('_') || body.contains("__") {
         return Err("an underscore stands alone and between two characters".into());
+    }
+    if body.contains(',') {
+        return Err(format!(
+            "decimals have a point, not a comma: \"{}\"",
+            written.replace(',', ".")
+        ));
     }
     let total_ns = sum_ns(&body.replace('_', ""))?;
     if !total_ns.is_multiple_of(MILLISECOND_NS) {
@@ -127,6 +134,7 @@ mod tests {
             ("T#-", "a number and a unit"),
             ("", "a number and a unit"),
             ("T#1 parsec", "no unit \"parsec\""),
+            ("T#1,5s", "a point, not a comma: \"T#1.5s\""),
             ("T#0.5ms", "fractions of a millisecond"),
             ("T#1us", "fractions of a millisecond"),
             ("T#0.0000000001s", "fractions of a millisecond"),

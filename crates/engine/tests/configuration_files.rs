@@ -87,6 +87,51 @@ fn syntax_errors_are_reported_where_they_are() {
 }
 
 #[test]
+fn what_lacks_its_quotes_is_said_to_and_how_it_is_written() {
+    let text = |value: &str| format!("[node]\nname = \"n\"\n[[task]]\nperiod = «{value}\n");
+    for (value, help) in [
+        ("T#100ms", "stands in quotes: \"T#100ms\""),
+        ("1ms", "stands in quotes: \"1ms\""),
+        ("fast # the first", "stands in quotes: \"fast\""),
+        ("TRUE", "write true, in lowercase letters"),
+    ] {
+        assert_one(value, &text(value), Problem::Syntax, "this is not TOML", help);
+    }
+    let inline = findings("[node]\nname = \"n\"\nin = { timeRange = T#100ms }\n");
+    let [finding] = &inline[..] else { panic!("{inline:?}") };
+    assert!(finding.help.as_deref().is_some_and(|help| help.ends_with("\"T#100ms\"")));
+}
+
+#[test]
+fn a_file_that_is_something_else_is_one_error_that_says_so() {
+    let markdown = format!("# A page\n\n{}", "Some prose, and no keys.\n\n".repeat(30));
+    let found = findings(&markdown);
+    let [finding] = &found[..] else { panic!("{found:?}") };
+    assert_eq!(finding.problem, Problem::Syntax);
+    assert!(finding.message.starts_with("this is not a configuration"), "{}", finding.message);
+    assert!(finding.message.ends_with("nor in 29 other lines"), "{}", finding.message);
+    assert!(finding.help.as_deref().is_some_and(|help| help.contains("[node]")));
+}
+
+#[test]
+fn a_configuration_with_many_slips_is_not_taken_for_something_else() {
+    let text = format!("[node]\nname = \"n\"\n{}", "x y\n".repeat(30));
+    assert_eq!(findings(&text).len(), 30);
+}
+
+#[test]
+fn a_pipe_is_refused_at_once_and_not_waited_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("pipe");
+    assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
+    for path in [&*path, Path::new("/dev/zero")] {
+        let error = Source::read(path).unwrap_err();
+        assert!(matches!(error, ReadError::NotAFile { .. }), "{error:?}");
+        assert!(error.to_string().contains("is not a file but a pipe"), "{error}");
+    }
+}
+
+#[test]
 fn nesting_without_end_is_an_error_and_no_stack_overflow() {
     for (open, close) in [("[", "]"), ("{a=", "}"), ("[", ""), ("{a=", ""), ("[{a=", "}]")] {
         let text = format!("x = {}1{}\n", open.repeat(100_000), close.repeat(100_000));

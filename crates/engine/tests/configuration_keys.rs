@@ -271,3 +271,43 @@ fn sections_of_another_kind_are_refused_with_the_kind() {
         ),
     ]);
 }
+
+#[test]
+fn one_slip_in_a_key_is_one_error() {
+    for (key, slip) in [
+        ("[node]", "[«nod]"),
+        ("[node]\nname", "[node]\n«nmae"),
+        ("[[task]]", "[[«taks]]"),
+        ("[[task]]\nname", "[[task]]\n«nmae"),
+        ("period =", "«perod ="),
+        ("priority =", "«priorty ="),
+        ("name = \"raw\"\ntype", "name = \"raw\"\n«tpye"),
+        ("[[block]]\nname = \"scale\"", "[[block]]\n«nme = \"scale\""),
+        ("type = \"ScaleLinear\"", "«typ = \"ScaleLinear\""),
+        ("count =", "«cuont ="),
+        ("service = \"plant/level\"", "«sevice = \"plant/level\""),
+        ("signals =", "«signal ="),
+    ] {
+        assert_eq!(VALID.matches(key).count(), 1, "{key}");
+        let slip = VALID.replace(key, slip);
+        assert_one(key, &slip, UnknownKey, "has no key", "did you mean");
+    }
+    let slip = VALID.replace("yMax = 1.75", "«yMx = 1.75");
+    assert_one("pin", &slip, UnknownPin, "has no input pin \"yMx\"", "did you mean \"yMax\"?");
+}
+
+#[test]
+fn what_is_wrong_with_the_value_of_a_misspelt_key_is_said_once_the_key_is_right() {
+    let both = VALID.replace("period = \"1ms\"", "«perod = 1");
+    assert_one("period", &both, UnknownKey, "has no key \"perod\"", "did you mean \"period\"?");
+    let right = VALID.replace("period = \"1ms\"", "period = «1");
+    assert_one("period", &right, WrongType, "is a duration such as", "");
+}
+
+#[test]
+fn a_key_that_is_near_none_gets_a_list_in_which_each_stands_once() {
+    let text = VALID.replace("[node]", "[global]\nx = 1\n[node]");
+    let found = findings::findings(&text);
+    let help = found[0].help.as_deref().unwrap();
+    assert_eq!(help, "there is: node, task, input, block, output");
+}

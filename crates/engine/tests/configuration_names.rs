@@ -8,7 +8,6 @@ use isochrone_engine::{Plan, Rules, Source};
 
 #[test]
 fn names_that_stand_twice_are_refused_where_they_stand_again() {
-    let once = "a value of its own";
     assert_rows(&[
         (
             "input",
@@ -16,7 +15,7 @@ fn names_that_stand_twice_are_refused_where_they_stand_again() {
             "[[input]]\nname = «\"start\"\ntype = \"INT\"\n[[block]]\nname = \"scale\"",
             Duplicate,
             "input \"start\" is taken",
-            once,
+            "give each input a name of its own",
         ),
         (
             "block",
@@ -24,7 +23,7 @@ fn names_that_stand_twice_are_refused_where_they_stand_again() {
             "[[block]]\nname = «\"saw\"\ntype = \"SawTooth\"\n[[output]]",
             Duplicate,
             "block \"saw\" is taken",
-            once,
+            "give each block a name of its own",
         ),
         (
             "service",
@@ -32,7 +31,7 @@ fn names_that_stand_twice_are_refused_where_they_stand_again() {
             "signals = [\"raw\"]\n[[output]]\nservice = «\"plant/level\"\nsignals = [\"raw\"]",
             Duplicate,
             "service \"plant/level\" is taken",
-            once,
+            "give each output a service of its own",
         ),
     ]);
     let tasks = |second: &str| {
@@ -40,8 +39,20 @@ fn names_that_stand_twice_are_refused_where_they_stand_again() {
             "[node]\nname = \"n\"\n[[task]]\nname = \"a\"\nperiod = \"1ms\"\nob = 35\n[[task]]\nperiod = \"1ms\"\n{second}\n"
         )
     };
-    assert_one("task", &tasks("name = «\"a\""), Duplicate, "task \"a\" is taken", once);
-    assert_one("ob", &tasks("name = \"b\"\nob = «35"), Duplicate, "ob \"35\" is taken", once);
+    assert_one(
+        "task",
+        &tasks("name = «\"a\""),
+        Duplicate,
+        "task \"a\" is taken",
+        "give each task a name of its own",
+    );
+    assert_one(
+        "ob",
+        &tasks("name = \"b\"\nob = «35"),
+        Duplicate,
+        "ob \"35\" is taken",
+        "give each task an ob of its own, or none",
+    );
 }
 
 #[test]

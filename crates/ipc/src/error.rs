@@ -296,7 +296,7 @@ pub enum AnnouncementError {
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum LayoutConflict {
     /// The frames have too few channels.
-    #[error("its frames have {available} channels, {needed} are needed")]
+    #[error("its frames have {available} channel{}, {needed} {} needed", plural(*available), is_or_are(*needed))]
     TooFewChannels {
         /// Channels of the frames.
         available: usize,
@@ -312,7 +312,10 @@ pub enum LayoutConflict {
         available: String,
     },
     /// A channel carries another type.
-    #[error("channel {channel} ({name}) carries {available}, {needed} is needed")]
+    #[error(
+        "channel {channel} ({name}) carries {available}, {needed} is needed{}",
+        type_remedy(available, needed)
+    )]
     ValueType {
         /// Index of the channel.
         channel: usize,
@@ -439,4 +442,22 @@ pub enum OpenError {
         /// What iceoryx2 said last.
         cause: String,
     },
+}
+
+fn plural(count: usize) -> &'static str {
+    if count == 1 { "" } else { "s" }
+}
+
+fn is_or_are(count: usize) -> &'static str {
+    if count == 1 { "is" } else { "are" }
+}
+
+/// What an input of a configuration says where a writer's INT should feed an LREAL: only a wire
+/// converts.
+fn type_remedy(available: &str, needed: &str) -> &'static str {
+    if (available, needed) == ("INT", "LREAL") {
+        "; write type = \"INT\" at the input: a wire from it feeds LREAL pins all the same"
+    } else {
+        ""
+    }
 }

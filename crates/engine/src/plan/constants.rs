@@ -16,9 +16,31 @@ pub(super) fn constant_slot(
 ) -> Option<Result<f64, Finding>> {
     match connection {
         Connection::Wire(text) if pin.names_task => task_slot(text, pin, names),
+        Connection::Wire(text) if is_quoted(text, pin, names) => {
+            let what = if pin.pin_type == PinType::Bool { "true or false" } else { "a number" };
+            let message = format!("\"{text}\" is a text, but pin {} takes {what}", pin.name);
+            let plain = text.trim().to_ascii_lowercase();
+            let finding = Finding::new(Problem::TypeMismatch, 0..0, message);
+            Some(Err(finding.help(format!("write {} = {plain}, without quotes", pin.name))))
+        }
         Connection::Wire(text) if is_time(text) => time_slot(connection, text, pin),
         Connection::Wire(_) => None,
         value => Some(value_slot(value, pin)),
+    }
+}
+
+/// Whether a text is a constant for the pin that should have no quotes.
+fn is_quoted(text: &str, pin: &Pin, names: &Names<'_>) -> bool {
+    let text = text.trim();
+    match pin.pin_type {
+        PinType::Bool => {
+            let is_truth = ["true", "false"].iter().any(|word| text.eq_ignore_ascii_case(word));
+            is_truth && !names.inputs.contains_key(text)
+        }
+        PinType::Lreal | PinType::Int | PinType::Word => {
+            is_time(text) && text.parse::<f64>().is_ok()
+        }
+        PinType::Time => false,
     }
 }
 

@@ -67,11 +67,18 @@ impl<'a> Names<'a> {
         rules: &Rules<'_>,
         findings: &mut Vec<Finding>,
     ) -> Self {
-        unique("task", config.tasks.iter().map(|task| task.name.as_ref()), findings);
-        unique("input", config.inputs.iter().map(|input| input.name.as_ref()), findings);
-        unique("block", config.blocks.iter().map(|block| block.name.as_ref()), findings);
-        unique("service", config.outputs.iter().map(|output| output.service.as_ref()), findings);
-        unique("ob", config.tasks.iter().map(|task| task.ob.as_ref()), findings);
+        let (task, input, block) = (
+            Unique { value: "task", remedy: "give each task a name of its own" },
+            Unique { value: "input", remedy: "give each input a name of its own" },
+            Unique { value: "block", remedy: "give each block a name of its own" },
+        );
+        task.check(config.tasks.iter().map(|task| task.name.as_ref()), findings);
+        input.check(config.inputs.iter().map(|input| input.name.as_ref()), findings);
+        block.check(config.blocks.iter().map(|block| block.name.as_ref()), findings);
+        let service = Unique { value: "service", remedy: "give each output a service of its own" };
+        service.check(config.outputs.iter().map(|output| output.service.as_ref()), findings);
+        let ob = Unique { value: "ob", remedy: "give each task an ob of its own, or none" };
+        ob.check(config.tasks.iter().map(|task| task.ob.as_ref()), findings);
         let services = config.outputs.iter().map(|output| &output.service);
         for service in services.chain(config.inputs.iter().map(|input| &input.service)).flatten() {
             if let Err(reason) = (rules.service_name)(service.get_ref()) {
@@ -242,20 +249,28 @@ fn block_type(block: &Block, rules: &Rules<'_>, findings: &mut Vec<Finding>) -> 
     found.copied()
 }
 
-/// Reports every value that stands a second time.
-fn unique<'a, T: std::fmt::Display + Eq + std::hash::Hash + 'a>(
-    what: &str,
-    values: impl Iterator<Item = Option<&'a Spanned<T>>>,
-    findings: &mut Vec<Finding>,
-) {
-    let mut seen = HashMap::new();
-    for value in values.flatten() {
-        let first = *seen.entry(value.get_ref()).or_insert(value);
-        if !std::ptr::eq(first, value) {
-            let message = format!("{what} \"{}\" is taken already", value.get_ref());
-            let finding = Finding::new(Problem::Duplicate, value.span(), message)
-                .help(format!("give every {what} a value of its own"));
-            findings.push(Finding { first: Some(first.span()), ..finding });
+/// A kind of value that stands once in a file.
+struct Unique {
+    value: &'static str,
+    remedy: &'static str,
+}
+
+impl Unique {
+    /// Reports every value that stands a second time.
+    fn check<'a, T: std::fmt::Display + Eq + std::hash::Hash + 'a>(
+        &self,
+        values: impl Iterator<Item = Option<&'a Spanned<T>>>,
+        findings: &mut Vec<Finding>,
+    ) {
+        let mut seen = HashMap::new();
+        for value in values.flatten() {
+            let first = *seen.entry(value.get_ref()).or_insert(value);
+            if !std::ptr::eq(first, value) {
+                let message = format!("{} \"{}\" is taken already", self.value, value.get_ref());
+                let finding =
+                    Finding::new(Problem::Duplicate, value.span(), message).help(self.remedy);
+                findings.push(Finding { first: Some(first.span()), ..finding });
+            }
         }
     }
 }

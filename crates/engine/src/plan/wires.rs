@@ -10,7 +10,7 @@ use super::constants::constant_slot;
 use super::names::{Entry, Names};
 use crate::Finding;
 use crate::config::{Block, Config, Connection};
-use crate::finding::Problem;
+use crate::finding::{Problem, nearest_name};
 
 /// Stands for the number of an instance in a wire.
 const INSTANCE: &str = "{i}";
@@ -151,10 +151,13 @@ impl Resolver<'_, '_> {
             constants: block_type.inputs.iter().map(|pin| pin.default.slot()).collect(),
             wired: Vec::new(),
         };
+        // Pins that are connected, under another name than theirs.
+        let mut meant = Vec::new();
         for (name, connection) in &block.pins {
             let found = block_type.inputs.iter().position(|pin| pin.name == name.get_ref());
             let Some(index) = found else {
                 self.report(unknown_input(block_type, name));
+                meant.extend(meant_pin(name.get_ref(), block_type.inputs).map(|pin| pin.name));
                 continue;
             };
             let (Some(connection), Some(pin)) = (connection, block_type.inputs.get(index)) else {
@@ -177,7 +180,10 @@ impl Resolver<'_, '_> {
                 *slot = constant;
             }
         }
-        let connected = |pin: &Pin| block.pins.iter().any(|(name, _)| name.get_ref() == pin.name);
+        let connected = |pin: &Pin| {
+            let mut names = block.pins.iter().map(|(name, _)| name.get_ref().as_str());
+            names.any(|name| name == pin.name) || meant.contains(&pin.name)
+        };
         let missing: Vec<_> = block_type
             .inputs
             .iter()
@@ -383,10 +389,24 @@ fn unknown_output(block_type: &BlockType, block: &str, pin: &str, span: Range<us
     which_pin(finding, pin, block_type.outputs)
 }
 
+/// The pin that is also called so.
+fn pin_by_alias<'a>(written: &str, pins: &'a [Pin]) -> Option<&'a Pin> {
+    let is_meant = |pin: &&Pin| pin.aliases.iter().any(|alias| alias.eq_ignore_ascii_case(written));
+    pins.iter().find(is_meant)
+}
+
+/// The pin that was probably meant.
+fn meant_pin<'a>(written: &str, pins: &'a [Pin]) -> Option<&'a Pin> {
+    let near = || nearest_name(written, pins.iter().map(|pin| pin.name));
+    pin_by_alias(written, pins).or_else(|| {
+        let name = near()?;
+        pins.iter().find(|pin| pin.name == name)
+    })
+}
+
 /// Says which pin was meant.
 fn which_pin(finding: Finding, written: &str, pins: &[Pin]) -> Finding {
-    let is_meant = |pin: &&Pin| pin.aliases.iter().any(|alias| alias.eq_ignore_ascii_case(written));
-    match pins.iter().find(is_meant) {
+    match pin_by_alias(written, pins) {
         Some(pin) => finding.help(format!("what LGF calls {written} is pin \"{}\" here", pin.name)),
         None => finding.did_you_mean(written, pins.iter().map(|pin| pin.name)),
     }

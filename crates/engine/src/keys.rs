@@ -1,0 +1,357 @@
+//! Every key of a configuration file, declared once: what the parser accepts, what its errors expect
+//! and what the reference page says come from here.
+
+use isochrone_blocks::{PinType, is_cyclic_ob};
+use isochrone_schedule::{Overrun, Wake};
+
+use crate::config::OnStale;
+
+/// Version in which a key came. All of them are of the first one so far.
+const FIRST: &str = "0.1";
+
+/// A table of a configuration file.
+#[derive(Debug)]
+pub struct TableKeys {
+    /// How messages call it: `[[task]]`.
+    pub title: &'static str,
+    /// What it is for.
+    pub raw_doc: &'static str,
+    /// Its keys in the order in which the reference lists them; empty where they are names.
+    pub keys: &'static [&'static Key],
+}
+
+/// A key of a table.
+#[derive(Debug)]
+pub struct Key {
+    /// As it is written.
+    pub name: &'static str,
+    /// What stands behind it.
+    pub form: Form,
+    /// What a number counts; empty where that says nothing.
+    pub unit: &'static str,
+    /// What holds where the key is left out.
+    pub absent: Absent,
+    /// Version in which it came.
+    pub since: &'static str,
+    pub(crate) raw_doc: &'static str,
+}
+
+/// What stands behind a key.
+#[derive(Debug)]
+pub enum Form {
+    /// The name of something.
+    Name(NameRule),
+    /// A text.
+    Text,
+    /// An array of texts.
+    Texts,
+    /// One of these words.
+    Word(&'static [&'static str]),
+    /// A whole number.
+    Integer(Range<i64>),
+    /// A number with decimals.
+    Number(Range<f64>),
+    /// A duration, in nanoseconds: a text such as `"2.5ms"`.
+    Duration(Range<u64>),
+    /// A value of an input's type.
+    Value,
+    /// A table.
+    Table,
+    /// An array of tables.
+    Tables,
+}
+
+/// The values that a key takes.
+#[derive(Debug)]
+pub struct Range<T> {
+    pub(crate) accepts: fn(T) -> bool,
+    /// In words.
+    pub words: &'static str,
+}
+
+/// What a name may look like.
+#[derive(Debug)]
+pub struct NameRule {
+    pub(crate) accepts: fn(&str) -> bool,
+    /// In words.
+    pub words: &'static str,
+}
+
+/// What holds where a key is left out.
+#[derive(Debug)]
+pub enum Absent {
+    /// That is an error; this is what could be written.
+    Required(&'static str),
+    /// This value.
+    Default(&'static str),
+    /// What this says.
+    Means(&'static str),
+}
+
+impl TableKeys {
+    /// What it is for.
+    pub fn doc(&self) -> &'static str {
+        self.raw_doc.trim_ascii()
+    }
+}
+
+impl Key {
+    /// What it means.
+    pub fn doc(&self) -> &'static str {
+        self.raw_doc.trim_ascii()
+    }
+
+    /// What messages say that it is.
+    pub(crate) fn expected(&self) -> &'static str {
+        match self.form {
+            Form::Name(_) | Form::Text | Form::Word(_) => "a string",
+            Form::Texts => "an array of strings",
+            Form::Integer(_) => "a whole number",
+            Form::Number(_) => "a number such as 0.10",
+            Form::Duration(_) => "a duration such as \"1ms\"",
+            Form::Value => "a number",
+            Form::Table => "a table",
+            Form::Tables => "an array of tables",
+        }
+    }
+
+    /// The values that it takes, in words; empty where there is nothing to say.
+    pub fn range(&self) -> String {
+        match &self.form {
+            Form::Name(rule) => rule.words.into(),
+            Form::Word(words) => {
+                words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ")
+            }
+            Form::Integer(Range { words, .. }) => (*words).into(),
+            Form::Number(Range { words, .. }) => (*words).into(),
+            Form::Duration(Range { words, .. }) => (*words).into(),
+            Form::Value => "what the input's `type` holds; not NaN".into(),
+            Form::Text | Form::Texts | Form::Table | Form::Tables => String::new(),
+        }
+    }
+}
+
+const NODE_NAME: NameRule = NameRule {
+    accepts: |name| {
+        name.starts_with(|c: char| c.is_ascii_lowercase())
+            && name.chars().all(|c| matches!(c, 'a'..='z' | '0'..='9' | '_' | '-'))
+    },
+    words: "a lowercase letter, then lowercase letters, digits, _ and -",
+};
+
+const ENTRY_NAME: NameRule = NameRule {
+    accepts: |name| {
+        name.starts_with(|c: char| c.is_ascii_alphabetic() || c == '_')
+            && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-')
+    },
+    words: "a letter or _, then letters, digits, _ and -",
+};
+
+const fn integer(accepts: fn(i64) -> bool, words: &'static str) -> Form {
+    Form::Integer(Range { accepts, words })
+}
+
+const fn duration(accepts: fn(u64) -> bool, words: &'static str) -> Form {
+    Form::Duration(Range { accepts, words })
+}
+
+const WAKES: [&str; 3] = {
+    let [sleep, hybrid, spin] = Wake::ALL;
+    [sleep.as_str(), hybrid.as_str(), spin.as_str()]
+};
+
+const OVERRUNS: [&str; 3] = {
+    let [skip, catch_up, stop] = Overrun::ALL;
+    [skip.as_str(), catch_up.as_str(), stop.as_str()]
+};
+
+/// Types that an input can have. WORD is a type of outputs: no pin of a library block takes one.
+pub(crate) const INPUT_TYPES: [PinType; 4] =
+    [PinType::Lreal, PinType::Int, PinType::Bool, PinType::Time];
+
+const TYPES: [&str; 4] = {
+    let [lreal, int, bool, time] = INPUT_TYPES;
+    [lreal.as_str(), int.as_str(), bool.as_str(), time.as_str()]
+};
+
+const ON_STALES: [&str; 2] = {
+    let [hold, default] = OnStale::ALL;
+    [hold.as_str(), default.as_str()]
+};
+
+/// Declares the keys of a table: `CONSTANT "key" ["unit"]: form, absent;`.
+macro_rules! keys {
+    (
+        $(#[doc = $doc:literal])+
+        $table:ident $title:literal {
+            $($(#[doc = $key_doc:literal])+ $KEY:ident $name:literal $([$unit:literal])?: $form:expr, $absent:expr;)*
+        }
+    ) => {
+        $(#[doc = $doc])+
+        pub(crate) mod $table {
+            #![allow(unused_imports, reason = "not every table has keys of every form")]
+            use super::{Absent::*, Form::*, *};
+
+            $(pub(crate) static $KEY: Key = Key {
+                name: $name,
+                form: $form,
+                unit: concat!($($unit)?),
+                absent: $absent,
+                since: FIRST,
+                raw_doc: concat!($($key_doc),+),
+            };)*
+
+            pub(crate) static TABLE: TableKeys =
+                TableKeys { title: $title, raw_doc: concat!($($doc),+), keys: &[$(&$KEY),*] };
+        }
+    };
+}
+
+keys! {
+    /// A configuration file is TOML with these tables.
+    file "the file" {
+        /// What the node is called.
+        NODE "node": Table, Required("[node]");
+        /// When blocks run.
+        TASK "task": Tables, Required("[[task]]");
+        /// Values that other processes publish.
+        INPUT "input": Tables, Means("no input");
+        /// What is computed.
+        BLOCK "block": Tables, Means("no block");
+        /// Frames that the node publishes.
+        OUTPUT "output": Tables, Means("no output");
+    }
+}
+
+keys! {
+    /// The node itself.
+    node "[node]" {
+        /// Name of the node: its own services are named `isochrone/<name>/…`. `layout` is taken.
+        NAME "name": Name(NODE_NAME), Required("\"level\"");
+    }
+}
+
+keys! {
+    /// A cyclic task, the PLC's cyclic-interrupt OB: one thread that runs its blocks at a fixed period.
+    task "[[task]]" {
+        /// Unique name.
+        NAME "name": Name(ENTRY_NAME), Required("\"fast\"");
+        /// Time between two releases.
+        PERIOD "period": duration(
+            |period_ns| (10_000..=3_600_000_000_000).contains(&period_ns),
+            "from \"10us\" to \"1h\"",
+        ), Required("\"1ms\"");
+        /// Number by which `callOB` can name the task; unique.
+        OB "ob": integer(
+            |ob| i16::try_from(ob).is_ok_and(is_cyclic_ob),
+            "30 to 38 or 123 to 32767",
+        ), Means("no number");
+        /// Offset of the releases on the grid that all tasks share; `"auto"` puts them between the kernel's ticks, as far from them as the period allows.
+        PHASE "phase": duration(|_| true, "less than the period, or \"auto\""), Default("\"0ns\"");
+        /// SCHED_FIFO priority of the thread.
+        PRIORITY "priority": integer(
+            |priority| (1..=89).contains(&priority),
+            "a SCHED_FIFO priority from 1 to 89",
+        ), Means("normal scheduling");
+        /// CPU that the thread is pinned to.
+        CPU "cpu": integer(
+            |cpu| (0..=1023).contains(&cpu),
+            "the number of a CPU, from 0 to 1023",
+        ), Means("any CPU");
+        /// How the thread waits for a release: `sleep` until it, `hybrid` to sleep to a margin before it and then watch the clock, `spin` to watch the clock all the time.
+        WAKE "wake": Word(&WAKES), Means("`\"hybrid\"` with a priority, else `\"sleep\"`");
+        /// Fixed margin of a hybrid wait. Excludes `cpu_budget`.
+        MARGIN "margin": duration(|margin_ns| margin_ns > 0, "longer than 0"), Means("the margin adapts");
+        /// Most of a CPU that the adaptive margin of a hybrid wait may cost. Excludes `margin`.
+        CPU_BUDGET "cpu_budget" ["CPU"]: Number(Range {
+            accepts: |budget| (0.01..=0.5).contains(&budget),
+            words: "a part of one CPU, from 0.01 to 0.5",
+        }), Default("0.2");
+        /// What becomes of releases that were missed: `skip` leaves them out, `catch_up` runs them late (at most 8 in a row), `stop` ends the node.
+        OVERRUN "overrun": Word(&OVERRUNS), Default("\"skip\"");
+        /// How many missed releases end the node, whatever `overrun` says.
+        ON_OVERRUN "on_overrun": Table, Means("any number passes");
+    }
+}
+
+keys! {
+    /// Missed releases that are too many: `on_overrun = { misses = 3, cycles = 1000 }`.
+    on_overrun "[task.on_overrun]" {
+        /// This many missed releases ...
+        MISSES "misses" ["releases"]: integer(|misses| (1..=1000).contains(&misses), "from 1 to 1000"), Required("3");
+        /// ... within this many cycles, at least `misses`.
+        CYCLES "cycles" ["cycles"]: integer(|cycles| cycles > 0, "greater than 0"), Required("1000");
+    }
+}
+
+keys! {
+    /// One value that another process publishes.
+    input "[[input]]" {
+        /// Unique name; a wire says it.
+        NAME "name": Name(ENTRY_NAME), Required("\"level_raw\"");
+        /// Type of its samples. A sample that the type cannot hold is rejected and counted, and the last good value stays.
+        TYPE "type": Word(&TYPES), Default("\"LREAL\"");
+        /// Service that carries it. `run` needs it, `simulate` does not.
+        SERVICE "service": Text, Means("only `simulate` can run the node");
+        /// Its place in the service's frame, from 0. Excludes `signal`.
+        CHANNEL "channel": integer(|channel| (0..=65_535).contains(&channel), "from 0 to 65535"), Default("0");
+        /// Its name in the layout that the publisher announces. Excludes `channel`.
+        SIGNAL "signal": Text, Means("`channel` counts");
+        /// Task that reads it.
+        TASK "task": Text, Means("the only task");
+        /// Value before the first sample.
+        DEFAULT "default": Value, Default("0");
+        /// Age from which the value is stale. A sample's age counts from its publication.
+        MAX_AGE "max_age": duration(|age_ns| age_ns > 0, "longer than 0"), Means("never stale");
+        /// What a stale input reads: `hold` the last value, or the `default`.
+        ON_STALE "on_stale": Word(&ON_STALES), Default("\"hold\"");
+    }
+}
+
+keys! {
+    /// One or more instances of a function block.
+    block "[[block]]" {
+        /// Unique name; a wire says it.
+        NAME "name": Name(ENTRY_NAME), Required("\"ramp\"");
+        /// Block type, as `isochrone blocks` lists them.
+        TYPE "type": Text, Required("\"LimRateOfChangeCI\"");
+        /// Task that runs it.
+        TASK "task": Text, Means("the only task");
+        /// Number of instances. More than one are named `ramp.0`, `ramp.1` and so on, and `{i}` in a wire is the number of the instance that reads.
+        COUNT "count" ["instances"]: integer(
+            |count| (1..=10_000_000).contains(&count),
+            "from 1 to 10000000",
+        ), Default("1");
+        /// What stands at its input pins: for each a number, `true` or `false`, or a wire.
+        IN "in": Table, Means("every pin has its default");
+    }
+}
+
+keys! {
+    /// The input pins of a block, by name: a constant, or a wire as text.
+    pins "[block.in]" {}
+}
+
+keys! {
+    /// One frame that the node publishes in every cycle of its task.
+    output "[[output]]" {
+        /// Service that carries it; unique, and not one that begins with `isochrone/`.
+        SERVICE "service": Text, Required("\"plant/level\"");
+        /// Task whose cycles publish it.
+        TASK "task": Text, Means("the only task");
+        /// Its channels in order: inputs and output pins.
+        SIGNALS "signals": Texts, Required("[\"block.pin\"]");
+    }
+}
+
+/// Every table of a configuration file, in the order in which a file has them.
+pub static TABLES: [&TableKeys; 8] = [
+    &file::TABLE,
+    &node::TABLE,
+    &task::TABLE,
+    &on_overrun::TABLE,
+    &input::TABLE,
+    &block::TABLE,
+    &pins::TABLE,
+    &output::TABLE,
+];

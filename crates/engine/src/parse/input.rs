@@ -1,0 +1,83 @@
+//! `[[input]]`: values that other processes publish.
+
+use isochrone_blocks::PinType;
+use toml::Spanned;
+
+use super::connection;
+use super::section::Section;
+use crate::Finding;
+use crate::config::{Binding, Connection, Input, OnStale};
+use crate::finding::Problem;
+use crate::keys::{INPUT_TYPES, input as keys};
+use crate::time::{TIME_FORMS, parse_time_ms};
+
+pub(super) fn input(section: Section<'_>) -> Input {
+    let value_type = section.choice(&keys::TYPE, &INPUT_TYPES);
+    let value_type = match (value_type, section.get(&keys::TYPE)) {
+        (None, Some(_)) => None,
+        (value_type, _) => Some(value_type.map_or(PinType::Lreal, Spanned::into_inner)),
+    };
+    Input {
+        name: section.name(&keys::NAME),
+        value_type,
+        service: section.string(&keys::SERVICE),
+        binding: binding(&section),
+        task: section.string(&keys::TASK),
+        default: default_of(&section, value_type),
+        max_age_ns: section.duration_ns(&keys::MAX_AGE).map(Spanned::into_inner),
+        on_stale: section
+            .choice(&keys::ON_STALE, &OnStale::ALL)
+            .map_or(OnStale::Hold, Spanned::into_inner),
+    }
+}
+
+/// Where an input's value is: `signal` or `channel`; neither is the first channel.
+fn binding(section: &Section<'_>) -> Binding {
+    let channel = section.integer::<u16>(&keys::CHANNEL);
+    let signal = section.string(&keys::SIGNAL);
+    if let (Some(_), Some(signal)) = (section.get(&keys::CHANNEL), &signal) {
+        let message = "[[input]] has both signal and channel";
+        let help = "signal finds the value by the name that its publisher gives it, channel by its \
+                    place in the frame; keep one";
+        section.report(Finding::new(Problem::Duplicate, signal.span(), message).help(help));
+    }
+    match signal {
+        Some(signal) if signal.get_ref().is_empty() => {
+            let message = "[[input]] signal is empty";
+            let help = "name a signal of the publisher, such as \"level.y\"";
+            section.report(Finding::new(Problem::OutOfRange, signal.span(), message).help(help));
+            Binding::Signal(String::new())
+        }
+        Some(signal) => Binding::Signal(signal.into_inner()),
+        None => Binding::Channel(channel.map_or(0, |channel| usize::from(channel.into_inner()))),
+    }
+}
+
+/// An input's default: a number, for a BOOL also true or false, for a TIME also `"T#100ms"`.
+fn default_of(section: &Section<'_>, value_type: Option<PinType>) -> Option<Spanned<f64>> {
+    section.read(&keys::DEFAULT, |value| {
+        let number = match (connection(value), value_type) {
+            (Some(Connection::Integer(integer)), _) => integer as f64,
+            (Some(Connection::Float(float)), _) => float,
+            (Some(Connection::Bool(bool)), Some(PinType::Bool) | None) => f64::from(u8::from(bool)),
+            (Some(Connection::Wire(text)), Some(PinType::Time)) => match parse_time_ms(&text) {
+                Ok(ms) => f64::from(ms),
+                Err(reason) => {
+                    let message = format!("[[input]] default \"{text}\": {reason}");
+                    let finding = Finding::new(Problem::OutOfRange, 0..0, message);
+                    return Err(Some(finding.help(TIME_FORMS)));
+                }
+            },
+            _ => return Err(None),
+        };
+        if number.is_nan() || value_type.is_some_and(|value_type| !value_type.holds(number)) {
+            let range = value_type.map_or("LREAL", PinType::as_str);
+            return Err(Some(section.out_of_range(
+                &keys::DEFAULT,
+                &number.to_string(),
+                &format!("a number that {range} can hold, and not NaN"),
+            )));
+        }
+        Ok(number)
+    })
+}

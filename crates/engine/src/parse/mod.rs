@@ -1,0 +1,135 @@
+//! From TOML to [`Config`].
+
+mod input;
+mod section;
+mod syntax;
+mod task;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use self::section::{Errors, Section, parse_integer};
+use crate::config::{Block, Config, Connection, Output};
+use crate::finding::Problem;
+use crate::keys;
+use crate::{Finding, Source};
+
+/// The one name that no node may have.
+const LAYOUT: &str = "layout";
+
+/// Reads a configuration. Whatever could be read is in the [`Config`], the rest in the findings.
+pub(crate) fn parse(source: &Source) -> (Config, Vec<Finding>) {
+    let (document, syntax_errors) = DeTable::parse_recoverable(&source.text);
+    if !syntax_errors.is_empty() {
+        // What a broken file seems to say would only add errors that are none.
+        let errors = syntax_errors.iter().map(|e| (e.span().unwrap_or_default(), e.message()));
+        return (Config::default(), syntax::findings(&source.text, errors.collect()));
+    }
+    let errors = Errors::default();
+    let file = Section::new(&keys::file::TABLE, document.get_ref(), 0..0, &errors);
+    let tables = |key, table| file.tables(key, table).into_iter();
+    let config = Config {
+        node: node(&file),
+        tasks: tables(&keys::file::TASK, &keys::task::TABLE).map(task::task).collect(),
+        inputs: tables(&keys::file::INPUT, &keys::input::TABLE).map(input::input).collect(),
+        blocks: tables(&keys::file::BLOCK, &keys::block::TABLE).map(block).collect(),
+        outputs: tables(&keys::file::OUTPUT, &keys::output::TABLE).map(output).collect(),
+    };
+    let tasks = file.get(&keys::file::TASK);
+    let no_task = |tasks: &Spanned<DeValue<'_>>| {
+        tasks.get_ref().as_array().is_some_and(|tasks| tasks.is_empty())
+    };
+    if tasks.is_none_or(no_task) {
+        let finding = Finding::new(Problem::MissingKey, 0..0, "the file has no [[task]]");
+        file.report(finding.help(
+            "a task gives the blocks their period: [[task]] name = \"main\", period = \"1ms\"",
+        ));
+    }
+    (config, errors.into_findings())
+}
+
+fn node(file: &Section<'_>) -> Option<Spanned<String>> {
+    let Some(section) = file.table(&keys::file::NODE, &keys::node::TABLE) else {
+        if file.get(&keys::file::NODE).is_none() {
+            let finding = Finding::new(Problem::MissingKey, 0..0, "the file has no [node]");
+            file.report(finding.help("begin with [node] and name = \"…\""));
+        }
+        return None;
+    };
+    let name = section.name(&keys::node::NAME);
+    if let Some(name) = name.as_ref().filter(|name| name.get_ref() == LAYOUT) {
+        let message = format!("[node] name \"{LAYOUT}\" is taken");
+        let help = "layouts of frames are announced on isochrone/layout/…; choose another name";
+        section.report(Finding::new(Problem::BadName, name.span(), message).help(help));
+    }
+    name
+}
+
+fn block(section: Section<'_>) -> Block {
+    let pins = section.table(&keys::block::IN, &keys::pins::TABLE);
+    let pins = pins.map_or_else(Vec::new, |pins| {
+        pins.entries()
+            .map(|(pin, value)| {
+                let connection = connection(value.get_ref());
+                if connection.is_none() {
+                    let message = format!(
+                        "pin \"{}\" takes a number, true or false, or a wire, not {}",
+                        pin.get_ref(),
+                        value.get_ref().type_str()
+                    );
+                    pins.report(Finding::new(Problem::WrongType, value.span(), message));
+                }
+                (pin, connection.map(|connection| Spanned::new(value.span(), connection)))
+            })
+            .collect()
+    });
+    let count = section.integer(&keys::block::COUNT);
+    Block {
+        name: section.name(&keys::block::NAME),
+        block_type: section.string(&keys::block::TYPE),
+        task: section.string(&keys::block::TASK),
+        count_is_wrong: count.is_none() && section.get(&keys::block::COUNT).is_some(),
+        count,
+        pins,
+    }
+}
+
+fn output(section: Section<'_>) -> Output {
+    let signals = section
+        .read(&keys::output::SIGNALS, |value| {
+            let array = value.as_array().ok_or(None)?;
+            if array.is_empty() {
+                let finding =
+                    Finding::new(Problem::OutOfRange, 0..0, "[[output]] signals is empty");
+                return Err(Some(finding.help("name at least one \"block.pin\"")));
+            }
+            array
+                .iter()
+                .map(|item| match item.get_ref().as_str() {
+                    Some(signal) => Ok(Spanned::new(item.span(), signal.to_owned())),
+                    None => Err(None),
+                })
+                .collect()
+        })
+        .map_or_else(Vec::new, Spanned::into_inner);
+    Output {
+        service: section.string(&keys::output::SERVICE),
+        task: section.string(&keys::output::TASK),
+        signals,
+    }
+}
+
+fn connection(value: &DeValue<'_>) -> Option<Connection> {
+    match value {
+        DeValue::Integer(integer) => Some(match parse_integer(integer) {
+            Some(integer) => Connection::Integer(integer),
+            // Digits of another radix would parse as a decimal number, and a wrong one.
+            None if integer.radix() == 10 => Connection::Float(integer.as_str().parse().ok()?),
+            None => return None,
+        }),
+        DeValue::Float(float) => Some(Connection::Float(float.as_str().parse().ok()?)),
+        DeValue::Boolean(bool) => Some(Connection::Bool(*bool)),
+        DeValue::String(wire) => Some(Connection::Wire(wire.to_string())),
+        _ => None,
+    }
+}

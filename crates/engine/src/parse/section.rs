@@ -1,0 +1,269 @@
+//! A table of the file, read by the keys that are declared for it.
+
+use std::cell::RefCell;
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::Finding;
+use crate::duration::parse_duration_ns;
+use crate::finding::{Problem, nearest_name};
+use crate::keys::{Absent, Form, Key, TableKeys};
+
+type Entry<'a> = &'a Spanned<DeValue<'a>>;
+
+/// Errors found so far.
+#[derive(Default)]
+pub(super) struct Errors {
+    findings: RefCell<Vec<Finding>>,
+    /// Places of values behind misspelt keys. What is wrong there is said of the key alone.
+    misspelt: RefCell<Vec<Range<usize>>>,
+}
+
+impl Errors {
+    pub(super) fn into_findings(self) -> Vec<Finding> {
+        let misspelt = self.misspelt.into_inner();
+        let is_guess = |finding: &Finding| {
+            finding.problem != Problem::UnknownKey
+                && misspelt
+                    .iter()
+                    .any(|value| value.start <= finding.span.start && finding.span.end <= value.end)
+        };
+        self.findings.into_inner().into_iter().filter(|finding| !is_guess(finding)).collect()
+    }
+}
+
+/// One table.
+pub(super) struct Section<'a> {
+    known: &'static TableKeys,
+    table: &'a DeTable<'a>,
+    /// Where the table's header stands, or the file's start.
+    span: Range<usize>,
+    /// Values of keys that are misspelt, by the key that is meant.
+    misspelt: Vec<(&'static str, Entry<'a>)>,
+    errors: &'a Errors,
+}
+
+impl<'a> Section<'a> {
+    /// Reports every key that the table does not have. Where one is meant that is not there, its
+    /// value is read all the same: one slip is one error.
+    pub(super) fn new(
+        known: &'static TableKeys,
+        table: &'a DeTable<'a>,
+        span: Range<usize>,
+        errors: &'a Errors,
+    ) -> Self {
+        let mut section = Self { known, table, span, misspelt: Vec::new(), errors };
+        // Where the keys are names, who knows the names checks them.
+        if known.keys.is_empty() {
+            return section;
+        }
+        let names = || known.keys.iter().map(|key| key.name);
+        for (key, value) in table.iter().filter(|(key, _)| names().all(|k| k != *key.get_ref())) {
+            let message = format!("{} has no key \"{}\"", known.title, key.get_ref());
+            let finding = Finding::new(Problem::UnknownKey, key.span(), message);
+            section.report(finding.did_you_mean(key.get_ref(), names()));
+            let is_free = |name: &&str| {
+                !table.contains_key(*name)
+                    && section.misspelt.iter().all(|(meant, _)| meant != name)
+            };
+            if let Some(meant) = nearest_name(key.get_ref(), names()).filter(is_free) {
+                section.misspelt.push((meant, value));
+                errors.misspelt.borrow_mut().push(value.span());
+            }
+        }
+        section
+    }
+
+    pub(super) fn report(&self, finding: Finding) {
+        self.errors.findings.borrow_mut().push(finding);
+    }
+
+    /// The value of a key, if it is there.
+    pub(super) fn get(&self, key: &Key) -> Option<Entry<'a>> {
+        debug_assert!(
+            self.known.keys.iter().any(|known| std::ptr::eq(*known, key)),
+            "{} does not declare {}",
+            self.known.title,
+            key.name
+        );
+        let misspelt = || self.misspelt.iter().find(|(meant, _)| *meant == key.name);
+        self.table.get(key.name).or_else(|| misspelt().map(|(_, value)| *value))
+    }
+
+    /// The value of a key; reports one that must be there and is not.
+    fn wanted(&self, key: &Key) -> Option<Entry<'a>> {
+        let value = self.get(key);
+        if let (None, Absent::Required(example)) = (value, &key.absent) {
+            let message = format!("{} has no {}", self.known.title, key.name);
+            let finding = Finding::new(Problem::MissingKey, self.span.clone(), message);
+            let example = match key.form {
+                Form::Name(_) => "\"…\"",
+                _ => example,
+            };
+            self.report(finding.help(format!("write {} = {example}", key.name)));
+        }
+        value
+    }
+
+    fn wrong_type(&self, key: &Key, value: Entry<'_>) -> Finding {
+        let found = article(value.get_ref().type_str());
+        let message =
+            format!("{} {} is {}, not {found}", self.known.title, key.name, key.expected());
+        Finding::new(Problem::WrongType, value.span(), message)
+    }
+
+    /// Reads a key with `read`, which returns `Err(None)` for another TOML type and
+    /// `Err(Some(finding))` for a value that the key does not take.
+    pub(super) fn read<T>(
+        &self,
+        key: &Key,
+        read: impl FnOnce(&DeValue<'a>) -> Result<T, Option<Finding>>,
+    ) -> Option<Spanned<T>> {
+        let value = self.wanted(key)?;
+        match read(value.get_ref()) {
+            Ok(read) => Some(Spanned::new(value.span(), read)),
+            Err(None) => {
+                self.report(self.wrong_type(key, value));
+                None
+            }
+            Err(Some(finding)) => {
+                self.report(Finding { span: value.span(), ..finding });
+                None
+            }
+        }
+    }
+
+    pub(super) fn string(&self, key: &Key) -> Option<Spanned<String>> {
+        self.read(key, |value| value.as_str().map(str::to_owned).ok_or(None))
+    }
+
+    /// A name that others refer to.
+    pub(super) fn name(&self, key: &Key) -> Option<Spanned<String>> {
+        let name = self.string(key)?;
+        let Form::Name(rule) = &key.form else { return Some(name) };
+        if (rule.accepts)(name.get_ref()) {
+            return Some(name);
+        }
+        let message =
+            format!("{} {} \"{}\" is not a valid name", self.known.title, key.name, name.get_ref());
+        self.report(
+            Finding::new(Problem::BadName, name.span(), message)
+                .help(format!("a name here is {}", rule.words)),
+        );
+        None
+    }
+
+    /// A whole number within the key's range.
+    pub(super) fn integer<T: TryFrom<i64>>(&self, key: &Key) -> Option<Spanned<T>> {
+        self.read(key, |value| {
+            let integer = value.as_integer().ok_or(None)?;
+            let Form::Integer(range) = &key.form else { return Err(None) };
+            let number = parse_integer(integer).filter(|number| (range.accepts)(*number));
+            number
+                .and_then(|number| T::try_from(number).ok())
+                .ok_or_else(|| Some(self.out_of_range(key, &integer.to_string(), range.words)))
+        })
+    }
+
+    /// A number with decimals within the key's range.
+    pub(super) fn number(&self, key: &Key) -> Option<Spanned<f64>> {
+        self.read(key, |value| {
+            let number = value.as_float().and_then(|float| float.as_str().parse().ok());
+            match (&key.form, number) {
+                (Form::Number(range), Some(number)) if (range.accepts)(number) => Ok(number),
+                (Form::Number(range), Some(number)) => {
+                    Err(Some(self.out_of_range(key, &number.to_string(), range.words)))
+                }
+                _ => Err(None),
+            }
+        })
+    }
+
+    /// A duration within the key's range, in nanoseconds.
+    pub(super) fn duration_ns(&self, key: &Key) -> Option<Spanned<u64>> {
+        self.read(key, |value| {
+            let text = value.as_str().ok_or(None)?;
+            let Form::Duration(range) = &key.form else { return Err(None) };
+            match parse_duration_ns(text) {
+                Ok(duration_ns) if (range.accepts)(duration_ns) => Ok(duration_ns),
+                Ok(_) => Err(Some(self.out_of_range(key, text, range.words))),
+                Err(reason) => {
+                    let (title, name) = (self.known.title, key.name);
+                    let message = format!("{title} {name} \"{text}\": {reason}");
+                    let finding = Finding::new(Problem::OutOfRange, 0..0, message);
+                    Err(Some(finding.help(format!("{name} is {}", range.words))))
+                }
+            }
+        })
+    }
+
+    /// One of the key's words: the choice in its place.
+    pub(super) fn choice<T: Copy>(&self, key: &Key, choices: &[T]) -> Option<Spanned<T>> {
+        self.read(key, |value| {
+            let text = value.as_str().ok_or(None)?;
+            let Form::Word(words) = &key.form else { return Err(None) };
+            let chosen = words.iter().zip(choices).find(|(word, _)| **word == text);
+            chosen.map(|(_, choice)| *choice).ok_or_else(|| {
+                let message = format!("{} {} cannot be \"{text}\"", self.known.title, key.name);
+                let finding = Finding::new(Problem::OutOfRange, 0..0, message);
+                Some(finding.did_you_mean(text, words.iter().copied()))
+            })
+        })
+    }
+
+    pub(super) fn out_of_range(&self, key: &Key, written: &str, range: &str) -> Finding {
+        let message = format!("{} {} {written} is out of range", self.known.title, key.name);
+        Finding::new(Problem::OutOfRange, 0..0, message).help(format!("{} is {range}", key.name))
+    }
+
+    /// The tables of an array of tables.
+    pub(super) fn tables(&self, key: &Key, known: &'static TableKeys) -> Vec<Section<'a>> {
+        let Some(value) = self.get(key) else { return Vec::new() };
+        let Some(array) = value.get_ref().as_array() else {
+            let finding = self.wrong_type(key, value);
+            self.report(finding.help(format!("write {}", known.title)));
+            return Vec::new();
+        };
+        array.iter().filter_map(|item| self.section(key, item, known, "a table")).collect()
+    }
+
+    /// A table within this one.
+    pub(super) fn table(&self, key: &Key, known: &'static TableKeys) -> Option<Section<'a>> {
+        self.section(key, self.get(key)?, known, key.expected())
+    }
+
+    fn section(
+        &self,
+        key: &Key,
+        value: Entry<'a>,
+        known: &'static TableKeys,
+        expected: &str,
+    ) -> Option<Section<'a>> {
+        if let Some(table) = value.get_ref().as_table() {
+            return Some(Section::new(known, table, value.span(), self.errors));
+        }
+        let found = article(value.get_ref().type_str());
+        let message = format!("{} {} is {expected}, not {found}", self.known.title, key.name);
+        self.report(Finding::new(Problem::WrongType, value.span(), message));
+        None
+    }
+
+    /// All keys and values, for tables whose keys are names.
+    pub(super) fn entries(&self) -> impl Iterator<Item = (Spanned<String>, Entry<'a>)> {
+        self.table
+            .iter()
+            .map(|(key, value)| (Spanned::new(key.span(), key.get_ref().to_string()), value))
+    }
+}
+
+/// The number of a TOML integer in any notation, if it fits.
+pub(super) fn parse_integer(integer: &toml::de::DeInteger<'_>) -> Option<i64> {
+    i64::from_str_radix(integer.as_str(), integer.radix()).ok()
+}
+
+fn article(noun: &str) -> String {
+    let article = if noun.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
+    format!("{article} {noun}")
+}

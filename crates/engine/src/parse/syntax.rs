@@ -1,0 +1,76 @@
+//! What to say about a file that is not TOML.
+
+use std::ops::Range;
+
+use crate::Finding;
+use crate::finding::Problem;
+use crate::keys::TABLES;
+
+/// Places that are not TOML, before anything of a configuration, from which on the file is taken for
+/// something else.
+const FOREIGN: usize = 10;
+
+/// A place that is not TOML, and what the parser says of it.
+pub(super) type SyntaxError<'a> = (Range<usize>, &'a str);
+
+/// One finding for each line that is not TOML, or a single one if the file is no configuration.
+pub(super) fn findings(text: &str, mut errors: Vec<SyntaxError<'_>>) -> Vec<Finding> {
+    errors.sort_by_key(|(span, _)| span.start);
+    // A parser that recovers stumbles over what is left of the line.
+    errors.dedup_by_key(|(span, _)| line(text, span.start).start);
+    match errors.first() {
+        Some((span, message)) if errors.len() > FOREIGN && !has_header(text, span.start) => {
+            let others = errors.len() - 1;
+            let message = format!(
+                "this is not a configuration: it is not TOML here ({message}), nor in {others} other lines"
+            );
+            let help = "a configuration is TOML, such as [node] name = \"level\", then [[task]] name = \
+                        \"main\", period = \"1ms\"";
+            vec![Finding::new(Problem::Syntax, span.clone(), message).help(help)]
+        }
+        _ => errors.into_iter().map(|error| finding(text, error)).collect(),
+    }
+}
+
+/// Whether one of a configuration's tables begins before a byte.
+fn has_header(text: &str, before: usize) -> bool {
+    let lines = text.get(..before).unwrap_or_default().lines();
+    lines.map(str::trim).any(|line| TABLES.iter().any(|table| line.starts_with(table.title)))
+}
+
+fn finding(text: &str, (span, message): SyntaxError<'_>) -> Finding {
+    let help = value(text, span.start).and_then(quoted);
+    let finding = Finding::new(Problem::Syntax, span, format!("this is not TOML: {message}"));
+    match help {
+        Some(help) => finding.help(help),
+        None => finding,
+    }
+}
+
+/// The value that stands at a byte, or just before it, behind its key.
+fn value(text: &str, byte: usize) -> Option<&str> {
+    let line = line(text, byte);
+    let before = text.get(line.start..byte)?;
+    let start = line.start + before.rfind('=')? + 1;
+    let value = text.get(start..line.end)?.trim_start();
+    value.split(|c: char| c.is_whitespace() || ",]}".contains(c)).next()
+}
+
+/// How a value that lacks its quotes is written.
+fn quoted(value: &str) -> Option<String> {
+    let is_bare = value.starts_with(|c: char| c.is_ascii_alphanumeric() || c == '_');
+    if !is_bare || value.contains(['"', '\'']) {
+        return None;
+    }
+    Some(match value.to_ascii_lowercase().as_str() {
+        word @ ("true" | "false") => format!("write {word}, in lowercase letters"),
+        _ => format!("what is no number stands in quotes: \"{value}\""),
+    })
+}
+
+/// The line that a byte is in, without its end.
+fn line(text: &str, byte: usize) -> Range<usize> {
+    let start = text.get(..byte).and_then(|before| before.rfind('\n')).map_or(0, |end| end + 1);
+    let rest = text.get(start..).unwrap_or_default();
+    start..start + rest.find('\n').unwrap_or(rest.len())
+}

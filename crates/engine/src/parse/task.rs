@@ -1,0 +1,111 @@
+//! `[[task]]`: when blocks run.
+
+use isochrone_schedule::{Margin, MissLimit, Overrun, Wake, phase_between_ticks_ns};
+use toml::Spanned;
+
+use super::section::Section;
+use crate::Finding;
+use crate::config::Task;
+use crate::finding::Problem;
+use crate::keys::{Key, on_overrun, task as keys};
+
+pub(super) fn task(section: Section<'_>) -> Task {
+    let period_ns = section.duration_ns(&keys::PERIOD);
+    Task {
+        name: section.name(&keys::NAME),
+        ob: section.integer(&keys::OB),
+        phase_ns: phase(&section, period_ns.as_ref()),
+        priority: section.integer(&keys::PRIORITY).map(Spanned::into_inner),
+        cpu: section.integer(&keys::CPU).map(Spanned::into_inner),
+        wake: wake(&section, period_ns.as_ref()),
+        overrun: section
+            .choice(&keys::OVERRUN, &Overrun::ALL)
+            .map_or(Overrun::Skip, Spanned::into_inner),
+        on_overrun: section.table(&keys::ON_OVERRUN, &on_overrun::TABLE).and_then(miss_limit),
+        period_ns,
+    }
+}
+
+/// `phase = "auto"` puts the releases between the kernel's ticks.
+fn phase(section: &Section<'_>, period_ns: Option<&Spanned<u64>>) -> Option<Spanned<u64>> {
+    let automatic =
+        section.get(&keys::PHASE).filter(|phase| phase.get_ref().as_str() == Some("auto"));
+    if let Some(automatic) = automatic {
+        let phase_ns = phase_between_ticks_ns(*period_ns?.get_ref());
+        return Some(Spanned::new(automatic.span(), phase_ns));
+    }
+    let phase = section.duration_ns(&keys::PHASE)?;
+    let help = "phase moves the releases within the period";
+    less_than_period(section, &keys::PHASE, &phase, period_ns, help);
+    Some(phase)
+}
+
+/// How a task waits, and how long before its release it is awake.
+fn wake(section: &Section<'_>, period_ns: Option<&Spanned<u64>>) -> Wake {
+    let margin = section.duration_ns(&keys::MARGIN);
+    if let Some(margin) = &margin {
+        let help = "margin is the part of the period that is not slept before a release";
+        less_than_period(section, &keys::MARGIN, margin, period_ns, help);
+    }
+    let cpu_budget = section.number(&keys::CPU_BUDGET);
+    if let (Some(_), Some(cpu_budget)) = (&margin, &cpu_budget) {
+        let message = "[[task]] has both margin and cpu_budget";
+        let help = "margin fixes how long before a release the task is awake, cpu_budget bounds a \
+                    margin that adapts; keep one";
+        section.report(Finding::new(Problem::Conflict, cpu_budget.span(), message).help(help));
+    }
+    let written = section.choice(&keys::WAKE, &Wake::ALL);
+    let wake = match &written {
+        Some(wake) => *wake.get_ref(),
+        None if section.get(&keys::PRIORITY).is_none() && section.get(&keys::WAKE).is_none() => {
+            Wake::Sleep
+        }
+        None => Wake::Hybrid(Margin::DEFAULT),
+    };
+    if !matches!(wake, Wake::Hybrid(_)) {
+        let margin = margin.as_ref().map(|margin| ("margin", margin.span()));
+        let cpu_budget = cpu_budget.as_ref().map(|budget| ("cpu_budget", budget.span()));
+        for (key, span) in margin.into_iter().chain(cpu_budget) {
+            let why = match written {
+                Some(_) => format!("wake = \"{}\" has no margin", wake.as_str()),
+                None => "without a priority the task sleeps until its release".into(),
+            };
+            let message = format!("[[task]] {key} is for wake = \"hybrid\" only: {why}");
+            let help = format!("write wake = \"hybrid\", or leave {key} out");
+            section.report(Finding::new(Problem::Conflict, span, message).help(help));
+        }
+        return wake;
+    }
+    Wake::Hybrid(match (margin, cpu_budget) {
+        (Some(margin_ns), _) => Margin::Fixed(margin_ns.into_inner()),
+        (None, Some(budget)) => Margin::Adaptive { cpu_budget: budget.into_inner() },
+        (None, None) => Margin::DEFAULT,
+    })
+}
+
+/// Reports a time that is as long as the period, or longer.
+fn less_than_period(
+    section: &Section<'_>,
+    key: &Key,
+    time_ns: &Spanned<u64>,
+    period_ns: Option<&Spanned<u64>>,
+    help: &str,
+) {
+    if period_ns.is_some_and(|period_ns| time_ns.get_ref() >= period_ns.get_ref()) {
+        let message = format!("[[task]] {} is not less than the period", key.name);
+        section.report(Finding::new(Problem::OutOfRange, time_ns.span(), message).help(help));
+    }
+}
+
+fn miss_limit(section: Section<'_>) -> Option<MissLimit> {
+    let misses = section.integer::<u32>(&on_overrun::MISSES);
+    let cycles = section.integer::<u64>(&on_overrun::CYCLES);
+    if let (Some(misses), Some(cycles)) = (&misses, &cycles)
+        && u64::from(*misses.get_ref()) > *cycles.get_ref()
+    {
+        let message = "[task.on_overrun] misses is greater than cycles";
+        let help = format!("of {0} releases at most {0} can be missed", cycles.get_ref());
+        section.report(Finding::new(Problem::OutOfRange, misses.span(), message).help(help));
+    }
+    Some(MissLimit { misses: misses?.into_inner(), cycles: cycles?.into_inner() })
+}
