@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use isochrone_cyclic::{Margin, Wake};
 use isochrone_engine::config::Binding;
 use isochrone_engine::{
-    Findings, InputPlan, OutputPlan, Plan, TaskPlan, WirePlan, format_duration_ns,
+    Findings, InputPlan, OutputPlan, Plan, TaskPlan, WirePlan, format_duration_ns, reference,
 };
 use serde_json::{Value, json};
 
@@ -20,11 +20,16 @@ use crate::{configuration, numbers, terminal};
 /// file and what would be right.
 #[derive(clap::Args)]
 #[command(
+    override_usage = "isochrone check [OPTIONS] <FILE>\n       isochrone check --reference",
     after_help = "Examples:\n  isochrone check examples/level.toml\n  isochrone check level.toml --json"
 )]
 pub(crate) struct Args {
     /// Configuration file (TOML)
-    file: PathBuf,
+    #[arg(required_unless_present = "reference")]
+    file: Option<PathBuf>,
+    /// Print the reference of the configuration file, in Markdown
+    #[arg(long, conflicts_with_all = ["file", "strict", "json"])]
+    reference: bool,
     /// Count warnings as errors
     #[arg(long)]
     strict: bool,
@@ -37,11 +42,15 @@ pub(crate) struct Args {
 const ROWS: usize = 40;
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let plan = configuration::plan_strictly(&args.file, args.strict).or_else(|failure| {
-        match failure.findings().filter(|_| args.json) {
-            Some(findings) => terminal::print_json(&refusal(findings)).and(Err(failure)),
-            None => Err(failure),
-        }
+    let Some(file) = args.file.as_ref().filter(|_| !args.reference) else {
+        return terminal::print(&reference::page());
+    };
+    let plan = configuration::plan_strictly(file, args.strict).or_else(|failure| match failure
+        .findings()
+        .filter(|_| args.json)
+    {
+        Some(findings) => terminal::print_json(&refusal(findings)).and(Err(failure)),
+        None => Err(failure),
     })?;
     if args.json {
         return terminal::print_json(&document(&plan));

@@ -322,7 +322,7 @@ fn a_file_that_is_no_configuration_is_refused_by_name() {
         ("huge", &["huge is larger than 16 MiB", "count"]),
         ("missing", &["cannot read missing", "No such file"]),
         ("empty/x", &["cannot read empty/x", "Not a directory"]),
-        ("/dev/null", &["/dev/null is empty"]),
+        ("/dev/null", &["/dev/null is not a file but a pipe, socket or device"]),
     ] {
         for args in [format!("check {file}"), format!("check --json {file}")] {
             let ran = folder.run(&args);

@@ -1,4 +1,4 @@
-//! What README and docs say of the blocks is the catalogue's.
+//! What README and docs say of the blocks and of the configuration is what the program knows.
 
 use std::path::Path;
 use std::process::Command;
@@ -31,4 +31,13 @@ fn the_block_table_of_the_readme_is_that_of_the_catalogue() {
 fn the_reference_page_of_the_blocks_is_that_of_the_catalogue() {
     let help = "write the output of `isochrone blocks --format page` to docs/blocks.md";
     assert_eq!(read("docs/blocks.md"), blocks("page"), "{help}");
+}
+
+#[test]
+fn the_reference_page_of_the_configuration_is_that_of_the_keys() {
+    let printed =
+        Command::new(env!("CARGO_BIN_EXE_isochrone")).args(["check", "--reference"]).output();
+    let page = String::from_utf8(printed.unwrap().stdout).unwrap();
+    let help = "write the output of `isochrone check --reference` to docs/configuration.md";
+    assert_eq!(read("docs/configuration.md"), page, "{help}");
 }

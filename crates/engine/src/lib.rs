@@ -57,6 +57,7 @@ mod parse;
 mod pins;
 mod plan;
 mod printable;
+pub mod reference;
 mod source;
 mod time;
 mod workload;
