@@ -1,10 +1,9 @@
 //! `completions`: shell completions.
 
-use clap::CommandFactory;
 use clap_complete::Shell;
 
 use crate::failure::Failure;
-use crate::{Cli, terminal};
+use crate::terminal;
 
 /// Print a completion script for a shell
 #[derive(clap::Args)]
@@ -20,6 +19,6 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut Cli::command(), "isochrone", &mut script);
+    clap_complete::generate(args.shell, &mut crate::command(), "isochrone", &mut script);
     terminal::print(&String::from_utf8_lossy(&script))
 }

@@ -27,6 +27,7 @@ mod logging;
 mod numbers;
 mod publish;
 mod recording;
+mod reference;
 mod result_file;
 mod rows;
 mod run;
@@ -41,7 +42,7 @@ mod wave;
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, Parser, Subcommand};
 use isochrone_cyclic::CountingAllocator;
 use isochrone_processes::end_with_parent;
 
@@ -84,6 +85,12 @@ enum Verb {
     Compare(compare::Args),
     Doctor(doctor::Args),
     Completions(completions::Args),
+    Reference(reference::Args),
+}
+
+/// The command line as clap has it, for what derives from it.
+pub fn command() -> clap::Command {
+    Cli::command()
 }
 
 /// Reads the command line, runs its verb and says how it ended.
@@ -106,6 +113,7 @@ pub fn main() -> ExitCode {
         Some(Verb::Compare(args)) => compare::run(&args),
         Some(Verb::Doctor(args)) => doctor::run(&args),
         Some(Verb::Completions(args)) => completions::run(&args),
+        Some(Verb::Reference(args)) => reference::run(&args),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

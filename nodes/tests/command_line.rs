@@ -4,8 +4,12 @@ mod program;
 
 use program::{Folder, Ran, assert_says};
 
-const VERBS: [&str; 9] =
-    ["demo", "check", "run", "simulate", "publish", "subscribe", "blocks", "doctor", "completions"];
+/// The verbs that the program declares.
+fn verbs() -> Vec<String> {
+    let command = isochrone_cli::command();
+    let shown = command.get_subcommands().filter(|verb| !verb.is_hide_set());
+    shown.map(|verb| verb.get_name().to_owned()).collect()
+}
 
 fn run(args: &str) -> Ran {
     Folder::new().run(args)
@@ -14,7 +18,7 @@ fn run(args: &str) -> Ran {
 #[test]
 fn the_help_names_every_verb_and_what_the_exit_status_means() {
     let help = run("--help").silently();
-    assert_says(&help, &VERBS);
+    assert_says(&help, &verbs());
     assert_says(&help, &["Usage: isochrone", "Exit status: 0", "1 it ran", "2 usage", "3 nothing"]);
     assert_says(
         &help,
@@ -25,7 +29,7 @@ fn the_help_names_every_verb_and_what_the_exit_status_means() {
 
 #[test]
 fn the_help_of_a_verb_says_all_that_it_needs() {
-    for (verb, needs) in [
+    let needs = [
         ("demo", &["--seconds", "[default: 10]", "--json", "three processes"][..]),
         ("check", &["<FILE>", "TOML", "--strict", "--json", "Examples:"]),
         (
@@ -89,9 +93,16 @@ fn the_help_of_a_verb_says_all_that_it_needs() {
         ),
         ("blocks", &["[BLOCK]", "--json", "--format", "markdown", "Examples:"]),
         ("doctor", &["--cpu", "--json", "Changes nothing", "Examples:"]),
+        ("list", &["--json", "--names", "rate", "signals", "Examples:"]),
+        ("bench", &["jitter", "latency", "engine"]),
+        ("compare", &["--json", "reports of `bench`"]),
         ("completions", &["<SHELL>", "bash", "zsh", "fish", "Examples:"]),
-    ] {
-        assert!(VERBS.contains(&verb));
+    ];
+    let tested: Vec<&str> = needs.iter().map(|(verb, _)| *verb).collect();
+    for verb in verbs() {
+        assert!(tested.contains(&verb.as_str()), "say here what the help of {verb} has to say");
+    }
+    for (verb, needs) in needs {
         let help = run(&format!("{verb} --help")).silently();
         assert_says(&help, &[format!("Usage: isochrone {verb}")]);
         assert_says(&help, needs);
@@ -115,7 +126,7 @@ fn the_version_is_that_of_the_package() {
     let version = concat!("isochrone ", env!("CARGO_PKG_VERSION"), "\n");
     assert_eq!(run("--version").silently(), version);
     assert_eq!(run("-V").silently(), version);
-    for verb in VERBS {
+    for verb in verbs() {
         assert_says(&run(&format!("{verb} --version")).silently(), &[env!("CARGO_PKG_VERSION")]);
     }
 }
@@ -151,7 +162,7 @@ fn what_the_command_line_does_not_know_is_refused_by_name() {
 fn completions_know_every_verb_and_its_flags() {
     for shell in ["bash", "zsh", "fish"] {
         let script = run(&format!("completions {shell}")).silently();
-        assert_says(&script, &VERBS);
+        assert_says(&script, &verbs());
         assert_says(&script, &["strict", "cycles", "inputs", "amplitude", "markdown"]);
     }
 }

@@ -1,4 +1,5 @@
-//! What README and docs say of the blocks and of the configuration is what the program knows.
+//! What README and docs say of the blocks, the configuration and the command line is what the program
+//! knows.
 
 use std::path::Path;
 use std::process::Command;
@@ -40,4 +41,13 @@ fn the_reference_page_of_the_configuration_is_that_of_the_keys() {
     let page = String::from_utf8(printed.unwrap().stdout).unwrap();
     let help = "write the output of `isochrone check --reference` to docs/configuration.md";
     assert_eq!(read("docs/configuration.md"), page, "{help}");
+}
+
+#[test]
+fn the_reference_page_of_the_command_line_is_that_of_the_program() {
+    let printed = Command::new(env!("CARGO_BIN_EXE_isochrone")).arg("reference").output().unwrap();
+    assert!(
+        read("docs/cli.md") == String::from_utf8(printed.stdout).unwrap(),
+        "the command line has changed; cargo run -- reference > docs/cli.md"
+    );
 }
