@@ -67,7 +67,9 @@ fn text(known: &BlockType) -> String {
     for pin in known.outputs {
         pins.row(["out", pin.name, pin.pin_type.as_str(), "", pin.unit, &meaning(pin)]);
     }
-    let mut text = format!("{}\n  {}\n\n{}", known.name, known.doc(), pins.draw(2));
+    let mut text = format!("{}\n  {}\n", known.name, known.doc());
+    text += &source(known).map_or_else(String::new, |source| format!("  {source}\n"));
+    text += &format!("\n{}", pins.draw(2));
     let mut section = |title: &str, lines: Vec<String>| {
         if !lines.is_empty() {
             text += &format!("\n  {title}\n    {}\n", lines.join("\n    "));
@@ -85,6 +87,11 @@ fn text(known: &BlockType) -> String {
         decisions.map(|d| format!("{}: {}", d.silent_on, d.chosen)).collect(),
     );
     text
+}
+
+/// Where names, types, defaults, modes and status words come from.
+fn source(known: &BlockType) -> Option<String> {
+    known.follows.map(|document| format!("Follows {document}."))
 }
 
 /// What a pin means, how LGF's documents also call it, and when it is read.
@@ -140,6 +147,7 @@ fn print_json(types: &[&BlockType]) -> Result<(), Failure> {
         json!({
             "name": known.name,
             "doc": known.doc(),
+            "follows": known.follows,
             "inputs": known.inputs.iter().map(input).collect::<Vec<_>>(),
             "outputs": known.outputs.iter().map(pin).collect::<Vec<_>>(),
             "computes": known.computes,

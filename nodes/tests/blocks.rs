@@ -29,6 +29,7 @@ fn the_text_shows_every_block_with_every_pin_and_status_word() {
                 assert!(rows.iter().any(|row| row.starts_with(&cells)), "{cells:?} in\n{shown}");
             }
         }
+        assert_says(shown, &[known.follows.expect("the document")]);
         for word in known.status {
             let code = format!("16#{:04X}", word.code);
             let row = rows.iter().find(|row| row.starts_with(&[&code, word.name]));
@@ -105,6 +106,7 @@ fn the_json_holds_the_whole_catalogue() {
     for (known, shown) in CATALOGUE.iter().zip(blocks) {
         assert_eq!(shown["name"], known.name);
         assert_eq!(shown["doc"], known.doc());
+        assert_eq!(shown["follows"], json!(known.follows));
         assert_eq!(
             shown["inputs"],
             known.inputs.iter().map(input).collect::<Value>(),

@@ -34,6 +34,8 @@ pub trait Declaration {
     const NAME: &'static str;
     /// What it computes.
     const DOC: &'static str;
+    /// The document that it follows.
+    const FOLLOWS: Option<&'static str>;
     /// Input pins in order.
     const INPUTS: &'static [Pin];
     /// Output pins in order.
@@ -51,6 +53,10 @@ pub trait Declaration {
 }
 
 /// A function block: a pure Mealy machine.
+#[diagnostic::on_unimplemented(
+    message = "`{Self}` is no function block yet",
+    note = "declare it with `isochrone_blocks::block!` and write `impl Block for {Self}` with its `step`"
+)]
 pub trait Block: Declaration {
     /// One cycle. Depends on nothing but its arguments.
     fn step(state: &mut Self::State, inputs: &Self::Inputs, cycle: &Cycle<'_>) -> Self::Outputs;
@@ -160,6 +166,8 @@ pub struct BlockType {
     /// Name in a configuration.
     pub name: &'static str,
     doc: &'static str,
+    /// The document that it follows; `None` for a block that follows none.
+    pub follows: Option<&'static str>,
     /// Input pins in the order of their slots.
     pub inputs: &'static [Pin],
     /// Output pins in the order of their slots, which follow the inputs.
@@ -186,6 +194,7 @@ impl BlockType {
         Self {
             name: B::NAME,
             doc: B::DOC,
+            follows: B::FOLLOWS,
             inputs: B::INPUTS,
             outputs: B::OUTPUTS,
             computes: B::COMPUTES,

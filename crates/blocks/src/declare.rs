@@ -13,9 +13,12 @@
 /// `#[latched_by = "reset"]`: it is read in the first call and while that input is TRUE.
 ///
 /// A status word is `code => "NAME": "meaning"`, with `(ours)` behind a name that the document which
-/// the block follows does not have. Two sections may be left out: `computes` before `status`,
-/// sentences on how, and `decisions` at the end, a [`Decision`](crate::Decision) for each point on
-/// which the document is silent.
+/// the block follows does not have. A block that declares a word from `16#8000` on, an error, has an
+/// output `"status" => status: u16`; what it reports there is what a node counts as errors.
+///
+/// Sections stand in this order, and only `inputs` and `outputs` are needed: `follows`, the document
+/// that the block follows; `inputs`; `outputs`; `state`; `computes`, sentences on how; `status`;
+/// `decisions`, a [`Decision`](crate::Decision) for each point on which the document is silent.
 ///
 /// ```
 /// isochrone_blocks::block! {
@@ -30,7 +33,6 @@
 ///             "y" => y: f64,
 ///         }
 ///         state { last: f64 }
-///         status {}
 ///     }
 /// }
 ///
@@ -48,6 +50,7 @@ macro_rules! block {
     (
         $(#[doc = $doc:literal])+
         $vis:vis $Block:ident {
+            $(follows { $document:literal })?
             inputs { $(
                 $(#[doc = $in_doc:literal])+
                 $(#[alias = $in_alias:literal])*
@@ -59,9 +62,9 @@ macro_rules! block {
                 $(#[alias = $out_alias:literal])*
                 $out_name:literal => $out:ident: $out_type:ident $([$out_unit:literal])?
             ),* $(,)? }
-            state { $($(#[$word_attr:meta])* $word:ident: $word_type:ty),* $(,)? }
+            $(state { $($(#[$word_attr:meta])* $word:ident: $word_type:ty),* $(,)? })?
             $(computes { $($sentence:literal),* $(,)? })?
-            status { $($code:expr => $word_name:literal $(($ours:ident))? : $meaning:expr),* $(,)? }
+            $(status { $($code:expr => $word_name:literal $(($ours:ident))? : $meaning:expr),* $(,)? })?
             $(decisions { $($decision:expr),* $(,)? })?
         }
     ) => {
@@ -86,22 +89,22 @@ macro_rules! block {
 
         /// Private state; the default is the state before the first call.
         #[derive(Clone, Copy, Debug, Default, PartialEq)]
-        $vis struct State { $($(#[$word_attr])* $word: $word_type),* }
+        $vis struct State { $($($(#[$word_attr])* $word: $word_type),*)? }
 
         $crate::block!(@slots Inputs { $($in)* });
         $crate::block!(@slots Outputs { $($out)* });
 
         impl $crate::Words for State {
-            const LEN: usize = <[&str]>::len(&[$(stringify!($word)),*]);
+            const LEN: usize = <[&str]>::len(&[$($(stringify!($word)),*)?]);
             #[inline]
             fn read(words: &[u64]) -> Self {
                 let mut words = words.iter();
                 let _ = &mut words;
-                Self { $($word: $crate::Word::from_word(words.next().copied().unwrap_or_default())),* }
+                Self { $($($word: $crate::Word::from_word(words.next().copied().unwrap_or_default())),*)? }
             }
             #[inline]
             fn write(self, words: &mut [u64]) {
-                for (word, value) in words.iter_mut().zip([$($crate::Word::into_word(self.$word)),*]) {
+                for (word, value) in words.iter_mut().zip([$($($crate::Word::into_word(self.$word)),*)?]) {
                     *word = value;
                 }
             }
@@ -113,6 +116,7 @@ macro_rules! block {
             type State = State;
             const NAME: &'static str = stringify!($Block);
             const DOC: &'static str = concat!($($doc),+);
+            const FOLLOWS: Option<&'static str> = $crate::block!(@option $($document)?);
             const INPUTS: &'static [$crate::Pin] = &[$($crate::Pin {
                 name: $in_name,
                 pin_type: <$crate::block!(@type $in_type) as $crate::Value>::TYPE,
@@ -134,12 +138,12 @@ macro_rules! block {
                 raw_doc: concat!($($out_doc),+),
             }),*];
             const COMPUTES: &'static [&'static str] = &[$($($sentence),*)?];
-            const STATUS: &'static [$crate::StatusWord] = &[$($crate::StatusWord {
+            const STATUS: &'static [$crate::StatusWord] = &[$($($crate::StatusWord {
                 code: $code,
                 name: $word_name,
                 origin: $crate::block!(@origin $($ours)?),
                 meaning: $meaning,
-            }),*];
+            }),*)?];
             const DECISIONS: &'static [$crate::Decision] = &[$($($decision),*)?];
 
             #[inline]

@@ -5,6 +5,7 @@ use crate::{Block, Cycle, Ob, decisions, status};
 crate::block! {
     /// Limits the rate of change of a signal: a step becomes a ramp.
     pub LimRateOfChangeCI {
+        follows { "LGF_LimRateOfChangeCI, Siemens Library of General Functions (LGF)" }
         inputs {
             /// Signal to follow.
             "value" => value: f64 = 0.0,

@@ -7,6 +7,7 @@ crate::block! {
     /// Limits the rate of change of a signal with a rate for each range and direction, limits the
     /// output, and can be tracked, preset, operated by hand and restarted.
     pub LimRateOfChangeAdvancedCI {
+        follows { "LGF_LimRateOfChangeAdvancedCI, Siemens Library of General Functions (LGF)" }
         inputs {
             /// Signal to follow in automatic mode.
             "autoValue" => auto_value: f64 = 0.0,

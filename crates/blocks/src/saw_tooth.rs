@@ -6,6 +6,7 @@ crate::block! {
     /// Generates a sawtooth of steps: `incrementRange` is added after each `timeRange`, and after
     /// `numberSteps` steps the signal starts again.
     pub SawTooth {
+        follows { "LGF_SawTooth, Siemens Library of General Functions (LGF)" }
         inputs {
             /// Value at which the signal begins.
             #[latched_by = "reset"]
@@ -47,7 +48,6 @@ crate::block! {
             "`k` is the number of whole intervals `timeRange` that have passed since the inputs were taken over.",
             "`value = startValue + k * incrementRange`; without `endlessSteps`, `k` starts again from 0 after `numberSteps`.",
         }
-        status {}
         decisions {
             Decision {
                 silent_on: "when the inputs are taken over",

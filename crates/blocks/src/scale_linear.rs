@@ -5,6 +5,7 @@ use crate::{Block, Cycle, Decision, status};
 crate::block! {
     /// Scales a signal along the straight line through (`x1`, `y1`) and (`x2`, `y2`), within limits.
     pub ScaleLinear {
+        follows { "LGF_ScaleLinear, Siemens Library of General Functions (LGF)" }
         inputs {
             /// Signal to scale.
             "x" => x: f64,

@@ -67,6 +67,10 @@ impl core::fmt::Display for PinType {
 }
 
 /// A Rust type that a pin can have.
+#[diagnostic::on_unimplemented(
+    message = "a pin cannot have the type `{Self}`",
+    note = "pins are f64 (LREAL), i16 (INT), i32 (TIME, in ms), bool (BOOL), u16 (WORD) or Ob (callOB)"
+)]
 pub trait Value: Copy {
     /// The pin type that it stands for.
     const TYPE: PinType;
@@ -160,6 +164,10 @@ impl Value for Ob {
 }
 
 /// A Rust type that a block's private state can be made of. Zero is every type's initial value.
+#[diagnostic::on_unimplemented(
+    message = "private state cannot have the type `{Self}`",
+    note = "state is made of f64, u64, u16, i16, i32 and bool"
+)]
 pub trait Word: Copy + Default {
     /// Reads it from a state word.
     fn from_word(word: u64) -> Self;

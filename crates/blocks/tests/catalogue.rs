@@ -113,7 +113,7 @@ fn status_lists_are_complete_and_named_as_in_the_documents_of_lgf() {
 #[test]
 fn every_block_says_how_it_computes_and_what_was_chosen_where_its_document_is_silent() {
     for block in &CATALOGUE {
-        assert!(!block.computes.is_empty(), "{}", block.name);
+        assert!(!block.computes.is_empty(), "{}: say how in `computes {{ … }}`", block.name);
         let silent_on: HashSet<_> = block.decisions.iter().map(|d| d.silent_on).collect();
         assert_eq!(silent_on.len(), block.decisions.len(), "{}: each once", block.name);
         assert!(block.decisions.iter().all(|d| !d.silent_on.is_empty() && !d.chosen.is_empty()));

@@ -8,6 +8,7 @@ isochrone_blocks::block! {
     /// Multiplies, and keeps nothing.
     /// Two lines are one text.
     pub Gain {
+        follows { "Handbook of Gains" }
         inputs {
             /// Signal.
             "x" => x: f64,
@@ -91,6 +92,7 @@ fn words_decisions_and_other_names_are_as_declared() {
     assert_eq!(GAIN.decisions, [Decision { silent_on: "delay", chosen: "none" }]);
     let on = GAIN.inputs[3];
     assert_eq!((on.aliases, on.latched_by), (&["enable", "enabled"][..], Some("delay")));
+    assert_eq!(GAIN.follows, Some("Handbook of Gains"));
     assert_eq!((GAIN.outputs[0].aliases, GAIN.inputs[0].latched_by), (&["product"][..], None));
 }
 
@@ -129,8 +131,6 @@ mod flagged {
                 /// The signal is negative.
                 "error" => error: bool,
             }
-            state {}
-            status {}
         }
     }
 
@@ -144,6 +144,7 @@ mod flagged {
 #[test]
 fn without_a_status_word_the_error_flag_says_so() {
     let flagged = BlockType::of::<flagged::Flagged>();
+    assert_eq!((flagged.follows, flagged.status.len(), flagged.state_words), (None, 0, 1));
     let mut state = vec![0; 2 * flagged.state_words];
     let mut image = [1.0, 0.0, -1.0, 0.0];
     assert_eq!(flagged.step_bank(&mut image, &mut state, &Cycle::new(0, 1, &[])), 1);

@@ -2,16 +2,18 @@
 
 use isochrone_blocks::{BlockType, Pin};
 
-use super::{default, meaning, word_meaning};
+use super::{default, meaning, source, word_meaning};
 
 const INTRODUCTION: &str = "\
 # Function blocks
 
 <!-- The output of `isochrone blocks --format page`. -->
 
-The blocks follow the documents of Siemens' library of general functions (LGF): names, types,
-defaults, modes and status words are LGF's. Where a document is silent, a table says what was chosen.
-A status word from 16#8000 on is an error, and `error` is TRUE exactly then.
+The blocks follow the manual of Siemens' Library of General Functions (LGF) for the TIA Portal: names,
+types, defaults, modes and status words are LGF's, and each block names the page that it follows. Where
+that page is silent, a table says what was chosen. The formulas are exact: every number is computed in
+IEEE-754 binary64, in the order written, without fused multiply-add. A status word from 16#8000 on is an
+error, and `error` is TRUE exactly then; a node counts these steps as block errors.
 
 At a pin stands a number, true or false, or a wire: `\"input\"` or `\"block.pin\"`. A TIME is whole
 milliseconds, `100`, or text: `\"100ms\"`, `\"T#100ms\"`, `\"T#1m30s\"`. At `callOB` stands an OB number or
@@ -26,6 +28,7 @@ pub(super) fn page(types: &[&BlockType]) -> String {
 
 fn block(known: &BlockType) -> String {
     let mut text = format!("\n## {}\n\n{}\n\n", known.name, known.doc());
+    text += &source(known).map_or_else(String::new, |source| format!("{source}\n\n"));
     for sentence in known.computes {
         text += &format!("- {sentence}\n");
     }
