@@ -3,7 +3,7 @@
 mod page;
 
 use clap::ValueEnum;
-use isochrone_blocks::{BlockType, CATALOGUE, Origin, Pin, PinDefault, StatusWord};
+use isochrone_blocks::{BlockType, Origin, Pin, PinDefault, StatusWord};
 use serde_json::json;
 
 use crate::failure::Failure;
@@ -38,11 +38,11 @@ enum Format {
     Json,
 }
 
-pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let wanted = |known: &&BlockType| args.block.as_ref().is_none_or(|name| name == known.name);
-    let types: Vec<&BlockType> = CATALOGUE.iter().filter(wanted).collect();
+    let types: Vec<&BlockType> = catalogue.iter().filter(wanted).collect();
     if let (Some(name), []) = (&args.block, types.as_slice()) {
-        let known = CATALOGUE.iter().map(|known| known.name).collect::<Vec<_>>().join(", ");
+        let known = catalogue.iter().map(|known| known.name).collect::<Vec<_>>().join(", ");
         return Err(Failure::usage(format!(
             "there is no block type \"{name}\"; there is: {known}"
         )));

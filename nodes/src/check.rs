@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use isochrone_blocks::BlockType;
 use isochrone_cyclic::{Margin, Wake};
 use isochrone_engine::config::Binding;
 use isochrone_engine::{
@@ -41,17 +42,17 @@ pub(crate) struct Args {
 /// Rows shown of a long list; JSON has them all.
 const ROWS: usize = 40;
 
-pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let Some(file) = args.file.as_ref().filter(|_| !args.reference) else {
         return terminal::print(&reference::page());
     };
-    let plan = configuration::plan_strictly(file, args.strict).or_else(|failure| match failure
-        .findings()
-        .filter(|_| args.json)
-    {
-        Some(findings) => terminal::print_json(&refusal(findings)).and(Err(failure)),
-        None => Err(failure),
-    })?;
+    let plan =
+        configuration::plan_strictly(file, args.strict, catalogue).or_else(
+            |failure| match failure.findings().filter(|_| args.json) {
+                Some(findings) => terminal::print_json(&refusal(findings)).and(Err(failure)),
+                None => Err(failure),
+            },
+        )?;
     if args.json {
         return terminal::print_json(&document(&plan));
     }

@@ -2,21 +2,28 @@
 
 use std::path::Path;
 
-use isochrone_engine::{Finding, Findings, Plan, Rules, Source};
+use isochrone_blocks::BlockType;
+use isochrone_engine::{Finding, Findings, Plan, PlanError, Rules, Source};
 use isochrone_ipc::check_service_name;
 
 use crate::failure::Failure;
 use crate::terminal;
 
 /// Reads and plans a configuration.
-pub(crate) fn plan(path: &Path) -> Result<Plan, Failure> {
-    let source = Source::read(path).map_err(Failure::usage)?;
-    Plan::new(source, &rules()).map_err(Failure::configuration)
+pub(crate) fn plan(path: &Path, catalogue: &[BlockType]) -> Result<Plan, Failure> {
+    Plan::read(path, &rules(catalogue)).map_err(|error| match error {
+        PlanError::Configuration(findings) => Failure::configuration(findings),
+        error => Failure::usage(error),
+    })
 }
 
 /// Reads and plans a configuration; with `strict`, warnings are errors too.
-pub(crate) fn plan_strictly(path: &Path, strict: bool) -> Result<Plan, Failure> {
-    let plan = plan(path)?;
+pub(crate) fn plan_strictly(
+    path: &Path,
+    strict: bool,
+    catalogue: &[BlockType],
+) -> Result<Plan, Failure> {
+    let plan = plan(path, catalogue)?;
     if strict && !plan.warnings.is_empty() {
         return Err(Failure::configuration(warnings(&plan)));
     }
@@ -69,9 +76,9 @@ pub(crate) fn finding_json(source: &Source, finding: &Finding) -> serde_json::Va
     })
 }
 
-fn rules() -> Rules<'static> {
+fn rules(catalogue: &[BlockType]) -> Rules<'_> {
     Rules {
+        catalogue,
         service_name: |name| check_service_name(name).map_err(|error| error.to_string()),
-        ..Rules::default()
     }
 }

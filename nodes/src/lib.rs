@@ -43,12 +43,10 @@ mod wave;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser, Subcommand};
-use isochrone_cyclic::CountingAllocator;
+use isochrone_blocks::{BlockType, CATALOGUE};
 use isochrone_processes::end_with_parent;
 
-/// Counts the allocations of every thread, so that reports can say what the cycle allocates.
-#[global_allocator]
-static ALLOCATOR: CountingAllocator = CountingAllocator;
+use crate::failure::Failure;
 
 /// Run function blocks at a deterministic period and exchange values through shared memory
 ///
@@ -93,23 +91,36 @@ pub fn command() -> clap::Command {
     Cli::command()
 }
 
-/// Reads the command line, runs its verb and says how it ended.
-pub fn main() -> ExitCode {
+/// Reads the command line, runs its verb with `blocks` beside those of the library, and says how it
+/// ended.
+///
+/// A `main` that is nothing but this call is a program with every verb of `isochrone`. Reports say what
+/// a cycle allocates if the program has
+/// [`CountingAllocator`](isochrone_cyclic::CountingAllocator) as its `#[global_allocator]`, and `null`
+/// otherwise.
+pub fn main(blocks: &[BlockType]) -> ExitCode {
     end_with_parent();
     let cli = Cli::parse();
     terminal::set_up_reports();
     logging::set_up(cli.verbose);
+    let catalogue = match catalogue(blocks) {
+        Ok(catalogue) => catalogue,
+        Err(failure) => {
+            terminal::note_failure(&failure);
+            return failure.status();
+        }
+    };
     let done = match cli.verb {
         None => demo::run(&demo::Args::default()),
         Some(Verb::Demo(args)) => demo::run(&args),
-        Some(Verb::Check(args)) => check::run(&args),
-        Some(Verb::Run(args)) => run::run(&args),
-        Some(Verb::Simulate(args)) => simulate::run(&args),
+        Some(Verb::Check(args)) => check::run(&args, &catalogue),
+        Some(Verb::Run(args)) => run::run(&args, &catalogue),
+        Some(Verb::Simulate(args)) => simulate::run(&args, &catalogue),
         Some(Verb::Publish(args)) => publish::run(&args),
         Some(Verb::Subscribe(args)) => subscribe::run(&args),
         Some(Verb::List(args)) => list::run(&args),
-        Some(Verb::Blocks(args)) => blocks::run(&args),
-        Some(Verb::Bench(args)) => bench::run(&args),
+        Some(Verb::Blocks(args)) => blocks::run(&args, &catalogue),
+        Some(Verb::Bench(args)) => bench::run(&args, &catalogue),
         Some(Verb::Compare(args)) => compare::run(&args),
         Some(Verb::Doctor(args)) => doctor::run(&args),
         Some(Verb::Completions(args)) => completions::run(&args),
@@ -122,4 +133,19 @@ pub fn main() -> ExitCode {
             failure.status()
         }
     }
+}
+
+/// The library's blocks, then the program's own.
+fn catalogue(blocks: &[BlockType]) -> Result<Vec<BlockType>, Failure> {
+    let mut catalogue = CATALOGUE.to_vec();
+    for block in blocks {
+        if catalogue.iter().any(|known| known.name == block.name) {
+            let name = block.name;
+            return Err(Failure::usage(format!(
+                "this program has two block types \"{name}\"; give its own another name"
+            )));
+        }
+        catalogue.push(*block);
+    }
+    Ok(catalogue)
 }

@@ -5,6 +5,7 @@ mod report;
 use std::path::PathBuf;
 use std::thread;
 
+use isochrone_blocks::BlockType;
 use isochrone_cyclic::prepare_process;
 use isochrone_engine::{Finding, Findings, Plan, Problem, parse_seconds};
 use isochrone_ipc::{Participant, ipc};
@@ -55,8 +56,8 @@ pub(crate) struct Args {
     domain: domain::Args,
 }
 
-pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let plan = configuration::plan_strictly(&args.file, args.strict)?;
+pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
+    let plan = configuration::plan_strictly(&args.file, args.strict, catalogue)?;
     require_services(&plan)?;
     configuration::note_warnings(&plan);
     if let Some(report) = &args.report {

@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use isochrone_blocks::BlockType;
 use isochrone_engine::{BuildError, InputPlan, Plan, TaskEngine};
 
 use crate::failure::Failure;
@@ -35,8 +36,8 @@ pub(crate) struct Args {
     task: Option<String>,
 }
 
-pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let plan = configuration::plan(&args.file)?;
+pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
+    let plan = configuration::plan(&args.file, catalogue)?;
     configuration::note_warnings(&plan);
     let reference = match &args.task {
         None => 0,

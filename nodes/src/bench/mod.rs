@@ -7,6 +7,7 @@ mod live;
 mod outputs;
 mod watch;
 
+use isochrone_blocks::BlockType;
 use isochrone_engine::parse_seconds;
 
 use crate::failure::Failure;
@@ -30,11 +31,11 @@ enum What {
     LatencyPeer(latency::peer::Args),
 }
 
-pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     match &args.what {
-        What::Jitter(args) => jitter::run(args),
+        What::Jitter(args) => jitter::run(args, catalogue),
         What::Latency(args) => latency::run(args),
-        What::Engine(args) => engine::run(args),
+        What::Engine(args) => engine::run(args, catalogue),
         What::LatencyPeer(args) => latency::peer::run(args),
     }
 }

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::hint::black_box;
 
+use isochrone_blocks::BlockType;
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::{Plan, Rules, TaskEngine, Workload};
 use isochrone_processes::Stop;
@@ -67,9 +68,13 @@ impl Turn {
 
 impl Arm {
     /// A task of so many instances.
-    pub(super) fn build(workload: &Workload, instances: usize) -> Result<Self, Failure> {
-        let plan = Plan::new(workload.source(instances), &Rules::default())
-            .map_err(Failure::configuration)?;
+    pub(super) fn build(
+        workload: &Workload,
+        instances: usize,
+        catalogue: &[BlockType],
+    ) -> Result<Self, Failure> {
+        let rules = Rules { catalogue, ..Rules::default() };
+        let plan = Plan::new(workload.source(instances), &rules).map_err(Failure::configuration)?;
         let engine = TaskEngine::build(&plan).map_err(Failure::found)?.pop();
         Ok(Self {
             workload: *workload,

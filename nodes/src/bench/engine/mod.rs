@@ -6,7 +6,7 @@ mod memory;
 use std::thread;
 use std::time::Duration;
 
-use isochrone_blocks::CATALOGUE;
+use isochrone_blocks::BlockType;
 use isochrone_cyclic::{Clock, Monotonic, ThreadRequest, prepare_process, prepare_thread};
 use isochrone_engine::Workload;
 use isochrone_machine::{Environment, Machine};
@@ -38,8 +38,8 @@ pub(crate) struct Args {
     #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = instances)]
     instances: Vec<usize>,
     /// `mixed` and block types [default: all of them]
-    #[arg(long, value_name = "ARM,...", value_delimiter = ',', value_parser = workload)]
-    arms: Vec<Workload>,
+    #[arg(long, value_name = "ARM,...", value_delimiter = ',')]
+    arms: Vec<String>,
     /// Time of each arm at each size: 1, 500ms, 5min
     #[arg(long, value_name = "TIME", default_value = "1", value_parser = parse_length)]
     seconds: f64,
@@ -60,8 +60,8 @@ const LONGEST_TURN_NS: u64 = 400_000_000;
 const SIZES: [usize; 7] = [1, 10, 100, 1_000, 10_000, 100_000, 1_000_000];
 const SIZES_OF_TYPES: [usize; 3] = [1, 1_000, 1_000_000];
 
-pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let sizes = args.sizes();
+pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
+    let sizes = args.sizes(catalogue)?;
     memory::check(&sizes, Machine::here().available_bytes())?;
     let outputs = args.outputs.open()?;
     let stop = stop::on_signal(None)?;
@@ -69,7 +69,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if args.priority.is_some() {
         report.warnings.extend(prepare_process().refusals.iter().map(warning));
     }
-    let bench = Bench { args, sizes, stop, clock_read_ns: report.environment.clock_read_ns };
+    let bench =
+        Bench { args, catalogue, sizes, stop, clock_read_ns: report.environment.clock_read_ns };
     bench.announce();
     let measured = thread::scope(|scope| {
         let measure = thread::Builder::new().name("bench".into());
@@ -91,8 +92,10 @@ struct Size {
 
 impl Args {
     /// Every size once, with every arm once.
-    fn sizes(&self) -> Vec<Size> {
-        let all = Workload::all(&CATALOGUE);
+    fn sizes(&self, catalogue: &[BlockType]) -> Result<Vec<Size>, Failure> {
+        let all = Workload::all(catalogue);
+        let named = self.arms.iter().map(|name| workload(&all, name));
+        let named = named.collect::<Result<Vec<Workload>, Failure>>()?;
         let asked: &[usize] = if self.instances.is_empty() { &SIZES } else { &self.instances };
         let takes_part = |workload: &Workload, instances: &usize| match workload {
             Workload::Only(_) if self.instances.is_empty() => SIZES_OF_TYPES.contains(instances),
@@ -101,7 +104,7 @@ impl Args {
         let mut sizes: Vec<Size> = Vec::new();
         for instances in asked {
             let mut workloads: Vec<Workload> = Vec::new();
-            for workload in if self.arms.is_empty() { &all } else { &self.arms } {
+            for workload in if named.is_empty() { &all } else { &named } {
                 let is_new = workloads.iter().all(|known| known.name() != workload.name());
                 if is_new && takes_part(workload, instances) {
                     workloads.push(*workload);
@@ -112,12 +115,13 @@ impl Args {
                 sizes.push(Size { instances: *instances, workloads });
             }
         }
-        sizes
+        Ok(sizes)
     }
 }
 
 struct Bench<'a> {
     args: &'a Args,
+    catalogue: &'a [BlockType],
     sizes: Vec<Size>,
     stop: Stop,
     clock_read_ns: u64,
@@ -170,7 +174,7 @@ impl Bench<'_> {
         let mut passed = Duration::ZERO;
         let mut costs = Vec::new();
         for size in &self.sizes {
-            let build = |workload: &Workload| Arm::build(workload, size.instances);
+            let build = |workload: &Workload| Arm::build(workload, size.instances, self.catalogue);
             let mut arms = size.workloads.iter().map(build).collect::<Result<Vec<Arm>, _>>()?;
             for (_, place) in turn_order(rounds, arms.len()) {
                 let Some(arm) = arms.get_mut(place) else { continue };
@@ -214,17 +218,17 @@ fn instances(number: &str) -> Result<usize, String> {
     number.ok_or_else(|| format!("give a number of instances from 1 to {most}, such as 1000"))
 }
 
-fn workload(name: &str) -> Result<Workload, String> {
-    let all = Workload::all(&CATALOGUE);
+fn workload(all: &[Workload], name: &str) -> Result<Workload, Failure> {
     all.iter().find(|workload| workload.name() == name).copied().ok_or_else(|| {
         let known: Vec<&str> = all.iter().map(Workload::name).collect();
-        format!("there is no such arm; there are: {}", known.join(", "))
+        Failure::usage(format!("there is no arm \"{name}\"; there are: {}", known.join(", ")))
     })
 }
 
 #[cfg(test)]
 mod tests {
     use clap::Parser;
+    use isochrone_blocks::CATALOGUE;
 
     use super::*;
 
@@ -237,7 +241,12 @@ mod tests {
     fn sizes(line: &str) -> Vec<(usize, Vec<&'static str>)> {
         let line = Line::parse_from(std::iter::once("engine").chain(line.split_whitespace()));
         let names = |size: &Size| size.workloads.iter().map(Workload::name).collect();
-        line.args.sizes().iter().map(|size| (size.instances, names(size))).collect()
+        line.args
+            .sizes(&CATALOGUE)
+            .unwrap()
+            .iter()
+            .map(|size| (size.instances, names(size)))
+            .collect()
     }
 
     #[test]

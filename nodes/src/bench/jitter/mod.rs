@@ -12,6 +12,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use clap::ValueEnum;
+use isochrone_blocks::BlockType;
 use isochrone_cyclic::{Clock, Monotonic, prepare_process};
 use isochrone_engine::{Plan, format_duration_ns, parse_milliseconds_ns};
 use isochrone_machine::{Environment, Machine, examine};
@@ -93,9 +94,9 @@ const LONGEST_SET_UP: Duration = Duration::from_secs(10);
 const DEFAULT_PERIOD_NS: u64 = 1_000_000;
 const DEFAULT_PRIORITY: u8 = 80;
 
-pub(super) fn run(args: &Args) -> Result<(), Failure> {
+pub(super) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let outputs = args.outputs.open()?;
-    let settings = Settings::find(args)?;
+    let settings = Settings::find(args, catalogue)?;
     let stop = stop::on_signal(None)?;
     let domain = args.domain.find()?;
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
@@ -172,10 +173,10 @@ struct Settings {
 
 impl Settings {
     /// From the command line, or from the configurations where they say it.
-    fn find(args: &Args) -> Result<Self, Failure> {
+    fn find(args: &Args, catalogue: &[BlockType]) -> Result<Self, Failure> {
         let mut plans = Vec::new();
         for path in &args.configs {
-            let plan = configuration::plan(path)?;
+            let plan = configuration::plan(path, catalogue)?;
             run::require_services(&plan)?;
             let name = path.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into());
             plans.push((name, Arc::new(plan)));
