@@ -1,5 +1,8 @@
 //! `demo`: publisher, control node and subscriber as three processes.
 
+use std::fs;
+use std::io::{self, IsTerminal};
+use std::process::Stdio;
 use std::thread;
 use std::time::Duration;
 
@@ -34,8 +37,11 @@ impl Default for Args {
 const CONFIGURATION: &str = include_str!("level.toml");
 const INPUT: &str = "plant/analog";
 const OUTPUT: &str = "plant/level";
-/// The subscriber shows every 500th frame: two lines a second.
-const SHOWN: &str = "500";
+/// The subscriber prints every 500th frame, two lines a second, or draws its table ten times a second.
+const PRINTED: &str = "500";
+const DRAWN: &str = "100";
+/// Where the subscriber writes its report.
+const LINK_REPORT: &str = "link.json";
 /// How long the children outlive a parent that was killed.
 const GRACE_S: f64 = 5.0;
 const LOOK_INTERVAL: Duration = Duration::from_millis(20);
@@ -60,24 +66,36 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         "--seconds",
         &limit,
     ])?;
-    let mut subscriber = company.start(&[
-        "subscribe",
-        OUTPUT,
-        "--stats",
-        "--json",
-        "--every",
-        SHOWN,
-        "--spin",
-        "--seconds",
-        &limit,
-    ])?;
+    let is_live = !args.json && io::stdout().is_terminal();
+    let every = if is_live { DRAWN } else { PRINTED };
+    let mut subscriber = company.start_with(
+        &[
+            "subscribe",
+            OUTPUT,
+            "--report",
+            LINK_REPORT,
+            "--every",
+            every,
+            "--spin",
+            "--seconds",
+            &limit,
+        ],
+        // It draws on the terminal itself.
+        |command| {
+            let stdout = if is_live { Stdio::inherit() } else { Stdio::piped() };
+            command.args(company.in_domain()).stdin(Stdio::null()).stdout(stdout)
+        },
+    )?;
     let node_report = node.document(|_| ());
     let _ = publisher.document(|_| ());
     let json = args.json;
-    let link_report = subscriber.document(move |line| match json {
-        true => terminal::note(line),
-        // The pipe's reader may be gone; the summary will tell.
-        false => drop(terminal::print(&format!("{line}\n"))),
+    let _ = subscriber.document(move |line| {
+        if json {
+            terminal::note(line);
+        } else {
+            // The pipe's reader may be gone; the summary will tell.
+            drop(terminal::print(&format!("{line}\n")));
+        }
     });
 
     let mut all_run = Ok(());
@@ -90,7 +108,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let ends = [subscriber.finish(), node.finish(), publisher.finish()];
     all_run?;
     ends.into_iter().collect::<Result<(), _>>()?;
-    let reports = [node_report, link_report].map(|report| report.recv().unwrap_or_default());
+    let link_report = fs::read_to_string(company.folder().join(LINK_REPORT)).unwrap_or_default();
+    let reports = [node_report.recv().unwrap_or_default(), link_report];
     if reports.iter().any(String::is_empty) {
         terminal::note("stopped before anything was measured");
         return Ok(());
@@ -102,10 +121,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         links: link.links,
         ..node
     };
-    match args.json {
-        true => terminal::print_json(&report),
-        false => terminal::print(&format!("\n{report}")),
+    if args.json {
+        return terminal::print_json(&report);
     }
+    terminal::print(&format!("\n{report}"))
 }
 
 fn parse(document: &str) -> Result<Report, Failure> {
