@@ -2,8 +2,8 @@
 
     python3 reader.py [SERVICE] [FRAMES]
 
-SERVICE is plant/level and FRAMES 5 if left out. Exit status: 0 done, 3 nobody published for five
-seconds.
+SERVICE is plant/level and FRAMES 5 if left out; ICEORYX2_CONFIG=FILE chooses the domain. Exit status:
+0 done, 3 nobody published for five seconds.
 """
 
 import ctypes
@@ -59,4 +59,7 @@ def main(service="plant/level", count="5"):
 
 
 if __name__ == "__main__":
-    sys.exit(main(*sys.argv[1:]))
+    try:
+        sys.exit(main(*sys.argv[1:]))
+    except KeyboardInterrupt:
+        print("ended")

@@ -4,6 +4,7 @@ Needs nothing but iceoryx2, in exactly the version that isochrone has: pip insta
 """
 
 import ctypes
+import os
 import time
 
 import iceoryx2 as iox2
@@ -30,9 +31,15 @@ class FrameHeader(ctypes.Structure):
 
 
 def join(name):
-    """Joins the domain of config/iceoryx2.toml, or iceoryx2's default domain."""
+    """Joins the domain of the file that ICEORYX2_CONFIG names (the --iceoryx2-config of isochrone);
+    without it that of config/iceoryx2.toml, or iceoryx2's default domain."""
     iox2.set_log_level(iox2.LogLevel.Error)
-    return iox2.NodeBuilder.new().name(iox2.NodeName.new(name)).create(iox2.ServiceType.Ipc)
+    builder = iox2.NodeBuilder.new().name(iox2.NodeName.new(name))
+    if file := os.environ.get("ICEORYX2_CONFIG"):
+        builder = builder.config(iox2.config.from_file(iox2.FilePath.new(file)))
+    # Python turns a signal into KeyboardInterrupt; iceoryx2 need not catch it too.
+    builder = builder.signal_handling_mode(iox2.SignalHandlingMode.Disabled)
+    return builder.create(iox2.ServiceType.Ipc)
 
 
 def frames(node, service):

@@ -2,7 +2,8 @@
 
     python3 writer.py [SERVICE] [FRAMES] [HZ]
 
-SERVICE is plant/python, FRAMES 1000 and HZ 100 if left out. An input of a node reads one of them:
+SERVICE is plant/python, FRAMES 1000 and HZ 100 if left out; ICEORYX2_CONFIG=FILE chooses the domain.
+Ctrl-C and SIGTERM end it in order. An input of a node reads one of them:
 
     [[input]]
     name = "wave"
@@ -13,6 +14,7 @@ SERVICE is plant/python, FRAMES 1000 and HZ 100 if left out. An input of a node 
 import ctypes
 import json
 import math
+import signal
 import sys
 import time
 
@@ -85,7 +87,11 @@ def main(service="plant/python", count="1000", hz="100"):
 
 
 if __name__ == "__main__":
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         sys.exit(main(*sys.argv[1:]))
     except iox2.PublisherCreateError as refused:
         sys.exit(f"cannot publish: {refused}")
+    except KeyboardInterrupt:
+        # The ports went with the frame of main, and took their place in the service with them.
+        print("ended")

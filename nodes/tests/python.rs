@@ -9,6 +9,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use domain::{Domain, Process, not_tested};
+use rustix::process::Signal;
 
 const NODE: &str = r#"
 [node]
@@ -50,11 +51,9 @@ fn python() -> Option<PathBuf> {
 /// Starts one of the programs in the domain of a test.
 fn start(domain: &Domain, python: &Path, program: &str, arguments: &[&str]) -> Process {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/python");
-    // iceoryx2 looks for its configuration there first.
-    std::fs::create_dir_all(domain.path("config")).unwrap();
-    std::fs::copy(domain.config_file(), domain.path("config/iceoryx2.toml")).unwrap();
     let mut command = Command::new(python);
     command.arg(folder.join(program)).args(arguments).current_dir(domain.path(""));
+    command.env("ICEORYX2_CONFIG", domain.config_file());
     // Nothing is written beside the programs.
     command.env("PYTHONDONTWRITEBYTECODE", "1").env("PYTHONUNBUFFERED", "1");
     Process::start(command)
@@ -122,4 +121,26 @@ fn a_reader_and_a_writer_in_python_need_nobody_else() {
     writer.finish().expect_code(0);
     let ended = start(&domain, &python, "reader.py", &["plant/nobody", "1"]).finish();
     assert_eq!(ended.expect_code(3).stdout, "no frames on plant/nobody\n");
+}
+
+#[test]
+fn a_signal_ends_a_writer_in_python_in_order() {
+    let Some(python) = python() else { return };
+    for signal in [Signal::INT, Signal::TERM] {
+        let domain = Domain::new();
+        let writer = start(&domain, &python, "writer.py", &["plant/python", "100000"]);
+        let mut reader = start(&domain, &python, "reader.py", &["plant/python", "100000"]);
+        reader.wait_for("plant/python from python: sine, count");
+        writer.signal(signal);
+        reader.signal(Signal::INT);
+        for ended in [writer.finish(), reader.finish()] {
+            let ended = ended.expect_code(0);
+            assert!(ended.stdout.ends_with("ended\n"), "{}", ended.stdout);
+            assert_eq!(ended.stderr, "");
+        }
+        // What counts the domain's nodes stays, as with every program of iceoryx2 alone.
+        let is_counter = |file: &PathBuf| file.to_string_lossy().ends_with(".global_mgmt");
+        let left = domain.leftovers();
+        assert!(left.iter().all(is_counter), "both tidied up: {left:?}");
+    }
 }
