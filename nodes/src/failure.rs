@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use isochrone_bench::BenchError;
 use isochrone_engine::{Findings, escaped_lines};
 use isochrone_processes::{ChildError, CompanyError, StopError};
 use miette::{Diagnostic, Report};
@@ -53,6 +54,16 @@ impl Failure {
     /// The exit status.
     pub(crate) fn status(&self) -> ExitCode {
         ExitCode::from(self.status)
+    }
+}
+
+impl From<BenchError> for Failure {
+    fn from(error: BenchError) -> Self {
+        match error {
+            BenchError::Configuration(findings) => Self::configuration(findings),
+            error if error.is_usage() => Self::usage(error),
+            error => Self::found(error),
+        }
     }
 }
 

@@ -4,10 +4,26 @@ use std::cell::Cell;
 use std::time::Duration;
 
 use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
-use isochrone_timing::Distribution;
+use isochrone_bench::{Onlooker, View};
+use isochrone_timing::Warning;
+
+use crate::terminal;
+
+/// Whoever looks at the terminal.
+pub(super) struct Terminal;
+
+impl Onlooker for Terminal {
+    fn begin(&self, total: Duration, arms: &[&str]) -> Box<dyn View> {
+        Box::new(Live::start(total, arms))
+    }
+
+    fn warn(&self, warning: &Warning) {
+        terminal::note(&format!("warning: {}\n  remedy: {}", warning.message, warning.remedy));
+    }
+}
 
 /// Progress bars on stderr; nothing at all where that is no terminal.
-pub(super) struct Live {
+struct Live {
     // Bars are drawn as long as this lives.
     _screen: MultiProgress,
     progress: ProgressBar,
@@ -17,51 +33,40 @@ pub(super) struct Live {
 
 impl Live {
     /// A view of a bench that takes `total`, with a line for each arm.
-    pub(super) fn start<'a>(total: Duration, arms: impl IntoIterator<Item = &'a str>) -> Self {
+    fn start(total: Duration, arms: &[&str]) -> Self {
         let screen = MultiProgress::new();
         let progress = screen.add(ProgressBar::new(total.as_millis() as u64));
         progress.set_style(style("{bar:40} {msg}"));
-        let line = |name: &str| {
+        let line = |name: &&str| {
             let line = screen.add(ProgressBar::no_length());
             line.set_style(style("  {prefix:<24} {msg}"));
-            line.set_prefix(name.to_owned());
+            line.set_prefix((*name).to_owned());
             line.set_message("-");
             line
         };
-        let arms = arms.into_iter().map(line).collect();
+        let arms = arms.iter().map(line).collect();
         Self { _screen: screen, progress, arms, total: Cell::new(total) }
     }
+}
 
-    /// Whether somebody can see it.
-    pub(super) fn is_visible(&self) -> bool {
-        !self.progress.is_hidden()
-    }
-
-    /// Tells that it takes another time in all than was thought.
-    pub(super) fn expect(&self, total: Duration) {
+impl View for Live {
+    fn expect(&self, total: Duration) {
         self.total.set(total);
         self.progress.set_length(total.as_millis() as u64);
     }
 
-    /// Tells how much of the time has passed.
-    pub(super) fn pass(&self, elapsed: Duration) {
+    fn pass(&self, elapsed: Duration) {
         let left = self.total.get().saturating_sub(elapsed);
         self.progress.set_position(elapsed.as_millis() as u64);
         let seconds = left.as_secs();
         self.progress.set_message(format!("{}:{:02} left", seconds / 60, seconds % 60));
     }
 
-    /// Shows a line of the caller's about an arm.
-    pub(super) fn say(&self, arm: usize, so_far: impl FnOnce() -> String) {
+    fn say(&self, arm: usize, so_far: &dyn Fn() -> String) {
         let Some(line) = self.arms.get(arm) else { return };
-        if self.is_visible() {
+        if !self.progress.is_hidden() {
             line.set_message(so_far());
         }
-    }
-
-    /// Shows what an arm has measured so far.
-    pub(super) fn show(&self, arm: usize, so_far: &Distribution) {
-        self.say(arm, || so_far.summary().to_string());
     }
 }
 

@@ -5,7 +5,6 @@ mod jitter;
 mod latency;
 mod live;
 mod outputs;
-mod watch;
 
 use isochrone_blocks::BlockType;
 use isochrone_engine::parse_seconds;
@@ -28,7 +27,7 @@ enum What {
     Jitter(jitter::Args),
     Latency(latency::Args),
     Engine(engine::Args),
-    LatencyPeer(latency::peer::Args),
+    LatencyPeer(latency::PeerArgs),
 }
 
 pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
@@ -36,7 +35,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         What::Jitter(args) => jitter::run(args, catalogue),
         What::Latency(args) => latency::run(args),
         What::Engine(args) => engine::run(args, catalogue),
-        What::LatencyPeer(args) => latency::peer::run(args),
+        What::LatencyPeer(args) => latency::serve(args),
     }
 }
 

@@ -3,26 +3,27 @@
 use isochrone_engine::Workload;
 
 use super::Size;
-use crate::failure::Failure;
+use crate::BenchError;
 
 /// Bytes of an instance while its plan is made, beside image and wires: its name, its depth. A million
 /// of each type took 70 at most.
 const PLAN_BYTES: u64 = 128;
 
 /// Refuses sizes that do not fit into `available` bytes, before the kernel ends the program.
-pub(super) fn check(sizes: &[Size], available: Option<u64>) -> Result<(), Failure> {
+///
+/// # Errors
+/// They do not fit.
+pub fn check(sizes: &[Size], available: Option<u64>) -> Result<(), BenchError> {
     let Some(available) = available else { return Ok(()) };
     let too_large = sizes.iter().map(|size| (size, needed(size))).find(|(_, n)| *n > available);
     too_large.map_or(Ok(()), |(size, needed)| {
         let arms: Vec<&str> = size.workloads.iter().map(Workload::name).collect();
-        Err(Failure::usage(format!(
-            "{} instances of {} need {}, and {} are available\n\
-             remedy: give fewer with --instances, or name fewer with --arms",
-            size.instances,
-            arms.join(", "),
-            megabytes(needed),
-            megabytes(available)
-        )))
+        Err(BenchError::TooLarge {
+            instances: size.instances,
+            arms: arms.join(", "),
+            needed_bytes: needed,
+            available_bytes: available,
+        })
     })
 }
 
@@ -33,10 +34,6 @@ fn needed(size: &Size) -> u64 {
     // A plan has an image and wires too.
     let largest = tasks.iter().max().copied().unwrap_or(0);
     tasks.iter().sum::<u64>() + largest + PLAN_BYTES * size.instances as u64
-}
-
-fn megabytes(bytes: u64) -> String {
-    format!("{} MB", bytes.div_ceil(1_000_000))
 }
 
 #[cfg(test)]
@@ -52,7 +49,7 @@ mod tests {
     #[test]
     fn instances_that_do_not_fit_are_refused_with_what_they_need_and_what_there_is() {
         let sizes = [Size { instances: 10, ..largest() }, largest()];
-        let error = format!("{:?}", check(&sizes, Some(100_000_000)).unwrap_err());
+        let error = check(&sizes, Some(100_000_000)).unwrap_err().to_string();
         for part in ["1000000 instances of mixed, LimRateOfChangeCI", "100 MB", "--instances"] {
             assert!(error.contains(part), "{error}");
         }

@@ -9,7 +9,6 @@ use thiserror::Error;
 
 use super::arms::{Arm, Wait};
 use super::message::{Header, Message};
-use super::{cache_line, node_path, pipe, ports, raw, tcp, unix_datagram};
 
 /// How long an end waits for the other one before it gives up.
 pub(super) const PATIENCE: Duration = Duration::from_secs(2);
@@ -100,19 +99,6 @@ pub(super) enum Way {
 
 /// What is left to do once the other end is open as well.
 pub(super) type Opening = Box<dyn FnOnce() -> Result<Box<dyn End>, EndError>>;
-
-/// Opens an end. The measuring one comes first, then its peer, then both are connected.
-pub(super) fn open(arm: Arm, place: &Place<'_>) -> Result<Opening, EndError> {
-    match arm {
-        Arm::Raw => raw::open(place),
-        Arm::Ports => ports::open(place),
-        Arm::Unix => unix_datagram::open(place),
-        Arm::Pipe => pipe::open(place),
-        Arm::Tcp => tcp::open(place),
-        Arm::CacheLine => cache_line::open(place),
-        Arm::Node => node_path::open_publisher(place),
-    }
-}
 
 /// Tries until it no longer would block; gives up when the other end takes nothing.
 pub(super) fn insist<T>(

@@ -9,54 +9,47 @@ use std::thread;
 use std::time::Duration;
 
 use isochrone_cyclic::EPOCH_OFFSET_NS;
-use isochrone_cyclic::{Clock, Monotonic, ThreadUsage};
-use isochrone_engine::format_duration_ns;
+use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_processes::Child;
 
 use self::transcript::{Chunk, SECOND_NS, Transcript};
-use super::Settings;
-use super::arm::{Arm, Turn, Used, cycles};
-use crate::bench::watch::{LOOK_INTERVAL, Watching, allowed_cpus, keep_off};
-use crate::failure::Failure;
+use super::settings::Settings;
+use super::turn::{Taken, Terms, Turn, Used, cycles};
+use crate::BenchError;
+use crate::watch::{LOOK_INTERVAL, Watching, allowed_cpus, keep_off};
 
 /// At shorter periods it writes full buffers instead of lines: there is one every few milliseconds.
 const LINES_FROM_NS: u64 = 100_000;
 
 /// Whether it is installed, and can run what the other arms run.
-pub(super) fn check(settings: &Settings) -> Result<(), Failure> {
+pub(super) fn check(settings: &Settings) -> Result<(), BenchError> {
     if settings.priority.is_none() {
-        return Err(Failure::usage("cyclictest runs with a priority; give --priority"));
+        return Err(BenchError::CyclictestPriority);
     }
     let periods = settings.periods_ns.iter().map(|period_ns| ("period", *period_ns));
     for (what, ns) in periods.chain([("phase", settings.phase_ns)]) {
         if ns % 1_000 != 0 {
-            return Err(Failure::usage(format!(
-                "the arm cyclictest cannot run at a {what} of {}: it knows whole microseconds only; \
-                 give another --{what}, or leave the arm out (--arms sleep,hybrid)",
-                format_duration_ns(ns)
-            )));
+            return Err(BenchError::CyclictestTime { what, ns });
         }
     }
     let help = Command::new("cyclictest").arg("--help").output();
     if help.is_err() || !rustix::process::geteuid().is_root() {
-        return Err(Failure::usage(
-            "cyclictest is not installed, or may not run: install rt-tests and be root",
-        ));
+        return Err(BenchError::CyclictestMissing);
     }
     Ok(())
 }
 
 /// Runs it for the turn.
-pub(super) fn turn(arm: &mut Arm, turn: &Turn<'_>) -> Result<Used, Failure> {
-    let failed = |what: String| Failure::found(format!("cyclictest: {what}"));
+pub(super) fn turn(terms: &Terms, turn: &Turn<'_>) -> Result<Taken, BenchError> {
+    let failed = |what: String| BenchError::Cyclictest { cause: what };
     // Begun first, so that the counted part of the turn is watched from its beginning.
-    let watching = Watching::begin(arm.cpu, None);
-    let mut program = Child::start("cyclictest", &mut command(arm, turn.counted))?;
+    let watching = Watching::begin(terms.cpu, None);
+    let mut program = Child::start("cyclictest", &mut command(terms, turn.counted))?;
     let (stdout, stderr) = (program.stdout(), program.stderr());
-    let printed = listen(stdout.ok_or_else(|| failed("its output is missing".into()))?, arm.cpu)
+    let printed = listen(stdout.ok_or_else(|| failed("its output is missing".into()))?, terms.cpu)
         .map_err(|error| failed(format!("cannot start a thread: {error}")))?;
     let mut transcript =
-        Transcript::new(arm.period_ns, EPOCH_OFFSET_NS + arm.phase_ns, turn.counted);
+        Transcript::new(terms.period_ns, EPOCH_OFFSET_NS + terms.phase_ns, turn.counted);
     let mut meter = Meter::new(program.id());
     let ended = loop {
         thread::sleep(LOOK_INTERVAL);
@@ -80,34 +73,39 @@ pub(super) fn turn(arm: &mut Arm, turn: &Turn<'_>) -> Result<Used, Failure> {
         return Err(failed(format!("it ended after {cycles} cycles of the turn. {}", said.trim())));
     }
     drop(program);
-    if let Some(counted) = transcript.counted() {
-        let disturbance = watch.since(counted.start);
-        arm.timing.turn(&transcript.records, counted, disturbance, |at_ns| watch.around(at_ns));
-    }
-    Ok(meter.used())
+    Ok(Taken {
+        counted: transcript.counted(),
+        records: transcript.records,
+        watch,
+        told: None,
+        grant: None,
+        margin_ns: None,
+        used: meter.used(),
+        warnings: Vec::new(),
+    })
 }
 
-fn command(arm: &Arm, counted: Duration) -> Command {
+fn command(terms: &Terms, counted: Duration) -> Command {
     let mut command = Command::new("cyclictest");
     command
         .args(["--verbose", "--nsecs", "--mlockall", "--threads=1"])
-        .arg(format!("--priority={}", arm.request.priority.unwrap_or(1)))
+        .arg(format!("--priority={}", terms.request.priority.unwrap_or(1)))
         // It counts its phase from whole seconds.
-        .arg(format!("--secaligned={}", (EPOCH_OFFSET_NS + arm.phase_ns) % SECOND_NS / 1_000))
-        .arg(format!("--affinity={}", arm.cpu))
-        .arg(format!("--interval={}", arm.period_ns / 1_000))
+        .arg(format!("--secaligned={}", (EPOCH_OFFSET_NS + terms.phase_ns) % SECOND_NS / 1_000))
+        .arg(format!("--affinity={}", terms.cpu))
+        .arg(format!("--interval={}", terms.period_ns / 1_000))
         // Its own end, should nobody be left to end it.
-        .arg(format!("--loops={}", cycles(arm.period_ns, counted)))
+        .arg(format!("--loops={}", cycles(terms.period_ns, counted)))
         .stdin(Stdio::null())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped());
-    if arm.period_ns >= LINES_FROM_NS {
+    if terms.period_ns >= LINES_FROM_NS {
         command.arg("--unbuffered");
     }
     // What prints is not to disturb what is measured.
     let allowed = allowed_cpus().unwrap_or_default();
     let others: Vec<String> =
-        allowed.iter().filter(|cpu| **cpu != arm.cpu).map(usize::to_string).collect();
+        allowed.iter().filter(|cpu| **cpu != terms.cpu).map(usize::to_string).collect();
     if !others.is_empty() {
         command.arg(format!("--mainaffinity={}", others.join(",")));
     }
@@ -160,15 +158,11 @@ impl Meter {
         text.split_whitespace().next()?.parse().ok()
     }
 
-    fn used(&self) -> Used {
-        let (Some((first_ns, before_ns)), Some((last_ns, cpu_ns))) = (self.first, self.last) else {
-            return Used::default();
-        };
+    fn used(&self) -> Option<Used> {
+        let ((first_ns, before_ns), (last_ns, cpu_ns)) = self.first.zip(self.last)?;
         let cpu_ns = cpu_ns.saturating_sub(before_ns);
-        Used {
-            usage: ThreadUsage { cpu_ns, ..ThreadUsage::default() },
-            elapsed_ns: last_ns.saturating_sub(first_ns),
-        }
+        let elapsed_ns = last_ns.saturating_sub(first_ns);
+        Some(Used { cpu_ns, elapsed_ns, usage: None })
     }
 }
 
@@ -181,7 +175,7 @@ mod tests {
         let program = Child::start("sleep", Command::new("sleep").arg("60")).unwrap();
         let mut meter = Meter::new(program.id());
         meter.look();
-        assert_eq!(meter.used().elapsed_ns, 0);
+        assert!(meter.used().is_none());
         assert!(meter.first.is_none());
     }
 }

@@ -3,18 +3,15 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use isochrone_cyclic::{
-    Cyclic, Margin, Monotonic, Schedule, ThreadGrant, ThreadRequest, ThreadUsage, Wake,
-};
+use isochrone_cyclic::{Cyclic, Margin, Monotonic, Schedule, ThreadGrant, ThreadRequest, Wake};
 use isochrone_engine::Plan;
-use isochrone_ipc::Domain;
-use isochrone_processes::Stop;
 use isochrone_report::{LoopArm, TaskArm};
 use isochrone_timing::{Distribution, TaskReport, Warning, WarningCode};
 
-use super::{Settings, WARM_UP, cyclictest, loops, node};
-use crate::failure::Failure;
-use crate::run;
+use super::settings::Settings;
+use super::turn::{Taken, Terms, Turn, Used};
+use super::{cyclictest, loops, node};
+use crate::BenchError;
 
 /// Ways to run a loop.
 #[derive(Clone)]
@@ -49,37 +46,20 @@ impl Kind {
     }
 }
 
-/// A turn: for how long, and who wants to know.
-pub(super) struct Turn<'a> {
-    /// Without the warm-up.
-    pub(super) counted: Duration,
-    pub(super) stop: &'a Stop,
-    pub(super) domain: &'a Domain,
-    /// Called some fifty times a second.
-    pub(super) pass: &'a dyn Fn(),
-}
-
-/// What a turn used, after its warm-up.
-#[derive(Default)]
-pub(super) struct Used {
-    pub(super) usage: ThreadUsage,
-    pub(super) elapsed_ns: u64,
-}
-
 /// An arm under one set of circumstances.
 pub(super) struct Arm {
-    pub(super) name: String,
+    name: String,
     kind: Kind,
-    pub(super) period_ns: u64,
-    pub(super) phase_ns: u64,
-    pub(super) request: ThreadRequest,
-    pub(super) cpu: usize,
-    pub(super) timing: LoopArm,
+    terms: Terms,
+    timing: LoopArm,
     /// Lives as long as the arm, so that an adaptive margin keeps what it learned.
     cyclic: Option<Cyclic<Monotonic>>,
-    pub(super) grant: Option<ThreadGrant>,
-    pub(super) margin_ns: Option<u64>,
-    used: Used,
+    grant: Option<ThreadGrant>,
+    margin_ns: Option<u64>,
+    /// What all turns used; `None` until one tells.
+    used: Option<Used>,
+    /// What came up in its turns.
+    warnings: Vec<Warning>,
 }
 
 impl Arm {
@@ -90,50 +70,63 @@ impl Arm {
         settings: &Settings,
         origin_ns: u64,
     ) -> Self {
+        let request = ThreadRequest { priority: settings.priority, cpu: Some(settings.cpu) };
+        let (phase_ns, cpu) = (settings.phase_ns, settings.cpu);
         Self {
             name: name.to_owned(),
             kind,
-            period_ns,
-            phase_ns: settings.phase_ns,
-            request: ThreadRequest { priority: settings.priority, cpu: Some(settings.cpu) },
-            cpu: settings.cpu,
+            terms: Terms { period_ns, phase_ns, request, cpu },
             timing: LoopArm::new(period_ns, origin_ns),
             cyclic: None,
             grant: None,
             margin_ns: None,
-            used: Used::default(),
+            used: None,
+            warnings: Vec::new(),
         }
     }
 
     /// Has a turn.
-    pub(super) fn take(&mut self, turn: &Turn<'_>) -> Result<(), Failure> {
-        let used = match self.kind.clone() {
+    pub(super) fn take(&mut self, turn: &Turn<'_>) -> Result<(), BenchError> {
+        let taken = match self.kind.clone() {
             Kind::Loop { wake, awake, longest } => {
                 let longest = longest.filter(|_| self.is_real_time());
                 let counted = longest.map_or(turn.counted, |longest| longest.min(turn.counted));
-                let schedule = Schedule::every(self.period_ns, wake);
+                let schedule = Schedule::every(self.terms.period_ns, wake);
                 let flag = turn.stop.flag();
-                let mut cyclic = self
+                let cyclic = self
                     .cyclic
-                    .take()
-                    .unwrap_or_else(|| Cyclic::new(Monotonic, schedule, u64::MAX, flag));
+                    .get_or_insert_with(|| Cyclic::new(Monotonic, schedule, u64::MAX, flag));
                 let setting = loops::Setting { awake, rest: longest.is_some() };
-                let turn = Turn { counted, ..*turn };
-                let used = loops::turn(self, &mut cyclic, &turn, setting)?;
-                self.cyclic = Some(cyclic);
-                used
+                loops::turn(&self.terms, cyclic, &Turn { counted, ..*turn }, setting)?
             }
-            Kind::Cyclictest => cyclictest::turn(self, turn)?,
-            Kind::Node(plan) => node::turn(self, &plan, turn)?,
+            Kind::Cyclictest => cyclictest::turn(&self.terms, turn)?,
+            Kind::Node(plan) => node::turn(&self.name, &self.terms, &plan, turn)?,
         };
-        self.used.elapsed_ns += used.elapsed_ns;
-        let (sum, more) = (&mut self.used.usage, used.usage);
-        sum.cpu_ns += more.cpu_ns;
-        sum.minor_faults += more.minor_faults;
-        sum.major_faults += more.major_faults;
-        sum.voluntary_switches += more.voluntary_switches;
-        sum.involuntary_switches += more.involuntary_switches;
+        self.add(taken);
         Ok(())
+    }
+
+    fn add(&mut self, taken: Taken) {
+        let Taken { records, counted, watch, told, grant, margin_ns, used, warnings } = taken;
+        if let Some(counted) = counted {
+            let mut disturbance = watch.since(counted.start);
+            if let Some(told) = told {
+                disturbance.faults = told.minor_faults + told.major_faults;
+                disturbance.preemptions = told.involuntary_switches;
+            }
+            self.timing.turn(&records, counted, disturbance, |at_ns| watch.around(at_ns));
+        }
+        self.grant = grant.or(self.grant.take());
+        self.margin_ns = margin_ns;
+        self.used = match (self.used, used) {
+            (Some(sum), Some(more)) => Some(sum.and(more)),
+            (sum, more) => sum.or(more),
+        };
+        for warning in warnings {
+            if !self.warnings.contains(&warning) {
+                self.warnings.push(warning);
+            }
+        }
     }
 
     /// Release jitter so far.
@@ -143,8 +136,8 @@ impl Arm {
 
     /// What the machine refused, and what came of it in turns of this length.
     pub(super) fn warnings(&self, counted: Duration) -> impl Iterator<Item = Warning> {
-        let refusals = self.grant.iter().flat_map(|grant| &grant.refusals).map(run::warning);
-        refusals.chain(self.spins_in_bursts(counted))
+        let refusals = self.grant.iter().flat_map(|grant| &grant.refusals).map(crate::warning);
+        refusals.chain(self.warnings.iter().cloned()).chain(self.spins_in_bursts(counted))
     }
 
     fn spins_in_bursts(&self, counted: Duration) -> Option<Warning> {
@@ -164,20 +157,21 @@ impl Arm {
     fn is_real_time(&self) -> bool {
         match &self.grant {
             Some(grant) => ["fifo", "rr"].iter().any(|class| grant.scheduler.starts_with(class)),
-            None => self.request.priority.is_some(),
+            None => self.terms.request.priority.is_some(),
         }
     }
 
     pub(super) fn report(&self, load: &str) -> TaskArm {
-        let usage = self.used.usage;
-        // Another program's thread tells its CPU time only.
-        let seen = |count| (!matches!(self.kind, Kind::Cyclictest)).then_some(count);
+        let usage = self.used.and_then(|used| used.usage);
         let (scheduler, cpu) = match &self.grant {
             Some(grant) => (grant.scheduler.clone(), grant.cpu),
             // cyclictest says nothing; it ends with an error if it does not get what it asks for.
             None => (
-                self.request.priority.map_or("other".into(), |priority| format!("fifo:{priority}")),
-                self.request.cpu,
+                self.terms
+                    .request
+                    .priority
+                    .map_or("other".into(), |priority| format!("fifo:{priority}")),
+                self.terms.request.cpu,
             ),
         };
         let arm = self.timing.report(&self.name);
@@ -192,19 +186,16 @@ impl Arm {
             margin_ns: self.margin_ns,
             scheduler,
             cpu,
-            cpu_fraction: (self.used.elapsed_ns > 0)
-                .then(|| usage.cpu_ns as f64 / self.used.elapsed_ns as f64),
-            minor_faults: seen(usage.minor_faults),
-            major_faults: seen(usage.major_faults),
-            voluntary_switches: seen(usage.voluntary_switches),
-            involuntary_switches: seen(usage.involuntary_switches),
+            cpu_fraction: self
+                .used
+                .filter(|used| used.elapsed_ns > 0)
+                .map(|used| used.cpu_ns as f64 / used.elapsed_ns as f64),
+            minor_faults: usage.map(|usage| usage.minor_faults),
+            major_faults: usage.map(|usage| usage.major_faults),
+            voluntary_switches: usage.map(|usage| usage.voluntary_switches),
+            involuntary_switches: usage.map(|usage| usage.involuntary_switches),
             ..arm.task
         };
         TaskArm { task, load: load.to_owned(), ..arm }
     }
-}
-
-/// How many cycles a turn has at most, the warm-up's and the one after the end included.
-pub(super) fn cycles(period_ns: u64, counted: Duration) -> usize {
-    ((WARM_UP + counted).as_nanos() as u64 / period_ns.max(1)) as usize + 2
 }

@@ -6,11 +6,11 @@ use std::time::Duration;
 
 use isochrone_processes::Child;
 
-use crate::failure::Failure;
+use crate::BenchError;
 
 /// What else the machine does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-pub(super) enum Load {
+pub enum Load {
     /// Nothing
     Idle,
     /// A busy process for each CPU
@@ -27,7 +27,8 @@ pub(super) enum Load {
 const SETTLING: Duration = Duration::from_millis(500);
 
 impl Load {
-    pub(super) const fn as_str(self) -> &'static str {
+    /// Its name on the command line and in reports.
+    pub const fn as_str(self) -> &'static str {
         match self {
             Self::Idle => "idle",
             Self::Cpu => "cpu",
@@ -59,12 +60,13 @@ pub(super) struct Stress {
 
 impl Stress {
     /// Starts it; `None` for no load. It ends by itself after `longest`, should this process be killed.
-    pub(super) fn start(load: Load, longest: Duration) -> Result<Option<Self>, Failure> {
+    pub(super) fn start(load: Load, longest: Duration) -> Result<Option<Self>, BenchError> {
         if load == Load::Idle {
             return Ok(None);
         }
-        let folder = tempfile::tempdir().map_err(|error| {
-            Failure::found(format!("cannot create a folder for stress-ng: {error}"))
+        let folder = tempfile::tempdir().map_err(|error| BenchError::File {
+            path: "a folder for stress-ng".into(),
+            cause: error,
         })?;
         let mut command = Command::new("stress-ng");
         command
@@ -76,13 +78,8 @@ impl Stress {
             .stdin(Stdio::null())
             .stdout(Stdio::null())
             .stderr(Stdio::null());
-        let program = Child::start("stress-ng", &mut command).map_err(|error| {
-            Failure::usage(format!(
-                "--load {} needs stress-ng: {error}\n\
-                 remedy: install it (Debian: apt-get install stress-ng)",
-                load.as_str()
-            ))
-        })?;
+        let program = Child::start("stress-ng", &mut command)
+            .map_err(|error| BenchError::Load { load: load.as_str(), cause: error })?;
         let mut stress = Self { load, program, _folder: folder };
         thread::sleep(SETTLING);
         stress.check()?;
@@ -90,15 +87,11 @@ impl Stress {
     }
 
     /// Fails if it is over: what is measured from then on is not under that load.
-    pub(super) fn check(&mut self) -> Result<(), Failure> {
+    pub(super) fn check(&mut self) -> Result<(), BenchError> {
         let load = self.load.as_str();
         let Err(error) = self.program.check() else { return Ok(()) };
-        Err(Failure::found(format!(
-            "--load {load}: {error}, while it was still needed; what was measured is not under \
-             that load\n\
-             remedy: see what is wrong with \"stress-ng {}\", such as too little memory or disk space",
-            self.load.arguments().join(" ")
-        )))
+        let arguments = self.load.arguments().join(" ");
+        Err(BenchError::LoadEnded { load, cause: error, arguments })
     }
 }
 
@@ -122,7 +115,7 @@ mod tests {
         let failure = loop {
             match stress.check() {
                 Ok(()) => thread::sleep(Duration::from_millis(1)),
-                Err(failure) => break format!("{failure:?}"),
+                Err(failure) => break failure.to_string(),
             }
         };
         assert!(failure.contains("--load vm") && failure.contains("exit status: 0"), "{failure}");

@@ -12,7 +12,7 @@ use serde::Serialize;
 
 use super::peer::{Reply, Setup, Turn};
 use super::turn::Sent;
-use crate::failure::Failure;
+use crate::BenchError;
 
 /// How long the peer may take to leave, so that it takes its ports along.
 const LEAVING: Duration = Duration::from_secs(3);
@@ -27,70 +27,77 @@ pub(super) struct Peer {
 
 impl Peer {
     /// Starts it; returns when its ends are open, with what it was refused.
-    pub(super) fn start(company: &Company, setup: &Setup) -> Result<(Self, Vec<Warning>), Failure> {
+    pub(super) fn start(
+        company: &Company,
+        setup: &Setup,
+    ) -> Result<(Self, Vec<Warning>), BenchError> {
         let arguments = ["bench", "latency-peer"];
         let mut process =
             company.start_with(&arguments, |command| command.stdin(Stdio::piped()))?;
         let (Some(commands), Some(replies)) = (process.stdin(), process.stdout()) else {
-            return Err(Failure::found("the peer has no pipes"));
+            return Err(BenchError::PeerEnded { cause: "it has no pipes".into() });
         };
         let replies = BufReader::new(replies);
         let mut peer = Self { commands: Some(commands), replies, process };
         peer.tell(setup)?;
         match peer.reply()? {
             Reply::Ready(warnings) => Ok((peer, warnings)),
-            other => Err(Failure::found(format!("the peer said {other:?} before it was ready"))),
+            other => Err(unexpected(&other)),
         }
     }
 
     /// Lets it have a turn.
-    pub(super) fn begin(&mut self, turn: &Turn) -> Result<(), Failure> {
+    pub(super) fn begin(&mut self, turn: &Turn) -> Result<(), BenchError> {
         self.tell(turn)
     }
 
     /// Waits for the end of its turn.
-    pub(super) fn finish(&mut self) -> Result<Sent, Failure> {
+    pub(super) fn finish(&mut self) -> Result<Sent, BenchError> {
         match self.reply()? {
             Reply::Done(sent) => Ok(sent),
-            other => Err(Failure::found(format!("the peer said {other:?} instead of a result"))),
+            other => Err(unexpected(&other)),
         }
     }
 
     /// Why it ended, if it did and has said so.
-    pub(super) fn last_words(&mut self) -> Option<Failure> {
+    pub(super) fn last_words(&mut self) -> Option<BenchError> {
         // Without further orders it says what it has to say, and ends.
         drop(self.commands.take());
         loop {
             let mut line = String::new();
             let read = self.replies.read_line(&mut line).unwrap_or(0);
             match serde_json::from_str(&line) {
-                Ok(Reply::Failed(why)) => return Some(Failure::found(why)),
+                Ok(Reply::Failed(why)) => return Some(BenchError::Measuring(why)),
                 _ if read == 0 => return None,
                 _ => {}
             }
         }
     }
 
-    fn tell(&mut self, line: &impl Serialize) -> Result<(), Failure> {
+    fn tell(&mut self, line: &impl Serialize) -> Result<(), BenchError> {
         let text = serde_json::to_string(line).map_err(gone)?;
         // If it ended, its last words say why, and they are read next.
         let _ = self.commands.as_mut().map(|commands| writeln!(commands, "{text}"));
         Ok(())
     }
 
-    fn reply(&mut self) -> Result<Reply, Failure> {
+    fn reply(&mut self) -> Result<Reply, BenchError> {
         let mut line = String::new();
         self.replies.read_line(&mut line).map_err(gone)?;
         match serde_json::from_str(&line) {
-            Ok(Reply::Failed(why)) => Err(Failure::found(why)),
+            Ok(Reply::Failed(why)) => Err(BenchError::Measuring(why)),
             Ok(reply) => Ok(reply),
             Err(_) => Err(gone("without a word")),
         }
     }
 }
 
-fn gone(why: impl std::fmt::Display) -> Failure {
-    Failure::found(format!("the process at the other end has ended: {why}"))
+fn gone(why: impl std::fmt::Display) -> BenchError {
+    BenchError::PeerEnded { cause: why.to_string() }
+}
+
+fn unexpected(reply: &Reply) -> BenchError {
+    BenchError::Measuring(format!("the peer said {reply:?}, which was not its turn to say"))
 }
 
 impl Drop for Peer {
@@ -115,10 +122,10 @@ impl<'a> Node<'a> {
         company: &'a Company,
         configuration: &str,
         seconds: f64,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, BenchError> {
         company.write(CONFIGURATION_FILE, configuration)?;
         let log = File::create(company.path(LOG_FILE))
-            .map_err(|error| Failure::found(format!("cannot write {LOG_FILE}: {error}")))?;
+            .map_err(|cause| BenchError::File { path: LOG_FILE.into(), cause })?;
         let arguments = ["run", CONFIGURATION_FILE, "--seconds", &seconds.to_string()];
         let process = company.start_with(&arguments, |command| {
             command.args(company.in_domain());
@@ -128,13 +135,13 @@ impl<'a> Node<'a> {
     }
 
     /// Adds what the node has said to what went wrong.
-    pub(super) fn explain(&self, failure: &str) -> Failure {
+    pub(super) fn explain(&self, failure: &str) -> BenchError {
         let log = fs::read_to_string(self.company.path(LOG_FILE)).unwrap_or_default();
-        Failure::found(format!("{failure}\n{log}"))
+        BenchError::Measuring(format!("{failure}\n{log}"))
     }
 
     /// Ends it and waits.
-    pub(super) fn end(mut self) -> Result<(), Failure> {
+    pub(super) fn end(mut self) -> Result<(), BenchError> {
         Ok(self.process.finish()?)
     }
 }

@@ -1,6 +1,6 @@
 //! The process at the other end: it sends at its own pace, or sends back what it gets.
 
-use std::io::{BufRead, stdin};
+use std::io::{self, BufRead, Write};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,16 +13,11 @@ use isochrone_timing::Warning;
 use serde::{Deserialize, Serialize};
 
 use super::arms::{Arm, Wait};
-use super::end::{self, End, Place, Side};
+use super::end::{End, Place, Side};
+use super::transports;
 use super::turn::{self, Sent, Span, Terms};
-use crate::failure::Failure;
-use crate::run::warning;
-use crate::terminal;
-
-/// The other process of `bench latency`, which starts it
-#[derive(clap::Args)]
-#[command(hide = true)]
-pub(crate) struct Args {}
+use crate::BenchError;
+use crate::warning;
 
 /// The first line that the peer reads.
 #[derive(Debug, Clone, Serialize, Deserialize)]
@@ -56,24 +51,30 @@ pub(super) enum Reply {
     Failed(String),
 }
 
-pub(crate) fn run(_: &Args) -> Result<(), Failure> {
+/// Does what a bench asks for in `orders`, line by line, and answers in `replies`. Does not return before
+/// there are no more orders.
+///
+/// # Errors
+/// No bench gives orders.
+pub fn serve(
+    orders: impl BufRead + Send + 'static,
+    replies: &mut dyn Write,
+) -> Result<(), BenchError> {
     let stop = Arc::new(AtomicBool::new(false));
-    let lines = read_lines(stop.clone());
-    let Ok(setup) = lines.recv() else {
-        return Err(Failure::usage("latency-peer is started by `isochrone bench latency`"));
-    };
-    match serve(&setup, &lines, &stop) {
-        Ok(()) => Ok(()),
+    let lines = read_lines(orders, stop.clone());
+    let Ok(setup) = lines.recv() else { return Err(BenchError::NoBench) };
+    if let Err(error) = take_turns(&setup, &lines, &stop, replies) {
         // Whoever started us tells it; should nobody be there any more, it matters to nobody.
-        Err(error) => reply(&Reply::Failed(error)),
+        let _ = reply(replies, &Reply::Failed(error));
     }
+    Ok(())
 }
 
-/// Reads stdin in the background. Its end is the end of whoever started us: that ends us too.
-fn read_lines(stop: Arc<AtomicBool>) -> Receiver<String> {
+/// Reads orders in the background. Their end is the end of whoever started us: that ends us too.
+fn read_lines(orders: impl BufRead + Send + 'static, stop: Arc<AtomicBool>) -> Receiver<String> {
     let (sender, lines) = channel();
     thread::spawn(move || {
-        for line in stdin().lock().lines().map_while(Result::ok) {
+        for line in orders.lines().map_while(Result::ok) {
             if sender.send(line).is_err() {
                 break;
             }
@@ -83,7 +84,12 @@ fn read_lines(stop: Arc<AtomicBool>) -> Receiver<String> {
     lines
 }
 
-fn serve(setup: &str, lines: &Receiver<String>, stop: &Arc<AtomicBool>) -> Result<(), String> {
+fn take_turns(
+    setup: &str,
+    lines: &Receiver<String>,
+    stop: &Arc<AtomicBool>,
+    replies: &mut dyn Write,
+) -> Result<(), String> {
     let setup: Setup = read(setup)?;
     let mut refusals = prepare_process().refusals;
     let domain = Domain::from_file(&setup.domain_file).map_err(|error| error.to_string())?;
@@ -98,14 +104,14 @@ fn serve(setup: &str, lines: &Receiver<String>, stop: &Arc<AtomicBool>) -> Resul
         wait: setup.wait,
     };
     let open = |arm: &Arm| {
-        let end = end::open(*arm, &place).and_then(|opening| opening());
+        let end = transports::open(*arm, &place).and_then(|opening| opening());
         end.map_err(|error| format!("arm \"{arm}\": {error}"))
     };
     let mut ends = setup.arms.iter().map(open).collect::<Result<Vec<Box<dyn End>>, String>>()?;
     let request = ThreadRequest { priority: setup.priority, cpu: Some(setup.cpu) };
     refusals.extend(prepare_thread(request).refusals);
     let ready = Reply::Ready(refusals.iter().map(warning).collect());
-    reply(&ready).map_err(|_| "nobody listens")?;
+    reply(replies, &ready).map_err(|_| "nobody listens")?;
 
     let terms = Terms { values: setup.values, wait: setup.wait };
     while let Ok(line) = lines.recv() {
@@ -118,7 +124,7 @@ fn serve(setup: &str, lines: &Receiver<String>, stop: &Arc<AtomicBool>) -> Resul
             None => turn::echo(end.as_mut(), &turn.span, terms, stop),
         };
         let sent = sent.map_err(|error| format!("arm \"{arm}\", the peer: {error}"))?;
-        reply(&Reply::Done(sent)).map_err(|_| "nobody listens")?;
+        reply(replies, &Reply::Done(sent)).map_err(|_| "nobody listens")?;
     }
     Ok(())
 }
@@ -127,8 +133,7 @@ fn read<T: serde::de::DeserializeOwned>(line: &str) -> Result<T, String> {
     serde_json::from_str(line).map_err(|error| format!("a line cannot be read: {error}"))
 }
 
-fn reply(reply: &Reply) -> Result<(), Failure> {
-    let text = serde_json::to_string(reply);
-    let text = text.map_err(|error| Failure::found(format!("cannot write JSON: {error}")))?;
-    terminal::print(&(text + "\n"))
+fn reply(replies: &mut dyn Write, reply: &Reply) -> io::Result<()> {
+    writeln!(replies, "{}", serde_json::to_string(reply)?)?;
+    replies.flush()
 }

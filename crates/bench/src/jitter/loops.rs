@@ -13,10 +13,9 @@ use isochrone_cyclic::{
 use isochrone_machine::Environment;
 use isochrone_timing::CycleRecord;
 
-use super::WARM_UP;
-use super::arm::{Arm, Turn, Used, cycles};
-use crate::bench::watch::{LOOK_INTERVAL, Watching};
-use crate::failure::Failure;
+use super::turn::{Taken, Terms, Turn, Used, WARM_UP, cycles};
+use crate::BenchError;
+use crate::watch::{LOOK_INTERVAL, Watching};
 use isochrone_runtime::next_epoch_ns;
 
 /// Between two turns of a spinning loop: what the kernel grants counts anew after a second.
@@ -33,41 +32,46 @@ pub(super) struct Setting {
 
 /// Runs the loop in a thread of its own; what it learns stays in `cyclic`.
 pub(super) fn turn(
-    arm: &mut Arm,
+    terms: &Terms,
     cyclic: &mut Cyclic<Monotonic>,
     turn: &Turn<'_>,
     setting: Setting,
-) -> Result<Used, Failure> {
+) -> Result<Taken, BenchError> {
     if setting.rest {
         thread::sleep(SPIN_REST);
     }
     let _awake = setting.awake.then(stay_awake).flatten();
     let (tell, told) = channel();
-    let mut records = Vec::with_capacity(cycles(arm.period_ns, turn.counted));
+    let mut records = Vec::with_capacity(cycles(terms.period_ns, turn.counted));
     // Touched, so that no cycle meets a page for the first time.
     records.resize(records.capacity(), CycleRecord::default());
     records.clear();
-    let job = Job { request: arm.request, phase_ns: arm.phase_ns, counted: turn.counted, tell };
+    let job = Job { request: terms.request, phase_ns: terms.phase_ns, counted: turn.counted, tell };
     let (done, watch) = thread::scope(|scope| {
         let spawned = thread::Builder::new()
             .name("bench".into())
             .spawn_scoped(scope, || job.run(cyclic, &mut records));
-        let running =
-            spawned.map_err(|error| Failure::found(format!("cannot start a thread: {error}")))?;
-        let watching = Watching::begin(arm.cpu, told.recv().ok());
+        let running = spawned.map_err(|error| BenchError::Thread { cause: error })?;
+        let watching = Watching::begin(terms.cpu, told.recv().ok());
         while !running.is_finished() {
             thread::sleep(LOOK_INTERVAL);
             (turn.pass)();
         }
         let watch = watching.end();
-        let done = running.join().map_err(|_| Failure::found("the loop's thread panicked"))?;
-        Ok::<_, Failure>((done, watch))
+        let done =
+            running.join().map_err(|_| BenchError::Panicked { thread: "the loop's thread" })?;
+        Ok::<_, BenchError>((done, watch))
     })?;
-    let disturbance = watch.since(done.counted.start);
-    arm.timing.turn(&records, done.counted, disturbance, |at_ns| watch.around(at_ns));
-    arm.grant = Some(done.grant);
-    arm.margin_ns = cyclic.margin_ns();
-    Ok(done.used)
+    Ok(Taken {
+        records,
+        counted: Some(done.counted),
+        watch,
+        told: None,
+        grant: Some(done.grant),
+        margin_ns: cyclic.margin_ns(),
+        used: done.used,
+        warnings: Vec::new(),
+    })
 }
 
 /// What the loop's thread is given.
@@ -83,7 +87,7 @@ struct Done {
     grant: ThreadGrant,
     /// What was counted: from when to when.
     counted: Range<u64>,
-    used: Used,
+    used: Option<Used>,
 }
 
 impl Job {
@@ -117,9 +121,10 @@ impl Job {
                 break;
             }
         }
-        let used = counting.map_or_else(Used::default, |(before, began_ns)| Used {
-            usage: thread_usage().since(before),
-            elapsed_ns: Monotonic.now_ns().saturating_sub(began_ns),
+        let used = counting.map(|(before, began_ns)| {
+            let usage = thread_usage().since(before);
+            let elapsed_ns = Monotonic.now_ns().saturating_sub(began_ns);
+            Used { cpu_ns: usage.cpu_ns, elapsed_ns, usage: Some(usage) }
         });
         Done { grant, counted: from_ns..end_ns, used }
     }

@@ -7,7 +7,7 @@ use isochrone_timing::{Warning, WarningCode};
 const LIMITS: [(&str, f64, f64); 2] = [("p50", 0.5, 0.10), ("p99", 0.99, 0.25)];
 
 /// A warning for each place where the arm `sleep` is not the cyclictest that ran beside it.
-pub(super) fn check(report: &Report) -> Vec<Warning> {
+pub fn check(report: &Report) -> Vec<Warning> {
     let measured = report.measured();
     let arms = |name: &'static str| measured.iter().filter(move |arm| arm.arm == name);
     let pairs = arms("sleep").flat_map(|sleep| {

@@ -11,8 +11,8 @@ use isochrone_report::{CostReport, Turns};
 use isochrone_timing::{Distribution, Summary};
 use rustix::thread::gettid;
 
-use crate::bench::watch::Watch;
-use crate::failure::Failure;
+use crate::BenchError;
+use crate::watch::Watch;
 
 /// Shortest batch that is timed.
 const BATCH_NS: u64 = 50_000;
@@ -72,14 +72,15 @@ impl Arm {
         workload: &Workload,
         instances: usize,
         catalogue: &[BlockType],
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, BenchError> {
         let rules = Rules { catalogue, ..Rules::default() };
-        let plan = Plan::new(workload.source(instances), &rules).map_err(Failure::configuration)?;
-        let engine = TaskEngine::build(&plan).map_err(Failure::found)?.pop();
+        let plan =
+            Plan::new(workload.source(instances), &rules).map_err(BenchError::Configuration)?;
+        let engine = TaskEngine::build(&plan)?.pop();
         Ok(Self {
             workload: *workload,
             instances,
-            engine: engine.ok_or_else(|| Failure::found("the workload has no task"))?,
+            engine: engine.ok_or_else(|| BenchError::NoTask { arm: workload.name().to_owned() })?,
             cycle: 0,
             warm_up_cycles: 0,
             batch: 0,

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// A way from one process to another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum Arm {
+pub enum Arm {
     /// Bare iceoryx2 calls
     Raw,
     /// This product's ports
@@ -29,7 +29,7 @@ pub(super) enum Arm {
 
 impl Arm {
     /// Its name in reports.
-    pub(super) const fn as_str(self) -> &'static str {
+    pub const fn as_str(self) -> &'static str {
         match self {
             Self::Raw => "raw",
             Self::Ports => "ports",
@@ -42,7 +42,7 @@ impl Arm {
     }
 
     /// Whether its receiver can sleep in the kernel until a message comes.
-    pub(super) const fn can_block(self) -> bool {
+    pub const fn can_block(self) -> bool {
         matches!(self, Self::Unix | Self::Pipe | Self::Tcp)
     }
 }
@@ -56,7 +56,7 @@ impl fmt::Display for Arm {
 /// How a receiver waits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum Wait {
+pub enum Wait {
     /// Look again and again: transports are compared, not wake-ups
     Poll,
     /// Sleep in the kernel where the transport can: unix, pipe and tcp
@@ -65,7 +65,7 @@ pub(super) enum Wait {
 
 /// How often a message is sent.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Pace {
+pub enum Pace {
     /// So many times a second.
     Hz(f64),
     /// As soon as the one before was answered.
@@ -76,7 +76,10 @@ const PACES_HZ: std::ops::RangeInclusive<f64> = 0.1..=100_000.0;
 
 impl Pace {
     /// Reads `1000` or `back-to-back`.
-    pub(super) fn parse(text: &str) -> Result<Self, String> {
+    ///
+    /// # Errors
+    /// It is neither, or too fast or slow.
+    pub fn parse(text: &str) -> Result<Self, String> {
         match text.parse::<f64>() {
             Ok(hz) if PACES_HZ.contains(&hz) => Ok(Self::Hz(hz)),
             _ if text == "back-to-back" => Ok(Self::BackToBack),
@@ -89,7 +92,7 @@ impl Pace {
     }
 
     /// Messages per second, if that is given.
-    pub(super) const fn hz(self) -> Option<f64> {
+    pub const fn hz(self) -> Option<f64> {
         match self {
             Self::Hz(hz) => Some(hz),
             Self::BackToBack => None,

@@ -9,21 +9,21 @@ use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_machine::{Disturbance, Machine};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
-use crate::failure::Failure;
+use crate::BenchError;
 
 /// How often a turn is looked after.
-pub(super) const LOOK_INTERVAL: Duration = Duration::from_millis(20);
+pub(crate) const LOOK_INTERVAL: Duration = Duration::from_millis(20);
 
 /// A thread that watches, on another CPU than the arm's: reading the counts takes some 100 us in the
 /// kernel, which would itself make the arm late.
-pub(super) struct Watching {
+pub(crate) struct Watching {
     stop: Arc<AtomicBool>,
     thread: JoinHandle<Watch>,
 }
 
 impl Watching {
     /// Begins to watch a CPU and a thread of this process.
-    pub(super) fn begin(cpu: usize, thread: Option<u32>) -> Self {
+    pub(crate) fn begin(cpu: usize, thread: Option<u32>) -> Self {
         let stop = Arc::new(AtomicBool::new(false));
         let stopped = stop.clone();
         let thread = thread::spawn(move || {
@@ -39,7 +39,7 @@ impl Watching {
     }
 
     /// Looks once more; what there was.
-    pub(super) fn end(self) -> Watch {
+    pub(crate) fn end(self) -> Watch {
         self.stop.store(true, Ordering::Relaxed);
         // It has nothing to panic at; without it nothing is known.
         self.thread.join().unwrap_or_else(|_| Watch::begin(None, None))
@@ -47,14 +47,16 @@ impl Watching {
 }
 
 /// The CPUs that the calling thread may use, ascending.
-pub(super) fn allowed_cpus() -> Result<Vec<usize>, Failure> {
-    let set = sched_getaffinity(None)
-        .map_err(|error| Failure::found(format!("cannot ask for the usable CPUs: {error}")))?;
+///
+/// # Errors
+/// The kernel does not say.
+pub fn allowed_cpus() -> Result<Vec<usize>, BenchError> {
+    let set = sched_getaffinity(None).map_err(|error| BenchError::Cpus { cause: error.into() })?;
     Ok((0..CpuSet::MAX_CPU).filter(|cpu| set.is_set(*cpu)).collect())
 }
 
 /// Lets the calling thread run on any allowed CPU but this one, if there is another.
-pub(super) fn keep_off(cpu: usize) {
+pub(crate) fn keep_off(cpu: usize) {
     if let Ok(mut allowed) = sched_getaffinity(None)
         && allowed.count() > 1
         && allowed.is_set(cpu)
@@ -65,7 +67,7 @@ pub(super) fn keep_off(cpu: usize) {
 }
 
 /// The kernel's counts at several instants of a turn.
-pub(super) struct Watch {
+pub(crate) struct Watch {
     machine: Machine,
     cpu: Option<usize>,
     thread: Option<u32>,
@@ -74,20 +76,20 @@ pub(super) struct Watch {
 
 impl Watch {
     /// Begins to watch a CPU (all if there is none) and a thread of this process.
-    pub(super) fn begin(cpu: Option<usize>, thread: Option<u32>) -> Self {
+    pub(crate) fn begin(cpu: Option<usize>, thread: Option<u32>) -> Self {
         let mut watch = Self { machine: Machine::here(), cpu, thread, looks: Vec::new() };
         watch.look();
         watch
     }
 
     /// Reads the counts. Called some fifty times a second, it tells what was around an instant.
-    pub(super) fn look(&mut self) {
+    pub(crate) fn look(&mut self) {
         let counts = self.machine.disturbance(self.cpu, self.thread);
         self.looks.push((Monotonic.now_ns(), counts));
     }
 
     /// What there was since the last look at or before `from_ns`.
-    pub(super) fn since(&self, from_ns: u64) -> Disturbance {
+    pub(crate) fn since(&self, from_ns: u64) -> Disturbance {
         let before = self.last_before(from_ns);
         match (before.and_then(|index| self.looks.get(index)), self.looks.last()) {
             (Some((_, first)), Some((_, last))) => last.since(*first),
@@ -96,7 +98,7 @@ impl Watch {
     }
 
     /// What there was between the looks before and after an instant.
-    pub(super) fn around(&self, at_ns: u64) -> Disturbance {
+    pub(crate) fn around(&self, at_ns: u64) -> Disturbance {
         let Some(before) = self.last_before(at_ns) else { return Disturbance::default() };
         match (self.looks.get(before), self.looks.get(before + 1)) {
             (Some((_, first)), Some((_, second))) => second.since(*first),

@@ -11,19 +11,17 @@ use isochrone_processes::{Company, Stop};
 use isochrone_report::{LinkArm, turn_order};
 use isochrone_timing::Warning;
 
-use super::Plan;
 use super::arms::{Arm, Pace};
 use super::circumstance::{Circumstance, Disturbed, KeptPace, Series};
 use super::end::{Place, Side};
-use super::measurer::{self, Answer, Job, Taken};
+use super::measurer::{self, Answer, Exchange, Job, Taken};
 use super::node_path;
 use super::peer::{Setup, Turn};
 use super::processes::{Node, Peer};
+use super::settings::Settings;
 use super::turn::Span;
-use crate::bench::live::Live;
-use crate::bench::watch::Watch;
-use crate::failure::Failure;
-use crate::run::warning;
+use crate::watch::Watch;
+use crate::{BenchError, Onlooker, warning};
 
 /// From the order to begin a turn until it begins.
 const LEAD_NS: u64 = 5_000_000;
@@ -37,10 +35,11 @@ const GRACE_S: f64 = 15.0;
 
 /// What all sessions of a bench share.
 pub(super) struct Bench<'a> {
-    pub(super) plan: &'a Plan,
+    pub(super) settings: &'a Settings,
     pub(super) company: &'a Company,
     pub(super) participant: &'a Participant<ipc::Service>,
     pub(super) stop: &'a Stop,
+    pub(super) onlooker: &'a dyn Onlooker,
     pub(super) origin_ns: u64,
     /// Turns so far.
     pub(super) turns: u64,
@@ -54,7 +53,7 @@ impl Bench<'_> {
         &mut self,
         values: usize,
         circumstances: &[Circumstance],
-    ) -> Result<Vec<LinkArm>, Failure> {
+    ) -> Result<Vec<LinkArm>, BenchError> {
         let mut arms: Vec<Arm> = Vec::new();
         for arm in circumstances.iter().flat_map(|some| &some.arms) {
             if !arms.contains(arm) {
@@ -62,8 +61,9 @@ impl Bench<'_> {
             }
         }
         let folder = self.company.path(&values.to_string());
-        fs::create_dir(&folder).map_err(|error| {
-            Failure::found(format!("cannot create {}: {error}", folder.display()))
+        fs::create_dir(&folder).map_err(|error| BenchError::File {
+            path: folder.display().to_string(),
+            cause: error,
         })?;
         let prefix = self.company.domain().prefix();
         let place = Place {
@@ -72,7 +72,7 @@ impl Bench<'_> {
             participant: self.participant,
             prefix: &prefix,
             values,
-            wait: self.plan.wait,
+            wait: self.settings.wait,
         };
         let setup = Setup {
             domain_file: self.company.domain().file(),
@@ -80,12 +80,14 @@ impl Bench<'_> {
             prefix: prefix.clone(),
             arms: arms.clone(),
             values,
-            wait: self.plan.wait,
-            cpu: self.plan.cpus.sender,
-            priority: self.plan.priority,
+            wait: self.settings.wait,
+            cpu: self.settings.cpus.sender,
+            priority: self.settings.priority,
         };
-        let request =
-            ThreadRequest { priority: self.plan.priority, cpu: Some(self.plan.cpus.receiver) };
+        let request = ThreadRequest {
+            priority: self.settings.priority,
+            cpu: Some(self.settings.cpus.receiver),
+        };
         let flag = self.stop.flag();
         thread::scope(|scope| {
             let (jobs, to_do) = channel();
@@ -129,7 +131,7 @@ impl<'a, 'b> Session<'a, 'b> {
         answers: Receiver<Result<Answer, String>>,
         arms: Vec<Arm>,
         setup: &Setup,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, BenchError> {
         let Answer::Open { thread, refusals } = answer(&answers)? else {
             return Err(unexpected());
         };
@@ -147,24 +149,25 @@ impl<'a, 'b> Session<'a, 'b> {
         &mut self,
         values: usize,
         circumstance: &Circumstance,
-    ) -> Result<Vec<Series>, Failure> {
+    ) -> Result<Vec<Series>, BenchError> {
         let new = |arm: &Arm| Series::new(*arm, circumstance.pace, values);
         let mut series: Vec<Series> = circumstance.arms.iter().map(new).collect();
         let labels: Vec<String> = series.iter().map(Series::label).collect();
-        let live = Live::start(self.bench.plan.total(), labels.iter().map(String::as_str));
-        for (round, index) in turn_order(self.bench.plan.rounds, series.len()) {
+        let labels: Vec<&str> = labels.iter().map(String::as_str).collect();
+        let view = self.bench.onlooker.begin(self.bench.settings.total(), &labels);
+        for (round, index) in turn_order(self.bench.settings.rounds, series.len()) {
             let Some(series) = series.get_mut(index) else { continue };
-            live.pass(self.bench.plan.turn() * self.bench.turns as u32);
+            view.pass(self.bench.settings.turn() * self.bench.turns as u32);
             if !self.turn(circumstance.pace, round, series)? {
                 break;
             }
-            live.show(index, series.samples());
+            view.show(index, series.samples());
         }
         Ok(series)
     }
 
     /// One turn; `false` if it was stopped, and does not count.
-    fn turn(&mut self, pace: Pace, round: usize, series: &mut Series) -> Result<bool, Failure> {
+    fn turn(&mut self, pace: Pace, round: usize, series: &mut Series) -> Result<bool, BenchError> {
         if self.bench.stop.is_due() {
             return Ok(false);
         }
@@ -176,15 +179,19 @@ impl<'a, 'b> Session<'a, 'b> {
             Arm::Node => Some(self.start_node(arm)?),
             _ => None,
         };
-        let span = self.span(round, node.is_some());
-        let cpus = self.bench.plan.cpus;
+        let span = self.span(round, series.arm());
+        let cpus = self.bench.settings.cpus;
         let mut watches = [
             Watch::begin(Some(cpus.sender), None),
             Watch::begin(Some(cpus.receiver), Some(self.thread)),
         ];
         let period_ns = pace.hz().map(|hz| (1e9 / hz).round() as u64);
         self.peer.begin(&Turn { arm, span, period_ns })?;
-        self.order(Job::Turn { arm, span, paced: period_ns.is_some() })?;
+        let exchange = match period_ns {
+            Some(_) => Exchange::OneWay,
+            None => Exchange::RoundTrip,
+        };
+        self.order(Job::Turn { arm, span, exchange })?;
         let ahead_ns = span.from_ns.saturating_sub(AHEAD_NS);
         thread::sleep(Duration::from_nanos(ahead_ns.saturating_sub(Monotonic.now_ns())));
         watches.iter_mut().for_each(Watch::look);
@@ -216,12 +223,12 @@ impl<'a, 'b> Session<'a, 'b> {
         Ok(true)
     }
 
-    fn span(&self, round: usize, through_node: bool) -> Span {
-        let plan = self.bench.plan;
+    fn span(&self, round: usize, through: Arm) -> Span {
+        let plan = self.bench.settings;
         let earliest_ns = Monotonic.now_ns() + LEAD_NS;
-        let start_ns = match through_node {
-            true => node_path::start_ns(earliest_ns, round, plan.rounds),
-            false => earliest_ns,
+        let start_ns = match through {
+            Arm::Node => node_path::start_ns(earliest_ns, round, plan.rounds),
+            _ => earliest_ns,
         };
         Span {
             start_ns,
@@ -232,8 +239,8 @@ impl<'a, 'b> Session<'a, 'b> {
     }
 
     /// Starts a node, and waits until it sends.
-    fn start_node(&mut self, arm: usize) -> Result<Node<'b>, Failure> {
-        let plan = self.bench.plan;
+    fn start_node(&mut self, arm: usize) -> Result<Node<'b>, BenchError> {
+        let plan = self.bench.settings;
         let configuration = node_path::configuration(plan.node_cpu, plan.priority);
         let seconds = plan.turn().as_secs_f64() + GRACE_S;
         let node = Node::start(self.bench.company, &configuration, seconds)?;
@@ -245,22 +252,22 @@ impl<'a, 'b> Session<'a, 'b> {
         }
     }
 
-    fn taken(&self) -> Result<Box<Taken>, Failure> {
+    fn taken(&self) -> Result<Box<Taken>, BenchError> {
         match answer(&self.answers)? {
             Answer::Taken(taken) => Ok(taken),
             _ => Err(unexpected()),
         }
     }
 
-    fn order(&self, job: Job) -> Result<(), Failure> {
+    fn order(&self, job: Job) -> Result<(), BenchError> {
         self.jobs.send(job).map_err(|_| unexpected())
     }
 }
 
-fn answer(answers: &Receiver<Result<Answer, String>>) -> Result<Answer, Failure> {
-    answers.recv().map_err(|_| unexpected())?.map_err(Failure::found)
+fn answer(answers: &Receiver<Result<Answer, String>>) -> Result<Answer, BenchError> {
+    answers.recv().map_err(|_| unexpected())?.map_err(BenchError::Measuring)
 }
 
-fn unexpected() -> Failure {
-    Failure::found("the thread that measures has ended")
+fn unexpected() -> BenchError {
+    BenchError::ThreadEnded
 }

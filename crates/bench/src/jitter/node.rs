@@ -6,30 +6,36 @@ use std::time::Duration;
 
 use isochrone_engine::Plan;
 use isochrone_ipc::{Participant, ipc};
-use isochrone_runtime::{End, Node, POLL_INTERVAL};
-use isochrone_timing::CycleRecord;
+use isochrone_runtime::{Alarm, End, Node, POLL_INTERVAL};
+use isochrone_timing::{CycleRecord, Warning};
 
-use super::WARM_UP;
-use super::arm::{Arm, Turn, Used, cycles};
-use crate::bench::watch::Watching;
-use crate::failure::Failure;
+use super::turn::{Taken, Terms, Turn, Used, WARM_UP, cycles};
+use crate::BenchError;
+use crate::watch::Watching;
 
 /// More than a node needs until its first cycle.
 const SET_UP: Duration = Duration::from_secs(10);
 
 /// Starts the node, runs it for the turn, and ends it.
-pub(super) fn turn(arm: &mut Arm, plan: &Plan, turn: &Turn<'_>) -> Result<Used, Failure> {
-    let failed =
-        |error: &dyn std::fmt::Display| Failure::found(format!("arm \"{}\": {error}", arm.name));
+pub(super) fn turn(
+    arm: &str,
+    terms: &Terms,
+    plan: &Plan,
+    turn: &Turn<'_>,
+) -> Result<Taken, BenchError> {
+    let failed = |error: &dyn std::fmt::Display| BenchError::Arm {
+        arm: arm.to_owned(),
+        cause: error.to_string(),
+    };
     let name = format!("isochrone/{}", plan.node);
     let participant = Participant::<ipc::Service>::join(&name, turn.domain);
     let participant = participant.map_err(|error| failed(&error))?;
     // It ends with its first cycle after the turn; longer than this it never takes.
     let stop = turn.stop.within(WARM_UP + turn.counted + SET_UP);
-    let records = Vec::with_capacity(cycles(arm.period_ns, turn.counted));
+    let records = Vec::with_capacity(cycles(terms.period_ns, turn.counted));
     let mut seen = Seen { records, counted: 0..0, for_ns: turn.counted.as_nanos() as u64 };
     // It has no thread yet to watch; what its thread meets is in its outcome.
-    let watching = Watching::begin(arm.cpu, None);
+    let watching = Watching::begin(terms.cpu, None);
     let mut node = Node::prepare(plan, participant).map_err(|error| failed(&error))?.start();
     loop {
         thread::sleep(POLL_INTERVAL);
@@ -49,17 +55,31 @@ pub(super) fn turn(arm: &mut Arm, plan: &Plan, turn: &Turn<'_>) -> Result<Used, 
     if let End::Overrun { task, .. } = &outcome.end {
         return Err(failed(&format!("task \"{task}\" overran and stopped the node, as it is to")));
     }
+    let warnings = outcome.alarms.iter().map(warning).collect();
     let Some(task) = outcome.tasks.into_iter().next() else {
-        return Err(failed(&"it ran no task"));
+        return Err(BenchError::NoTask { arm: arm.to_owned() });
     };
     let usage = task.costs.usage;
-    let mut disturbance = watch.since(seen.counted.start);
-    disturbance.faults = usage.minor_faults + usage.major_faults;
-    disturbance.preemptions = usage.involuntary_switches;
-    arm.timing.turn(&seen.records, seen.counted, disturbance, |at_ns| watch.around(at_ns));
-    arm.margin_ns = task.margin_ns;
-    arm.grant = Some(task.grant);
-    Ok(Used { usage, elapsed_ns: task.costs.elapsed_ns })
+    let is_begun = !seen.records.is_empty();
+    Ok(Taken {
+        records: seen.records,
+        counted: is_begun.then_some(seen.counted),
+        watch,
+        told: Some(usage),
+        grant: Some(task.grant),
+        margin_ns: task.margin_ns,
+        used: Some(Used {
+            cpu_ns: usage.cpu_ns,
+            elapsed_ns: task.costs.elapsed_ns,
+            usage: Some(usage),
+        }),
+        warnings,
+    })
+}
+
+/// An alarm as a report has it.
+fn warning(alarm: &Alarm) -> Warning {
+    Warning { code: alarm.code(), message: alarm.to_string(), remedy: alarm.remedy() }
 }
 
 /// The cycles of the first task.

@@ -6,8 +6,7 @@ use std::time::Duration;
 
 use isochrone_timing::CycleRecord;
 
-use crate::bench::jitter::WARM_UP;
-use crate::bench::jitter::arm::cycles;
+use crate::jitter::turn::{WARM_UP, cycles};
 
 pub(super) const SECOND_NS: u64 = 1_000_000_000;
 /// Latencies it keeps until it prints them, every 10 ms; beyond that it overwrites them and says nothing.

@@ -7,8 +7,9 @@ use isochrone_cyclic::{Refusal, ThreadRequest, prepare_thread};
 use isochrone_timing::Distribution;
 
 use super::arms::Arm;
-use super::end::{self, End, EndError, Opening, Place};
+use super::end::{End, EndError, Opening, Place};
 use super::node_path::{NodeOutput, Stages};
+use super::transports;
 use super::turn::{self, Received, Span, Terms};
 
 /// What the thread is told to do.
@@ -18,7 +19,16 @@ pub(super) enum Job {
     /// Wait until the node sends.
     AwaitNode(usize),
     /// Have a turn with an arm.
-    Turn { arm: usize, span: Span, paced: bool },
+    Turn { arm: usize, span: Span, exchange: Exchange },
+}
+
+/// Which way messages go in a turn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Exchange {
+    /// From the peer, at its pace.
+    OneWay,
+    /// To the peer and back.
+    RoundTrip,
 }
 
 /// What it answers.
@@ -59,7 +69,7 @@ pub(super) fn run(
     let open = |arm: &Arm| {
         let line = match arm {
             Arm::Node => NodeOutput::open(place).map(|output| Line::Node(Box::new(output))),
-            _ => end::open(*arm, place).map(|opening| Line::Opening(Some(opening))),
+            _ => transports::open(*arm, place).map(|opening| Line::Opening(Some(opening))),
         };
         line.map_err(|error| named(arm, &error))
     };
@@ -90,7 +100,9 @@ pub(super) fn run(
         answer = match job {
             Job::Connect => measurer.connect(arms),
             Job::AwaitNode(arm) => measurer.await_node(arm, stop).map_err(name),
-            Job::Turn { arm, span, paced } => measurer.turn(arm, &span, paced, stop).map_err(name),
+            Job::Turn { arm, span, exchange } => {
+                measurer.turn(arm, &span, exchange, stop).map_err(name)
+            }
         };
     }
 }
@@ -130,7 +142,7 @@ impl Measurer {
         &mut self,
         arm: usize,
         span: &Span,
-        paced: bool,
+        exchange: Exchange,
         stop: &AtomicBool,
     ) -> Result<Answer, EndError> {
         let (terms, samples) = (self.terms, &mut self.samples);
@@ -138,10 +150,10 @@ impl Measurer {
         self.stages.clear();
         let mut stages = None;
         let received = match self.lines.get_mut(arm) {
-            Some(Line::Connected(end)) if paced => {
-                turn::receive_paced(end.as_mut(), span, terms, stop, samples)?
-            }
-            Some(Line::Connected(end)) => turn::ping(end.as_mut(), span, terms, stop, samples)?,
+            Some(Line::Connected(end)) => match exchange {
+                Exchange::OneWay => turn::receive_paced(end.as_mut(), span, terms, stop, samples)?,
+                Exchange::RoundTrip => turn::ping(end.as_mut(), span, terms, stop, samples)?,
+            },
             Some(Line::Node(output)) => {
                 let received = output.receive(span, stop, samples, &mut self.stages)?;
                 stages = Some(self.stages.clone());

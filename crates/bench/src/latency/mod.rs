@@ -1,0 +1,85 @@
+//! How long a message takes from one process to another.
+//!
+//! Two processes, each on a CPU of its own. The main thread (`session`) gives the turns and keeps
+//! off those CPUs; the thread that measures (`measurer`) owns one end of every arm, the peer process
+//! (`peer`) the other. What happens in a turn is in `turn`, what a transport is in `end`.
+
+mod arms;
+mod cache_line;
+mod circumstance;
+mod end;
+mod measurer;
+mod message;
+mod node_path;
+mod peer;
+mod pipe;
+mod ports;
+mod processes;
+mod raw;
+mod session;
+mod settings;
+mod stream;
+mod tcp;
+mod transports;
+mod turn;
+mod unix_datagram;
+
+use isochrone_cyclic::{Clock, Monotonic, prepare_process};
+use isochrone_ipc::{Participant, ipc};
+use isochrone_processes::{Company, Stop};
+use isochrone_report::LinkArm;
+use isochrone_timing::Warning;
+
+use crate::{BenchError, Onlooker};
+use circumstance::KeptPace;
+use session::Bench;
+
+pub use arms::{Arm, Pace, Wait};
+pub use circumstance::{Circumstance, plan};
+pub use peer::serve as serve_peer;
+pub use settings::{Cpus, Settings, Size};
+
+/// What came of a bench.
+#[derive(Debug, Default)]
+pub struct Measured {
+    /// Every arm under every circumstance.
+    pub links: Vec<LinkArm>,
+    /// What makes results doubtful.
+    pub warnings: Vec<Warning>,
+}
+
+/// Lets the arms take turns under every circumstance, in a domain of their own. The peer is this very
+/// program with the arguments `bench latency-peer`; there it calls [`serve_peer`].
+///
+/// # Errors
+/// A process cannot be started, or an arm failed.
+pub fn measure(
+    settings: &Settings,
+    stop: &Stop,
+    onlooker: &dyn Onlooker,
+) -> Result<Measured, BenchError> {
+    let company = Company::gather("isobench")?;
+    let refusals = prepare_process().refusals;
+    let participant = Participant::<ipc::Service>::join("isochrone/latency", company.domain())?;
+    let mut bench = Bench {
+        settings,
+        company: &company,
+        participant: &participant,
+        stop,
+        onlooker,
+        origin_ns: Monotonic.now_ns(),
+        turns: 0,
+        paces: Vec::new(),
+        warnings: refusals.iter().map(crate::warning).collect(),
+    };
+    let mut links = Vec::new();
+    for size in &settings.sizes {
+        if stop.is_due() {
+            break;
+        }
+        links.extend(bench.measure(size.values, &size.circumstances)?);
+    }
+    let mut warnings = bench.warnings;
+    warnings.extend(KeptPace::warning(&bench.paces));
+    Ok(Measured { links, warnings })
+}

@@ -1,0 +1,165 @@
+//! `bench jitter`: how late a loop's releases are.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use isochrone_bench::jitter::{self, Load, Loop, NodeArm, Settings, check_sleep, find_cpu};
+use isochrone_blocks::BlockType;
+use isochrone_engine::{format_duration_ns, parse_milliseconds_ns};
+use isochrone_machine::{Environment, Machine, examine};
+use isochrone_report::Report;
+
+use super::live::Terminal;
+use super::{outputs, parse_length, parse_turn};
+use crate::failure::Failure;
+use crate::{configuration, domain, run, stop};
+
+/// Measure release jitter: how late a loop begins its cycles
+///
+/// The arms run one after the other, forth and back, in turns of `--turn`, at the same
+/// period, priority, CPU, phase and clock. The first 200 ms of a turn are warm-up and are not counted.
+/// `sleep` is cyclictest's loop, `hybrid` and `economical` are the node's (a fifth and a tenth of a
+/// CPU), `spin` never sleeps; `cyclictest` is the program itself.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  isochrone bench jitter --seconds 60 --html jitter.html\n  \
+    isochrone bench jitter --period 250us,1ms,4ms --load idle,cpu --report jitter.json\n  \
+    isochrone bench jitter --arms sleep,hybrid --config level.toml --gate gate.toml")]
+pub(super) struct Args {
+    /// Arms; the others are compared with the first one. Without this: sleep, hybrid and, where it
+    /// is installed and may run, cyclictest
+    #[arg(long, value_enum, value_delimiter = ',', value_name = "ARM")]
+    arms: Vec<Loop>,
+    /// A configuration as a further arm, run as `run` does and named after its file; the other arms
+    /// take over the period, priority, CPU and phase of its first task
+    #[arg(long = "config", value_name = "FILE.toml")]
+    configs: Vec<PathBuf>,
+    /// Periods, 10us to 1s, such as 1 (ms) or 250us; with several of them each arm runs at each
+    #[arg(long, value_delimiter = ',', value_name = "TIME", value_parser = parse_period)]
+    period: Vec<u64>,
+    /// Real-time priority (SCHED_FIFO), 1 to 89; 0 for none
+    #[arg(long, value_parser = clap::value_parser!(u8).range(0..=89))]
+    priority: Option<u8>,
+    /// CPU of all arms; the last one that this process may use if it is not given
+    #[arg(long)]
+    cpu: Option<usize>,
+    /// Where releases lie: this long (ms, or with a unit: 30us) after a grid that begins between the
+    /// kernel's ticks
+    #[arg(long, value_name = "TIME", value_parser = parse_milliseconds_ns)]
+    phase: Option<u64>,
+    /// What else the machine does meanwhile (stress-ng on all CPUs); with several of them each arm
+    /// runs under each
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "idle")]
+    load: Vec<Load>,
+    /// Time of each arm, at each period and under each load: 20, 500ms, 5min
+    #[arg(long, value_name = "TIME", default_value = "20", value_parser = parse_length, allow_negative_numbers = true)]
+    seconds: f64,
+    /// Time of a turn, 10ms to 60s
+    #[arg(long, alias = "block", value_name = "TIME", default_value = "2", value_parser = parse_turn, allow_negative_numbers = true)]
+    turn: f64,
+    #[command(flatten)]
+    outputs: outputs::Args,
+    #[command(flatten)]
+    domain: domain::Args,
+}
+
+const DEFAULT_PERIOD_NS: u64 = 1_000_000;
+const DEFAULT_PRIORITY: u8 = 80;
+
+pub(super) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
+    let outputs = args.outputs.open()?;
+    let settings = args.settings(catalogue)?;
+    jitter::check(&settings)?;
+    let stop = stop::on_signal(None)?;
+    let domain = args.domain.find()?;
+    let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
+    if let Ok(examination) = examine(&Machine::here(), Some(settings.cpu)) {
+        report.findings = examination.findings;
+    }
+    let measured = jitter::measure(&settings, &report.environment, &domain, &stop, &Terminal)?;
+    drop(domain);
+    report.warnings.extend(measured.warnings);
+    report.tasks = measured.tasks;
+    report.ended_early = stop.is_due();
+    report.warnings.extend(check_sleep(&report));
+    outputs.write(&mut report)
+}
+
+impl Args {
+    /// What is to be measured: from the command line, or from the configurations where they say it.
+    fn settings(&self, catalogue: &[BlockType]) -> Result<Settings, Failure> {
+        let mut settings = Settings {
+            loops: self.arms.clone(),
+            nodes: self.nodes(catalogue)?,
+            periods_ns: self.period.clone(),
+            loads: self.load.clone(),
+            priority: Some(self.priority.unwrap_or(DEFAULT_PRIORITY)).filter(|p| *p > 0),
+            cpu: find_cpu(self.cpu)?,
+            phase_ns: self.phase.unwrap_or(0),
+            time: Duration::from_secs_f64(self.seconds),
+            turn: Duration::from_secs_f64(self.turn),
+        };
+        self.follow_first_task(&mut settings)?;
+        if settings.periods_ns.is_empty() {
+            settings.periods_ns.push(DEFAULT_PERIOD_NS);
+        }
+        if settings.loops.is_empty() {
+            jitter::add_usual_loops(&mut settings);
+        }
+        Ok(settings)
+    }
+
+    fn nodes(&self, catalogue: &[BlockType]) -> Result<Vec<NodeArm>, Failure> {
+        let mut nodes = Vec::new();
+        for path in &self.configs {
+            let plan = configuration::plan(path, catalogue)?;
+            run::require_services(&plan)?;
+            let name = path.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into());
+            nodes.push(NodeArm { name, plan: Arc::new(plan) });
+        }
+        Ok(nodes)
+    }
+
+    /// Where there are nodes, the first task of the first one says how all arms run.
+    fn follow_first_task(&self, settings: &mut Settings) -> Result<(), Failure> {
+        let Some(NodeArm { name, plan }) = settings.nodes.first().cloned() else { return Ok(()) };
+        let Some(task) = plan.tasks.first() else { return Ok(()) };
+        let said = [
+            ("--period", !self.period.is_empty()),
+            ("--priority", self.priority.is_some()),
+            ("--cpu", self.cpu.is_some()),
+            ("--phase", self.phase.is_some()),
+        ];
+        if let Some((option, _)) = said.iter().find(|(_, said)| *said) {
+            return Err(Failure::usage(format!(
+                "{option} cannot be given with --config: the first task of \"{name}\" says it, so \
+                 that all arms run alike"
+            )));
+        }
+        let period_ns = task.schedule.period_ns;
+        for other in &settings.nodes {
+            let other_ns = other.plan.tasks.first().map_or(period_ns, |t| t.schedule.period_ns);
+            if other_ns != period_ns {
+                return Err(Failure::usage(format!(
+                    "the first tasks of \"{name}\" and \"{}\" have periods of {} and {}; arms are \
+                     compared at the same period",
+                    other.name,
+                    format_duration_ns(period_ns),
+                    format_duration_ns(other_ns)
+                )));
+            }
+        }
+        settings.periods_ns = vec![period_ns];
+        settings.phase_ns = task.schedule.phase_ns;
+        settings.priority = task.priority;
+        settings.cpu = task.cpu.map_or(settings.cpu, |cpu| cpu as usize);
+        Ok(())
+    }
+}
+
+fn parse_period(text: &str) -> Result<u64, String> {
+    match parse_milliseconds_ns(text)? {
+        period_ns @ 10_000..=1_000_000_000 => Ok(period_ns),
+        _ => Err("a period is 10us to 1s".into()),
+    }
+}

@@ -1,0 +1,212 @@
+//! `bench latency`: how long a message takes from one process to another.
+
+use std::io::{BufReader, stdin, stdout};
+
+use isochrone_bench::allowed_cpus;
+use isochrone_bench::latency::{self, Arm, Cpus, Pace, Settings, Wait};
+use isochrone_machine::Environment;
+use isochrone_report::Report;
+
+use super::live::Terminal;
+use super::{outputs, parse_length, parse_turn};
+use crate::failure::Failure;
+use crate::stop;
+
+/// Measure how long a message takes from one process to another
+///
+/// Two processes, each on a CPU of its own. Paced, one sends at absolute instants and the other
+/// receives: one-way is from just before the values are written until they all are read. It counts
+/// from when a message really was sent: how late the sender came to its instant is in no number; if it
+/// missed more than 1 % of them altogether, a warning says so (pace_not_kept). Back to back, a
+/// message is sent when the one before has come back: one-way is half of the round trip. Every value
+/// is really written and read, and checked. The first tenth of each turn is warm-up.
+#[derive(clap::Args)]
+#[group(skip)]
+#[command(
+    after_help = "Examples:\n  isochrone bench latency --arms raw,ports --values 64 --seconds 10\n  \
+    isochrone bench latency --pace back-to-back --html latency.html\n  \
+    isochrone bench latency --arms node,ports --pace 1000 --values 1"
+)]
+pub(crate) struct Args {
+    /// What to measure; the others are compared with the first
+    #[arg(
+        long,
+        value_delimiter = ',',
+        value_enum,
+        default_value = "raw,ports,unix,pipe,tcp,cache_line,node",
+        value_name = "ARM,…"
+    )]
+    arms: Vec<Arm>,
+    /// Messages per second, or back-to-back
+    #[arg(
+        long,
+        value_delimiter = ',',
+        value_parser = Pace::parse,
+        default_value = "100,1000,10000,back-to-back",
+        allow_negative_numbers = true,
+        value_name = "HZ,…"
+    )]
+    pace: Vec<Pace>,
+    /// Values (of 8 bytes) in a message, 1 to 4096
+    #[arg(
+        long,
+        value_delimiter = ',',
+        value_parser = parse_values,
+        default_value = "1,64,4096",
+        allow_negative_numbers = true,
+        value_name = "N,…"
+    )]
+    values: Vec<usize>,
+    /// Time of each arm, at each pace and size: 3, 500ms, 5min
+    #[arg(long, value_name = "TIME", default_value = "3", value_parser = parse_length, allow_negative_numbers = true)]
+    seconds: f64,
+    /// Time of a turn, 10ms to 60s
+    #[arg(long, alias = "block", value_name = "TIME", default_value = "0.5", value_parser = parse_turn, allow_negative_numbers = true)]
+    turn: f64,
+    /// How receivers wait
+    #[arg(long, value_enum, default_value = "poll")]
+    wait: Wait,
+    /// CPU of the sender and CPU of the receiver; the last two if it is not given
+    #[arg(long, value_parser = parse_cpus, value_name = "A,B")]
+    cpu: Option<Cpus>,
+    /// SCHED_FIFO priority of both, 1 to 89; normal scheduling if it is not given
+    #[arg(long, value_parser = clap::value_parser!(u8).range(1..=89), allow_negative_numbers = true)]
+    priority: Option<u8>,
+    #[command(flatten)]
+    outputs: outputs::Args,
+}
+
+/// Fewest messages of a turn that say anything.
+const FEWEST_MESSAGES: f64 = 10.0;
+
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let settings = args.settings(&allowed_cpus()?)?;
+    let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
+    refuse_throttled_poll(&settings, &report.environment)?;
+    let outputs = args.outputs.open()?;
+    let stop = stop::on_signal(None)?;
+    let measured = latency::measure(&settings, &stop, &Terminal)?;
+    report.links = measured.links;
+    report.warnings.extend(measured.warnings);
+    report.ended_early = stop.is_due();
+    outputs.write(&mut report)
+}
+
+/// The other process of `bench latency`, which starts it
+#[derive(clap::Args)]
+#[command(hide = true)]
+pub(crate) struct PeerArgs {}
+
+pub(crate) fn serve(_: &PeerArgs) -> Result<(), Failure> {
+    Ok(latency::serve_peer(BufReader::new(stdin()), &mut stdout().lock())?)
+}
+
+impl Args {
+    /// The command line, checked.
+    fn settings(&self, allowed: &[usize]) -> Result<Settings, Failure> {
+        let twice = |(index, arm): (usize, &Arm)| {
+            self.arms.iter().take(index).any(|before| before == arm).then_some(*arm)
+        };
+        if let Some(arm) = self.arms.iter().enumerate().find_map(twice) {
+            return Err(Failure::usage(format!("--arms lists {arm} twice; name each arm once")));
+        }
+        let turn_s = self.turn.min(self.seconds);
+        for hz in self.pace.iter().filter_map(|pace| pace.hz()) {
+            if hz * turn_s < FEWEST_MESSAGES {
+                let needed = FEWEST_MESSAGES / hz;
+                return Err(Failure::usage(format!(
+                    "at {hz} Hz a turn of {turn_s} s has fewer than {FEWEST_MESSAGES} messages; \
+                     give --turn {needed} and --seconds of some times that"
+                )));
+            }
+        }
+        let cpus = choose_cpus(self.cpu, allowed)?;
+        let others = |cpu: &&usize| **cpu != cpus.sender && **cpu != cpus.receiver;
+        Ok(Settings {
+            sizes: latency::plan(&self.arms, &self.values, &self.pace),
+            rounds: (self.seconds / turn_s).round().max(1.0) as usize,
+            turn_ns: (turn_s * 1e9) as u64,
+            wait: self.wait,
+            cpus,
+            // Where there is no third CPU the node shares that of its publisher.
+            node_cpu: allowed.iter().rfind(others).copied().unwrap_or(cpus.sender),
+            priority: self.priority,
+        })
+    }
+}
+
+/// A real-time thread that polls is taken off its CPU by the kernel's throttling.
+fn refuse_throttled_poll(settings: &Settings, environment: &Environment) -> Result<(), Failure> {
+    match (settings.priority, settings.polling_arm(), environment.fifo_throttling()) {
+        (Some(_), Some(arm), Some(throttling)) => Err(Failure::found(format!(
+            "--priority with arm \"{arm}\": its receiver polls, but the kernel gives real-time \
+                 threads only {throttling} us of a CPU and would stop it for the rest\n\
+                 remedy: leave --priority out, or sysctl -w kernel.sched_rt_runtime_us=-1"
+        ))),
+        _ => Ok(()),
+    }
+}
+
+fn parse_values(text: &str) -> Result<usize, String> {
+    const MOST: usize = 4096;
+    match text.parse() {
+        Ok(values @ 1..=MOST) => Ok(values),
+        _ => Err(format!("give the values of a message, from 1 to {MOST}")),
+    }
+}
+
+fn parse_cpus(text: &str) -> Result<Cpus, String> {
+    let read = |cpu: &str| cpu.trim().parse::<usize>().ok();
+    let both = text.split_once(',').and_then(|(a, b)| Some((read(a)?, read(b)?)));
+    match both {
+        Some((sender, receiver)) if sender != receiver => Ok(Cpus { sender, receiver }),
+        Some(_) => Err("sender and receiver need a CPU each: both poll".into()),
+        None => Err("give the sender's CPU and the receiver's, such as 0,1".into()),
+    }
+}
+
+/// Those that were asked for if this process may use them, or else the last two.
+fn choose_cpus(asked: Option<Cpus>, allowed: &[usize]) -> Result<Cpus, Failure> {
+    let listed = || allowed.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
+    match (asked, allowed) {
+        (_, [] | [_]) => Err(Failure::found(format!(
+            "sender and receiver need a CPU each, and this process may use only CPU {}\n\
+             remedy: a machine with two CPUs, or a wider cpuset or taskset",
+            listed()
+        ))),
+        (Some(asked), _) => {
+            match [asked.sender, asked.receiver].into_iter().find(|cpu| !allowed.contains(cpu)) {
+                Some(cpu) => Err(Failure::usage(format!(
+                    "--cpu: CPU {cpu} is not one that this process may use; those are {}",
+                    listed()
+                ))),
+                None => Ok(asked),
+            }
+        }
+        (None, [.., sender, receiver]) => Ok(Cpus { sender: *sender, receiver: *receiver }),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_two_cpus_are_taken_if_none_are_named() {
+        let both = |sender, receiver| Cpus { sender, receiver };
+        assert_eq!(choose_cpus(None, &[0, 2, 3]).unwrap(), both(2, 3));
+        assert_eq!(choose_cpus(Some(both(3, 0)), &[0, 2, 3]).unwrap(), both(3, 0));
+        assert!(choose_cpus(Some(both(1, 0)), &[0, 2, 3]).is_err());
+        assert!(choose_cpus(None, &[5]).is_err());
+        assert!(choose_cpus(Some(both(0, 1)), &[0]).is_err());
+    }
+
+    #[test]
+    fn one_cpu_for_both_is_refused() {
+        assert_eq!(parse_cpus("0,1"), Ok(Cpus { sender: 0, receiver: 1 }));
+        assert!(parse_cpus("1,1").unwrap_err().contains("a CPU each"));
+        for wrong in ["", "1", "a,b", "0,1,2", "-1,0"] {
+            assert!(parse_cpus(wrong).unwrap_err().contains("such as 0,1"), "{wrong}");
+        }
+    }
+}
