@@ -155,12 +155,22 @@ impl Process {
     #[track_caller]
     pub(crate) fn wait_until(&mut self, what: &str, mut met: impl FnMut(&str, &str) -> bool) {
         let since = Instant::now();
-        while !met(&self.stdout.get(), &self.stderr.get()) {
+        loop {
+            // Asked first: what it said last is there by the time that it is over.
+            let is_over = self.is_over();
             let (stdout, stderr) = (self.stdout.get(), self.stderr.get());
-            let waits = since.elapsed() < PATIENCE && self.child.check().is_ok();
-            assert!(waits || met(&stdout, &stderr), "waited for {what}\n{stdout}\n{stderr}");
+            if met(&stdout, &stderr) {
+                break;
+            }
+            let waits = !is_over && since.elapsed() < PATIENCE;
+            assert!(waits, "waited for {what}\n{stdout}\n{stderr}");
             thread::sleep(Duration::from_millis(2));
         }
+    }
+
+    /// Whether it has ended, and all that it printed was read.
+    fn is_over(&mut self) -> bool {
+        self.child.check().is_err() && self.stdout.is_complete() && self.stderr.is_complete()
     }
 
     pub(crate) fn id(&self) -> u32 {
@@ -219,6 +229,10 @@ impl Text {
 
     fn get(&self) -> String {
         self.text.lock().unwrap().clone()
+    }
+
+    fn is_complete(&self) -> bool {
+        self.reader.as_ref().is_none_or(JoinHandle::is_finished)
     }
 
     fn finish(&mut self) -> String {
