@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use isochrone_engine::{Plan, Rules, Source, TaskEngine};
-use isochrone_ipc::{FrameLayout, SignalSpec, check_service_name};
+use isochrone::engine::{Plan, Rules, Source, TaskEngine};
+use isochrone::ipc::{FrameLayout, SignalSpec, check_service_name};
 
 fn folder() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))

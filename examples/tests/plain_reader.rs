@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use isochrone_ipc::{
+use isochrone::ipc::{
     Announcement, Depth, FrameLayout, FramePublisher, FrameSubscriber, IsolatedDomain,
     LayoutAnnouncer, Participant, SignalSpec, Stamp, ipc,
 };

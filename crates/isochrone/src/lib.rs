@@ -1,0 +1,138 @@
+//! **isochrone**: a control node that runs function blocks at a deterministic period and exchanges
+//! values with other processes through shared memory without copying. This crate is its front door:
+//! whatever a program needs to embed a node stands here.
+//!
+//! # A node in a program
+//!
+//! ```
+//! use isochrone::prelude::*;
+//!
+//! /// `block!` uses fixed names (`Inputs`, `Outputs`, `State`), so each block has its module.
+//! mod half {
+//!     use isochrone::blocks::{Block, Cycle};
+//!
+//!     isochrone::blocks::block! {
+//!         /// Half of a value.
+//!         pub Half {
+//!             inputs {
+//!                 /// The value.
+//!                 "x" => x: f64,
+//!             }
+//!             outputs {
+//!                 /// Half of it.
+//!                 "y" => y: f64,
+//!             }
+//!             state {}
+//!             status {}
+//!         }
+//!     }
+//!
+//!     impl Block for Half {
+//!         fn step(_: &mut State, inputs: &Inputs, _: &Cycle<'_>) -> Outputs {
+//!             Outputs { y: inputs.x / 2.0 }
+//!         }
+//!     }
+//! }
+//! use half::Half;
+//!
+//! fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! #   let domain = isochrone::ipc::IsolatedDomain::new("frontdoor")?;
+//! #   let file = domain.root_path().with_file_name("level.toml");
+//! #   std::fs::write(&file, r#"
+//! #       [node]
+//! #       name = "level"
+//! #       [[task]]
+//! #       name = "fast"
+//! #       period = "1ms"
+//! #       [[block]]
+//! #       name = "ramp"
+//! #       type = "LimRateOfChangeCI"
+//! #       in = { value = 25.0, setChangeRate = 10.0 }
+//! #       [[block]]
+//! #       name = "half"
+//! #       type = "Half"
+//! #       in = { x = "ramp.delayedValue" }
+//! #       [[output]]
+//! #       service = "plant/level"
+//! #       signals = ["half.y"]
+//! #   "#)?;
+//! #   #[cfg(any())]
+//!     let (file, domain) = ("level.toml", Domain::find()?);
+//!
+//!     // TOML -> plan: every name resolved, every value checked. All errors are found together.
+//!     let catalogue = [&CATALOGUE[..], &[BlockType::of::<Half>()]].concat();
+//!     let plan = Plan::read(file, &Rules { catalogue: &catalogue, ..Rules::default() })?;
+//!
+//!     // Ports open, threads wait; what the machine refused can be looked at.
+//!     let node = Node::prepare(&plan, Participant::<ipc::Service>::join("level", &domain)?)?;
+//!     node.refusals().for_each(|refusal| println!("{refusal}: {}", refusal.remedy()));
+//!
+//!     // One grid for all tasks.
+//!     let mut node = node.with_cycles(Some(100)).start();
+//!     node.set([("ramp.setChangeRate", 5.0)])?;
+//!     while node.poll().is_running() {
+//!         println!("{:?}", node.value("half.y"));
+//!         std::thread::sleep(POLL_INTERVAL);
+//!     }
+//!
+//!     // What each task did and cost.
+//!     let outcome = node.finish()?;
+//!     let task = &outcome.tasks[0];
+//!     println!("{:?}: {} cycles, {:?}", outcome.end, task.timing.cycles(), task.costs);
+//! #   assert_eq!((outcome.end, task.timing.cycles()), (End::Cycles, 100));
+//!     Ok(())
+//! }
+//! ```
+//!
+//! States are types: [`Prepared`](runtime::Prepared), [`Running`](runtime::Running),
+//! [`Outcome`](runtime::Outcome). Dropping one ends its threads. What was not measured is `None`.
+//!
+//! - **Between processes**, a node's ports are of [`ipc::Service`](prelude::ipc::Service); inside one
+//!   process, of [`local::Service`](prelude::local::Service), which leaves no file behind.
+//! - **Without services**, [`Node::prepare_alone`](runtime::Node::prepare_alone): inputs are given by
+//!   [`set`](runtime::Running::set), and signals read by [`value`](runtime::Running::value).
+//! - **All verbs of the command line** with blocks of your own:
+//!   `isochrone_cli::main(&[BlockType::of::<Half>()])`.
+//! - **Memory** is locked for the whole process by
+//!   [`prepare_process`](cyclic::prepare_process), if the program calls it.
+//! - **Allocations** are counted if the program has
+//!   [`CountingAllocator`](cyclic::CountingAllocator) as its `#[global_allocator]`.
+//!
+//! # The house
+//!
+//! Each crate says one thing, and knows none of those that stand to the right of it or below:
+//!
+//! | crate | says |
+//! |---|---|
+//! | [`blocks`] | *what* to compute: function blocks, pure, without clock or I/O |
+//! | [`engine`] | *in what order*: configuration, plan, process image; one call steps a task |
+//! | [`cyclic`] | *when*: an absolute grid, the wait for it, real-time set-up |
+//! | [`ipc`] | *how values cross processes*: frames over iceoryx2 |
+//! | [`timing`] | *numbers* from cycle records |
+//! | [`runtime`] | *a node*: the tasks' threads, ports, set-points, telemetry |
+//!
+//! Data goes one way: TOML, `Config` (as written), [`Plan`](engine::Plan) (resolved, checked, ordered),
+//! [`TaskEngine`](engine::TaskEngine) (image and banks), cycle. Strings and hash maps end at the plan.
+//!
+//! # One cycle
+//!
+//! Wait for the release; apply what operators sent; read the inputs into the image; step the banks in
+//! order; copy the outputs into the frames that were loaned beforehand; send. Then, in the slack: loan
+//! the next frames, let ports connect, push the cycle record. Between the release and the slack there
+//! is no allocation of ours, no lock, no page fault, no log, and no system call.
+
+pub use isochrone_blocks as blocks;
+pub use isochrone_cyclic as cyclic;
+pub use isochrone_engine as engine;
+pub use isochrone_ipc as ipc;
+pub use isochrone_runtime as runtime;
+pub use isochrone_timing as timing;
+
+/// What a program that embeds a node uses: `use isochrone::prelude::*`.
+pub mod prelude {
+    pub use isochrone_blocks::{BlockType, CATALOGUE};
+    pub use isochrone_cyclic::{CountingAllocator, prepare_process};
+    pub use isochrone_engine::{Plan, Rules, Source};
+    pub use isochrone_ipc::{Domain, Participant, ipc, local};
+    pub use isochrone_runtime::{End, Node, Outcome, POLL_INTERVAL, Prepared, Running};
+}

@@ -1,0 +1,81 @@
+//! A PI(D) controller. `block!` declares the pins once; from that come the structs `Inputs`, `Outputs`
+//! and `State`, the check of a configuration, and the catalogue. What remains to write is `step`.
+
+use isochrone::blocks::{Block, Cycle, status};
+
+isochrone::blocks::block! {
+    /// PID controller: `y` drives `x` towards `setpoint`. The integral stops where `y` is limited.
+    pub(crate) Pid {
+        inputs {
+            /// Value that is wanted.
+            "setpoint" => setpoint: f64 = 0.0,
+            /// Value that is measured. Without a default, so it must be connected.
+            "x" => x: f64,
+            /// Gain.
+            "gain" => gain: f64 = 1.0,
+            /// Integral time; 0: no integral part.
+            "integralTime" => integral_time: f64 ["s"] = 0.0,
+            /// Derivative time.
+            "derivativeTime" => derivative_time: f64 ["s"] = 0.0,
+            /// Lower limit of `y`.
+            "yMin" => y_min: f64 = 0.0,
+            /// Upper limit of `y`.
+            "yMax" => y_max: f64 = 100.0,
+        }
+        outputs {
+            /// Manipulated value.
+            "y" => y: f64,
+            /// An error is reported in `status`.
+            "error" => error: bool,
+            /// Status word.
+            "status" => status: u16,
+        }
+        state { integral: f64, deviation: f64, y: f64, has_run: bool }
+        status {
+            status::OK => "STATUS_FINISHED_NO_ERROR": "no error",
+            status::LIMITED_LOW => "STATUS_LIMITED_LOW": "y is limited to yMin",
+            status::LIMITED_HIGH => "STATUS_LIMITED_HIGH": "y is limited to yMax",
+            status::RANGE => "ERR_RANGE": "yMin is above yMax, or a time is negative; y holds",
+            status::NOT_FINITE => "ERR_NOT_FINITE": "setpoint or x is NaN or infinite; y holds",
+        }
+    }
+}
+
+impl Block for Pid {
+    fn step(state: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
+        let deviation = inputs.setpoint - inputs.x;
+        let ranges = inputs.y_min <= inputs.y_max
+            && inputs.integral_time >= 0.0
+            && inputs.derivative_time >= 0.0;
+        let status = match (ranges, deviation.is_finite()) {
+            (false, _) => status::RANGE,
+            (_, false) => status::NOT_FINITE,
+            _ => state.control(inputs, deviation, cycle.period_ns() as f64 / 1e9),
+        };
+        Outputs { y: state.y, error: status::is_error(status), status }
+    }
+}
+
+impl State {
+    /// One cycle of the controller, with the configured period, never a measured one.
+    fn control(&mut self, inputs: &Inputs, deviation: f64, period_s: f64) -> u16 {
+        let before = if self.has_run { self.deviation } else { deviation };
+        let derivative = inputs.derivative_time * (deviation - before) / period_s;
+        let more = match inputs.integral_time {
+            0.0 => 0.0,
+            time_s => deviation * period_s / time_s,
+        };
+        let y = inputs.gain * (deviation + self.integral + more + derivative);
+        (self.has_run, self.deviation) = (true, deviation);
+        self.y = y.clamp(inputs.y_min, inputs.y_max);
+        let status = match y {
+            y if y < inputs.y_min => status::LIMITED_LOW,
+            y if y > inputs.y_max => status::LIMITED_HIGH,
+            _ => status::OK,
+        };
+        if status == status::OK {
+            self.integral += more;
+        }
+        status
+    }
+}

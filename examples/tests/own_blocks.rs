@@ -1,0 +1,108 @@
+//! A program of a user's own, in a crate outside the workspace: built with cargo, and run against real
+//! shared memory.
+
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Output, Stdio};
+use std::time::{Duration, Instant};
+
+use isochrone::ipc::{
+    Depth, FrameLayout, FramePublisher, FrameSubscriber, IsolatedDomain, Participant, SignalSpec,
+    Stamp, ipc,
+};
+
+const LIMIT: Duration = Duration::from_secs(60);
+const STEP: Duration = Duration::from_millis(5);
+
+fn crate_folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("own_blocks")
+}
+
+/// Builds the program beside this one, with the versions of the workspace.
+fn build() -> PathBuf {
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let lock = std::fs::read(workspace.join("Cargo.lock")).unwrap();
+    std::fs::write(crate_folder().join("Cargo.lock"), lock).unwrap();
+    // This program stands in <target>/<profile>.
+    let beside = Path::new(env!("CARGO_BIN_EXE_embedded")).parent().unwrap();
+    let target = beside.parent().unwrap();
+    let built = Command::new(env!("CARGO"))
+        .args(["build", "--offline", "--target-dir"])
+        .arg(target)
+        .current_dir(crate_folder())
+        // As the workspace has it, so that what is built already serves here.
+        .env("CARGO_PROFILE_DEV_DEBUG", "line-tables-only")
+        .output()
+        .unwrap();
+    assert!(built.status.success(), "{}", String::from_utf8_lossy(&built.stderr));
+    target.join("debug/own_blocks")
+}
+
+struct Program {
+    program: PathBuf,
+    domain: IsolatedDomain,
+}
+
+impl Program {
+    fn start(&self, line: &str) -> Child {
+        let file = self.domain.file();
+        let domain = ["run", "list"].iter().any(|verb| line.starts_with(verb));
+        Command::new(&self.program)
+            .args(line.split_whitespace())
+            .args(domain.then_some("--iceoryx2-config"))
+            .args(domain.then_some(file))
+            .current_dir(crate_folder())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap()
+    }
+
+    fn run(&self, line: &str) -> String {
+        printed(line, self.start(line).wait_with_output().unwrap())
+    }
+}
+
+fn printed(line: &str, output: Output) -> String {
+    let complaint = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{line}: {}: {complaint}", output.status);
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[test]
+fn a_program_with_a_block_of_its_own_has_every_verb() {
+    let program = Program { program: build(), domain: IsolatedDomain::new("own").unwrap() };
+
+    let pins = program.run("blocks Pid");
+    assert!(pins.contains("integralTime") && pins.contains("STATUS_LIMITED_HIGH"), "{pins}");
+    assert!(program.run("check pid.toml").contains("2 blocks"));
+
+    // The set-point has come to 0.3 m, 0.05 m above the level: 40 * (0.05 + 0.05 * 0.01 s / 2 s).
+    let simulated = program.run("simulate pid.toml --cycles 6");
+    assert!(simulated.ends_with("\n5,2.01,0.0\n"), "{simulated}");
+
+    let tester = Participant::<ipc::Service>::join("tester", &program.domain).unwrap();
+    let mut valve = FrameSubscriber::open(&tester, "plant/valve", 2, Depth::Newest).unwrap();
+    let level = FrameLayout { signals: vec![SignalSpec::new("level", "LREAL")], period_ns: None };
+    let mut sensor = FramePublisher::open(&tester, "plant/level", &level).unwrap().plain();
+    let report = program.domain.folder().join("report.json");
+    let line = format!("run pid.toml --seconds 2 --report {}", report.display());
+    let mut node = program.start(&line);
+    let started = Instant::now();
+    let mut opened = 0.0;
+    while node.try_wait().unwrap().is_none() {
+        assert!(started.elapsed() < LIMIT, "the node does not end");
+        // Half a metre below where the set-point ends.
+        sensor.prepare();
+        sensor.values_mut().unwrap()[0] = 0.5;
+        sensor.send(Stamp::default(), || 0);
+        if let Some(frame) = valve.newest(0) {
+            opened = frame.values()[0];
+        }
+        std::thread::sleep(STEP);
+    }
+    printed(&line, node.wait_with_output().unwrap());
+    assert!(opened > 20.0 && opened < 60.0, "gain 40 at 0.5 m, and an integral: {opened}");
+    let report = std::fs::read_to_string(report).unwrap();
+    assert!(report.contains("\"block_errors\": 0"), "{report}");
+    assert!(report.contains("\"allocations\": 0"), "{report}");
+}
