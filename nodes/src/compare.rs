@@ -13,7 +13,8 @@ use crate::terminal;
 /// draws of the same turns would have given; better and worse are said only where the whole interval
 /// says so and the difference is more than a tenth. What changed in the machine between the runs is
 /// in no interval: in a virtual machine rather compare arms of one run. Exit status: 0 nothing is
-/// worse, 1 something is, 2 an arm of the first report cannot be compared.
+/// worse, 1 something is, 2 there is nothing to compare, 4 the reports say too little about an arm of the
+/// first.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// The reference
@@ -46,7 +47,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let left_out: Vec<String> =
         compared.left_out.iter().map(|(arm, why)| format!("{arm}: {why}")).collect();
     if !left_out.is_empty() {
-        return Err(Failure::usage(format!(
+        return Err(Failure::inconclusive(format!(
             "some arms of {} could not be compared\n{}",
             args.first.display(),
             left_out.join("\n")

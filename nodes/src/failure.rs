@@ -36,6 +36,11 @@ impl Failure {
         Self { status: 3, report: Some(sentence(what)) }
     }
 
+    /// The run says too little to judge: exit status 4.
+    pub(crate) fn inconclusive(what: impl std::fmt::Display) -> Self {
+        Self { status: 4, report: Some(sentence(what)) }
+    }
+
     /// Whoever read stdout went away (`| head`): the verb ends in silence, exit status 0.
     pub(crate) fn reader_left() -> Self {
         Self { status: 0, report: None }

@@ -14,30 +14,35 @@ pub(crate) fn read(path: &Path) -> Result<Gate, Failure> {
         .map_err(|error| Failure::usage(format!("cannot read {name}: {error}")))?;
     let gate: Gate =
         toml::from_str(&text).map_err(|error| Failure::usage(format!("{name}: {error}")))?;
-    gate.check().map_err(|error| Failure::usage(format!("{name}: {error}")))?;
+    if gate.rules.is_empty() {
+        return Err(Failure::usage(format!("{name}: the gate has no rule")));
+    }
     Ok(gate)
 }
 
 /// Says what became of each rule. A rule that is broken is a finding (exit 1); a run that says too
-/// little about a rule, or a gate of which nothing could be judged, is none that can be used (exit 2).
+/// little about a rule, or a gate of which nothing could be judged, decides nothing (exit 4).
 pub(crate) fn hold(gate: &Gate, report: &Report) -> Result<(), Failure> {
     let judged = gate.judge(report);
     for (outcome, says) in &judged {
         terminal::note(&format!("gate: {}: {says}", outcome.as_str()));
     }
-    let worst = match report.ended_early {
-        true => Some(Outcome::Invalid),
-        false => judged.iter().map(|(outcome, _)| *outcome).max(),
+    let worst = if report.ended_early {
+        Some(Outcome::Invalid)
+    } else {
+        judged.iter().map(|(outcome, _)| *outcome).max()
     };
     match worst {
         Some(Outcome::Pass) => Ok(()),
         Some(Outcome::Fail) => Err(Failure::found("the gate does not hold")),
         Some(Outcome::Invalid) if report.ended_early => {
-            Err(Failure::usage("the bench was ended early: no result for the gate"))
+            Err(Failure::inconclusive("the bench was ended early: no result for the gate"))
         }
-        Some(Outcome::Invalid) => Err(Failure::usage("the run is invalid: no result for the gate")),
+        Some(Outcome::Invalid) => {
+            Err(Failure::inconclusive("the run says too little: no result for the gate"))
+        }
         Some(Outcome::Skipped) | None => {
-            Err(Failure::usage("the gate has no rule that can be judged on this machine"))
+            Err(Failure::inconclusive("the gate has no rule that can be judged on this machine"))
         }
     }
 }

@@ -55,7 +55,7 @@ use crate::failure::Failure;
 #[derive(Parser)]
 #[command(name = "isochrone", version, propagate_version = true)]
 #[command(after_help = "Exit status: 0 done, 1 it ran and found something wrong, 2 usage or \
-    configuration error, 3 nothing to talk to.\n\
+    configuration error, 3 nothing to talk to, 4 the run says too little to judge.\n\
     SIGINT (Ctrl-C), SIGTERM and SIGHUP end a verb in order, and the exit status says the same as \
     without them. Another one, half a second later or more, ends it at once, with 1.\n\
     Results go to stdout, progress and logs to stderr.\n\

@@ -6,7 +6,7 @@ mod program;
 
 use domain::Process;
 use isochrone_blocks::CATALOGUE;
-use isochrone_report::{Comparison, Report};
+use isochrone_report::{Comparison, Pairing, Report};
 use program::{Folder, assert_says};
 use rustix::process::Signal;
 
@@ -111,7 +111,7 @@ fn a_bench_that_was_ended_early_is_no_result_for_a_gate() {
     let mut bench = Process::start(folder.command(&args));
     bench.wait_for("Ctrl-C ends it early");
     bench.signal(Signal::TERM);
-    let ended = bench.finish().expect_code(2);
+    let ended = bench.finish().expect_code(4);
     assert_says(&ended.stderr, &["ended early"]);
 }
 
@@ -131,9 +131,9 @@ fn a_gate_that_nothing_can_pass_fails_and_one_that_everything_does_passes() {
         let report: Report = serde_json::from_str(&folder.read("a.json")).unwrap();
         // A machine that takes the CPU away all the time makes the run invalid, and that is right.
         let [mixed, saw] = &report.measured()[..] else { panic!("{report}") };
-        let found = Comparison::all(mixed, saw, true);
+        let found = Comparison::all(mixed, saw, Pairing::Paired);
         let undisturbed = found.iter().any(|found| found.percentile == "p50");
-        let (code, says) = if undisturbed { (code, says) } else { (2, "gate: invalid") };
+        let (code, says) = if undisturbed { (code, says) } else { (4, "gate: invalid") };
         assert_eq!(ran.code, code, "{}", ran.err);
         assert_says(&ran.err, &[says, "SawTooth (10 instances)"]);
     }

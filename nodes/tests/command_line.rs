@@ -19,7 +19,10 @@ fn run(args: &str) -> Ran {
 fn the_help_names_every_verb_and_what_the_exit_status_means() {
     let help = run("--help").silently();
     assert_says(&help, &verbs());
-    assert_says(&help, &["Usage: isochrone", "Exit status: 0", "1 it ran", "2 usage", "3 nothing"]);
+    assert_says(
+        &help,
+        &["Usage: isochrone", "Exit status: 0", "1 it ran", "2 usage", "3 nothing", "4 the run"],
+    );
     assert_says(
         &help,
         &["stdout", "stderr", "--verbose", "RUST_LOG", "Without a verb, `demo` runs"],

@@ -20,9 +20,9 @@ mod output;
 mod report;
 
 pub use bench::{
-    Compared, Comparison, Gate, LoopArm, Measured, Outcome, Outlier, PERCENTILES, Percentile,
-    RESOLUTION_NS, Ratio, Rule, RuleError, TOLERANCE, TurnReport, TurnSamples, Turns, Verdict,
-    compare_reports, overall, ratio, supports, turn_order,
+    Bound, Compared, Comparison, Gate, LeftOut, LoopArm, Measured, Outcome, Outlier, PERCENTILES,
+    Pairing, Percentile, RESOLUTION_NS, Ratio, Rule, RuleError, TOLERANCE, TooShort, TurnReport,
+    TurnSamples, Turns, Verdict, compare_reports, needed, overall, ratio, supports, turn_order,
 };
 pub use output::{
     ComparisonTable, Series, Timeline, cyclictest_histogram, hgrm, histogram_svg, hlog, html,

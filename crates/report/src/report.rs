@@ -7,7 +7,7 @@ use isochrone_timing::{LinkReport, Summary, TaskReport, Warning};
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 
-use crate::bench::{Comparison, Outlier, TurnReport};
+use crate::bench::{Comparison, LeftOut, Outlier, TurnReport};
 
 /// What a run did and how punctual it was. `Display` is the table for a terminal.
 ///
@@ -41,6 +41,9 @@ pub struct Report {
     /// How the arms of a bench compare with the first one.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub comparisons: Vec<Comparison>,
+    /// Comparisons that the samples do not allow, and how much longer to run.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub left_out: Vec<LeftOut>,
     /// What the doctor found on the machine beforehand.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<Finding>,

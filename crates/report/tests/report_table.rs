@@ -1,7 +1,9 @@
 //! The table, letter by letter.
 
 use isochrone_machine::Environment;
-use isochrone_report::{Comparison, CostReport, LinkArm, Report, TaskArm, TurnReport, Verdict};
+use isochrone_report::{
+    Comparison, CostReport, LeftOut, LinkArm, Report, TaskArm, TurnReport, Verdict,
+};
 use isochrone_timing::{LinkReport, Summary, TaskReport, Warning, WarningCode};
 
 fn jitter() -> Summary {
@@ -298,4 +300,19 @@ fn what_was_not_measured_is_a_dash_and_not_nothing() {
     let table = report.to_string();
     assert!(table.contains("CPU - %, - allocations"), "{table}");
     assert!(table.contains("- minor and 0 major faults"), "{table}");
+}
+
+#[test]
+fn a_comparison_that_is_left_out_says_why_and_how_much_longer_to_run() {
+    let left_out = LeftOut {
+        percentile: "p99_9".to_owned(),
+        reference: "sleep (1 ms, idle)".to_owned(),
+        candidate: "hybrid (1 ms, idle)".to_owned(),
+        why: "900 of 10000 samples; run it 12 times as long".to_owned(),
+        ..LeftOut::default()
+    };
+    let report = Report { left_out: vec![left_out], ..bench() };
+    let says = "\nnot compared\n  hybrid (1 ms, idle) with sleep (1 ms, idle) at p99.9: 900 of 10000 \
+        samples; run it 12 times as long\n";
+    assert!(report.to_string().contains(says), "{report}");
 }

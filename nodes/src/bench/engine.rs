@@ -56,6 +56,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     };
     check_memory(&settings.sizes, Machine::here().available_bytes())?;
     let outputs = args.outputs.open()?;
+    outputs.check_arms(&settings.names())?;
     let stop = stop::on_signal(None)?;
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
     terminal::note(&format!(

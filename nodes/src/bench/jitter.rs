@@ -70,6 +70,7 @@ pub(super) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let outputs = args.outputs.open()?;
     let settings = args.settings(catalogue)?;
     jitter::check(&settings)?;
+    outputs.check_arms(&settings.names())?;
     let stop = stop::on_signal(None)?;
     let domain = args.domain.find()?;
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());

@@ -84,6 +84,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
     refuse_throttled_poll(&settings, &report.environment)?;
     let outputs = args.outputs.open()?;
+    outputs.check_arms(&settings.names())?;
     let stop = stop::on_signal(None)?;
     let measured = latency::measure(&settings, &stop, &Terminal)?;
     report.links = measured.links;

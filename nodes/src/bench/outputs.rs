@@ -39,7 +39,7 @@ pub(crate) struct Args {
     /// Write every picture of the page as a file of its own
     #[arg(long, value_name = "FOLDER")]
     svg: Option<PathBuf>,
-    /// Hold the result against a gate (TOML): exit 0 pass, 1 fail, 2 invalid run
+    /// Hold the result against a gate (TOML): exit 0 pass, 1 fail, 4 the run says too little
     #[arg(long, value_name = "FILE.toml")]
     gate: Option<PathBuf>,
 }
@@ -75,6 +75,13 @@ impl Args {
 }
 
 impl Outputs {
+    /// Looks whether the gate names only arms that will be measured.
+    pub(crate) fn check_arms(&self, arms: &[impl AsRef<str>]) -> Result<(), Failure> {
+        let arms: Vec<&str> = arms.iter().map(AsRef::as_ref).collect();
+        let checked = self.gate.as_ref().map_or(Ok(()), |gate| gate.check_arms(&arms));
+        checked.map_err(|error| Failure::usage(format!("--gate: {error}")))
+    }
+
     /// Compares the arms, writes everything, and says whether the gate holds. What cannot be written
     /// keeps nothing else from being written, nor the gate from being judged.
     pub(crate) fn write(self, report: &mut Report) -> Result<(), Failure> {

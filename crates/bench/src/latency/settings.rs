@@ -47,6 +47,18 @@ impl Settings {
         Duration::from_nanos(self.turn_ns)
     }
 
+    /// The names of the arms, each once.
+    pub fn names(&self) -> Vec<&'static str> {
+        let circumstances = self.sizes.iter().flat_map(|size| &size.circumstances);
+        let mut names = Vec::new();
+        for name in circumstances.flat_map(|some| &some.arms).map(|arm| arm.as_str()) {
+            if !names.contains(&name) {
+                names.push(name);
+            }
+        }
+        names
+    }
+
     /// How long all turns take.
     pub(super) fn total(&self) -> Duration {
         let circumstances = self.sizes.iter().flat_map(|size| &size.circumstances);

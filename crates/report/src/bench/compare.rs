@@ -83,35 +83,68 @@ impl Verdict {
     }
 }
 
-/// Compares the quantile (0 to 1) of two sides. `None` if a side has fewer than five turns, or too
-/// few samples for ten to lie beyond the quantile.
+/// How the turns of two sides were taken.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Pairing {
+    /// Turn *i* of one side next to turn *i* of the other: both are drawn together, and what the
+    /// machine did to both of them cancels out.
+    Paired,
+    /// Each side for itself, as in two runs.
+    Apart,
+}
+
+/// Why two sides cannot be compared at a quantile: one of them is too short.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+pub enum TooShort {
+    /// A side has fewer than five valid turns. Run it longer.
+    #[error("{found} of {FEWEST_TURNS} valid turns; run it {} times as long", longer(*.found as u64, FEWEST_TURNS as u64))]
+    Turns {
+        /// Valid turns of the shorter side.
+        found: usize,
+    },
+    /// Fewer than ten samples of a side lie beyond the quantile. Run it longer.
+    #[error("{found} of {needed} samples; run it {} times as long", longer(*.found, *.needed))]
+    Samples {
+        /// Samples of the shorter side.
+        found: u64,
+        /// Samples of which ten lie beyond.
+        needed: u64,
+    },
+}
+
+const FEWEST_TURNS: usize = 5;
+
+/// How many times as long a run must be that found some of what it needs.
+fn longer(found: u64, needed: u64) -> u64 {
+    needed.div_ceil(found.max(1)).max(2)
+}
+
+/// Compares the quantile (0 to 1) of two sides.
 ///
-/// `paired`: turn *i* of one side was taken next to turn *i* of the other, so both are drawn
-/// together and what the machine did to both of them cancels out.
+/// # Errors
+/// A side has fewer than five turns, or too few samples for ten to lie beyond the quantile.
 pub fn ratio(
     reference: &[TurnSamples],
     candidate: &[TurnSamples],
     quantile: f64,
-    paired: bool,
-) -> Option<Ratio> {
-    const FEWEST_TURNS: usize = 5;
-    let paired = paired && reference.len() == candidate.len();
-    let sides = [Side::new(reference), Side::new(candidate)];
-    let enough =
-        |side: &Side<'_>| side.turns.len() >= FEWEST_TURNS && supports(side.count(), quantile);
-    if !sides.iter().all(enough) {
-        return None;
+    pairing: Pairing,
+) -> Result<Ratio, TooShort> {
+    let paired = pairing == Pairing::Paired && reference.len() == candidate.len();
+    let turns = reference.len().min(candidate.len());
+    if turns < FEWEST_TURNS {
+        return Err(TooShort::Turns { found: turns });
     }
-    let [reference, candidate] = sides;
+    let (reference, candidate) = (Side::new(reference), Side::new(candidate));
+    let samples = reference.count().min(candidate.count());
+    if !supports(samples, quantile) {
+        return Err(TooShort::Samples { found: samples, needed: needed(quantile) });
+    }
     let (reference_ns, candidate_ns) = (reference.quantile(quantile), candidate.quantile(quantile));
     let mut chance = Chance(0x1505_3c29_9e77_01f3);
     let mut draws: Vec<f64> = (0..DRAWS)
         .map(|_| {
             let first = chance.draw(reference.turns.len());
-            let second = match paired {
-                true => first.clone(),
-                false => chance.draw(candidate.turns.len()),
-            };
+            let second = if paired { first.clone() } else { chance.draw(candidate.turns.len()) };
             quotient(reference.weighted(quantile, &first), candidate.weighted(quantile, &second))
         })
         .collect();
@@ -125,7 +158,12 @@ pub fn ratio(
         () => Verdict::Same,
     };
     let ratio = quotient(reference_ns, candidate_ns);
-    Some(Ratio { reference_ns, candidate_ns, ratio, low, high, verdict })
+    Ok(Ratio { reference_ns, candidate_ns, ratio, low, high, verdict })
+}
+
+/// The samples of which ten lie beyond a quantile (0 to 1).
+pub fn needed(quantile: f64) -> u64 {
+    (10.0 / (1.0 - quantile) - 1e-6).ceil() as u64
 }
 
 /// Whether ten of so many samples lie beyond a quantile (0 to 1): enough to compare it.
@@ -224,7 +262,7 @@ mod tests {
     }
 
     fn verdict(a: &[TurnSamples], b: &[TurnSamples], quantile: f64) -> Verdict {
-        ratio(a, b, quantile, false).unwrap().verdict
+        ratio(a, b, quantile, Pairing::Apart).unwrap().verdict
     }
 
     #[test]
@@ -232,7 +270,7 @@ mod tests {
         const QUANTILES: [f64; 3] = [0.5, 0.9, 0.99];
         let found = |seed: u64| {
             let (a, b) = (run(2 * seed + 1, 12, 1.0), run(2 * seed + 2, 12, 1.0));
-            QUANTILES.map(|quantile| ratio(&a, &b, quantile, false).unwrap())
+            QUANTILES.map(|quantile| ratio(&a, &b, quantile, Pairing::Apart).unwrap())
         };
         let found: Vec<[Ratio; 3]> = (0..100).map(found).collect();
         let times =
@@ -255,7 +293,7 @@ mod tests {
 
     #[test]
     fn the_ratio_says_how_many_times_lower_and_lies_in_its_interval() {
-        let found = ratio(&run(1, 12, 3.0), &run(2, 12, 1.0), 0.5, true).unwrap();
+        let found = ratio(&run(1, 12, 3.0), &run(2, 12, 1.0), 0.5, Pairing::Paired).unwrap();
         assert!((1.5..6.0).contains(&found.ratio), "{found:?}");
         assert!(found.low <= found.ratio && found.ratio <= found.high, "{found:?}");
     }
@@ -274,10 +312,16 @@ mod tests {
     #[test]
     fn too_few_turns_or_samples_say_nothing() {
         let (few, enough) = (run(1, 4, 1.0), run(2, 12, 1.0));
-        assert_eq!(ratio(&few, &enough, 0.5, false), None);
-        assert_eq!(ratio(&enough, &enough, 0.9999, false), None, "6,000 samples have 0.6 beyond");
-        assert!(ratio(&enough, &enough, 0.99, false).is_some());
-        assert_eq!(ratio(&[], &[], 0.5, true), None);
+        let of = |a: &[TurnSamples], b: &[TurnSamples], quantile| {
+            ratio(a, b, quantile, Pairing::Apart).map(|_| ()).map_err(|error| error.to_string())
+        };
+        let why = "4 of 5 valid turns; run it 2 times as long";
+        assert_eq!(of(&few, &enough, 0.5).unwrap_err(), why);
+        let why = "6000 of 100000 samples; run it 17 times as long";
+        assert_eq!(of(&enough, &enough, 0.9999).unwrap_err(), why);
+        assert_eq!(of(&enough, &enough, 0.99), Ok(()));
+        let why = "0 of 5 valid turns; run it 5 times as long";
+        assert_eq!(of(&[], &[], 0.5).unwrap_err(), why);
     }
 
     #[test]

@@ -2,41 +2,94 @@
 
 use serde::Deserialize;
 
-use super::compare::{Verdict, supports};
+use super::compare::{Pairing, TooShort, Verdict, needed, supports};
 use super::measured::{Comparison, Measured, PERCENTILES, Percentile};
 use super::reported::Reported;
 use crate::report::{Report, TaskArm};
 
 /// A gate, as its file has it.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(try_from = "WrittenGate")]
 pub struct Gate {
     /// The rules; all of them must hold.
-    #[serde(rename = "rule")]
     pub rules: Vec<Rule>,
     /// The largest part of an arm's turns, 0 to 1, that may be invalid.
-    #[serde(default = "a_fifth", alias = "invalid_blocks")]
     pub invalid_turns: f64,
 }
 
-/// One rule of a gate: a ratio between arms, or an absolute bound.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-#[serde(deny_unknown_fields)]
+/// One rule of a gate.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Rule {
     /// The arm that must keep it, under all circumstances that were measured.
     pub arm: String,
-    /// `p50`, `p90`, `p99`, `p99_9` or `p99_99`.
-    pub percentile: String,
-    /// The arm that the ratio is taken to.
-    #[serde(default)]
-    pub times_lower_than: Option<String>,
-    /// The least ratio.
-    #[serde(default)]
-    pub at_least: Option<f64>,
-    /// The absolute bound, in ns. In a virtual machine it is not judged: there it would say something
+    /// What of its distribution.
+    pub percentile: &'static Percentile,
+    /// The bound.
+    pub bound: Bound,
+}
+
+/// What a rule bounds.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Bound {
+    /// The arm is that many times lower than another of the same run.
+    TimesLower {
+        /// The other arm.
+        than: String,
+        /// The least ratio.
+        at_least: f64,
+    },
+    /// An absolute bound, in ns. In a virtual machine it is not judged: there it would say something
     /// of the host.
-    #[serde(default)]
-    pub at_most_ns: Option<f64>,
+    AtMostNs(f64),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenGate {
+    rule: Vec<WrittenRule>,
+    #[serde(default = "a_fifth", alias = "invalid_blocks")]
+    invalid_turns: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenRule {
+    arm: String,
+    percentile: String,
+    times_lower_than: Option<String>,
+    at_least: Option<f64>,
+    at_most_ns: Option<f64>,
+}
+
+impl TryFrom<WrittenGate> for Gate {
+    type Error = RuleError;
+
+    fn try_from(gate: WrittenGate) -> Result<Self, RuleError> {
+        let rules = gate.rule.into_iter().enumerate();
+        Ok(Self {
+            rules: rules.map(|(index, rule)| rule.checked(index + 1)).collect::<Result<_, _>>()?,
+            invalid_turns: gate.invalid_turns,
+        })
+    }
+}
+
+impl WrittenRule {
+    fn checked(self, number: usize) -> Result<Rule, RuleError> {
+        let found = PERCENTILES.iter().find(|percentile| percentile.key == self.percentile);
+        let bound = match (self.times_lower_than, self.at_least, self.at_most_ns) {
+            (Some(than), Some(at_least), None) => Bound::TimesLower { than, at_least },
+            (None, None, Some(at_most_ns)) => Bound::AtMostNs(at_most_ns),
+            _ => return Err(RuleError::Bound { number }),
+        };
+        let (Bound::TimesLower { at_least: value, .. } | Bound::AtMostNs(value)) = bound;
+        if !(value.is_finite() && value > 0.0) {
+            return Err(RuleError::Value { number });
+        }
+        let Some(percentile) = found else {
+            return Err(RuleError::Percentile { number, percentile: self.percentile });
+        };
+        Ok(Rule { arm: self.arm, percentile, bound })
+    }
 }
 
 fn a_fifth() -> f64 {
@@ -87,6 +140,16 @@ pub enum RuleError {
         /// The rule, from 1.
         number: usize,
     },
+    /// A rule is about arms that the bench measures.
+    #[error("rule {number}: there is no arm \"{arm}\"; this bench has: {known}")]
+    Arm {
+        /// The rule, from 1.
+        number: usize,
+        /// As it was written.
+        arm: String,
+        /// The arms that there are.
+        known: String,
+    },
     /// A rule has one bound.
     #[error("rule {number}: give either times_lower_than and at_least, or at_most_ns")]
     Bound {
@@ -96,23 +159,20 @@ pub enum RuleError {
 }
 
 impl Gate {
-    /// Looks whether the rules make sense.
+    /// Looks whether every arm that a rule names is one of these, before they are measured.
     ///
     /// # Errors
-    /// The first rule that does not.
-    pub fn check(&self) -> Result<(), RuleError> {
+    /// The first arm that is not.
+    pub fn check_arms(&self, arms: &[&str]) -> Result<(), RuleError> {
         for (index, rule) in self.rules.iter().enumerate() {
-            let number = index + 1;
-            if rule.find_percentile().is_none() {
-                return Err(RuleError::Percentile { number, percentile: rule.percentile.clone() });
-            }
-            match (&rule.times_lower_than, rule.at_least, rule.at_most_ns) {
-                (Some(_), Some(bound), None) | (None, None, Some(bound)) => {
-                    if !(bound.is_finite() && bound > 0.0) {
-                        return Err(RuleError::Value { number });
-                    }
-                }
-                _ => return Err(RuleError::Bound { number }),
+            let other = match &rule.bound {
+                Bound::TimesLower { than, .. } => Some(than),
+                Bound::AtMostNs(_) => None,
+            };
+            let absent = |arm: &&String| !arms.contains(&arm.as_str());
+            if let Some(arm) = std::iter::once(&rule.arm).chain(other).find(absent) {
+                let (arm, known) = (arm.clone(), arms.join(", "));
+                return Err(RuleError::Arm { number: index + 1, arm, known });
             }
         }
         Ok(())
@@ -124,16 +184,12 @@ impl Gate {
         let in_vm = report.environment.hypervisor.is_some();
         let judge = |rule: &Rule| {
             let arms: Vec<&Measured> = measured.iter().filter(|m| m.arm == rule.arm).collect();
-            match arms.is_empty() {
-                true => {
-                    let known: Vec<&str> = measured.iter().map(|m| m.arm.as_str()).collect();
-                    let says = format!("no arm \"{}\"; there are: {}", rule.arm, known.join(", "));
-                    vec![(Outcome::Invalid, says)]
-                }
-                false => {
-                    arms.iter().map(|arm| self.judge_arm(rule, arm, &measured, in_vm)).collect()
-                }
+            if arms.is_empty() {
+                let known: Vec<&str> = measured.iter().map(|m| m.arm.as_str()).collect();
+                let says = format!("no arm \"{}\"; there are: {}", rule.arm, known.join(", "));
+                return vec![(Outcome::Invalid, says)];
             }
+            arms.iter().map(|arm| self.judge_arm(rule, arm, &measured, in_vm)).collect()
         };
         self.rules.iter().flat_map(judge).collect()
     }
@@ -147,54 +203,50 @@ impl Gate {
     ) -> (Outcome, String) {
         let label = arm.label();
         let invalid = |why: String| (Outcome::Invalid, format!("{label}: {why}"));
-        let Some(percentile) = rule.find_percentile() else {
-            return invalid(format!("no percentile \"{}\"", rule.percentile));
-        };
+        let percentile = rule.percentile;
         if let Some(why) = self.too_disturbed(arm) {
             return invalid(why);
         }
-        if let (Some(name), Some(least)) = (&rule.times_lower_than, rule.at_least) {
-            let comparable = |m: &&Measured| m.arm == *name && m.circumstances == arm.circumstances;
-            let Some(reference) = measured.iter().find(comparable) else {
-                return invalid(format!("no arm \"{name}\" to compare it with"));
-            };
-            if let Some(why) = self.too_disturbed(reference) {
-                return invalid(format!("{name}: {why}"));
+        match &rule.bound {
+            Bound::TimesLower { than, at_least } => {
+                let comparable =
+                    |m: &&Measured| m.arm == *than && m.circumstances == arm.circumstances;
+                let Some(reference) = measured.iter().find(comparable) else {
+                    return invalid(format!("no arm \"{than}\" to compare it with"));
+                };
+                if let Some(why) = self.too_disturbed(reference) {
+                    return invalid(format!("{than}: {why}"));
+                }
+                let each = Comparison::each(reference, arm, Pairing::Paired);
+                match each.into_iter().find(|(of, _)| of.key == percentile.key) {
+                    Some((_, Ok(found))) => {
+                        judge_ratio(&label, percentile, than, *at_least, &found)
+                    }
+                    Some((_, Err(why))) => invalid(format!("{}: {why}", percentile.name)),
+                    None => invalid(format!("no {}", percentile.name)),
+                }
             }
-            let all = Comparison::all(reference, arm, true);
-            let Some(found) = all.iter().find(|c| c.percentile == percentile.key) else {
-                return invalid(format!(
-                    "too few turns or samples for {}; run it longer",
-                    percentile.name
-                ));
-            };
-            let Comparison { ratio, low, high, .. } = found;
-            let says = format!(
-                "{label}: {} {ratio:.2} times lower than {name} ({low:.2} to {high:.2}), at least {least}",
-                percentile.name
-            );
-            // Only what the whole interval says is said.
-            return match () {
-                () if *low >= least => (Outcome::Pass, says),
-                () if *high < least => (Outcome::Fail, says),
-                () => (Outcome::Invalid, says + ": the bound lies in the interval; run it longer"),
-            };
+            Bound::AtMostNs(_) if in_vm => {
+                let says = "an absolute bound is not judged in a virtual machine";
+                (Outcome::Skipped, format!("{label}: {}: {says}", percentile.name))
+            }
+            Bound::AtMostNs(bound_ns) => {
+                let valid = arm.valid();
+                if !supports(valid.count(), percentile.quantile) {
+                    let (found, needed) = (valid.count(), needed(percentile.quantile));
+                    let why = TooShort::Samples { found, needed };
+                    return invalid(format!("{}: {why}", percentile.name));
+                }
+                let value_ns = match arm.metric.ends_with("_ps") {
+                    true => valid.quantile(percentile.quantile) as f64 / 1e3,
+                    false => valid.quantile(percentile.quantile) as f64,
+                };
+                let outcome = if value_ns > *bound_ns { Outcome::Fail } else { Outcome::Pass };
+                let says =
+                    format!("{label}: {} {value_ns} ns, at most {bound_ns} ns", percentile.name);
+                (outcome, says)
+            }
         }
-        let bound_ns = rule.at_most_ns.unwrap_or(f64::INFINITY);
-        if in_vm {
-            let says = "an absolute bound is not judged in a virtual machine";
-            return (Outcome::Skipped, format!("{label}: {}: {says}", percentile.name));
-        }
-        let valid = arm.valid();
-        if !supports(valid.count(), percentile.quantile) {
-            return invalid(format!("too few samples for {}; run it longer", percentile.name));
-        }
-        let value_ns = match arm.metric.ends_with("_ps") {
-            true => valid.quantile(percentile.quantile) as f64 / 1e3,
-            false => valid.quantile(percentile.quantile) as f64,
-        };
-        let outcome = if value_ns > bound_ns { Outcome::Fail } else { Outcome::Pass };
-        (outcome, format!("{label}: {} {value_ns} ns, at most {bound_ns} ns", percentile.name))
     }
 
     fn too_disturbed(&self, arm: &Measured) -> Option<String> {
@@ -205,9 +257,25 @@ impl Gate {
     }
 }
 
-impl Rule {
-    fn find_percentile(&self) -> Option<&'static Percentile> {
-        PERCENTILES.iter().find(|percentile| percentile.key == self.percentile)
+/// Only what the whole interval says is said.
+fn judge_ratio(
+    label: &str,
+    percentile: &Percentile,
+    than: &str,
+    at_least: f64,
+    found: &Comparison,
+) -> (Outcome, String) {
+    let Comparison { ratio, low, high, .. } = found;
+    let says = format!(
+        "{label}: {} {ratio:.2} times lower than {than} ({low:.2} to {high:.2}), at least {at_least}",
+        percentile.name
+    );
+    if *low >= at_least {
+        (Outcome::Pass, says)
+    } else if *high < at_least {
+        (Outcome::Fail, says)
+    } else {
+        (Outcome::Invalid, says + ": the bound lies in the interval; run it 4 times as long")
     }
 }
 
@@ -246,9 +314,13 @@ fn compare_arm(reference: &Measured, candidate: &Measured) -> Result<Vec<Compari
             return Err(format!("{:.0} % of its turns are invalid in the {which}", 100.0 * part));
         }
     }
-    match Comparison::all(reference, candidate, false) {
-        none if none.is_empty() => Err("it has fewer than five valid turns".to_owned()),
-        comparisons => Ok(comparisons),
+    let each = Comparison::each(reference, candidate, Pairing::Apart);
+    let shortest = each.iter().find_map(|(_, compared)| compared.as_ref().err().copied());
+    let compared: Vec<Comparison> =
+        each.into_iter().filter_map(|(_, compared)| compared.ok()).collect();
+    match shortest {
+        Some(why) if compared.is_empty() => Err(why.to_string()),
+        _ => Ok(compared),
     }
 }
 

@@ -51,24 +51,24 @@ fn gate(rules: Vec<Rule>) -> Gate {
     Gate { rules, invalid_turns: a_fifth() }
 }
 
-fn rule(percentile: &str) -> Rule {
-    Rule {
-        arm: "hybrid".into(),
-        percentile: percentile.into(),
-        times_lower_than: None,
-        at_least: None,
-        at_most_ns: None,
-    }
+/// A rule for `hybrid`.
+fn rule(percentile: &str, bound: Bound) -> Gate {
+    let percentile = PERCENTILES.iter().find(|known| known.key == percentile).unwrap();
+    gate(vec![Rule { arm: "hybrid".into(), percentile, bound }])
 }
 
 /// `hybrid` must be this many times lower than `sleep`.
 fn ratio_rule(percentile: &str, at_least: f64) -> Gate {
-    let (times_lower_than, at_least) = (Some("sleep".into()), Some(at_least));
-    gate(vec![Rule { times_lower_than, at_least, ..rule(percentile) }])
+    rule(percentile, Bound::TimesLower { than: "sleep".into(), at_least })
 }
 
 fn bound_rule(percentile: &str, at_most_ns: f64) -> Gate {
-    gate(vec![Rule { at_most_ns: Some(at_most_ns), ..rule(percentile) }])
+    rule(percentile, Bound::AtMostNs(at_most_ns))
+}
+
+/// A gate as its file has it, in JSON.
+fn read(text: &str) -> Result<Gate, String> {
+    serde_json::from_str(text).map_err(|error| error.to_string())
 }
 
 /// The outcome of a gate's only judgement.
@@ -108,10 +108,11 @@ fn a_ratio_passes_or_fails_only_with_its_whole_interval() {
         wavering.push(turn as f64, 1_000_000_000, &of_turn, 0, Disturbance::default());
     }
     let report = report(vec![task("sleep", 1_600), task_of("hybrid", &wavering)]);
-    let comparison = &Comparison::all(&report.measured()[0], &report.measured()[1], true)[0];
+    let comparison =
+        &Comparison::all(&report.measured()[0], &report.measured()[1], Pairing::Paired)[0];
     assert!(comparison.low < comparison.high, "{comparison:?}");
     let between = 0.5 * (comparison.low + comparison.high);
-    assert_judged(&ratio_rule("p50", between), &report, Outcome::Invalid, &["run it longer"]);
+    assert_judged(&ratio_rule("p50", between), &report, Outcome::Invalid, &["as long"]);
     assert_judged(&ratio_rule("p50", comparison.low - 0.1), &report, Outcome::Pass, &[]);
     assert_judged(&ratio_rule("p50", comparison.high + 0.1), &report, Outcome::Fail, &[]);
 }
@@ -195,7 +196,7 @@ fn too_few_samples_are_invalid() {
     let few = |name: &str| task_of(name, &turns(500, 99, 0));
     let report = report(vec![few("sleep"), few("hybrid")]);
     for gate in [ratio_rule("p99", 1.0), bound_rule("p99", 1.0)] {
-        assert_judged(&gate, &report, Outcome::Invalid, &["hybrid", "p99", "run it longer"]);
+        assert_judged(&gate, &report, Outcome::Invalid, &["hybrid", "p99", "990 of 1000 samples"]);
     }
     assert_judged(&ratio_rule("p90", 1.0), &report, Outcome::Pass, &[]);
     assert_judged(&bound_rule("p90", 500.0), &report, Outcome::Pass, &[]);
@@ -224,7 +225,7 @@ fn a_gate_may_allow_more_invalid_turns_but_five_must_be_left() {
     };
     let gate = Gate { invalid_turns: 1.0, ..ratio_rule("p50", 1.0) };
     assert_judged(&gate, &of(5), Outcome::Pass, &[]);
-    assert_judged(&gate, &of(6), Outcome::Invalid, &["too few turns"]);
+    assert_judged(&gate, &of(6), Outcome::Invalid, &["4 of 5 valid turns", "2 times as long"]);
 }
 
 #[test]
@@ -245,36 +246,54 @@ fn the_worst_outcome_is_the_largest() {
 
 #[test]
 fn a_percentile_that_there_is_not_is_an_error_that_names_the_rule() {
-    let gate =
-        gate([bound_rule("p50", 1.0), bound_rule("p99.9", 1.0)].map(|g| g.rules[0].clone()).into());
-    let error = gate.check().unwrap_err();
-    assert_eq!(error, RuleError::Percentile { number: 2, percentile: "p99.9".into() });
-    assert!(error.to_string().contains("p99_9"), "{error}");
+    let rule = |percentile: &str| {
+        format!(r#"{{ "arm": "hybrid", "percentile": "{percentile}", "at_most_ns": 1 }}"#)
+    };
+    let error =
+        read(&format!(r#"{{ "rule": [{}, {}] }}"#, rule("p50"), rule("p99.9"))).unwrap_err();
+    assert!(error.contains("rule 2: there is no percentile \"p99.9\""), "{error}");
+    assert!(error.contains("p99_9"), "{error}");
 }
 
 #[test]
 fn a_rule_has_exactly_one_bound() {
-    let (sleep, least, most) = (Some("sleep".to_owned()), Some(2.0), Some(5.0));
-    for (times_lower_than, at_least, at_most_ns) in [
-        (None, None, None),
-        (sleep.clone(), None, None),
-        (None, least, None),
-        (sleep.clone(), least, most),
-        (sleep.clone(), None, most),
-        (None, least, most),
+    let of = |bound: &str| {
+        read(&format!(r#"{{ "rule": [{{ "arm": "hybrid", "percentile": "p50"{bound} }}] }}"#))
+    };
+    let (sleep, least, most) =
+        (r#", "times_lower_than": "sleep""#, r#", "at_least": 2"#, r#", "at_most_ns": 5"#);
+    for bound in [
+        String::new(),
+        sleep.to_owned(),
+        least.to_owned(),
+        [sleep, least, most].concat(),
+        [sleep, most].concat(),
+        [least, most].concat(),
     ] {
-        let rule = Rule { times_lower_than, at_least, at_most_ns, ..rule("p50") };
-        let error = gate(vec![rule.clone()]).check().unwrap_err();
-        assert_eq!(error, RuleError::Bound { number: 1 }, "{rule:?}");
+        let error = of(&bound).unwrap_err();
+        assert!(error.contains("rule 1: give either"), "{bound}: {error}");
     }
-    assert_eq!(ratio_rule("p50", 2.0).check(), Ok(()));
-    assert_eq!(bound_rule("p99_99", 2.0).check(), Ok(()));
+    assert_eq!(of(&[sleep, least].concat()), Ok(ratio_rule("p50", 2.0)));
+    assert_eq!(of(most), Ok(bound_rule("p50", 5.0)));
+    assert!(of(r#", "at_most_ns": 0"#).unwrap_err().contains("greater than 0"));
+}
+
+#[test]
+fn an_arm_that_will_not_be_measured_is_found_beforehand() {
+    let gate =
+        gate([bound_rule("p50", 1.0), ratio_rule("p50", 1.0)].map(|g| g.rules[0].clone()).into());
+    assert_eq!(gate.check_arms(&["sleep", "hybrid"]), Ok(()));
+    let error = gate.check_arms(&["hybrid", "spin"]).unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        "rule 2: there is no arm \"sleep\"; this bench has: hybrid, spin"
+    );
+    assert!(gate.check_arms(&["sleep"]).unwrap_err().to_string().contains("rule 1"));
 }
 
 #[test]
 fn a_file_says_rules_and_how_many_turns_may_be_invalid_and_nothing_else() {
     let rule = r#"{ "arm": "hybrid", "percentile": "p50", "at_most_ns": 7 }"#;
-    let read = |text: &str| serde_json::from_str::<Gate>(text);
     assert_eq!(read(&format!(r#"{{ "rule": [{rule}] }}"#)).unwrap(), bound_rule("p50", 7.0));
     let lenient = read(&format!(r#"{{ "rule": [{rule}], "invalid_turns": 0.5 }}"#)).unwrap();
     assert_eq!(lenient.invalid_turns, 0.5);
@@ -312,9 +331,26 @@ fn one_that_is_worse_makes_all_of_it_worse() {
 
 #[test]
 fn a_bound_that_is_no_number_above_0_makes_no_sense() {
-    for bound in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        assert_eq!(ratio_rule("p50", bound).check(), Err(RuleError::Value { number: 1 }));
-        assert_eq!(bound_rule("p50", bound).check(), Err(RuleError::Value { number: 1 }));
+    let ratio = |at_least| WrittenRule {
+        times_lower_than: Some("sleep".into()),
+        at_least: Some(at_least),
+        ..written()
+    };
+    let bound = |at_most_ns| WrittenRule { at_most_ns: Some(at_most_ns), ..written() };
+    for value in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+        for rule in [ratio(value), bound(value)] {
+            assert_eq!(rule.checked(3), Err(RuleError::Value { number: 3 }));
+        }
+    }
+}
+
+fn written() -> WrittenRule {
+    WrittenRule {
+        arm: "hybrid".into(),
+        percentile: "p50".into(),
+        times_lower_than: None,
+        at_least: None,
+        at_most_ns: None,
     }
 }
 

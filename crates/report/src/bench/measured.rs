@@ -3,7 +3,7 @@
 use isochrone_timing::Distribution;
 use serde::{Deserialize, Serialize};
 
-use super::compare::{Ratio, TurnSamples, Verdict, ratio};
+use super::compare::{Pairing, TooShort, TurnSamples, Verdict, ratio};
 use super::reported::{Reported, label};
 use super::turns::TurnReport;
 use crate::report::{CostReport, Report};
@@ -110,31 +110,56 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Compares two arms at every percentile that the samples of both support. `paired`: the turns
-    /// of one took turns with those of the other.
-    pub fn all(reference: &Measured, candidate: &Measured, paired: bool) -> Vec<Self> {
-        let (first, second) = match paired {
-            true => valid_pairs(reference, candidate),
-            false => (reference.valid_turns(), candidate.valid_turns()),
+    /// Compares two arms at every percentile that the samples of both support.
+    pub fn all(reference: &Measured, candidate: &Measured, pairing: Pairing) -> Vec<Self> {
+        let each = Self::each(reference, candidate, pairing);
+        each.into_iter().filter_map(|(_, compared)| compared.ok()).collect()
+    }
+
+    /// Compares two arms at every percentile, and says where a run was too short for it.
+    pub fn each(
+        reference: &Measured,
+        candidate: &Measured,
+        pairing: Pairing,
+    ) -> Vec<(&'static Percentile, Result<Self, TooShort>)> {
+        let (first, second) = match pairing {
+            Pairing::Paired => valid_pairs(reference, candidate),
+            Pairing::Apart => (reference.valid_turns(), candidate.valid_turns()),
         };
-        let compare = |percentile: &Percentile| {
-            let Ratio { reference_ns, candidate_ns, ratio, low, high, verdict } =
-                ratio(&first, &second, percentile.quantile, paired)?;
-            Some(Self {
+        let compare = |percentile: &'static Percentile| {
+            let found = ratio(&first, &second, percentile.quantile, pairing);
+            let compared = found.map(|found| Self {
                 metric: reference.metric.to_owned(),
                 percentile: percentile.key.to_owned(),
                 reference: reference.label(),
                 candidate: candidate.label(),
-                reference_value: reference_ns,
-                candidate_value: candidate_ns,
-                ratio,
-                low,
-                high,
-                verdict,
-            })
+                reference_value: found.reference_ns,
+                candidate_value: found.candidate_ns,
+                ratio: found.ratio,
+                low: found.low,
+                high: found.high,
+                verdict: found.verdict,
+            });
+            (percentile, compared)
         };
-        PERCENTILES.iter().filter_map(compare).collect()
+        PERCENTILES.iter().map(compare).collect()
     }
+}
+
+/// A comparison that the samples do not allow.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct LeftOut {
+    /// What was measured: `release_jitter_ns`.
+    pub metric: String,
+    /// `p50` to `p99_99`; empty if it is so of all.
+    pub percentile: String,
+    /// The arm that the other was to be compared with, and its circumstances.
+    pub reference: String,
+    /// The other.
+    pub candidate: String,
+    /// What is missing, and how much longer to run.
+    pub why: String,
 }
 
 /// The turns of rounds in which neither arm's is invalid.
@@ -165,16 +190,33 @@ impl Report {
     /// TurnSamples types are no arms: each does work of its own.
     pub fn compare_arms(&mut self) {
         let measured = self.measured();
-        let of_arm = |(index, candidate): (usize, &Measured)| {
+        (self.comparisons, self.left_out) = (Vec::new(), Vec::new());
+        for (index, candidate) in measured.iter().enumerate() {
             let comparable = |other: &&Measured| {
                 candidate.metric != CostReport::METRIC
                     && other.metric == candidate.metric
                     && other.circumstances == candidate.circumstances
             };
-            let reference = measured.iter().take(index).find(comparable);
-            reference.map_or_else(Vec::new, |first| Comparison::all(first, candidate, true))
-        };
-        self.comparisons = measured.iter().enumerate().flat_map(of_arm).collect();
+            let Some(reference) = measured.iter().take(index).find(comparable) else { continue };
+            for (percentile, compared) in Comparison::each(reference, candidate, Pairing::Paired) {
+                let left_out = |percentile: &str, why: TooShort| LeftOut {
+                    metric: reference.metric.to_owned(),
+                    percentile: percentile.to_owned(),
+                    reference: reference.label(),
+                    candidate: candidate.label(),
+                    why: why.to_string(),
+                };
+                match compared {
+                    Ok(comparison) => self.comparisons.push(comparison),
+                    // Too few turns are too few for every percentile.
+                    Err(why @ TooShort::Turns { .. }) => {
+                        self.left_out.push(left_out("", why));
+                        break;
+                    }
+                    Err(why) => self.left_out.push(left_out(percentile.key, why)),
+                }
+            }
+        }
     }
 }
 

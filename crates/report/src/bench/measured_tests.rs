@@ -191,9 +191,12 @@ fn turns_that_took_no_turns_are_left_out_each_for_itself() {
         side("a", &[Some(300), Some(300), Some(300), Some(300), Some(300), None, None, None]);
     assert_eq!((first.valid_turns().len(), second.valid_turns().len()), (5, 5));
     assert_eq!((first.invalid_part(), second.invalid_part()), (1.0 / 6.0, 3.0 / 8.0));
-    let found = Comparison::all(&first, &second, false);
+    let found = Comparison::all(&first, &second, Pairing::Apart);
     assert_eq!((found[0].reference_value, found[0].candidate_value), (600, 300));
-    assert!(Comparison::all(&first, &second, true).is_empty(), "only four turns are left");
+    assert!(
+        Comparison::all(&first, &second, Pairing::Paired).is_empty(),
+        "only four turns are left"
+    );
 }
 
 #[test]

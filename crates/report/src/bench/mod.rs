@@ -10,9 +10,12 @@ mod reported;
 mod turns;
 
 pub use arm::{LoopArm, Outlier};
-pub use compare::{RESOLUTION_NS, Ratio, TOLERANCE, TurnSamples, Verdict, ratio, supports};
-pub use gate::{Compared, Gate, Outcome, Rule, RuleError, compare_reports, overall};
-pub use measured::{Comparison, Measured, PERCENTILES, Percentile};
+pub use compare::{
+    Pairing, RESOLUTION_NS, Ratio, TOLERANCE, TooShort, TurnSamples, Verdict, needed, ratio,
+    supports,
+};
+pub use gate::{Bound, Compared, Gate, Outcome, Rule, RuleError, compare_reports, overall};
+pub use measured::{Comparison, LeftOut, Measured, PERCENTILES, Percentile};
 pub use order::turn_order;
 pub(crate) use reported::Reported;
 pub use turns::{TurnReport, Turns};

@@ -3,7 +3,7 @@
 use isochrone_timing::Summary;
 use isochrone_timing::units::{duration, picoseconds};
 
-use crate::bench::{Comparison, PERCENTILES, Reported};
+use crate::bench::{Comparison, LeftOut, PERCENTILES, Reported};
 use crate::report::{LinkArm, TaskArm};
 
 /// Arms under the same circumstances, in the order of the report.
@@ -94,6 +94,17 @@ pub(super) fn latency_columns() -> impl Iterator<Item = &'static str> {
 /// An arm as a comparison calls it, without the circumstances that the group has said already.
 pub(super) fn arm_of<'a>(label: &'a str, circumstances: &str) -> &'a str {
     label.strip_suffix(&format!(" ({circumstances})")).unwrap_or(label)
+}
+
+/// A comparison that is missing: which, and why.
+pub(super) fn sentence(left_out: &LeftOut) -> String {
+    let LeftOut { percentile, reference, candidate, why, .. } = left_out;
+    let at = if percentile.is_empty() {
+        String::new()
+    } else {
+        format!(" at {}", percentile_name(percentile))
+    };
+    format!("{candidate} with {reference}{at}: {why}")
 }
 
 /// The name of a percentile for people; one that this version does not know keeps its key.

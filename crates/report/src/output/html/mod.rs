@@ -50,6 +50,7 @@ fn write(report: &Report) -> Page {
     loops::sections(&mut page, report);
     links::sections(&mut page, report);
     costs::section(&mut page, report);
+    section::left_out(&mut page, &report.left_out);
     turns::invalid(&mut page, report);
     turns::outliers(&mut page, report);
     about::machine(&mut page, report);

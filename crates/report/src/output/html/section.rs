@@ -4,8 +4,10 @@ use isochrone_timing::units::{duration, three_digits};
 use isochrone_timing::{Distribution, Summary};
 
 use super::page::{Column, Page, Row};
-use crate::bench::{Comparison, Verdict};
-use crate::output::groups::{COLUMNS, arm_of, columns, metric_name, percentile_name, value};
+use crate::bench::{Comparison, LeftOut, Verdict};
+use crate::output::groups::{
+    COLUMNS, arm_of, columns, metric_name, percentile_name, sentence, value,
+};
 use crate::output::picture::{Curve, Series, Timeline, histogram_of, percentiles_of, timeline_svg};
 
 /// Stands where the samples are too few.
@@ -65,6 +67,18 @@ pub(super) fn comparisons(page: &mut Page, circumstances: &str, comparisons: &[&
     });
     let metric = comparisons.first().map_or("", |comparison| metric_name(&comparison.metric));
     page.table(format!("Comparison of the {metric}, of the valid turns"), &columns, rows);
+}
+
+/// What could not be compared, and how much longer to run.
+pub(super) fn left_out(page: &mut Page, left_out: &[LeftOut]) {
+    if left_out.is_empty() {
+        return;
+    }
+    page.markup("<section>\n<h2>Not compared</h2>\n<ul>\n");
+    for missing in left_out {
+        page.element("<li>", sentence(missing), "</li>\n");
+    }
+    page.markup("</ul>\n</section>\n");
 }
 
 /// A distribution of an arm of a group, as pictures show it.

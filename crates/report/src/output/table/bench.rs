@@ -7,10 +7,10 @@ use isochrone_timing::units::{duration, three_digits};
 
 use super::grid::Grid;
 use super::{UNKNOWN, time};
-use crate::bench::{Comparison, Reported};
+use crate::bench::{Comparison, LeftOut, Reported};
 use crate::output::groups::{
     COLUMNS, Group, arm_of, columns, groups, invalid_turns, latency_columns, metric_name, percent,
-    percentile_name, release_jitter, stages, value,
+    percentile_name, release_jitter, sentence, stages, value,
 };
 use crate::report::{CostReport, LinkArm, Report, TaskArm};
 
@@ -34,7 +34,8 @@ pub(super) fn tables(f: &mut Formatter<'_>, report: &Report) -> Result {
     for group in groups(links, &report.comparisons) {
         table(f, &group, latencies(&group))?;
     }
-    costs(f, report)
+    costs(f, report)?;
+    left_out(f, &report.left_out)
 }
 
 fn table<R: Reported>(f: &mut Formatter<'_>, group: &Group<'_, R>, grid: Grid) -> Result {
@@ -111,6 +112,14 @@ fn costs(f: &mut Formatter<'_>, report: &Report) -> Result {
     write!(f, "{grid}")?;
     let of_costs = |comparison: &&Comparison| comparison.metric == CostReport::METRIC;
     comparisons(f, "", &report.comparisons.iter().filter(of_costs).collect::<Vec<_>>())
+}
+
+/// What could not be compared, and how much longer to run.
+fn left_out(f: &mut Formatter<'_>, left_out: &[LeftOut]) -> Result {
+    if !left_out.is_empty() {
+        writeln!(f, "\nnot compared")?;
+    }
+    left_out.iter().try_for_each(|left_out| writeln!(f, "  {}", sentence(left_out)))
 }
 
 /// How many times lower each arm is than the one it is compared with, reference by reference.
