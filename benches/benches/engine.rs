@@ -29,7 +29,7 @@ fn bench(criterion: &mut Criterion) {
         run(Workload::Mixed, instances);
     }
     for block_type in CATALOGUE {
-        run(Workload::Only(block_type), 1_000);
+        run(Workload::Only(*block_type), 1_000);
     }
     group.finish();
 }

@@ -27,7 +27,7 @@ fn input_slots(block_type: BlockType) -> impl Strategy<Value = Vec<f64>> {
 
 /// A block type and, for each cycle, the input slots of each of its instances.
 fn bank() -> impl Strategy<Value = (BlockType, Vec<Vec<Vec<f64>>>)> {
-    (prop::sample::select(&CATALOGUE), 1usize..9).prop_flat_map(|(block_type, instances)| {
+    (prop::sample::select(CATALOGUE), 1usize..9).prop_flat_map(|(block_type, instances)| {
         let instances = prop::collection::vec(input_slots(block_type), instances);
         (Just(block_type), prop::collection::vec(instances, 1..20))
     })
@@ -151,7 +151,12 @@ proptest! {
             block_type.step_bank(&mut image, &mut state, &Cycle::new(index as u64, period_ns, OBS));
             for slots in image.chunks_exact(block_type.slots()) {
                 for (pin, slot) in block_type.outputs.iter().zip(&slots[block_type.inputs.len()..]) {
-                    prop_assert!(slot.is_finite() && pin.pin_type.holds(*slot), "{} {slot}", pin.name);
+                    prop_assert!(
+                        slot.is_finite() && pin.pin_type.holds(*slot),
+                        "{}.{} is {slot}: report status::NOT_FINITE, and let the output hold",
+                        block_type.name,
+                        pin.name
+                    );
                 }
             }
         }

@@ -144,7 +144,7 @@ mod tests {
 
     #[test]
     fn a_task_has_exactly_as_many_instances_as_were_asked_for() {
-        for workload in Workload::all(&CATALOGUE) {
+        for workload in Workload::all(CATALOGUE) {
             for instances in [1, 2, 3, 10, 1_000] {
                 let plan = plan(&workload, instances);
                 assert_eq!(plan.instances(), instances, "{}", workload.name());
@@ -155,14 +155,14 @@ mod tests {
 
     #[test]
     fn every_type_of_the_catalogue_has_its_workload() {
-        let names: Vec<&str> = Workload::all(&CATALOGUE).iter().map(Workload::name).collect();
+        let names: Vec<&str> = Workload::all(CATALOGUE).iter().map(Workload::name).collect();
         let types = CATALOGUE.iter().map(|known| known.name);
         assert_eq!(names, std::iter::once("mixed").chain(types).collect::<Vec<_>>());
     }
 
     #[test]
     fn instances_start_with_their_typical_inputs() {
-        for known in &CATALOGUE {
+        for known in CATALOGUE {
             let plan = plan(&Workload::Only(*known), 2);
             let mut typical = vec![0.0; known.inputs.len()];
             known.typical_inputs(&mut typical);
@@ -175,7 +175,7 @@ mod tests {
 
     #[test]
     fn the_size_is_that_of_the_engine() {
-        for workload in Workload::all(&CATALOGUE) {
+        for workload in Workload::all(CATALOGUE) {
             let plan = plan(&workload, 300);
             let engine = TaskEngine::build(&plan).unwrap().remove(0);
             let wires = plan.tasks[0].banks.iter().map(|bank| bank.wires.len()).sum();

@@ -131,7 +131,7 @@ mod tests {
     fn sizes(line: &str) -> Vec<(usize, Vec<&'static str>)> {
         let line = Line::parse_from(std::iter::once("engine").chain(line.split_whitespace()));
         let names = |size: &Size| size.workloads.iter().map(Workload::name).collect();
-        let sizes = line.args.sizes(&CATALOGUE).unwrap();
+        let sizes = line.args.sizes(CATALOGUE).unwrap();
         sizes.iter().map(|size| (size.instances, names(size))).collect()
     }
 

@@ -43,7 +43,7 @@ mod tests {
     use super::*;
 
     fn largest() -> Size {
-        Size { instances: 1_000_000, workloads: Workload::all(&CATALOGUE) }
+        Size { instances: 1_000_000, workloads: Workload::all(CATALOGUE) }
     }
 
     #[test]
@@ -65,7 +65,7 @@ mod tests {
 
     #[test]
     fn all_tasks_that_take_turns_are_there_at_once() {
-        let workloads = Workload::all(&CATALOGUE).into_iter();
+        let workloads = Workload::all(CATALOGUE).into_iter();
         let each = workloads.map(|workload| workload.size(1_000_000).bytes());
         assert!(needed(&largest()) > each.sum());
     }

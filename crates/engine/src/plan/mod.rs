@@ -30,7 +30,7 @@ impl Default for Rules<'_> {
     /// The library's blocks, and any service name that is not empty.
     fn default() -> Self {
         Self {
-            catalogue: &CATALOGUE,
+            catalogue: CATALOGUE,
             service_name: |name| match name {
                 "" => Err("it is empty".into()),
                 _ => Ok(()),
