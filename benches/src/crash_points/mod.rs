@@ -17,6 +17,7 @@ mod scan;
 mod scene;
 mod stage;
 mod stop;
+mod strike;
 mod tracer;
 mod victim;
 mod watch;

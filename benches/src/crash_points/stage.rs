@@ -6,13 +6,11 @@ use std::process::Command;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use super::litter::litter;
 use isochrone_ipc::IsolatedDomain;
 
+use super::litter::litter;
 use super::point::{Blow, Point};
 use super::roles::{NODE, SECOND_NODE};
-use super::scene::Company;
-use super::{kill, stop};
 use crate::Failure;
 
 /// A folder of files in memory.
@@ -24,10 +22,10 @@ pub(super) const SET_WITHIN: Duration = Duration::from_secs(10);
 /// The program and what is demanded of it.
 #[derive(Debug)]
 pub struct Stage {
-    program: PathBuf,
-    within: Duration,
+    pub(super) program: PathBuf,
+    pub(super) within: Duration,
     /// What an undisturbed publisher, node and subscriber leave.
-    usual_litter: Vec<String>,
+    pub(super) usual_litter: Vec<String>,
 }
 
 /// What came of one point.
@@ -71,24 +69,6 @@ impl Findings {
 }
 
 impl Stage {
-    /// Sets the stage for a program whose frames are to flow `within` this time after a blow.
-    ///
-    /// # Errors
-    /// The program does not do what it should even if nothing happens to it.
-    pub fn new(program: PathBuf, within: Duration) -> Result<Self, Failure> {
-        let mut stage = Self { program, within, usual_litter: Vec::new() };
-        let mut company = Company::new(&stage)?;
-        company.all_fresh()?;
-        let mut findings = Findings::default();
-        company.expect_frames(SET_WITHIN, &mut findings);
-        let domain = company.end(&mut findings);
-        if !findings.wrong.is_empty() {
-            return Err(format!("undisturbed, {}", findings.wrong.join("; ")).into());
-        }
-        stage.usual_litter = litter(&domain);
-        Ok(stage)
-    }
-
     /// Within which time frames are to flow.
     pub fn within(&self) -> Duration {
         self.within
@@ -97,21 +77,6 @@ impl Stage {
     /// What an undisturbed publisher, node and subscriber leave.
     pub fn usual_litter(&self) -> &[String] {
         &self.usual_litter
-    }
-
-    /// Deals a blow at a point, in a domain of its own.
-    pub fn strike(&self, point: Point, blow: Blow) -> Outcome {
-        let found = match blow {
-            Blow::Kill => kill::strike(self, point),
-            Blow::Stop => stop::strike(self, point),
-        };
-        let (verdict, recovered) = match found {
-            Ok(Some(found)) if found.wrong.is_empty() => (Verdict::Pass, found.recovered),
-            Ok(Some(found)) => (Verdict::Fail(found.wrong), found.recovered),
-            Ok(None) => (Verdict::NotReached, None),
-            Err(failure) => (Verdict::Fail(vec![failure.to_string()]), None),
-        };
-        Outcome { point, blow, verdict, recovered }
     }
 
     /// The program in a domain, not started yet; arguments are separated by spaces.

@@ -9,7 +9,7 @@ use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_machine::{Disturbance, Machine};
 use rustix::thread::{CpuSet, sched_getaffinity, sched_setaffinity};
 
-use crate::BenchError;
+use crate::error::BenchError;
 
 /// How often a turn is looked after.
 pub(crate) const LOOK_INTERVAL: Duration = Duration::from_millis(20);

@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 
 use isochrone_ipc::{DomainError, IsolatedDomain};
 
-use crate::{Child, ChildError};
+use crate::child::{Child, ChildError};
 
 /// Why there is no [`Company`], or nothing for it to read.
 #[derive(Debug, thiserror::Error)]

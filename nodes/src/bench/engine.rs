@@ -7,7 +7,8 @@ use isochrone_machine::{Environment, Machine};
 use isochrone_report::Report;
 
 use super::live::Terminal;
-use super::{outputs, parse_length};
+use super::outputs;
+use super::times::parse_length;
 use crate::failure::Failure;
 use crate::stop;
 use crate::terminal;

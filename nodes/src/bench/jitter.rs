@@ -11,7 +11,8 @@ use isochrone_machine::{Environment, Machine, examine};
 use isochrone_report::Report;
 
 use super::live::Terminal;
-use super::{outputs, parse_length, parse_turn};
+use super::outputs;
+use super::times::{parse_length, parse_turn};
 use crate::failure::Failure;
 use crate::{configuration, domain, run, stop};
 

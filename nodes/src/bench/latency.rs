@@ -8,7 +8,8 @@ use isochrone_machine::Environment;
 use isochrone_report::Report;
 
 use super::live::Terminal;
-use super::{outputs, parse_length, parse_turn};
+use super::outputs;
+use super::times::{parse_length, parse_turn};
 use crate::failure::Failure;
 use crate::stop;
 

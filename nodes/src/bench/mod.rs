@@ -5,9 +5,9 @@ mod jitter;
 mod latency;
 mod live;
 mod outputs;
+mod times;
 
 use isochrone_blocks::BlockType;
-use isochrone_engine::parse_seconds;
 
 use crate::failure::Failure;
 
@@ -36,21 +36,5 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         What::Latency(args) => latency::run(args),
         What::Engine(args) => engine::run(args, catalogue),
         What::LatencyPeer(args) => latency::serve(args),
-    }
-}
-
-/// Reads how long a bench takes: a week at most.
-fn parse_length(text: &str) -> Result<f64, String> {
-    match parse_seconds(text)? {
-        seconds if seconds <= 604_800.0 => Ok(seconds),
-        _ => Err("give at most a week, 604800s".into()),
-    }
-}
-
-/// Reads how long a turn takes: what it measures is kept in memory until it is over.
-fn parse_turn(text: &str) -> Result<f64, String> {
-    match parse_seconds(text)? {
-        seconds @ 0.01..=60.0 => Ok(seconds),
-        _ => Err("a turn takes 10ms to 60s".into()),
     }
 }

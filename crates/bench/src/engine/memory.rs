@@ -2,7 +2,7 @@
 
 use isochrone_engine::Workload;
 
-use super::Size;
+use super::settings::Size;
 use crate::BenchError;
 
 /// Bytes of an instance while its plan is made, beside image and wires: its name, its depth. A million

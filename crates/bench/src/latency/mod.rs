@@ -6,7 +6,6 @@
 
 mod arms;
 mod cache_line;
-mod circumstance;
 mod end;
 mod measurer;
 mod message;
@@ -16,6 +15,7 @@ mod pipe;
 mod ports;
 mod processes;
 mod raw;
+mod series;
 mod session;
 mod settings;
 mod stream;
@@ -31,13 +31,12 @@ use isochrone_report::LinkArm;
 use isochrone_timing::Warning;
 
 use crate::{BenchError, Onlooker};
-use circumstance::KeptPace;
+use series::KeptPace;
 use session::Bench;
 
 pub use arms::{Arm, Pace, Wait};
-pub use circumstance::{Circumstance, plan};
 pub use peer::serve as serve_peer;
-pub use settings::{Cpus, Settings, Size};
+pub use settings::{Circumstance, Cpus, Settings, Size, plan};
 
 /// What came of a bench.
 #[derive(Debug, Default)]

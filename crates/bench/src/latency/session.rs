@@ -12,13 +12,13 @@ use isochrone_report::{LinkArm, turn_order};
 use isochrone_timing::Warning;
 
 use super::arms::{Arm, Pace};
-use super::circumstance::{Circumstance, Disturbed, KeptPace, Series};
 use super::end::{Place, Side};
 use super::measurer::{self, Answer, Exchange, Job, Taken};
 use super::node_path;
 use super::peer::{Setup, Turn};
 use super::processes::{Node, Peer};
-use super::settings::Settings;
+use super::series::{Disturbed, KeptPace, Series};
+use super::settings::{Circumstance, Settings};
 use super::turn::Span;
 use crate::watch::Watch;
 use crate::{BenchError, Onlooker, warning};

@@ -1,4 +1,4 @@
-//! Which arms meet under which circumstances, and what each has measured there.
+//! What each arm has measured under a circumstance.
 
 use isochrone_machine::Disturbance;
 use isochrone_report::{LinkArm, Turns};
@@ -6,48 +6,8 @@ use isochrone_timing::{Distribution, LinkReport, Warning, WarningCode, encoded};
 
 use super::arms::{Arm, Pace};
 use super::measurer::Taken;
-use super::node_path::{self, Stages};
-use super::settings::Size;
+use super::node_path::Stages;
 use super::turn::Sent;
-
-/// Arms that take turns.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Circumstance {
-    /// How often messages are sent.
-    pub pace: Pace,
-    /// The arms; the others are compared with the first.
-    pub arms: Vec<Arm>,
-}
-
-/// The circumstances by the size of the message. The way through the node has one pace and one size,
-/// whatever the others have; where they have the same, it takes turns with them.
-pub fn plan(arms: &[Arm], sizes: &[usize], paces: &[Pace]) -> Vec<Size> {
-    const NODE_VALUES: usize = 1;
-    let node_pace = Pace::Hz(node_path::RATE_HZ);
-    let with_node = arms.contains(&Arm::Node);
-    let at = |values: usize, pace: Pace| {
-        let belongs = |arm: &Arm| *arm != Arm::Node || (values == NODE_VALUES && pace == node_pace);
-        Circumstance { pace, arms: arms.iter().copied().filter(belongs).collect() }
-    };
-    let mut plan: Vec<Size> = Vec::new();
-    for values in sizes {
-        if plan.iter().all(|planned| planned.values != *values) {
-            let circumstances = paces.iter().map(|pace| at(*values, *pace)).collect();
-            plan.push(Size { values: *values, circumstances });
-        }
-    }
-    if with_node {
-        let alone = Circumstance { pace: node_pace, arms: vec![Arm::Node] };
-        match plan.iter_mut().find(|size| size.values == NODE_VALUES) {
-            Some(_) if paces.contains(&node_pace) => {}
-            Some(size) => size.circumstances.push(alone),
-            None => plan.push(Size { values: NODE_VALUES, circumstances: vec![alone] }),
-        }
-    }
-    plan.iter_mut().for_each(|size| size.circumstances.retain(|some| !some.arms.is_empty()));
-    plan.retain(|size| !size.circumstances.is_empty());
-    plan
-}
 
 /// What an arm has measured under one circumstance.
 pub(super) struct Series {
@@ -208,32 +168,6 @@ mod tests {
     use crate::latency::turn::Received;
 
     const PACES: [Pace; 2] = [Pace::Hz(1_000.0), Pace::BackToBack];
-
-    #[test]
-    fn the_node_takes_turns_with_the_others_where_they_have_its_pace_and_size() {
-        let plan = plan(&[Arm::Raw, Arm::Node], &[1, 64], &PACES);
-        let arms: Vec<Vec<usize>> = plan
-            .iter()
-            .map(|size| size.circumstances.iter().map(|some| some.arms.len()).collect())
-            .collect();
-        assert_eq!(arms, [[2, 1], [1, 1]]);
-    }
-
-    #[test]
-    fn the_node_has_turns_of_its_own_where_nobody_else_has_its_pace_and_size() {
-        let alone = Circumstance { pace: PACES[0], arms: vec![Arm::Node] };
-        let other_size = plan(&[Arm::Raw, Arm::Node], &[64], &PACES);
-        assert_eq!(other_size[1], Size { values: 1, circumstances: vec![alone.clone()] });
-        let other_pace = plan(&[Arm::Raw, Arm::Node], &[1], &PACES[1..]);
-        assert_eq!(other_pace[0].circumstances[1], alone);
-        let node_only = plan(&[Arm::Node], &[64], &PACES);
-        assert_eq!(node_only, [Size { values: 1, circumstances: vec![alone] }]);
-    }
-
-    #[test]
-    fn a_size_given_twice_is_measured_once() {
-        assert_eq!(plan(&[Arm::Raw], &[64, 1, 64], &PACES).len(), 2);
-    }
 
     #[test]
     fn the_age_of_a_value_at_every_stage_is_in_the_report() {
