@@ -1,10 +1,12 @@
 //! A configuration, resolved: every name is an index, every wire a pair of slots, every block in
 //! its place in the order.
 
+mod advice;
 mod constants;
 mod layout;
 mod names;
 mod order;
+mod pins;
 mod probe;
 mod wires;
 

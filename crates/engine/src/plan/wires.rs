@@ -1,16 +1,16 @@
 //! What stands at every input pin and in every frame: a constant, or a wire and where it comes from.
 
-use std::collections::HashSet;
 use std::ops::Range;
 
-use isochrone_blocks::{BlockType, Pin, PinDefault, PinType};
+use isochrone_blocks::{Pin, PinDefault, PinType};
 use toml::Spanned;
 
 use super::constants::constant_slot;
 use super::names::{Entry, Names};
+use super::pins::{meant_pin, unknown_input, unknown_output};
 use crate::Finding;
 use crate::config::{Block, Config, Connection};
-use crate::finding::{Problem, nearest_name};
+use crate::finding::Problem;
 
 /// Stands for the number of an instance in a wire.
 const INSTANCE: &str = "{i}";
@@ -70,52 +70,6 @@ impl Wiring {
         let signals =
             config.outputs.iter().map(|output| resolver.signals(&output.signals)).collect();
         Self { wires, constants, signals }
-    }
-
-    /// Warns of inputs that no wire and no frame reads.
-    pub(super) fn report_unread(&self, config: &Config, findings: &mut Vec<Finding>) {
-        let wires = self.wires.iter().map(|wire| wire.from);
-        let signals = self.signals.iter().flatten().map(|signal| signal.from);
-        let read: HashSet<usize> = wires
-            .chain(signals)
-            .filter_map(|origin| match origin {
-                Origin::Input(input) => Some(input),
-                Origin::Pin { .. } => None,
-            })
-            .collect();
-        let unread = config.inputs.iter().enumerate().filter(|(index, _)| !read.contains(index));
-        for name in unread.filter_map(|(_, input)| input.name.as_ref()) {
-            let message = format!("nothing reads input \"{}\"", name.get_ref());
-            findings.push(
-                Finding::new(Problem::NoEffect, name.span(), message)
-                    .help("wire it to a pin, name it in an output's signals, or leave it out"),
-            );
-        }
-    }
-
-    /// Notes on blocks that read what is wired to them at certain times only.
-    pub(super) fn latched(&self, names: &Names<'_>) -> Vec<Finding> {
-        let note = |(entry, constants): (&Entry<'_>, &Vec<Option<f64>>)| {
-            let block_type = entry.block_type?;
-            let pins = block_type.inputs.iter().zip(constants);
-            let wired = pins.filter(|(_, constant)| constant.is_none());
-            let (wired, latches): (Vec<_>, Vec<_>) =
-                wired.filter_map(|(pin, _)| Some((pin.name, pin.latched_by?))).unzip();
-            let latch = latches.first()?;
-            let message = format!(
-                "block \"{}\" ({}) reads what is wired to {} in its first call and while {latch} is \
-                 TRUE, at no other time",
-                entry.name,
-                block_type.name,
-                wired.join(", "),
-            );
-            let help = format!(
-                "set {latch} for a cycle when the value has come; until its first sample an input \
-                 reads its default"
-            );
-            Some(Finding::new(Problem::Latched, entry.span.clone(), message).help(help))
-        };
-        names.entries.iter().zip(&self.constants).filter_map(note).collect()
     }
 
     /// The wires that lead to an instance.
@@ -368,46 +322,5 @@ impl Resolver<'_, '_> {
         };
         let value_type = block_type.outputs.get(pin)?.pin_type;
         Some((Origin::Pin { instance: entry.first + index, pin }, value_type))
-    }
-}
-
-fn unknown_input(block_type: &BlockType, name: &Spanned<String>) -> Finding {
-    let message = format!("{} has no input pin \"{}\"", block_type.name, name.get_ref());
-    let finding = Finding::new(Problem::UnknownPin, name.span(), message);
-    if block_type.outputs.iter().any(|pin| pin.name == name.get_ref()) {
-        return finding.help(format!("{} is an output pin; it cannot be set", name.get_ref()));
-    }
-    which_pin(finding, name.get_ref(), block_type.inputs)
-}
-
-fn unknown_output(block_type: &BlockType, block: &str, pin: &str, span: Range<usize>) -> Finding {
-    let message = format!("block \"{block}\" ({}) has no output pin \"{pin}\"", block_type.name);
-    let finding = Finding::new(Problem::UnknownPin, span, message);
-    if block_type.inputs.iter().any(|input| input.name == pin) {
-        return finding.help(format!("{pin} is an input pin; a wire starts at an output pin"));
-    }
-    which_pin(finding, pin, block_type.outputs)
-}
-
-/// The pin that is also called so.
-fn pin_by_alias<'a>(written: &str, pins: &'a [Pin]) -> Option<&'a Pin> {
-    let is_meant = |pin: &&Pin| pin.aliases.iter().any(|alias| alias.eq_ignore_ascii_case(written));
-    pins.iter().find(is_meant)
-}
-
-/// The pin that was probably meant.
-fn meant_pin<'a>(written: &str, pins: &'a [Pin]) -> Option<&'a Pin> {
-    let near = || nearest_name(written, pins.iter().map(|pin| pin.name));
-    pin_by_alias(written, pins).or_else(|| {
-        let name = near()?;
-        pins.iter().find(|pin| pin.name == name)
-    })
-}
-
-/// Says which pin was meant.
-fn which_pin(finding: Finding, written: &str, pins: &[Pin]) -> Finding {
-    match pin_by_alias(written, pins) {
-        Some(pin) => finding.help(format!("what LGF calls {written} is pin \"{}\" here", pin.name)),
-        None => finding.did_you_mean(written, pins.iter().map(|pin| pin.name)),
     }
 }

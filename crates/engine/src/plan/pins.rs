@@ -1,0 +1,55 @@
+//! Pins that a block does not have: which one was meant.
+
+use std::ops::Range;
+
+use isochrone_blocks::{BlockType, Pin};
+use toml::Spanned;
+
+use crate::Finding;
+use crate::finding::{Problem, nearest_name};
+
+pub(super) fn unknown_input(block_type: &BlockType, name: &Spanned<String>) -> Finding {
+    let message = format!("{} has no input pin \"{}\"", block_type.name, name.get_ref());
+    let finding = Finding::new(Problem::UnknownPin, name.span(), message);
+    if block_type.outputs.iter().any(|pin| pin.name == name.get_ref()) {
+        return finding.help(format!("{} is an output pin; it cannot be set", name.get_ref()));
+    }
+    which_pin(finding, name.get_ref(), block_type.inputs)
+}
+
+pub(super) fn unknown_output(
+    block_type: &BlockType,
+    block: &str,
+    pin: &str,
+    span: Range<usize>,
+) -> Finding {
+    let message = format!("block \"{block}\" ({}) has no output pin \"{pin}\"", block_type.name);
+    let finding = Finding::new(Problem::UnknownPin, span, message);
+    if block_type.inputs.iter().any(|input| input.name == pin) {
+        return finding.help(format!("{pin} is an input pin; a wire starts at an output pin"));
+    }
+    which_pin(finding, pin, block_type.outputs)
+}
+
+/// The pin that is also called so.
+fn pin_by_alias<'a>(written: &str, pins: &'a [Pin]) -> Option<&'a Pin> {
+    let is_meant = |pin: &&Pin| pin.aliases.iter().any(|alias| alias.eq_ignore_ascii_case(written));
+    pins.iter().find(is_meant)
+}
+
+/// The pin that was probably meant.
+pub(super) fn meant_pin<'a>(written: &str, pins: &'a [Pin]) -> Option<&'a Pin> {
+    let near = || nearest_name(written, pins.iter().map(|pin| pin.name));
+    pin_by_alias(written, pins).or_else(|| {
+        let name = near()?;
+        pins.iter().find(|pin| pin.name == name)
+    })
+}
+
+/// Says which pin was meant.
+fn which_pin(finding: Finding, written: &str, pins: &[Pin]) -> Finding {
+    match pin_by_alias(written, pins) {
+        Some(pin) => finding.help(format!("what LGF calls {written} is pin \"{}\" here", pin.name)),
+        None => finding.did_you_mean(written, pins.iter().map(|pin| pin.name)),
+    }
+}
