@@ -64,7 +64,8 @@ use crate::failure::Failure;
 struct Cli {
     #[command(subcommand)]
     verb: Option<Verb>,
-    /// Log more to stderr: -v info, -vv debug, -vvv trace; RUST_LOG overrides it
+    /// Log more to stderr: -v info, -vv debug, -vvv trace, with what iceoryx2 does inside; RUST_LOG
+    /// overrides it
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     verbose: u8,
 }

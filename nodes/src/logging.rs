@@ -6,7 +6,11 @@ use isochrone_ipc::{LogLevel, set_log_level};
 use tracing::level_filters::LevelFilter;
 use tracing_subscriber::EnvFilter;
 
-/// Sets logging up: warnings, and more with each `-v`; `RUST_LOG` overrides both.
+/// The target of what iceoryx2 says.
+const ICEORYX2: &str = "iceoryx2_bb_loggers=warn";
+
+/// Sets logging up: warnings, and more with each `-v`; `RUST_LOG` overrides both. What iceoryx2 does
+/// inside, with dumps of its structures, comes only with the last of them.
 pub(crate) fn set_up(verbosity: u8) {
     let level = match verbosity {
         0 => LevelFilter::WARN,
@@ -14,10 +18,15 @@ pub(crate) fn set_up(verbosity: u8) {
         2 => LevelFilter::DEBUG,
         _ => LevelFilter::TRACE,
     };
-    let filter = EnvFilter::builder().with_default_directive(level.into()).from_env_lossy();
+    let is_ours_alone = verbosity < 3 && std::env::var_os(EnvFilter::DEFAULT_ENV).is_none();
+    let mut filter = EnvFilter::builder().with_default_directive(level.into()).from_env_lossy();
+    if is_ours_alone && let Ok(directive) = ICEORYX2.parse() {
+        filter = filter.add_directive(directive);
+    }
     // iceoryx2 asks its own level before it hands a message on.
     set_log_level(match filter.max_level_hint().unwrap_or(level) {
         LevelFilter::OFF | LevelFilter::ERROR => LogLevel::Error,
+        _ if is_ours_alone => LogLevel::Warn,
         LevelFilter::WARN => LogLevel::Warn,
         LevelFilter::INFO => LogLevel::Info,
         LevelFilter::DEBUG => LogLevel::Debug,

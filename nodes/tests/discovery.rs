@@ -84,6 +84,18 @@ fn a_service_that_is_not_there_is_told_the_one_that_was_probably_meant() {
     publisher.stop().expect_code(0);
 }
 
+#[test]
+fn a_verbose_log_tells_the_domain_and_leaves_the_insides_of_iceoryx2_to_the_last_level() {
+    let domain = Domain::new();
+    let log = |flags: &str| domain.run(&format!("publish a/b --value 1 --count 1 {flags}")).stderr;
+    for flags in ["-v", "-vv"] {
+        let log = log(flags);
+        assert!(log.contains("iceoryx2 domain: root path"), "{log}");
+        assert!(!log.contains("iceoryx2_bb"), "{flags}: {log}");
+    }
+    assert!(log("-vvv").contains("iceoryx2_bb"));
+}
+
 /// What bash proposes for the last of these words.
 fn proposed(domain: &Domain, words: &str) -> Vec<String> {
     let program = env!("CARGO_BIN_EXE_isochrone");
