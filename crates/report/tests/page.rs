@@ -30,7 +30,9 @@ fn the_page_of_a_bench_has_every_part_and_stands_alone() {
     let report = made_up::report();
     let page = html(&report);
     assert_eq!(unbalanced(&page), None);
-    for outside in ["http:", "https:", "src=", "href=", "url(", "@import", "<script", "<link"] {
+    for outside in
+        ["http:", "https:", "src=", "href=\"h", "href=\"/", "url(", "@import", "<script", "<link"]
+    {
         assert!(!page.contains(outside), "{outside}");
     }
     for part in [
@@ -38,9 +40,9 @@ fn the_page_of_a_bench_has_every_part_and_stands_alone() {
         "2026-11-20T12:00:00Z, version 0.1.0",
         "Ended early",
         "run as root, or set rtprio 80",
-        "<h2>Release jitter, 1 ms, idle</h2>",
-        "<h2>Release jitter, 1 ms, cpu</h2>",
-        "<h2>One-way latency, 1000 Hz, 10 values</h2>",
+        ">Release jitter, 1 ms, idle</h2>",
+        ">Release jitter, 1 ms, cpu</h2>",
+        ">One-way latency, 1000 Hz, 10 values</h2>",
         "<td>corrected</td>",
         "<td>valid</td>",
         "<td>age at release</td>",
@@ -61,7 +63,7 @@ fn the_page_of_a_bench_has_every_part_and_stands_alone() {
     // Two groups of loops and one of links with three pictures each, and the costs.
     assert_eq!(page.matches("<svg ").count(), 10);
     assert_eq!(page.matches("<caption>Comparison of the ").count(), 3);
-    let (_, outliers) = page.split_once("Largest outliers").unwrap();
+    let (_, outliers) = page.split_once("Largest outliers</h2>").unwrap();
     let (outliers, _) = outliers.split_once("</table>").unwrap();
     assert_eq!(outliers.matches("<th scope=\"row\">").count(), 20);
 }
@@ -153,4 +155,34 @@ fn the_log_of_a_bench_has_a_line_for_each_turn() {
     let turns: usize = tasks.chain(links).chain(costs).sum();
     let lines = hlog(&report).lines().filter(|line| line.starts_with("Tag=")).count();
     assert_eq!((lines, turns), (264, 264));
+}
+
+#[test]
+fn the_verdict_and_a_picture_come_before_everything_that_explains_them() {
+    let page = html(&made_up::report());
+    let place = |what: &str| page.find(what).unwrap_or_else(|| panic!("no {what}"));
+    let verdict = place("times lower than sleep at p50");
+    let picture = place("aria-label=\"Percentiles: release jitter, 1 ms, idle");
+    assert!(verdict < picture && picture < place("<nav ") && picture < place("<details class"));
+    assert_eq!(page.matches("Percentiles: release jitter, 1 ms, idle\">").count(), 1);
+    for link in page.split("href=\"#").skip(1) {
+        let (id, _) = link.split_once('"').unwrap();
+        assert!(page.contains(&format!("id=\"{id}\"")), "{id}");
+    }
+}
+
+#[test]
+fn the_releases_of_one_stall_are_one_row_with_its_length_and_their_number() {
+    let late = |at_s, late_ns| Outlier { at_s, late_ns, cause: "steal".to_owned() };
+    let task = TaskArm {
+        task: TaskReport { period_ns: 1_000_000, ..TaskReport::default() },
+        outliers: vec![late(2.0, 5_000_000), late(2.001, 4_000_000), late(7.0, 3_000_000)],
+        ..TaskArm::default()
+    };
+    let page = html(&Report { tasks: vec![task], ..Report::default() });
+    let row = "<td class=\"n\">2.000 s</td><td class=\"n\">5.00 ms</td><td class=\"n\">2</td>";
+    assert!(page.contains(row), "{page}");
+    let (_, outliers) = page.split_once("Seconds count").unwrap();
+    assert_eq!(outliers.split_once("</table>").unwrap().0.matches("scope=\"row\"").count(), 2);
+    assert!(!outliers.contains("2.001 s"));
 }

@@ -8,18 +8,28 @@ use crate::report::Report;
 
 const UNKNOWN: &str = "unknown";
 
-/// Why to read the numbers with care.
-pub(super) fn cautions(page: &mut Page, report: &Report) {
+/// The one line that the first screen has of what makes numbers doubtful.
+pub(super) fn banner(page: &mut Page, report: &Report) {
     if report.ended_early {
         page.markup(
             "<p class=\"banner\">Ended early: somebody stopped it before its time, so there are \
              fewer samples than were asked for.</p>\n",
         );
     }
+    if !report.warnings.is_empty() {
+        let codes: Vec<&str> =
+            report.warnings.iter().map(|warning| warning.code.as_str()).collect();
+        page.element("<p class=\"banner\">Warnings: ", codes.join(", "), "</p>\n");
+    }
+}
+
+/// Why to read the numbers with care.
+pub(super) fn warnings(page: &mut Page, report: &Report) {
     if report.warnings.is_empty() {
         return;
     }
-    page.markup("<h2>Warnings</h2>\n<ul class=\"warnings\">\n");
+    page.heading("Warnings");
+    page.markup("<ul class=\"warnings\">\n");
     for warning in &report.warnings {
         page.element("<li><code>", &warning.code, "</code>: ");
         page.text(&warning.message);
@@ -33,7 +43,7 @@ pub(super) fn cautions(page: &mut Page, report: &Report) {
 
 /// What the words on the page mean, as far as they occur.
 pub(super) fn how_to_read(page: &mut Page, report: &Report) {
-    page.markup("<h2>How to read this page</h2>\n");
+    page.markup("<details class=\"method\"><summary>How to read this page</summary>\n");
     if !report.tasks.is_empty() {
         page.markup(
             "<p><b>Release jitter</b> is how late the first instruction of a cycle ran after its \
@@ -79,6 +89,7 @@ pub(super) fn how_to_read(page: &mut Page, report: &Report) {
              on the same machine can still be compared.</p>\n",
         );
     }
+    page.markup("</details>\n");
 }
 
 /// Where it ran, and what the doctor found there.
@@ -100,7 +111,7 @@ pub(super) fn machine(page: &mut Page, report: &Report) {
             format!("{both} us (runtime/period; -1 is off){applies}")
         },
     );
-    page.markup("<h2>The machine</h2>\n");
+    page.heading("The machine");
     let facts = [
         ("Kernel", known(&here.kernel)),
         ("Preemption", known(&here.preempt)),

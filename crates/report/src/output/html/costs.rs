@@ -11,7 +11,8 @@ pub(super) fn section(page: &mut Page, report: &Report) {
     if report.costs.is_empty() {
         return;
     }
-    page.markup("<section>\n<h2>Time of one instance</h2>\n");
+    page.markup("<section>\n");
+    page.heading("Time of one instance");
     page.markup(
         "<p>A sample is the time of a batch of cycles, divided by its cycles and by the instances \
          of the task.</p>\n",

@@ -52,16 +52,28 @@ fn summary(page: &mut Page, group: &Group<'_, LinkArm>) {
     page.table("Frames", &columns, rows);
 }
 
-fn pictures(page: &mut Page, heading: &str, group: &Group<'_, LinkArm>) {
+/// The percentiles of the first group, for the first screen.
+pub(super) fn lead(page: &mut Page, report: &Report) {
+    let groups = groups(&report.links, &report.comparisons);
+    if let Some(group) = groups.first() {
+        let heading = group.heading(metric_name(LinkArm::METRIC));
+        section::percentiles_picture(page, &heading, &distributions(group));
+    }
+}
+
+fn distributions(group: &Group<'_, LinkArm>) -> Vec<Shown> {
     let shown = |(arm, link): (usize, &&LinkArm)| {
         let (name, distribution) = (link.link.service.clone(), link.distribution(LinkArm::METRIC)?);
         Some(Shown { arm, corrected: false, name, distribution })
     };
-    let distributions: Vec<Shown> = group.arms.iter().enumerate().filter_map(shown).collect();
+    group.arms.iter().enumerate().filter_map(shown).collect()
+}
+
+fn pictures(page: &mut Page, heading: &str, group: &Group<'_, LinkArm>) {
     let turns: Vec<Timeline<'_>> = group
         .arms
         .iter()
         .map(|link| Timeline { name: &link.link.service, turns: &link.turns, outliers: &[] })
         .collect();
-    section::pictures(page, heading, &distributions, &turns);
+    section::pictures(page, heading, &distributions(group), &turns);
 }

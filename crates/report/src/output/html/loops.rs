@@ -21,6 +21,15 @@ pub(super) fn sections(page: &mut Page, report: &Report) {
     }
 }
 
+/// The percentiles of the first group, for the first screen; whether there are any.
+pub(super) fn lead(page: &mut Page, report: &Report) -> bool {
+    let groups = groups(&report.tasks, &report.comparisons);
+    let Some(group) = groups.first() else { return false };
+    let heading = group.heading(metric_name(TaskArm::METRIC));
+    section::percentiles_picture(page, &heading, &distributions(group));
+    true
+}
+
 fn summary(page: &mut Page, group: &Group<'_, TaskArm>) {
     let mut columns = vec![Column::Words("arm"), Column::Words("of"), Column::Number("samples")];
     columns.extend(percentile_columns());
@@ -57,7 +66,7 @@ fn summary(page: &mut Page, group: &Group<'_, TaskArm>) {
     page.table("Execution, response and period error", &columns, rows);
 }
 
-fn pictures(page: &mut Page, heading: &str, group: &Group<'_, TaskArm>) {
+fn distributions(group: &Group<'_, TaskArm>) -> Vec<Shown> {
     let mut distributions: Vec<Shown> = Vec::new();
     for (arm, task) in group.arms.iter().enumerate() {
         let name = task.task.name.clone();
@@ -73,12 +82,16 @@ fn pictures(page: &mut Page, heading: &str, group: &Group<'_, TaskArm>) {
         });
         distributions.extend(raw.into_iter().chain(corrected));
     }
+    distributions
+}
+
+fn pictures(page: &mut Page, heading: &str, group: &Group<'_, TaskArm>) {
     let turns = group.arms.iter().map(|task| Timeline {
         name: &task.task.name,
         turns: &task.turns,
         outliers: &task.outliers,
     });
-    section::pictures(page, heading, &distributions, &turns.collect::<Vec<_>>());
+    section::pictures(page, heading, &distributions(group), &turns.collect::<Vec<_>>());
 }
 
 fn how_they_ran(page: &mut Page, group: &Group<'_, TaskArm>) {

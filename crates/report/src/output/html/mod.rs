@@ -7,6 +7,7 @@ mod loops;
 mod page;
 mod section;
 mod turns;
+mod verdict;
 
 use page::Page;
 
@@ -44,8 +45,14 @@ fn write(report: &Report) -> Page {
     page.element("<h1>", command.trim_end(), "</h1>\n");
     let version = format!("Started {}, version {}.", report.started, report.isochrone);
     page.element("<p class=\"soft\">", version, "</p>\n");
-    about::cautions(&mut page, report);
+    about::banner(&mut page, report);
+    verdict::verdict(&mut page, report);
     page.markup("</header>\n<main>\n");
+    if !loops::lead(&mut page, report) {
+        links::lead(&mut page, report);
+    }
+    page.contents();
+    about::warnings(&mut page, report);
     about::how_to_read(&mut page, report);
     loops::sections(&mut page, report);
     links::sections(&mut page, report);

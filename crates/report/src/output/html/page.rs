@@ -6,6 +6,9 @@ use std::fmt::Display;
 #[derive(Default)]
 pub(super) struct Page {
     html: String,
+    /// Where the contents go, once all headings are known.
+    contents_at: Option<usize>,
+    headings: Vec<String>,
     /// What each picture shows, and the picture.
     pub(super) pictures: Vec<(String, String)>,
 }
@@ -59,6 +62,19 @@ impl Page {
         self.markup(open);
         self.text(text);
         self.markup(close);
+    }
+
+    /// The heading of a section, which the contents list.
+    pub(super) fn heading(&mut self, text: impl Display) {
+        self.headings.push(text.to_string());
+        self.html.push_str(&format!("<h2 id=\"s{}\">", self.headings.len()));
+        self.text(text);
+        self.markup("</h2>\n");
+    }
+
+    /// The place of the contents.
+    pub(super) fn contents(&mut self) {
+        self.contents_at = Some(self.html.len());
     }
 
     /// A table; the first cell of a row is its heading. Without rows there is none.
@@ -116,8 +132,19 @@ impl Page {
         self.pictures.push((shows.to_owned(), svg));
     }
 
-    pub(super) fn finish(self) -> String {
-        self.html
+    pub(super) fn finish(mut self) -> String {
+        let Some(at) = self.contents_at.filter(|_| !self.headings.is_empty()) else {
+            return self.html;
+        };
+        let after = self.html.split_off(at);
+        self.markup("<nav aria-label=\"Contents\"><ul>\n");
+        for (index, heading) in std::mem::take(&mut self.headings).iter().enumerate() {
+            self.html.push_str(&format!("<li><a href=\"#s{}\">", index + 1));
+            self.text(heading);
+            self.markup("</a></li>\n");
+        }
+        self.markup("</ul></nav>\n");
+        self.html + &after
     }
 }
 

@@ -17,7 +17,8 @@ const TOO_FEW: &str = "\u{2013}";
 pub(super) fn begin(page: &mut Page, heading: &str) {
     let mut letters = heading.chars();
     let first = letters.next().into_iter().flat_map(char::to_uppercase);
-    page.element("<section>\n<h2>", first.chain(letters).collect::<String>(), "</h2>\n");
+    page.markup("<section>\n");
+    page.heading(first.chain(letters).collect::<String>());
 }
 
 pub(super) fn percentile_columns() -> impl Iterator<Item = Column> {
@@ -74,7 +75,9 @@ pub(super) fn left_out(page: &mut Page, left_out: &[LeftOut]) {
     if left_out.is_empty() {
         return;
     }
-    page.markup("<section>\n<h2>Not compared</h2>\n<ul>\n");
+    page.markup("<section>\n");
+    page.heading("Not compared");
+    page.markup("<ul>\n");
     for missing in left_out {
         page.element("<li>", sentence(missing), "</li>\n");
     }
@@ -98,6 +101,15 @@ impl Shown {
     }
 }
 
+/// The percentiles of a group; once on a page.
+pub(super) fn percentiles_picture(page: &mut Page, heading: &str, distributions: &[Shown]) {
+    let curves: Vec<Curve<'_>> = distributions.iter().map(Shown::curve).collect();
+    let title = format!("Percentiles: {heading}");
+    if !curves.is_empty() && page.pictures.iter().all(|(shows, _)| *shows != title) {
+        page.picture(&title, percentiles_of(&title, &curves));
+    }
+}
+
 /// The pictures of a group: its distributions, and its turns over time if it took any.
 pub(super) fn pictures(
     page: &mut Page,
@@ -107,8 +119,7 @@ pub(super) fn pictures(
 ) {
     let curves: Vec<Curve<'_>> = distributions.iter().map(Shown::curve).collect();
     if !curves.is_empty() {
-        let title = format!("Percentiles: {heading}");
-        page.picture(&title, percentiles_of(&title, &curves));
+        percentiles_picture(page, heading, distributions);
         let title = format!("Histogram: {heading}");
         page.picture(&title, histogram_of(&title, &curves));
     }

@@ -4,7 +4,7 @@ use isochrone_timing::units::duration;
 
 use super::page::{Column, Page, Row};
 use crate::bench::{Outlier, Reported};
-use crate::report::Report;
+use crate::report::{Report, TaskArm};
 
 /// Outliers that the page lists.
 const OUTLIERS: usize = 20;
@@ -18,7 +18,8 @@ pub(super) fn invalid(page: &mut Page, report: &Report) {
     if rows.peek().is_none() {
         return;
     }
-    page.markup("<section>\n<h2>Invalid turns</h2>\n");
+    page.markup("<section>\n");
+    page.heading("Invalid turns");
     let columns = [
         Column::Words("arm"),
         Column::Number("began at"),
@@ -42,18 +43,39 @@ fn invalid_of<R: Reported>(arm: &R) -> impl Iterator<Item = Row> {
     })
 }
 
-/// The largest outliers of all arms.
-pub(super) fn outliers(page: &mut Page, report: &Report) {
-    let mut outliers: Vec<(String, &Outlier)> = Vec::new();
-    for task in &report.tasks {
-        outliers.extend(task.outliers.iter().map(|outlier| (task.label(), outlier)));
+/// Late releases of an arm that one stall explains: those of cycles that follow each other.
+struct Stall<'a> {
+    label: String,
+    longest: &'a Outlier,
+    releases: usize,
+}
+
+/// The stalls of an arm, from its outliers.
+fn stalls(task: &TaskArm) -> Vec<Stall<'_>> {
+    let mut outliers: Vec<&Outlier> = task.outliers.iter().collect();
+    outliers.sort_by(|one, other| one.at_s.total_cmp(&other.at_s));
+    // Cycles that follow each other begin a period apart, and late ones closer.
+    let apart_s = 1.5 * task.task.period_ns as f64 / 1e9;
+    let follow = |one: &&Outlier, other: &&Outlier| other.at_s - one.at_s <= apart_s;
+    let mut found = Vec::new();
+    for same in outliers.chunk_by(follow) {
+        if let Some(longest) = same.iter().copied().max_by_key(|outlier| outlier.late_ns) {
+            found.push(Stall { label: task.label(), longest, releases: same.len() });
+        }
     }
-    if outliers.is_empty() {
+    found
+}
+
+/// The longest stalls of all arms.
+pub(super) fn outliers(page: &mut Page, report: &Report) {
+    let mut stalls: Vec<Stall<'_>> = report.tasks.iter().flat_map(stalls).collect();
+    if stalls.is_empty() {
         return;
     }
-    outliers.sort_by_key(|(_, outlier)| std::cmp::Reverse(outlier.late_ns));
-    outliers.truncate(OUTLIERS);
-    page.markup("<section>\n<h2>Largest outliers</h2>\n");
+    stalls.sort_by_key(|stall| std::cmp::Reverse(stall.longest.late_ns));
+    stalls.truncate(OUTLIERS);
+    page.markup("<section>\n");
+    page.heading("Largest outliers");
     page.markup(
         "<p>The cause is what the kernel counted around the release, the most telling first: the \
          host took the CPU (<b>steal</b>), a limit on CPU time (<b>throttled</b>), a page \
@@ -64,10 +86,13 @@ pub(super) fn outliers(page: &mut Page, report: &Report) {
         Column::Words("arm"),
         Column::Number("at"),
         Column::Number("late by"),
+        Column::Number("releases"),
         Column::Words("cause"),
     ];
-    let rows = outliers.into_iter().map(|(label, Outlier { at_s, late_ns, cause })| {
-        Row::of([label, format!("{at_s:.3} s"), duration(*late_ns as f64), cause.clone()])
+    let rows = stalls.into_iter().map(|Stall { label, longest, releases }| {
+        let Outlier { at_s, late_ns, cause } = longest;
+        let (at, late) = (format!("{at_s:.3} s"), duration(*late_ns as f64));
+        Row::of([label, at, late, releases.to_string(), cause.clone()])
     });
     page.table("Seconds count from the beginning of the bench", &columns, rows);
     page.markup("</section>\n");
