@@ -60,7 +60,7 @@
 //!     let (file, domain) = ("level.toml", Domain::find()?);
 //!
 //!     // TOML -> plan: every name resolved, every value checked. All errors are found together.
-//!     let catalogue = [&CATALOGUE[..], &[BlockType::of::<Half>()]].concat();
+//!     let catalogue = [CATALOGUE, &[BlockType::of::<Half>()]].concat();
 //!     let plan = Plan::read(file, &Rules { catalogue: &catalogue, ..Rules::default() })?;
 //!
 //!     // Ports open, threads wait; what the machine refused can be looked at.

@@ -1,0 +1,196 @@
+//! A node in a program: set-points, ends, panics, services of both kinds.
+
+use std::thread;
+use std::time::{Duration, Instant};
+
+use isochrone_blocks::{BlockType, CATALOGUE};
+use isochrone_cyclic::CountingAllocator;
+use isochrone_engine::{PinError, Plan, Rules, Source};
+use isochrone_ipc::{Depth, FrameSubscriber, IsolatedDomain, Participant, ipc, local};
+use isochrone_runtime::{
+    Applied, End, Node, POLL_INTERVAL, PrepareError, Running, SetError, TaskPanicked,
+};
+
+#[global_allocator]
+static ALLOCATOR: CountingAllocator = CountingAllocator;
+
+const LIMIT: Duration = Duration::from_secs(30);
+
+const RAMP: &str = r#"
+[node]
+name = "ramp"
+[[task]]
+name = "fast"
+period = "1ms"
+[[input]]
+name = "wanted"
+type = "INT"
+service = "test/wanted"
+channel = 0
+[[block]]
+name = "ramp"
+type = "LimRateOfChangeCI"
+in = { value = "wanted", setChangeRate = 1000 }
+[[block]]
+name = "scale"
+type = "ScaleLinear"
+in = { x = 1.0, x1 = 0.0, y1 = 0.0, x2 = 5.0, y2 = 1.0, yMin = -10.0, yMax = 10.0 }
+[[output]]
+service = "test/out"
+signals = ["ramp.delayedValue"]
+"#;
+
+/// A block that goes wrong when it is told to.
+mod faulty {
+    use isochrone_blocks::{Block, Cycle};
+
+    isochrone_blocks::block! {
+        /// Panics at 1.
+        pub(crate) Faulty {
+            inputs {
+                /// What decides it.
+                "x" => x: f64 = 0.0,
+            }
+            outputs {
+                /// The same.
+                "y" => y: f64,
+            }
+            state { y: f64 }
+            status {}
+        }
+    }
+
+    impl Block for Faulty {
+        fn step(_: &mut State, inputs: &Inputs, _: &Cycle<'_>) -> Outputs {
+            assert!(inputs.x != 1.0, "one is too much");
+            Outputs { y: inputs.x }
+        }
+    }
+}
+
+fn plan(text: &str) -> Plan {
+    let catalogue = [CATALOGUE, &[BlockType::of::<faulty::Faulty>()]].concat();
+    let rules = Rules { catalogue: &catalogue, ..Rules::default() };
+    Plan::new(Source::new("test.toml", text), &rules).unwrap()
+}
+
+/// Polls until something holds.
+fn poll_until<S: isochrone_ipc::Service>(
+    node: &mut Running<S>,
+    mut holds: impl FnMut(&mut Running<S>) -> bool,
+) {
+    let since = Instant::now();
+    while !holds(node) {
+        assert!(since.elapsed() < LIMIT, "it does not come to that");
+        thread::sleep(POLL_INTERVAL);
+    }
+}
+
+#[test]
+fn what_is_set_is_applied_in_a_cycle_that_is_named_without_an_allocation() {
+    let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().start();
+    let mut applied: Vec<Applied> = Vec::new();
+    let mut numbers = Vec::new();
+    for value in 0..20 {
+        numbers.push(node.set([("wanted", 7.0), ("scale.y1", f64::from(value))]).unwrap());
+        thread::sleep(POLL_INTERVAL);
+        applied.extend(node.poll().applied());
+    }
+    poll_until(&mut node, |node| {
+        applied.extend(node.poll().applied());
+        applied.len() == 20 && node.value("ramp.delayedValue") == Some(7.0)
+    });
+    assert_eq!(applied.iter().map(|applied| applied.number).collect::<Vec<_>>(), numbers);
+    assert!(applied.is_sorted_by_key(|applied| applied.cycle), "{applied:?}");
+    let outcome = node.finish().unwrap();
+    assert_eq!(outcome.end, End::Asked);
+    let costs = outcome.tasks[0].costs;
+    assert_eq!(costs.allocations.map(|allocations| allocations.cycle), Some(0));
+}
+
+#[test]
+fn a_value_that_cannot_be_set_is_refused_with_the_way_out_and_nothing_is_written() {
+    let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().start();
+    let mut refused = |name: &str, value| node.set([("wanted", 5.0), (name, value)]).unwrap_err();
+    let SetError::Pin(error) = refused("ramp.setChangeRat", 1.0) else { panic!() };
+    assert!(error.to_string().contains("did you mean \"setChangeRate\"?"), "{error}");
+    let SetError::Pin(error) = refused("rmp.setChangeRate", 1.0) else { panic!() };
+    assert!(error.to_string().contains("did you mean \"ramp\"?"), "{error}");
+    let error = refused("ramp.value", 1.0);
+    let source_name = "wanted".to_owned();
+    assert_eq!(error, PinError::Wired { name: "ramp.value".into(), source_name }.into());
+    let error = refused("ramp.delayedValue", 1.0);
+    assert_eq!(error, PinError::Output { name: "ramp.delayedValue".into() }.into());
+    for value in [0.5, 40_000.0, f64::NAN] {
+        let error = refused("wanted", value).to_string();
+        assert!(error.contains("is no INT") && error.contains("-32768 to 32767"), "{error}");
+    }
+    for _ in 0..5 {
+        thread::sleep(POLL_INTERVAL);
+        assert!(node.poll().applied().is_empty());
+    }
+    assert_eq!(node.value("wanted"), Some(0.0));
+}
+
+#[test]
+fn an_input_that_is_read_from_a_service_is_not_set() {
+    let domain = IsolatedDomain::new("isort").unwrap();
+    let participant = Participant::<local::Service>::join("ramp", &domain).unwrap();
+    let mut node = Node::prepare(&plan(RAMP), participant).unwrap().start();
+    let (input, service) = ("wanted".to_owned(), "test/wanted".to_owned());
+    assert_eq!(node.set([("wanted", 1.0)]), Err(SetError::Fed { input, service }));
+}
+
+#[test]
+fn a_node_on_local_services_publishes_inside_the_process() {
+    let domain = IsolatedDomain::new("isort").unwrap();
+    let application = Participant::<local::Service>::join("application", &domain).unwrap();
+    let mut out = FrameSubscriber::open(&application, "test/out", 1, Depth::Newest).unwrap();
+    let participant = Participant::<local::Service>::join("ramp", &domain).unwrap();
+    let mut node = Node::prepare(&plan(RAMP), participant).unwrap().start();
+    poll_until(&mut node, |node| {
+        node.poll();
+        out.newest(0).is_some()
+    });
+    assert!(domain.files().is_empty());
+}
+
+#[test]
+fn a_task_that_panics_ends_its_node_with_an_error_that_names_it() {
+    let text = "[node]\nname = \"n\"\n[[task]]\nname = \"slow\"\nperiod = \"1ms\"\n\
+        [[block]]\nname = \"b\"\ntype = \"Faulty\"\n";
+    let mut node = Node::prepare_alone(&plan(text)).unwrap().start();
+    node.set([("b.x", 1.0)]).unwrap();
+    poll_until(&mut node, |node| !node.poll().is_running());
+    let panicked = TaskPanicked { task: "slow".into(), message: "one is too much".into() };
+    assert_eq!(node.finish().unwrap_err(), panicked);
+}
+
+#[test]
+fn a_second_node_of_a_name_is_told_that_it_runs_already_and_by_whom() {
+    let domain = IsolatedDomain::new("isort").unwrap();
+    let join = || Participant::<ipc::Service>::join("isochrone/ramp", &domain).unwrap();
+    let first = Node::prepare(&plan(RAMP), join()).unwrap();
+    let PrepareError::RunsAlready { node, other } = Node::prepare(&plan(RAMP), join()).unwrap_err()
+    else {
+        panic!()
+    };
+    assert_eq!(node, "ramp");
+    assert!(other.contains(&format!("pid {}", std::process::id())), "{other}");
+    drop(first);
+    drop(Node::prepare(&plan(RAMP), join()).unwrap());
+}
+
+#[test]
+fn a_node_ends_by_itself_after_the_cycles_of_its_first_task() {
+    let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().with_cycles(Some(30)).start();
+    let mut cycles = Vec::new();
+    poll_until(&mut node, |node| {
+        let news = node.poll();
+        cycles.extend(news.records().iter().map(|(_, record)| record.cycle));
+        !news.is_running()
+    });
+    let outcome = node.finish().unwrap();
+    assert_eq!((outcome.end, cycles.len()), (End::Cycles, 30));
+    assert_eq!(outcome.tasks[0].timing.cycles(), 30);
+}

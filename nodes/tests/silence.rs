@@ -1,0 +1,61 @@
+//! A node whose blocks or inputs go wrong says so, once for each time.
+
+mod domain;
+
+use domain::Domain;
+
+const NODE: &str = r#"
+[node]
+name = "troubled"
+[[task]]
+name = "t"
+period = "2ms"
+[[input]]
+name = "rate"
+service = "plant/rate"
+channel = 0
+max_age = "200ms"
+default = 1.0
+[[input]]
+name = "count"
+type = "INT"
+service = "plant/rate"
+channel = 1
+[[block]]
+name = "ramp"
+type = "LimRateOfChangeCI"
+in = { value = 1.0, setChangeRate = "rate" }
+"#;
+
+#[test]
+fn blocks_and_inputs_that_go_wrong_are_logged_once_with_the_reason() {
+    let domain = Domain::new();
+    domain.write("node.toml", NODE);
+    let mut publisher = domain.start_with(&["publish", "plant/rate", "--value=-1,0.5"]);
+    publisher.wait_for("publishing");
+    let mut node = domain.start("run node.toml");
+    node.wait_for("block \"ramp\" (LimRateOfChangeCI) reports 16#8200");
+    node.wait_for("input \"count\" rejects 0.5, which INT cannot hold; it keeps its value");
+    publisher.stop().expect_code(0);
+    node.wait_for("input \"rate\" is stale: its last sample is older than max_age");
+    let mut publisher = domain.start_with(&["publish", "plant/rate", "--value", "1,2"]);
+    node.wait_for("input \"rate\" takes samples again");
+    node.wait_for("input \"count\" takes samples again");
+    node.wait_for("block \"ramp\" (LimRateOfChangeCI) reports no error any more");
+    publisher.wait_for("publishing");
+    publisher.stop().expect_code(0);
+    let ended = node.stop().expect_code(0);
+    assert_eq!(ended.stderr.matches("reports 16#8200").count(), 1, "{}", ended.stderr);
+}
+
+#[test]
+fn with_fail_on_block_errors_a_node_with_errors_exits_with_status_1() {
+    let domain = Domain::new();
+    domain.write("node.toml", NODE);
+    let run = "run node.toml --cycles 50 --fail-on-block-errors";
+    domain.run(run).expect_code(0);
+    domain.write("node.toml", &NODE.replace("default = 1.0", "default = -1.0"));
+    let ended = domain.run(run).expect_code(1);
+    assert!(ended.stderr.contains("task \"t\": 50 steps of blocks reported an error"));
+    domain.run("run node.toml --cycles 50").expect_code(0);
+}
