@@ -12,10 +12,9 @@ use isochrone_ipc::{Participant, ipc};
 use isochrone_machine::Environment;
 use isochrone_processes::Stop;
 use isochrone_report::Report;
-use isochrone_runtime::{End, Node, Outcome, POLL_INTERVAL, Running};
+use isochrone_runtime::{End, Node, Outcome, POLL_INTERVAL, Running, warning};
 use isochrone_timing::Warning;
 
-pub(crate) use self::report::{alarm, warning};
 use crate::domain;
 use crate::failure::Failure;
 use crate::result_file::ResultFile;
@@ -82,7 +81,10 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         return Err(Failure::found(refusals.join("\n")));
     }
     // No reason to refuse the start: the cycles are what they would be without telemetry.
-    note_start(&plan, report.warnings.iter().cloned().chain(prepared.alarms().iter().map(alarm)));
+    note_start(
+        &plan,
+        report.warnings.iter().cloned().chain(prepared.alarms().iter().map(Into::into)),
+    );
     let outcome = run_until(prepared.start(), &plan, &stop)?;
     report::complete(&mut report, &plan, &outcome);
 

@@ -122,7 +122,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 
     let link = line.report();
     let outcome = line.outcome();
-    report.warnings = line.alarms.iter().map(crate::run::alarm).collect();
+    report.warnings = line.alarms.iter().map(Into::into).collect();
     report.links = vec![link.into()];
     if let Some(file) = report_file {
         file.write_report(&report)?;

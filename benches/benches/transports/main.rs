@@ -30,7 +30,8 @@ use isochrone_cyclic::{Clock, Monotonic, prepare_process};
 use isochrone_ipc::IsolatedDomain;
 use isochrone_machine::{Environment, Machine};
 use isochrone_report::{LinkArm, Report, Turns};
-use isochrone_timing::{Distribution, LinkReport, Warning};
+use isochrone_runtime::warning;
+use isochrone_timing::{Distribution, LinkReport};
 
 use crate::message::Wire;
 use crate::peer::{Order, Peer};
@@ -88,11 +89,7 @@ fn main() -> Result<(), Failure> {
     }
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
     // Page faults would make turns invalid.
-    report.warnings.extend(prepare_process().refusals.iter().map(|refusal| Warning {
-        code: refusal.code().into(),
-        message: refusal.to_string(),
-        remedy: refusal.remedy(),
-    }));
+    report.warnings.extend(prepare_process().refusals.iter().map(warning));
     let domain = IsolatedDomain::new("transports")?;
     let origin_ns = Monotonic.now_ns();
     for values in &args.values {

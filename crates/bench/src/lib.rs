@@ -23,14 +23,6 @@ pub mod latency;
 mod onlooker;
 mod watch;
 
-use isochrone_cyclic::Refusal;
-use isochrone_timing::Warning;
-
 pub use error::BenchError;
 pub use onlooker::{NoView, Onlooker, View};
 pub use watch::allowed_cpus;
-
-/// What the machine refused, as a report has it.
-fn warning(refusal: &Refusal) -> Warning {
-    Warning { code: refusal.code().into(), message: refusal.to_string(), remedy: refusal.remedy() }
-}

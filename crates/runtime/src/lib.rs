@@ -62,6 +62,7 @@ mod set_points;
 mod snapshots;
 mod task;
 mod telemetry;
+mod warning;
 
 pub use alarms::Alarm;
 pub use error::{PrepareError, SetError, TaskPanicked};
@@ -70,3 +71,4 @@ pub use node::{Node, Prepared, next_epoch_ns};
 pub use outcome::{Allocations, Costs, End, Link, Outcome, TaskOutcome};
 pub use real_time_thread::RealTimeThread;
 pub use running::{Applied, POLL_INTERVAL, Poll, Running};
+pub use warning::warning;

@@ -1,14 +1,13 @@
 //! The outcome of a node as a report.
 
-use isochrone_cyclic::Refusal;
 use isochrone_engine::{Plan, TaskPlan};
 use isochrone_report::Report;
-use isochrone_runtime::{Alarm, Link, Outcome, TaskOutcome};
-use isochrone_timing::{LinkReport, TaskReport, Warning};
+use isochrone_runtime::{Link, Outcome, TaskOutcome};
+use isochrone_timing::{LinkReport, TaskReport};
 
 /// Adds what the node did.
 pub(super) fn complete(report: &mut Report, plan: &Plan, outcome: &Outcome) {
-    report.warnings.extend(outcome.alarms.iter().map(alarm));
+    report.warnings.extend(outcome.alarms.iter().map(Into::into));
     let tasks = plan.tasks.iter().zip(&outcome.tasks);
     report.tasks.extend(tasks.map(|(plan, task)| task_report(plan, task).into()));
     report
@@ -52,14 +51,4 @@ fn link_report(link: &Link) -> LinkReport {
         unknown_layouts: link.unknown_layouts,
         ..LinkReport::default()
     }
-}
-
-/// A refusal as a report has it.
-pub(crate) fn warning(refusal: &Refusal) -> Warning {
-    Warning { code: refusal.code().into(), message: refusal.to_string(), remedy: refusal.remedy() }
-}
-
-/// An alarm as a report has it.
-pub(crate) fn alarm(alarm: &Alarm) -> Warning {
-    Warning { code: alarm.code(), message: alarm.to_string(), remedy: alarm.remedy() }
 }

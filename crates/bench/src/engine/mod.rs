@@ -45,7 +45,7 @@ pub fn measure(
 ) -> Result<Measured, BenchError> {
     let mut warnings = Vec::new();
     if settings.priority.is_some() {
-        warnings.extend(prepare_process().refusals.iter().map(crate::warning));
+        warnings.extend(prepare_process().refusals.iter().map(isochrone_runtime::warning));
     }
     let bench = Bench { settings, stop, clock_read_ns, onlooker };
     let mut measured = thread::scope(|scope| {
@@ -104,7 +104,7 @@ impl Bench<'_> {
             }
         }
         costs.sort_by_key(|cost| names.iter().position(|name| *name == cost.name));
-        let warnings = grant.refusals.iter().map(crate::warning).collect();
+        let warnings = grant.refusals.iter().map(isochrone_runtime::warning).collect();
         Ok(Measured { costs, warnings })
     }
 }

@@ -136,7 +136,8 @@ impl Arm {
 
     /// What the machine refused, and what came of it in turns of this length.
     pub(super) fn warnings(&self, counted: Duration) -> impl Iterator<Item = Warning> {
-        let refusals = self.grant.iter().flat_map(|grant| &grant.refusals).map(crate::warning);
+        let refusals =
+            self.grant.iter().flat_map(|grant| &grant.refusals).map(isochrone_runtime::warning);
         refusals.chain(self.warnings.iter().cloned()).chain(self.spins_in_bursts(counted))
     }
 

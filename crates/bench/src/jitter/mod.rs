@@ -71,7 +71,7 @@ pub fn measure(
     check(settings)?;
     let mut measured = Measured::default();
     if settings.priority.is_some() {
-        measured.warnings.extend(prepare_process().refusals.iter().map(crate::warning));
+        measured.warnings.extend(prepare_process().refusals.iter().map(isochrone_runtime::warning));
     }
     let origin_ns = Monotonic.now_ns();
     let (rounds, counted) = (settings.rounds(), settings.counted());

@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use isochrone_engine::Plan;
 use isochrone_ipc::{Participant, ipc};
-use isochrone_runtime::{Alarm, End, Node, POLL_INTERVAL};
-use isochrone_timing::{CycleRecord, Warning};
+use isochrone_runtime::{End, Node, POLL_INTERVAL};
+use isochrone_timing::CycleRecord;
 
 use super::turn::{Taken, Terms, Turn, Used, WARM_UP, cycles};
 use crate::BenchError;
@@ -55,7 +55,7 @@ pub(super) fn turn(
     if let End::Overrun { task, .. } = &outcome.end {
         return Err(failed(&format!("task \"{task}\" overran and stopped the node, as it is to")));
     }
-    let warnings = outcome.alarms.iter().map(warning).collect();
+    let warnings = outcome.alarms.iter().map(Into::into).collect();
     let Some(task) = outcome.tasks.into_iter().next() else {
         return Err(BenchError::NoTask { arm: arm.to_owned() });
     };
@@ -75,11 +75,6 @@ pub(super) fn turn(
         }),
         warnings,
     })
-}
-
-/// An alarm as a report has it.
-fn warning(alarm: &Alarm) -> Warning {
-    Warning { code: alarm.code(), message: alarm.to_string(), remedy: alarm.remedy() }
 }
 
 /// The cycles of the first task.

@@ -69,7 +69,7 @@ pub fn measure(
         origin_ns: Monotonic.now_ns(),
         turns: 0,
         paces: Vec::new(),
-        warnings: refusals.iter().map(crate::warning).collect(),
+        warnings: refusals.iter().map(isochrone_runtime::warning).collect(),
     };
     let mut links = Vec::new();
     for size in &settings.sizes {

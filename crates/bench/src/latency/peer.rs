@@ -9,6 +9,7 @@ use std::thread;
 
 use isochrone_cyclic::{ThreadRequest, prepare_process, prepare_thread};
 use isochrone_ipc::{Domain, Participant, ipc};
+use isochrone_runtime::warning;
 use isochrone_timing::Warning;
 use serde::{Deserialize, Serialize};
 
@@ -17,7 +18,6 @@ use super::end::{End, Place, Side};
 use super::transports;
 use super::turn::{self, Sent, Span, Terms};
 use crate::BenchError;
-use crate::warning;
 
 /// The first line that the peer reads.
 #[derive(Debug, Clone, Serialize, Deserialize)]

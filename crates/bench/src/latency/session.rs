@@ -9,6 +9,7 @@ use isochrone_cyclic::{Clock, Monotonic, ThreadRequest};
 use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::{Company, Stop};
 use isochrone_report::{LinkArm, turn_order};
+use isochrone_runtime::warning;
 use isochrone_timing::Warning;
 
 use super::arms::{Arm, Pace};
@@ -21,7 +22,7 @@ use super::series::{Disturbed, KeptPace, Series};
 use super::settings::{Circumstance, Settings};
 use super::turn::Span;
 use crate::watch::Watch;
-use crate::{BenchError, Onlooker, warning};
+use crate::{BenchError, Onlooker};
 
 /// From the order to begin a turn until it begins.
 const LEAD_NS: u64 = 5_000_000;

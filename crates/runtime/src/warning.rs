@@ -1,0 +1,36 @@
+//! What the machine refused and what came up while a node ran, as a report has it.
+
+use isochrone_cyclic::Refusal;
+use isochrone_timing::Warning;
+
+use crate::alarms::Alarm;
+
+/// A refusal as a report has it.
+pub fn warning(refusal: &Refusal) -> Warning {
+    Warning { code: refusal.code().into(), message: refusal.to_string(), remedy: refusal.remedy() }
+}
+
+impl From<&Alarm> for Warning {
+    fn from(alarm: &Alarm) -> Self {
+        Self { code: alarm.code(), message: alarm.to_string(), remedy: alarm.remedy() }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use isochrone_timing::WarningCode;
+
+    use super::*;
+
+    #[test]
+    fn a_refusal_has_a_code_that_readers_of_reports_know() {
+        let reason = || "EPERM".to_owned();
+        let refusals = [
+            Refusal::MemoryLock { reason: reason() },
+            Refusal::CpuExcluded { cpu: 1, reason: reason() },
+            Refusal::PriorityRefused { priority: 80, reason: reason() },
+        ];
+        let codes = refusals.each_ref().map(|refusal| warning(refusal).code);
+        assert_eq!(codes, [WarningCode::LockDenied, WarningCode::CpuDenied, WarningCode::RtDenied]);
+    }
+}
