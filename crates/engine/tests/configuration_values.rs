@@ -254,7 +254,7 @@ fn values_of_inputs_that_are_out_of_range_are_refused_with_the_range() {
             "signal and channel",
             "channel = 7",
             "channel = 7\nsignal = «\"level.y\"",
-            Duplicate,
+            Conflict,
             "both signal and channel",
             "keep one",
         ),

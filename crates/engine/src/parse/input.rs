@@ -39,7 +39,7 @@ fn binding(section: &Section<'_>) -> Binding {
         let message = "[[input]] has both signal and channel";
         let help = "signal finds the value by the name that its publisher gives it, channel by its \
                     place in the frame; keep one";
-        section.report(Finding::new(Problem::Duplicate, signal.span(), message).help(help));
+        section.report(Finding::new(Problem::Conflict, signal.span(), message).help(help));
     }
     match signal {
         Some(signal) if signal.get_ref().is_empty() => {
