@@ -1,7 +1,9 @@
 //! `subscribe`: a subscriber process.
 
+mod channel;
 mod line;
 mod screen;
+mod taken;
 mod transcript;
 
 use std::io::{self, IsTerminal};

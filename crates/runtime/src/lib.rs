@@ -56,12 +56,14 @@ mod limiter;
 mod node;
 mod outcome;
 mod outputs;
+mod parts;
 mod real_time_thread;
 mod running;
 mod set_points;
 mod snapshots;
 mod task;
 mod telemetry;
+mod threads;
 mod warning;
 
 pub use alarms::Alarm;

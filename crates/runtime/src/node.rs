@@ -1,29 +1,22 @@
 //! From a plan to threads that wait for their start.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
-use std::thread::{self, JoinHandle};
 
-use isochrone_cyclic::{Clock, EPOCH_OFFSET_NS, Monotonic, Refusal, ThreadGrant, ThreadRequest};
-use isochrone_engine::{Pins, Plan, TaskEngine, TaskPlan};
+use isochrone_cyclic::{Clock, EPOCH_OFFSET_NS, Monotonic, Refusal, ThreadGrant};
+use isochrone_engine::{Pins, Plan, TaskEngine};
 use isochrone_ipc::{LayoutAnnouncer, OpenError, Participant, RealTime, Service, ipc, local};
-use isochrone_timing::{CycleRecord, TaskTiming};
-use rtrb::{Consumer, RingBuffer};
 
 use crate::alarms::Alarm;
-use crate::error::{PrepareError, TaskPanicked};
-use crate::events::{self, Log};
+use crate::error::PrepareError;
 use crate::layouts::Resolver;
+use crate::outputs;
+use crate::parts::Parts;
 use crate::running::Running;
-use crate::set_points::{self, Sender as SetPoints};
-use crate::snapshots::{Snapshots, Tap};
-use crate::task::{self, Done, Job, Ready, Services, Start};
+use crate::snapshots::Snapshots;
+use crate::task::Ready;
 use crate::telemetry::{Telemetry, cuts};
-use crate::{inputs, outputs};
+use crate::threads::Threads;
 
-/// Records that fit between the cycle and the thread that reads them: 40 ms at the shortest period.
-const RING_RECORDS: usize = 4096;
 /// From the end of the set-up to the first release.
 const START_DELAY_NS: u64 = 20_000_000;
 /// Ticks of 100, 250 and 1000 Hz fall on multiples of this.
@@ -76,82 +69,12 @@ pub struct Prepared<S: Service = ipc::Service> {
     cycles: Option<u64>,
 }
 
-/// What the ordinary thread has of a node beside its threads; the participant is dropped last.
-pub(crate) struct Parts<S: Service> {
-    pub(crate) tasks: Vec<Task<S>>,
-    pub(crate) pins: Pins,
-    pub(crate) snapshots: Snapshots,
-    pub(crate) telemetry: Option<Telemetry<S>>,
-    pub(crate) announcers: Vec<LayoutAnnouncer<S>>,
-    pub(crate) alarms: Vec<Alarm>,
-    pub(crate) participant: Option<Arc<RealTime<S>>>,
-}
-
-/// What the ordinary thread has of a task.
-pub(crate) struct Task<S: Service> {
-    pub(crate) name: String,
-    pub(crate) timing: TaskTiming,
-    pub(crate) records: Consumer<CycleRecord>,
-    pub(crate) log: Log,
-    pub(crate) set_points: SetPoints,
-    pub(crate) resolvers: Vec<Resolver<S>>,
-}
-
-/// The threads of a node's tasks. Dropping them ends them, and waits until they have ended.
-pub(crate) struct Threads {
-    pub(crate) stop: Arc<AtomicBool>,
-    threads: Vec<Thread>,
-}
-
-struct Thread {
-    task: String,
-    thread: JoinHandle<Option<Done>>,
-    start: Sender<Start>,
-}
-
-impl Threads {
-    pub(crate) fn stop(&self) {
-        self.stop.store(true, Ordering::Relaxed);
-    }
-
-    pub(crate) fn have_ended(&self) -> bool {
-        self.threads.iter().all(|thread| thread.thread.is_finished())
-    }
-
-    /// Ends and awaits the threads, in order.
-    pub(crate) fn join(mut self) -> Result<Vec<Option<Done>>, TaskPanicked> {
-        self.end().into_iter().collect()
-    }
-
-    fn end(&mut self) -> Vec<Result<Option<Done>, TaskPanicked>> {
-        self.stop();
-        // One that waits for its start ends when nobody can give it any more.
-        let handles: Vec<_> = self.threads.drain(..).map(|t| (t.task, t.thread)).collect();
-        let join = |(task, thread): (String, JoinHandle<_>)| {
-            thread.join().map_err(|panic| TaskPanicked { task, message: words(&*panic) })
-        };
-        handles.into_iter().map(join).collect()
-    }
-}
-
-impl Drop for Threads {
-    fn drop(&mut self) {
-        self.end();
-    }
-}
-
-/// What a panic said.
-fn words(panic: &(dyn std::any::Any + Send)) -> String {
-    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
-    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "no message".into())
-}
-
 impl<S: Service + 'static> Prepared<S> {
     fn new(plan: &Plan, participant: Option<Arc<RealTime<S>>>) -> Result<Self, PrepareError> {
         let (snapshots, taps) = Snapshots::of(plan);
         let telemetry = participant.as_deref();
         let telemetry = telemetry.map(|p| Telemetry::open(p, &plan.node, &snapshots)).transpose();
-        let mut threads = Threads { stop: Arc::default(), threads: Vec::new() };
+        let mut threads = Threads::default();
         let mut parts = Parts {
             tasks: Vec::new(),
             pins: Pins::of(plan),
@@ -215,11 +138,7 @@ impl<S: Service + 'static> Prepared<S> {
     /// Starts all tasks on one grid.
     pub fn start(self) -> Running<S> {
         let epoch_ns = next_epoch_ns();
-        for (index, thread) in self.threads.threads.iter().enumerate() {
-            // One that has ended meanwhile has set the stop flag.
-            let cycles = self.cycles.filter(|_| index == 0);
-            let _ = thread.start.send(Start { epoch_ns, cycles });
-        }
+        self.threads.start(epoch_ns, self.cycles);
         Running::new(self.threads, self.parts, self.grants, epoch_ns)
     }
 }
@@ -227,66 +146,6 @@ impl<S: Service + 'static> Prepared<S> {
 impl<S: Service> std::fmt::Debug for Prepared<S> {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.debug_struct("Prepared").field("grants", &self.grants).finish_non_exhaustive()
-    }
-}
-
-impl Threads {
-    /// Starts the thread of a task, which opens its ports and then waits.
-    fn spawn<S: Service + 'static>(
-        &mut self,
-        task: &TaskPlan,
-        engine: TaskEngine,
-        tap: Tap,
-        parts: &mut Parts<S>,
-    ) -> Result<Receiver<Result<Ready, OpenError>>, PrepareError> {
-        let (ready, is_ready) = channel();
-        let (start, started) = channel();
-        let (records, consumer) = RingBuffer::new(RING_RECORDS);
-        let (applier, set_points) = set_points::ends();
-        let (events, log) = events::ends(task);
-        let services = parts.participant.clone().map(|participant| Services {
-            participant,
-            inputs: inputs::of_task(task),
-            outputs: outputs::of_task(task),
-        });
-        let request =
-            ThreadRequest { priority: task.priority, cpu: task.cpu.map(|cpu| cpu as usize) };
-        let job = Job {
-            schedule: task.schedule,
-            request,
-            engine,
-            services,
-            stop: self.stop.clone(),
-            set_points: applier,
-            records,
-            tap,
-            events,
-            ready,
-            start: started,
-        };
-        let name = task.name.clone();
-        let spawned = thread::Builder::new()
-            .name(name.chars().take(15).collect())
-            .spawn(move || task::run(job))
-            .map_err(|source| PrepareError::Thread { task: name.clone(), source })?;
-        self.threads.push(Thread { task: name.clone(), thread: spawned, start });
-        parts.tasks.push(Task {
-            name,
-            timing: TaskTiming::new(task.schedule.period_ns),
-            records: consumer,
-            log,
-            set_points,
-            resolvers: Vec::new(),
-        });
-        Ok(is_ready)
-    }
-
-    /// Why a thread ended in its set-up without a word.
-    fn lost(&mut self, index: usize) -> TaskPanicked {
-        let task = self.threads.get(index).map(|thread| thread.task.clone()).unwrap_or_default();
-        let panics = self.end().into_iter().filter_map(Result::err);
-        let message = "its thread ended during its set-up".into();
-        panics.into_iter().next().unwrap_or(TaskPanicked { task, message })
     }
 }
 

@@ -11,10 +11,11 @@ use isochrone_timing::CycleRecord;
 use crate::error::{SetError, TaskPanicked};
 use crate::layouts::Resolver;
 use crate::limiter::Limiter;
-use crate::node::{Parts, Threads};
 use crate::outcome::{End, Outcome, TaskOutcome};
+use crate::parts::Parts;
 use crate::set_points::Transaction;
 use crate::task::Done;
+use crate::threads::Threads;
 
 /// How often to [poll](Running::poll): the rings of the cycles hold 40 ms at the shortest period.
 pub const POLL_INTERVAL: Duration = Duration::from_millis(20);

@@ -12,7 +12,8 @@ use isochrone_processes::Stop;
 use isochrone_runtime::Alarm;
 use isochrone_timing::{FrameRecord, LinkReport, LinkTiming};
 
-use super::transcript::{Taken, Transcript};
+use super::taken::Taken;
+use super::transcript::Transcript;
 use crate::failure::Failure;
 use crate::{list, terminal};
 

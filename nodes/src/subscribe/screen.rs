@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use rustix::termios::tcgetwinsize;
 
-use super::transcript::Channel;
+use super::channel::Channel;
 use crate::failure::Failure;
 use crate::numbers::{Digits, shown, type_of};
 use crate::table::Table;

@@ -2,11 +2,12 @@
 
 use std::collections::VecDeque;
 
-use isochrone_engine::escaped;
-use isochrone_ipc::{Announcement, FrameHeader, LayoutWatcher, SignalSpec, Stamps, ipc};
+use isochrone_ipc::{Announcement, LayoutWatcher, ipc};
 use isochrone_runtime::Limiter;
 
+use super::channel::{Channel, channels_of, listed};
 use super::screen::Screen;
+use super::taken::Taken;
 use crate::failure::Failure;
 use crate::numbers::{Digits, counted, shown, type_of};
 use crate::rows::{CYCLE, Rows, TIME};
@@ -30,35 +31,12 @@ pub(crate) enum Sink {
     Csv(Rows),
 }
 
-/// A frame that was received.
-pub(crate) struct Taken {
-    pub(crate) header: FrameHeader,
-    /// How many values it has.
-    pub(crate) channels: usize,
-    /// The values, where they are wanted.
-    pub(crate) values: Vec<f64>,
-    pub(crate) received_ns: u64,
-    pub(crate) stamps: Stamps,
-    /// Count of frames, from 1.
-    pub(crate) number: u64,
-}
-
 /// Which frames and signals are wanted.
 pub(crate) struct Choice {
     /// Every so many frames, from the first.
     pub(crate) every: u64,
     /// Names of signals in their order; empty: all.
     pub(crate) signals: Vec<String>,
-}
-
-/// A signal that is shown.
-#[derive(Clone)]
-pub(super) struct Channel {
-    /// Index in the frame.
-    pub(super) place: usize,
-    pub(super) name: String,
-    pub(super) value_type: String,
-    pub(super) unit: String,
 }
 
 /// Writes frames with the names that their publisher announces for them.
@@ -108,7 +86,7 @@ impl Transcript {
     }
 
     /// Takes the next frame. It waits until its layout is known.
-    pub(crate) fn take(&mut self, frame: Taken) {
+    pub(super) fn take(&mut self, frame: Taken) {
         self.waiting.push_back(frame);
     }
 
@@ -197,7 +175,7 @@ impl Transcript {
 
     fn body(&mut self, frame: Taken) -> Result<(), Failure> {
         let Taken { header, values, .. } = &frame;
-        let due_ns = due_ns(&frame);
+        let due_ns = frame.due_ns();
         let first_ns = *self.first_ns.get_or_insert(due_ns);
         let chosen = self.channels.iter().map(|channel| {
             let value = values.get(channel.place).copied().unwrap_or(f64::NAN);
@@ -207,7 +185,7 @@ impl Transcript {
             Sink::Count => Ok(()),
             Sink::Lines => {
                 let mut line =
-                    format!("{:>8} {:>8} {:>12} ", header.sequence, header.cycle, age(&frame));
+                    format!("{:>8} {:>8} {:>12} ", header.sequence, header.cycle, frame.age());
                 // What nobody named stands by its place.
                 let is_named = self.shown.is_some_and(|shown| shown.is_announced);
                 for (channel, value) in chosen {
@@ -263,7 +241,7 @@ impl Transcript {
             self.service,
             frame.header.sequence,
             frame.header.cycle,
-            age(&frame)
+            frame.age()
         );
         screen.draw(&title, &self.channels, &frame.values)
     }
@@ -273,79 +251,5 @@ impl Transcript {
         if let Sink::Screen(screen) = &mut self.sink {
             screen.leave();
         }
-    }
-}
-
-/// When the cycle of a frame was due, or the nearest to it that is known on this clock.
-fn due_ns(frame: &Taken) -> u64 {
-    let FrameHeader { release_ns, publish_ns, .. } = frame.header;
-    match frame.stamps {
-        Stamps::Believed if (1..=publish_ns).contains(&release_ns) => release_ns,
-        Stamps::Believed => publish_ns,
-        Stamps::Future | Stamps::Foreign => frame.received_ns,
-    }
-}
-
-/// How old a frame was when it came.
-fn age(frame: &Taken) -> String {
-    match frame.stamps {
-        Stamps::Believed => {
-            let age_ns = frame.received_ns.saturating_sub(frame.header.publish_ns);
-            format!("{:.1} us", age_ns as f64 / 1e3)
-        }
-        Stamps::Future | Stamps::Foreign => "- us".to_owned(),
-    }
-}
-
-/// Names as a line for people.
-fn listed(channels: &[Channel]) -> String {
-    const SHOWN: usize = 64;
-    let (shown, more) = channels.split_at(channels.len().min(SHOWN));
-    let names = shown.iter().map(|channel| channel.name.as_str()).collect::<Vec<_>>().join(", ");
-    match more.len() {
-        0 => names,
-        more => format!("{names}, and {more} more"),
-    }
-}
-
-/// The channels of a frame, with their numbers where nobody names them. Another process chose the
-/// names, so they are escaped, also for a file that somebody will look at.
-fn channels_of(signals: &[SignalSpec], channels: usize) -> Vec<Channel> {
-    let channel = |place: usize| {
-        let signal = signals.get(place).cloned().unwrap_or_default();
-        let name = match signal.name.as_str() {
-            "" => format!("ch{place}"),
-            name => escaped(name).into_owned(),
-        };
-        let plain = |word: &str| escaped(word).into_owned();
-        let (value_type, unit) = (plain(&signal.value_type), plain(&signal.unit));
-        Channel { place, name, value_type, unit }
-    };
-    (0..channels).map(channel).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn taken(release_ns: u64, publish_ns: u64, stamps: Stamps) -> Taken {
-        let header = FrameHeader { release_ns, publish_ns, ..FrameHeader::default() };
-        Taken { header, channels: 0, values: Vec::new(), received_ns: 900, stamps, number: 1 }
-    }
-
-    #[test]
-    fn a_name_that_another_process_chose_does_not_reach_the_terminal_as_a_command() {
-        let signals = [SignalSpec::new("a\u{1b}[2J\u{9b}", ""), SignalSpec::default()];
-        let names = channels_of(&signals, 2).into_iter().map(|channel| channel.name);
-        assert_eq!(names.collect::<Vec<_>>(), [r"a\u001b[2J\u009b", "ch1"]);
-    }
-
-    #[test]
-    fn the_time_of_a_frame_is_that_of_its_cycle_where_the_writer_says_and_is_believed() {
-        assert_eq!(due_ns(&taken(700, 800, Stamps::Believed)), 700);
-        assert_eq!(due_ns(&taken(0, 800, Stamps::Believed)), 800);
-        assert_eq!(due_ns(&taken(5000, 800, Stamps::Believed)), 800);
-        assert_eq!(due_ns(&taken(700, 800, Stamps::Foreign)), 900);
-        assert_eq!(due_ns(&taken(700, 99999, Stamps::Future)), 900);
     }
 }

@@ -1,13 +1,13 @@
 //! One drawing for all pictures: layers over two axes, and the legend beside them.
 
-use plotters::coord::Shift;
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 
 use super::axis::Axis;
+use super::canvas::{Canvas, Failure};
+use super::form::Form;
 use super::ink::Ink;
 use super::legend::{self, Entry};
-use super::mark::Mark;
 
 const WIDTH: u32 = 960;
 const LEAST_HEIGHT: u32 = 440;
@@ -15,22 +15,6 @@ const LEAST_HEIGHT: u32 = 440;
 const TITLE_LETTERS: usize = 96;
 /// Shortest bar, in pixels: a turn may be short against the whole.
 const SHORTEST_BAR: i32 = 3;
-
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-pub(super) type Failure = DrawingAreaErrorKind<std::io::Error>;
-
-/// How the points of a layer are drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Form {
-    /// Joined, with a line this wide.
-    Line(u32),
-    /// Two by two, each pair with a level line this wide: what lies between the pairs stays empty.
-    Bars(u32),
-    /// Each as a mark.
-    Marks(Mark),
-    /// As a rectangle between the first and the second.
-    Shade,
-}
 
 /// Points that are drawn alike.
 pub(super) struct Layer {
@@ -66,7 +50,7 @@ where
         text
     }
 
-    fn draw(self, area: &Area<'_>) -> Result<(), Failure> {
+    fn draw(self, area: &Canvas<'_>) -> Result<(), Failure> {
         area.fill(&WHITE)?;
         let (plot, beside) = area.split_horizontally(WIDTH - legend::width(&self.legend));
         let mut chart = ChartBuilder::on(&plot)

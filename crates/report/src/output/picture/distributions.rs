@@ -3,7 +3,8 @@
 use isochrone_timing::Distribution;
 
 use super::axis::{Axis, LOWEST_NS, Logarithmic, Nines, as_part, as_percentile, as_time};
-use super::chart::{Chart, Form, Layer};
+use super::chart::{Chart, Layer};
+use super::form::Form;
 use super::ink::Ink;
 use super::legend::Entry;
 use super::mark::Mark;

@@ -1,11 +1,11 @@
 //! The legend: beside the picture, so that it never covers a sample.
 
-use plotters::coord::Shift;
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::chart::{Failure, Form};
+use super::canvas::{Canvas, Failure};
+use super::form::Form;
 use super::ink::Ink;
 
 const ROW: i32 = 20;
@@ -42,10 +42,7 @@ pub(super) fn height(entries: &[Entry]) -> u32 {
 }
 
 /// Draws the legend from top to bottom.
-pub(super) fn draw(
-    area: &DrawingArea<SVGBackend<'_>, Shift>,
-    entries: &[Entry],
-) -> Result<(), Failure> {
+pub(super) fn draw(area: &Canvas<'_>, entries: &[Entry]) -> Result<(), Failure> {
     let text = ("sans-serif", 14).into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
     for (row, Entry { form, ink, says }) in entries.iter().enumerate() {
         let y = TOP + ROW * row as i32;

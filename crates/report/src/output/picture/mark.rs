@@ -1,9 +1,8 @@
 //! Marks: small forms that stay told apart where they are many.
 
-use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use super::chart::Failure;
+use super::canvas::{Canvas, Failure};
 use super::ink::Ink;
 
 /// The form of a mark.
@@ -23,7 +22,7 @@ impl Mark {
     /// Draws the mark around a pixel.
     pub(super) fn draw(
         self,
-        area: &DrawingArea<SVGBackend<'_>, Shift>,
+        area: &Canvas<'_>,
         (x, y): (i32, i32),
         ink: Ink,
     ) -> Result<(), Failure> {

@@ -1,8 +1,10 @@
 //! Pictures, as SVG: distributions, what happened over time, and what instances cost.
 
 mod axis;
+mod canvas;
 mod chart;
 mod distributions;
+mod form;
 mod ink;
 mod legend;
 mod mark;

@@ -3,7 +3,8 @@
 use isochrone_timing::units::picoseconds;
 
 use super::axis::{Axis, Logarithmic};
-use super::chart::{Chart, Form, Layer};
+use super::chart::{Chart, Layer};
+use super::form::Form;
 use super::ink::Ink;
 use super::legend::Entry;
 use super::mark::Mark;

@@ -5,7 +5,8 @@ use isochrone_timing::Distribution;
 use plotters::prelude::{BLACK, Color};
 
 use super::axis::{Axis, LOWEST_NS, Logarithmic, as_time};
-use super::chart::{Chart, Form, Layer};
+use super::chart::{Chart, Layer};
+use super::form::Form;
 use super::ink::Ink;
 use super::legend::Entry;
 use super::mark::Mark;

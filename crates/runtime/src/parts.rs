@@ -1,0 +1,36 @@
+//! What the ordinary thread has of a node.
+
+use std::sync::Arc;
+
+use isochrone_engine::Pins;
+use isochrone_ipc::{LayoutAnnouncer, RealTime, Service};
+use isochrone_timing::{CycleRecord, TaskTiming};
+use rtrb::Consumer;
+
+use crate::alarms::Alarm;
+use crate::events::Log;
+use crate::layouts::Resolver;
+use crate::set_points::Sender as SetPoints;
+use crate::snapshots::Snapshots;
+use crate::telemetry::Telemetry;
+
+/// What the ordinary thread has of a node beside its threads; the participant is dropped last.
+pub(crate) struct Parts<S: Service> {
+    pub(crate) tasks: Vec<Task<S>>,
+    pub(crate) pins: Pins,
+    pub(crate) snapshots: Snapshots,
+    pub(crate) telemetry: Option<Telemetry<S>>,
+    pub(crate) announcers: Vec<LayoutAnnouncer<S>>,
+    pub(crate) alarms: Vec<Alarm>,
+    pub(crate) participant: Option<Arc<RealTime<S>>>,
+}
+
+/// What the ordinary thread has of a task.
+pub(crate) struct Task<S: Service> {
+    pub(crate) name: String,
+    pub(crate) timing: TaskTiming,
+    pub(crate) records: Consumer<CycleRecord>,
+    pub(crate) log: Log,
+    pub(crate) set_points: SetPoints,
+    pub(crate) resolvers: Vec<Resolver<S>>,
+}

@@ -1,0 +1,138 @@
+//! The threads of a node's tasks, from their set-up to their end.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::{self, JoinHandle};
+
+use isochrone_cyclic::ThreadRequest;
+use isochrone_engine::{TaskEngine, TaskPlan};
+use isochrone_ipc::{OpenError, Service};
+use isochrone_timing::TaskTiming;
+use rtrb::RingBuffer;
+
+use crate::error::{PrepareError, TaskPanicked};
+use crate::parts::{Parts, Task};
+use crate::snapshots::Tap;
+use crate::task::{self, Done, Job, Ready, Services, Start};
+use crate::{events, inputs, outputs, set_points};
+
+/// Records that fit between the cycle and the thread that reads them: 40 ms at the shortest period.
+const RING_RECORDS: usize = 4096;
+
+/// The threads of a node's tasks. Dropping them ends them, and waits until they have ended.
+#[derive(Default)]
+pub(crate) struct Threads {
+    pub(crate) stop: Arc<AtomicBool>,
+    threads: Vec<Thread>,
+}
+
+struct Thread {
+    task: String,
+    thread: JoinHandle<Option<Done>>,
+    start: Sender<Start>,
+}
+
+impl Threads {
+    /// Starts the thread of a task, which opens its ports and then waits.
+    pub(crate) fn spawn<S: Service + 'static>(
+        &mut self,
+        task: &TaskPlan,
+        engine: TaskEngine,
+        tap: Tap,
+        parts: &mut Parts<S>,
+    ) -> Result<Receiver<Result<Ready, OpenError>>, PrepareError> {
+        let (ready, is_ready) = channel();
+        let (start, started) = channel();
+        let (records, consumer) = RingBuffer::new(RING_RECORDS);
+        let (applier, set_points) = set_points::ends();
+        let (events, log) = events::ends(task);
+        let services = parts.participant.clone().map(|participant| Services {
+            participant,
+            inputs: inputs::of_task(task),
+            outputs: outputs::of_task(task),
+        });
+        let request =
+            ThreadRequest { priority: task.priority, cpu: task.cpu.map(|cpu| cpu as usize) };
+        let job = Job {
+            schedule: task.schedule,
+            request,
+            engine,
+            services,
+            stop: self.stop.clone(),
+            set_points: applier,
+            records,
+            tap,
+            events,
+            ready,
+            start: started,
+        };
+        let name = task.name.clone();
+        let spawned = thread::Builder::new()
+            .name(name.chars().take(15).collect())
+            .spawn(move || task::run(job))
+            .map_err(|source| PrepareError::Thread { task: name.clone(), source })?;
+        self.threads.push(Thread { task: name.clone(), thread: spawned, start });
+        parts.tasks.push(Task {
+            name,
+            timing: TaskTiming::new(task.schedule.period_ns),
+            records: consumer,
+            log,
+            set_points,
+            resolvers: Vec::new(),
+        });
+        Ok(is_ready)
+    }
+
+    /// Starts all tasks on one grid; the first task may have a number of cycles after which it ends.
+    pub(crate) fn start(&self, epoch_ns: u64, cycles: Option<u64>) {
+        for (index, thread) in self.threads.iter().enumerate() {
+            // One that has ended meanwhile has set the stop flag.
+            let cycles = cycles.filter(|_| index == 0);
+            let _ = thread.start.send(Start { epoch_ns, cycles });
+        }
+    }
+
+    pub(crate) fn stop(&self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+
+    pub(crate) fn have_ended(&self) -> bool {
+        self.threads.iter().all(|thread| thread.thread.is_finished())
+    }
+
+    /// Ends and awaits the threads, in order.
+    pub(crate) fn join(mut self) -> Result<Vec<Option<Done>>, TaskPanicked> {
+        self.end().into_iter().collect()
+    }
+
+    /// Why a thread ended in its set-up without a word.
+    pub(crate) fn lost(&mut self, index: usize) -> TaskPanicked {
+        let task = self.threads.get(index).map(|thread| thread.task.clone()).unwrap_or_default();
+        let panics = self.end().into_iter().filter_map(Result::err);
+        let message = "its thread ended during its set-up".into();
+        panics.into_iter().next().unwrap_or(TaskPanicked { task, message })
+    }
+
+    fn end(&mut self) -> Vec<Result<Option<Done>, TaskPanicked>> {
+        self.stop();
+        // One that waits for its start ends when nobody can give it any more.
+        let handles: Vec<_> = self.threads.drain(..).map(|t| (t.task, t.thread)).collect();
+        let join = |(task, thread): (String, JoinHandle<_>)| {
+            thread.join().map_err(|panic| TaskPanicked { task, message: words(&*panic) })
+        };
+        handles.into_iter().map(join).collect()
+    }
+}
+
+impl Drop for Threads {
+    fn drop(&mut self) {
+        self.end();
+    }
+}
+
+/// What a panic said.
+fn words(panic: &(dyn std::any::Any + Send)) -> String {
+    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
+    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "no message".into())
+}
