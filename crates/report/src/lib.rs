@@ -21,8 +21,8 @@ mod report;
 
 pub use bench::{
     Bound, Compared, Comparison, Gate, LeftOut, LoopArm, Measured, Outcome, Outlier, PERCENTILES,
-    Pairing, Percentile, RESOLUTION_NS, Ratio, Rule, RuleError, TOLERANCE, TooShort, TurnReport,
-    TurnSamples, Turns, Verdict, compare_reports, needed, overall, ratio, supports, turn_order,
+    Pairing, Percentile, Ratio, Rule, RuleError, TOLERANCE, TooShort, TurnReport, TurnSamples,
+    Turns, Verdict, compare_reports, needed, overall, ratio, supports, turn_order,
 };
 pub use output::{
     ComparisonTable, Series, Timeline, cyclictest_histogram, hgrm, histogram_svg, hlog, html,

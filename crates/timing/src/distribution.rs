@@ -1,4 +1,4 @@
-//! Collects times and tells how they are distributed.
+//! Collects values and tells how they are distributed.
 
 use std::collections::BTreeMap;
 
@@ -9,65 +9,66 @@ use hdrhistogram::serialization::{Deserializer, Serializer, V2DeflateSerializer}
 
 use crate::summary::Summary;
 
-/// Longest time that percentiles resolve, in ns: 73 minutes. Longer ones count as this long there;
-/// minimum, mean and maximum stay exact.
-pub const HIGHEST_NS: u64 = 1 << 42;
+/// Highest value that percentiles resolve: 73 minutes in ns, 4.4 s in ps. Higher ones count as this
+/// one there; minimum, mean and maximum stay exact.
+pub const HIGHEST: u64 = 1 << 42;
 const SIGNIFICANT_DIGITS: u8 = 3;
 
-/// Times from 0 ns to [`HIGHEST_NS`], kept to 3 significant digits (HdrHistogram).
+/// Values from 0 to [`HIGHEST`] in one unit, most often ns, kept to 3 significant digits
+/// (HdrHistogram). The unit is that of the [`Metric`](crate::Metric).
 ///
 /// Takes about 270 kB, once; recording allocates nothing.
 #[derive(Debug, Clone)]
 pub struct Distribution {
     histogram: Histogram<u64>,
     // HdrHistogram rounds the extremes to its buckets. These are exact.
-    min_ns: u64,
-    max_ns: u64,
-    sum_ns: u128,
+    min: u64,
+    max: u64,
+    sum: u128,
 }
 
 impl Distribution {
     /// An empty distribution.
     pub fn new() -> Self {
-        let Ok(histogram) = Histogram::new_with_bounds(1, HIGHEST_NS, SIGNIFICANT_DIGITS) else {
+        let Ok(histogram) = Histogram::new_with_bounds(1, HIGHEST, SIGNIFICANT_DIGITS) else {
             unreachable!("the bounds are constants that every test of this crate creates")
         };
-        Self { histogram, min_ns: u64::MAX, max_ns: 0, sum_ns: 0 }
+        Self { histogram, min: u64::MAX, max: 0, sum: 0 }
     }
 
-    /// Adds one sample, in ns.
-    pub fn record(&mut self, ns: u64) {
-        self.histogram.saturating_record(ns);
-        self.min_ns = self.min_ns.min(ns);
-        self.max_ns = self.max_ns.max(ns);
-        self.sum_ns += u128::from(ns);
+    /// Adds one sample.
+    pub fn record(&mut self, value: u64) {
+        self.histogram.saturating_record(value);
+        self.min = self.min.min(value);
+        self.max = self.max.max(value);
+        self.sum += u128::from(value);
     }
 
     /// Adds one sample that stands for `count` equal ones.
-    pub fn record_many(&mut self, ns: u64, count: u64) {
+    pub fn record_many(&mut self, value: u64, count: u64) {
         if count == 0 {
             return;
         }
         // A count that does not fit is the only error left, after 2^64 samples.
-        let _ = self.histogram.record_n(ns.min(HIGHEST_NS), count);
-        self.min_ns = self.min_ns.min(ns);
-        self.max_ns = self.max_ns.max(ns);
-        self.sum_ns += u128::from(ns) * u128::from(count);
+        let _ = self.histogram.record_n(value.min(HIGHEST), count);
+        self.min = self.min.min(value);
+        self.max = self.max.max(value);
+        self.sum += u128::from(value) * u128::from(count);
     }
 
     /// Forgets all samples. Touches all of its memory, so that recording then takes no page fault.
     pub fn clear(&mut self) {
         self.histogram.reset();
-        (self.min_ns, self.max_ns, self.sum_ns) = (u64::MAX, 0, 0);
+        (self.min, self.max, self.sum) = (u64::MAX, 0, 0);
     }
 
     /// Adds all samples of another distribution.
     pub fn merge(&mut self, other: &Self) {
         // Both have the same bounds, so nothing can be out of range.
         let _ = self.histogram.add(&other.histogram);
-        self.min_ns = self.min_ns.min(other.min_ns);
-        self.max_ns = self.max_ns.max(other.max_ns);
-        self.sum_ns += other.sum_ns;
+        self.min = self.min.min(other.min);
+        self.max = self.max.max(other.max);
+        self.sum += other.sum;
     }
 
     /// Samples so far.
@@ -75,18 +76,18 @@ impl Distribution {
         self.histogram.len()
     }
 
-    /// The value in ns that the part `quantile` (0 to 1) of the samples does not exceed; at most
+    /// The value that the part `quantile` (0 to 1) of the samples does not exceed; at most
     /// 0.1 % above a sample. Whether the samples support it is for the caller to ask.
     pub fn quantile(&self, quantile: f64) -> u64 {
         // A bucket is known by its highest value, which may lie beyond any sample.
-        self.histogram.value_at_quantile(quantile).min(self.max_ns)
+        self.histogram.value_at_quantile(quantile).min(self.max)
     }
 
-    /// The values in ns that occur, rounded to 3 digits, and how often each does.
+    /// The values that occur, rounded to 3 digits, and how often each does.
     pub fn buckets(&self) -> impl Iterator<Item = (u64, u64)> {
         self.histogram
             .iter_recorded()
-            .map(|step| (step.value_iterated_to().min(self.max_ns), step.count_at_value()))
+            .map(|step| (step.value_iterated_to().min(self.max), step.count_at_value()))
     }
 
     /// The histogram itself, in which the extremes are those of their buckets.
@@ -125,17 +126,17 @@ impl Distribution {
         if count == 0 {
             return Summary::default();
         }
-        let mean = self.sum_ns as f64 / count as f64;
+        let mean = self.sum as f64 / count as f64;
         Summary {
             count,
-            min: Some(self.min_ns),
+            min: Some(self.min),
             mean: Some((mean * 10.0).round() / 10.0),
             p50: self.percentile(0.5, 2),
             p90: self.percentile(0.9, 10),
             p99: self.percentile(0.99, 100),
             p99_9: self.percentile(0.999, 1_000),
             p99_99: self.percentile(0.9999, 10_000),
-            max: Some(self.max_ns),
+            max: Some(self.max),
         }
     }
 
@@ -215,7 +216,7 @@ mod tests {
         let summary = of([u64::MAX, u64::MAX]);
         assert_eq!(summary.max, Some(u64::MAX));
         assert_eq!(summary.mean, Some(u64::MAX as f64));
-        assert!(summary.p50.is_some_and(|p50| (HIGHEST_NS..2 * HIGHEST_NS).contains(&p50)));
+        assert!(summary.p50.is_some_and(|p50| (HIGHEST..2 * HIGHEST).contains(&p50)));
     }
 
     #[test]

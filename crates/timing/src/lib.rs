@@ -32,15 +32,17 @@
 mod distribution;
 mod link;
 mod link_report;
+mod metric;
 mod summary;
 mod task;
 mod task_report;
 pub mod units;
 mod warning;
 
-pub use distribution::{DecodeError, Distribution, HIGHEST_NS, encoded};
+pub use distribution::{DecodeError, Distribution, HIGHEST, encoded};
 pub use link::{FrameRecord, LinkTiming};
 pub use link_report::LinkReport;
+pub use metric::{Metric, Unit};
 pub use summary::Summary;
 pub use task::{CycleRecord, TaskTiming, warm_up_cycles};
 pub use task_report::TaskReport;

@@ -2,6 +2,7 @@
 
 use crate::distribution::{Distribution, encoded};
 use crate::link_report::LinkReport;
+use crate::metric::Metric;
 
 /// One received frame, all times in ns on one clock.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -99,7 +100,7 @@ impl LinkTiming {
             end_to_end_ns: self.end_to_end.summary(),
             age_at_publish_ns: self.age_at_publish.summary(),
             histograms: encoded([
-                ("one_way_ns", &self.one_way),
+                (Metric::ONE_WAY.key, &self.one_way),
                 ("end_to_end_ns", &self.end_to_end),
                 ("age_at_publish_ns", &self.age_at_publish),
             ]),

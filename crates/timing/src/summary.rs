@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::units::duration;
 
-/// Minimum, mean, percentiles and maximum of a distribution, in ns.
+/// Minimum, mean, percentiles and maximum of a distribution, in the unit of its values.
 ///
 /// A percentile `p` is given only if at least one sample is expected beyond it, that is from
 /// `1 / (1 - p)` samples on: p50 from 2, p90 from 10, p99 from 100, p99.9 from 1000 and p99.99 from
@@ -21,7 +21,7 @@ pub struct Summary {
     /// Smallest sample, exact.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min: Option<u64>,
-    /// Mean, rounded to 0.1 ns.
+    /// Mean, rounded to a tenth of the unit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mean: Option<f64>,
     /// Median; percentiles lie at most 0.1 % above the sample they stand for.
@@ -44,7 +44,7 @@ pub struct Summary {
     pub max: Option<u64>,
 }
 
-/// One line: the percentiles that there are, and how many samples they are of.
+/// One line, of times in ns: the percentiles that there are, and how many samples they are of.
 impl Display for Summary {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         let percentiles =

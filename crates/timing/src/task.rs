@@ -1,6 +1,7 @@
 //! The timing of one cyclic task.
 
 use crate::distribution::{Distribution, encoded};
+use crate::metric::Metric;
 use crate::task_report::TaskReport;
 
 /// Most cycles of a warm-up.
@@ -140,7 +141,7 @@ impl TaskTiming {
             response_ns: self.response.summary(),
             period_error_ns: self.period_error.summary(),
             histograms: encoded([
-                ("release_jitter_ns", &self.release_jitter),
+                (Metric::RELEASE_JITTER.key, &self.release_jitter),
                 ("execution_ns", &self.execution),
                 ("response_ns", &self.response),
                 ("period_error_ns", &self.period_error),

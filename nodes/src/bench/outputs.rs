@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use isochrone_report::{
     Gate, Measured, Report, Series, cyclictest_histogram, hgrm, hlog, html, pictures,
 };
-use isochrone_timing::{Warning, WarningCode};
+use isochrone_timing::{Unit, Warning, WarningCode};
 
 use crate::failure::Failure;
 use crate::gate;
@@ -144,7 +144,7 @@ fn histogram(measured: &[Measured]) -> Result<String, Failure> {
     const MOST_US: u64 = 10_000;
     let times: Vec<(String, &Measured)> = measured
         .iter()
-        .filter(|measured| measured.metric.ends_with("_ns"))
+        .filter(|measured| measured.metric.unit == Unit::Nanoseconds)
         .map(|measured| (measured.label(), measured))
         .collect();
     let series: Vec<Series<'_>> = times

@@ -8,7 +8,7 @@ use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::{Plan, Rules, TaskEngine, Workload};
 use isochrone_processes::Stop;
 use isochrone_report::{CostReport, Turns};
-use isochrone_timing::{Distribution, Summary};
+use isochrone_timing::{Distribution, Metric, Summary};
 use rustix::thread::gettid;
 
 use crate::BenchError;
@@ -173,7 +173,7 @@ impl Arm {
             cycles: self.cycle,
             warm_up_cycles: self.warm_up_cycles,
             step_ps: all.summary(),
-            histograms: BTreeMap::from([("step_ps".to_owned(), all.encode())]),
+            histograms: BTreeMap::from([(Metric::STEP.key.to_owned(), all.encode())]),
             turns: self.turns.reports().to_vec(),
         })
     }
@@ -182,7 +182,7 @@ impl Arm {
 /// The percentiles that there are, as those of times in ps.
 fn so_far(instances: usize, step_ps: &Summary) -> String {
     let percentile = |(name, ps): (&str, Option<u64>)| {
-        ps.map(|ps| format!("{name} {:.2} ns  ", ps as f64 / 1e3))
+        ps.map(|ps| format!("{name} {}  ", Metric::STEP.shown(ps)))
     };
     let percentiles = [("p50", step_ps.p50), ("p99", step_ps.p99)];
     let percentiles: String = percentiles.into_iter().filter_map(percentile).collect();

@@ -2,7 +2,7 @@
 
 use isochrone_machine::Disturbance;
 use isochrone_report::{LinkArm, Turns};
-use isochrone_timing::{Distribution, LinkReport, Warning, WarningCode, encoded};
+use isochrone_timing::{Distribution, LinkReport, Metric, Warning, WarningCode, encoded};
 
 use super::arms::{Arm, Pace};
 use super::measurer::Taken;
@@ -132,7 +132,7 @@ impl Series {
             end_to_end_ns: stages.end_to_end.summary(),
             age_at_publish_ns: stages.age_at_publish.summary(),
             histograms: encoded([
-                ("one_way_ns", self.turns.all()),
+                (Metric::ONE_WAY.key, self.turns.all()),
                 ("end_to_end_ns", &stages.end_to_end),
                 ("age_at_publish_ns", &stages.age_at_publish),
                 ("age_at_release_ns", &stages.age_at_release),

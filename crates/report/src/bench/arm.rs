@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use isochrone_machine::Disturbance;
-use isochrone_timing::{CycleRecord, Distribution, TaskReport, TaskTiming, encoded};
+use isochrone_timing::{CycleRecord, Distribution, Metric, TaskReport, TaskTiming, encoded};
 use serde::{Deserialize, Serialize};
 
 use super::turns::Turns;
@@ -143,8 +143,8 @@ impl LoopArm {
             lost_records: 0,
             release_jitter_ns: self.raw.summary(),
             histograms: encoded([
-                ("release_jitter_ns", &self.raw),
-                ("release_jitter_corrected_ns", corrected),
+                (Metric::RELEASE_JITTER.key, &self.raw),
+                (Metric::RELEASE_JITTER_CORRECTED.key, corrected),
             ]),
             ..self.timing.report(name)
         };

@@ -13,10 +13,8 @@ const DRAWS: usize = 2_000;
 const OUTSIDE: f64 = 0.01;
 /// Ratios closer to 1 than this are no difference that anybody could use.
 pub const TOLERANCE: f64 = 0.10;
-/// Times closer to each other than this, in ns, are not told apart: two readings of a clock.
-pub const RESOLUTION_NS: u64 = 50;
 
-/// The samples of a stretch of time: values in ns, ascending, and how many are no larger.
+/// The samples of a stretch of time: values, ascending, and how many are no larger.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct TurnSamples(Vec<(u64, u64)>);
 
@@ -24,9 +22,9 @@ impl TurnSamples {
     /// The samples of a distribution.
     pub fn of(distribution: &Distribution) -> Self {
         let mut passed = 0;
-        let cumulated = distribution.buckets().map(|(ns, count)| {
+        let cumulated = distribution.buckets().map(|(value, count)| {
             passed += count;
-            (ns, passed)
+            (value, passed)
         });
         Self(cumulated.collect())
     }
@@ -35,9 +33,9 @@ impl TurnSamples {
         self.0.last().map_or(0, |(_, count)| *count)
     }
 
-    /// How many samples are at most `ns`.
-    fn count_to(&self, ns: u64) -> u64 {
-        let above = self.0.partition_point(|(value, _)| *value <= ns);
+    /// How many samples are at most `most`.
+    fn count_to(&self, most: u64) -> u64 {
+        let above = self.0.partition_point(|(value, _)| *value <= most);
         above.checked_sub(1).and_then(|last| self.0.get(last)).map_or(0, |(_, count)| *count)
     }
 }
@@ -45,10 +43,10 @@ impl TurnSamples {
 /// How many times lower a quantile of one side is than that of the other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ratio {
-    /// The quantile of the reference, in ns.
-    pub reference_ns: u64,
-    /// The quantile of the candidate, in ns.
-    pub candidate_ns: u64,
+    /// The quantile of the reference, in the unit of the samples.
+    pub reference: u64,
+    /// The quantile of the candidate, in the unit of the samples.
+    pub candidate: u64,
     /// Reference divided by candidate: above 1 the candidate is lower, which is better.
     pub ratio: f64,
     /// Between these lie 99 % of the ratios that other draws of the same turns would have given.
@@ -119,7 +117,8 @@ fn longer(found: u64, needed: u64) -> u64 {
     needed.div_ceil(found.max(1)).max(2)
 }
 
-/// Compares the quantile (0 to 1) of two sides.
+/// Compares the quantile (0 to 1) of two sides. Values no further apart than `resolution`, in the
+/// unit of the samples, are the same.
 ///
 /// # Errors
 /// A side has fewer than five turns, or too few samples for ten to lie beyond the quantile.
@@ -128,37 +127,38 @@ pub fn ratio(
     candidate: &[TurnSamples],
     quantile: f64,
     pairing: Pairing,
+    resolution: u64,
 ) -> Result<Ratio, TooShort> {
     let paired = pairing == Pairing::Paired && reference.len() == candidate.len();
     let turns = reference.len().min(candidate.len());
     if turns < FEWEST_TURNS {
         return Err(TooShort::Turns { found: turns });
     }
-    let (reference, candidate) = (Side::new(reference), Side::new(candidate));
-    let samples = reference.count().min(candidate.count());
+    let (first, second) = (Side::new(reference), Side::new(candidate));
+    let samples = first.count().min(second.count());
     if !supports(samples, quantile) {
         return Err(TooShort::Samples { found: samples, needed: needed(quantile) });
     }
-    let (reference_ns, candidate_ns) = (reference.quantile(quantile), candidate.quantile(quantile));
+    let (reference, candidate) = (first.quantile(quantile), second.quantile(quantile));
     let mut chance = Chance(0x1505_3c29_9e77_01f3);
     let mut draws: Vec<f64> = (0..DRAWS)
         .map(|_| {
-            let first = chance.draw(reference.turns.len());
-            let second = if paired { first.clone() } else { chance.draw(candidate.turns.len()) };
-            quotient(reference.weighted(quantile, &first), candidate.weighted(quantile, &second))
+            let one = chance.draw(first.turns.len());
+            let other = if paired { one.clone() } else { chance.draw(second.turns.len()) };
+            quotient(first.weighted(quantile, &one), second.weighted(quantile, &other))
         })
         .collect();
     draws.sort_by(f64::total_cmp);
     let at = |part: f64| draws.get((part * (DRAWS - 1) as f64) as usize).copied().unwrap_or(1.0);
     let (low, high) = (at(OUTSIDE / 2.0), at(1.0 - OUTSIDE / 2.0));
-    let apart = reference_ns.abs_diff(candidate_ns) > RESOLUTION_NS;
+    let apart = reference.abs_diff(candidate) > resolution;
     let verdict = match () {
         () if apart && low > 1.0 + TOLERANCE => Verdict::Better,
         () if apart && high < 1.0 / (1.0 + TOLERANCE) => Verdict::Worse,
         () => Verdict::Same,
     };
-    let ratio = quotient(reference_ns, candidate_ns);
-    Ok(Ratio { reference_ns, candidate_ns, ratio, low, high, verdict })
+    let ratio = quotient(reference, candidate);
+    Ok(Ratio { reference, candidate, ratio, low, high, verdict })
 }
 
 /// The samples of which ten lie beyond a quantile (0 to 1).
@@ -172,9 +172,9 @@ pub fn supports(count: u64, quantile: f64) -> bool {
     count as f64 * (1.0 - quantile) >= 10.0 - 1e-6
 }
 
-/// A time below the clock's resolution is none: 1 ns stands for it.
-fn quotient(reference_ns: u64, candidate_ns: u64) -> f64 {
-    reference_ns.max(1) as f64 / candidate_ns.max(1) as f64
+/// 0 is what lies below the unit: 1 stands for it.
+fn quotient(reference: u64, candidate: u64) -> f64 {
+    reference.max(1) as f64 / candidate.max(1) as f64
 }
 
 /// One side of a comparison.
@@ -187,7 +187,7 @@ struct Side<'a> {
 impl<'a> Side<'a> {
     fn new(turns: &'a [TurnSamples]) -> Self {
         let mut values: Vec<u64> =
-            turns.iter().flat_map(|turn| &turn.0).map(|(ns, _)| *ns).collect();
+            turns.iter().flat_map(|turn| &turn.0).map(|(value, _)| *value).collect();
         values.sort_unstable();
         values.dedup();
         Self { turns, values }
@@ -208,7 +208,7 @@ impl<'a> Side<'a> {
             self.turns.iter().zip(weights).map(|(turn, weight)| weight * of(turn)).sum()
         };
         let wanted = ((sum(&TurnSamples::count) as f64 * quantile).ceil() as u64).max(1);
-        let place = self.values.partition_point(|ns| sum(&|turn| turn.count_to(*ns)) < wanted);
+        let place = self.values.partition_point(|most| sum(&|turn| turn.count_to(*most)) < wanted);
         self.values.get(place).or(self.values.last()).copied().unwrap_or(0)
     }
 }
@@ -242,6 +242,9 @@ impl Chance {
 mod tests {
     use super::*;
 
+    /// Two readings of a clock, in ns.
+    const CLOCK: u64 = 50;
+
     /// A machine with bouts: each turn has its own level (half of them within a third of 10 us, a
     /// few at two or a half of it), and samples with a tail around it.
     fn run(seed: u64, turns: usize, slowdown: f64) -> Vec<TurnSamples> {
@@ -262,7 +265,7 @@ mod tests {
     }
 
     fn verdict(a: &[TurnSamples], b: &[TurnSamples], quantile: f64) -> Verdict {
-        ratio(a, b, quantile, Pairing::Apart).unwrap().verdict
+        ratio(a, b, quantile, Pairing::Apart, CLOCK).unwrap().verdict
     }
 
     #[test]
@@ -270,7 +273,7 @@ mod tests {
         const QUANTILES: [f64; 3] = [0.5, 0.9, 0.99];
         let found = |seed: u64| {
             let (a, b) = (run(2 * seed + 1, 12, 1.0), run(2 * seed + 2, 12, 1.0));
-            QUANTILES.map(|quantile| ratio(&a, &b, quantile, Pairing::Apart).unwrap())
+            QUANTILES.map(|quantile| ratio(&a, &b, quantile, Pairing::Apart, CLOCK).unwrap())
         };
         let found: Vec<[Ratio; 3]> = (0..100).map(found).collect();
         let times =
@@ -293,7 +296,7 @@ mod tests {
 
     #[test]
     fn the_ratio_says_how_many_times_lower_and_lies_in_its_interval() {
-        let found = ratio(&run(1, 12, 3.0), &run(2, 12, 1.0), 0.5, Pairing::Paired).unwrap();
+        let found = ratio(&run(1, 12, 3.0), &run(2, 12, 1.0), 0.5, Pairing::Paired, CLOCK).unwrap();
         assert!((1.5..6.0).contains(&found.ratio), "{found:?}");
         assert!(found.low <= found.ratio && found.ratio <= found.high, "{found:?}");
     }
@@ -313,7 +316,9 @@ mod tests {
     fn too_few_turns_or_samples_say_nothing() {
         let (few, enough) = (run(1, 4, 1.0), run(2, 12, 1.0));
         let of = |a: &[TurnSamples], b: &[TurnSamples], quantile| {
-            ratio(a, b, quantile, Pairing::Apart).map(|_| ()).map_err(|error| error.to_string())
+            ratio(a, b, quantile, Pairing::Apart, CLOCK)
+                .map(|_| ())
+                .map_err(|error| error.to_string())
         };
         let why = "4 of 5 valid turns; run it 2 times as long";
         assert_eq!(of(&few, &enough, 0.5).unwrap_err(), why);

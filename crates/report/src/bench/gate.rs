@@ -237,10 +237,7 @@ impl Gate {
                     let why = TooShort::Samples { found, needed };
                     return invalid(format!("{}: {why}", percentile.name));
                 }
-                let value_ns = match arm.metric.ends_with("_ps") {
-                    true => valid.quantile(percentile.quantile) as f64 / 1e3,
-                    false => valid.quantile(percentile.quantile) as f64,
-                };
+                let value_ns = arm.metric.in_ns(valid.quantile(percentile.quantile));
                 let outcome = if value_ns > *bound_ns { Outcome::Fail } else { Outcome::Pass };
                 let says =
                     format!("{label}: {} {value_ns} ns, at most {bound_ns} ns", percentile.name);

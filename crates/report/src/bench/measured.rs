@@ -1,6 +1,6 @@
 //! What a report measured, arm by arm, and how the arms compare.
 
-use isochrone_timing::Distribution;
+use isochrone_timing::{Distribution, Metric};
 use serde::{Deserialize, Serialize};
 
 use super::compare::{Pairing, TooShort, TurnSamples, Verdict, ratio};
@@ -35,8 +35,8 @@ pub struct Measured {
     pub arm: String,
     /// Under which circumstances: `1 ms, idle`; only arms under the same are compared in a report.
     pub circumstances: String,
-    /// What was measured, as the report's key: `release_jitter_ns`.
-    pub metric: &'static str,
+    /// What was measured.
+    pub metric: Metric,
     /// All samples.
     pub distribution: Distribution,
     /// The turns one by one; none in the report of a run.
@@ -87,7 +87,7 @@ impl Measured {
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Comparison {
-    /// What was measured: `release_jitter_ns`.
+    /// What was measured, as the report's key: [`Metric::key`].
     pub metric: String,
     /// `p50` to `p99_99`.
     pub percentile: String,
@@ -127,14 +127,15 @@ impl Comparison {
             Pairing::Apart => (reference.valid_turns(), candidate.valid_turns()),
         };
         let compare = |percentile: &'static Percentile| {
-            let found = ratio(&first, &second, percentile.quantile, pairing);
+            let found =
+                ratio(&first, &second, percentile.quantile, pairing, reference.metric.resolution);
             let compared = found.map(|found| Self {
-                metric: reference.metric.to_owned(),
+                metric: reference.metric.key.to_owned(),
                 percentile: percentile.key.to_owned(),
                 reference: reference.label(),
                 candidate: candidate.label(),
-                reference_value: found.reference_ns,
-                candidate_value: found.candidate_ns,
+                reference_value: found.reference,
+                candidate_value: found.candidate,
                 ratio: found.ratio,
                 low: found.low,
                 high: found.high,
@@ -150,7 +151,7 @@ impl Comparison {
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct LeftOut {
-    /// What was measured: `release_jitter_ns`.
+    /// What was measured, as the report's key: [`Metric::key`].
     pub metric: String,
     /// `p50` to `p99_99`; empty if it is so of all.
     pub percentile: String,
@@ -187,7 +188,7 @@ impl Report {
     }
 
     /// Compares each arm with the first one under the same circumstances, and keeps the result.
-    /// TurnSamples types are no arms: each does work of its own.
+    /// Types of blocks are no arms: each does work of its own.
     pub fn compare_arms(&mut self) {
         let measured = self.measured();
         (self.comparisons, self.left_out) = (Vec::new(), Vec::new());
@@ -200,7 +201,7 @@ impl Report {
             let Some(reference) = measured.iter().take(index).find(comparable) else { continue };
             for (percentile, compared) in Comparison::each(reference, candidate, Pairing::Paired) {
                 let left_out = |percentile: &str, why: TooShort| LeftOut {
-                    metric: reference.metric.to_owned(),
+                    metric: reference.metric.key.to_owned(),
                     percentile: percentile.to_owned(),
                     reference: reference.label(),
                     candidate: candidate.label(),

@@ -100,7 +100,7 @@ fn a_label_is_the_arm_and_its_circumstances() {
             "mixed (10 instances)",
         ]
     );
-    let metrics: Vec<&str> = report.measured().iter().map(|measured| measured.metric).collect();
+    let metrics: Vec<&str> = report.measured().iter().map(|measured| measured.metric.key).collect();
     let [jitter, latency, cost] = ["release_jitter_ns", "one_way_ns", "step_ps"];
     assert_eq!(metrics, [jitter, jitter, latency, latency, latency, cost]);
 }

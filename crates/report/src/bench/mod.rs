@@ -11,8 +11,7 @@ mod turns;
 
 pub use arm::{LoopArm, Outlier};
 pub use compare::{
-    Pairing, RESOLUTION_NS, Ratio, TOLERANCE, TooShort, TurnSamples, Verdict, needed, ratio,
-    supports,
+    Pairing, Ratio, TOLERANCE, TooShort, TurnSamples, Verdict, needed, ratio, supports,
 };
 pub use gate::{Bound, Compared, Gate, Outcome, Rule, RuleError, compare_reports, overall};
 pub use measured::{Comparison, LeftOut, Measured, PERCENTILES, Percentile};

@@ -2,18 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use isochrone_timing::Distribution;
 use isochrone_timing::units::period;
+use isochrone_timing::{Distribution, Metric};
 
 use super::turns::TurnReport;
 use crate::report::{CostReport, LinkArm, TaskArm};
 
 /// A part of a report that measured something.
 pub(crate) trait Reported {
-    /// What it measured above all, as the report's key.
-    const METRIC: &'static str;
+    /// What it measured above all.
+    const METRIC: Metric;
     /// What comparisons are of, and the turns hold.
-    const COMPARED: &'static str = Self::METRIC;
+    const COMPARED: Metric = Self::METRIC;
 
     /// Its arm: `hybrid`, `iceoryx2`, `mixed`.
     fn arm(&self) -> &str;
@@ -32,16 +32,16 @@ pub(crate) trait Reported {
         label(self.arm(), &self.circumstances())
     }
 
-    /// The distribution of this name, if the report holds it.
-    fn distribution(&self, name: &str) -> Option<Distribution> {
-        Distribution::decode(self.histograms().get(name)?).ok()
+    /// The distribution of a metric, if the report holds it.
+    fn distribution(&self, metric: Metric) -> Option<Distribution> {
+        Distribution::decode(self.histograms().get(metric.key)?).ok()
     }
 }
 
 impl Reported for TaskArm {
-    const METRIC: &'static str = "release_jitter_ns";
+    const METRIC: Metric = Metric::RELEASE_JITTER;
     // A stall would not show in the cycles that ran.
-    const COMPARED: &'static str = "release_jitter_corrected_ns";
+    const COMPARED: Metric = Metric::RELEASE_JITTER_CORRECTED;
 
     fn arm(&self) -> &str {
         &self.task.name
@@ -61,7 +61,7 @@ impl Reported for TaskArm {
 }
 
 impl Reported for LinkArm {
-    const METRIC: &'static str = "one_way_ns";
+    const METRIC: Metric = Metric::ONE_WAY;
 
     fn arm(&self) -> &str {
         &self.link.service
@@ -91,7 +91,7 @@ impl Reported for LinkArm {
 }
 
 impl Reported for CostReport {
-    const METRIC: &'static str = "step_ps";
+    const METRIC: Metric = Metric::STEP;
 
     fn arm(&self) -> &str {
         &self.name

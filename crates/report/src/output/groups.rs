@@ -1,7 +1,6 @@
 //! The arms of a report in groups of equal circumstances, as people compare them.
 
-use isochrone_timing::Summary;
-use isochrone_timing::units::{duration, picoseconds};
+use isochrone_timing::{Metric, Summary};
 
 use crate::bench::{Comparison, LeftOut, PERCENTILES, Reported};
 use crate::report::{LinkArm, TaskArm};
@@ -33,9 +32,9 @@ pub(super) fn groups<'a, R: Reported>(
     for arm in arms {
         let circumstances = arm.circumstances();
         let label = arm.label();
-        let of_arm = comparisons
-            .iter()
-            .filter(|comparison| comparison.metric == R::COMPARED && comparison.candidate == label);
+        let of_arm = comparisons.iter().filter(|comparison| {
+            comparison.metric == R::COMPARED.key && comparison.candidate == label
+        });
         match groups.iter_mut().find(|group| group.circumstances == circumstances) {
             Some(group) => {
                 group.arms.push(arm);
@@ -117,22 +116,14 @@ pub(super) fn percent(part: Option<f64>) -> Option<String> {
     part.map(|part| format!("{:.1}", 100.0 * part))
 }
 
-/// A value of a metric in its unit.
+/// A value of a metric by its key; of one that this version does not know the bare number.
 pub(super) fn value(metric: &str, value: u64) -> String {
-    match metric.ends_with("_ps") {
-        true => picoseconds(value),
-        false => duration(value as f64),
-    }
+    Metric::find(metric).map_or_else(|| value.to_string(), |metric| metric.shown(value))
 }
 
-/// A metric as people call it.
+/// A metric by its key, as people call it.
 pub(super) fn metric_name(metric: &str) -> &str {
-    match metric {
-        "release_jitter_ns" | "release_jitter_corrected_ns" => "release jitter",
-        "one_way_ns" => "one-way latency",
-        "step_ps" => "time of one instance",
-        other => other,
-    }
+    Metric::find(metric).map_or(metric, |metric| metric.name)
 }
 
 #[cfg(test)]

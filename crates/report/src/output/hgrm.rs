@@ -2,16 +2,15 @@
 
 use std::fmt::Write as _;
 
-use isochrone_timing::Distribution;
+use isochrone_timing::{Distribution, Metric};
 
 /// Rows for each halving of the distance to 100 %, as HdrHistogram's own tools have them.
 const TICKS_PER_HALF_DISTANCE: u32 = 5;
 
-/// Writes a distribution of a metric as HdrHistogram's percentile table, which its plotters take. The
-/// metric is a report's key, such as `one_way_ns`: one in ns is written in us, one in ps in ns. The
-/// first line is a comment that names the unit.
-pub fn hgrm(distribution: &Distribution, metric: &str) -> String {
-    let unit = if metric.ends_with("_ps") { "ns" } else { "us" };
+/// Writes a distribution of a metric as HdrHistogram's percentile table, which its plotters take: of a
+/// metric in ns in us, of one in ps in ns. The first line is a comment that names the unit.
+pub fn hgrm(distribution: &Distribution, metric: Metric) -> String {
+    let unit = metric.unit.of_a_thousand();
     let histogram = distribution.histogram();
     let summary = distribution.summary();
     let max = summary.max.unwrap_or(0);
@@ -86,12 +85,12 @@ mod tests {
 #[Max     =        2.000, Total count    =            3]
 #[Buckets =           33, SubBuckets     =         2048]
 ";
-        assert_eq!(hgrm(&of(&[(1_000, 2), (2_000, 1)]), "one_way_ns"), expected);
+        assert_eq!(hgrm(&of(&[(1_000, 2), (2_000, 1)]), Metric::ONE_WAY), expected);
     }
 
     #[test]
     fn the_table_rises_to_the_maximum_and_counts_all_samples() {
-        let text = hgrm(&of(&[(1_000, 900), (50_000, 90), (2_000_001, 10)]), "one_way_ns");
+        let text = hgrm(&of(&[(1_000, 900), (50_000, 90), (2_000_001, 10)]), Metric::ONE_WAY);
         let rows: Vec<Vec<f64>> = text
             .lines()
             .filter(|line| line.trim_start().starts_with(|c: char| c.is_ascii_digit()))
@@ -105,14 +104,14 @@ mod tests {
 
     #[test]
     fn a_table_of_nothing_has_no_rows_and_counts_zero() {
-        let text = hgrm(&Distribution::new(), "one_way_ns");
+        let text = hgrm(&Distribution::new(), Metric::ONE_WAY);
         assert!(text.contains("Total count    =            0]"), "{text}");
         assert_eq!(text.lines().count(), 6, "{text}");
     }
 
     #[test]
     fn what_is_measured_in_picoseconds_is_written_in_nanoseconds_and_says_so() {
-        let text = hgrm(&of(&[(6_400, 3)]), "step_ps");
+        let text = hgrm(&of(&[(6_400, 3)]), Metric::STEP);
         assert!(text.starts_with("#[Unit: ns]\n"), "{text}");
         assert!(text.contains("#[Max     =        6.400,"), "{text}");
     }

@@ -1,9 +1,10 @@
 //! What surrounds the numbers: cautions, how to read them, and the machine they come from.
 
 use isochrone_machine::{Finding, Severity};
+use isochrone_timing::Metric;
 
 use super::page::{Column, Page, Row};
-use crate::bench::{RESOLUTION_NS, TOLERANCE};
+use crate::bench::TOLERANCE;
 use crate::report::Report;
 
 const UNKNOWN: &str = "unknown";
@@ -76,8 +77,9 @@ pub(super) fn how_to_read(page: &mut Page, report: &Report) {
              <b>Better</b> and <b>worse</b> need the whole interval to lie more than ",
         );
         page.text(format!(
-            "{:.0} % from 1, and the times more than {RESOLUTION_NS} ns apart",
-            100.0 * TOLERANCE
+            "{:.0} % from 1, and the times more than {} apart",
+            100.0 * TOLERANCE,
+            Metric::ONE_WAY.shown(Metric::ONE_WAY.resolution)
         ));
         page.markup("; everything else is the <b>same</b>.</p>\n");
     }

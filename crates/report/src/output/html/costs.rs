@@ -3,7 +3,7 @@
 use super::page::{Column, Page, Row};
 use super::section::{cell, comparisons};
 use crate::bench::{Comparison, Reported};
-use crate::output::groups::{invalid_turns, value};
+use crate::output::groups::invalid_turns;
 use crate::output::picture::scaling_svg;
 use crate::report::{CostReport, Report};
 
@@ -30,12 +30,12 @@ pub(super) fn section(page: &mut Page, report: &Report) {
         let CostReport { name, instances, step_ps, turns, .. } = cost;
         let numbers = [name.clone(), instances.to_string(), step_ps.count.to_string()];
         let times = [step_ps.p50, step_ps.p99, step_ps.max]
-            .map(|ps| cell(ps.map(|ps| value(CostReport::METRIC, ps))));
+            .map(|ps| cell(ps.map(|ps| CostReport::METRIC.shown(ps))));
         let invalid = format!("{} of {}", invalid_turns(cost), turns.len());
         Row::of(numbers.into_iter().chain(times).chain([invalid]))
     });
     page.table("Time of one instance in one cycle", &columns, rows);
-    let of_costs = |comparison: &&Comparison| comparison.metric == CostReport::METRIC;
+    let of_costs = |comparison: &&Comparison| comparison.metric == CostReport::METRIC.key;
     comparisons(page, "", &report.comparisons.iter().filter(of_costs).collect::<Vec<_>>());
     let title = "Time of one instance over the number of instances";
     page.picture(title, scaling_svg(title, &report.costs));

@@ -5,13 +5,13 @@ use isochrone_timing::units::{duration, three_digits};
 use super::page::{Column, Page, Row};
 use super::section::{self, Shown, comparisons, percentiles};
 use crate::bench::Reported;
-use crate::output::groups::{Group, groups, latency_columns, metric_name, stages};
+use crate::output::groups::{Group, groups, latency_columns, stages};
 use crate::output::picture::Timeline;
 use crate::report::{LinkArm, Report};
 
 pub(super) fn sections(page: &mut Page, report: &Report) {
     for group in groups(&report.links, &report.comparisons) {
-        let heading = group.heading(metric_name(LinkArm::METRIC));
+        let heading = group.heading(LinkArm::METRIC.name);
         section::begin(page, &heading);
         summary(page, &group);
         comparisons(page, &group.circumstances, &group.comparisons);
@@ -56,7 +56,7 @@ fn summary(page: &mut Page, group: &Group<'_, LinkArm>) {
 pub(super) fn lead(page: &mut Page, report: &Report) {
     let groups = groups(&report.links, &report.comparisons);
     if let Some(group) = groups.first() {
-        let heading = group.heading(metric_name(LinkArm::METRIC));
+        let heading = group.heading(LinkArm::METRIC.name);
         section::percentiles_picture(page, &heading, &distributions(group));
     }
 }

@@ -5,13 +5,13 @@ use isochrone_timing::units::duration;
 use super::page::{Column, Page, Row};
 use super::section::{self, Shown, cell, comparisons, percentile_columns, percentiles};
 use crate::bench::Reported;
-use crate::output::groups::{Group, groups, metric_name, percent, release_jitter};
+use crate::output::groups::{Group, groups, percent, release_jitter};
 use crate::output::picture::Timeline;
 use crate::report::{Report, TaskArm};
 
 pub(super) fn sections(page: &mut Page, report: &Report) {
     for group in groups(&report.tasks, &report.comparisons) {
-        let heading = group.heading(metric_name(TaskArm::METRIC));
+        let heading = group.heading(TaskArm::METRIC.name);
         section::begin(page, &heading);
         summary(page, &group);
         comparisons(page, &group.circumstances, &group.comparisons);
@@ -25,7 +25,7 @@ pub(super) fn sections(page: &mut Page, report: &Report) {
 pub(super) fn lead(page: &mut Page, report: &Report) -> bool {
     let groups = groups(&report.tasks, &report.comparisons);
     let Some(group) = groups.first() else { return false };
-    let heading = group.heading(metric_name(TaskArm::METRIC));
+    let heading = group.heading(TaskArm::METRIC.name);
     section::percentiles_picture(page, &heading, &distributions(group));
     true
 }
@@ -73,7 +73,7 @@ fn distributions(group: &Group<'_, TaskArm>) -> Vec<Shown> {
         let raw = task.distribution(TaskArm::METRIC);
         let raw = raw.map(|distribution| Shown { arm, corrected: false, name, distribution });
         let name = format!("{}, corrected", task.task.name);
-        let corrected = task.distribution("release_jitter_corrected_ns");
+        let corrected = task.distribution(TaskArm::COMPARED);
         let corrected = corrected.filter(|_| task.task.missed > 0).map(|distribution| Shown {
             arm,
             corrected: true,

@@ -4,7 +4,7 @@ use isochrone_timing::units::{duration, three_digits};
 
 use super::page::Page;
 use crate::bench::{Comparison, Reported};
-use crate::output::groups::{arm_of, groups, metric_name, percentile_name};
+use crate::output::groups::{arm_of, groups, percentile_name};
 use crate::report::{LinkArm, Report, TaskArm};
 
 /// Lines that the first screen of a phone has room for, above a picture.
@@ -56,7 +56,7 @@ fn of<R: Reported>(
     let mut lines = Vec::new();
     for group in groups(arms, comparisons) {
         let about = |arm: &str| match group.circumstances.as_str() {
-            "" => format!("{arm}, {}", metric_name(R::METRIC)),
+            "" => format!("{arm}, {}", R::METRIC.name),
             circumstances => format!("{arm}, {circumstances}"),
         };
         for same in group.comparisons.chunk_by(|one, other| one.candidate == other.candidate) {

@@ -1,6 +1,6 @@
 //! A picture of what instances cost, over how many there are.
 
-use isochrone_timing::units::picoseconds;
+use isochrone_timing::Metric;
 
 use super::axis::{Axis, Logarithmic};
 use super::chart::{Chart, Layer};
@@ -30,7 +30,7 @@ pub fn scaling_svg(title: &str, costs: &[CostReport]) -> String {
         y: Axis {
             range: times.unwrap_or(nothing),
             says: "time of one instance, p50",
-            label: &|ps| picoseconds(ps.round() as u64),
+            label: &|ps| Metric::STEP.shown(ps.round() as u64),
         },
         legend: lines
             .iter()

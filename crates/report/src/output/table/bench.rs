@@ -9,8 +9,8 @@ use super::grid::Grid;
 use super::{UNKNOWN, time};
 use crate::bench::{Comparison, LeftOut, Reported};
 use crate::output::groups::{
-    COLUMNS, Group, arm_of, columns, groups, invalid_turns, latency_columns, metric_name, percent,
-    percentile_name, release_jitter, sentence, stages, value,
+    COLUMNS, Group, arm_of, columns, groups, invalid_turns, latency_columns, percent,
+    percentile_name, release_jitter, sentence, stages,
 };
 use crate::report::{CostReport, LinkArm, Report, TaskArm};
 
@@ -39,7 +39,7 @@ pub(super) fn tables(f: &mut Formatter<'_>, report: &Report) -> Result {
 }
 
 fn table<R: Reported>(f: &mut Formatter<'_>, group: &Group<'_, R>, grid: Grid) -> Result {
-    writeln!(f, "\n{}", group.heading(metric_name(R::METRIC)))?;
+    writeln!(f, "\n{}", group.heading(R::METRIC.name))?;
     write!(f, "{grid}")?;
     comparisons(f, &group.circumstances, &group.comparisons)
 }
@@ -99,18 +99,18 @@ fn costs(f: &mut Formatter<'_>, report: &Report) -> Result {
     if report.costs.is_empty() {
         return Ok(());
     }
-    writeln!(f, "\ntime of one instance in a cycle")?;
+    writeln!(f, "\n{} in a cycle", CostReport::METRIC.name)?;
     let mut grid = Grid::new(["block", "instances", "samples", "p50", "p99"]);
     for CostReport { name, instances, step_ps, .. } in &report.costs {
         let time = |ps: Option<u64>| {
-            ps.map_or_else(|| UNKNOWN.to_owned(), |ps| value(CostReport::METRIC, ps))
+            ps.map_or_else(|| UNKNOWN.to_owned(), |ps| CostReport::METRIC.shown(ps))
         };
         let numbers = [instances.to_string(), step_ps.count.to_string()];
         let times = [step_ps.p50, step_ps.p99].map(time);
         grid.row([name.clone()].into_iter().chain(numbers).chain(times));
     }
     write!(f, "{grid}")?;
-    let of_costs = |comparison: &&Comparison| comparison.metric == CostReport::METRIC;
+    let of_costs = |comparison: &&Comparison| comparison.metric == CostReport::METRIC.key;
     comparisons(f, "", &report.comparisons.iter().filter(of_costs).collect::<Vec<_>>())
 }
 
