@@ -10,7 +10,7 @@ use crate::failure::Failure;
 use crate::table::Table;
 use crate::{numbers, terminal};
 
-/// Show the block catalogue: what each computes, pins, status words and decisions
+/// Show the block catalogue: function, pins, status words and design decisions of each block
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  isochrone blocks\n  isochrone blocks SawTooth\n  isochrone blocks --format json"
@@ -21,7 +21,7 @@ pub(crate) struct Args {
     /// Print one JSON document
     #[arg(long)]
     json: bool,
-    /// Form of the output
+    /// Output format
     #[arg(long, value_enum, default_value_t = Format::Text, conflicts_with = "json")]
     format: Format,
 }
@@ -83,7 +83,7 @@ fn text(known: &BlockType) -> String {
     section("status", status.draw(0).lines().map(Into::into).collect());
     let decisions = known.decisions.iter();
     section(
-        "where LGF's document is silent",
+        "not specified by LGF",
         decisions.map(|d| format!("{}: {}", d.silent_on, d.chosen)).collect(),
     );
     text

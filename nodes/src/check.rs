@@ -17,8 +17,8 @@ use crate::{configuration, numbers, terminal};
 
 /// Check a configuration: print tasks, order, wires and warnings
 ///
-/// A file that passes runs. All errors of a file are shown together, each with its place in the
-/// file and what would be right.
+/// A file that passes will run. All errors of a file are reported together, each with its location
+/// and what is expected there.
 #[derive(clap::Args)]
 #[command(
     override_usage = "isochrone check [OPTIONS] <FILE>\n       isochrone check --reference",
@@ -28,10 +28,10 @@ pub(crate) struct Args {
     /// Configuration file (TOML)
     #[arg(required_unless_present = "reference")]
     file: Option<PathBuf>,
-    /// Print the reference of the configuration file, in Markdown
+    /// Print the reference of the configuration file as Markdown
     #[arg(long, conflicts_with_all = ["file", "strict", "json"])]
     reference: bool,
-    /// Count warnings as errors
+    /// Treat warnings as errors
     #[arg(long)]
     strict: bool,
     /// Print one JSON document
@@ -39,7 +39,7 @@ pub(crate) struct Args {
     json: bool,
 }
 
-/// Rows shown of a long list; JSON has them all.
+/// Maximum rows shown of a long list; JSON has all of them.
 const ROWS: usize = 40;
 
 pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {

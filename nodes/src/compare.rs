@@ -7,19 +7,20 @@ use isochrone_report::{ComparisonTable, Report, Verdict, compare_reports, overal
 use crate::failure::Failure;
 use crate::terminal;
 
-/// Compare two reports of `bench`: how many times lower is each arm of the second, and how sure is that
+/// Compare two reports of `bench`: how many times lower each arm of the second is, with confidence
+/// intervals
 ///
-/// Arms are matched by their name and circumstances. An interval holds 99 % of the ratios that other
-/// draws of the same turns would have given; better and worse are said only where the whole interval
-/// says so and the difference is more than a tenth. What changed in the machine between the runs is
-/// in no interval: in a virtual machine rather compare arms of one run. Exit status: 0 nothing is
-/// worse, 1 something is, 2 there is nothing to compare, 4 the reports say too little about an arm of the
-/// first.
+/// Arms are matched by name and conditions. An interval holds 99 % of the ratios obtained by
+/// resampling the turns; the verdict is better or worse only if the whole interval agrees and the
+/// difference is more than a tenth. Changes in the machine between the runs are not part of the
+/// interval: in a virtual machine, compare arms of one run instead. Exit status: 0 nothing is
+/// worse, 1 something is worse, 2 nothing to compare, 4 too little data on an arm of the first
+/// report.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// The reference
+    /// Baseline report
     first: PathBuf,
-    /// What is held against it
+    /// Report to compare with the baseline
     second: PathBuf,
     /// Print JSON instead of the table
     #[arg(long)]

@@ -8,14 +8,14 @@ use crate::terminal;
 
 /// Print a completion script for a shell
 ///
-/// In bash, zsh and fish it completes the names of services that are there, too.
+/// In bash, zsh and fish, the names of existing services are completed too.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  isochrone completions bash > ~/.local/share/bash-completion/completions/isochrone\n  \
     isochrone completions zsh > \"${fpath[1]}/_isochrone\"\n  isochrone completions fish > ~/.config/fish/completions/isochrone.fish"
 )]
 pub(crate) struct Args {
-    /// Shell to complete in
+    /// Shell to generate the script for
     #[arg(value_enum)]
     shell: Shell,
 }

@@ -16,11 +16,11 @@ use crate::terminal;
 
 /// Run publisher, control node and subscriber as three processes and show live values
 ///
-/// A 4-20 mA transmitter is simulated, its level scaled and ramped. Ends with a summary of jitter
-/// and latency.
+/// Simulates a 4-20 mA transmitter, scales its level and limits its rate of change. Ends with a
+/// summary of jitter and latency.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct Args {
-    /// End after this time: 10, 500ms, 5min
+    /// Stop after this time: 10, 500ms, 5min
     #[arg(long, value_name = "TIME", default_value = "10", value_parser = parse_seconds, allow_negative_numbers = true)]
     seconds: f64,
     /// Print the summary as JSON; live values go to stderr

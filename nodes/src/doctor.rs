@@ -6,22 +6,22 @@ use crate::failure::Failure;
 use crate::numbers::counted;
 use crate::terminal;
 
-/// Examine this machine: what makes cycles late here, and how to change it
+/// Examine this machine: what makes cycles late and how to change it
 ///
-/// Reads the kernel, the rights of this user and one CPU, and says of each finding what it is, what
-/// it does to jitter, the way out, and whether a setting does nothing here. Changes nothing, needs no
-/// rights, and says "unknown" to what it may not read: run it as the user that will run the node,
-/// and again as root to see more.
+/// Inspects the kernel, the rights of this user and one CPU. For each finding it shows what it is,
+/// how it affects jitter, how to fix it, and whether a setting has no effect here. Changes nothing,
+/// needs no privileges, and reports "unknown" for what it cannot read: run it as the user that will
+/// run the node, and again as root to see more.
 ///
-/// A problem keeps a task from real-time scheduling; a warning makes cycles late and can be changed;
-/// a note is good to know. Exit status: 0 nothing worse than a note, 1 a warning or a problem, 2 no
-/// such CPU.
+/// A problem prevents real-time scheduling of a task; a warning makes cycles late and can be fixed;
+/// a note is for information. Exit status: 0 nothing worse than a note, 1 a warning or a problem, 2
+/// no such CPU.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  isochrone doctor\n  isochrone doctor --cpu 3\n  isochrone doctor --json > machine.json"
 )]
 pub(crate) struct Args {
-    /// The CPU that a task would be pinned to [default: the last]
+    /// CPU that a task would be pinned to [default: the last]
     #[arg(long, value_name = "N")]
     cpu: Option<usize>,
     /// Print one JSON document
@@ -29,7 +29,7 @@ pub(crate) struct Args {
     json: bool,
 }
 
-/// The groups, the worst first.
+/// The groups, worst first.
 const GROUPS: [(Severity, &str); 4] = [
     (Severity::Problem, "problem"),
     (Severity::Warning, "warning"),
@@ -90,7 +90,7 @@ fn text(examination: &Examination) -> String {
     text + "\nNothing was changed. Fixes need root; the kernel command line needs a restart.\n"
 }
 
-/// A finding: one line if all is well, else with its parts, its effect and the way out.
+/// A finding: one line if it is fine, otherwise with its parts, its effect and the fix.
 fn lines(finding: &Finding, margin: usize) -> String {
     let matters = finding.severity > Severity::Ok;
     let mut paragraphs = Vec::new();

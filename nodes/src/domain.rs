@@ -10,9 +10,9 @@ use crate::failure::Failure;
 #[derive(Clone, Debug, clap::Args)]
 #[group(skip)]
 pub(crate) struct Args {
-    /// iceoryx2 configuration; its root-path and prefix say which processes see each other.
-    /// Without it iceoryx2's own places are searched: ./config/iceoryx2.toml, ~/.config, /etc.
-    /// -v tells which domain it is, and which file says so
+    /// iceoryx2 configuration file; its root-path and prefix determine which processes see each
+    /// other. Default: the first of ./config/iceoryx2.toml, ~/.config and /etc that iceoryx2 finds.
+    /// -v shows which domain is used and which file selected it
     #[arg(long, value_name = "FILE")]
     pub(crate) iceoryx2_config: Option<PathBuf>,
 }
@@ -27,7 +27,7 @@ impl Args {
         .map_err(Failure::usage)
     }
 
-    /// Joins the domain; cleans up what killed processes left.
+    /// Joins the domain and removes what killed processes left behind.
     pub(crate) fn join(&self, name: &str) -> Result<Participant<ipc::Service>, Failure> {
         Participant::join(name, &self.find()?).map_err(Failure::found)
     }

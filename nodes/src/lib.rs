@@ -50,22 +50,22 @@ use crate::failure::Failure;
 
 /// Run function blocks at a deterministic period and exchange values through shared memory
 ///
-/// Without a verb, `demo` runs: three processes on one machine, live values, and a summary of
+/// Without a verb, runs `demo`: three processes on one machine, live values, and a summary of
 /// latency and jitter at the end.
 #[derive(Parser)]
 #[command(name = "isochrone", version, propagate_version = true)]
-#[command(after_help = "Exit status: 0 done, 1 it ran and found something wrong, 2 usage or \
-    configuration error, 3 nothing to talk to, 4 the run says too little to judge.\n\
-    SIGINT (Ctrl-C), SIGTERM and SIGHUP end a verb in order, and the exit status says the same as \
-    without them. Another one, half a second later or more, ends it at once, with 1.\n\
+#[command(after_help = "Exit status: 0 done, 1 completed and found something wrong, 2 usage or \
+    configuration error, 3 no peer found, 4 too little data to judge.\n\
+    SIGINT (Ctrl-C), SIGTERM and SIGHUP end a verb cleanly, with its usual exit status. A second \
+    signal, at least half a second later, ends it at once with exit status 1.\n\
     Results go to stdout, progress and logs to stderr.\n\
-    Times: a number alone counts in seconds (--seconds, --turn) or milliseconds (--period, --phase); \
-    a unit may follow it: us, ms, s, min, h.")]
+    Times: a number without a unit is in seconds (--seconds, --turn) or milliseconds (--period, \
+    --phase); units are us, ms, s, min and h.")]
 struct Cli {
     #[command(subcommand)]
     verb: Option<Verb>,
-    /// Log more to stderr: -v info, -vv debug, -vvv trace, with what iceoryx2 does inside; RUST_LOG
-    /// overrides it
+    /// Log more to stderr: -v info, -vv debug, -vvv trace including iceoryx2; RUST_LOG takes
+    /// precedence
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     verbose: u8,
 }
@@ -87,18 +87,17 @@ enum Verb {
     Reference(reference::Args),
 }
 
-/// The command line as clap has it, for what derives from it.
+/// The command line as a clap command, for everything derived from it.
 pub fn command() -> clap::Command {
     Cli::command()
 }
 
-/// Reads the command line, runs its verb with `blocks` beside those of the library, and says how it
-/// ended.
+/// Parses the command line, runs its verb with `blocks` in addition to the library's, and returns
+/// how it ended.
 ///
-/// A `main` that is nothing but this call is a program with every verb of `isochrone`. Reports say what
-/// a cycle allocates if the program has
-/// [`CountingAllocator`](isochrone_cyclic::CountingAllocator) as its `#[global_allocator]`, and `null`
-/// otherwise.
+/// A `main` that only makes this call has every verb of `isochrone`. Reports contain a cycle's
+/// allocations if the program uses [`CountingAllocator`](isochrone_cyclic::CountingAllocator) as
+/// its `#[global_allocator]`, and `null` otherwise.
 pub fn main(blocks: &[BlockType]) -> ExitCode {
     end_with_parent();
     let cli = Cli::parse();

@@ -14,8 +14,8 @@ use crate::{domain, terminal};
 
 /// List the nodes and frame services of the domain
 ///
-/// Of each service: its rate, who publishes and reads it, and its signals with type and unit, as the
-/// publisher announces them. The rate is the announced one; where none is announced, frames are
+/// For each service, shows its rate, its publishers and readers, and its signals with type and unit
+/// as the publisher announces them. The rate is the announced one; if none is announced, frames are
 /// counted for half a second.
 #[derive(clap::Args)]
 #[command(
@@ -25,14 +25,14 @@ pub(crate) struct Args {
     /// Print one JSON document, with all signals
     #[arg(long)]
     json: bool,
-    /// Print the names of the services only, one a line: at once, without looking at frames
+    /// Print only the service names, one per line, without counting frames
     #[arg(long, conflicts_with = "json")]
     names: bool,
     #[command(flatten)]
     domain: domain::Args,
 }
 
-/// Signals of a service that are shown; telemetry has a thousand.
+/// Maximum signals shown per service; telemetry can have a thousand.
 const SHOWN: usize = 12;
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
@@ -53,7 +53,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     terminal::print(&text(&nodes, &services))
 }
 
-/// A service that is there and whose name is near to one that is not.
+/// An existing service whose name is close to a missing one.
 pub(crate) fn similar(participant: &Participant<ipc::Service>, service: &str) -> Option<String> {
     let names = participant.frame_service_names().ok()?;
     let others = names.iter().map(String::as_str).filter(|name| *name != service);

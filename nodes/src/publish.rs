@@ -24,8 +24,8 @@ use crate::{configuration, terminal};
 
 /// Publish frames of values: constants, waves or a CSV file
 ///
-/// A channel for each value, wave or CSV column. A service has one writer: a second publisher of
-/// isochrone on the same service is refused.
+/// Each value, wave or CSV column is one channel. A service has one writer: a second isochrone
+/// publisher on the same service is refused.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  isochrone publish plant/analog --value 13824,true --signals level,full\n  \
@@ -37,7 +37,7 @@ use crate::{configuration, terminal};
 pub(crate) struct Args {
     /// Service to publish on, such as plant/analog
     service: String,
-    /// Constant values, one for each channel: numbers, true or false
+    /// Constant values, one per channel: numbers, true or false
     #[arg(
         long,
         value_delimiter = ',',
@@ -46,19 +46,19 @@ pub(crate) struct Args {
         value_name = "V,…"
     )]
     value: Vec<Constant>,
-    /// Waves, one for each channel
+    /// Waves, one per channel
     #[arg(long, value_delimiter = ',', value_enum, value_name = "SHAPE,…")]
     wave: Vec<Shape>,
-    /// CSV file, such as `subscribe --csv` writes: a row of names, then a row for each frame. The
-    /// column `time_s` says when each is due, `cycle` is skipped, every other column is a channel.
-    /// Ends after the last row, which holds where --count asks for more
+    /// CSV file, for example from `subscribe --csv`: a header row, then one row per frame. The
+    /// column `time_s` sets when each frame is due, `cycle` is ignored, and every other column is a
+    /// channel. Publishing stops after the last row; with a larger --count the last row is repeated
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Names of the channels of --value and --wave (ch0, ch1, … if not given); with --csv, the columns
-    /// to publish, in this order
+    /// Channel names for --value and --wave (default: ch0, ch1, …); with --csv, the columns to
+    /// publish, in this order
     #[arg(long, value_delimiter = ',', value_name = "NAME,…")]
     signals: Vec<String>,
-    /// Peak of each wave, or one for all
+    /// Peak of each wave, or one value for all
     #[arg(
         long,
         value_delimiter = ',',
@@ -68,7 +68,7 @@ pub(crate) struct Args {
         value_name = "A,…"
     )]
     amplitude: Vec<f64>,
-    /// Mean of each wave, or one for all
+    /// Mean of each wave, or one value for all
     #[arg(
         long,
         value_delimiter = ',',
@@ -78,7 +78,7 @@ pub(crate) struct Args {
         value_name = "O,…"
     )]
     offset: Vec<f64>,
-    /// Frequency of each wave in Hz, or one for all
+    /// Frequency of each wave in Hz, or one value for all
     #[arg(
         long,
         value_delimiter = ',',
@@ -88,14 +88,14 @@ pub(crate) struct Args {
         value_name = "HZ,…"
     )]
     frequency: Vec<f64>,
-    /// Frames per second; 1000 if not given, or the recorded pace of a CSV file that has the column
-    /// `time_s`
+    /// Frames per second; default: the recorded pace of a CSV file with the column `time_s`,
+    /// otherwise 1000
     #[arg(long, value_name = "HZ", value_parser = parse_rate, allow_negative_numbers = true)]
     rate: Option<f64>,
-    /// End after this many frames
+    /// Stop after this many frames
     #[arg(long)]
     count: Option<u64>,
-    /// End after this time: 10, 500ms, 5min
+    /// Stop after this time: 10, 500ms, 5min
     #[arg(long, value_name = "TIME", value_parser = parse_seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// Print the summary as JSON
@@ -175,7 +175,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     ))
 }
 
-/// Refuses a name that belongs to the nodes themselves, such as that of their telemetry.
+/// Refuses a name that is reserved for nodes, such as that of their telemetry.
 fn refuse_reserved(service: &str) -> Result<(), Failure> {
     match service.strip_prefix("isochrone/") {
         None => Ok(()),
@@ -186,7 +186,7 @@ fn refuse_reserved(service: &str) -> Result<(), Failure> {
     }
 }
 
-/// The rate that was asked for, or the recorded pace, or the default rate.
+/// The requested rate, the recorded pace, or the default rate.
 fn pace(args: &Args, signals: &Signals) -> Pace {
     let grid = |rate_hz: f64| Pace::Grid { period_ns: (1e9 / rate_hz).round() as u64 };
     match (args.rate, signals.recording().and_then(Pace::recorded)) {

@@ -24,19 +24,20 @@ use crate::{configuration, terminal, throttling};
 
 /// Run a control node until Ctrl-C, SIGTERM, --seconds or --cycles
 ///
-/// Reads the newest frame of every input's service, steps the blocks and publishes a frame for
-/// every output, at the period of each task. Peers may come, go and be killed at any time. Real-time
-/// scheduling that the machine refuses is a warning with its remedy; --strict makes it an error.
+/// Each task runs at its period: it reads the newest frame of every input's service, steps the
+/// blocks and publishes a frame for every output. Peers may join, leave or be killed at any time.
+/// If the machine refuses real-time scheduling, a warning shows the remedy; --strict makes it an
+/// error.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone run examples/level.toml\n  \
     isochrone run level.toml --seconds 60 --report level.json\n  isochrone run level.toml --strict")]
 pub(crate) struct Args {
     /// Configuration file (TOML)
     file: PathBuf,
-    /// End after this time: 10, 500ms, 5min
+    /// Stop after this time: 10, 500ms, 5min
     #[arg(long, value_name = "TIME", value_parser = parse_seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
-    /// End after this many cycles of the first task
+    /// Stop after this many cycles of the first task
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..), allow_negative_numbers = true)]
     cycles: Option<u64>,
     /// Write the report (JSON) to this file at the end
@@ -45,7 +46,7 @@ pub(crate) struct Args {
     /// Print the report as JSON instead of the table
     #[arg(long)]
     json: bool,
-    /// Refuse to start with warnings or without the scheduling that was asked for
+    /// Refuse to start if there are warnings or the requested scheduling is refused
     #[arg(long)]
     strict: bool,
     /// Exit with status 1 if a block reported an error
@@ -118,7 +119,7 @@ fn run_until(mut node: Running, plan: &Plan, stop: &Stop) -> Result<Outcome, Fai
     }
 }
 
-/// What the exit status says of the run.
+/// The exit status of the run.
 fn verdict(args: &Args, outcome: &Outcome) -> Result<(), Failure> {
     if let End::Overrun { task, missed } = &outcome.end {
         return Err(Failure::found(overrun_sentence(task, *missed)));
@@ -142,7 +143,7 @@ fn sentence(warning: &Warning) -> String {
     format!("{}\n  remedy: {}", warning.message, warning.remedy)
 }
 
-/// Why a task stopped the node that missed so many releases.
+/// Why a task stopped the node after too many missed releases.
 fn overrun_sentence(task: &str, missed: u64) -> String {
     match missed {
         // A limit counts missed releases, so this was `overrun`.

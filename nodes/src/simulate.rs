@@ -11,27 +11,27 @@ use crate::rows::{CYCLE, Rows};
 use crate::stop;
 use crate::{configuration, numbers, terminal};
 
-/// Run a configuration without clock and IPC, from CSV to CSV
+/// Run a configuration without a clock or IPC, from CSV to CSV
 ///
-/// With several tasks the common grid advances: tasks due at the same instant run by descending
-/// priority, then in file order.
+/// Several tasks advance on their common grid: tasks due at the same instant run in order of
+/// descending priority, then in file order.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone simulate examples/level.toml --cycles 1000\n  \
     isochrone simulate level.toml --cycles 5000 --inputs in.csv --output out.csv")]
 pub(crate) struct Args {
     /// Configuration file (TOML)
     file: PathBuf,
-    /// Cycles to run; by default as many as --inputs has rows
+    /// Number of cycles; default: the number of rows of --inputs
     #[arg(long, required_unless_present = "inputs", allow_negative_numbers = true)]
     cycles: Option<u64>,
-    /// CSV with a column for each input by name; row k applies at cycle k, the last row holds, an
-    /// input without a column keeps its default.
+    /// CSV with one column per input, by name. Row k applies at cycle k and the last row holds; an
+    /// input without a column keeps its default
     #[arg(long, value_name = "IN.csv")]
     inputs: Option<PathBuf>,
-    /// CSV to write, "-" for stdout: `cycle` and every signal of every output
+    /// CSV file to write, "-" for stdout: `cycle` and every signal of every output
     #[arg(long, value_name = "OUT.csv", default_value = "-")]
     output: PathBuf,
-    /// Task whose cycles are the rows; by default the first
+    /// Task whose cycles are the rows; default: the first
     #[arg(long)]
     task: Option<String>,
 }
@@ -193,7 +193,7 @@ impl<'a> Simulation<'a> {
     }
 }
 
-/// An input that the recording has a column for.
+/// An input that has a column in the recording.
 struct RecordedInput {
     task: usize,
     /// Index among the task's inputs.

@@ -29,41 +29,41 @@ use crate::{configuration, list, terminal};
 
 /// Show, record or measure the frames of a service
 ///
-/// Waits for the service if it does not exist yet. On a terminal, the newest values stand in a table
-/// that is drawn again in its place; in a pipe, every frame is a line: sequence, cycle, age and
-/// values, with the names that the publisher announces.
+/// Waits for the service if it does not exist yet. On a terminal, a table shows the newest values
+/// and is updated in place. In a pipe, each frame is one line: sequence, cycle, age and values,
+/// with the signal names that the publisher announces.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone subscribe plant/level\n  \
     isochrone subscribe plant/level --signals level.y --every 100 | tee log\n  \
     isochrone subscribe plant/level --csv out.csv --count 5000\n  \
     isochrone subscribe plant/level --stats --seconds 10 --spin\n\n\
     The columns of --csv are `time_s`, `cycle` and the signals. `time_s` is when the frame's cycle was \
-    due (or, where the publisher does not say, when it was sent) in seconds after the first row. \
-    Numbers have all their digits, so `publish --csv` publishes the same values again. Where the publisher changes its signals, another header row follows.")]
+    due (or, if the publisher does not give that, when it was sent), in seconds after the first row. \
+    Numbers are written with full precision, so `publish --csv` publishes the same values again. If the publisher changes its signals, a new header row follows.")]
 pub(crate) struct Args {
     /// Service to subscribe to, such as plant/level
     service: String,
     /// Write frames to this file ("-": stdout) instead of showing them
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
-    /// Signals to show or write, in this order; all if not given
+    /// Signals to show or write, in this order; default: all
     #[arg(long, value_delimiter = ',', value_name = "NAME,…")]
     signals: Vec<String>,
-    /// Count frames instead of showing them; at the end rate, loss and latency: of the last hop, and
-    /// end to end through all nodes
+    /// Count frames instead of showing them; at the end, show rate, loss and latency: of the last
+    /// hop, and end to end through all nodes
     #[arg(long)]
     stats: bool,
-    /// Show or write every Nth frame only; with --stats, show them as well
+    /// Show or write only every Nth frame; with --stats, show these frames too
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
     every: Option<u64>,
-    /// End after this many frames
+    /// Stop after this many frames
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..), allow_negative_numbers = true)]
     count: Option<u64>,
-    /// End after this time: 10, 500ms, 5min
+    /// Stop after this time: 10, 500ms, 5min
     #[arg(long, value_name = "TIME", value_parser = parse_seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
-    /// Look for frames without pause: uses a whole CPU, and the latency is that of the link alone.
-    /// Otherwise it looks every 100 us, and that is part of the latency
+    /// Poll without pause: uses a whole CPU, and the latency is that of the link alone. Otherwise
+    /// frames are polled every 100 us, which adds to the latency
     #[arg(long)]
     spin: bool,
     /// With --stats, print the report as JSON

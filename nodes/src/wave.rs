@@ -4,16 +4,16 @@ use std::f64::consts::TAU;
 
 use clap::ValueEnum;
 
-/// Shape of a wave; all begin at their mean or their low level and have period 1/frequency.
+/// Shape of a wave. All start at their mean or their low level and have the period 1/frequency.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Shape {
-    /// Rises from low to high, then falls at once
+    /// Rises from low to high, then drops at once
     Sawtooth,
     /// Sine
     Sine,
-    /// Low before the end of the first period, high for ever after
+    /// Low during the first period, then high
     Step,
-    /// High in the first half of a period, low in the second
+    /// High in the first half of each period, low in the second
     Square,
 }
 

@@ -229,7 +229,7 @@ fn constants_that_a_block_refuses_are_warnings() {
             "[dubious.toml:16:8]",
             "\"other\"",
             "16#8601",
-            "no task is configured with the OB number",
+            "no task has the OB number",
             "help: change the constants",
             "help: leave callOB out",
         ],

@@ -21,11 +21,11 @@ fn the_help_names_every_verb_and_what_the_exit_status_means() {
     assert_says(&help, &verbs());
     assert_says(
         &help,
-        &["Usage: isochrone", "Exit status: 0", "1 it ran", "2 usage", "3 nothing", "4 the run"],
+        &["Usage: isochrone", "Exit status: 0", "1 completed", "2 usage", "3 no", "4 too little"],
     );
     assert_says(
         &help,
-        &["stdout", "stderr", "--verbose", "RUST_LOG", "Without a verb, `demo` runs"],
+        &["stdout", "stderr", "--verbose", "RUST_LOG", "Without a verb, runs `demo`"],
     );
     assert_eq!(run("help").silently(), help);
 }

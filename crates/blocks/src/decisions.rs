@@ -1,4 +1,4 @@
-//! Decisions that several blocks share: LGF's documents are silent alike.
+//! Decisions that several blocks share: none of their LGF documents specifies these points.
 
 use crate::Decision;
 
@@ -9,33 +9,33 @@ pub(crate) const FIRST_CALL: Decision = Decision {
 
 pub(crate) const SAMPLE_TIME: Decision = Decision {
     silent_on: "which period counts",
-    chosen: "the configured period of the task at `callOB`, never a measured one; `callOB` left out \
-             stands for the task that runs the block",
+    chosen: "the configured period of the task at `callOB`, never a measured one; without `callOB`, \
+             that of the task that runs the block",
 };
 
 pub(crate) const SKIPPED_CYCLES: Decision = Decision {
-    silent_on: "cycles that an overrun skipped",
-    chosen: "they do not count: the output moves by one step per call",
+    silent_on: "cycles skipped after an overrun",
+    chosen: "not counted: the output moves by one step per call",
 };
 
 pub(crate) const OB_NUMBERS: Decision = Decision {
-    silent_on: "which numbers `callOB` takes",
-    chosen: "30 to 38 and 123 to 32767; without a task of that number `status` is 16#8601 and \
+    silent_on: "valid numbers for `callOB`",
+    chosen: "30 to 38 and 123 to 32767; if no task has that number, `status` is 16#8601 and \
              `subfunctionStatus` 0. Any other number gives 16#8600 and `subfunctionStatus` 16#8090",
 };
 
 pub(crate) const HOLD: Decision = Decision {
-    silent_on: "the output while there is an error",
+    silent_on: "the output during an error",
     chosen: "rates, limits and `callOB` are checked in every call and reported in every mode, but \
-             the output holds its last value only where the active mode needs what is invalid; \
+             the output holds its last value only if the active mode needs the invalid value; \
              signal outputs are FALSE while it holds",
 };
 
 pub(crate) const NOT_FINITE: Decision = Decision {
     silent_on: "NaN and infinity",
-    chosen: "a signal that the active mode uses must be finite and a rate or limit must not be NaN, \
-             or `status` is 16#8F00; `inf` is a legal rate or high limit and `-inf` a legal low \
-             limit: no limit",
+    chosen: "`status` is 16#8F00 if a signal used by the active mode is not finite, or if a rate or \
+             limit is NaN; `inf` as a rate or high limit and `-inf` as a low limit are valid and \
+             mean no limit",
 };
 
 pub(crate) const SEVERAL_ERRORS: Decision = Decision {

@@ -4,8 +4,8 @@ use crate::lim_rate_of_change::toward;
 use crate::{Block, Cycle, Decision, Ob, decisions, status};
 
 crate::block! {
-    /// Limits the rate of change of a signal with a rate for each range and direction, limits the
-    /// output, and can be tracked, preset, operated by hand and restarted.
+    /// Limits the rate of change of a signal with separate rates for each range and direction, limits
+    /// the output, and supports tracking, presetting, manual operation and restarting.
     pub LimRateOfChangeAdvancedCI {
         follows { "LGF_LimRateOfChangeAdvancedCI, Siemens Library of General Functions (LGF)" }
         inputs {
@@ -31,7 +31,7 @@ crate::block! {
             "enDefaultOutValue" => en_default_out_value: bool = false,
             /// Output follows `autoValue` without a ramp.
             "track" => track: bool = false,
-            /// Manual mode: output is `manualValue`, without ramp and limits.
+            /// Manual mode: output is `manualValue`, without ramp or limits.
             "manOp" => man_op: bool = false,
             /// Restart: output is 0.0, or `defaultOutValue` within the limits if that is enabled.
             "reset" => reset: bool = false,
@@ -41,17 +41,17 @@ crate::block! {
         outputs {
             /// Signal with limited rate of change.
             "outputValue" => output_value: f64,
-            /// The ramp `setPosUpRateLim` limits.
+            /// `setPosUpRateLim` limits the output.
             "posUpRateLim" => pos_up_rate_lim: bool,
-            /// The ramp `setPosDownRateLim` limits.
+            /// `setPosDownRateLim` limits the output.
             "posDownRateLim" => pos_down_rate_lim: bool,
-            /// The ramp `setNegUpRateLim` limits.
+            /// `setNegUpRateLim` limits the output.
             "negUpRateLim" => neg_up_rate_lim: bool,
-            /// The ramp `setNegDownRateLim` limits.
+            /// `setNegDownRateLim` limits the output.
             "negDownRateLim" => neg_down_rate_lim: bool,
-            /// `setHighLim` is reached: what was to be output is at or above it.
+            /// `setHighLim` is reached: the value before limiting is at or above it.
             "highLim" => high_lim: bool,
-            /// `setLowLim` is reached: what was to be output is at or below it.
+            /// `setLowLim` is reached: the value before limiting is at or below it.
             "lowLim" => low_lim: bool,
             /// An error is reported in `status`.
             "error" => error: bool,
@@ -67,15 +67,15 @@ crate::block! {
             disarmed: bool,
         }
         computes {
-            "The first of these modes whose condition holds is active:",
+            "The first mode in this list whose condition holds is active:",
             "Restart (`reset`): 0.0, or `defaultOutValue` within the limits if `enDefaultOutValue`; all flags are FALSE.",
             "Manual (`manOp`): `manualValue`, without limits; all flags are FALSE.",
             "Preset (`enDefaultOutValue`): `defaultOutValue` within the limits.",
             "Tracking (`track`): `autoValue` within the limits.",
             "Disabled (all four rates are 0.0): 0.0; all flags are FALSE.",
-            "Automatic: from the last output toward `autoValue` by at most rate times `T`, landing on it exactly, within the limits. `T` is the period, in seconds, of the task at `callOB`; range (above or below 0.0) and direction say which rate.",
-            "A rate flag is TRUE where its rate stopped the output short of the target; a limit flag where what was to be output is at or beyond the limit.",
-            "Manual mode switches the limits off. As soon as the range between them is reached they are on again. Until then automatic mode is not limited, and moves further away if that is where `autoValue` lies; `reset` switches the limits on at once.",
+            "Automatic: from the last output toward `autoValue` by at most rate times `T`, landing on it exactly, within the limits. `T` is the period, in seconds, of the task at `callOB`; range (above or below 0.0) and direction select the rate.",
+            "A rate flag is TRUE if its rate stopped the output short of the target; a limit flag is TRUE if the value before limiting is at or beyond the limit.",
+            "Manual mode switches the limits off. They are switched on again as soon as the output reaches the range between them. Until then automatic mode is not limited, and moves further away if `autoValue` lies there; `reset` switches the limits on at once.",
         }
         status {
             status::OK => "STATUS_FINISHED_NO_ERROR": "no error",
@@ -89,25 +89,25 @@ crate::block! {
         decisions {
             Decision {
                 silent_on: "a step that passes 0.0",
-                chosen: "it is split: the time to 0.0 is spent at the first rate, the rest at the \
-                         second, whose flag it sets; without a rest the output is 0.0 in that call",
+                chosen: "it is split: the time to 0.0 uses the first rate, the remaining time the \
+                         second, whose flag it sets; with no time left the output is 0.0 in that call",
             },
             Decision {
-                silent_on: "the rate at exactly 0.0",
+                silent_on: "which rate applies at exactly 0.0",
                 chosen: "upwards `setPosUpRateLim`, downwards `setNegUpRateLim`",
             },
             Decision {
-                silent_on: "a limit and a rate at once",
-                chosen: "the rate flag is FALSE where the limit cuts the output, and where the ramp \
-                         ends exactly on the limit beyond which the target lies",
+                silent_on: "a limit and a rate in the same call",
+                chosen: "the rate flag is FALSE if the limit cuts the output, or if the ramp ends \
+                         exactly on the limit and the target lies beyond it",
             },
             Decision {
                 silent_on: "when the range is reached after manual mode",
-                chosen: "when the last output (so the manual value too) or the next lies between the \
-                         limits or on one, or when the step leads across both",
+                chosen: "when the last output (including the manual value) or the next lies between \
+                         the limits or on one of them, or when the step crosses both",
             },
             Decision {
-                silent_on: "the limits in a restart and in disabled mode",
+                silent_on: "limits during a restart and in disabled mode",
                 chosen: "`defaultOutValue` is limited if the limits are valid, a plain 0.0 is not; a \
                          restart switches the limits on",
             },

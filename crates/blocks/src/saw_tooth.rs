@@ -3,27 +3,27 @@
 use crate::{Block, Cycle, Decision};
 
 crate::block! {
-    /// Generates a sawtooth of steps: `incrementRange` is added after each `timeRange`, and after
-    /// `numberSteps` steps the signal starts again.
+    /// Generates a stepped sawtooth: adds `incrementRange` after each `timeRange` and starts again
+    /// after `numberSteps` steps.
     pub SawTooth {
         follows { "LGF_SawTooth, Siemens Library of General Functions (LGF)" }
         inputs {
-            /// Value at which the signal begins.
+            /// Initial value of the signal.
             #[latched_by = "reset"]
             "startValue" => start_value: i16 = 0,
-            /// Time after which the value is incremented; 0 or less: every cycle.
+            /// Time between two increments; 0 or less: every cycle.
             #[latched_by = "reset"]
             "timeRange" => time_range: i32 ["ms"] = 0,
             /// Size of a step.
             #[latched_by = "reset"]
             "incrementRange" => increment_range: i16 = 0,
-            /// Steps of one sawtooth; it lasts `timeRange * (numberSteps + 1)`.
+            /// Number of steps of one sawtooth, which lasts `timeRange * (numberSteps + 1)`.
             #[latched_by = "reset"]
             "numberSteps" => number_steps: i16 = 0,
-            /// Never start again; the value passes 32767 to -32768.
+            /// Never start again; the value wraps from 32767 to -32768.
             #[latched_by = "reset"]
             "endlessSteps" => endless_steps: bool = false,
-            /// Start again at `startValue` and take over the other inputs.
+            /// Start again at `startValue` and latch the other inputs.
             "reset" => reset: bool = false,
         }
         outputs {
@@ -45,26 +45,26 @@ crate::block! {
             until: u64,
         }
         computes {
-            "`k` is the number of whole intervals `timeRange` that have passed since the inputs were taken over.",
+            "`k` is the number of whole `timeRange` intervals since the inputs were latched.",
             "`value = startValue + k * incrementRange`; without `endlessSteps`, `k` starts again from 0 after `numberSteps`.",
         }
         decisions {
             Decision {
-                silent_on: "when the inputs are taken over",
-                chosen: "in the first call and in every call with `reset` TRUE, `endlessSteps` as the \
-                         others; in those calls the time is 0, so `value` is `startValue`",
+                silent_on: "when the inputs are latched",
+                chosen: "in the first call and in every call with `reset` TRUE, including \
+                         `endlessSteps`; the time is then 0, so `value` is `startValue`",
             },
             Decision {
-                silent_on: "what the time is",
-                chosen: "the task's grid, cycles times period in whole nanoseconds, so that nothing drifts",
+                silent_on: "the time base",
+                chosen: "the task's grid, cycles times period in whole nanoseconds, so nothing drifts",
             },
             Decision {
-                silent_on: "cycles that an overrun skipped",
-                chosen: "they count as time",
+                silent_on: "cycles skipped after an overrun",
+                chosen: "counted as elapsed time",
             },
             Decision {
                 silent_on: "a `timeRange` shorter than the period",
-                chosen: "a call adds as many increments as intervals have ended since the last one",
+                chosen: "a call adds one increment for each interval that has ended since the last call",
             },
             Decision {
                 silent_on: "a `timeRange` of 0 or less",
@@ -72,11 +72,11 @@ crate::block! {
             },
             Decision {
                 silent_on: "a negative `numberSteps`",
-                chosen: "as 0: `value` stays at `startValue`",
+                chosen: "treated as 0: `value` stays at `startValue`",
             },
             Decision {
                 silent_on: "a finite sawtooth that leaves the range of INT",
-                chosen: "it passes 32767 to -32768, and -32768 to 32767, as an endless one does",
+                chosen: "it wraps from 32767 to -32768 and back, like an endless one",
             },
         }
     }

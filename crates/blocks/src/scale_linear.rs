@@ -23,7 +23,7 @@ crate::block! {
             "yMax" => y_max: f64,
         }
         outputs {
-            /// Scaled signal; `y1` where `x1` equals `x2`.
+            /// Scaled signal; `y1` if `x1` equals `x2`.
             #[alias = "Ret_Val"]
             "y" => y: f64,
             /// An error is reported in `status`.
@@ -33,7 +33,7 @@ crate::block! {
         }
         state { y: f64 }
         computes {
-            "`y = (y2 - y1) / (x2 - x1) * (x - x1) + y1`, and `y1` where `x1` equals `x2`; then limited to `yMin` and `yMax`.",
+            "`y = (y2 - y1) / (x2 - x1) * (x - x1) + y1`, or `y1` if `x1` equals `x2`; the result is limited to `yMin` and `yMax`.",
         }
         status {
             status::OK => "STATUS_FINISHED_NO_ERROR": "no error",
@@ -46,21 +46,21 @@ crate::block! {
         decisions {
             Decision {
                 silent_on: "the order of the operations",
-                chosen: "the slope first, then times the distance, then plus `y1`, each rounded to LREAL",
+                chosen: "the slope first, multiplied by the distance, plus `y1`; each result is rounded to LREAL",
             },
             Decision {
                 silent_on: "`x1` equal to `x2`",
-                chosen: "`y1` is limited to `yMin` and `yMax` as any other value is",
+                chosen: "`y1` is limited to `yMin` and `yMax` like any other value",
             },
             Decision {
-                silent_on: "`y` while there is an error",
-                chosen: "it holds its last value; before the first it is 0.0",
+                silent_on: "`y` during an error",
+                chosen: "it holds its last valid value, initially 0.0",
             },
             Decision {
                 silent_on: "NaN and infinity",
                 chosen: "16#8F00 for an `x`, `x1`, `y1`, `x2` or `y2` that is not finite, a limit that \
                          is NaN, an intermediate NaN and a `y` that no limit keeps finite; an \
-                         infinite limit is none",
+                         infinite limit means no limit",
             },
             Decision {
                 silent_on: "several errors at once",

@@ -8,11 +8,11 @@ pub const LIMITED_LOW: u16 = 0x6001;
 pub const LIMITED_HIGH: u16 = 0x6002;
 /// A negative rate of change, or a high limit below the low limit: see the block.
 pub const RANGE: u16 = 0x8200;
-/// A negative rate of change where `8200` is taken by the limits.
+/// A negative rate of change in a block that uses `8200` for its limits.
 pub const NEGATIVE_RATE: u16 = 0x8202;
-/// `callOB` is no number of a cyclic interrupt; `subfunctionStatus` tells more.
+/// `callOB` is not the number of a cyclic-interrupt OB; `subfunctionStatus` gives details.
 pub const QRY_CINT: u16 = 0x8600;
-/// `callOB` names a cyclic interrupt that no task has.
+/// `callOB` names a cyclic-interrupt OB that no task has.
 pub const OB_UNAVAILABLE: u16 = 0x8601;
 /// A value that is needed is NaN or infinite.
 pub const NOT_FINITE: u16 = 0x8F00;
@@ -20,12 +20,12 @@ pub const NOT_FINITE: u16 = 0x8F00;
 pub const WRONG_OB_NUMBER: u16 = 0x8090;
 
 /// Meaning of [`QRY_CINT`] in the catalogue.
-pub(crate) const QRY_CINT_DOC: &str =
-    "callOB is no cyclic-interrupt number (30 to 38, 123 to 32767); subfunctionStatus is 16#8090";
+pub(crate) const QRY_CINT_DOC: &str = "callOB is not a cyclic-interrupt OB number \
+    (30 to 38, 123 to 32767); subfunctionStatus is 16#8090";
 /// Meaning of [`OB_UNAVAILABLE`] in the catalogue.
-pub(crate) const OB_UNAVAILABLE_DOC: &str = "no task is configured with the OB number at callOB";
+pub(crate) const OB_UNAVAILABLE_DOC: &str = "no task has the OB number at callOB";
 
-/// The words from here on are errors.
+/// First status word that is an error.
 pub const FIRST_ERROR: u16 = 0x8000;
 
 /// Whether a status word is an error.
@@ -47,7 +47,7 @@ pub(crate) fn first(ob: Result<f64, u16>, findings: [(bool, u16); 3]) -> u16 {
     }
 }
 
-/// What `subfunctionStatus` says beside `status`.
+/// The value of `subfunctionStatus` for a `status`.
 #[inline]
 pub(crate) const fn subfunction(status: u16) -> u16 {
     if status == QRY_CINT { WRONG_OB_NUMBER } else { OK }

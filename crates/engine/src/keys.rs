@@ -1,18 +1,18 @@
-//! Every key of a configuration file, declared once: what the parser accepts, what its errors expect
-//! and what the reference page says come from here.
+//! Every key of a configuration file, declared once: the parser, its error messages and the reference
+//! page are derived from here.
 
 use isochrone_blocks::{PinType, is_cyclic_ob};
 use isochrone_schedule::{Overrun, Wake};
 
 use crate::config::OnStale;
 
-/// Version in which a key came. All of them are of the first one so far.
+/// Version that introduced a key. So far, all keys date from the first one.
 const FIRST: &str = "0.1";
 
 /// A table of a configuration file.
 #[derive(Debug)]
 pub struct TableKeys {
-    /// How messages call it: `[[task]]`.
+    /// Its title in messages: `[[task]]`.
     pub title: &'static str,
     /// What it is for.
     pub raw_doc: &'static str,
@@ -25,18 +25,18 @@ pub struct TableKeys {
 pub struct Key {
     /// As it is written.
     pub name: &'static str,
-    /// What stands behind it.
+    /// The form of its value.
     pub form: Form,
-    /// What a number counts; empty where that says nothing.
+    /// Unit of a number; empty if it has none.
     pub unit: &'static str,
-    /// What holds where the key is left out.
+    /// What applies if the key is left out.
     pub absent: Absent,
-    /// Version in which it came.
+    /// Version that introduced it.
     pub since: &'static str,
     pub(crate) raw_doc: &'static str,
 }
 
-/// What stands behind a key.
+/// The form of a key's value.
 #[derive(Debug)]
 pub enum Form {
     /// The name of something.
@@ -61,7 +61,7 @@ pub enum Form {
     Tables,
 }
 
-/// The values that a key takes.
+/// The values that a key accepts.
 #[derive(Debug)]
 pub struct Range<T> {
     pub(crate) accepts: fn(T) -> bool,
@@ -69,7 +69,7 @@ pub struct Range<T> {
     pub words: &'static str,
 }
 
-/// What a name may look like.
+/// The rule for a name.
 #[derive(Debug)]
 pub struct NameRule {
     pub(crate) accepts: fn(&str) -> bool,
@@ -77,14 +77,14 @@ pub struct NameRule {
     pub words: &'static str,
 }
 
-/// What holds where a key is left out.
+/// What applies if a key is left out.
 #[derive(Debug)]
 pub enum Absent {
-    /// That is an error; this is what could be written.
+    /// An error; this is an example of what to write.
     Required(&'static str),
     /// This value.
     Default(&'static str),
-    /// What this says.
+    /// As described by this text.
     Means(&'static str),
 }
 
@@ -101,7 +101,7 @@ impl Key {
         self.raw_doc.trim_ascii()
     }
 
-    /// What messages say that it is.
+    /// What messages say is expected.
     pub(crate) fn expected(&self) -> &'static str {
         match self.form {
             Form::Name(_) | Form::Text | Form::Word(_) => "a string",
@@ -115,7 +115,7 @@ impl Key {
         }
     }
 
-    /// The values that it takes, in words; empty where there is nothing to say.
+    /// The accepted values, in words; empty if there is no restriction.
     pub fn range(&self) -> String {
         match &self.form {
             Form::Name(rule) => rule.words.into(),
@@ -208,17 +208,17 @@ macro_rules! keys {
 }
 
 keys! {
-    /// A configuration file is TOML with these tables.
+    /// A configuration file is TOML and consists of these tables.
     file "the file" {
-        /// What the node is called.
+        /// The node itself: its name.
         NODE "node": Table, Required("[node]");
-        /// When blocks run.
+        /// Tasks: when blocks run.
         TASK "task": Tables, Required("[[task]]");
-        /// Values that other processes publish.
+        /// Inputs: values that other processes publish.
         INPUT "input": Tables, Means("no input");
-        /// What is computed.
+        /// Function blocks: what the node computes.
         BLOCK "block": Tables, Means("no block");
-        /// Frames that the node publishes.
+        /// Outputs: frames that the node publishes.
         OUTPUT "output": Tables, Means("no output");
     }
 }
@@ -226,13 +226,13 @@ keys! {
 keys! {
     /// The node itself.
     node "[node]" {
-        /// Name of the node: its own services are named `isochrone/<name>/…`. `layout` is taken.
+        /// Name of the node; its own services are named `isochrone/<name>/…`. `layout` is reserved.
         NAME "name": Name(NODE_NAME), Required("\"level\"");
     }
 }
 
 keys! {
-    /// A cyclic task, the PLC's cyclic-interrupt OB: one thread that runs its blocks at a fixed period.
+    /// A cyclic task, like a PLC's cyclic-interrupt OB: one thread that runs its blocks at a fixed period.
     task "[[task]]" {
         /// Unique name.
         NAME "name": Name(ENTRY_NAME), Required("\"fast\"");
@@ -241,12 +241,12 @@ keys! {
             |period_ns| (10_000..=3_600_000_000_000).contains(&period_ns),
             "from \"10us\" to \"1h\"",
         ), Required("\"1ms\"");
-        /// Number by which `callOB` can name the task; unique.
+        /// OB number by which `callOB` can refer to the task; unique.
         OB "ob": integer(
             |ob| i16::try_from(ob).is_ok_and(is_cyclic_ob),
             "30 to 38 or 123 to 32767",
         ), Means("no number");
-        /// Offset of the releases on the grid that all tasks share; `"auto"` puts them between the kernel's ticks, as far from them as the period allows.
+        /// Offset of the releases on the grid shared by all tasks. `"auto"` places them between the kernel's ticks, as far from them as the period allows.
         PHASE "phase": duration(|_| true, "less than the period, or \"auto\""), Default("\"0ns\"");
         /// SCHED_FIFO priority of the thread.
         PRIORITY "priority": integer(
@@ -258,28 +258,28 @@ keys! {
             |cpu| (0..=1023).contains(&cpu),
             "the number of a CPU, from 0 to 1023",
         ), Means("any CPU");
-        /// How the thread waits for a release: `sleep` until it, `hybrid` to sleep to a margin before it and then watch the clock, `spin` to watch the clock all the time.
+        /// How the thread waits for a release: `sleep` sleeps until the release, `hybrid` sleeps until a margin before it and then watches the clock, `spin` watches the clock all the time.
         WAKE "wake": Word(&WAKES), Means("`\"hybrid\"` with a priority, else `\"sleep\"`");
-        /// Fixed margin of a hybrid wait. Excludes `cpu_budget`.
+        /// Fixed margin of a hybrid wait. Cannot be combined with `cpu_budget`.
         MARGIN "margin": duration(|margin_ns| margin_ns > 0, "longer than 0"), Means("the margin adapts");
-        /// Most of a CPU that the adaptive margin of a hybrid wait may cost. Excludes `margin`.
+        /// Largest share of a CPU that the adaptive margin of a hybrid wait may use. Cannot be combined with `margin`.
         CPU_BUDGET "cpu_budget" ["CPU"]: Number(Range {
             accepts: |budget| (0.01..=0.5).contains(&budget),
-            words: "a part of one CPU, from 0.01 to 0.5",
+            words: "a fraction of one CPU, from 0.01 to 0.5",
         }), Default("0.2");
-        /// What becomes of releases that were missed: `skip` leaves them out, `catch_up` runs them late (at most 8 in a row), `stop` ends the node.
+        /// What happens to missed releases: `skip` skips them, `catch_up` runs them late (at most 8 in a row), `stop` ends the node.
         OVERRUN "overrun": Word(&OVERRUNS), Default("\"skip\"");
-        /// How many missed releases end the node, whatever `overrun` says.
-        ON_OVERRUN "on_overrun": Table, Means("any number passes");
+        /// Number of missed releases that ends the node, regardless of `overrun`.
+        ON_OVERRUN "on_overrun": Table, Means("no limit");
     }
 }
 
 keys! {
-    /// Missed releases that are too many: `on_overrun = { misses = 3, cycles = 1000 }`.
+    /// The limit on missed releases: `on_overrun = { misses = 3, cycles = 1000 }`.
     on_overrun "[task.on_overrun]" {
-        /// This many missed releases ...
+        /// The node ends after this many missed releases ...
         MISSES "misses" ["releases"]: integer(|misses| (1..=1000).contains(&misses), "from 1 to 1000"), Required("3");
-        /// ... within this many cycles, at least `misses`.
+        /// ... within this many cycles; not less than `misses`.
         CYCLES "cycles" ["cycles"]: integer(|cycles| cycles > 0, "greater than 0"), Required("1000");
     }
 }
@@ -287,23 +287,23 @@ keys! {
 keys! {
     /// One value that another process publishes.
     input "[[input]]" {
-        /// Unique name; a wire says it.
+        /// Unique name, used in wires.
         NAME "name": Name(ENTRY_NAME), Required("\"level_raw\"");
-        /// Type of its samples. A sample that the type cannot hold is rejected and counted, and the last good value stays.
+        /// Type of the samples. A sample that the type cannot hold is rejected and counted, and the input keeps its last valid value.
         TYPE "type": Word(&TYPES), Default("\"LREAL\"");
-        /// Service that carries it. `run` needs it, `simulate` does not.
+        /// Service that publishes it. Required by `run`, not by `simulate`.
         SERVICE "service": Text, Means("only `simulate` can run the node");
-        /// Its place in the service's frame, from 0. Excludes `signal`.
+        /// Index in the service's frame, from 0. Cannot be combined with `signal`.
         CHANNEL "channel": integer(|channel| (0..=65_535).contains(&channel), "from 0 to 65535"), Default("0");
-        /// Its name in the layout that the publisher announces. Excludes `channel`.
-        SIGNAL "signal": Text, Means("`channel` counts");
+        /// Name in the layout that the publisher announces. Cannot be combined with `channel`.
+        SIGNAL "signal": Text, Means("selected by `channel`");
         /// Task that reads it.
         TASK "task": Text, Means("the only task");
         /// Value before the first sample.
         DEFAULT "default": Value, Default("0");
-        /// Age from which the value is stale. A sample's age counts from its publication.
+        /// Age above which the value is stale, counted from the publication of the sample.
         MAX_AGE "max_age": duration(|age_ns| age_ns > 0, "longer than 0"), Means("never stale");
-        /// What a stale input reads: `hold` the last value, or the `default`.
+        /// What a stale input reads: `hold` its last value, `default` its `default`.
         ON_STALE "on_stale": Word(&ON_STALES), Default("\"hold\"");
     }
 }
@@ -311,35 +311,35 @@ keys! {
 keys! {
     /// One or more instances of a function block.
     block "[[block]]" {
-        /// Unique name; a wire says it.
+        /// Unique name, used in wires.
         NAME "name": Name(ENTRY_NAME), Required("\"ramp\"");
         /// Block type, as `isochrone blocks` lists them.
         TYPE "type": Text, Required("\"LimRateOfChangeCI\"");
         /// Task that runs it.
         TASK "task": Text, Means("the only task");
-        /// Number of instances. More than one are named `ramp.0`, `ramp.1` and so on, and `{i}` in a wire is the number of the instance that reads.
+        /// Number of instances. Several instances are named `ramp.0`, `ramp.1` and so on; `{i}` in a wire stands for the number of the reading instance.
         COUNT "count" ["instances"]: integer(
             |count| (1..=10_000_000).contains(&count),
             "from 1 to 10000000",
         ), Default("1");
-        /// What stands at its input pins: for each a number, `true` or `false`, or a wire.
-        IN "in": Table, Means("every pin has its default");
+        /// Its input pins: for each a number, `true` or `false`, or a wire.
+        IN "in": Table, Means("every pin takes its default");
     }
 }
 
 keys! {
-    /// The input pins of a block, by name: a constant, or a wire as text.
+    /// The input pins of a block by name, each set to a constant or to a wire as text.
     pins "[block.in]" {}
 }
 
 keys! {
     /// One frame that the node publishes in every cycle of its task.
     output "[[output]]" {
-        /// Service that carries it; unique, and not one that begins with `isochrone/`.
+        /// Service to publish on; unique, and not beginning with `isochrone/`.
         SERVICE "service": Text, Required("\"plant/level\"");
         /// Task whose cycles publish it.
         TASK "task": Text, Means("the only task");
-        /// Its channels in order: inputs and output pins.
+        /// The channels in order: names of inputs and output pins.
         SIGNALS "signals": Texts, Required("[\"block.pin\"]");
     }
 }

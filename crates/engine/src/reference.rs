@@ -56,7 +56,7 @@ fn kind(key: &Key) -> &'static str {
 
 fn unit(key: &Key) -> &'static str {
     match key.form {
-        Form::Duration(_) => "written with it: ns, us, ms, s, min, h",
+        Form::Duration(_) => "in the text: ns, us, ms, s, min, h",
         Form::Value => "ms for TIME",
         _ => key.unit,
     }

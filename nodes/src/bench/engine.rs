@@ -13,25 +13,25 @@ use crate::failure::Failure;
 use crate::stop;
 use crate::terminal;
 
-/// Measure what a block instance costs in a cycle, from 1 to 1,000,000 instances
+/// Measure what a block instance costs per cycle, from 1 to 1,000,000 instances
 ///
-/// An arm is a task of one block type, or of chains of saw, scale and ramp (`mixed`). Arms of one
-/// size take turns. A sample is the mean of a batch of cycles, so long that reading the clock is less
-/// than a thousandth of it; before each turn the caches are warmed, which does not count.
+/// An arm is a task with one block type, or with chains of saw, scale and ramp (`mixed`). Arms of
+/// one size alternate. A sample is the mean of a batch of cycles long enough that reading the clock
+/// takes less than a thousandth of it. Caches are warmed before each turn; this is not counted.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  isochrone bench engine\n  isochrone bench engine --arms mixed,SawTooth \
     --instances 1000,100000 --cpu 1\n  isochrone bench engine --report new.json && isochrone compare old.json new.json"
 )]
 pub(crate) struct Args {
-    /// Instances in the task [default: 1 to 1000000 in decades for mixed; 1, 1000 and 1000000 for
-    /// block types]
+    /// Number of instances in the task [default: 1 to 1000000 in decades for mixed; 1, 1000 and
+    /// 1000000 for block types]
     #[arg(long, value_name = "N,...", value_delimiter = ',', value_parser = instances)]
     instances: Vec<usize>,
-    /// `mixed` and block types [default: all of them]
+    /// Arms: `mixed` and block types [default: all of them]
     #[arg(long, value_name = "ARM,...", value_delimiter = ',')]
     arms: Vec<String>,
-    /// Time of each arm at each size: 1, 500ms, 5min
+    /// Time for each arm at each size: 1, 500ms, 5min
     #[arg(long, value_name = "TIME", default_value = "1", value_parser = parse_length)]
     seconds: f64,
     /// CPU to pin to

@@ -16,46 +16,45 @@ use super::times::{parse_length, parse_turn};
 use crate::failure::Failure;
 use crate::{configuration, domain, run, stop};
 
-/// Measure release jitter: how late a loop begins its cycles
+/// Measure release jitter: how late a loop starts its cycles
 ///
-/// The arms run one after the other, forth and back, in turns of `--turn`, at the same
-/// period, priority, CPU, phase and clock. The first 200 ms of a turn are warm-up and are not counted.
-/// `sleep` is cyclictest's loop, `hybrid` and `economical` are the node's (a fifth and a tenth of a
-/// CPU), `spin` never sleeps; `cyclictest` is the program itself.
+/// The arms run one after another in alternating order, in turns of `--turn`, with the same period,
+/// priority, CPU, phase and clock. The first 200 ms of a turn are warm-up and are not counted.
+/// `sleep` is cyclictest's loop; `hybrid` and `economical` are the node's loop at up to a fifth and
+/// a tenth of a CPU; `spin` never sleeps; `cyclictest` is the program itself.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone bench jitter --seconds 60 --html jitter.html\n  \
     isochrone bench jitter --period 250us,1ms,4ms --load idle,cpu --report jitter.json\n  \
     isochrone bench jitter --arms sleep,hybrid --config level.toml --gate gate.toml")]
 pub(super) struct Args {
-    /// Arms; the others are compared with the first one. Without this: sleep, hybrid and, where it
-    /// is installed and may run, cyclictest
+    /// Arms to run; the others are compared with the first. Default: sleep, hybrid and, if it is
+    /// installed and permitted to run, cyclictest
     #[arg(long, value_enum, value_delimiter = ',', value_name = "ARM")]
     arms: Vec<Loop>,
-    /// A configuration as a further arm, run as `run` does and named after its file; the other arms
-    /// take over the period, priority, CPU and phase of its first task
+    /// Configuration to run as an additional arm, named after its file; the other arms use the
+    /// period, priority, CPU and phase of its first task
     #[arg(long = "config", value_name = "FILE.toml")]
     configs: Vec<PathBuf>,
-    /// Periods, 10us to 1s, such as 1 (ms) or 250us; with several of them each arm runs at each
+    /// Periods, 10us to 1s, such as 1 (ms) or 250us; each arm runs at each of them
     #[arg(long, value_delimiter = ',', value_name = "TIME", value_parser = parse_period)]
     period: Vec<u64>,
     /// Real-time priority (SCHED_FIFO), 1 to 89; 0 for none
     #[arg(long, value_parser = clap::value_parser!(u8).range(0..=89))]
     priority: Option<u8>,
-    /// CPU of all arms; the last one that this process may use if it is not given
+    /// CPU for all arms; default: the last one available to this process
     #[arg(long)]
     cpu: Option<usize>,
-    /// Where releases lie: this long (ms, or with a unit: 30us) after a grid that begins between the
+    /// Offset of the releases (ms, or with a unit: 30us) from a grid that starts between the
     /// kernel's ticks
     #[arg(long, value_name = "TIME", value_parser = parse_milliseconds_ns)]
     phase: Option<u64>,
-    /// What else the machine does meanwhile (stress-ng on all CPUs); with several of them each arm
-    /// runs under each
+    /// Background load (stress-ng on all CPUs); each arm runs under each of them
     #[arg(long, value_enum, value_delimiter = ',', default_value = "idle")]
     load: Vec<Load>,
-    /// Time of each arm, at each period and under each load: 20, 500ms, 5min
+    /// Time for each arm, at each period and under each load: 20, 500ms, 5min
     #[arg(long, value_name = "TIME", default_value = "20", value_parser = parse_length, allow_negative_numbers = true)]
     seconds: f64,
-    /// Time of a turn, 10ms to 60s
+    /// Length of a turn, 10ms to 60s
     #[arg(long, alias = "block", value_name = "TIME", default_value = "2", value_parser = parse_turn, allow_negative_numbers = true)]
     turn: f64,
     #[command(flatten)]
@@ -88,7 +87,7 @@ pub(super) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
 }
 
 impl Args {
-    /// What is to be measured: from the command line, or from the configurations where they say it.
+    /// What to measure: from the command line, or from the configurations where they specify it.
     fn settings(&self, catalogue: &[BlockType]) -> Result<Settings, Failure> {
         let mut settings = Settings {
             loops: self.arms.clone(),
@@ -122,7 +121,7 @@ impl Args {
         Ok(nodes)
     }
 
-    /// Where there are nodes, the first task of the first one says how all arms run.
+    /// If there are nodes, the first task of the first one determines how all arms run.
     fn follow_first_task(&self, settings: &mut Settings) -> Result<(), Failure> {
         let Some(NodeArm { name, plan }) = settings.nodes.first().cloned() else { return Ok(()) };
         let Some(task) = plan.tasks.first() else { return Ok(()) };

@@ -15,12 +15,13 @@ use crate::stop;
 
 /// Measure how long a message takes from one process to another
 ///
-/// Two processes, each on a CPU of its own. Paced, one sends at absolute instants and the other
-/// receives: one-way is from just before the values are written until they all are read. It counts
-/// from when a message really was sent: how late the sender came to its instant is in no number; if it
-/// missed more than 1 % of them altogether, a warning says so (pace_not_kept). Back to back, a
-/// message is sent when the one before has come back: one-way is half of the round trip. Every value
-/// is really written and read, and checked. The first tenth of each turn is warm-up.
+/// Uses two processes, each on its own CPU. Paced, one sends at absolute instants and the other
+/// receives; the one-way time is from just before the values are written until all of them are
+/// read. It counts from the moment a message was actually sent and does not include how late the
+/// sender was; if the sender missed more than 1 % of its send times, a warning reports it
+/// (pace_not_kept). Back to back, each message is sent when the previous one has returned, and the
+/// one-way time is half of the round trip. Every value is written, read and checked. The first
+/// tenth of each turn is warm-up.
 #[derive(clap::Args)]
 #[group(skip)]
 #[command(
@@ -48,7 +49,7 @@ pub(crate) struct Args {
         value_name = "HZ,…"
     )]
     pace: Vec<Pace>,
-    /// Values (of 8 bytes) in a message, 1 to 4096
+    /// Number of 8-byte values per message, 1 to 4096
     #[arg(
         long,
         value_delimiter = ',',
@@ -58,26 +59,26 @@ pub(crate) struct Args {
         value_name = "N,…"
     )]
     values: Vec<usize>,
-    /// Time of each arm, at each pace and size: 3, 500ms, 5min
+    /// Time for each arm, at each pace and size: 3, 500ms, 5min
     #[arg(long, value_name = "TIME", default_value = "3", value_parser = parse_length, allow_negative_numbers = true)]
     seconds: f64,
-    /// Time of a turn, 10ms to 60s
+    /// Length of a turn, 10ms to 60s
     #[arg(long, alias = "block", value_name = "TIME", default_value = "0.5", value_parser = parse_turn, allow_negative_numbers = true)]
     turn: f64,
     /// How receivers wait
     #[arg(long, value_enum, default_value = "poll")]
     wait: Wait,
-    /// CPU of the sender and CPU of the receiver; the last two if it is not given
+    /// CPUs of the sender and the receiver; default: the last two
     #[arg(long, value_parser = parse_cpus, value_name = "A,B")]
     cpu: Option<Cpus>,
-    /// SCHED_FIFO priority of both, 1 to 89; normal scheduling if it is not given
+    /// SCHED_FIFO priority of both processes, 1 to 89; default: normal scheduling
     #[arg(long, value_parser = clap::value_parser!(u8).range(1..=89), allow_negative_numbers = true)]
     priority: Option<u8>,
     #[command(flatten)]
     outputs: outputs::Args,
 }
 
-/// Fewest messages of a turn that say anything.
+/// Fewest messages per turn for a meaningful result.
 const FEWEST_MESSAGES: f64 = 10.0;
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {

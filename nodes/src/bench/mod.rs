@@ -13,9 +13,9 @@ use crate::failure::Failure;
 
 /// Measure release jitter, latency between processes, or the cost of blocks
 ///
-/// Arms take short turns, so that what the machine does meanwhile meets them all; the
-/// result is how they compare. Results can be kept, drawn, compared with another run (`compare`)
-/// and held against a gate.
+/// Arms run in short alternating turns, so that disturbances of the machine affect all of them; the
+/// result is their comparison. Results can be saved, plotted, compared with another run (`compare`)
+/// and checked against a gate.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     #[command(subcommand)]

@@ -24,22 +24,22 @@ pub(crate) struct Args {
     /// Write the report (JSON), which `isochrone compare` reads
     #[arg(long, value_name = "FILE.json")]
     report: Option<PathBuf>,
-    /// Write one page with everything, which opens without a network
+    /// Write a self-contained report page (HTML)
     #[arg(long, value_name = "FILE.html")]
     html: Option<PathBuf>,
-    /// Write a percentile table of each arm, as HdrHistogram's plotters read it
+    /// Write a percentile table for each arm, in the format of HdrHistogram's plotters
     #[arg(long, value_name = "FOLDER")]
     hgrm: Option<PathBuf>,
-    /// Write an interval log of all turns, as HdrHistogram's tools read it
+    /// Write an interval log of all turns, in the format of HdrHistogram's tools
     #[arg(long, value_name = "FILE.hlog")]
     hlog: Option<PathBuf>,
-    /// Write the histogram as `cyclictest --histogram` prints it, a column for each arm
+    /// Write the histogram in the format of `cyclictest --histogram`, with one column per arm
     #[arg(long, value_name = "FILE")]
     histogram: Option<PathBuf>,
-    /// Write every picture of the page as a file of its own
+    /// Write each chart of the page to its own SVG file
     #[arg(long, value_name = "FOLDER")]
     svg: Option<PathBuf>,
-    /// Hold the result against a gate (TOML): exit 0 pass, 1 fail, 4 the run says too little
+    /// Check the result against a gate (TOML): exit status 0 passed, 1 failed, 4 too little data
     #[arg(long, value_name = "FILE.toml")]
     gate: Option<PathBuf>,
 }

@@ -10,14 +10,14 @@ const INTRODUCTION: &str = "\
 <!-- The output of `isochrone blocks --format page`. -->
 
 The blocks follow the manual of Siemens' Library of General Functions (LGF) for the TIA Portal: names,
-types, defaults, modes and status words are LGF's, and each block names the page that it follows. Where
-that page is silent, a table says what was chosen. The formulas are exact: every number is computed in
-IEEE-754 binary64, in the order written, without fused multiply-add. A status word from 16#8000 on is an
-error, and `error` is TRUE exactly then; a node counts these steps as block errors.
+types, defaults, modes and status words are those of LGF, and each block names the page it follows. Where
+that page is silent, a table lists what isochrone does. The formulas are exact: every number is computed in
+IEEE-754 binary64, in the order written, without fused multiply-add. Status words from 16#8000 are errors;
+`error` is TRUE for exactly these, and a node counts such steps as block errors.
 
-At a pin stands a number, true or false, or a wire: `\"input\"` or `\"block.pin\"`. A TIME is whole
-milliseconds, `100`, or text: `\"100ms\"`, `\"T#100ms\"`, `\"T#1m30s\"`. At `callOB` stands an OB number or
-the name of a task, which need not have a number.
+A pin takes a number, true or false, or a wire: `\"input\"` or `\"block.pin\"`. A TIME is a whole number of
+milliseconds, `100`, or text: `\"100ms\"`, `\"T#100ms\"`, `\"T#1m30s\"`. `callOB` takes an OB number or the
+name of a task, which needs no number.
 ";
 
 /// The page of these blocks.
@@ -52,7 +52,7 @@ fn block(known: &BlockType) -> String {
         ]);
     }
     if !known.decisions.is_empty() {
-        text += "\n| LGF is silent on | chosen |\n|---|---|\n";
+        text += "\n| not specified by LGF | isochrone |\n|---|---|\n";
     }
     for decision in known.decisions {
         text += &row([decision.silent_on, decision.chosen]);

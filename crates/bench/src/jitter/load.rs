@@ -13,7 +13,7 @@ use crate::BenchError;
 pub enum Load {
     /// Nothing
     Idle,
-    /// A busy process for each CPU
+    /// One busy process per CPU
     Cpu,
     /// Mapping, writing and unmapping memory
     Vm,

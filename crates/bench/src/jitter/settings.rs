@@ -14,13 +14,13 @@ use crate::{BenchError, allowed_cpus};
 pub enum Loop {
     /// cyclictest's loop
     Sleep,
-    /// The node's, for a fifth of a CPU
+    /// The node's loop, up to a fifth of a CPU
     Hybrid,
-    /// The node's, for a tenth of a CPU
+    /// The node's loop, up to a tenth of a CPU
     Economical,
     /// Never sleeps
     Spin,
-    /// The program itself
+    /// The cyclictest program
     Cyclictest,
 }
 

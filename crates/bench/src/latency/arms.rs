@@ -9,9 +9,9 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Arm {
-    /// Bare iceoryx2 calls
+    /// Raw iceoryx2 calls
     Raw,
-    /// This product's ports
+    /// isochrone's ports
     Ports,
     /// Unix datagram socket
     Unix,
@@ -57,7 +57,7 @@ impl fmt::Display for Arm {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Wait {
-    /// Look again and again: transports are compared, not wake-ups
+    /// Poll continuously: compares transports, not wake-ups
     Poll,
     /// Sleep in the kernel where the transport can: unix, pipe and tcp
     Block,
