@@ -1,7 +1,7 @@
 //! The fill level of `level.toml` inside an application's own process: no IPC, no second program.
 //!
-//! The application says what the sensor reads and takes the level; the node computes it every
-//! millisecond, in a thread of its own.
+//! The application sets the sensor value and reads the level; the node computes it every millisecond in
+//! its own thread.
 //!
 //! ```text
 //! cargo run --release -p isochrone-examples --bin embedded
@@ -17,7 +17,7 @@ const CONFIGURATION: &str = include_str!("level.toml");
 fn main() -> Result<(), Box<dyn Error>> {
     let plan = Plan::new(Source::new("level.toml", CONFIGURATION), &Rules::default())?;
     let node = Node::prepare_alone(&plan)?;
-    // May be refused, for want of rights; the node then runs less punctually.
+    // Without permission for real-time scheduling, the node still runs, with more jitter.
     for refusal in node.refusals() {
         println!("note: {refusal}\n      {}", refusal.remedy());
     }

@@ -1,8 +1,8 @@
-//! A node and an application in one process, joined by the ports that join processes: only the service
-//! variant differs.
+//! A node and an application in one process, connected by the same ports that connect processes: only
+//! the service variant differs.
 //!
-//! With `local::Service` nothing leaves the process. Write `ipc::Service` instead, and the same lines
-//! talk to other programs through shared memory.
+//! With `local::Service` nothing leaves the process. With `ipc::Service` instead, the same code
+//! exchanges data with other programs through shared memory.
 //!
 //! ```text
 //! cargo run --release -p isochrone-examples --bin in_process
@@ -37,7 +37,7 @@ fn main() -> Result<(), Box<dyn Error>> {
         if let Some([_raw, level, ..]) =
             levels.newest(Monotonic.now_ns()).as_ref().map(|f| f.values())
         {
-            level_m = *level; // the value stands where the node put it: nothing was copied
+            level_m = *level; // read in place, without a copy
         }
         std::thread::sleep(POLL_INTERVAL);
     }

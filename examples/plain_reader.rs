@@ -1,6 +1,6 @@
-//! Reads the frames of a service with nothing but iceoryx2: whatever can talk to iceoryx2, in any
-//! of its languages, can talk to an isochrone node. No isochrone crate is used here. docs/wire.md
-//! is the contract.
+//! Reads the frames of a service with iceoryx2 alone, without any isochrone crate. Any program that
+//! uses iceoryx2, in any language it supports, can exchange frames with a node in this way. The
+//! contract is docs/wire.md.
 //!
 //! Start a node (`isochrone run examples/level.toml`, or `isochrone demo`), then:
 //!
@@ -8,9 +8,9 @@
 //! cargo run --release -p isochrone-examples --bin plain_reader -- [SERVICE] [FRAMES]
 //! ```
 //!
-//! SERVICE is plant/level and FRAMES 5 if left out. Exit status: 0 done, 1 the service cannot be
-//! read, 3 nobody published for five seconds. It looks for others where they are told to be: in
-//! the domain of `config/iceoryx2.toml`, or in iceoryx2's default domain.
+//! SERVICE defaults to plant/level and FRAMES to 5. Exit status: 0 done, 1 the service cannot be
+//! read, 3 nothing was published for five seconds. It joins the domain configured in
+//! `config/iceoryx2.toml`, or iceoryx2's default domain.
 #![allow(clippy::print_stdout, reason = "showing frames is what this program is for")]
 
 use std::error::Error;
@@ -23,21 +23,21 @@ use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError::Do
 const PATIENCE: Duration = Duration::from_secs(5);
 const POLL: Duration = Duration::from_millis(1);
 
-/// The user header of a frame. iceoryx2 compares type name and layout, not the Rust type; times
+/// The user header of a frame. iceoryx2 compares the type name and layout, not the Rust type. Times
 /// are nanoseconds of CLOCK_MONOTONIC.
 #[repr(C)]
 #[derive(Debug, ZeroCopySend)]
 #[type_name("isochrone.FrameHeader.v2")]
 struct FrameHeader {
     sequence: u64,   // 0, 1, 2 ... per publisher; a gap is a loss
-    cycle: u64,      // the publisher's cycle, skipped ones included
+    cycle: u64,      // the publisher's cycle, including skipped ones
     release_ns: u64, // when the cycle was due
     publish_ns: u64, // when the frame was sent
     source_ns: u64,  // when the oldest sample behind the values was published; 0: none
-    missed: u64,     // cycles the publisher has lost since its start
-    flags: u64,      // what the values are worth; 0: nothing to say
-    term: u64,       // when the publisher took the service, Unix ns; 0: a plain writer
-    layout: u64,     // which layout the frame has; 0: the publisher does not say
+    missed: u64,     // cycles lost since the publisher started
+    flags: u64,      // 0 in this version
+    term: u64,       // when the publisher took over the service, Unix ns; 0: a plain writer
+    layout: u64,     // which layout the frame has; 0: not given
 }
 
 fn main() -> Result<ExitCode, Box<dyn Error>> {
@@ -49,7 +49,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
     let node = NodeBuilder::new().create::<ipc::Service>()?;
     let mut deadline = Instant::now() + PATIENCE;
     let service = loop {
-        // Open, not create: who creates a service decides its history, buffers and overflow.
+        // Open, not create: the creator of a service sets its history, buffers and overflow.
         let opened = node
             .service_builder(&name.as_str().try_into()?)
             .publish_subscribe::<[f64]>()
@@ -65,9 +65,9 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         }
     };
 
-    // What the values of a frame are stands in a message of another service, as JSON. It comes when
-    // a reader comes, and every 500 ms as long as there is one; who does not announce it sends frames
-    // of layout 0. (LREAL, INT, BOOL, TIME and WORD are all exact in an f64.)
+    // A JSON message on another service describes the values of a frame. It is sent when a reader
+    // connects and every 500 ms while one is connected; publishers without an announcement send
+    // frames of layout 0. (An f64 represents LREAL, INT, BOOL, TIME and WORD exactly.)
     let layouts = node
         .service_builder(&format!("isochrone/layout/{name}").as_str().try_into()?)
         .publish_subscribe::<[u8]>()
@@ -95,7 +95,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
         };
         let number = frame.user_header().layout;
         while number != 0 && layout != Some(number) && Instant::now() < deadline {
-            // A writer may come back with another layout: the number says which one a frame has.
+            // A writer may restart with another layout: the number identifies each frame's layout.
             match layouts.receive()? {
                 Some(message) => {
                     let json = std::str::from_utf8(message.payload())?;
