@@ -111,11 +111,13 @@ fn run_until(mut node: Running, plan: &Plan, stop: &Stop) -> Result<Outcome, Fai
         for (task, record) in news.records() {
             service.note(*task, record);
         }
-        if news.is_ending() {
+        let is_ending = news.is_ending();
+        // Also at the end: one that ran a single cycle was ready.
+        service.tell();
+        if is_ending {
             service.stopping();
             return node.finish().map_err(Failure::found);
         }
-        service.tell();
     }
 }
 
