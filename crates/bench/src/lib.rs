@@ -1,9 +1,10 @@
-//! What a controller feels, measured on the code that ships: how late its cycles begin ([`jitter`]),
-//! how long a value takes from one process to another ([`latency`]), what a block costs ([`engine`]).
+//! Benchmarks of what affects a controller, run on the code that ships: how late its cycles start
+//! ([`jitter`]), how long a value takes from one process to another ([`latency`]), and what a block
+//! costs ([`engine`]).
 //!
-//! Each is measured by arms that take turns, so that what the machine does meanwhile meets them all.
-//! A bench takes its settings, a [`Stop`](isochrone_processes::Stop) that ends it early, and an
-//! [`Onlooker`] who is told how far it is; it hands back parts of a
+//! Each is measured with arms in alternating turns, so that disturbances of the machine affect all
+//! of them. A bench takes its settings, a [`Stop`](isochrone_processes::Stop) that ends it early,
+//! and an [`Onlooker`] that receives its progress; it returns parts of a
 //! [`Report`](isochrone_report::Report).
 #![cfg_attr(
     not(test),

@@ -1,9 +1,9 @@
-//! Function blocks for cyclic control, as control engineers know them from Siemens' library of
-//! general functions (LGF): two ramps, a linear scale and a sawtooth.
+//! Function blocks for cyclic control, after Siemens' Library of General Functions (LGF): two
+//! ramps, a linear scale and a sawtooth.
 //!
 //! A block is one file. It declares its pins once with [`block!`](crate::block!) and implements
-//! [`Block::step`], a pure Mealy machine: `(state, inputs, cycle) -> outputs`. Time is an argument,
-//! never asked for. There is no clock here, no I/O, no allocation and no unsafe code.
+//! [`Block::step`], a pure Mealy machine: `(state, inputs, cycle) -> outputs`. Time is passed in as
+//! an argument. There is no clock, I/O, allocation or unsafe code here.
 //!
 //! ```
 //! use isochrone_blocks::{Block, Cycle, lim_rate_of_change::{Inputs, LimRateOfChangeCI, State}};
@@ -47,8 +47,9 @@ pub use block::{is_error_flag, is_status};
 pub use cycle::{Cycle, is_cyclic_ob};
 pub use value::{Ob, PinType, Value, Word};
 
-/// Every block type that this library has. One line makes a block known to the configuration, the
-/// catalogue and the documentation; what else it needs, the tests say.
+/// Every block type of this library. Adding one line here makes a block available to the
+/// configuration, the catalogue and the documentation; the tests report anything else that it
+/// needs.
 pub static CATALOGUE: &[BlockType] = &[
     BlockType::of::<lim_rate_of_change::LimRateOfChangeCI>(),
     BlockType::of::<lim_rate_of_change_advanced::LimRateOfChangeAdvancedCI>(),

@@ -1,13 +1,13 @@
 //! **When** a cycle runs: an absolute-grid cyclic executor and the real-time set-up of its thread.
 //!
 //! Cycle `k` of a task is due at `epoch + phase + k * period` on `CLOCK_MONOTONIC`. Due times are
-//! never derived from the moment a cycle happened to run, so the grid cannot drift, and tasks that
-//! share an epoch share the grid. A release that was missed is counted, never hidden.
+//! never derived from the moment a cycle actually ran, so the grid cannot drift, and tasks that
+//! share an epoch share the grid. Every missed release is counted.
 //!
-//! Real-time contract: [`Cyclic::wait`] and [`Cyclic::finished`] allocate nothing, take no lock,
-//! cannot panic, and make no system call except the sleep. Everything that can be refused by the
-//! system happens before, in [`prepare_process`] and [`prepare_thread`], which report each
-//! [`Refusal`] with its reason and its remedy and carry on with what was granted.
+//! Real-time contract: [`Cyclic::wait`] and [`Cyclic::finished`] do not allocate, take no lock,
+//! cannot panic, and make no system call except the sleep. Everything that the system can refuse
+//! happens beforehand, in [`prepare_process`] and [`prepare_thread`], which report each [`Refusal`]
+//! with its reason and remedy and continue with what was granted.
 //!
 //! ```
 //! use std::sync::{Arc, atomic::AtomicBool};

@@ -1,7 +1,8 @@
-//! In what order: from a configuration file to a process image that one call steps.
+//! **In what order**: from a configuration file to a process image that one call steps.
 //!
-//! Data goes one way: TOML, [`Config`](config::Config) (as written), [`Plan`] (resolved, checked,
-//! ordered), [`TaskEngine`] (image and banks), cycle. Strings and hash maps end at the plan.
+//! Data flows one way: TOML, [`Config`](config::Config) (as written), [`Plan`] (resolved, checked,
+//! ordered), [`TaskEngine`] (image and banks), cycle. Strings and hash maps are not used beyond the
+//! plan.
 //!
 //! ```
 //! use isochrone_engine::{Plan, Rules, Source, TaskEngine};
@@ -32,7 +33,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! There is no clock here, no operating system and no IPC.
+//! This crate uses no clock, operating system or IPC.
 #![cfg_attr(
     not(test),
     warn(

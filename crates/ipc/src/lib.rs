@@ -1,19 +1,20 @@
-//! Frames of values between processes, over [iceoryx2] shared memory and without copying.
+//! Frames of values between processes, over [iceoryx2] shared memory, without copying.
 //!
-//! A **frame** is one consistent snapshot of one cycle: a slice of `f64` with a [`FrameHeader`].
-//! A [`FramePublisher`] writes frames of one service, a [`FrameSubscriber`] reads them; both belong
-//! to a [`Participant`] of a [`Domain`]. All are generic over the service variant, so the same ports run across
-//! processes ([`ipc::Service`]) and inside one ([`local::Service`]).
+//! A **frame** is a consistent snapshot of one cycle: a slice of `f64` with a [`FrameHeader`]. A
+//! [`FramePublisher`] writes the frames of one service, a [`FrameSubscriber`] reads them; both
+//! belong to a [`Participant`] of a [`Domain`]. All are generic over the service variant, so the
+//! same ports work across processes ([`ipc::Service`]) and within one ([`local::Service`]).
 //!
-//! Set-up (`join`, `open`) allocates, touches files, may wait for some hundred milliseconds and
-//! returns `Result`. The cycle (`send`, `newest`) never waits, never logs and counts what went
-//! wrong. What allocates or maps memory belongs in the *slack* between two cycles:
-//! [`FramePublisher::prepare`] and [`FrameSubscriber::maintain`]. Connections that fail are made
-//! good by an ordinary thread, with a [`Repair`].
+//! Set-up (`join`, `open`) allocates, accesses files, may wait for some hundred milliseconds and
+//! returns `Result`. The cycle (`send`, `newest`) never waits or logs, and counts errors. Anything
+//! that allocates or maps memory belongs in the *slack* between two cycles:
+//! [`FramePublisher::prepare`] and [`FrameSubscriber::maintain`]. An ordinary thread repairs failed
+//! connections with a [`Repair`].
 //!
-//! The services are plain iceoryx2: every other program, tool or language binding of the same
-//! version sees them. What the channels of a frame are is announced beside it, on a service of its
-//! own: a [`LayoutAnnouncer`] tells it, a [`LayoutWatcher`] learns it, both in an ordinary thread.
+//! The services are plain iceoryx2 services, visible to every program, tool or language binding of
+//! the same version. The channels of a frame are announced on a separate service: a
+//! [`LayoutAnnouncer`] sends the announcement and a [`LayoutWatcher`] receives it, both in an
+//! ordinary thread.
 //!
 //! [iceoryx2]: https://docs.rs/iceoryx2/0.10.0
 #![cfg_attr(
@@ -71,11 +72,11 @@ pub use service::{check_service_name, layout_service_name};
 pub use subscriber::{Depth, FrameRef, FrameSubscriber, SubscriberCounters};
 pub use variant::Service;
 
-/// Makes iceoryx2 hand on only messages of `level` and above.
+/// Restricts iceoryx2's messages to `level` and above.
 ///
-/// Messages go to `tracing` (the workspace enables iceoryx2's feature of that name), but
-/// iceoryx2 asks its own level first, and that is `Info` until somebody calls this.
-/// [`Participant::join`] makes it [`LogLevel::Warn`] unless this was called before.
+/// Messages go to `tracing` (the workspace enables iceoryx2's feature of that name), but iceoryx2
+/// checks its own level first, which is `Info` until this function is called. [`Participant::join`]
+/// sets it to [`LogLevel::Warn`] unless this was called before.
 pub fn set_log_level(level: LogLevel) {
     participant::LOG_LEVEL.get_or_init(|| ());
     iceoryx2::prelude::set_log_level(level);

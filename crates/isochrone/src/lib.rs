@@ -1,6 +1,6 @@
 //! **isochrone**: a control node that runs function blocks at a deterministic period and exchanges
-//! values with other processes through shared memory without copying. This crate is its front door:
-//! whatever a program needs to embed a node stands here.
+//! values with other processes through shared memory without copying. This crate re-exports
+//! everything a program needs to embed a node.
 //!
 //! # A node in a program
 //!
@@ -84,23 +84,24 @@
 //! }
 //! ```
 //!
-//! States are types: [`Prepared`](runtime::Prepared), [`Running`](runtime::Running),
-//! [`Outcome`](runtime::Outcome). Dropping one ends its threads. What was not measured is `None`.
+//! Each state of a node is a type: [`Prepared`](runtime::Prepared), [`Running`](runtime::Running),
+//! [`Outcome`](runtime::Outcome). Dropping a state ends its threads. Quantities that were not
+//! measured are `None`.
 //!
-//! - **Between processes**, a node's ports are of [`ipc::Service`](prelude::ipc::Service); inside one
-//!   process, of [`local::Service`](prelude::local::Service), which leaves no file behind.
-//! - **Without services**, [`Node::prepare_alone`](runtime::Node::prepare_alone): inputs are given by
-//!   [`set`](runtime::Running::set), and signals read by [`value`](runtime::Running::value).
-//! - **All verbs of the command line** with blocks of your own:
+//! - **Between processes**, a node's ports use [`ipc::Service`](prelude::ipc::Service); within one
+//!   process, [`local::Service`](prelude::local::Service), which leaves no files behind.
+//! - **Without services**, use [`Node::prepare_alone`](runtime::Node::prepare_alone): set inputs
+//!   with [`set`](runtime::Running::set) and read signals with [`value`](runtime::Running::value).
+//! - **All verbs of the command line** with your own blocks:
 //!   `isochrone_cli::main(&[BlockType::of::<Half>()])`.
-//! - **Memory** is locked for the whole process by
-//!   [`prepare_process`](cyclic::prepare_process), if the program calls it.
+//! - **Memory** of the whole process is locked if the program calls
+//!   [`prepare_process`](cyclic::prepare_process).
 //! - **Allocations** are counted if the program has
 //!   [`CountingAllocator`](cyclic::CountingAllocator) as its `#[global_allocator]`.
 //!
-//! # The house
+//! # Architecture
 //!
-//! Each crate says one thing, and knows none of those that stand to the right of it or below:
+//! Each crate has one responsibility and depends on none of the crates below it:
 //!
 //! | crate | says |
 //! |---|---|
@@ -111,15 +112,17 @@
 //! | [`timing`] | *numbers* from cycle records |
 //! | [`runtime`] | *a node*: the tasks' threads, ports, set-points, telemetry |
 //!
-//! Data goes one way: TOML, `Config` (as written), [`Plan`](engine::Plan) (resolved, checked, ordered),
-//! [`TaskEngine`](engine::TaskEngine) (image and banks), cycle. Strings and hash maps end at the plan.
+//! Data flows one way: TOML, `Config` (as written), [`Plan`](engine::Plan) (resolved, checked,
+//! ordered), [`TaskEngine`](engine::TaskEngine) (image and banks), cycle. Strings and hash maps are
+//! not used beyond the plan.
 //!
 //! # One cycle
 //!
-//! Wait for the release; apply what operators sent; read the inputs into the image; step the banks in
-//! order; copy the outputs into the frames that were loaned beforehand; send. Then, in the slack: loan
-//! the next frames, let ports connect, push the cycle record. Between the release and the slack there
-//! is no allocation of ours, no lock, no page fault, no log, and no system call.
+//! Wait for the release; apply values set by operators; read the inputs into the image; step the
+//! banks in order; copy the outputs into the frames that were loaned beforehand; send. Then, in the
+//! slack: loan the next frames, connect ports, push the cycle record. Between the release and the
+//! slack, isochrone makes no allocation, takes no lock, causes no page fault, logs nothing and
+//! makes no system call.
 
 pub use isochrone_blocks as blocks;
 pub use isochrone_cyclic as cyclic;
@@ -128,7 +131,7 @@ pub use isochrone_ipc as ipc;
 pub use isochrone_runtime as runtime;
 pub use isochrone_timing as timing;
 
-/// What a program that embeds a node uses: `use isochrone::prelude::*`.
+/// Everything a program needs to embed a node: `use isochrone::prelude::*`.
 pub mod prelude {
     pub use isochrone_blocks::{BlockType, CATALOGUE};
     pub use isochrone_cyclic::{CountingAllocator, prepare_process};

@@ -1,8 +1,9 @@
-//! **Where** it ran: what a Linux machine is, and what it does to a loop.
+//! **Where** it ran: the properties of a Linux machine and their effect on a loop.
 //!
-//! A [`Machine`] reads `/proc` and `/sys`, below any root. [`Environment`] is what decides how much
-//! a run's numbers are worth, [`Disturbance`] what the kernel counted against a loop meanwhile, and
-//! [`examine`] says beforehand what the machine does to jitter, and the way out. Nothing is changed.
+//! A [`Machine`] reads `/proc` and `/sys` below any root. [`Environment`] holds what determines how
+//! far a run's numbers can be trusted, [`Disturbance`] what the kernel counted against a loop
+//! during the run, and [`examine`] shows in advance how the machine affects jitter and how to fix
+//! it. Nothing is changed.
 #![cfg_attr(
     not(test),
     warn(

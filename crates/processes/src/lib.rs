@@ -1,11 +1,11 @@
-//! Processes that belong together: how they are started, asked to end, and ended.
+//! Groups of processes: how they are started, asked to end, and ended.
 //!
-//! A program looks at a [`Stop`] in its loops, and ends in order when it is due. Programs that it
-//! starts are each a [`Child`]: they end when it is dropped, when another signal ends the program at
-//! once, and, where they are programs of isochrone, when the program is killed. A [`Company`] is
-//! several processes of one program in an iceoryx2 domain of their own.
+//! A program checks a [`Stop`] in its loops and ends cleanly when it is due. Each program that it
+//! starts is a [`Child`], which ends when it is dropped, when a second signal ends the program at
+//! once, and, if it is an isochrone program, when its parent is killed. A [`Company`] is a group of
+//! processes of one program in their own iceoryx2 domain.
 //!
-//! Nothing here talks to the terminal. What there is to say is in the errors.
+//! Nothing here accesses the terminal; errors carry all messages.
 #![cfg_attr(
     not(test),
     warn(

@@ -1,9 +1,9 @@
-//! **Documents**: what a run or a bench found out, for people and for other tools.
+//! **Documents**: the results of a run or a bench, for people and for other tools.
 //!
 //! A [`Report`] is written as JSON (serde, both ways), as a table (`Display`), as a page ([`html`])
-//! and in the formats of other tools ([`hgrm`], [`hlog`], [`cyclictest_histogram`]). Arms of a bench
-//! are compared with each other ([`Report::compare_arms`]), reports with each other
-//! ([`compare_reports`]), and either with bounds ([`Gate`]).
+//! and in the formats of other tools ([`hgrm`], [`hlog`], [`cyclictest_histogram`]). Arms of a
+//! bench are compared with each other ([`Report::compare_arms`]), reports with each other
+//! ([`compare_reports`]), and both can be checked against bounds ([`Gate`]).
 #![cfg_attr(
     not(test),
     warn(

@@ -1,9 +1,9 @@
 //! **A node in any program**: the threads of its tasks, its ports and its telemetry.
 //!
-//! The states of a node are types. [`Node::prepare`] opens the ports of all tasks, in threads that then
-//! wait ([`Prepared`]); [`Prepared::start`] begins all of them on one grid ([`Running`]); an ordinary
-//! thread calls [`Running::poll`] some fifty times a second; [`Running::finish`] tells what each task
-//! did and cost ([`Outcome`]). Dropping a state ends its threads.
+//! Each state of a node is a type. [`Node::prepare`] opens the ports of all tasks in threads that
+//! then wait ([`Prepared`]); [`Prepared::start`] starts all of them on one grid ([`Running`]); an
+//! ordinary thread calls [`Running::poll`] about fifty times a second; [`Running::finish`] returns
+//! what each task did and cost ([`Outcome`]). Dropping a state ends its threads.
 //!
 //! ```
 //! use isochrone_engine::{Plan, Rules, Source};
@@ -31,10 +31,10 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! A cycle is one function: wait for the release, apply what operators sent, read the inputs, step the
-//! blocks, copy the outputs into the frames, send them, and then in the slack everything that may take
-//! its time. Nothing here speaks to the terminal or to a service manager; what people are to know
-//! promptly goes to `tracing`, from the thread that polls.
+//! A cycle is one function: wait for the release, apply values set by operators, read the inputs,
+//! step the blocks, copy the outputs into the frames, send them, and then do all less urgent work
+//! in the slack. Nothing here accesses the terminal or a service manager; messages for people go to
+//! `tracing`, from the polling thread.
 #![cfg_attr(
     not(test),
     warn(

@@ -1,8 +1,8 @@
-//! What a cyclic task asks for: when it is due, how it waits, what it does when it is late.
+//! The schedule of a cyclic task: when it is due, how it waits, and what it does when it is late.
 //!
-//! These are the words that configurations, the executor and reports share. There is no clock here
-//! and no operating system: `isochrone-engine` reads a [`Schedule`] from a file, and
-//! `isochrone-cyclic` runs it.
+//! Configurations, the executor and reports share these types. There is no clock or operating
+//! system here: `isochrone-engine` reads a [`Schedule`] from a file, and `isochrone-cyclic` runs
+//! it.
 //!
 //! ```
 //! use isochrone_schedule::{Margin, Overrun, Schedule, Wake};
@@ -34,18 +34,18 @@ pub struct Schedule {
     pub wake: Wake,
     /// What to do when releases were missed.
     pub overrun: Overrun,
-    /// How many missed releases end the loop, whatever `overrun` says; `None`: any number passes.
+    /// Number of missed releases that ends the loop, regardless of `overrun`; `None`: no limit.
     pub limit: Option<MissLimit>,
 }
 
 impl Schedule {
-    /// Releases on the whole grid, skipped when they were missed, however many that are.
+    /// Releases without a phase offset; missed releases are skipped, without a limit.
     pub const fn every(period_ns: u64, wake: Wake) -> Self {
         Self { period_ns, phase_ns: 0, wake, overrun: Overrun::Skip, limit: None }
     }
 
-    /// The longest that the task watches the clock before a release, in ns. Sleeping costs no CPU
-    /// time, watching does.
+    /// Longest time that the task watches the clock before a release, in ns. Watching uses CPU
+    /// time, sleeping does not.
     pub fn longest_watch_ns(&self) -> u64 {
         match self.wake {
             Wake::Sleep => 0,

@@ -1,10 +1,10 @@
-//! **How well** it went: numbers from records.
+//! **How well** it ran: statistics computed from records.
 //!
-//! Plain data goes in, from the loop ([`CycleRecord`]) and from a subscriber ([`FrameRecord`]);
-//! what a task did ([`TaskReport`]) and what came over a link ([`LinkReport`]) come out. Nothing
-//! here runs on the real-time thread: records reach this crate through a ring.
+//! Input is plain data from the loop ([`CycleRecord`]) and from a subscriber ([`FrameRecord`]);
+//! output is what a task did ([`TaskReport`]) and what arrived over a link ([`LinkReport`]).
+//! Nothing here runs on the real-time thread: records reach this crate through a ring.
 //!
-//! A number is only reported when the samples support it, see [`Summary`].
+//! A number is reported only if the samples support it; see [`Summary`].
 //!
 //! ```
 //! use isochrone_timing::{CycleRecord, TaskTiming};
