@@ -204,9 +204,12 @@ fn print(args: &Args, arms: &[Arm]) {
         "", "samples", "p50", "p90", "p99", "p99.9", "p99.99", "max", "CPU %", "missed"
     );
     for arm in arms {
-        let quantile = |quantile: f64, needed: u64| match arm.jitter.count() >= needed {
-            true => us(arm.jitter.quantile(quantile)),
-            false => "-".into(),
+        let quantile = |quantile: f64, needed: u64| {
+            if arm.jitter.count() >= needed {
+                us(arm.jitter.quantile(quantile))
+            } else {
+                "-".into()
+            }
         };
         println!(
             "{:<20}{:>9}{:>10}{:>10}{:>10}{:>10}{:>10}{:>10}{:>7.1}{:>8}",

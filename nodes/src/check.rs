@@ -275,7 +275,7 @@ fn document(plan: &Plan) -> Value {
         "node": plan.node,
         "tasks": tasks.collect::<Vec<_>>(),
         "errors": [],
-        "warnings": configuration::findings_json(&configuration::warnings(plan), true),
+        "warnings": configuration::findings_json(&configuration::warnings(plan), configuration::Kind::Warnings),
         "notes": plan.notes.iter().map(|note| configuration::finding_json(&plan.source, note)).collect::<Vec<_>>(),
     })
 }
@@ -284,7 +284,7 @@ fn document(plan: &Plan) -> Value {
 fn refusal(findings: &Findings) -> Value {
     json!({
         "file": findings.source.name,
-        "errors": configuration::findings_json(findings, false),
-        "warnings": configuration::findings_json(findings, true),
+        "errors": configuration::findings_json(findings, configuration::Kind::Errors),
+        "warnings": configuration::findings_json(findings, configuration::Kind::Warnings),
     })
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use isochrone_report::{ComparisonTable, Report, Verdict, compare_reports, overall};
+use isochrone_report::{ComparisonTable, NotCompared, Report, Verdict, compare_reports, overall};
 
 use crate::failure::Failure;
 use crate::terminal;
@@ -33,9 +33,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     for difference in &compared.differences {
         terminal::note(&format!("note: the reports differ in {difference}"));
     }
-    match args.json {
-        true => terminal::print_json(&compared.comparisons)?,
-        false => terminal::print(&ComparisonTable(&compared.comparisons).to_string())?,
+    if args.json {
+        terminal::print_json(&compared.comparisons)?
+    } else {
+        terminal::print(&ComparisonTable(&compared.comparisons).to_string())?
     }
     let verdict = overall(&compared.comparisons);
     if verdict == Verdict::Worse {
@@ -46,7 +47,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         )));
     }
     let left_out: Vec<String> =
-        compared.left_out.iter().map(|(arm, why)| format!("{arm}: {why}")).collect();
+        compared.left_out.iter().map(|NotCompared { arm, why }| format!("{arm}: {why}")).collect();
     if !left_out.is_empty() {
         return Err(Failure::inconclusive(format!(
             "some arms of {} could not be compared\n{}",
@@ -54,12 +55,13 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             left_out.join("\n")
         )));
     }
-    match compared.comparisons.is_empty() {
-        true => Err(Failure::usage(format!(
+    if compared.comparisons.is_empty() {
+        Err(Failure::usage(format!(
             "{} holds nothing to compare; a report of `isochrone bench` does",
             args.first.display()
-        ))),
-        false => Ok(()),
+        )))
+    } else {
+        Ok(())
     }
 }
 

@@ -58,9 +58,17 @@ pub(crate) fn note_warnings(plan: &Plan) {
     }
 }
 
-/// Findings for programs, warnings or errors: kind, message, place and remedy of each.
-pub(crate) fn findings_json(findings: &Findings, warnings: bool) -> Vec<serde_json::Value> {
-    let wanted = findings.findings.iter().filter(|finding| finding.is_warning() == warnings);
+/// Which findings of a configuration.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kind {
+    Errors,
+    Warnings,
+}
+
+/// Findings of a kind for programs: kind, message, place and remedy of each.
+pub(crate) fn findings_json(findings: &Findings, kind: Kind) -> Vec<serde_json::Value> {
+    let wanted =
+        findings.findings.iter().filter(|finding| finding.is_warning() == (kind == Kind::Warnings));
     wanted.map(|finding| finding_json(&findings.source, finding)).collect()
 }
 

@@ -45,9 +45,10 @@ const COLUMNS: usize = 100;
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let examination = examine(&Machine::here(), args.cpu).map_err(Failure::usage)?;
-    match args.json {
-        true => terminal::print_json(&examination)?,
-        false => terminal::print(&text(&examination))?,
+    if args.json {
+        terminal::print_json(&examination)?
+    } else {
+        terminal::print(&text(&examination))?
     }
     let bad: Vec<String> = GROUPS
         .iter()

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use isochrone_report::{Gate, Outcome, Report};
+use isochrone_report::{Gate, Judgement, Outcome, Report};
 
 use crate::failure::Failure;
 use crate::terminal;
@@ -24,13 +24,13 @@ pub(crate) fn read(path: &Path) -> Result<Gate, Failure> {
 /// little about a rule, or a gate of which nothing could be judged, decides nothing (exit 4).
 pub(crate) fn hold(gate: &Gate, report: &Report) -> Result<(), Failure> {
     let judged = gate.judge(report);
-    for (outcome, says) in &judged {
+    for Judgement { outcome, says } in &judged {
         terminal::note(&format!("gate: {}: {says}", outcome.as_str()));
     }
     let worst = if report.ended_early {
         Some(Outcome::Invalid)
     } else {
-        judged.iter().map(|(outcome, _)| *outcome).max()
+        judged.iter().map(|judged| judged.outcome).max()
     };
     match worst {
         Some(Outcome::Pass) => Ok(()),

@@ -92,9 +92,10 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     if let Some(file) = report_file {
         file.write_report(&report)?;
     }
-    match args.json {
-        true => terminal::print_json(&report)?,
-        false => terminal::print(&report.to_string())?,
+    if args.json {
+        terminal::print_json(&report)?
+    } else {
+        terminal::print(&report.to_string())?
     }
     verdict(args, &outcome)
 }
@@ -135,9 +136,10 @@ fn verdict(args: &Args, outcome: &Outcome) -> Result<(), Failure> {
             )
         })
         .collect();
-    match args.fail_on_block_errors && !errors.is_empty() {
-        true => Err(Failure::found(errors.join("\n"))),
-        false => Ok(()),
+    if args.fail_on_block_errors && !errors.is_empty() {
+        Err(Failure::found(errors.join("\n")))
+    } else {
+        Ok(())
     }
 }
 
@@ -177,8 +179,9 @@ pub(crate) fn require_services(plan: &Plan) -> Result<(), Failure> {
                 .help("add service = \"…\", the service whose frames carry the value")
         })
         .collect();
-    match findings.is_empty() {
-        true => Ok(()),
-        false => Err(Failure::configuration(Findings::new(plan.source.clone(), findings))),
+    if findings.is_empty() {
+        Ok(())
+    } else {
+        Err(Failure::configuration(Findings::new(plan.source.clone(), findings)))
     }
 }

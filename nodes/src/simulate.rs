@@ -204,14 +204,23 @@ struct RecordedInput {
 /// The rows of the output file.
 struct Output {
     rows: Rows,
-    /// Task and index of every output in the order of the file, and room for its signals.
-    outputs: Vec<(usize, usize, Vec<f64>)>,
+    /// Every output, in the order of the file.
+    outputs: Vec<Place>,
+}
+
+/// Where an output's values come from.
+struct Place {
+    task: usize,
+    /// Its index among the outputs of the task.
+    output: usize,
+    /// Room for its signals.
+    values: Vec<f64>,
 }
 
 impl Output {
     fn create(path: &Path, plan: &Plan) -> Result<Self, Failure> {
         let mut rows = Rows::create(path)?;
-        let mut outputs: Vec<_> = plan
+        let mut planned: Vec<_> = plan
             .tasks
             .iter()
             .enumerate()
@@ -219,19 +228,23 @@ impl Output {
                 task.outputs.iter().enumerate().map(move |(o, plan)| (t, o, plan))
             })
             .collect();
-        outputs.sort_by_key(|(_, _, output)| output.position);
-        let signals = outputs.iter().flat_map(|(_, _, output)| &output.signals);
+        planned.sort_by_key(|(_, _, output)| output.position);
+        let signals = planned.iter().flat_map(|(_, _, output)| &output.signals);
         let names = signals.map(|signal| signal.name.as_str());
         rows.header(std::iter::once(CYCLE).chain(names))?;
-        let outputs = outputs.iter().map(|(t, o, plan)| (*t, *o, vec![0.0; plan.signals.len()]));
+        let outputs = planned.iter().map(|(t, o, plan)| Place {
+            task: *t,
+            output: *o,
+            values: vec![0.0; plan.signals.len()],
+        });
         Ok(Self { outputs: outputs.collect(), rows })
     }
 
     fn write(&mut self, cycle: u64, simulation: &Simulation<'_>) -> Result<(), Failure> {
-        for (task, output, values) in &mut self.outputs {
+        for Place { task, output, values } in &mut self.outputs {
             simulation.engines[*task].read_output(*output, values);
         }
-        let values = self.outputs.iter().flat_map(|(_, _, values)| values).copied();
+        let values = self.outputs.iter().flat_map(|place| &place.values).copied();
         self.rows.row(None, cycle, values)
     }
 }

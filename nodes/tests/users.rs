@@ -14,14 +14,13 @@ const NOBODY: u32 = 65_534;
 /// Runs a node in the domain to its end, as `nobody` or as root.
 fn run(domain: &Domain, is_root: bool, file: &str) -> Ended {
     let program = domain.path("isochrone");
-    let mut command = match is_root {
-        true => Command::new(program),
-        false => {
-            let mut command = Command::new("setpriv");
-            let user = NOBODY.to_string();
-            command.args(["--reuid", &user, "--regid", &user, "--clear-groups"]).arg(program);
-            command
-        }
+    let mut command = if is_root {
+        Command::new(program)
+    } else {
+        let mut command = Command::new("setpriv");
+        let user = NOBODY.to_string();
+        command.args(["--reuid", &user, "--regid", &user, "--clear-groups"]).arg(program);
+        command
     };
     command.args(["run", file, "--cycles", "20", "--iceoryx2-config"]).arg(domain.config_file());
     command.current_dir(domain.path(""));

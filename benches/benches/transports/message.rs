@@ -34,9 +34,10 @@ pub(crate) fn read(words: &[u64]) -> Result<(u64, u64), Failure> {
         return Err("a message is too short".into());
     };
     let sum: f64 = values.iter().map(|bits| f64::from_bits(*bits)).sum();
-    match sum == value(*sequence) * values.len() as f64 {
-        true => Ok((*sequence, *sent_ns)),
-        false => Err(format!("message {sequence} is damaged").into()),
+    if sum == value(*sequence) * values.len() as f64 {
+        Ok((*sequence, *sent_ns))
+    } else {
+        Err(format!("message {sequence} is damaged").into())
     }
 }
 

@@ -62,10 +62,7 @@ impl Peer {
         if let Some(watched) = self.watched.take() {
             watched.store(true, Ordering::Relaxed);
         }
-        match line == DONE {
-            true => Ok(()),
-            false => Err("the peer has ended; it said why above".into()),
-        }
+        if line == DONE { Ok(()) } else { Err("the peer has ended; it said why above".into()) }
     }
 
     /// Lets it leave, so that it takes along what it has opened.

@@ -232,9 +232,8 @@ fn a_pin_that_does_not_exist_or_is_of_the_other_direction_is_refused() {
 #[test]
 fn a_service_name_that_the_transport_refuses_is_reported_with_its_reason() {
     let rules = Rules {
-        service_name: |name| match name.contains("level") {
-            true => Err("levels are secret".into()),
-            false => Ok(()),
+        service_name: |name| {
+            if name.contains("level") { Err("levels are secret".into()) } else { Ok(()) }
         },
         ..Rules::default()
     };

@@ -110,10 +110,7 @@ fn number(text: &str) -> Option<u64> {
 }
 
 fn printable(text: String) -> String {
-    match text.contains(char::is_control) {
-        true => text.replace(char::is_control, "\u{fffd}"),
-        false => text,
-    }
+    if text.contains(char::is_control) { text.replace(char::is_control, "\u{fffd}") } else { text }
 }
 
 /// The kernel's boot id: processes of one boot of one machine share a monotonic clock, whatever the

@@ -78,9 +78,10 @@ fn remedy(key: &str, known: &Map<String, Value>, all: &Map<String, Value>) -> St
     }
     let mut elsewhere = Vec::new();
     tables_with(key, all, &[], &mut elsewhere);
-    match elsewhere.is_empty() {
-        false => format!("it belongs in {}", elsewhere.join(" or ")),
-        true => format!("there is: {}", known.keys().cloned().collect::<Vec<_>>().join(", ")),
+    if elsewhere.is_empty() {
+        format!("there is: {}", known.keys().cloned().collect::<Vec<_>>().join(", "))
+    } else {
+        format!("it belongs in {}", elsewhere.join(" or "))
     }
 }
 

@@ -236,10 +236,7 @@ pub(crate) fn subscriber_places<S: Service, E: Element, H: Header>(
 /// Who created the service cannot be seen, but that it has a place more than ours are for. Programs
 /// of another make, and ports that open at the very same moment, may still take that one.
 fn places(provided: usize, ours: usize) -> usize {
-    match provided == ours + SPARE_PLACES {
-        true => ours,
-        false => provided,
-    }
+    if provided == ours + SPARE_PLACES { ours } else { provided }
 }
 
 /// The memory that iceoryx2 sets aside for the messages of a publisher, each with `payload_bytes`: as

@@ -29,10 +29,7 @@ pub(crate) fn require(needed_bytes: u64) -> Result<(), (u64, u64)> {
     let needed_bytes = needed_bytes.saturating_add(HEADROOM_BYTES);
     // Where the folder cannot be asked, iceoryx2 will say what is wrong with it.
     let Some(free_bytes) = free_bytes() else { return Ok(()) };
-    match free_bytes < needed_bytes {
-        true => Err((needed_bytes, free_bytes)),
-        false => Ok(()),
-    }
+    if free_bytes < needed_bytes { Err((needed_bytes, free_bytes)) } else { Ok(()) }
 }
 
 /// Claims every page of the segment whose name begins with `prefix` and ends with `suffix`, so that

@@ -208,9 +208,10 @@ fn a_dead_publisher_of_whom_only_the_place_in_the_service_is_left_gives_way() {
     child.kill().unwrap();
     child.wait().unwrap();
     for trace in traces().iter().filter(|trace| !living.contains(trace)) {
-        match trace.is_dir() {
-            true => std::fs::remove_dir_all(trace).unwrap(),
-            false => std::fs::remove_file(trace).unwrap(),
+        if trace.is_dir() {
+            std::fs::remove_dir_all(trace).unwrap()
+        } else {
+            std::fs::remove_file(trace).unwrap()
         }
     }
 

@@ -20,9 +20,10 @@ mod output;
 mod report;
 
 pub use bench::{
-    Bound, Compared, Comparison, Gate, LeftOut, LoopArm, Measured, Outcome, Outlier, PERCENTILES,
-    Pairing, Percentile, Ratio, Rule, RuleError, TOLERANCE, TooShort, TurnReport, TurnSamples,
-    Turns, Verdict, compare_reports, needed, overall, ratio, supports, turn_order,
+    Bound, Compared, Comparison, Gate, Judgement, LeftOut, LoopArm, Measured, NotCompared, Outcome,
+    Outlier, PERCENTILES, Pairing, Percentile, Ratio, Rule, RuleError, TOLERANCE, TooShort,
+    TurnReport, TurnSamples, Turns, Verdict, compare_reports, needed, overall, ratio, supports,
+    turn_order,
 };
 pub use output::{
     ComparisonTable, Series, Timeline, cyclictest_histogram, hgrm, histogram_svg, hlog, html,

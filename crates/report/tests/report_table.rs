@@ -67,6 +67,7 @@ fn report() -> Report {
                 cpu: Some(1),
                 cycles: 60_000,
                 warm_up_cycles: 100,
+                overruns: Some(0),
                 release_jitter_ns: jitter(),
                 execution_ns: few(),
                 cpu_fraction: Some(0.0625),
@@ -133,7 +134,7 @@ warning [steal]: CPU was stolen
 fn a_task_that_may_move_and_lost_records_and_snapshots_says_so() {
     let mut report = report();
     report.tasks[0].task.cpu = None;
-    report.tasks[0].task.lost_records = 7;
+    report.tasks[0].task.lost_records = Some(7);
     report.tasks[0].task.lost_snapshots = Some(3);
     let table = report.to_string();
     assert!(table.contains("scheduler fifo:80, any CPU\n"));

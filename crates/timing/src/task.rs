@@ -134,8 +134,8 @@ impl TaskTiming {
             cycles: self.cycles(),
             warm_up_cycles: self.warm_up_cycles(),
             missed: self.missed(),
-            overruns: self.overruns(),
-            lost_records: self.lost_records(),
+            overruns: Some(self.overruns()),
+            lost_records: Some(self.lost_records()),
             release_jitter_ns: self.release_jitter.summary(),
             execution_ns: self.execution.summary(),
             response_ns: self.response.summary(),
@@ -211,7 +211,7 @@ mod tests {
         assert_eq!(report.period_error_ns.max, Some(150));
         assert_eq!(report.missed, 49);
         assert_eq!(report.cycles, 2);
-        assert_eq!(report.lost_records, 0);
+        assert_eq!(report.lost_records, Some(0));
     }
 
     #[test]
@@ -239,7 +239,7 @@ mod tests {
     fn losses_in_the_warm_up_are_counted() {
         let late = CycleRecord { missed: 3, overruns: 1, ..record(4, 0) };
         let report = report(WARM_UP_CYCLES, [record(0, 0), late]);
-        assert_eq!((report.missed, report.overruns), (3, 1));
+        assert_eq!((report.missed, report.overruns), (3, Some(1)));
     }
 
     #[test]
@@ -247,7 +247,7 @@ mod tests {
         let report = report(0, [record(0, 10), record(1, 10), record(7, 40)]);
         assert_eq!(report.cycles, 8);
         assert_eq!(report.missed, 0);
-        assert_eq!(report.lost_records, 5);
+        assert_eq!(report.lost_records, Some(5));
         assert_eq!(report.period_error_ns.max, Some(30));
     }
 }

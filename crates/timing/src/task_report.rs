@@ -29,10 +29,12 @@ pub struct TaskReport {
     pub warm_up_cycles: u64,
     /// Releases that never ran, because the cycle before took too long or the wake-up came too late.
     pub missed: u64,
-    /// Cycles that ended after the next release.
-    pub overruns: u64,
-    /// Cycles that ran but are in no distribution, because their records were dropped.
-    pub lost_records: u64,
+    /// Cycles that ended after the next release; `None` for an arm of a bench, which does
+    /// not count them.
+    pub overruns: Option<u64>,
+    /// Cycles that ran but are in no distribution, because their records were dropped;
+    /// `None` for an arm of a bench, which does not count them.
+    pub lost_records: Option<u64>,
     /// First instruction of the cycle minus its due time.
     pub release_jitter_ns: Summary,
     /// End of the cycle (frame sent) minus its start.

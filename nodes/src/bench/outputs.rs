@@ -97,9 +97,10 @@ impl Outputs {
         report.compare_arms();
         let judged = self.gate.as_ref().map(|gate| gate::hold(gate, report));
         let files = self.write_files(report);
-        let printed = match self.args.json {
-            true => terminal::print_json(report),
-            false => terminal::print(&report.to_string()),
+        let printed = if self.args.json {
+            terminal::print_json(report)
+        } else {
+            terminal::print(&report.to_string())
         };
         judged.unwrap_or(Ok(())).and(files).and(printed)
     }

@@ -190,9 +190,10 @@ impl Transcript {
                 let is_named = self.shown.is_some_and(|shown| shown.is_announced);
                 for (channel, value) in chosen {
                     let value = shown(value, type_of(&channel.value_type), Digits::All);
-                    match is_named {
-                        true => line += &format!(" {}={value}", channel.name),
-                        false => line += &format!(" {value}"),
+                    if is_named {
+                        line += &format!(" {}={value}", channel.name)
+                    } else {
+                        line += &format!(" {value}")
                     }
                 }
                 terminal::print(&(line + "\n"))

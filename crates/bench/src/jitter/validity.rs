@@ -3,8 +3,18 @@
 use isochrone_report::{Measured, Report, supports};
 use isochrone_timing::{Warning, WarningCode};
 
-/// How far `sleep` may be from the real cyclictest: percentile, quantile, part.
-const LIMITS: [(&str, f64, f64); 2] = [("p50", 0.5, 0.10), ("p99", 0.99, 0.25)];
+/// How far `sleep` may be from the real cyclictest.
+struct Limit {
+    percentile: &'static str,
+    quantile: f64,
+    /// Part of the cyclictest's value.
+    part: f64,
+}
+
+const LIMITS: [Limit; 2] = [
+    Limit { percentile: "p50", quantile: 0.5, part: 0.10 },
+    Limit { percentile: "p99", quantile: 0.99, part: 0.25 },
+];
 
 /// A warning for each place where the arm `sleep` is not the cyclictest that ran beside it.
 pub fn check(report: &Report) -> Vec<Warning> {
@@ -18,16 +28,16 @@ pub fn check(report: &Report) -> Vec<Warning> {
 }
 
 fn differences(sleep: &Measured, real: &Measured) -> Vec<Warning> {
-    let supported = |(_, quantile, _): &&(&str, f64, f64)| {
-        [sleep, real].iter().all(|arm| supports(arm.distribution.count(), *quantile))
+    let supported = |limit: &&Limit| {
+        [sleep, real].iter().all(|arm| supports(arm.distribution.count(), limit.quantile))
     };
-    let difference = |(name, quantile, limit): &(&str, f64, f64)| {
+    let difference = |Limit { percentile, quantile, part: limit }: &Limit| {
         let at = |arm: &Measured| arm.distribution.quantile(*quantile) as f64;
         let part = at(sleep) / at(real).max(1.0) - 1.0;
         (part.abs() > *limit).then(|| Warning {
             code: WarningCode::SleepDiffers,
             message: format!(
-                "{name} of the arm sleep is {:+.0} % off that of cyclictest ({}); within {:.0} % it \
+                "{percentile} of the arm sleep is {:+.0} % off that of cyclictest ({}); within {:.0} % it \
                  stands for it",
                 100.0 * part,
                 sleep.circumstances,

@@ -63,8 +63,5 @@ pub(super) fn publish(
         values.fill(header.value());
     }
     let stamp = Stamp { cycle: header.sequence, release_ns: header.sent_ns, ..Stamp::default() };
-    match publisher.send(stamp, || Monotonic.now_ns()) {
-        true => Ok(()),
-        false => Err(EndError::Refused),
-    }
+    if publisher.send(stamp, || Monotonic.now_ns()) { Ok(()) } else { Err(EndError::Refused) }
 }

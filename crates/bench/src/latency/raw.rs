@@ -32,9 +32,10 @@ impl End for Raw {
             release_ns: header.sent_ns,
             ..FrameHeader::default()
         };
-        match self.publisher.send(frame, |values| values.fill(header.value())) {
-            true => Ok(()),
-            false => Err(EndError::Refused),
+        if self.publisher.send(frame, |values| values.fill(header.value())) {
+            Ok(())
+        } else {
+            Err(EndError::Refused)
         }
     }
 

@@ -245,13 +245,14 @@ pub(super) fn echo(
 }
 
 fn check(message: &Message, terms: Terms) -> Result<(), EndError> {
-    match message.is_whole(terms.values) {
-        true => Ok(()),
-        false => Err(EndError::Damaged {
+    if message.is_whole(terms.values) {
+        Ok(())
+    } else {
+        Err(EndError::Damaged {
             sequence: message.header.sequence,
             sum: message.sum,
             expected: message.expected_sum(terms.values),
-        }),
+        })
     }
 }
 

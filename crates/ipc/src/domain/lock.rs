@@ -183,9 +183,10 @@ impl Place {
             Some((last, name)) if last == pid => format!(" ({name})"),
             _ => String::new(),
         };
-        let (doing, remedy) = match is_stopped(pid) {
-            true => ("is stopped while it starts or ends", "continue it (kill -CONT) or end it"),
-            false => ("starts or ends", "as a rule this takes milliseconds"),
+        let (doing, remedy) = if is_stopped(pid) {
+            ("is stopped while it starts or ends", "continue it (kill -CONT) or end it")
+        } else {
+            ("starts or ends", "as a rule this takes milliseconds")
         };
         format!("process {pid}{name}, which {doing} and holds {path}; {remedy}")
     }

@@ -178,9 +178,10 @@ pub(super) fn smt_sibling(machine: &Machine, cpu: usize) -> Verdict {
                 "echo 0 > /sys/devices/system/cpu/cpu{sibling}/online  # or nosmt on the kernel command line"
             );
             let value = format!("CPU {siblings} shares the core of CPU {cpu}");
-            match isolated.contains(sibling) {
-                true => Verdict::note(value + ", and is isolated"),
-                false => Verdict::warning(value),
+            if isolated.contains(sibling) {
+                Verdict::note(value + ", and is isolated")
+            } else {
+                Verdict::warning(value)
             }
             .effect(effect)
             .fix(fix)

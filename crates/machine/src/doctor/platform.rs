@@ -71,10 +71,7 @@ pub(super) fn clock_source(machine: &Machine, _cpu: usize) -> Verdict {
                 }
                 "kvm-clock" | "hyperv_clocksource_tsc_page" => Verdict::note(value)
                     .effect("Reading the clock takes no system call, but longer than a plain tsc."),
-                _ => Verdict::warning(value).effect(slow).fix(match available.split(' ').any(|name| name == "tsc") {
-                    true => format!("echo tsc > {source}"),
-                    false => "tsc=reliable on the kernel command line, if the kernel gave the tsc up without need (dmesg)".to_owned(),
-                }),
+                _ => Verdict::warning(value).effect(slow).fix(if available.split(' ').any(|name| name == "tsc") { format!("echo tsc > {source}") } else { "tsc=reliable on the kernel command line, if the kernel gave the tsc up without need (dmesg)".to_owned() }),
             }
         }
     };

@@ -49,13 +49,10 @@ pub(super) fn idle_states(machine: &Machine, cpu: usize) -> Verdict {
          fires is up to the host. {POLLING_COST}"
     );
     if machine.has_no_idle_driver() {
-        return match machine.is_guest() {
-            true => Verdict::note("no idle driver: an idle CPU halts")
+        return if machine.is_guest() { Verdict::note("no idle driver: an idle CPU halts")
                 .effect(halting)
-                .fix("cpuidle_haltpoll.force=1 on the kernel command line  # polls for a short time, then halts"),
-            false => Verdict::ok("no idle driver: an idle CPU halts (shallowest state)")
-                .effect("The kernel enters no deep state by itself."),
-        }
+                .fix("cpuidle_haltpoll.force=1 on the kernel command line  # polls for a short time, then halts") } else { Verdict::ok("no idle driver: an idle CPU halts (shallowest state)")
+                .effect("The kernel enters no deep state by itself.") }
         .from(driver_file);
     }
     let Some(driver) = machine.idle_driver() else {
@@ -94,10 +91,7 @@ pub(super) fn idle_states(machine: &Machine, cpu: usize) -> Verdict {
             let files = if deep.len() > 1 { format!("{{{files}}}") } else { files };
             Verdict::warning(format!("{driver}: {names} enabled, up to {deepest_us} us to wake up"))
                 .effect("A CPU that sleeps deeply between cycles needs that long before the task runs.")
-                .fix(match machine.is_guest() {
-                    true => format!("echo 1 | tee {folder}/{files}/disable"),
-                    false => format!("echo 1 | tee {folder}/{files}/disable  # or hold 0 in /dev/cpu_dma_latency while the task runs"),
-                })
+                .fix(if machine.is_guest() { format!("echo 1 | tee {folder}/{files}/disable") } else { format!("echo 1 | tee {folder}/{files}/disable  # or hold 0 in /dev/cpu_dma_latency while the task runs") })
         }
     };
     verdict.details(details).from(format!("{driver_file}, {folder}"))

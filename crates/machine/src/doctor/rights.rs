@@ -16,9 +16,10 @@ pub(super) fn real_time_priority(machine: &Machine, _cpu: usize) -> Verdict {
     let effect = "Without the right to SCHED_FIFO every other program on the CPU may go first, for \
         as long as the fair scheduler lets it.";
     let held = "SCHED_FIFO is allowed up to the priority that a task asks for.";
-    let denied = match machine.is_in_user_namespace() {
-        true => "CAP_SYS_NICE does not count (user namespace)",
-        false => "CAP_SYS_NICE is missing",
+    let denied = if machine.is_in_user_namespace() {
+        "CAP_SYS_NICE does not count (user namespace)"
+    } else {
+        "CAP_SYS_NICE is missing"
     };
     let fix = rights_fix(machine, "rtprio 89", "--cap-add SYS_NICE --ulimit rtprio=89");
     match (capable, limit) {

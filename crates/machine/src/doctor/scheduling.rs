@@ -142,15 +142,14 @@ pub(super) fn timer_tick(machine: &Machine, cpu: usize) -> Verdict {
             .from(source);
     }
     let is_tickless = machine.tickless().is_some_and(|tickless| tickless.contains(cpu));
-    match is_tickless {
-        true => Verdict::ok(format!(
+    if is_tickless {
+        Verdict::ok(format!(
             "{rate_hz} Hz, stopped on CPU {cpu} while one thread runs there (nohz_full)"
         ))
-        .effect("The tick does not interrupt the task while nothing else wants the CPU."),
-        false => {
-            Verdict::note(format!("{rate_hz} Hz, every {} ms", 1000.0 / f64::from(rate_hz.max(1))))
-                .effect(effect)
-        }
+        .effect("The tick does not interrupt the task while nothing else wants the CPU.")
+    } else {
+        Verdict::note(format!("{rate_hz} Hz, every {} ms", 1000.0 / f64::from(rate_hz.max(1))))
+            .effect(effect)
     }
     .from(source)
 }

@@ -33,9 +33,8 @@ impl CpuList {
 
     /// How many CPUs it names.
     pub(crate) fn len(&self) -> usize {
-        let lengths = self.0.iter().map(|range| match range.is_empty() {
-            true => 0,
-            false => (range.end() - range.start()).saturating_add(1),
+        let lengths = self.0.iter().map(|range| {
+            if range.is_empty() { 0 } else { (range.end() - range.start()).saturating_add(1) }
         });
         lengths.fold(0, usize::saturating_add)
     }
@@ -62,9 +61,10 @@ impl fmt::Display for CpuList {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         for (index, range) in self.0.iter().enumerate() {
             let comma = if index > 0 { "," } else { "" };
-            match range.start() == range.end() {
-                true => write!(f, "{comma}{}", range.start())?,
-                false => write!(f, "{comma}{}-{}", range.start(), range.end())?,
+            if range.start() == range.end() {
+                write!(f, "{comma}{}", range.start())?
+            } else {
+                write!(f, "{comma}{}-{}", range.start(), range.end())?
             }
         }
         Ok(())

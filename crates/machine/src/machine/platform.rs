@@ -103,9 +103,10 @@ impl Machine {
             let mut fields = mount.split(' ').skip(1);
             (fields.next(), fields.next()) == (Some("/"), Some("overlay"))
         };
-        match self.text("/proc/mounts").unwrap_or_default().lines().any(is_root) {
-            true => Container::Yes(format!("{docker}, / is an overlay")),
-            false => Container::Maybe(docker.to_owned()),
+        if self.text("/proc/mounts").unwrap_or_default().lines().any(is_root) {
+            Container::Yes(format!("{docker}, / is an overlay"))
+        } else {
+            Container::Maybe(docker.to_owned())
         }
     }
 

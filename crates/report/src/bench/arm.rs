@@ -139,8 +139,9 @@ impl LoopArm {
             cycles: self.cycles,
             warm_up_cycles: self.warm_up_cycles,
             missed: self.turns.missed(),
-            overruns: 0,
-            lost_records: 0,
+            // Not counted from turn to turn.
+            overruns: None,
+            lost_records: None,
             release_jitter_ns: self.raw.summary(),
             histograms: encoded([
                 (Metric::RELEASE_JITTER.key, &self.raw),
@@ -211,6 +212,13 @@ mod tests {
         let corrected = report.release_jitter_corrected_ns.unwrap();
         assert_eq!(corrected.count, 15, "each release that was due, once");
         assert_eq!(corrected.max, Some(500 + 17 * PERIOD_NS));
+    }
+
+    #[test]
+    fn what_an_arm_does_not_count_is_null_and_not_0() {
+        let json = serde_json::to_value(arm(&[record(0, 100, 0)], 0..1)).unwrap();
+        assert_eq!(json["cycles"], 1);
+        assert!(json["overruns"].is_null() && json["lost_records"].is_null(), "{json}");
     }
 
     #[test]

@@ -121,6 +121,22 @@ impl Outcome {
     }
 }
 
+/// What became of a rule, for one arm that it is about.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Judgement {
+    /// Whether the rule holds.
+    pub outcome: Outcome,
+    /// A sentence about it: the arm, the value and the bound, or why it was not judged.
+    pub says: String,
+}
+
+/// Whose times an absolute bound would judge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Platform {
+    Metal,
+    VirtualMachine,
+}
+
 /// A rule that makes no sense.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum RuleError {
@@ -178,18 +194,22 @@ impl Gate {
         Ok(())
     }
 
-    /// Holds a report against the rules: what became of each, and a sentence about it.
-    pub fn judge(&self, report: &Report) -> Vec<(Outcome, String)> {
+    /// Holds a report against the rules: what became of each.
+    pub fn judge(&self, report: &Report) -> Vec<Judgement> {
         let measured = report.measured();
-        let in_vm = report.environment.hypervisor.is_some();
+        let platform = if report.environment.hypervisor.is_some() {
+            Platform::VirtualMachine
+        } else {
+            Platform::Metal
+        };
         let judge = |rule: &Rule| {
             let arms: Vec<&Measured> = measured.iter().filter(|m| m.arm == rule.arm).collect();
             if arms.is_empty() {
                 let known: Vec<&str> = measured.iter().map(|m| m.arm.as_str()).collect();
                 let says = format!("no arm \"{}\"; there are: {}", rule.arm, known.join(", "));
-                return vec![(Outcome::Invalid, says)];
+                return vec![Judgement { outcome: Outcome::Invalid, says }];
             }
-            arms.iter().map(|arm| self.judge_arm(rule, arm, &measured, in_vm)).collect()
+            arms.iter().map(|arm| self.judge_arm(rule, arm, &measured, platform)).collect()
         };
         self.rules.iter().flat_map(judge).collect()
     }
@@ -199,10 +219,11 @@ impl Gate {
         rule: &Rule,
         arm: &Measured,
         measured: &[Measured],
-        in_vm: bool,
-    ) -> (Outcome, String) {
+        platform: Platform,
+    ) -> Judgement {
         let label = arm.label();
-        let invalid = |why: String| (Outcome::Invalid, format!("{label}: {why}"));
+        let invalid =
+            |why: String| Judgement { outcome: Outcome::Invalid, says: format!("{label}: {why}") };
         let percentile = rule.percentile;
         if let Some(why) = self.too_disturbed(arm) {
             return invalid(why);
@@ -226,9 +247,12 @@ impl Gate {
                     None => invalid(format!("no {}", percentile.name)),
                 }
             }
-            Bound::AtMostNs(_) if in_vm => {
-                let says = "an absolute bound is not judged in a virtual machine";
-                (Outcome::Skipped, format!("{label}: {}: {says}", percentile.name))
+            Bound::AtMostNs(_) if platform == Platform::VirtualMachine => {
+                let says = format!(
+                    "{label}: {}: an absolute bound is not judged in a virtual machine",
+                    percentile.name
+                );
+                Judgement { outcome: Outcome::Skipped, says }
             }
             Bound::AtMostNs(bound_ns) => {
                 let valid = arm.valid();
@@ -241,7 +265,7 @@ impl Gate {
                 let outcome = if value_ns > *bound_ns { Outcome::Fail } else { Outcome::Pass };
                 let says =
                     format!("{label}: {} {value_ns} ns, at most {bound_ns} ns", percentile.name);
-                (outcome, says)
+                Judgement { outcome, says }
             }
         }
     }
@@ -261,19 +285,29 @@ fn judge_ratio(
     than: &str,
     at_least: f64,
     found: &Comparison,
-) -> (Outcome, String) {
+) -> Judgement {
     let Comparison { ratio, low, high, .. } = found;
     let says = format!(
         "{label}: {} {ratio:.2} times lower than {than} ({low:.2} to {high:.2}), at least {at_least}",
         percentile.name
     );
     if *low >= at_least {
-        (Outcome::Pass, says)
+        Judgement { outcome: Outcome::Pass, says }
     } else if *high < at_least {
-        (Outcome::Fail, says)
+        Judgement { outcome: Outcome::Fail, says }
     } else {
-        (Outcome::Invalid, says + ": the bound lies in the interval; run it 4 times as long")
+        let says = says + ": the bound lies in the interval; run it 4 times as long";
+        Judgement { outcome: Outcome::Invalid, says }
     }
+}
+
+/// An arm of the first report that cannot be compared.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct NotCompared {
+    /// The arm and its circumstances.
+    pub arm: String,
+    /// What is missing.
+    pub why: String,
 }
 
 /// What two reports say about each other.
@@ -281,8 +315,8 @@ fn judge_ratio(
 pub struct Compared {
     /// The second against the first, arm by arm.
     pub comparisons: Vec<Comparison>,
-    /// Arms of the first that cannot be compared, and why.
-    pub left_out: Vec<(String, String)>,
+    /// Arms of the first that cannot be compared.
+    pub left_out: Vec<NotCompared>,
     /// What else differs, so that the arms may not be to blame.
     pub differences: Vec<String>,
 }
@@ -295,10 +329,12 @@ pub fn compare_reports(first: &Report, second: &Report) -> Compared {
         let label = reference.label();
         let same = |m: &&Measured| m.label() == label && m.metric == reference.metric;
         let found = candidates.iter().find(same);
-        match found.map(|candidate| compare_arm(&reference, candidate)) {
-            None => compared.left_out.push((label, "it is not in the second report".to_owned())),
-            Some(Err(why)) => compared.left_out.push((label, why)),
-            Some(Ok(comparisons)) => compared.comparisons.extend(comparisons),
+        let compared_arm = found
+            .ok_or_else(|| "it is not in the second report".to_owned())
+            .and_then(|candidate| compare_arm(&reference, candidate));
+        match compared_arm {
+            Ok(comparisons) => compared.comparisons.extend(comparisons),
+            Err(why) => compared.left_out.push(NotCompared { arm: label, why }),
         }
     }
     compared
@@ -321,29 +357,46 @@ fn compare_arm(reference: &Measured, candidate: &Measured) -> Result<Vec<Compari
     }
 }
 
+/// Something that both reports say, and that should be alike.
+struct Said {
+    what: String,
+    first: String,
+    second: String,
+}
+
 /// What differs beside the arms.
 fn differences(first: &Report, second: &Report) -> Vec<String> {
     let (a, b) = (&first.environment, &second.environment);
-    let shown = |value: &Option<String>| value.clone().unwrap_or_else(|| "none".to_owned());
+    let said = |what: &str, first: &str, second: &str| Said {
+        what: what.to_owned(),
+        first: first.to_owned(),
+        second: second.to_owned(),
+    };
+    let known = |what: &str, first: &Option<String>, second: &Option<String>| {
+        let [first, second] = [first, second].map(|value| value.as_deref().unwrap_or("none"));
+        said(what, first, second)
+    };
     let mut pairs = vec![
-        ("isochrone".to_owned(), first.isochrone.clone(), second.isochrone.clone()),
-        ("kernel".to_owned(), shown(&a.kernel), shown(&b.kernel)),
-        ("preemption".to_owned(), shown(&a.preempt), shown(&b.preempt)),
-        ("CPUs".to_owned(), a.cpus.to_string(), b.cpus.to_string()),
-        ("hypervisor".to_owned(), shown(&a.hypervisor), shown(&b.hypervisor)),
-        ("clock source".to_owned(), shown(&a.clocksource), shown(&b.clocksource)),
-        ("isolated CPUs".to_owned(), a.isolated_cpus.clone(), b.isolated_cpus.clone()),
+        said("isochrone", &first.isochrone, &second.isochrone),
+        known("kernel", &a.kernel, &b.kernel),
+        known("preemption", &a.preempt, &b.preempt),
+        said("CPUs", &a.cpus.to_string(), &b.cpus.to_string()),
+        known("hypervisor", &a.hypervisor, &b.hypervisor),
+        known("clock source", &a.clocksource, &b.clocksource),
+        said("isolated CPUs", &a.isolated_cpus, &b.isolated_cpus),
     ];
     for one in &first.tasks {
         let same = |other: &&TaskArm| other.label() == one.label();
         if let Some(other) = second.tasks.iter().find(same) {
             let of = |what: &str| format!("{what} of {}", one.label());
-            pairs.push((of("scheduler"), one.task.scheduler.clone(), other.task.scheduler.clone()));
-            pairs.push((of("CPU"), format!("{:?}", one.task.cpu), format!("{:?}", other.task.cpu)));
+            let (one, other) = (&one.task, &other.task);
+            pairs.push(said(&of("scheduler"), &one.scheduler, &other.scheduler));
+            let cpu = |cpu: Option<usize>| cpu.map_or("any".to_owned(), |cpu| cpu.to_string());
+            pairs.push(said(&of("CPU"), &cpu(one.cpu), &cpu(other.cpu)));
         }
     }
-    let differing = pairs.into_iter().filter(|(_, a, b)| a != b);
-    differing.map(|(what, a, b)| format!("{what}: {a} and {b}")).collect()
+    let differing = pairs.into_iter().filter(|said| said.first != said.second);
+    differing.map(|Said { what, first, second }| format!("{what}: {first} and {second}")).collect()
 }
 
 /// The verdict on several comparisons: `worse` if one is, else `better` if one is.

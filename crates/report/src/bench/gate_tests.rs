@@ -73,7 +73,7 @@ fn read(text: &str) -> Result<Gate, String> {
 
 /// The outcome of a gate's only judgement.
 #[track_caller]
-fn judge(gate: &Gate, report: &Report) -> (Outcome, String) {
+fn judge(gate: &Gate, report: &Report) -> Judgement {
     let judged = gate.judge(report);
     assert_eq!(judged.len(), 1, "{judged:?}");
     judged.into_iter().next().unwrap()
@@ -81,7 +81,7 @@ fn judge(gate: &Gate, report: &Report) -> (Outcome, String) {
 
 #[track_caller]
 fn assert_judged(gate: &Gate, report: &Report, outcome: Outcome, parts: &[&str]) {
-    let (judged, says) = judge(gate, report);
+    let Judgement { outcome: judged, says } = judge(gate, report);
     assert_eq!(judged, outcome, "{says}");
     parts.iter().for_each(|part| assert!(says.contains(part), "{part:?} is not in: {says}"));
 }
@@ -144,9 +144,9 @@ fn an_arm_is_judged_under_all_circumstances_that_were_measured() {
         other(task("hybrid", 1_900)),
     ]);
     let judged = ratio_rule("p50", 2.0).judge(&report);
-    let outcomes: Vec<Outcome> = judged.iter().map(|(outcome, _)| *outcome).collect();
+    let outcomes: Vec<Outcome> = judged.iter().map(|judged| judged.outcome).collect();
     assert_eq!(outcomes, [Outcome::Pass, Outcome::Fail]);
-    assert!(judged[1].1.contains("1 ms, cpu"), "{judged:?}");
+    assert!(judged[1].says.contains("1 ms, cpu"), "{judged:?}");
 }
 
 #[test]
@@ -233,7 +233,7 @@ fn all_rules_are_judged_in_their_order() {
     let report = report(vec![task("sleep", 2_000), task("hybrid", 500)]);
     let rules = [bound_rule("p50", 1.0), ratio_rule("p50", 3.0), bound_rule("p50", 501.0)];
     let gate = gate(rules.into_iter().flat_map(|gate| gate.rules).collect());
-    let outcomes: Vec<Outcome> = gate.judge(&report).iter().map(|judged| judged.0).collect();
+    let outcomes: Vec<Outcome> = gate.judge(&report).iter().map(|judged| judged.outcome).collect();
     assert_eq!(outcomes, [Outcome::Fail, Outcome::Pass, Outcome::Pass]);
 }
 
@@ -362,9 +362,9 @@ fn reports_are_compared_arm_by_arm_and_what_cannot_be_is_left_out_with_the_reaso
     let compared = compare_reports(&first, &second);
     assert!(compared.comparisons.iter().all(|c| c.candidate == "hybrid (1 ms)"));
     assert_eq!(overall(&compared.comparisons), Verdict::Worse);
-    let [(sleep, absent), (spin, invalid)] = &compared.left_out[..] else { panic!("{compared:?}") };
-    assert!(sleep.contains("sleep") && absent.contains("not in the second"), "{compared:?}");
-    assert!(spin.contains("spin") && invalid.contains("30 %"), "{compared:?}");
+    let [sleep, spin] = &compared.left_out[..] else { panic!("{compared:?}") };
+    assert!(sleep.arm.contains("sleep") && sleep.why.contains("not in the second"), "{sleep:?}");
+    assert!(spin.arm.contains("spin") && spin.why.contains("30 %"), "{spin:?}");
 }
 
 #[test]

@@ -13,7 +13,10 @@ pub use arm::{LoopArm, Outlier};
 pub use compare::{
     Pairing, Ratio, TOLERANCE, TooShort, TurnSamples, Verdict, needed, ratio, supports,
 };
-pub use gate::{Bound, Compared, Gate, Outcome, Rule, RuleError, compare_reports, overall};
+pub use gate::{
+    Bound, Compared, Gate, Judgement, NotCompared, Outcome, Rule, RuleError, compare_reports,
+    overall,
+};
 pub use measured::{Comparison, LeftOut, Measured, PERCENTILES, Percentile};
 pub use order::turn_order;
 pub(crate) use reported::Reported;

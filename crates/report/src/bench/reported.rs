@@ -112,10 +112,7 @@ impl Reported for CostReport {
 
 /// An arm and its circumstances, as comparisons call it.
 pub(super) fn label(arm: &str, circumstances: &str) -> String {
-    match circumstances.is_empty() {
-        true => arm.to_owned(),
-        false => format!("{arm} ({circumstances})"),
-    }
+    if circumstances.is_empty() { arm.to_owned() } else { format!("{arm} ({circumstances})") }
 }
 
 fn listed<const N: usize>(parts: [String; N]) -> String {

@@ -16,9 +16,10 @@ pub(super) struct Group<'a, R> {
 impl<R> Group<'_, R> {
     /// What a table or a picture of the group is of.
     pub(super) fn heading(&self, metric: &str) -> String {
-        match self.circumstances.is_empty() {
-            true => metric.to_owned(),
-            false => format!("{metric}, {}", self.circumstances),
+        if self.circumstances.is_empty() {
+            metric.to_owned()
+        } else {
+            format!("{metric}, {}", self.circumstances)
         }
     }
 }

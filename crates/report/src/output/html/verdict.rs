@@ -36,11 +36,15 @@ pub(super) fn verdict(page: &mut Page, report: &Report) {
     }
 }
 
-/// A line: what it is about, and what there is to say.
-type Line = (String, String);
+/// A line.
+struct Line {
+    /// The arm, and under which circumstances.
+    about: String,
+    says: String,
+}
 
 fn list(page: &mut Page, lines: &[Line]) {
-    for (about, says) in lines {
+    for Line { about, says } in lines {
         page.element("<li><b>", about, "</b>: ");
         page.text(says);
         page.markup("</li>\n");
@@ -67,10 +71,12 @@ fn of<R: Reported>(
             if last.percentile != first.percentile {
                 says += &format!("; {} at {}", lower(last), at(last));
             }
-            lines.push((about(arm), says));
+            lines.push(Line { about: about(arm), says });
         }
         if group.comparisons.is_empty() {
-            lines.extend(group.arms.iter().map(|arm| (about(arm.arm()), plainly(arm))));
+            lines.extend(
+                group.arms.iter().map(|arm| Line { about: about(arm.arm()), says: plainly(arm) }),
+            );
         }
     }
     lines

@@ -50,10 +50,8 @@ impl Ranged for Logarithmic {
     }
 
     fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
-        let steps: &[f64] = match (self.high / self.low).log10() <= FEW_DECADES {
-            true => &[1.0, 2.0, 5.0],
-            false => &[1.0],
-        };
+        let steps: &[f64] =
+            if (self.high / self.low).log10() <= FEW_DECADES { &[1.0, 2.0, 5.0] } else { &[1.0] };
         let decades = self.low.log10().floor() as i32..=self.high.log10().ceil() as i32;
         let points = decades.flat_map(|decade| steps.iter().map(move |s| s * 10f64.powi(decade)));
         // A power of ten may miss an end by the last bit.

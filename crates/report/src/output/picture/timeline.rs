@@ -72,10 +72,7 @@ fn begin_and_end(turn: &TurnReport) -> [f64; 2] {
 
 /// A time of a bench: a report may say anything, and the labels of an axis without end have none.
 fn seconds(at_s: f64) -> f64 {
-    match at_s.is_nan() {
-        true => 0.0,
-        false => at_s.clamp(0.0, LONGEST_S),
-    }
+    if at_s.is_nan() { 0.0 } else { at_s.clamp(0.0, LONGEST_S) }
 }
 
 /// Both percentiles of each turn, from its begin to its end.
@@ -114,10 +111,7 @@ fn marks<'a>(arm: usize, of: &'a Timeline<'a>) -> impl Iterator<Item = Layer> + 
 
 /// A cause that has a mark: one of a later version is unknown to this.
 fn known(cause: &str) -> &str {
-    match CAUSES.iter().any(|(known, _)| *known == cause) {
-        true => cause,
-        false => Disturbance::UNKNOWN,
-    }
+    if CAUSES.iter().any(|(known, _)| *known == cause) { cause } else { Disturbance::UNKNOWN }
 }
 
 fn shades<'a>(of: &'a Timeline<'a>, times: Logarithmic) -> impl Iterator<Item = Layer> + 'a {

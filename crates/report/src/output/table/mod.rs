@@ -74,10 +74,13 @@ fn task(f: &mut Formatter<'_>, task: &TaskReport) -> Result {
     write!(
         f,
         "  {} cycles, {} missed, {} overruns, {} warm-up cycles excluded",
-        task.cycles, task.missed, task.overruns, task.warm_up_cycles
+        task.cycles,
+        task.missed,
+        counted(task.overruns),
+        task.warm_up_cycles
     )?;
-    if task.lost_records > 0 {
-        write!(f, ", {} records lost", task.lost_records)?;
+    if let Some(lost) = task.lost_records.filter(|lost| *lost > 0) {
+        write!(f, ", {lost} records lost")?;
     }
     if let Some(lost) = task.lost_snapshots.filter(|lost| *lost > 0) {
         write!(f, ", {lost} snapshots lost")?;
