@@ -70,14 +70,32 @@ fn no_node_is_named_as_the_services_of_layouts_are() {
 
 #[test]
 fn the_services_of_the_nodes_themselves_are_no_outputs() {
-    assert_rows(&[(
-        "telemetry",
-        "[[output]]\nservice = \"plant/level\"",
-        "[[output]]\nservice = «\"isochrone/x/telemetry\"",
-        BadName,
-        "\"isochrone/x/telemetry\" is a node's own service",
-        "kept for telemetry",
-    )]);
+    assert_rows(&[
+        (
+            "telemetry",
+            "[[output]]\nservice = \"plant/level\"",
+            "[[output]]\nservice = «\"isochrone/x/telemetry\"",
+            BadName,
+            "\"isochrone/x/telemetry\" cannot be an output's service",
+            "such as \"plant/telemetry\"",
+        ),
+        (
+            "layouts",
+            "[[output]]\nservice = \"plant/level\"",
+            "[[output]]\nservice = «\"isochrone/layout/level\"",
+            BadName,
+            "what nodes say of themselves",
+            "such as \"plant/level\"",
+        ),
+        (
+            "nothing more",
+            "[[output]]\nservice = \"plant/level\"",
+            "[[output]]\nservice = «\"isochrone/\"",
+            BadName,
+            "what nodes say of themselves",
+            "such as \"plant/level\"",
+        ),
+    ]);
 }
 
 #[test]

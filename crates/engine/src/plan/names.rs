@@ -79,24 +79,7 @@ impl<'a> Names<'a> {
         service.check(config.outputs.iter().map(|output| output.service.as_ref()), findings);
         let ob = Unique { value: "ob", remedy: "give each task an ob of its own, or none" };
         ob.check(config.tasks.iter().map(|task| task.ob.as_ref()), findings);
-        let services = config.outputs.iter().map(|output| &output.service);
-        for service in services.chain(config.inputs.iter().map(|input| &input.service)).flatten() {
-            if let Err(reason) = (rules.service_name)(service.get_ref()) {
-                let message =
-                    format!("\"{}\" cannot be the name of a service: {reason}", service.get_ref());
-                findings.push(Finding::new(Problem::BadName, service.span(), message));
-            }
-        }
-
-        for service in config.outputs.iter().filter_map(|output| output.service.as_ref()) {
-            if service.get_ref().starts_with(OWN_SERVICES) {
-                let message = format!("\"{}\" is a node's own service", service.get_ref());
-                findings.push(
-                    Finding::new(Problem::BadName, service.span(), message)
-                        .help("names that begin with isochrone/ are kept for telemetry"),
-                );
-            }
-        }
+        services(config, rules, findings);
 
         let tasks = Tasks::new(config);
         let mut first = 0;
@@ -171,6 +154,34 @@ impl<'a> Names<'a> {
     pub(super) fn instance_name(&self, instance: usize) -> String {
         self.entry_of(instance)
             .map_or_else(String::new, |entry| entry.instance_name(instance - entry.first))
+    }
+}
+
+/// What services may not be called. Those of the nodes themselves may be read, not written.
+fn services(config: &Config, rules: &Rules<'_>, findings: &mut Vec<Finding>) {
+    let written = config.outputs.iter().filter_map(|output| output.service.as_ref());
+    let (own, written): (Vec<_>, Vec<_>) =
+        written.partition(|service| service.get_ref().starts_with(OWN_SERVICES));
+    for service in own {
+        let name = service.get_ref();
+        let message = format!(
+            "\"{name}\" cannot be an output's service: names that begin with \"{OWN_SERVICES}\" are \
+             for what nodes say of themselves"
+        );
+        let mut parts = name.trim_start_matches(OWN_SERVICES).rsplit('/');
+        let rest = parts.find(|part| !part.is_empty()).unwrap_or("level");
+        findings.push(
+            Finding::new(Problem::BadName, service.span(), message)
+                .help(format!("choose another name, such as \"plant/{rest}\"")),
+        );
+    }
+    let read = config.inputs.iter().filter_map(|input| input.service.as_ref());
+    for service in written.into_iter().chain(read) {
+        if let Err(reason) = (rules.service_name)(service.get_ref()) {
+            let message =
+                format!("\"{}\" cannot be the name of a service: {reason}", service.get_ref());
+            findings.push(Finding::new(Problem::BadName, service.span(), message));
+        }
     }
 }
 
