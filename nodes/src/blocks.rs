@@ -1,11 +1,13 @@
 //! `blocks`: the catalogue.
 
 mod page;
+mod words;
 
 use clap::ValueEnum;
-use isochrone_blocks::{BlockType, Origin, Pin, PinDefault, StatusWord};
+use isochrone_blocks::{BlockType, Origin, Pin, PinDefault};
 use serde_json::json;
 
+use self::words::{default, document, meaning, source, word_meaning};
 use crate::failure::Failure;
 use crate::table::Table;
 use crate::{numbers, terminal};
@@ -62,10 +64,17 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
 fn text(known: &BlockType) -> String {
     let mut pins = Table::default();
     for pin in known.inputs {
-        pins.row(["in", pin.name, pin.pin_type.as_str(), &default(pin), pin.unit, &meaning(pin)]);
+        pins.row([
+            "in",
+            pin.name,
+            pin.pin_type.as_str(),
+            &default(pin),
+            pin.unit,
+            &meaning(known, pin),
+        ]);
     }
     for pin in known.outputs {
-        pins.row(["out", pin.name, pin.pin_type.as_str(), "", pin.unit, &meaning(pin)]);
+        pins.row(["out", pin.name, pin.pin_type.as_str(), "", pin.unit, &meaning(known, pin)]);
     }
     let mut text = format!("{}\n  {}\n", known.name, known.doc());
     text += &source(known).map_or_else(String::new, |source| format!("  {source}\n"));
@@ -78,35 +87,16 @@ fn text(known: &BlockType) -> String {
     section("computes", known.computes.iter().map(|sentence| sentence.to_string()).collect());
     let mut status = Table::default();
     for word in known.status {
-        status.row([format!("16#{:04X}", word.code), word.name.into(), word_meaning(word)]);
+        status.row([format!("16#{:04X}", word.code), word.name.into(), word_meaning(known, word)]);
     }
     section("status", status.draw(0).lines().map(Into::into).collect());
     let decisions = known.decisions.iter();
+    let silent = document(known).map(|name| format!("not specified by {name}"));
     section(
-        "not specified by LGF",
+        silent.as_deref().unwrap_or("chosen"),
         decisions.map(|d| format!("{}: {}", d.silent_on, d.chosen)).collect(),
     );
     text
-}
-
-/// Where names, types, defaults, modes and status words come from.
-fn source(known: &BlockType) -> Option<String> {
-    known.follows.map(|document| format!("Follows {document}."))
-}
-
-/// What a pin means, how LGF's documents also call it, and when it is read.
-fn meaning(pin: &Pin) -> String {
-    let aliases = pin.aliases.iter().map(|alias| format!(" In LGF also `{alias}`."));
-    let latch =
-        pin.latched_by.map(|latch| format!(" Read in the first call and at `{latch}` only."));
-    std::iter::once(pin.doc().to_owned()).chain(aliases).chain(latch).collect()
-}
-
-fn word_meaning(word: &StatusWord) -> String {
-    match word.origin {
-        Origin::Document => word.meaning.into(),
-        Origin::Ours => format!("{} (isochrone's word, not LGF's)", word.meaning),
-    }
 }
 
 fn markdown(types: &[&BlockType]) -> String {
@@ -168,12 +158,4 @@ fn print_json(types: &[&BlockType]) -> Result<(), Failure> {
         })
     });
     terminal::print_json(&json!({ "blocks": blocks.collect::<Vec<_>>() }))
-}
-
-fn default(pin: &Pin) -> String {
-    match pin.default {
-        PinDefault::Required => "required".into(),
-        PinDefault::Value(slot) => numbers::literal(slot, pin.pin_type),
-        PinDefault::CallingTask => "calling task".into(),
-    }
 }

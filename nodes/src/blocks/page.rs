@@ -2,28 +2,33 @@
 
 use isochrone_blocks::{BlockType, Pin};
 
-use super::{default, meaning, source, word_meaning};
+use super::words::{default, document, follows_lgf, meaning, source, word_meaning};
 
 const INTRODUCTION: &str = "\
 # Function blocks
 
 <!-- The output of `isochrone blocks --format page`. -->
 
-The blocks follow the manual of Siemens' Library of General Functions (LGF) for the TIA Portal: names,
-types, defaults, modes and status words are those of LGF, and each block names the page it follows. Where
-that page is silent, a table lists what isochrone does. The formulas are exact: every number is computed in
-IEEE-754 binary64, in the order written, without fused multiply-add. Status words from 16#8000 are errors;
-`error` is TRUE for exactly these, and a node counts such steps as block errors.
+The formulas are exact: every number is computed in IEEE-754 binary64, in the order written, without
+fused multiply-add. Status words from 16#8000 are errors; `error` is TRUE for exactly these, and a node
+counts such steps as block errors.
 
 A pin takes a number, true or false, or a wire: `\"input\"` or `\"block.pin\"`. A TIME is a whole number of
 milliseconds, `100`, or text: `\"100ms\"`, `\"T#100ms\"`, `\"T#1m30s\"`. `callOB` takes an OB number or the
 name of a task, which needs no number.
 ";
 
+const OF_LGF: &str = "
+Blocks that name an LGF page follow the manual of Siemens' Library of General Functions (LGF) for the TIA
+Portal: their names, types, defaults, modes and status words are those of LGF. Where that page is silent,
+a table lists what isochrone does.
+";
+
 /// The page of these blocks.
 pub(super) fn page(types: &[&BlockType]) -> String {
+    let of_lgf = types.iter().any(|known| follows_lgf(known)).then(|| OF_LGF.to_owned());
     let blocks = types.iter().map(|known| block(known));
-    std::iter::once(INTRODUCTION.to_owned()).chain(blocks).collect()
+    std::iter::once(INTRODUCTION.to_owned()).chain(of_lgf).chain(blocks).collect()
 }
 
 fn block(known: &BlockType) -> String {
@@ -34,12 +39,17 @@ fn block(known: &BlockType) -> String {
     }
     text += "\n| input | type | default | unit | meaning |\n|---|---|---|---|---|\n";
     for pin in known.inputs {
-        text +=
-            &row([&pin_name(pin), pin.pin_type.as_str(), &default(pin), pin.unit, &meaning(pin)]);
+        text += &row([
+            &pin_name(pin),
+            pin.pin_type.as_str(),
+            &default(pin),
+            pin.unit,
+            &meaning(known, pin),
+        ]);
     }
     text += "\n| output | type | unit | meaning |\n|---|---|---|---|\n";
     for pin in known.outputs {
-        text += &row([&pin_name(pin), pin.pin_type.as_str(), pin.unit, &meaning(pin)]);
+        text += &row([&pin_name(pin), pin.pin_type.as_str(), pin.unit, &meaning(known, pin)]);
     }
     if !known.status.is_empty() {
         text += "\n| status | name | meaning |\n|---|---|---|\n";
@@ -48,11 +58,13 @@ fn block(known: &BlockType) -> String {
         text += &row([
             &format!("16#{:04X}", word.code),
             &format!("`{}`", word.name),
-            &word_meaning(word),
+            &word_meaning(known, word),
         ]);
     }
     if !known.decisions.is_empty() {
-        text += "\n| not specified by LGF | isochrone |\n|---|---|\n";
+        let silent = document(known).map(|name| format!("not specified by {name}"));
+        let head = silent.as_deref().unwrap_or("not specified");
+        text += &format!("\n| {head} | isochrone |\n|---|---|\n");
     }
     for decision in known.decisions {
         text += &row([decision.silent_on, decision.chosen]);

@@ -1,0 +1,78 @@
+//! What a block's pins and status words mean, in words. Blocks of other programs follow other
+//! documents than ours, or none.
+
+use isochrone_blocks::{BlockType, Origin, Pin, PinDefault, StatusWord};
+
+use crate::numbers;
+
+/// Where names, types, defaults, modes and status words come from.
+pub(super) fn source(known: &BlockType) -> Option<String> {
+    known.follows.map(|document| format!("Follows {document}."))
+}
+
+/// The document that a block follows, in short.
+pub(super) fn document(known: &BlockType) -> Option<&'static str> {
+    known.follows.map(|document| if follows_lgf(known) { "LGF" } else { document })
+}
+
+/// Whether a block follows a page of Siemens' Library of General Functions.
+pub(super) fn follows_lgf(known: &BlockType) -> bool {
+    known.follows.is_some_and(|document| document.contains("(LGF)"))
+}
+
+/// What a pin means, how the block's document also calls it, and when it is read.
+pub(super) fn meaning(known: &BlockType, pin: &Pin) -> String {
+    let aliases = pin.aliases.iter().map(|alias| match document(known) {
+        Some(document) => format!(" In {document} also `{alias}`."),
+        None => format!(" Also `{alias}`."),
+    });
+    let latch =
+        pin.latched_by.map(|latch| format!(" Read in the first call and at `{latch}` only."));
+    std::iter::once(pin.doc().to_owned()).chain(aliases).chain(latch).collect()
+}
+
+/// What a status word means, and whether the block's document does not have it.
+pub(super) fn word_meaning(known: &BlockType, word: &StatusWord) -> String {
+    match (word.origin, document(known)) {
+        (Origin::Ours, Some("LGF")) => format!("{} (isochrone's word, not LGF's)", word.meaning),
+        (Origin::Ours, Some(document)) => format!("{} (not a word of {document})", word.meaning),
+        (Origin::Document, _) | (Origin::Ours, None) => word.meaning.into(),
+    }
+}
+
+/// What a pin without a wire is.
+pub(super) fn default(pin: &Pin) -> String {
+    match pin.default {
+        PinDefault::Required => "required".into(),
+        PinDefault::Value(slot) => numbers::literal(slot, pin.pin_type),
+        PinDefault::CallingTask => "calling task".into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn own(follows: Option<&'static str>) -> BlockType {
+        let mut known = isochrone_blocks::CATALOGUE[0];
+        known.follows = follows;
+        known
+    }
+
+    fn told(known: &BlockType) -> String {
+        let pins = known.outputs.iter().map(|pin| meaning(known, pin));
+        let words = known.status.iter().map(|word| word_meaning(known, word));
+        pins.chain(words).collect::<Vec<_>>().join("\n")
+    }
+
+    #[test]
+    fn a_block_is_compared_with_the_document_that_it_follows_and_with_no_other() {
+        let lgf = told(&own(isochrone_blocks::CATALOGUE[0].follows));
+        assert!(lgf.contains("In LGF also `") && lgf.contains("not LGF's"), "{lgf}");
+        let other = told(&own(Some("IEC 61131-3")));
+        assert!(!other.contains("LGF") && other.contains("not a word of IEC 61131-3"), "{other}");
+        let none = told(&own(None));
+        assert!(!none.contains("LGF") && !none.contains("(not "), "{none}");
+        assert!(none.contains(" Also `"), "{none}");
+    }
+}
