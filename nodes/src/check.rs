@@ -8,10 +8,10 @@ use isochrone_engine::config::Binding;
 use isochrone_engine::{
     Findings, InputPlan, OutputPlan, Plan, TaskPlan, WirePlan, format_duration_ns, reference,
 };
+use isochrone_timing::units::counted;
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
-use crate::numbers::counted;
 use crate::table::Table;
 use crate::{configuration, numbers, terminal};
 
@@ -154,9 +154,11 @@ fn schedule(task: &TaskPlan) -> String {
     });
     words.push(format!("overrun {}", schedule.overrun.as_str()));
     let limit = schedule.limit;
-    words.extend(
-        limit.map(|limit| format!("stop at {} misses in {} cycles", limit.misses, limit.cycles)),
-    );
+    words.extend(limit.map(|limit| {
+        let (misses, cycles) =
+            (counted(limit.misses, "missed release"), counted(limit.cycles, "cycle"));
+        format!("stop at {misses} in {cycles}")
+    }));
     words.join(", ")
 }
 

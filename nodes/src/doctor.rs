@@ -1,9 +1,9 @@
 //! `doctor`: what this machine does to jitter, and the way out.
 
 use isochrone_machine::{Examination, Finding, Machine, Severity, examine};
+use isochrone_timing::units::counted;
 
 use crate::failure::Failure;
-use crate::numbers::counted;
 use crate::terminal;
 
 /// Examine this machine: what makes cycles late and how to change it

@@ -4,11 +4,12 @@ mod look;
 
 use isochrone_engine::escaped;
 use isochrone_ipc::{ListedNode, Participant, SignalSpec, ipc};
+use isochrone_timing::units::counted;
 use serde_json::{Value, json};
 
 use self::look::{Found, Rate, look};
 use crate::failure::Failure;
-use crate::numbers::{counted, six_digits};
+use crate::numbers::six_digits;
 use crate::table::Table;
 use crate::{domain, terminal};
 

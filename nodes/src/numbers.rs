@@ -1,7 +1,5 @@
 //! Values as files, programs and people have them.
 
-use std::fmt::Display;
-
 use isochrone_blocks::PinType;
 
 /// The shortest decimal that reads back to the same value; `NaN`, `inf`, `-inf`.
@@ -99,11 +97,6 @@ pub(crate) enum NumberError {
     /// Its digits are beyond the range of an `f64`.
     #[error("beyond what a value can be, which is 1.8e308 at most")]
     TooLarge,
-}
-
-/// So many of a thing, in words.
-pub(crate) fn counted<N: Copy + Display + PartialEq + From<u8>>(count: N, thing: &str) -> String {
-    format!("{count} {thing}{}", if count == N::from(1) { "" } else { "s" })
 }
 
 /// Reads `true` or `false`.

@@ -10,6 +10,7 @@ use std::thread;
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::parse_seconds;
 use isochrone_ipc::{FrameLayout, FramePublisher, Stamp, ipc};
+use isochrone_timing::units::counted;
 use serde_json::json;
 
 use self::announcing::Announcing;
@@ -17,7 +18,7 @@ use self::pace::Pace;
 use self::signals::{Constant, Signals};
 use crate::domain;
 use crate::failure::Failure;
-use crate::numbers::{self, counted};
+use crate::numbers;
 use crate::stop;
 use crate::wave::Shape;
 use crate::{configuration, terminal};
@@ -131,7 +132,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         let _announcing = Announcing::start(scope, &participant, &args.service, &layout, repair)?;
         let names = layout.signals.iter().map(|signal| signal.name.as_str()).collect::<Vec<_>>();
         terminal::note(&format!(
-            "publishing {} on \"{}\" at {}. Ctrl-C ends it.",
+            "publishing {} on \"{}\" at {}. Press Ctrl-C to end it.",
             names.join(", "),
             args.service,
             said(&pace)

@@ -165,8 +165,13 @@ fn note_start(plan: &Plan, warnings: impl Iterator<Item = Warning>) {
     for warning in warnings {
         terminal::note(&format!("warning: {}", sentence(&warning)));
     }
-    let tasks: Vec<_> = plan.tasks.iter().map(|task| task.name.as_str()).collect();
-    terminal::note(&format!("node \"{}\" runs: {}. Ctrl-C ends it.", plan.node, tasks.join(", ")));
+    let names: Vec<_> = plan.tasks.iter().map(|task| task.name.as_str()).collect();
+    let tasks = if names.len() == 1 { "task" } else { "tasks" };
+    terminal::note(&format!(
+        "node \"{}\" is running {tasks} {}. Press Ctrl-C to end it.",
+        plan.node,
+        names.join(", ")
+    ));
 }
 
 /// Running needs a service for every input.

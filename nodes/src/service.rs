@@ -16,6 +16,7 @@ use std::process;
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::Plan;
 use isochrone_timing::CycleRecord;
+use isochrone_timing::units::counted;
 
 use crate::terminal;
 
@@ -228,10 +229,10 @@ impl Progress {
         let missed: u64 = newest().map(|record| record.missed).sum();
         // Every release up to the newest either ran or was missed.
         let ran = |record: CycleRecord| (record.cycle + 1).saturating_sub(record.missed);
-        let cycles: u64 = newest().map(ran).sum();
+        let cycles = counted(newest().map(ran).sum::<u64>(), "cycle");
         match waiting {
-            0 => format!("{cycles} cycles, {missed} missed"),
-            _ => format!("{cycles} cycles, {missed} missed; first cycles to come: {waiting}"),
+            0 => format!("{cycles}, {missed} missed"),
+            _ => format!("{cycles}, {missed} missed; first cycles to come: {waiting}"),
         }
     }
 }

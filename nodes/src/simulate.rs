@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use isochrone_blocks::BlockType;
 use isochrone_engine::{BuildError, InputPlan, Plan, TaskEngine};
+use isochrone_timing::units::counted;
 
 use crate::failure::Failure;
 use crate::recording::Recording;
@@ -72,7 +73,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let mut output = Output::create(&args.output, &plan)?;
     for cycle in 0..cycles {
         if stop.is_due() {
-            terminal::note(&format!("note: stopped after {cycle} of {cycles} cycles"));
+            terminal::note(&format!("note: stopped after {cycle} of {}", counted(cycles, "cycle")));
             break;
         }
         simulation.advance(cycle);

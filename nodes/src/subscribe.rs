@@ -15,13 +15,13 @@ use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::parse_seconds;
 use isochrone_machine::Environment;
 use isochrone_report::Report;
+use isochrone_timing::units::counted;
 
 use self::line::Line;
 use self::screen::Screen;
 use self::transcript::{Choice, Sink, Transcript};
 use crate::domain;
 use crate::failure::Failure;
-use crate::numbers::counted;
 use crate::result_file::ResultFile;
 use crate::rows::Rows;
 use crate::stop;
@@ -92,7 +92,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         };
         return Err(Failure::nobody(format!("there is no service \"{service}\"; {way_out}")));
     };
-    terminal::note(&format!("subscribed to \"{}\". Ctrl-C ends it.", args.service));
+    terminal::note(&format!("subscribed to \"{}\". Press Ctrl-C to end it.", args.service));
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
     let choice = Choice { every: args.every.unwrap_or(1), signals: args.signals.clone() };
     let mut transcript = Transcript::new(&args.service, sink, choice);

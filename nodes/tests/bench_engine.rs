@@ -97,7 +97,7 @@ fn a_signal_ends_it_early_with_a_report_that_says_so() {
     let folder = Folder::new();
     let args = ["bench", "engine", "--seconds", "600", "--instances", "10", "--json"];
     let mut bench = Process::start(folder.command(&args));
-    bench.wait_for("Ctrl-C ends it early");
+    bench.wait_for("Press Ctrl-C to end it");
     bench.signal(Signal::INT);
     let ended = bench.finish().expect_code(0);
     let report: Report = serde_json::from_str(&ended.stdout).unwrap();
@@ -110,7 +110,7 @@ fn a_bench_that_was_ended_early_is_no_result_for_a_gate() {
     let folder = Folder::with(&[("gate.toml", &gate(1.0))]);
     let args = ["bench", "engine", "--seconds", "600", "--gate", "gate.toml"];
     let mut bench = Process::start(folder.command(&args));
-    bench.wait_for("Ctrl-C ends it early");
+    bench.wait_for("Press Ctrl-C to end it");
     bench.signal(Signal::TERM);
     let ended = bench.finish().expect_code(4);
     assert_says(&ended.stderr, &["ended early"]);

@@ -4,7 +4,7 @@ use std::fmt::{Display, Formatter, Result};
 
 use serde::{Deserialize, Serialize};
 
-use crate::units::duration;
+use crate::units::{counted, duration};
 
 /// Minimum, mean, percentiles and maximum of a distribution, in the unit of its values.
 ///
@@ -54,6 +54,6 @@ impl Display for Summary {
                 write!(f, "{name} {}  ", duration(ns as f64))?;
             }
         }
-        write!(f, "({} samples)", self.count)
+        write!(f, "({})", counted(self.count, "sample"))
     }
 }

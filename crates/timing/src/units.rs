@@ -1,5 +1,7 @@
 //! Numbers for people: three significant digits and a unit.
 
+use std::fmt::Display;
+
 /// A time in ns as `98 ns`, `2.10 us`, `52.0 us`, `231 ms` or `1.50 s`; from 1000 s on whole seconds.
 pub fn duration(ns: f64) -> String {
     // The bound is where rounding to three digits would carry into the next unit.
@@ -52,6 +54,11 @@ pub fn period(ns: u64) -> String {
     let width = unit_ns.ilog10() as usize;
     let fraction = format!("{rest:0width$}");
     format!("{whole}.{} {unit}", fraction.trim_end_matches('0'))
+}
+
+/// So many of a thing, in words: `1 cycle`, `2 cycles`.
+pub fn counted<N: Copy + Display + PartialEq + From<u8>>(count: N, thing: &str) -> String {
+    format!("{count} {thing}{}", if count == N::from(1) { "" } else { "s" })
 }
 
 #[cfg(test)]

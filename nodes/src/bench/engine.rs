@@ -61,8 +61,8 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let stop = stop::on_signal(None)?;
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
     terminal::note(&format!(
-        "measuring {} for {} s; warming up comes before each turn and does not count. Ctrl-C ends it \
-         early.",
+        "measuring {} for {} s; warming up comes before each turn and does not count. Press Ctrl-C \
+         to end it early.",
         settings.names().join(", "),
         settings.total().as_secs_f64()
     ));

@@ -3,8 +3,10 @@
 use isochrone_ipc::SignalSpec;
 
 use super::Args;
+use isochrone_timing::units::counted;
+
 use crate::failure::Failure;
-use crate::numbers::{self, counted};
+use crate::numbers;
 use crate::recording::Recording;
 use crate::wave::{Shape, Wave};
 

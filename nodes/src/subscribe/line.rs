@@ -210,5 +210,7 @@ fn waiting(participant: &Participant<Service>, service: &str) -> String {
         Some(similar) => format!("; did you mean \"{similar}\"?"),
         None => ".".into(),
     };
-    format!("waiting for service \"{service}\", which does not exist yet{meant} Ctrl-C ends it.")
+    format!(
+        "waiting for service \"{service}\", which does not exist yet{meant} Press Ctrl-C to end it."
+    )
 }

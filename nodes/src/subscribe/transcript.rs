@@ -4,12 +4,13 @@ use std::collections::VecDeque;
 
 use isochrone_ipc::{Announcement, LayoutWatcher, ipc};
 use isochrone_runtime::Limiter;
+use isochrone_timing::units::counted;
 
 use super::channel::{Channel, channels_of, listed};
 use super::screen::Screen;
 use super::taken::Taken;
 use crate::failure::Failure;
-use crate::numbers::{Digits, counted, shown, type_of};
+use crate::numbers::{Digits, shown, type_of};
 use crate::rows::{CYCLE, Rows, TIME};
 use crate::terminal;
 

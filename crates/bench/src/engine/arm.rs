@@ -8,6 +8,7 @@ use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::{Plan, Rules, TaskEngine, Workload};
 use isochrone_processes::Stop;
 use isochrone_report::{CostReport, Turns};
+use isochrone_timing::units::counted;
 use isochrone_timing::{Distribution, Metric, Summary};
 use rustix::thread::gettid;
 
@@ -186,7 +187,11 @@ fn so_far(instances: usize, step_ps: &Summary) -> String {
     };
     let percentiles = [("p50", step_ps.p50), ("p99", step_ps.p99)];
     let percentiles: String = percentiles.into_iter().filter_map(percentile).collect();
-    format!("{instances} instances: {percentiles}({} samples)", step_ps.count)
+    format!(
+        "{}: {percentiles}({})",
+        counted(instances, "instance"),
+        counted(step_ps.count, "sample")
+    )
 }
 
 #[cfg(test)]
@@ -200,7 +205,7 @@ mod tests {
             all.record_many(2_000, samples);
             so_far(10, &all.summary())
         };
-        assert_eq!(after(1), "10 instances: (1 samples)");
+        assert_eq!(after(1), "10 instances: (1 sample)");
         assert_eq!(after(99), "10 instances: p50 2.00 ns  (99 samples)");
         assert_eq!(after(100), "10 instances: p50 2.00 ns  p99 2.00 ns  (100 samples)");
     }

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use isochrone_timing::units::period;
+use isochrone_timing::units::{counted, period};
 use isochrone_timing::{Distribution, Metric};
 
 use super::turns::TurnReport;
@@ -75,8 +75,7 @@ impl Reported for LinkArm {
         };
         let values = match self.values {
             0 => String::new(),
-            1 => "1 value".to_owned(),
-            values => format!("{values} values"),
+            values => counted(values, "value"),
         };
         listed([pace, values])
     }
@@ -98,7 +97,7 @@ impl Reported for CostReport {
     }
 
     fn circumstances(&self) -> String {
-        format!("{} instances", self.instances)
+        counted(self.instances, "instance")
     }
 
     fn turns(&self) -> &[TurnReport] {

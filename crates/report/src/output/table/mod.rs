@@ -8,7 +8,7 @@ pub use bench::ComparisonTable;
 use std::fmt::{Display, Formatter, Result};
 
 use isochrone_machine::Environment;
-use isochrone_timing::units::{duration, period, three_digits};
+use isochrone_timing::units::{counted, duration, period, three_digits};
 use isochrone_timing::{LinkReport, Summary, TaskReport, Warning};
 
 use crate::output::groups::percent;
@@ -73,17 +73,17 @@ fn task(f: &mut Formatter<'_>, task: &TaskReport) -> Result {
     }
     write!(
         f,
-        "  {} cycles, {} missed, {} overruns, {} warm-up cycles excluded",
-        task.cycles,
+        "  {}, {} missed, {}, {} excluded",
+        counted(task.cycles, "cycle"),
         task.missed,
-        counted(task.overruns),
-        task.warm_up_cycles
+        counted_or_unknown(task.overruns, "overrun"),
+        counted(task.warm_up_cycles, "warm-up cycle")
     )?;
     if let Some(lost) = task.lost_records.filter(|lost| *lost > 0) {
-        write!(f, ", {lost} records lost")?;
+        write!(f, ", {} lost", counted(lost, "record"))?;
     }
     if let Some(lost) = task.lost_snapshots.filter(|lost| *lost > 0) {
-        write!(f, ", {lost} snapshots lost")?;
+        write!(f, ", {} lost", counted(lost, "snapshot"))?;
     }
     writeln!(f)?;
     heading(f)?;
@@ -96,28 +96,33 @@ fn task(f: &mut Formatter<'_>, task: &TaskReport) -> Result {
     let TaskReport { input_rejects, connects, connect_errors, .. } = task;
     writeln!(
         f,
-        "  CPU {} %, {} allocations ({} more by the IPC library), {} minor and {} major faults, {} voluntary and {} involuntary switches",
+        "  CPU {} %, {} ({} more by the IPC library), {} minor and {}, {} voluntary and {} involuntary switches",
         percent(task.cpu_fraction).unwrap_or_else(|| UNKNOWN.to_owned()),
-        counted(*allocations),
-        counted(*ipc_allocations),
-        counted(*minor_faults),
-        counted(*major_faults),
-        counted(*voluntary_switches),
-        counted(*involuntary_switches)
+        counted_or_unknown(*allocations, "allocation"),
+        known(*ipc_allocations),
+        known(*minor_faults),
+        counted_or_unknown(*major_faults, "major fault"),
+        known(*voluntary_switches),
+        known(*involuntary_switches)
     )?;
     writeln!(
         f,
-        "  {} block errors, {} input rejects, {} connects ({} failed at first)",
-        counted(*block_errors),
-        counted(*input_rejects),
-        counted(*connects),
-        counted(*connect_errors)
+        "  {}, {}, {} ({} failed at first)",
+        counted_or_unknown(*block_errors, "block error"),
+        counted_or_unknown(*input_rejects, "input reject"),
+        counted_or_unknown(*connects, "connect"),
+        known(*connect_errors)
     )
 }
 
 /// A count, or a dash where nobody counted.
-fn counted(count: Option<u64>) -> String {
+fn known(count: Option<u64>) -> String {
     count.map_or_else(|| UNKNOWN.to_owned(), |count| count.to_string())
+}
+
+/// So many of a thing, with a dash where nobody counted.
+fn counted_or_unknown(count: Option<u64>, thing: &str) -> String {
+    count.map_or_else(|| format!("{UNKNOWN} {thing}s"), |count| counted(count, thing))
 }
 
 fn link(f: &mut Formatter<'_>, link: &LinkReport) -> Result {
@@ -126,7 +131,8 @@ fn link(f: &mut Formatter<'_>, link: &LinkReport) -> Result {
         write!(f, ": {} Hz", three_digits(rate_hz))?;
     }
     writeln!(f)?;
-    write!(f, "  {} frames, {} lost, {} restarts", link.frames, link.lost, link.restarts)?;
+    let (frames, restarts) = (counted(link.frames, "frame"), counted(link.restarts, "restart"));
+    write!(f, "  {frames}, {} lost, {restarts}", link.lost)?;
     for (count, what) in [
         (link.other_writers, "of other writers"),
         (link.future_stamps, "with stamps from the future"),
