@@ -61,7 +61,9 @@ fn the_page_of_a_bench_has_every_part_and_stands_alone() {
         assert!(page.contains(part), "{part}");
     }
     // Two groups of loops and one of links with three pictures each, and the costs.
-    assert_eq!(page.matches("<svg ").count(), 10);
+    for part in ["<figure ", "<svg class=\"wide\" ", "<svg class=\"narrow\" "] {
+        assert_eq!(page.matches(part).count(), 10, "{part}");
+    }
     assert_eq!(page.matches("<caption>Comparison of the ").count(), 3);
     let (_, outliers) = page.split_once("Largest outliers</h2>").unwrap();
     let (outliers, _) = outliers.split_once("</table>").unwrap();

@@ -4,7 +4,7 @@ use super::page::{Column, Page, Row};
 use super::section::{cell, comparisons};
 use crate::bench::{Comparison, Reported};
 use crate::output::groups::invalid_turns;
-use crate::output::picture::scaling_svg;
+use crate::output::picture::scaling_of;
 use crate::report::{CostReport, Report};
 
 pub(super) fn section(page: &mut Page, report: &Report) {
@@ -38,6 +38,6 @@ pub(super) fn section(page: &mut Page, report: &Report) {
     let of_costs = |comparison: &&Comparison| comparison.metric == CostReport::METRIC.key;
     comparisons(page, "", &report.comparisons.iter().filter(of_costs).collect::<Vec<_>>());
     let title = "Time of one instance over the number of instances";
-    page.picture(title, scaling_svg(title, &report.costs));
+    page.picture(title, |screen| scaling_of(title, &report.costs, screen));
     page.markup("</section>\n");
 }

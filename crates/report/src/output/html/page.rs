@@ -2,6 +2,8 @@
 
 use std::fmt::Display;
 
+use crate::output::picture::Screen;
+
 /// A page as far as it is written.
 #[derive(Default)]
 pub(super) struct Page {
@@ -121,15 +123,23 @@ impl Page {
         self.markup("</tbody>\n</table></div>\n");
     }
 
-    /// A picture that this crate drew, with what it shows for people who cannot see it.
-    pub(super) fn picture(&mut self, shows: &str, svg: String) {
+    /// A picture that this crate drew, with what it shows for people who cannot see it: once for a
+    /// wide screen and once for a narrow one, of which the style sheet shows one.
+    pub(super) fn picture(&mut self, shows: &str, draw: impl Fn(Screen) -> String) {
         self.markup("<figure role=\"img\" aria-label=\"");
         self.text(shows);
         self.markup("\">\n");
-        // Within HTML an SVG needs no name space.
-        self.html.push_str(&svg.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1));
+        let wide = draw(Screen::Wide);
+        self.drawn("wide", &wide);
+        self.drawn("narrow", &draw(Screen::Narrow));
         self.markup("</figure>\n");
-        self.pictures.push((shows.to_owned(), svg));
+        self.pictures.push((shows.to_owned(), wide));
+    }
+
+    fn drawn(&mut self, class: &str, svg: &str) {
+        // Within HTML an SVG needs no name space, and its height follows its width.
+        let svg = svg.replacen(" xmlns=\"http://www.w3.org/2000/svg\"", "", 1);
+        self.html.push_str(&svg.replacen("<svg ", &format!("<svg class=\"{class}\" "), 1));
     }
 
     pub(super) fn finish(mut self) -> String {

@@ -8,7 +8,7 @@ use crate::bench::{Comparison, LeftOut, Verdict};
 use crate::output::groups::{
     COLUMNS, arm_of, columns, metric_name, percentile_name, sentence, value,
 };
-use crate::output::picture::{Curve, Series, Timeline, histogram_of, percentiles_of, timeline_svg};
+use crate::output::picture::{Curve, Series, Timeline, histogram_of, percentiles_of, timeline_of};
 
 /// Stands where the samples are too few.
 const TOO_FEW: &str = "\u{2013}";
@@ -106,7 +106,7 @@ pub(super) fn percentiles_picture(page: &mut Page, heading: &str, distributions:
     let curves: Vec<Curve<'_>> = distributions.iter().map(Shown::curve).collect();
     let title = format!("Percentiles: {heading}");
     if !curves.is_empty() && page.pictures.iter().all(|(shows, _)| *shows != title) {
-        page.picture(&title, percentiles_of(&title, &curves));
+        page.picture(&title, |screen| percentiles_of(&title, &curves, screen));
     }
 }
 
@@ -121,10 +121,10 @@ pub(super) fn pictures(
     if !curves.is_empty() {
         percentiles_picture(page, heading, distributions);
         let title = format!("Histogram: {heading}");
-        page.picture(&title, histogram_of(&title, &curves));
+        page.picture(&title, |screen| histogram_of(&title, &curves, screen));
     }
     if turns.iter().any(|arm| !arm.turns.is_empty()) {
         let title = format!("Over time: {heading}");
-        page.picture(&title, timeline_svg(&title, turns));
+        page.picture(&title, |screen| timeline_of(&title, turns, screen));
     }
 }

@@ -40,6 +40,18 @@ impl Logarithmic {
     }
 }
 
+impl Logarithmic {
+    /// These steps of each decade, as far as the axis has them.
+    fn points(self, steps: &[f64]) -> Vec<f64> {
+        let decades = self.low.log10().floor() as i32..=self.high.log10().ceil() as i32;
+        let points = decades.flat_map(|decade| steps.iter().map(move |s| s * 10f64.powi(decade)));
+        // A power of ten may miss an end by the last bit.
+        let inside =
+            |point: &f64| (self.low * (1.0 - 1e-9)..=self.high * (1.0 + 1e-9)).contains(point);
+        points.filter(inside).collect()
+    }
+}
+
 impl Ranged for Logarithmic {
     type FormatOption = NoDefaultFormatting;
     type ValueType = f64;
@@ -49,15 +61,17 @@ impl Ranged for Logarithmic {
         low + (part * f64::from(high - low)).round() as i32
     }
 
-    fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
-        let steps: &[f64] =
-            if (self.high / self.low).log10() <= FEW_DECADES { &[1.0, 2.0, 5.0] } else { &[1.0] };
-        let decades = self.low.log10().floor() as i32..=self.high.log10().ceil() as i32;
-        let points = decades.flat_map(|decade| steps.iter().map(move |s| s * 10f64.powi(decade)));
-        // A power of ten may miss an end by the last bit.
-        let inside =
-            |point: &f64| (self.low * (1.0 - 1e-9)..=self.high * (1.0 + 1e-9)).contains(point);
-        points.filter(inside).collect()
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        let most = hint.max_num_points();
+        if (self.high / self.low).log10() <= FEW_DECADES {
+            let points = self.points(&[1.0, 2.0, 5.0]);
+            if points.len() <= most {
+                return points;
+            }
+        }
+        let decades = self.points(&[1.0]);
+        let every = decades.len().div_ceil(most.max(1)).max(1);
+        decades.into_iter().step_by(every).collect()
     }
 
     fn range(&self) -> Range<f64> {
@@ -78,9 +92,15 @@ impl Ranged for Nines {
         low + ((nines / self.0) * f64::from(high - low)).round() as i32
     }
 
-    fn key_points<Hint: KeyPointHint>(&self, _: Hint) -> Vec<f64> {
+    fn key_points<Hint: KeyPointHint>(&self, hint: Hint) -> Vec<f64> {
+        let most = hint.max_num_points().max(1);
         let whole = (1u32..).map(f64::from).take_while(|nines| *nines <= self.0);
-        [0.0, 2f64.log10()].into_iter().chain(whole).collect()
+        let whole: Vec<f64> = whole.collect();
+        let every = whole.len().div_ceil(most).max(1);
+        let whole: Vec<f64> = whole.into_iter().step_by(every).collect();
+        // The lowest labels stand closest to each other, and say the least.
+        let room = most.saturating_sub(whole.len()).min(2);
+        [0.0, 2f64.log10()].into_iter().skip(2 - room).chain(whole).collect()
     }
 
     fn range(&self) -> Range<f64> {
@@ -93,6 +113,11 @@ impl ValueFormatter<f64> for Nines {}
 pub(super) fn as_percentile(nines: &f64) -> String {
     let decimals = (*nines as usize).saturating_sub(2);
     format!("{:.decimals$} %", 100.0 * (1.0 - 10f64.powf(-nines)))
+}
+
+/// A percentile without the unit, where that stands beside the axis.
+pub(super) fn as_bare_percentile(nines: &f64) -> String {
+    as_percentile(nines).replace(" %", "")
 }
 
 pub(super) fn as_time(ns: &f64) -> String {
@@ -130,6 +155,23 @@ mod tests {
         };
         assert_eq!(labels(10.0, 20_000.0), ["10 ns", "100 ns", "1 us", "10 us"]);
         assert_eq!(labels(700.0, 6_000.0), ["1 us", "2 us", "5 us"]);
+    }
+
+    #[test]
+    fn an_axis_with_room_for_few_labels_leaves_some_out() {
+        let few = || LightPoints::new(4, 4);
+        let labels = |axis: Logarithmic| -> Vec<String> {
+            axis.key_points(few()).iter().map(as_time).collect()
+        };
+        assert_eq!(
+            labels(Logarithmic { low: 10.0, high: 2e7 }),
+            ["10 ns", "1 us", "100 us", "10 ms"]
+        );
+        assert_eq!(labels(Logarithmic { low: 700.0, high: 60_000.0 }), ["1 us", "10 us"]);
+        let labels: Vec<String> =
+            Nines(4.0).key_points(few()).iter().map(as_bare_percentile).collect();
+        assert_eq!(labels, ["90", "99", "99.9", "99.99"]);
+        assert_eq!(Nines(6.0).key_points(few()), [2f64.log10(), 1.0, 3.0, 5.0]);
     }
 
     #[test]

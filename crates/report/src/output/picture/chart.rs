@@ -1,4 +1,4 @@
-//! One drawing for all pictures: layers over two axes, and the legend beside them.
+//! One drawing for all pictures: layers over two axes, and the legend beside or below them.
 
 use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
@@ -8,11 +8,8 @@ use super::canvas::{Canvas, Failure};
 use super::form::Form;
 use super::ink::Ink;
 use super::legend::{self, Entry};
+use super::screen::{Screen, TEXT_SIZE};
 
-const WIDTH: u32 = 960;
-const LEAST_HEIGHT: u32 = 440;
-/// Letters of a title that fit into the width.
-const TITLE_LETTERS: usize = 96;
 /// Shortest bar, in pixels: a turn may be short against the whole.
 const SHORTEST_BAR: i32 = 3;
 
@@ -40,33 +37,43 @@ where
     Y::CoordDescType: ValueFormatter<f64>,
 {
     /// The picture as SVG.
-    pub(super) fn svg(self) -> String {
+    pub(super) fn svg(self, screen: Screen) -> String {
         let mut text = String::new();
-        let height = LEAST_HEIGHT.max(legend::height(&self.legend));
-        let area = SVGBackend::with_string(&mut text, (WIDTH, height)).into_drawing_area();
-        let drawn = self.draw(&area);
+        let (plot, legend) = (screen.plot_height(), legend::height(&self.legend, screen));
+        let height = match screen {
+            Screen::Wide => plot.max(legend),
+            Screen::Narrow => plot + legend,
+        };
+        let size = (screen.width(), height);
+        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
+        let drawn = self.draw(&area, screen);
         drop(area);
         debug_assert!(drawn.is_ok(), "a string takes everything: {drawn:?}");
         text
     }
 
-    fn draw(self, area: &Canvas<'_>) -> Result<(), Failure> {
+    fn draw(self, area: &Canvas<'_>, screen: Screen) -> Result<(), Failure> {
         area.fill(&WHITE)?;
-        let (plot, beside) = area.split_horizontally(WIDTH - legend::width(&self.legend));
+        let (plot, rest) = match screen {
+            Screen::Wide => area.split_horizontally(screen.width() - legend::width(&self.legend)),
+            Screen::Narrow => area.split_vertically(screen.plot_height()),
+        };
+        let title = legend::shortened(self.title, screen.title_letters());
         let mut chart = ChartBuilder::on(&plot)
-            .caption(legend::shortened(self.title, TITLE_LETTERS), ("sans-serif", 18))
+            .caption(title, ("sans-serif", screen.title_size()))
             .margin(12)
             .x_label_area_size(46)
             .y_label_area_size(76)
             .build_cartesian_2d(self.x.range, self.y.range)?;
         chart
             .configure_mesh()
+            .x_labels(screen.x_labels())
             .x_desc(self.x.says)
             .y_desc(self.y.says)
             .x_label_formatter(self.x.label)
             .y_label_formatter(self.y.label)
             .light_line_style(WHITE)
-            .label_style(("sans-serif", 13))
+            .label_style(("sans-serif", TEXT_SIZE))
             .draw()?;
         for Layer { points, form, ink } in self.layers {
             let filled = ShapeStyle { color: ink.colour, filled: true, stroke_width: 1 };
@@ -100,7 +107,7 @@ where
                 }
             }
         }
-        legend::draw(&beside, &self.legend)?;
+        legend::draw(&rest, &self.legend, screen)?;
         area.present()
     }
 }

@@ -2,12 +2,15 @@
 
 use isochrone_timing::Distribution;
 
-use super::axis::{Axis, LOWEST_NS, Logarithmic, Nines, as_part, as_percentile, as_time};
+use super::axis::{
+    Axis, LOWEST_NS, Logarithmic, Nines, as_bare_percentile, as_part, as_percentile, as_time,
+};
 use super::chart::{Chart, Layer};
 use super::form::Form;
 use super::ink::Ink;
 use super::legend::Entry;
 use super::mark::Mark;
+use super::screen::Screen;
 
 /// A distribution and what a picture calls it.
 #[derive(Debug, Clone, Copy)]
@@ -51,12 +54,12 @@ const LONGEST: Form = Form::Marks(Mark::Wedge);
 /// differ. A curve ends where ten samples are left beyond it; a mark stands apart for its longest
 /// sample, at the percentile that only this one exceeds.
 pub fn percentiles_svg(title: &str, series: &[Series<'_>]) -> String {
-    percentiles_of(title, &each_an_arm(series))
+    percentiles_of(title, &each_an_arm(series), Screen::Wide)
 }
 
 /// Draws how often each time occurs, both axes logarithmic, in parts of all samples.
 pub fn histogram_svg(title: &str, series: &[Series<'_>]) -> String {
-    histogram_of(title, &each_an_arm(series))
+    histogram_of(title, &each_an_arm(series), Screen::Wide)
 }
 
 fn each_an_arm<'a>(series: &[Series<'a>]) -> Vec<Curve<'a>> {
@@ -66,7 +69,7 @@ fn each_an_arm<'a>(series: &[Series<'a>]) -> Vec<Curve<'a>> {
 }
 
 /// [`percentiles_svg`] of arms that may have more than one curve.
-pub(crate) fn percentiles_of(title: &str, curves: &[Curve<'_>]) -> String {
+pub(crate) fn percentiles_of(title: &str, curves: &[Curve<'_>], screen: Screen) -> String {
     let drawn: Vec<(Points, Ink)> =
         curves.iter().map(|curve| (percentiles(curve.series.distribution), curve.ink())).collect();
     let longest = curves
@@ -81,18 +84,24 @@ pub(crate) fn percentiles_of(title: &str, curves: &[Curve<'_>]) -> String {
     if !longest.is_empty() {
         legend.push(Entry::new(LONGEST, Ink::grey(), "longest"));
     }
+    let x = match screen {
+        Screen::Wide => Axis { range: Nines(nines), says: "percentile", label: &as_percentile },
+        Screen::Narrow => {
+            Axis { range: Nines(nines), says: "percentile, in %", label: &as_bare_percentile }
+        }
+    };
     let chart = Chart {
         title,
-        x: Axis { range: Nines(nines), says: "percentile", label: &as_percentile },
+        x,
         y: Axis { range: times, says: "at most", label: &as_time },
         layers: layers(CURVE, drawn).chain(layers(LONGEST, longest)).collect(),
         legend,
     };
-    chart.svg()
+    chart.svg(screen)
 }
 
 /// [`histogram_svg`] of arms that may have more than one curve.
-pub(crate) fn histogram_of(title: &str, curves: &[Curve<'_>]) -> String {
+pub(crate) fn histogram_of(title: &str, curves: &[Curve<'_>], screen: Screen) -> String {
     let mut outlines: Vec<(Points, Ink)> =
         curves.iter().map(|curve| (outline(curve.series.distribution), curve.ink())).collect();
     let points = || outlines.iter().flat_map(|(points, _)| points);
@@ -103,7 +112,8 @@ pub(crate) fn histogram_of(title: &str, curves: &[Curve<'_>]) -> String {
     for (_, part) in outlines.iter_mut().flat_map(|(points, _)| points) {
         *part = part.max(lowest);
     }
-    let parts = Logarithmic { low: lowest, high: 1.0 };
+    // With room below the title for the label of the highest.
+    let parts = Logarithmic { low: lowest, high: 1.5 };
     let chart = Chart {
         title,
         x: Axis { range: times, says: "time", label: &as_time },
@@ -111,7 +121,7 @@ pub(crate) fn histogram_of(title: &str, curves: &[Curve<'_>]) -> String {
         layers: layers(CURVE, outlines).collect(),
         legend: legend(curves),
     };
-    chart.svg()
+    chart.svg(screen)
 }
 
 fn layers(form: Form, drawn: Vec<(Points, Ink)>) -> impl Iterator<Item = Layer> {

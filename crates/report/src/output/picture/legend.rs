@@ -1,4 +1,4 @@
-//! The legend: beside the picture, so that it never covers a sample.
+//! The legend: beside or below the plot, so that it never covers a sample.
 
 use plotters::element::DashedPathElement;
 use plotters::prelude::*;
@@ -7,15 +7,18 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use super::canvas::{Canvas, Failure};
 use super::form::Form;
 use super::ink::Ink;
+use super::screen::{Screen, TEXT_SIZE};
 
 const ROW: i32 = 20;
 const TOP: i32 = 44;
 const LEFT: i32 = 4;
+/// What stays free to the left of a legend below a plot.
+const MARGIN: i32 = 12;
 const SYMBOL: i32 = 22;
 const GAP: i32 = 8;
 const LETTERS: usize = 30;
 /// Width of a letter, in pixels: without the font one can only guess, so rather too wide.
-const LETTER: u32 = 7;
+const LETTER: i32 = 7;
 
 /// A line of the legend.
 pub(super) struct Entry {
@@ -30,23 +33,47 @@ impl Entry {
     }
 }
 
-/// The width that a legend needs.
+impl Entry {
+    fn width(&self) -> i32 {
+        LEFT + SYMBOL + 2 * GAP + self.says.chars().count() as i32 * LETTER
+    }
+}
+
+/// The width that a legend needs beside a plot.
 pub(super) fn width(entries: &[Entry]) -> u32 {
-    let letters = entries.iter().map(|entry| entry.says.chars().count()).max();
-    letters.map_or(0, |letters| letters as u32 * LETTER + (LEFT + SYMBOL + 2 * GAP) as u32)
+    entries.iter().map(Entry::width).max().unwrap_or(0) as u32
 }
 
 /// The height that a legend needs.
-pub(super) fn height(entries: &[Entry]) -> u32 {
-    (TOP + ROW * (entries.len() as i32 + 1)) as u32
+pub(super) fn height(entries: &[Entry], screen: Screen) -> u32 {
+    places(entries, screen).last().map_or(0, |(_, y)| (y + ROW) as u32)
 }
 
-/// Draws the legend from top to bottom.
-pub(super) fn draw(area: &Canvas<'_>, entries: &[Entry]) -> Result<(), Failure> {
-    let text = ("sans-serif", 14).into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
-    for (row, Entry { form, ink, says }) in entries.iter().enumerate() {
-        let y = TOP + ROW * row as i32;
-        let line = [(LEFT, y), (LEFT + SYMBOL, y)];
+/// Where each entry begins: one below the other, or, below a plot, as many in a row as it takes.
+fn places(entries: &[Entry], screen: Screen) -> Vec<(i32, i32)> {
+    let (mut x, mut y) = match screen {
+        Screen::Wide => (LEFT, TOP - ROW),
+        Screen::Narrow => (MARGIN, ROW / 2),
+    };
+    let end = screen.width() as i32;
+    let place = |(index, entry): (usize, &Entry)| {
+        if screen == Screen::Wide || (index > 0 && x + entry.width() > end) {
+            x = if screen == Screen::Wide { LEFT } else { MARGIN };
+            y += ROW;
+        }
+        let place = (x, y);
+        x += entry.width();
+        place
+    };
+    entries.iter().enumerate().map(place).collect()
+}
+
+/// Draws the legend.
+pub(super) fn draw(area: &Canvas<'_>, entries: &[Entry], screen: Screen) -> Result<(), Failure> {
+    let text =
+        ("sans-serif", TEXT_SIZE).into_font().color(&BLACK).pos(Pos::new(HPos::Left, VPos::Center));
+    for (Entry { form, ink, says }, (x, y)) in entries.iter().zip(places(entries, screen)) {
+        let line = [(x, y), (x + SYMBOL, y)];
         match (*form, ink.dash) {
             (Form::Line(stroke_width), None) => {
                 let style = ShapeStyle { stroke_width, ..ink.colour.into() };
@@ -61,14 +88,14 @@ pub(super) fn draw(area: &Canvas<'_>, entries: &[Entry]) -> Result<(), Failure> 
                 area.draw(&PathElement::new(line, style))?;
             }
             (Form::Marks(mark), _) => {
-                mark.draw(area, (LEFT + SYMBOL / 2, y), *ink)?;
+                mark.draw(area, (x + SYMBOL / 2, y), *ink)?;
             }
             (Form::Shade, _) => {
-                let corners = [(LEFT, y - ROW / 3), (LEFT + SYMBOL, y + ROW / 3)];
+                let corners = [(x, y - ROW / 3), (x + SYMBOL, y + ROW / 3)];
                 area.draw(&Rectangle::new(corners, ink.colour.filled()))?;
             }
         }
-        area.draw(&Text::new(says.as_str(), (LEFT + SYMBOL + GAP, y), text.clone()))?;
+        area.draw(&Text::new(says.as_str(), (x + SYMBOL + GAP, y), text.clone()))?;
     }
     Ok(())
 }
@@ -95,7 +122,21 @@ mod tests {
     }
 
     #[test]
-    fn no_legend_needs_no_width() {
+    fn no_legend_needs_no_room() {
         assert_eq!(width(&[]), 0);
+        assert_eq!(height(&[], Screen::Narrow), 0);
+    }
+
+    #[test]
+    fn a_legend_below_a_plot_begins_a_row_where_an_entry_does_not_fit() {
+        let names = ["sleep", "sleep, corrected", "udp", &"n".repeat(40)];
+        let entries = names.map(|name| Entry::new(Form::Shade, Ink::of(0), name));
+        let places = places(&entries, Screen::Narrow);
+        for ((x, _), entry) in places.iter().zip(&entries) {
+            assert!(x + entry.width() <= Screen::Narrow.width() as i32, "{x} {}", entry.says);
+        }
+        let rows: Vec<i32> = places.iter().map(|(_, y)| *y).collect();
+        assert_eq!(rows, [10, 10, 10, 30]);
+        assert_eq!(height(&entries, Screen::Narrow), 50);
     }
 }

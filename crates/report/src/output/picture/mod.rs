@@ -9,9 +9,13 @@ mod ink;
 mod legend;
 mod mark;
 mod scaling;
+mod screen;
 mod timeline;
 
 pub(super) use distributions::{Curve, histogram_of, percentiles_of};
 pub use distributions::{Series, histogram_svg, percentiles_svg};
+pub(super) use scaling::scaling_of;
 pub use scaling::scaling_svg;
+pub(super) use screen::Screen;
+pub(super) use timeline::timeline_of;
 pub use timeline::{Timeline, timeline_svg};

@@ -8,6 +8,7 @@ use super::form::Form;
 use super::ink::Ink;
 use super::legend::Entry;
 use super::mark::Mark;
+use super::screen::Screen;
 use crate::report::CostReport;
 
 const LINE: Form = Form::Line(2);
@@ -15,6 +16,11 @@ const LINE: Form = Form::Line(2);
 /// Draws the median time of one instance over the number of instances, both axes logarithmic, with
 /// a line for each type of block.
 pub fn scaling_svg(title: &str, costs: &[CostReport]) -> String {
+    scaling_of(title, costs, Screen::Wide)
+}
+
+/// [`scaling_svg`] for a screen of any width.
+pub(crate) fn scaling_of(title: &str, costs: &[CostReport], screen: Screen) -> String {
     let lines = lines(costs);
     let points = || lines.iter().flat_map(|(_, points)| points);
     let nothing = Logarithmic { low: 1.0, high: 10.0 };
@@ -43,7 +49,7 @@ pub fn scaling_svg(title: &str, costs: &[CostReport]) -> String {
             .flat_map(|(arm, (_, points))| layers(arm, points))
             .collect(),
     };
-    chart.svg()
+    chart.svg(screen)
 }
 
 fn layers(arm: usize, points: &[(f64, f64)]) -> [Layer; 2] {

@@ -10,6 +10,7 @@ use super::form::Form;
 use super::ink::Ink;
 use super::legend::Entry;
 use super::mark::Mark;
+use super::screen::Screen;
 use crate::bench::{Outlier, TurnReport};
 
 /// An arm of a bench, as a timeline shows it.
@@ -42,6 +43,11 @@ const LONGEST: Form = Form::Marks(Mark::Wedge);
 /// from its begin to its end, with nothing where other arms had their turns; each outlier as a mark in the colour of its arm whose form says its cause. Turns that are
 /// invalid are shaded.
 pub fn timeline_svg(title: &str, arms: &[Timeline<'_>]) -> String {
+    timeline_of(title, arms, Screen::Wide)
+}
+
+/// [`timeline_svg`] for a screen of any width.
+pub(crate) fn timeline_of(title: &str, arms: &[Timeline<'_>], screen: Screen) -> String {
     let mut layers: Vec<Layer> =
         arms.iter().enumerate().flat_map(|(arm, of)| bars(arm, of)).collect();
     layers.extend(arms.iter().enumerate().flat_map(|(arm, of)| marks(arm, of)));
@@ -63,7 +69,7 @@ pub fn timeline_svg(title: &str, arms: &[Timeline<'_>]) -> String {
         legend: legend(arms),
         layers,
     };
-    chart.svg()
+    chart.svg(screen)
 }
 
 fn begin_and_end(turn: &TurnReport) -> [f64; 2] {
