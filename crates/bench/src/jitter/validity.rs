@@ -37,9 +37,10 @@ fn differences(sleep: &Measured, real: &Measured) -> Vec<Warning> {
         (part.abs() > *limit).then(|| Warning {
             code: WarningCode::SleepDiffers,
             message: format!(
-                "{percentile} of the arm sleep is {:+.0} % off that of cyclictest ({}); within {:.0} % it \
+                "{percentile} of the arm sleep is {:.0} % {} that of cyclictest ({}); within {:.0} % it \
                  stands for it",
-                100.0 * part,
+                100.0 * part.abs(),
+                if part < 0.0 { "below" } else { "above" },
                 sleep.circumstances,
                 100.0 * limit
             ),
@@ -80,7 +81,10 @@ mod tests {
     fn a_sleep_that_differs_is_said_to() {
         let codes = |report| check(&report).into_iter().map(|w| w.message).collect::<Vec<_>>();
         let one = codes(report(16_000, 13_500));
-        assert!(one.len() == 1 && one[0].starts_with("p50") && one[0].contains("+19 %"), "{one:?}");
+        let says = "p50 of the arm sleep is 19 % above that of cyclictest";
+        assert!(one.len() == 1 && one[0].starts_with(says), "{one:?}");
+        let below = codes(report(10_800, 13_500));
+        assert!(below[0].contains("is 20 % below that of cyclictest"), "{below:?}");
         assert_eq!(codes(report(26_000, 13_500)).len(), 2);
     }
 
