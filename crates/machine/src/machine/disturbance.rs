@@ -1,7 +1,6 @@
 //! What disturbs a CPU and a thread, as the kernel counts it.
 
 use super::Machine;
-use super::process::controlled_group;
 use crate::disturbance::Disturbance;
 
 /// `USER_HZ`, the unit of `/proc/stat`, is this on every architecture that Linux has today.
@@ -53,16 +52,7 @@ impl Machine {
 
     /// Time for which a limit of CPU time stopped the control group: version 2, or 1.
     fn throttled_ns(&self) -> Option<u64> {
-        let groups = self.text("/proc/self/cgroup")?;
-        let stat = match controlled_group(&groups, "cpu") {
-            Some(group) => ["cpu", "cpu,cpuacct"]
-                .into_iter()
-                .find_map(|mount| self.text(&format!("/sys/fs/cgroup/{mount}{group}/cpu.stat"))),
-            None => {
-                let group = groups.lines().find_map(|line| line.strip_prefix("0::"))?;
-                self.text(&format!("/sys/fs/cgroup{group}/cpu.stat"))
-            }
-        }?;
+        let stat = self.text(&format!("{}/cpu.stat", self.control_group("cpu")?.folder()))?;
         stat.lines().find_map(|line| match line.split_once(' ')? {
             ("throttled_usec", us) => Some(us.parse::<u64>().ok()? * 1_000),
             ("throttled_time", ns) => ns.parse().ok(),

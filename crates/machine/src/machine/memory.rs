@@ -1,7 +1,7 @@
 //! How much memory this process can still have.
 
 use super::Machine;
-use super::process::controlled_group;
+use super::control_group::Version;
 
 impl Machine {
     /// Bytes that this process can still use: of the machine, and of the limits of its control
@@ -16,18 +16,13 @@ impl Machine {
 
     /// The least that a limit on this process's control group, or on one above it, leaves.
     fn group_bytes(&self) -> Option<u64> {
-        let groups = self.text("/proc/self/cgroup")?;
-        let (mount, group, [limit, used, cached]) = match controlled_group(&groups, "memory") {
-            Some(group) => (
-                "/sys/fs/cgroup/memory",
-                group,
-                ["memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file "],
-            ),
-            None => (
-                "/sys/fs/cgroup",
-                groups.lines().find_map(|line| line.strip_prefix("0::"))?,
-                ["memory.max", "memory.current", "inactive_file "],
-            ),
+        let group = self.control_group("memory")?;
+        let mount = &group.mount;
+        let [limit, used, cached] = match group.version {
+            Version::One => {
+                ["memory.limit_in_bytes", "memory.usage_in_bytes", "total_inactive_file "]
+            }
+            Version::Two => ["memory.max", "memory.current", "inactive_file "],
         };
         let left = |path: &str| {
             let number = |file: &str| {
@@ -39,9 +34,7 @@ impl Machine {
             let used = number(used)?.saturating_sub(cached.unwrap_or(0));
             Some(number(limit)?.saturating_sub(used))
         };
-        let group = group.trim_end_matches('/');
-        let above = std::iter::successors(Some(group), |path| Some(path.rsplit_once('/')?.0));
-        above.filter_map(left).min()
+        group.and_above().filter_map(left).min()
     }
 }
 

@@ -1,6 +1,7 @@
 //! Reading a machine: what its `/proc` and `/sys` say, below any root, so that tests read made-up
 //! machines. Nothing is written, and what cannot be read is `None`.
 
+mod control_group;
 mod cpu_list;
 mod cpus;
 mod disturbance;

@@ -1,5 +1,6 @@
 //! What this process may do: limits, capabilities, control group.
 
+use super::control_group::Version;
 use super::{CpuList, Machine};
 
 /// A resource limit; `u64::MAX` is no limit.
@@ -61,33 +62,25 @@ impl Machine {
 
     /// The real-time budget of this process's control group.
     pub(crate) fn group_budget(&self) -> Option<GroupBudget> {
-        let groups = self.text("/proc/self/cgroup")?;
-        if let Some(group) = controlled_group(&groups, "cpu") {
-            let directory =
-                |mount: &str| format!("/sys/fs/cgroup/{mount}{}", group.trim_end_matches('/'));
-            let directory =
-                ["cpu", "cpu,cpuacct"].map(directory).into_iter().find(|path| self.has(path))?;
-            let file = format!("{directory}/cpu.rt_runtime_us");
+        let group = self.control_group("cpu")?;
+        if group.version == Version::One {
+            let folder = group.folder();
+            let file = format!("{folder}/cpu.rt_runtime_us");
             return match self.number(&file) {
                 Some(runtime_us) => Some(GroupBudget::Budget { file, runtime_us }),
-                None => {
-                    self.has(&format!("{directory}/cpu.shares")).then_some(GroupBudget::NoBudgets)
-                }
+                None => self.has(&format!("{folder}/cpu.shares")).then_some(GroupBudget::NoBudgets),
             };
         }
-        let group = groups.lines().find_map(|line| line.strip_prefix("0::"))?.to_owned();
         self.has("/sys/fs/cgroup/cgroup.controllers").then_some(())?;
         // The nearest group that the controller is on for governs those below; the root has no file.
-        let mut path = group.trim_end_matches('/');
-        loop {
-            if self.has(&format!("/sys/fs/cgroup{path}/cpu.max")) {
-                return Some(GroupBudget::Governed { group });
-            }
-            match path.rsplit_once('/') {
-                Some((above, _)) => path = above,
-                None => return Some(GroupBudget::Ungoverned { group }),
-            }
-        }
+        let governs = |path: &str| self.has(&format!("{}{path}/cpu.max", group.mount));
+        let is_governed = group.and_above().any(governs);
+        let group = group.name;
+        Some(if is_governed {
+            GroupBudget::Governed { group }
+        } else {
+            GroupBudget::Ungoverned { group }
+        })
     }
 
     fn status(&self, field: &str) -> Option<String> {
@@ -95,13 +88,4 @@ impl Machine {
         let value = status.lines().find_map(|line| line.strip_prefix(field)?.strip_prefix(':'))?;
         Some(value.trim().to_owned())
     }
-}
-
-/// The group of a version 1 controller in a `/proc/<pid>/cgroup` file.
-pub(super) fn controlled_group<'a>(groups: &'a str, controller: &str) -> Option<&'a str> {
-    groups.lines().find_map(|line| {
-        let mut fields = line.splitn(3, ':').skip(1);
-        let (controllers, group) = (fields.next()?, fields.next()?);
-        controllers.split(',').any(|name| name == controller).then_some(group)
-    })
 }
