@@ -88,11 +88,21 @@ pub(crate) fn parse_number(text: &str) -> Result<f64, NumberError> {
     Ok(value)
 }
 
+/// Whether a text that is no number gives a time with its unit, such as `T#200ms` or `1.5s`.
+pub(crate) fn is_like_time(text: &str) -> bool {
+    let text = text.trim().to_lowercase();
+    let time = text.strip_prefix("t#").or(text.strip_prefix("time#")).unwrap_or(&text);
+    time.starts_with(|c: char| c.is_ascii_digit() || c == '-')
+        && time.ends_with(['s', 'm', 'h', 'd'])
+}
+
 /// Why a text is no value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub(crate) enum NumberError {
     /// It is neither digits nor a word for a value.
-    #[error("give a number, such as 13824 or 0.5, or true or false")]
+    #[error(
+        "give a number, such as 13824 or 0.5, or true or false; a TIME is a number of milliseconds"
+    )]
     Text,
     /// Its digits are beyond the range of an `f64`.
     #[error("beyond what a value can be, which is 1.8e308 at most")]

@@ -2,10 +2,12 @@
 
 mod read;
 
-use isochrone_blocks::PinType;
-use isochrone_engine::escaped;
+use std::collections::HashMap;
 
-use crate::numbers::NumberError;
+use isochrone_blocks::PinType;
+use isochrone_engine::{escaped, nearest_name};
+
+use crate::numbers::{self, NumberError};
 
 /// The values of a CSV file.
 #[derive(Debug, Default)]
@@ -13,6 +15,8 @@ pub(crate) struct Recording {
     /// The file, for messages.
     path: String,
     columns: Vec<String>,
+    /// Where each column stands.
+    places: HashMap<String, usize>,
     /// Row by row.
     values: Vec<f64>,
     /// Of each row, nanoseconds after the first; empty where the file does not say.
@@ -57,6 +61,19 @@ pub(crate) enum RecordingError {
     /// A column that was asked for and is not there.
     #[error("{path} has no column \"{column}\"; {known}")]
     NoColumn { path: String, column: String, known: String },
+    /// Columns that are separated by something else.
+    #[error("{path}:{line}: \"{header}\": columns are separated by commas, not by semicolons")]
+    Semicolons { path: String, line: usize, header: String },
+    /// More columns than a frame has values.
+    #[error(
+        "{path}:{line}: there are {found} columns; a frame has at most 65536 values; make several files of it"
+    )]
+    TooManyColumns { path: String, line: usize, found: usize },
+    /// A column without a name.
+    #[error(
+        "{path}:{line}: column {number} has no name; name every column, or remove the comma that is too many"
+    )]
+    NoName { path: String, line: usize, number: usize },
     /// A column that stands twice.
     #[error("{path}:{line}: there are two columns \"{column}\"; name each column once")]
     DuplicateColumn { path: String, line: usize, column: String },
@@ -76,6 +93,12 @@ pub(crate) enum RecordingError {
 }
 
 impl Recording {
+    /// No rows yet.
+    fn new(path: String, columns: Vec<String>) -> Self {
+        let places = columns.iter().cloned().zip(0..).collect();
+        Self { path, columns, places, ..Self::default() }
+    }
+
     /// Number of rows.
     pub(crate) fn len(&self) -> usize {
         self.rows
@@ -100,7 +123,7 @@ impl Recording {
 
     /// Index of a column.
     pub(crate) fn column(&self, name: &str) -> Option<usize> {
-        self.columns.iter().position(|known| known == name)
+        self.places.get(name).copied()
     }
 
     /// The same with these columns only, in this order.
@@ -112,19 +135,24 @@ impl Recording {
             self.column(name).ok_or_else(|| RecordingError::NoColumn {
                 path: self.path.clone(),
                 column: quoted(name),
-                known: listed(self.columns.iter().map(String::as_str)),
+                known: known(name, self.columns.iter().map(String::as_str)),
             })
         };
         let places = names.iter().map(place).collect::<Result<Vec<_>, _>>()?;
         let rows = self.values.chunks(self.columns.len().max(1));
         let values = rows.flat_map(|row| places.iter().filter_map(|place| row.get(*place)));
-        Ok(Self { values: values.copied().collect(), columns: names.to_vec(), ..self })
+        let values = values.copied().collect();
+        let selected = Self::new(self.path, names.to_vec());
+        Ok(Self { values, times_ns: self.times_ns, rows: self.rows, ..selected })
     }
 }
 
 /// What a cell should have been.
-fn expected(error: NumberError, value_type: Option<PinType>) -> &'static str {
+fn expected(error: NumberError, text: &str, value_type: Option<PinType>) -> &'static str {
     match (error, value_type) {
+        (NumberError::Text, None | Some(PinType::Time)) if numbers::is_like_time(text) => {
+            "not a number; a TIME is a number of milliseconds, such as 200"
+        }
         (NumberError::TooLarge, _) => "beyond what a value can be, which is 1.8e308 at most",
         (NumberError::Text, Some(PinType::Bool)) => "not true, false, 0 or 1",
         (NumberError::Text, _) => "not a number",
@@ -140,16 +168,20 @@ fn quoted(text: &str) -> String {
     }
 }
 
-/// The columns that there may be.
-fn listed<'a>(known: impl ExactSizeIterator<Item = &'a str>) -> String {
+/// The columns that there may be, and the one that was probably meant.
+fn known<'a>(written: &str, known: impl ExactSizeIterator<Item = &'a str> + Clone) -> String {
     const SHOWN: usize = 12;
     let is_cut = known.len() > SHOWN;
     if known.len() == 0 {
         return "the configuration has none".into();
     }
+    let meant = match nearest_name(written, known.clone()) {
+        Some(name) => format!("; did you mean \"{}\"?", quoted(name)),
+        None => String::new(),
+    };
     let mut names: Vec<String> = known.take(SHOWN).map(quoted).collect();
     if is_cut {
         names.push("…".into());
     }
-    format!("there is: {}", names.join(", "))
+    format!("there is: {}{meant}", names.join(", "))
 }

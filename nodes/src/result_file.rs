@@ -1,44 +1,78 @@
 //! Files that hold the result of a run.
 
-use std::fs::{File, OpenOptions};
-use std::io::Write;
-use std::path::Path;
+use std::fs::{self, File, OpenOptions};
+use std::io::{self, ErrorKind, Write};
+use std::path::{Path, PathBuf};
 
 use isochrone_report::Report;
 
 use crate::failure::Failure;
 
 /// A file that is opened before the run, so that a run is not for nothing, and keeps what it holds
-/// until the run is over.
+/// until there is a result. One that the run made is removed if there is none.
 pub(crate) struct ResultFile {
-    name: String,
+    path: PathBuf,
     file: File,
+    is_new: bool,
+    has_result: bool,
 }
 
 impl ResultFile {
     /// Opens the file, or creates it.
     pub(crate) fn open(path: &Path) -> Result<Self, Failure> {
-        let name = path.display().to_string();
-        match OpenOptions::new().write(true).create(true).truncate(false).open(path) {
-            Ok(file) => Ok(Self { name, file }),
-            Err(error) => Err(Failure::usage(format!("cannot write {name}: {error}"))),
+        let open = |is_new| {
+            let mut options = OpenOptions::new();
+            // What is no new file may still be none: a link to a file that does not exist.
+            options.write(true).truncate(false).create_new(is_new).create(!is_new).open(path)
+        };
+        let (opened, is_new) = match open(true) {
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => (open(false), false),
+            made => (made, true),
+        };
+        match opened {
+            Ok(file) => Ok(Self { path: path.to_owned(), file, is_new, has_result: false }),
+            Err(error) => Err(Failure::usage(format!("cannot write {}: {error}", path.display()))),
         }
     }
 
     /// Replaces what the file held.
-    pub(crate) fn write(&self, text: &str) -> Result<(), Failure> {
-        // A pipe or a device has no length to take away, and needs none.
-        let _ = self.file.set_len(0);
-        (&self.file)
-            .write_all(text.as_bytes())
-            .map_err(|error| Failure::found(format!("cannot write {}: {error}", self.name)))
+    pub(crate) fn replace(&mut self, text: &str) -> Result<(), Failure> {
+        self.write_all(text.as_bytes()).map_err(|error| self.cannot_write(&error))
     }
 
     /// Writes a report as JSON.
-    pub(crate) fn write_report(&self, report: &Report) -> Result<(), Failure> {
+    pub(crate) fn write_report(&mut self, report: &Report) -> Result<(), Failure> {
         match serde_json::to_string_pretty(report) {
-            Ok(text) => self.write(&(text + "\n")),
-            Err(error) => Err(Failure::found(format!("cannot write {}: {error}", self.name))),
+            Ok(text) => self.replace(&(text + "\n")),
+            Err(error) => Err(self.cannot_write(&error.into())),
+        }
+    }
+
+    fn cannot_write(&self, error: &io::Error) -> Failure {
+        Failure::found(format!("cannot write {}: {error}", self.path.display()))
+    }
+}
+
+impl Write for ResultFile {
+    /// The first call takes away what the file held.
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if !std::mem::replace(&mut self.has_result, true) {
+            // A pipe or a device has no length to take away, and needs none.
+            let _ = self.file.set_len(0);
+        }
+        self.file.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.file.flush()
+    }
+}
+
+impl Drop for ResultFile {
+    fn drop(&mut self) {
+        if self.is_new && !self.has_result {
+            // One that cannot be removed stays, and is empty.
+            let _ = fs::remove_file(&self.path);
         }
     }
 }

@@ -1,17 +1,22 @@
 //! Writing CSV files of values over time: a row of names, then a row for each cycle or frame.
 
 use std::borrow::Cow;
-use std::fs::File;
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::Path;
 
 use crate::failure::Failure;
 use crate::numbers;
+use crate::result_file::ResultFile;
 
 /// The column of times in seconds.
 pub(crate) const TIME: &str = "time_s";
 /// The column of cycles.
 pub(crate) const CYCLE: &str = "cycle";
+
+/// Whether a column of this name is none of values.
+pub(crate) fn is_reserved(name: &str) -> bool {
+    [TIME, CYCLE].contains(&name)
+}
 
 /// A CSV file that is being written. Numbers are the shortest decimals that read back to the same
 /// value.
@@ -22,25 +27,30 @@ pub(crate) struct Rows {
 }
 
 impl Rows {
-    /// Creates the file; `-` is stdout.
+    /// Creates the file; `-` is stdout. One that is there keeps what it holds until the first rows
+    /// are written.
     pub(crate) fn create(path: &Path) -> Result<Self, Failure> {
         let (name, out): (_, Box<dyn Write>) = if path == Path::new("-") {
             ("to stdout".into(), Box::new(io::stdout().lock()))
         } else {
-            let name = path.display().to_string();
-            let file = File::create(path)
-                .map_err(|error| Failure::usage(format!("cannot write {name}: {error}")))?;
-            (name, Box::new(file))
+            (path.display().to_string(), Box::new(ResultFile::open(path)?))
         };
         Ok(Self { name, out: BufWriter::with_capacity(1 << 16, out), row: String::new() })
     }
 
-    /// Writes the names of the columns.
-    pub(crate) fn header<'a>(
-        &mut self,
-        columns: impl IntoIterator<Item = &'a str>,
-    ) -> Result<(), Failure> {
-        columns.into_iter().for_each(|column| self.field(&field(column)));
+    /// Writes the names of the columns: those of times and cycles, and those of the values. A value
+    /// with the name of one of those gets another, so that the file can be read again.
+    pub(crate) fn header(&mut self, own: &[&str], values: &[&str]) -> Result<(), Failure> {
+        own.iter().for_each(|column| self.field(column));
+        for name in values {
+            let mut name = Cow::from(*name);
+            if is_reserved(&name) {
+                while is_reserved(&name) || values.contains(&&*name) {
+                    name.to_mut().push('_');
+                }
+            }
+            self.field(&field(&name));
+        }
         self.end_row()
     }
 

@@ -89,7 +89,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let outcome = run_until(prepared.start(), &plan, &stop)?;
     report::complete(&mut report, &plan, &outcome);
 
-    if let Some(file) = report_file {
+    if let Some(mut file) = report_file {
         file.write_report(&report)?;
     }
     if args.json {

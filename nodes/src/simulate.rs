@@ -26,7 +26,8 @@ pub(crate) struct Args {
     #[arg(long, required_unless_present = "inputs", allow_negative_numbers = true)]
     cycles: Option<u64>,
     /// CSV with one column per input, by name. Row k applies at cycle k and the last row holds; an
-    /// input without a column keeps its default
+    /// input without a column keeps its default. The columns `time_s` and `cycle` of a recording
+    /// (`subscribe --csv`) are ignored, unless an input has that name
     #[arg(long, value_name = "IN.csv")]
     inputs: Option<PathBuf>,
     /// CSV file to write, "-" for stdout: `cycle` and every signal of every output
@@ -231,8 +232,8 @@ impl Output {
             .collect();
         planned.sort_by_key(|(_, _, output)| output.position);
         let signals = planned.iter().flat_map(|(_, _, output)| &output.signals);
-        let names = signals.map(|signal| signal.name.as_str());
-        rows.header(std::iter::once(CYCLE).chain(names))?;
+        let names: Vec<&str> = signals.map(|signal| signal.name.as_str()).collect();
+        rows.header(&[CYCLE], &names)?;
         let outputs = planned.iter().map(|(t, o, plan)| Place {
             task: *t,
             output: *o,

@@ -126,7 +126,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let outcome = line.outcome();
     report.warnings = line.alarms.iter().map(Into::into).collect();
     report.links = vec![link.into()];
-    if let Some(file) = report_file {
+    if let Some(mut file) = report_file {
         file.write_report(&report)?;
     }
     if args.stats {

@@ -33,6 +33,30 @@ fn a_recording_is_published_with_its_names_its_values_and_its_pace() {
 }
 
 #[test]
+fn a_recording_is_kept_until_there_is_a_frame_to_replace_it() {
+    let domain = Domain::new();
+    domain.write("keep.csv", RECORDED);
+    domain.write("report.json", "{}");
+    let files = "--csv keep.csv --report report.json --seconds 0.2";
+    domain.run(&format!("subscribe there/not {files}")).expect_code(3);
+    domain.run("subscribe there/not --csv new.csv --seconds 0.2").expect_code(3);
+    assert!(!domain.path("new.csv").exists());
+
+    let mut publisher = domain.start("publish there/again --value 1 --signals level");
+    publisher.wait_for("publishing");
+    let none_such = "subscribe there/again --csv keep.csv --signals volume --count 1";
+    domain.run(none_such).expect_code(2);
+    assert_eq!(
+        (domain.read("keep.csv"), domain.read("report.json")),
+        (RECORDED.into(), "{}".into())
+    );
+    domain.run("subscribe there/again --csv keep.csv --count 1").expect_code(0);
+    assert!(domain.read("keep.csv").starts_with("time_s,cycle,level\n0.0,"));
+    assert_eq!(domain.read("keep.csv").lines().count(), 2);
+    publisher.stop().expect_code(0);
+}
+
+#[test]
 fn a_rate_takes_the_place_of_the_recorded_pace() {
     let domain = Domain::new();
     domain.write("first.csv", RECORDED);
@@ -101,6 +125,10 @@ fn what_would_publish_other_values_than_meant_is_refused() {
         ("--value yes", "true or false"),
         ("--value 1,2 --signals a", "names 1 signal for 2 channels"),
         ("--value 1,2 --signals a,a", "\"a\" twice"),
+        ("--value 1,2 --signals time_s,a", "\"time_s\" is no name for a signal"),
+        ("--wave sine --signals cycle", "\"cycle\" is no name for a signal"),
+        ("--value 1,2,3 --signals a,,b", "name 2 is empty"),
+        ("--value 200ms", "a TIME is a number of milliseconds"),
         ("--wave sine --amplitude inf", "give a number"),
     ] {
         let refused = domain.run(&format!("publish there/again {arguments}")).expect_code(2);

@@ -117,9 +117,12 @@ fn inputs_that_make_no_sense_are_refused_with_their_place() {
     let zeros = [0; 4096];
     for (inputs, says) in [
         (b"a,x\n1,2\n".as_slice(), &["in.csv:1", "no input \"x\"", "there is: a, n, b, d"][..]),
-        (b"cycle,a\n0,1\n", &["in.csv:1", "\"cycle\""]),
+        (b"cycle,time_s\n0,1\n", &["in.csv:1", "no column of values beside cycle and time_s"]),
+        (b"aa,n\n1,2\n", &["no input \"aa\"", "did you mean \"a\"?"]),
+        (b"a,,n\n1,2,3\n", &["in.csv:1", "column 2 has no name"]),
+        (b"d\nT#200ms\n", &["in.csv:2", "\"T#200ms\"", "a TIME is a number of milliseconds"]),
         (b"A\n1\n", &["in.csv:1", "\"A\""]),
-        (b"a;n\n1;2\n", &["in.csv:1", "\"a;n\""]),
+        (b"a;n\n1;2\n", &["in.csv:1", "\"a;n\"", "separated by commas"]),
         (b"1,2\n3,4\n", &["in.csv:1", "\"1\"", "a, n, b, d"]),
         (b"a,n,a\n1,2,3\n", &["in.csv:1", "two columns \"a\""]),
         (b"a,n\n1,2\n1\n", &["in.csv:3", "1 for 2"]),
@@ -152,6 +155,28 @@ fn inputs_that_make_no_sense_are_refused_with_their_place() {
     let folder = Folder::with(&[("none.toml", none), ("in.csv", "a\n1\n")]);
     let error = folder.run("simulate none.toml --inputs in.csv").refused(2);
     assert_says(&error, &["no input \"a\"", "the configuration has none"]);
+}
+
+#[test]
+fn a_recording_is_simulated_without_its_times() {
+    let out = simulate("time_s,cycle,a,n,b,d\n12.5,7,1,2,1,4\nlater,x,5,6,0,8\n").silently();
+    assert_eq!(out, format!("{HEADER}0,1.0,2.0,1.0,4.0\n1,5.0,6.0,0.0,8.0\n"));
+}
+
+#[test]
+fn a_signal_with_the_name_of_the_column_of_cycles_has_another_in_the_output() {
+    let config = WIRE.replace("\"a\"", "\"cycle\"");
+    let folder = Folder::with(&[("wire.toml", &config), ("in.csv", "time_s,cycle\n0,5\n1,7\n")]);
+    let (out, _) = folder.run("simulate wire.toml --inputs in.csv").noting();
+    let expected = "cycle,cycle_,n,b,d\n0,5.0,7.0,0.0,0.0\n1,7.0,7.0,0.0,0.0\n";
+    assert_eq!(out, expected);
+}
+
+#[test]
+fn more_columns_than_a_frame_has_values_are_refused() {
+    let names = |count: u32| (0..count).map(|i| format!("x{i}")).collect::<Vec<_>>().join(",");
+    let error = wire(names(100_000)).run("simulate wire.toml --inputs in.csv").refused(2);
+    assert_says(&error, &["in.csv:1", "100000 columns", "at most 65536"]);
 }
 
 #[test]

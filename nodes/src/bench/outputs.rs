@@ -84,7 +84,7 @@ impl Outputs {
 
     /// Compares the arms, writes everything, and says whether the gate holds. What cannot be written
     /// keeps nothing else from being written, nor the gate from being judged.
-    pub(crate) fn write(self, report: &mut Report) -> Result<(), Failure> {
+    pub(crate) fn write(mut self, report: &mut Report) -> Result<(), Failure> {
         if cfg!(debug_assertions) {
             report.warnings.push(Warning {
                 code: WarningCode::DebugBuild,
@@ -106,7 +106,7 @@ impl Outputs {
     }
 
     /// Writes all files that can be written; the first failure.
-    fn write_files(&self, report: &Report) -> Result<(), Failure> {
+    fn write_files(&mut self, report: &Report) -> Result<(), Failure> {
         let measured = report.measured();
         let mut done = Ok(());
         let mut note = |result: Result<(), Failure>| {
@@ -114,16 +114,18 @@ impl Outputs {
                 done = result;
             }
         };
-        if let Some(file) = &self.report {
+        if let Some(file) = &mut self.report {
             note(file.write_report(report));
         }
-        for (file, text) in [(&self.html, html as fn(&Report) -> String), (&self.hlog, hlog)] {
+        for (file, text) in
+            [(&mut self.html, html as fn(&Report) -> String), (&mut self.hlog, hlog)]
+        {
             if let Some(file) = file {
-                note(file.write(&text(report)));
+                note(file.replace(&text(report)));
             }
         }
-        if let Some(file) = &self.histogram {
-            note(histogram(&measured).and_then(|text| file.write(&text)));
+        if let Some(file) = &mut self.histogram {
+            note(histogram(&measured).and_then(|text| file.replace(&text)));
         }
         if let Some(folder) = &self.args.hgrm {
             let name = |measured: &Measured| format!("{}.hgrm", file_name(&measured.label()));

@@ -1,5 +1,7 @@
 //! What the channels of a publisher carry.
 
+use std::collections::HashSet;
+
 use isochrone_ipc::SignalSpec;
 
 use super::Args;
@@ -8,6 +10,7 @@ use isochrone_timing::units::counted;
 use crate::failure::Failure;
 use crate::numbers;
 use crate::recording::Recording;
+use crate::rows;
 use crate::wave::{Shape, Wave};
 
 /// What the channels carry, and how they are called.
@@ -43,7 +46,7 @@ impl Constant {
 
 impl Signals {
     pub(super) fn new(args: &Args) -> Result<Self, Failure> {
-        refuse_repetitions(&args.signals)?;
+        check_names(&args.signals)?;
         if let Some(path) = &args.csv {
             let mut recording = Recording::read(path).map_err(Failure::usage)?;
             if !args.signals.is_empty() {
@@ -89,13 +92,26 @@ impl Signals {
     }
 }
 
-fn refuse_repetitions(names: &[String]) -> Result<(), Failure> {
-    match names.iter().enumerate().find(|(index, name)| names[..*index].contains(name)) {
-        None => Ok(()),
-        Some((_, name)) => {
-            Err(Failure::usage(format!("--signals names \"{name}\" twice; name each once")))
-        }
+/// Refuses names that readers could not tell apart, or not find in a recording.
+fn check_names(names: &[String]) -> Result<(), Failure> {
+    let mut seen = HashSet::new();
+    for (index, name) in names.iter().enumerate() {
+        let number = index + 1;
+        let why = if name.trim().is_empty() {
+            format!("--signals: name {number} is empty; give each signal a name")
+        } else if rows::is_reserved(name) {
+            format!(
+                "--signals: \"{name}\" is no name for a signal, because `subscribe --csv` writes a column \
+                 \"{name}\" of its own; choose another name"
+            )
+        } else if !seen.insert(name) {
+            format!("--signals names \"{name}\" twice; name each once")
+        } else {
+            continue;
+        };
+        return Err(Failure::usage(why));
     }
+    Ok(())
 }
 
 /// The names of channels: those that were given, or their numbers.

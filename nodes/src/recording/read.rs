@@ -1,24 +1,28 @@
 //! Reading a CSV file.
 
+use std::collections::{HashMap, HashSet};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
 use isochrone_blocks::PinType;
 
-use super::{Recording, RecordingError, expected, listed, quoted};
+use super::{Recording, RecordingError, expected, known, quoted};
 use crate::numbers;
 use crate::rows::{CYCLE, TIME};
 
 /// Largest file: hours of many signals, and an end to what has none.
 pub(super) const MAX_BYTES: u64 = 1 << 30;
 
+/// Most columns: as many values as a frame has at most, and two of times.
+pub(super) const MAX_COLUMNS: usize = 65_536 + 2;
+
 /// What a column of the file is.
 enum Column {
     /// Times in seconds.
     Time,
     /// Nothing that is a value.
-    Cycle,
+    Ignored,
     /// Values of this type, or of any.
     Values(Option<PinType>),
 }
@@ -49,11 +53,7 @@ fn read(path: &Path, inputs: Option<&[(&str, PinType)]>) -> Result<Recording, Re
     let columns = columns(&header, inputs, &name(), line_of(&header))?;
     let of_values = |column: &Column| matches!(column, Column::Values(_));
     let names = header.iter().zip(&columns).filter(|(_, column)| of_values(column));
-    let mut recording = Recording {
-        path: name(),
-        columns: names.map(|(name, _)| name.to_owned()).collect(),
-        ..Recording::default()
-    };
+    let mut recording = Recording::new(name(), names.map(|(name, _)| name.to_owned()).collect());
     let mut first_s = None;
     for row in reader.records() {
         let row = row.map_err(refused)?;
@@ -70,7 +70,7 @@ fn read(path: &Path, inputs: Option<&[(&str, PinType)]>) -> Result<Recording, Re
         }
         for ((cell, column), header) in row.iter().zip(&columns).zip(&header) {
             match column {
-                Column::Cycle => {}
+                Column::Ignored => {}
                 Column::Time => {
                     let before_ns = recording.times_ns.last().copied().unwrap_or_default();
                     let after_ns = after_ns(cell, &mut first_s, before_ns);
@@ -88,7 +88,7 @@ fn read(path: &Path, inputs: Option<&[(&str, PinType)]>) -> Result<Recording, Re
                         line: line_of(&row),
                         column: quoted(header),
                         text: quoted(cell),
-                        expected: expected(error, *value_type),
+                        expected: expected(error, cell, *value_type),
                     })?);
                 }
             }
@@ -109,26 +109,40 @@ fn columns(
     line: usize,
 ) -> Result<Vec<Column>, RecordingError> {
     let path = || path.to_owned();
+    if let Some(column) = header.get(0).filter(|it| header.len() == 1 && it.contains(';')) {
+        let header = quoted(column);
+        return Err(RecordingError::Semicolons { path: path(), line, header });
+    }
+    if header.len() > MAX_COLUMNS {
+        let found = header.len();
+        return Err(RecordingError::TooManyColumns { path: path(), line, found });
+    }
     let is_number = |cell: &str| numbers::parse(cell, PinType::Bool).is_ok();
     if inputs.is_none() && !header.is_empty() && header.iter().all(is_number) {
         let names = (0..header.len().min(3)).map(|index| format!("signal{index}"));
         let example = names.collect::<Vec<_>>().join(",");
         return Err(RecordingError::NoHeader { path: path(), line, example });
     }
+    let types: HashMap<&str, PinType> = inputs.unwrap_or_default().iter().copied().collect();
     let mut columns = Vec::new();
+    let mut seen = HashSet::new();
     for (index, column) in header.iter().enumerate() {
-        if header.iter().take(index).any(|seen| seen == column) {
+        if column.is_empty() {
+            let number = index + 1;
+            return Err(RecordingError::NoName { path: path(), line, number });
+        }
+        if !seen.insert(column) {
             let column = quoted(column);
             return Err(RecordingError::DuplicateColumn { path: path(), line, column });
         }
-        let input = inputs.and_then(|inputs| inputs.iter().find(|(name, _)| *name == column));
-        columns.push(match (column, inputs, input) {
-            (_, _, Some((_, value_type))) => Column::Values(Some(*value_type)),
+        columns.push(match (column, inputs, types.get(column)) {
+            (_, _, Some(value_type)) => Column::Values(Some(*value_type)),
             (TIME, None, _) => Column::Time,
-            (CYCLE, None, _) => Column::Cycle,
+            // An input has its row at each cycle, whenever that was recorded.
+            (TIME | CYCLE, _, _) => Column::Ignored,
             (_, None, _) => Column::Values(None),
             (_, Some(inputs), None) => {
-                let known = listed(inputs.iter().map(|(name, _)| *name));
+                let known = known(column, inputs.iter().map(|(name, _)| *name));
                 let column = quoted(column);
                 return Err(RecordingError::UnknownColumn { path: path(), line, column, known });
             }

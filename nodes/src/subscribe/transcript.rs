@@ -151,8 +151,8 @@ impl Transcript {
             }
         }
         if let Sink::Csv(rows) = &mut self.sink {
-            let names = self.channels.iter().map(|channel| channel.name.as_str());
-            rows.header([TIME, CYCLE].into_iter().chain(names))?;
+            let names: Vec<&str> = self.channels.iter().map(|it| it.name.as_str()).collect();
+            rows.header(&[TIME, CYCLE], &names)?;
         }
         Ok(())
     }
