@@ -21,7 +21,7 @@ fn the_list_has_every_node_and_service_with_rate_publisher_and_signals() {
     let domain = Domain::new();
     domain.write("relay.toml", RELAY);
     let mut node = domain.start("run relay.toml");
-    node.wait_for("runs");
+    node.wait_for("is running");
     let mut publisher =
         domain.start("publish relay/in --value 4,true --signals level,full --rate 250");
     publisher.wait_for("publishing");

@@ -52,7 +52,7 @@ fn a_node_whose_peers_are_killed_again_and_again_loses_nothing_and_grows_by_noth
     domain.write("relay.toml", RELAY);
     domain.write("next.toml", NEXT);
     let mut node = domain.start("run relay.toml");
-    node.wait_for("runs");
+    node.wait_for("is running");
     let mut observer = domain.start("subscribe relay/out --every 50");
     observer.wait_for("x=");
     let mut moment = moments();

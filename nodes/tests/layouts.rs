@@ -46,7 +46,7 @@ const SIGNALS: &str = "[\"four.delayedValue\", \"seven.delayedValue\"]";
 fn start(domain: &Domain, file: &str, text: &str, arguments: &str) -> Process {
     domain.write(file, text);
     let mut node = domain.start(&format!("run {file} {arguments}"));
-    node.wait_for("runs");
+    node.wait_for("is running");
     node
 }
 

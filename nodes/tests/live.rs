@@ -90,7 +90,7 @@ fn recording() -> String {
 /// had to leave out cycles.
 fn record(domain: &Domain) -> Option<String> {
     let mut node = domain.start(&format!("run node.toml --cycles {CYCLES} --report node.json"));
-    node.wait_for("node \"live\" runs");
+    node.wait_for("node \"live\" is running");
     let mut subscriber = domain.start("subscribe live/out --csv out.csv --report link.json");
     subscriber.wait_for("subscribed to");
     let publisher = domain.start("publish live/in --csv in.csv --rate 500");

@@ -39,7 +39,7 @@ fn every_release_missed_while_the_process_was_frozen_is_counted_and_told_on_the_
     // 200 frames fit into the buffer, so they are all there in the end.
     let observer = domain.join("observer");
     let mut node = domain.start("run node.toml --cycles 200 --report node.json");
-    node.wait_for("runs");
+    node.wait_for("is running");
     let frames = FrameSubscriber::open_existing(&observer, "grid/out", Depth::All);
     let frames = RefCell::new(frames.unwrap().unwrap());
     // A freeze before the first release would leave no frame to compare with.
@@ -86,7 +86,7 @@ fn a_node_that_misses_more_than_its_limit_ends_with_a_last_frame_and_status_1() 
         let node = NODE.replace("\"1ms\"", &format!("\"50ms\"\n{policy}"));
         domain.write("node.toml", &node);
         let mut node = domain.start("run node.toml --report node.json --seconds 50");
-        node.wait_for("runs");
+        node.wait_for("is running");
         let mut observer = domain.start("subscribe grid/out --csv out.csv");
         observer.wait_for("subscribed");
         std::thread::sleep(Duration::from_millis(200));

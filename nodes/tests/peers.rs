@@ -33,7 +33,7 @@ fn relay() -> (Domain, Process) {
     let domain = Domain::new();
     domain.write("node.toml", NODE);
     let mut node = domain.start("run node.toml");
-    node.wait_for("node \"relay\" runs");
+    node.wait_for("node \"relay\" is running");
     (domain, node)
 }
 
@@ -70,7 +70,7 @@ fn peers_may_start_in_any_order() {
     let mut observer = domain.start("subscribe relay/out");
     let publisher = publisher(&domain, "7");
     let mut node = domain.start("run node.toml");
-    node.wait_for("runs");
+    node.wait_for("is running");
     observer.wait_for("x=7.0");
     for process in [observer, node, publisher] {
         process.stop().expect_code(0);
@@ -138,7 +138,7 @@ fn a_connection_that_failed_comes_about_once_its_cause_has_passed() {
     let domain = Domain::new();
     domain.write("node.toml", NODE);
     let mut node = domain.start("run node.toml --report node.json");
-    node.wait_for("runs");
+    node.wait_for("is running");
     let pid = Pid::from_raw(node.id().cast_signed());
     let usual = prlimit(pid, Resource::Nofile, getrlimit(Resource::Nofile)).unwrap();
     // Without a free file descriptor a port can open no shared memory.
@@ -217,7 +217,7 @@ fn a_node_that_was_killed_starts_again_and_its_peers_carry_on() {
     observer.wait_for("x=3.0");
     node.kill();
     let mut node = domain.start("run node.toml --report node.json");
-    node.wait_for("runs");
+    node.wait_for("is running");
     let seen = std::cell::Cell::new(0);
     observer.wait_until("frames of the second node", |stdout, _| {
         // The second node's sequence begins anew.
@@ -272,7 +272,7 @@ fn samples_that_the_type_cannot_hold_are_rejected_counted_and_leave_the_last_goo
     domain.write("node.toml", &node);
     domain.write("in.csv", "x\n5\n1.5\nNaN\n40000\n-32769\ninf\n");
     let mut node = domain.start("run node.toml --report node.json");
-    node.wait_for("runs");
+    node.wait_for("is running");
     let mut observer = domain.start("subscribe relay/out --csv out.csv");
     observer.wait_for("subscribed");
     domain.run("publish relay/in --csv in.csv --rate 50").expect_code(0);
@@ -294,7 +294,7 @@ fn a_stale_input_holds_or_falls_back_as_configured() {
         let stale = format!("default = -1.0\nmax_age = \"100ms\"\non_stale = \"{on_stale}\"");
         domain.write("node.toml", &NODE.replace("default = -1.0", &stale));
         let mut node = domain.start("run node.toml");
-        node.wait_for("runs");
+        node.wait_for("is running");
         let mut observer = observer(&domain);
         let publisher = publisher(&domain, "9");
         observer.wait_for("x=9.0");

@@ -54,7 +54,7 @@ fn sigint_and_sigterm_end_every_verb_with_its_summary() {
     for signal in [Signal::INT, Signal::TERM] {
         let domain = domain();
         let mut node = domain.start("run node.toml");
-        node.wait_for("runs");
+        node.wait_for("is running");
         let mut publisher = domain.start("publish clock/in --wave sine,step");
         publisher.wait_for("publishing");
         let mut stats = domain.start("subscribe clock/fast --stats");
@@ -99,7 +99,7 @@ fn a_node_with_an_hour_long_period_ends_on_a_signal_too() {
         "[node]\nname = \"h\"\n[[task]]\nname = \"t\"\nperiod = \"1h\"\nphase = \"59min\"\n",
     );
     let mut node = domain.start("run hour.toml");
-    node.wait_for("runs");
+    node.wait_for("is running");
     node.stop().expect_code(0);
 }
 
@@ -107,7 +107,7 @@ fn a_node_with_an_hour_long_period_ends_on_a_signal_too() {
 fn run_reports_every_task_and_link() {
     let domain = domain();
     let mut node = domain.start("run node.toml --cycles 400 --report node.json --json");
-    node.wait_for("runs");
+    node.wait_for("is running");
     let publisher = domain.start("publish clock/in --value 1");
     let ended = node.finish().expect_code(0);
     publisher.stop().expect_code(0);
@@ -135,7 +135,7 @@ fn frames_that_newer_ones_pushed_out_are_reported_as_lost() {
     let domain = domain();
     domain.write("slow.toml", &NODE.replace("period = \"1ms\"", "period = \"50ms\""));
     let mut node = domain.start("run slow.toml --report node.json");
-    node.wait_for("runs");
+    node.wait_for("is running");
     let ended = domain.run("publish clock/in --value 1 --rate 1000 --count 500 --json");
     let sent: Value = serde_json::from_str(&ended.expect_code(0).stdout).unwrap();
     node.stop().expect_code(0);
@@ -158,7 +158,7 @@ fn a_report_does_not_overwrite_the_configuration() {
 fn stats_tell_rate_loss_and_latency_and_the_age_of_the_input_behind_a_frame() {
     let domain = domain();
     let mut node = domain.start("run node.toml");
-    node.wait_for("runs");
+    node.wait_for("is running");
     let mut publisher = domain.start("publish clock/in --value 1");
     publisher.wait_for("publishing");
     let ended = domain.run("subscribe clock/fast --stats --json --count 500 --report link.json");
@@ -179,7 +179,7 @@ fn stats_tell_rate_loss_and_latency_and_the_age_of_the_input_behind_a_frame() {
 fn a_wire_between_tasks_carries_values_of_one_finished_cycle() {
     let domain = domain();
     let mut node = domain.start("run node.toml");
-    node.wait_for("runs");
+    node.wait_for("is running");
     domain.run("subscribe clock/slow --csv slow.csv --count 300").expect_code(0);
     node.stop().expect_code(0);
     let recorded = domain.read("slow.csv");
@@ -196,7 +196,7 @@ fn where_there_is_nothing_to_talk_to_the_exit_status_is_3() {
     let ended = domain.run("subscribe no/body --seconds 0.2").expect_code(3);
     assert!(ended.stderr.contains("there is no service \"no/body\""), "{}", ended.stderr);
     let mut node = domain.start("run node.toml");
-    node.wait_for("runs");
+    node.wait_for("is running");
     let ended = domain.run("subscribe clock/in --seconds 0.2").expect_code(3);
     assert!(ended.stderr.contains("has no publisher"), "{}", ended.stderr);
     node.stop().expect_code(0);
@@ -232,7 +232,7 @@ fn what_cannot_be_is_refused_before_anything_starts() {
         assert!(!ended.stderr.contains("panicked"), "{arguments}\n{}", ended.stderr);
     }
     let mut elsewhere = domain.start("run node.toml --seconds 100ms");
-    elsewhere.wait_for("runs");
+    elsewhere.wait_for("is running");
     elsewhere.finish().expect_code(0);
 }
 
@@ -242,7 +242,7 @@ fn a_full_disk_is_said() {
     let ended = domain.run("run node.toml --cycles 10 --report /dev/full").expect_code(1);
     assert!(ended.stderr.contains("/dev/full: No space left"), "{}", ended.stderr);
     let mut node = domain.start("run node.toml");
-    node.wait_for("runs");
+    node.wait_for("is running");
     let ended = domain.run("subscribe clock/fast --csv /dev/full --count 5000").expect_code(1);
     assert!(ended.stderr.contains("/dev/full: No space left"), "{}", ended.stderr);
     node.stop().expect_code(0);

@@ -65,7 +65,7 @@ fn a_reader_in_python_prints_the_names_and_values_of_a_node() {
     let domain = Domain::new();
     domain.write("node.toml", NODE);
     let mut node = domain.start("run node.toml");
-    node.wait_for("runs");
+    node.wait_for("is running");
     let ended = start(&domain, &python, "reader.py", &["plant/level", "3"]).finish();
     let printed = ended.expect_code(0).stdout;
     let mut lines = printed.lines();
@@ -89,7 +89,7 @@ fn a_node_reads_by_name_what_a_writer_in_python_publishes() {
     domain.write("node.toml", NODE);
     // The reader comes first, and makes both services.
     let mut node = domain.start("run node.toml --report node.json");
-    node.wait_for("runs");
+    node.wait_for("is running");
     let mut observer = domain.start("subscribe plant/level");
     observer.wait_for("wave=-9.0 n=0");
     let mut direct = domain.start("subscribe plant/python");

@@ -36,7 +36,7 @@ fn end_all_in_order(signals: &[Signal], pause: impl Fn(u64) -> Duration) {
     domain.write("node.toml", NODE);
     for round in 0..ROUNDS {
         let mut node = domain.start("run node.toml");
-        node.wait_for("runs");
+        node.wait_for("is running");
         let mut publisher = domain.start("publish ends/in --value 1");
         let mut subscriber = domain.start("subscribe ends/out");
         subscriber.wait_for("x=");

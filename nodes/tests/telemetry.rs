@@ -44,7 +44,7 @@ fn an_observer_sees_the_signals_of_a_task_and_the_timing_of_its_cycles() {
     let domain = Domain::new();
     domain.write("node.toml", NODE);
     let mut node = domain.start("run node.toml --report node.json");
-    node.wait_for("runs");
+    node.wait_for("is running");
     let mut observer = domain.start("subscribe isochrone/seen/telemetry");
     observer.wait_for("double.y=-2.0");
     let publisher = domain.start("publish seen/in --value 7.5 --rate 100");
@@ -74,7 +74,7 @@ fn a_task_with_more_signals_than_telemetry_shows_is_told_so_and_runs() {
     let many = NODE.replace("type = \"SawTooth\"", "type = \"SawTooth\"\ncount = 2000");
     domain.write("node.toml", &many);
     let mut node = domain.start("run node.toml --strict --report node.json");
-    node.wait_for("runs");
+    node.wait_for("is running");
     domain.run("subscribe isochrone/seen/telemetry --csv seen.csv --count 3").expect_code(0);
     let ended = node.stop().expect_code(0);
     // One input, three outputs of the scale, and the saws.

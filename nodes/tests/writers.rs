@@ -32,7 +32,7 @@ signals = ["x"]
 fn relay(domain: &Domain) -> (Process, Process) {
     domain.write("node.toml", NODE);
     let mut node = domain.start("run node.toml --report node.json");
-    node.wait_for("runs");
+    node.wait_for("is running");
     let mut observer = domain.start("subscribe relay/out");
     observer.wait_for("x=-1.0");
     (node, observer)
