@@ -67,14 +67,18 @@ pub(crate) enum Kind {
 
 /// Findings of a kind for programs: kind, message, place and remedy of each.
 pub(crate) fn findings_json(findings: &Findings, kind: Kind) -> Vec<serde_json::Value> {
-    let wanted =
-        findings.findings.iter().filter(|finding| finding.is_warning() == (kind == Kind::Warnings));
-    wanted.map(|finding| finding_json(&findings.source, finding)).collect()
+    let starts = findings.findings.iter().map(|finding| finding.span.start);
+    let placed = findings.findings.iter().zip(findings.source.positions(starts));
+    let wanted = placed.filter(|(finding, _)| finding.is_warning() == (kind == Kind::Warnings));
+    wanted.map(|(finding, place)| placed_json(finding, place)).collect()
 }
 
 /// A finding for programs.
 pub(crate) fn finding_json(source: &Source, finding: &Finding) -> serde_json::Value {
-    let (line, column) = source.position(finding.span.start);
+    placed_json(finding, source.position(finding.span.start))
+}
+
+fn placed_json(finding: &Finding, (line, column): (usize, usize)) -> serde_json::Value {
     serde_json::json!({
         "code": finding.problem.as_str(),
         "message": finding.message,

@@ -1,11 +1,11 @@
 //! What is wrong with a configuration, where, and what would be right.
 
-use std::collections::HashSet;
 use std::fmt;
 use std::ops::Range;
 
 use miette::Severity;
 
+use crate::nearest::Known;
 use crate::printable::escaped;
 
 /// Kind of a finding, for programs; people read the message.
@@ -97,6 +97,17 @@ pub struct Finding {
     pub first: Option<Range<usize>>,
     /// What would be right.
     pub help: Option<String>,
+    /// A name that does not exist, until its help says which one was meant.
+    pub(crate) sought: Option<(String, Among)>,
+}
+
+/// Names of a file, of which there may be very many.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Among {
+    Tasks,
+    Inputs,
+    Blocks,
+    TasksAndInputs,
 }
 
 impl Finding {
@@ -108,6 +119,7 @@ impl Finding {
             span,
             first: None,
             help: None,
+            sought: None,
         }
     }
 
@@ -124,50 +136,19 @@ impl Finding {
         written: &str,
         known: impl IntoIterator<Item = &'a str>,
     ) -> Self {
-        self.help(suggestion(written, known))
+        self.help(Known::new(known).suggestion(written))
+    }
+
+    /// Leaves it to the end to propose a name, when all findings and all names are known.
+    pub(crate) fn seek(mut self, written: &str, among: Among) -> Self {
+        self.sought = Some((written.into(), among));
+        self
     }
 
     /// Whether it is only a warning.
     pub fn is_warning(&self) -> bool {
         self.problem.severity() == Severity::Warning
     }
-}
-
-/// The name nearest to what was written, or else those that exist, as a sentence.
-pub(crate) fn suggestion<'a>(written: &str, known: impl IntoIterator<Item = &'a str>) -> String {
-    const LISTED: usize = 12;
-    let mut known: Vec<&str> = known.into_iter().collect();
-    let mut seen = HashSet::new();
-    known.retain(|name| seen.insert(*name));
-    match nearest_name(written, known.iter().copied()) {
-        Some(name) => format!("did you mean \"{name}\"?"),
-        None if known.is_empty() => "there is none".into(),
-        None if known.len() > LISTED => {
-            let first = known.get(..LISTED).unwrap_or_default().join(", ");
-            format!("there are {}: {first}, …", known.len())
-        }
-        None => format!("there is: {}", known.join(", ")),
-    }
-}
-
-/// The name among `known` that was probably meant by `written`, if one is near enough.
-pub fn nearest_name<'a>(
-    written: &str,
-    known: impl IntoIterator<Item = &'a str>,
-) -> Option<&'a str> {
-    const NEAR: f64 = 0.75;
-    known
-        .into_iter()
-        .map(|name| (nearness(&written.to_lowercase(), &name.to_lowercase()), name))
-        .filter(|(nearness, _)| *nearness > NEAR)
-        .max_by(|(a, _), (b, _)| a.total_cmp(b))
-        .map(|(_, name)| name)
-}
-
-/// How alike two names are, from 0 to 1. Jaro-Winkler finds long names that begin alike, and the
-/// edit distance short ones with a slip.
-fn nearness(a: &str, b: &str) -> f64 {
-    strsim::jaro_winkler(a, b).max(strsim::normalized_damerau_levenshtein(a, b) + 0.1)
 }
 
 impl fmt::Display for Finding {

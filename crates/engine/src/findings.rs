@@ -24,7 +24,7 @@ pub struct Findings {
 
 /// Most findings that are shown with an excerpt: nobody reads more, and a file that is broken all
 /// over would fill the terminal for minutes.
-const MOST_SHOWN: usize = 20;
+pub(crate) const MOST_SHOWN: usize = 20;
 
 impl Findings {
     /// Collects findings on a file.
@@ -60,8 +60,9 @@ impl fmt::Display for Findings {
 impl fmt::Debug for Findings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{self}")?;
-        for finding in &self.findings {
-            let (line, column) = self.source.position(finding.span.start);
+        let starts = self.findings.iter().map(|finding| finding.span.start);
+        let places = self.source.positions(starts);
+        for (finding, (line, column)) in self.findings.iter().zip(places) {
             write!(f, "\n{}:{line}:{column}: {finding}", escaped(&self.source.name))?;
             if let Some(help) = &finding.help {
                 write!(f, " ({help})")?;

@@ -54,6 +54,7 @@ mod excerpt;
 mod finding;
 mod findings;
 pub mod keys;
+mod nearest;
 mod parse;
 mod pins;
 mod plan;
@@ -66,8 +67,9 @@ mod workload;
 pub use build::BuildError;
 pub use duration::{format_duration_ns, parse_duration_ns, parse_milliseconds_ns, parse_seconds};
 pub use engine::TaskEngine;
-pub use finding::{Finding, Problem, nearest_name};
+pub use finding::{Finding, Problem};
 pub use findings::Findings;
+pub use nearest::nearest_name;
 pub use pins::{PinError, Pins, SetPoint};
 pub use plan::{
     BankPlan, InputPlan, LinkPlan, OutputPlan, Plan, PlanError, Rules, SignalPlan, TaskPlan,

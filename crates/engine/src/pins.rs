@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use isochrone_blocks::{BlockType, PinType};
 
-use crate::finding::suggestion;
+use crate::nearest::Known;
 use crate::plan::{BankPlan, Plan, WirePlan};
 
 /// The input pins and inputs of a node, by name.
@@ -153,7 +153,7 @@ impl Pins {
             let inputs = inputs.map(|input| input.name.as_str());
             let banks = self.tasks.iter().flat_map(|task| &task.banks);
             let blocks = banks.flat_map(|bank| bank.instances.iter().map(String::as_str));
-            let suggestion = suggestion(instance, inputs.chain(blocks));
+            let suggestion = Known::new(inputs.chain(blocks)).suggestion(instance);
             return Err(PinError::Unknown { name: owned(), suggestion });
         };
         let pins = bank.block_type.inputs;
@@ -163,7 +163,7 @@ impl Pins {
             if bank.block_type.outputs.iter().any(is_named) {
                 return Err(PinError::Output { name: owned() });
             }
-            let suggestion = suggestion(pin, pins.iter().map(|pin| pin.name));
+            let suggestion = Known::new(pins.iter().map(|pin| pin.name)).suggestion(pin);
             return Err(PinError::Unknown { name: owned(), suggestion });
         };
         let slot = bank.first_slot + index * bank.block_type.slots() + position;

@@ -78,6 +78,22 @@ impl Source {
         (before.matches('\n').count() + 1, column)
     }
 
+    /// [`position`](Self::position) of ascending offsets, in one pass over the text.
+    pub fn positions(
+        &self,
+        offsets: impl IntoIterator<Item = usize>,
+    ) -> impl Iterator<Item = (usize, usize)> {
+        let (mut line, mut line_start, mut seen) = (1, 0, 0);
+        offsets.into_iter().map(move |offset| {
+            let between = self.text.get(seen..offset).unwrap_or_default();
+            line += between.matches('\n').count();
+            line_start = between.rfind('\n').map_or(line_start, |newline| seen + newline + 1);
+            seen = seen.max(offset);
+            let before = self.text.get(line_start..offset).unwrap_or_default();
+            (line, before.chars().count() + 1)
+        })
+    }
+
     /// Reads a file.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         let name = path.display().to_string();

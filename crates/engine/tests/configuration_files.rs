@@ -341,3 +341,46 @@ proptest! {
         survive(&lines.join("\n"));
     }
 }
+
+/// Blocks in a file of which every second line is a wire from a block that does not exist.
+fn with_wrong_wires(blocks: usize) -> String {
+    let mut text = "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"1ms\"\n".to_string();
+    for block in 0..blocks {
+        text += &format!(
+            "[[block]]\nname = \"ramp_{block}\"\ntype = \"LimRateOfChangeCI\"\n\
+             in.value = \"rmap_{block}.delayedValue\"\n"
+        );
+    }
+    text
+}
+
+#[test]
+fn every_wrong_wire_of_a_huge_file_is_found_and_the_first_ones_are_explained() {
+    let found = findings(&with_wrong_wires(20_000));
+    assert_eq!(found.len(), 20_000);
+    for (block, finding) in found.iter().take(20).enumerate() {
+        assert_eq!(finding.message, format!("there is no block \"rmap_{block}\""));
+        let help = finding.help.as_deref().unwrap_or_default();
+        assert_eq!(help, format!("did you mean \"ramp_{block}\"?"));
+    }
+    let last = found.last().and_then(|finding| finding.help.as_deref()).unwrap_or_default();
+    assert!(last.starts_with("there are 20000: ramp_0, ramp_1, "), "{last}");
+}
+
+#[test]
+fn every_wrong_wire_of_a_file_of_common_size_is_explained() {
+    let found = findings(&with_wrong_wires(100));
+    for (block, finding) in found.iter().enumerate() {
+        let help = finding.help.as_deref().unwrap_or_default();
+        assert_eq!(help, format!("did you mean \"ramp_{block}\"?"));
+    }
+}
+
+#[test]
+fn positions_in_one_pass_are_those_of_each_offset() {
+    let source = Source::new("n", "å = 1\n\nb = \"ü\" # µ\nc");
+    let offsets: Vec<usize> = source.text.char_indices().map(|(byte, _)| byte).collect();
+    let twice = || offsets.iter().flat_map(|offset| [*offset, *offset]);
+    let each: Vec<_> = twice().map(|offset| source.position(offset)).collect();
+    assert_eq!(source.positions(twice()).collect::<Vec<_>>(), each);
+}

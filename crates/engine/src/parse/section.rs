@@ -8,8 +8,9 @@ use toml::de::{DeTable, DeValue};
 
 use crate::Finding;
 use crate::duration::parse_duration_ns;
-use crate::finding::{Problem, nearest_name};
+use crate::finding::Problem;
 use crate::keys::{Absent, Form, Key, TableKeys};
+use crate::nearest::nearest_name;
 
 type Entry<'a> = &'a Spanned<DeValue<'a>>;
 

@@ -5,7 +5,7 @@ use isochrone_blocks::{Ob, Pin, PinType};
 use super::names::Names;
 use crate::Finding;
 use crate::config::Connection;
-use crate::finding::Problem;
+use crate::finding::{Among, Problem};
 use crate::time::{TIME_FORMS, is_time, parse_time_ms};
 
 /// The slot of what stands at a pin; `None` if that is a wire.
@@ -75,12 +75,11 @@ fn task_slot(text: &str, pin: &Pin, names: &Names<'_>) -> Option<Result<f64, Fin
         (None, None) => {
             let message = format!("there is no task or input \"{text}\"");
             let finding = Finding::new(Problem::UnknownTask, 0..0, message);
-            let tasks = names.tasks.iter().map(|task| task.name).filter(|name| !name.is_empty());
             Some(Err(match text.parse::<i64>() {
                 Ok(number) => {
                     finding.help(format!("write {} = {number}, without quotes", pin.name))
                 }
-                Err(_) => finding.did_you_mean(text, tasks.chain(names.inputs_in_order())),
+                Err(_) => finding.seek(text, Among::TasksAndInputs),
             }))
         }
     }

@@ -8,6 +8,7 @@ mod names;
 mod order;
 mod pins;
 mod probe;
+mod suggest;
 mod wires;
 
 use std::path::Path;
@@ -201,6 +202,7 @@ impl Plan {
         let depths = order::depths(&names, &wiring, &mut findings);
         probe::constants(&names, &wiring, &mut findings);
         if findings.iter().any(|finding| !finding.is_warning()) {
+            names.suggest(&mut findings);
             return Err(Findings::new(source, findings));
         }
         // Only now: what an error keeps from being read is not the reader's choice.

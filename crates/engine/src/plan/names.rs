@@ -9,7 +9,7 @@ use toml::Spanned;
 use super::Rules;
 use crate::Finding;
 use crate::config::{Block, Config};
-use crate::finding::Problem;
+use crate::finding::{Among, Problem};
 
 /// What the names of the nodes' own services begin with.
 const OWN_SERVICES: &str = "isochrone/";
@@ -213,10 +213,12 @@ impl<'a> Tasks<'a> {
         let Some(task) = task else {
             if self.names.len() > 1 {
                 let message = format!("this {of} does not say which task it belongs to");
-                findings.push(Finding::new(Problem::MissingKey, span, message).help(format!(
-                    "there are several tasks: {}",
-                    self.known().collect::<Vec<_>>().join(", ")
-                )));
+                // Not all of them: there is a finding for each entry without a task.
+                let known: Vec<&str> = self.known().take(12).collect();
+                findings.push(
+                    Finding::new(Problem::MissingKey, span, message)
+                        .help(format!("there are several tasks: {}", known.join(", "))),
+                );
             }
             return (self.names.len() == 1).then_some(0);
         };
@@ -225,7 +227,7 @@ impl<'a> Tasks<'a> {
             let message = format!("there is no task \"{}\"", task.get_ref());
             findings.push(
                 Finding::new(Problem::UnknownTask, task.span(), message)
-                    .did_you_mean(task.get_ref(), self.known()),
+                    .seek(task.get_ref(), Among::Tasks),
             );
         }
         index

@@ -6,7 +6,8 @@ use isochrone_blocks::{BlockType, Pin};
 use toml::Spanned;
 
 use crate::Finding;
-use crate::finding::{Problem, nearest_name};
+use crate::finding::Problem;
+use crate::nearest::nearest_name;
 
 pub(super) fn unknown_input(block_type: &BlockType, name: &Spanned<String>) -> Finding {
     let message = format!("{} has no input pin \"{}\"", block_type.name, name.get_ref());

@@ -10,7 +10,7 @@ use super::names::{Entry, Names};
 use super::pins::{meant_pin, unknown_input, unknown_output};
 use crate::Finding;
 use crate::config::{Block, Config, Connection};
-use crate::finding::Problem;
+use crate::finding::{Among, Problem};
 
 /// Stands for the number of an instance in a wire.
 const INSTANCE: &str = "{i}";
@@ -263,7 +263,7 @@ impl Resolver<'_, '_> {
                     ),
                     None => format!("{name} is a block without outputs"),
                 }),
-                None => finding.did_you_mean(name, self.names.inputs_in_order()),
+                None => finding.seek(name, Among::Inputs),
             };
             self.report(finding);
             return None;
@@ -272,8 +272,7 @@ impl Resolver<'_, '_> {
         let Some(entry) = found else {
             let finding =
                 Finding::new(Problem::UnknownSource, span, format!("there is no block \"{name}\""));
-            let known = self.names.entries.iter().map(|entry| entry.name);
-            self.report(finding.did_you_mean(name, known.filter(|name| !name.is_empty())));
+            self.report(finding.seek(name, Among::Blocks));
             return None;
         };
         let block_type = entry.block_type.filter(|_| entry.count_is_known)?;

@@ -1,0 +1,81 @@
+//! The name that was probably meant.
+
+use std::collections::HashSet;
+
+/// Names that exist, ready to be compared with what was written.
+pub(crate) struct Known<'a> {
+    names: Vec<&'a str>,
+    /// The same in lowercase.
+    lowercase: Vec<String>,
+}
+
+impl<'a> Known<'a> {
+    /// Names in the order in which they are listed; one that comes twice counts once.
+    pub(crate) fn new(names: impl IntoIterator<Item = &'a str>) -> Self {
+        let mut seen = HashSet::new();
+        let names: Vec<&str> = names.into_iter().filter(|name| seen.insert(*name)).collect();
+        let lowercase = names.iter().map(|name| name.to_lowercase()).collect();
+        Self { names, lowercase }
+    }
+
+    /// How many there are.
+    pub(crate) fn len(&self) -> usize {
+        self.names.len()
+    }
+
+    /// The name nearest to what was written, if one is near enough.
+    fn nearest(&self, written: &str) -> Option<&'a str> {
+        const NEAR: f64 = 0.75;
+        let written = written.to_lowercase();
+        self.lowercase
+            .iter()
+            .zip(&self.names)
+            .filter(|(name, _)| may_be_near(&written, name))
+            .map(|(lowercase, name)| (nearness(&written, lowercase), *name))
+            .filter(|(nearness, _)| *nearness > NEAR)
+            .max_by(|(a, _), (b, _)| a.total_cmp(b))
+            .map(|(_, name)| name)
+    }
+
+    /// The name nearest to what was written, or else those that exist, as a sentence.
+    pub(crate) fn suggestion(&self, written: &str) -> String {
+        match self.nearest(written) {
+            Some(name) => format!("did you mean \"{name}\"?"),
+            None => self.listing(),
+        }
+    }
+
+    /// Those that exist, as a sentence.
+    pub(crate) fn listing(&self) -> String {
+        const LISTED: usize = 12;
+        match self.names.get(..LISTED) {
+            _ if self.names.is_empty() => "there is none".into(),
+            Some(first) if self.names.len() > LISTED => {
+                format!("there are {}: {}, …", self.names.len(), first.join(", "))
+            }
+            _ => format!("there is: {}", self.names.join(", ")),
+        }
+    }
+}
+
+/// The name among `known` that was probably meant by `written`, if one is near enough.
+pub fn nearest_name<'a>(
+    written: &str,
+    known: impl IntoIterator<Item = &'a str>,
+) -> Option<&'a str> {
+    Known::new(known).nearest(written)
+}
+
+/// Whether two names can be near at all, seen by their lengths and first bytes alone.
+fn may_be_near(a: &str, b: &str) -> bool {
+    // Comparing takes the product of the lengths, and a file may have names of any length.
+    const LONGEST: usize = 200;
+    let (short, long) = (a.len().min(b.len()), a.len().max(b.len()));
+    long <= LONGEST && (a.as_bytes().first() == b.as_bytes().first() || long <= 3 * short)
+}
+
+/// How alike two names are, from 0 to 1. Jaro-Winkler finds long names that begin alike, and the
+/// edit distance short ones with a slip.
+fn nearness(a: &str, b: &str) -> f64 {
+    strsim::jaro_winkler(a, b).max(strsim::normalized_damerau_levenshtein(a, b) + 0.1)
+}

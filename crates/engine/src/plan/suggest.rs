@@ -1,0 +1,57 @@
+//! What was meant by names that do not exist, said once all findings are known: comparing a name with
+//! every other is the dearest thing about a wrong file.
+
+use std::cell::OnceCell;
+
+use super::names::Names;
+use crate::Finding;
+use crate::finding::Among;
+use crate::findings::MOST_SHOWN;
+use crate::nearest::Known;
+
+/// Comparisons that are spent on findings beyond those that are shown.
+const COMPARISONS: usize = 200_000;
+
+/// The names of one kind and their list.
+struct Candidates<'a> {
+    known: Known<'a>,
+    listing: String,
+}
+
+impl<'a> Candidates<'a> {
+    fn new(names: impl IntoIterator<Item = &'a str>) -> Self {
+        let known = Known::new(names.into_iter().filter(|name| !name.is_empty()));
+        Self { listing: known.listing(), known }
+    }
+}
+
+impl Names<'_> {
+    /// Gives help to the findings about names that do not exist. Beyond the first ones of a file, and
+    /// beyond a bound on the work, that is the list of names instead of the nearest.
+    pub(super) fn suggest(&self, findings: &mut [Finding]) {
+        findings.sort_by_key(|finding| finding.span.start);
+        let (tasks, inputs, blocks, both) =
+            (OnceCell::new(), OnceCell::new(), OnceCell::new(), OnceCell::new());
+        let task_names = || self.tasks.iter().map(|task| task.name);
+        let mut spent = 0;
+        for (position, finding) in findings.iter_mut().enumerate() {
+            let Some((written, among)) = finding.sought.take() else { continue };
+            let candidates = match among {
+                Among::Tasks => tasks.get_or_init(|| Candidates::new(task_names())),
+                Among::Inputs => inputs.get_or_init(|| Candidates::new(self.inputs_in_order())),
+                Among::Blocks => blocks
+                    .get_or_init(|| Candidates::new(self.entries.iter().map(|entry| entry.name))),
+                Among::TasksAndInputs => {
+                    both.get_or_init(|| Candidates::new(task_names().chain(self.inputs_in_order())))
+                }
+            };
+            spent += candidates.known.len();
+            let help = if position < MOST_SHOWN || spent <= COMPARISONS {
+                candidates.known.suggestion(&written)
+            } else {
+                candidates.listing.clone()
+            };
+            *finding = finding.clone().help(help);
+        }
+    }
+}
