@@ -123,6 +123,8 @@ pub struct Block {
     pub count_is_wrong: bool,
     /// Connected input pins.
     pub pins: Vec<(Spanned<String>, Option<Spanned<Connection>>)>,
+    /// Input pins that stand beside the block's keys instead.
+    pub misplaced_pins: Vec<String>,
 }
 
 /// What stands at an input pin.

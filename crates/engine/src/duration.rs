@@ -20,6 +20,9 @@ pub fn parse_duration_ns(text: &str) -> Result<u64, String> {
     if text.contains(',') {
         return Err(format!("decimals have a point, not a comma: \"{}\"", text.replace(',', ".")));
     }
+    if let Some((prefix @ ("T" | "t" | "TIME" | "time"), _)) = text.split_once('#') {
+        return Err(format!("a duration has no {prefix}# before it"));
+    }
     let split = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
     let (number, unit) = (&text[..split], text[split..].trim());
     if amount_ns(number, 0) == Err(AmountError::NoNumber) {
@@ -131,6 +134,7 @@ mod tests {
             ("1", "unit is missing"),
             ("1,5ms", "a point, not a comma: \"1.5ms\""),
             ("1 parsec", "no unit \"parsec\""),
+            ("T#2ms", "no T# before it"),
             ("ms", "a number and a unit"),
             ("1.ms", "a number and a unit"),
             ("1.2.3ms", "a number and a unit"),

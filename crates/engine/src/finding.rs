@@ -98,7 +98,7 @@ pub struct Finding {
     /// What would be right.
     pub help: Option<String>,
     /// A name that does not exist, until its help says which one was meant.
-    pub(crate) sought: Option<(String, Among)>,
+    pub(crate) sought: Option<Box<(String, Among)>>,
 }
 
 /// Names of a file, of which there may be very many.
@@ -141,7 +141,7 @@ impl Finding {
 
     /// Leaves it to the end to propose a name, when all findings and all names are known.
     pub(crate) fn seek(mut self, written: &str, among: Among) -> Self {
-        self.sought = Some((written.into(), among));
+        self.sought = Some(Box::new((written.into(), among)));
         self
     }
 

@@ -104,8 +104,8 @@ impl Key {
     /// What messages say is expected.
     pub(crate) fn expected(&self) -> &'static str {
         match self.form {
-            Form::Name(_) | Form::Text | Form::Word(_) => "a string",
-            Form::Texts => "an array of strings",
+            Form::Name(_) | Form::Text | Form::Word(_) => "a text",
+            Form::Texts => "an array of texts",
             Form::Integer(_) => "a whole number",
             Form::Number(_) => "a number such as 0.10",
             Form::Duration(_) => "a duration such as \"1ms\"",

@@ -24,7 +24,7 @@ impl<'a> Known<'a> {
     }
 
     /// The name nearest to what was written, if one is near enough.
-    fn nearest(&self, written: &str) -> Option<&'a str> {
+    pub(crate) fn nearest(&self, written: &str) -> Option<&'a str> {
         const NEAR: f64 = 0.75;
         let written = written.to_lowercase();
         self.lowercase

@@ -384,3 +384,13 @@ fn positions_in_one_pass_are_those_of_each_offset() {
     let each: Vec<_> = twice().map(|offset| source.position(offset)).collect();
     assert_eq!(source.positions(twice()).collect::<Vec<_>>(), each);
 }
+
+#[test]
+fn tables_in_single_brackets_that_stand_twice_are_one_error() {
+    let task = "name = \"fast\"\nperiod = \"1ms\"\n";
+    let text = format!("[node]\nname = \"n\"\n[task]\n{task}[«task]\n{task}");
+    let message = "[task] stands twice, with one pair of brackets too few";
+    assert_one("task", &text, Problem::Syntax, message, "write [[task]], for each of them");
+    let third = format!("{text}[task]\n{task}");
+    assert_one("three", &third, Problem::Syntax, message, "write [[task]]");
+}

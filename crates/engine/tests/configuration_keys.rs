@@ -178,17 +178,23 @@ fn a_file_without_a_task_is_an_error_however_it_says_so() {
         "number",
         &format!("task = «5\n{rest}"),
         WrongType,
-        "task is an array",
+        "task is written as [[task]], not as an integer",
         "write [[task]]",
     );
     assert_one(
         "table",
         &format!("«[task]\n{rest}"),
         WrongType,
-        "task is an array",
+        "[task] has one pair of brackets too few",
         "write [[task]]",
     );
-    assert_one("items", &format!("task = [«5]\n{rest}"), WrongType, "task is a table", "");
+    assert_one(
+        "items",
+        &format!("task = [«5]\n{rest}"),
+        WrongType,
+        "task is a table, not an integer",
+        "",
+    );
 }
 
 #[test]
@@ -258,7 +264,7 @@ fn sections_of_another_kind_are_refused_with_the_kind() {
             "[node]\nname = \"level\"",
             "node = «\"level\"",
             WrongType,
-            "node is a table, not a string",
+            "node is a table, not a text",
             "",
         ),
         (
@@ -266,7 +272,7 @@ fn sections_of_another_kind_are_refused_with_the_kind() {
             "name = \"level\"",
             "name = «5",
             WrongType,
-            "[node] name is a string, not an integer",
+            "[node] name is a text, not an integer",
             "",
         ),
     ]);

@@ -107,7 +107,11 @@ fn names_of_nothing_are_refused_with_the_nearest_that_exists() {
         &VALID.replace("[[output]]", to),
         UnknownBlockType,
         "there is no block type \"PID\"",
-        &format!("there is: {}", catalogue.join(", ")),
+        &format!(
+            "there is: {}; a block of your own needs the program that brings it \
+             (examples/own_blocks)",
+            catalogue.join(", ")
+        ),
     );
     assert_rows(&[
         (
@@ -211,6 +215,22 @@ fn a_pin_that_does_not_exist_or_is_of_the_other_direction_is_refused() {
             UnknownPin,
             "no input pin \"delayedValue\"",
             "delayedValue is an output pin; it cannot be set",
+        ),
+        (
+            "pin beside the keys",
+            "count = 3",
+            "count = 3\n«enDefaultOutValue = true",
+            UnknownKey,
+            "[[block]] has no key \"enDefaultOutValue\"",
+            "enDefaultOutValue is a pin of LimRateOfChangeCI; write it in [block.in]",
+        ),
+        (
+            "pin without a default beside the keys",
+            "[block.in]\nx = \"raw\"\nx1 = 0.0",
+            "«x1 = 0.0\n[block.in]\nx = \"raw\"",
+            UnknownKey,
+            "[[block]] has no key \"x1\"",
+            "x1 is a pin of ScaleLinear; write it in [block.in]",
         ),
         (
             "output pin",

@@ -15,7 +15,6 @@ fn periods_outside_10_us_to_1_h_and_what_is_no_duration_are_refused() {
         ("below 10 us", "«\"9.999us\"", "out of range"),
         ("above 1 h", "«\"3600.000000001s\"", "out of range"),
         ("unknown unit", "«\"1 fortnight\"", "no unit \"fortnight\""),
-        ("missing unit", "«\"1\"", "the unit is missing: \"1ms\"?"),
         ("fractions of a nanosecond", "«\"10000.5ns\"", "whole nanoseconds"),
         ("empty", "«\"\"", "a number and a unit"),
         ("exponent", "«\"1e3us\"", "no unit"),
@@ -27,6 +26,21 @@ fn periods_outside_10_us_to_1_h_and_what_is_no_duration_are_refused() {
     }
     let text = VALID.replace("period = \"1ms\"", "period = «1");
     assert_one("number", &text, WrongType, "a duration such as \"1ms\", not an integer", "");
+}
+
+#[test]
+fn a_period_that_needs_only_another_form_is_refused_with_that_form() {
+    let help = |period: &str| format!("write period = \"{period}\"");
+    for (written, message, right) in [
+        ("\"1\"", "the unit is missing: \"1ms\"?", "1ms"),
+        ("\"T#2ms\"", "a duration has no T# before it", "2ms"),
+        ("\"TIME#2_000US\"", "a duration has no TIME# before it", "2000us"),
+        ("2", "is a duration such as \"1ms\", not an integer", "2ms"),
+    ] {
+        let text = VALID.replace("period = \"1ms\"", &format!("period = «{written}"));
+        let problem = if written.starts_with('"') { OutOfRange } else { WrongType };
+        assert_one(written, &text, problem, message, &help(right));
+    }
 }
 
 #[test]
@@ -175,8 +189,8 @@ fn values_of_tasks_that_are_out_of_range_are_refused_with_the_range() {
             "priority = 80",
             "priority = «\"80\"",
             WrongType,
-            "a whole number, not a string",
-            "",
+            "a whole number, not a text",
+            "write priority = 80",
         ),
         (
             "priority decimal",
@@ -272,8 +286,64 @@ fn values_of_inputs_that_are_out_of_range_are_refused_with_the_range() {
             "default = 0.5",
             "default = «\"0\"",
             WrongType,
-            "a number, not a string",
+            "a number, not a text",
+            "write default = 0",
+        ),
+        (
+            "default in quotes with decimals",
+            "default = 0.5",
+            "default = «\"1.5\"",
+            WrongType,
+            "[[input]] default is a number, not a text",
+            "write default = 1.5",
+        ),
+        (
+            "default word",
+            "default = 0.5",
+            "default = «\"inf\"",
+            WrongType,
+            "a number, not a text",
             "",
+        ),
+        (
+            "count in quotes",
+            "count = 3",
+            "count = «\"3\"",
+            WrongType,
+            "[[block]] count is a whole number, not a text",
+            "write count = 3",
+        ),
+        (
+            "max_age without its unit",
+            "max_age = \"20ms\"",
+            "max_age = «\"30\"",
+            OutOfRange,
+            "the unit is missing",
+            "write max_age = \"30ms\"",
+        ),
+        (
+            "max_age as a number",
+            "max_age = \"20ms\"",
+            "max_age = «30",
+            WrongType,
+            "a duration such as \"1ms\", not an integer",
+            "write max_age = \"30ms\"",
+        ),
+        (
+            "max_age as a number with decimals",
+            "max_age = \"20ms\"",
+            "max_age = «2.5",
+            WrongType,
+            "a duration such as \"1ms\", not a float",
+            "write max_age = \"2.5ms\"",
+        ),
+        (
+            "max_age that no unit makes right",
+            "max_age = \"20ms\"",
+            "max_age = «\"0\"",
+            OutOfRange,
+            "the unit is missing",
+            "max_age is longer than 0",
         ),
         (
             "default BOOL for LREAL",
@@ -288,8 +358,8 @@ fn values_of_inputs_that_are_out_of_range_are_refused_with_the_range() {
             "type = \"INT\"",
             "type = \"INT\"\ndefault = «1.5",
             OutOfRange,
-            "default 1.5",
-            "that INT can hold",
+            "default 1.5 is not a whole number",
+            "INT holds whole numbers from -32768 to 32767",
         ),
         (
             "default 40000 for INT",
@@ -353,15 +423,15 @@ fn outputs_have_signals_and_services_have_names() {
             "signals = [\"scale.y\", \"ramp.0.delayedValue\"]",
             "signals = «\"scale.y\"",
             WrongType,
-            "an array of strings, not a string",
-            "",
+            "an array of texts, not a text",
+            "write signals = [\"scale.y\"]",
         ),
         (
             "signals number",
             "signals = [\"scale.y\", \"ramp.0.delayedValue\"]",
             "signals = «[1]",
             WrongType,
-            "an array of strings",
+            "an array of texts",
             "",
         ),
         (

@@ -71,6 +71,12 @@ fn default_of(section: &Section<'_>, value_type: Option<PinType>) -> Option<Span
             _ => return Err(None),
         };
         if number.is_nan() || value_type.is_some_and(|value_type| !value_type.holds(number)) {
+            let whole = value_type.filter(|_| number.is_finite() && number.fract() != 0.0);
+            if let Some((value_type, (min, max))) = whole.and_then(|t| Some((t, t.range()?))) {
+                let message = format!("[[input]] default {number} is not a whole number");
+                let help = format!("{value_type} holds whole numbers from {min} to {max}");
+                return Err(Some(Finding::new(Problem::OutOfRange, 0..0, message).help(help)));
+            }
             let range = value_type.map_or("LREAL", PinType::as_str);
             return Err(Some(section.out_of_range(
                 &keys::DEFAULT,

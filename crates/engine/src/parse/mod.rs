@@ -5,6 +5,7 @@ mod section;
 mod syntax;
 mod task;
 
+use isochrone_blocks::BlockType;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
@@ -18,7 +19,7 @@ use crate::{Finding, Source};
 const LAYOUT: &str = "layout";
 
 /// Reads a configuration. Whatever could be read is in the [`Config`], the rest in the findings.
-pub(crate) fn parse(source: &Source) -> (Config, Vec<Finding>) {
+pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<Finding>) {
     let (document, syntax_errors) = DeTable::parse_recoverable(&source.text);
     if !syntax_errors.is_empty() {
         // What a broken file seems to say would only add errors that are none.
@@ -32,7 +33,9 @@ pub(crate) fn parse(source: &Source) -> (Config, Vec<Finding>) {
         node: node(&file),
         tasks: tables(&keys::file::TASK, &keys::task::TABLE).map(task::task).collect(),
         inputs: tables(&keys::file::INPUT, &keys::input::TABLE).map(input::input).collect(),
-        blocks: tables(&keys::file::BLOCK, &keys::block::TABLE).map(block).collect(),
+        blocks: tables(&keys::file::BLOCK, &keys::block::TABLE)
+            .map(|section| block(section, catalogue))
+            .collect(),
         outputs: tables(&keys::file::OUTPUT, &keys::output::TABLE).map(output).collect(),
     };
     let tasks = file.get(&keys::file::TASK);
@@ -65,7 +68,7 @@ fn node(file: &Section<'_>) -> Option<Spanned<String>> {
     name
 }
 
-fn block(section: Section<'_>) -> Block {
+fn block(section: Section<'_>, catalogue: &[BlockType]) -> Block {
     let pins = section.table(&keys::block::IN, &keys::pins::TABLE);
     let pins = pins.map_or_else(Vec::new, |pins| {
         pins.entries()
@@ -84,9 +87,18 @@ fn block(section: Section<'_>) -> Block {
             .collect()
     });
     let count = section.integer(&keys::block::COUNT);
+    let block_type = section.string(&keys::block::TYPE);
+    let known = block_type
+        .as_ref()
+        .and_then(|block_type| catalogue.iter().find(|known| known.name == block_type.get_ref()));
+    let misplaced_pins = section.misplaced(|key| {
+        let known = known.filter(|known| known.inputs.iter().any(|pin| pin.name == key))?;
+        Some(format!("{key} is a pin of {}; write it in [block.in]", known.name))
+    });
     Block {
         name: section.name(&keys::block::NAME),
-        block_type: section.string(&keys::block::TYPE),
+        block_type,
+        misplaced_pins,
         task: section.string(&keys::block::TASK),
         count_is_wrong: count.is_none() && section.get(&keys::block::COUNT).is_some(),
         count,

@@ -1,7 +1,6 @@
 //! A table of the file, read by the keys that are declared for it.
 
 use std::cell::RefCell;
-use std::ops::Range;
 
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
@@ -9,9 +8,10 @@ use toml::de::{DeTable, DeValue};
 use crate::Finding;
 use crate::duration::parse_duration_ns;
 use crate::finding::Problem;
-use crate::keys::{Absent, Form, Key, TableKeys};
+use crate::keys::{Absent, Form, Key, Range, TableKeys};
 use crate::nearest::nearest_name;
 
+type Span = std::ops::Range<usize>;
 type Entry<'a> = &'a Spanned<DeValue<'a>>;
 
 /// Errors found so far.
@@ -19,7 +19,7 @@ type Entry<'a> = &'a Spanned<DeValue<'a>>;
 pub(super) struct Errors {
     findings: RefCell<Vec<Finding>>,
     /// Places of values behind misspelt keys. What is wrong there is said of the key alone.
-    misspelt: RefCell<Vec<Range<usize>>>,
+    misspelt: RefCell<Vec<Span>>,
 }
 
 impl Errors {
@@ -40,9 +40,11 @@ pub(super) struct Section<'a> {
     known: &'static TableKeys,
     table: &'a DeTable<'a>,
     /// Where the table's header stands, or the file's start.
-    span: Range<usize>,
+    span: Span,
     /// Values of keys that are misspelt, by the key that is meant.
     misspelt: Vec<(&'static str, Entry<'a>)>,
+    /// Keys that the table does not have, each with the place of its finding in the list.
+    unknown: Vec<(&'a str, usize)>,
     errors: &'a Errors,
 }
 
@@ -52,10 +54,11 @@ impl<'a> Section<'a> {
     pub(super) fn new(
         known: &'static TableKeys,
         table: &'a DeTable<'a>,
-        span: Range<usize>,
+        span: Span,
         errors: &'a Errors,
     ) -> Self {
-        let mut section = Self { known, table, span, misspelt: Vec::new(), errors };
+        let mut section =
+            Self { known, table, span, misspelt: Vec::new(), unknown: Vec::new(), errors };
         // Where the keys are names, who knows the names checks them.
         if known.keys.is_empty() {
             return section;
@@ -64,6 +67,7 @@ impl<'a> Section<'a> {
         for (key, value) in table.iter().filter(|(key, _)| names().all(|k| k != *key.get_ref())) {
             let message = format!("{} has no key \"{}\"", known.title, key.get_ref());
             let finding = Finding::new(Problem::UnknownKey, key.span(), message);
+            section.unknown.push((key.get_ref(), errors.findings.borrow().len()));
             section.report(finding.did_you_mean(key.get_ref(), names()));
             let is_free = |name: &&str| {
                 !table.contains_key(*name)
@@ -75,6 +79,20 @@ impl<'a> Section<'a> {
             }
         }
         section
+    }
+
+    /// Keys that the table does not have and that stand for something else, as `help` says: they are
+    /// reported with that.
+    pub(super) fn misplaced(&self, help: impl Fn(&str) -> Option<String>) -> Vec<String> {
+        let mut findings = self.errors.findings.borrow_mut();
+        let mut misplaced = Vec::new();
+        for (key, finding) in &self.unknown {
+            if let (Some(finding), Some(help)) = (findings.get_mut(*finding), help(key)) {
+                *finding = finding.clone().help(help);
+                misplaced.push((*key).to_owned());
+            }
+        }
+        misplaced
     }
 
     pub(super) fn report(&self, finding: Finding) {
@@ -109,10 +127,20 @@ impl<'a> Section<'a> {
     }
 
     fn wrong_type(&self, key: &Key, value: Entry<'_>) -> Finding {
-        let found = article(value.get_ref().type_str());
-        let message =
-            format!("{} {} is {}, not {found}", self.known.title, key.name, key.expected());
-        Finding::new(Problem::WrongType, value.span(), message)
+        let finding = self.not_expected(key, value, key.expected());
+        match meant_value(key, value.get_ref()) {
+            Some(meant) => finding.help(format!("write {} = {meant}", key.name)),
+            None => finding,
+        }
+    }
+
+    fn not_expected(&self, key: &Key, value: Entry<'_>, expected: &str) -> Finding {
+        let found = article(value.get_ref());
+        let message = match self.known.title {
+            title if title.starts_with('[') => format!("{title} {} is {expected}", key.name),
+            _ => format!("{} is {expected}", key.name),
+        };
+        Finding::new(Problem::WrongType, value.span(), format!("{message}, not {found}"))
     }
 
     /// Reads a key with `read`, which returns `Err(None)` for another TOML type and
@@ -194,7 +222,11 @@ impl<'a> Section<'a> {
                     let (title, name) = (self.known.title, key.name);
                     let message = format!("{title} {name} \"{text}\": {reason}");
                     let finding = Finding::new(Problem::OutOfRange, 0..0, message);
-                    Err(Some(finding.help(format!("{name} is {}", range.words))))
+                    let help = plain_duration(text, range).map_or_else(
+                        || format!("{name} is {}", range.words),
+                        |plain| format!("write {name} = \"{plain}\""),
+                    );
+                    Err(Some(finding.help(help)))
                 }
             }
         })
@@ -223,8 +255,18 @@ impl<'a> Section<'a> {
     pub(super) fn tables(&self, key: &Key, known: &'static TableKeys) -> Vec<Section<'a>> {
         let Some(value) = self.get(key) else { return Vec::new() };
         let Some(array) = value.get_ref().as_array() else {
-            let finding = self.wrong_type(key, value);
-            self.report(finding.help(format!("write {}", known.title)));
+            let (title, found) = (known.title, article(value.get_ref()));
+            let message = match value.get_ref() {
+                DeValue::Table(_) => {
+                    format!(
+                        "[{}] has one pair of brackets too few: a file can have several",
+                        key.name
+                    )
+                }
+                _ => format!("{} is written as {title}, not as {found}", key.name),
+            };
+            let finding = Finding::new(Problem::WrongType, value.span(), message);
+            self.report(finding.help(format!("write {title}")));
             return Vec::new();
         };
         array.iter().filter_map(|item| self.section(key, item, known, "a table")).collect()
@@ -245,9 +287,7 @@ impl<'a> Section<'a> {
         if let Some(table) = value.get_ref().as_table() {
             return Some(Section::new(known, table, value.span(), self.errors));
         }
-        let found = article(value.get_ref().type_str());
-        let message = format!("{} {} is {expected}, not {found}", self.known.title, key.name);
-        self.report(Finding::new(Problem::WrongType, value.span(), message));
+        self.report(self.not_expected(key, value, expected));
         None
     }
 
@@ -264,7 +304,49 @@ pub(super) fn parse_integer(integer: &toml::de::DeInteger<'_>) -> Option<i64> {
     i64::from_str_radix(integer.as_str(), integer.radix()).ok()
 }
 
-fn article(noun: &str) -> String {
+/// The duration that was meant by one without a unit, or by a TIME literal such as `T#2ms`.
+fn plain_duration(text: &str, range: &Range<u64>) -> Option<String> {
+    let text = text.trim();
+    let plain = match text.split_once('#') {
+        Some((prefix, rest)) if ["t", "time"].contains(&&*prefix.to_lowercase()) => {
+            rest.to_lowercase().replace('_', "")
+        }
+        Some(_) => return None,
+        None => format!("{text}ms"),
+    };
+    parse_duration_ns(&plain).is_ok_and(range.accepts).then_some(plain)
+}
+
+/// What was meant by a value of another type, as it is written.
+fn meant_value(key: &Key, value: &DeValue<'_>) -> Option<String> {
+    match (&key.form, value) {
+        (Form::Duration(range), DeValue::Integer(number)) => {
+            let plain = plain_duration(&parse_integer(number)?.to_string(), range)?;
+            Some(format!("\"{plain}\""))
+        }
+        (Form::Duration(range), DeValue::Float(number)) => {
+            Some(format!("\"{}\"", plain_duration(number.as_str(), range)?))
+        }
+        (Form::Texts, DeValue::String(text)) => Some(format!("[\"{text}\"]")),
+        (Form::Integer(_), DeValue::String(text)) => {
+            text.trim().parse::<i64>().ok().map(|number| number.to_string())
+        }
+        (Form::Number(_) | Form::Value, DeValue::String(text)) => {
+            let plain = text.trim().to_ascii_lowercase();
+            let is_number = || plain.starts_with(|c: char| c.is_ascii_digit() || "+-".contains(c));
+            let is_value = matches!(&*plain, "true" | "false")
+                || (is_number() && plain.parse::<f64>().is_ok());
+            is_value.then_some(plain)
+        }
+        _ => None,
+    }
+}
+
+fn article(value: &DeValue<'_>) -> String {
+    let noun = match value.type_str() {
+        "string" => "text",
+        noun => noun,
+    };
     let article = if noun.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
     format!("{article} {noun}")
 }

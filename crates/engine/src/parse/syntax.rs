@@ -10,6 +10,9 @@ use crate::keys::TABLES;
 /// something else.
 const FOREIGN: usize = 10;
 
+/// What the parser says of a key that stands twice.
+const DUPLICATE: &str = "duplicate key";
+
 /// A place that is not TOML, and what the parser says of it.
 pub(super) type SyntaxError<'a> = (Range<usize>, &'a str);
 
@@ -18,6 +21,15 @@ pub(super) fn findings(text: &str, mut errors: Vec<SyntaxError<'_>>) -> Vec<Find
     errors.sort_by_key(|(span, _)| span.start);
     // A parser that recovers stumbles over what is left of the line.
     errors.dedup_by_key(|(span, _)| line(text, span.start).start);
+    let mut findings = Vec::new();
+    let once: Vec<_> = errors.iter().filter_map(|error| single_table(text, error)).collect();
+    if let Some((first, key)) = once.first() {
+        // What the second table repeats of the first is no mistake of its own.
+        errors.retain(|(span, message)| span.start < first.start || *message != DUPLICATE);
+        let message = format!("[{key}] stands twice, with one pair of brackets too few");
+        let help = format!("write [[{key}]], for each of them");
+        findings.push(Finding::new(Problem::Syntax, first.clone(), message).help(help));
+    }
     match errors.first() {
         Some((span, message)) if errors.len() > FOREIGN && !has_header(text, span.start) => {
             let others = errors.len() - 1;
@@ -28,8 +40,20 @@ pub(super) fn findings(text: &str, mut errors: Vec<SyntaxError<'_>>) -> Vec<Find
                         \"main\", period = \"1ms\"";
             vec![Finding::new(Problem::Syntax, span.clone(), message).help(help)]
         }
-        _ => errors.into_iter().map(|error| finding(text, error)).collect(),
+        _ => {
+            findings.extend(errors.into_iter().map(|error| finding(text, error)));
+            findings
+        }
     }
+}
+
+/// The table that stands a second time in single brackets, and may stand so in double ones.
+fn single_table<'a>(text: &'a str, error: &SyntaxError<'_>) -> Option<(Range<usize>, &'a str)> {
+    let (span, message) = error;
+    let header = text.get(line(text, span.start))?.trim();
+    let key = header.strip_prefix('[')?.split(']').next()?.trim();
+    let is_array = || TABLES.iter().any(|table| table.title == format!("[[{key}]]"));
+    (*message == DUPLICATE && is_array()).then(|| (span.clone(), key))
 }
 
 /// Whether one of a configuration's tables begins before a byte.

@@ -193,7 +193,7 @@ impl LinkPlan {
 impl Plan {
     /// Checks and resolves a configuration. All errors are found together.
     pub fn new(source: Source, rules: &Rules<'_>) -> Result<Self, Findings> {
-        let (config, mut findings) = parse::parse(&source);
+        let (config, mut findings) = parse::parse(&source, rules.catalogue);
         if findings.iter().any(|finding| finding.problem == crate::Problem::Syntax) {
             return Err(Findings::new(source, findings));
         }

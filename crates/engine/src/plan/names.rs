@@ -10,6 +10,7 @@ use super::Rules;
 use crate::Finding;
 use crate::config::{Block, Config};
 use crate::finding::{Among, Problem};
+use crate::nearest::Known;
 
 /// What the names of the nodes' own services begin with.
 const OWN_SERVICES: &str = "isochrone/";
@@ -254,10 +255,12 @@ fn block_type(block: &Block, rules: &Rules<'_>, findings: &mut Vec<Finding>) -> 
     let found = rules.catalogue.iter().find(|known| known.name == written.get_ref());
     if found.is_none() {
         let message = format!("there is no block type \"{}\"", written.get_ref());
-        findings.push(
-            Finding::new(Problem::UnknownBlockType, written.span(), message)
-                .did_you_mean(written.get_ref(), rules.catalogue.iter().map(|known| known.name)),
-        );
+        let known = Known::new(rules.catalogue.iter().map(|known| known.name));
+        let mut help = known.suggestion(written.get_ref());
+        if known.nearest(written.get_ref()).is_none() {
+            help += "; a block of your own needs the program that brings it (examples/own_blocks)";
+        }
+        findings.push(Finding::new(Problem::UnknownBlockType, written.span(), message).help(help));
     }
     found.copied()
 }

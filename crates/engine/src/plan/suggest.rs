@@ -35,7 +35,9 @@ impl Names<'_> {
         let task_names = || self.tasks.iter().map(|task| task.name);
         let mut spent = 0;
         for (position, finding) in findings.iter_mut().enumerate() {
-            let Some((written, among)) = finding.sought.take() else { continue };
+            let Some((written, among)) = finding.sought.take().map(|sought| *sought) else {
+                continue;
+            };
             let candidates = match among {
                 Among::Tasks => tasks.get_or_init(|| Candidates::new(task_names())),
                 Among::Inputs => inputs.get_or_init(|| Candidates::new(self.inputs_in_order())),

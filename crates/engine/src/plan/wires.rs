@@ -14,6 +14,8 @@ use crate::finding::{Among, Problem};
 
 /// Stands for the number of an instance in a wire.
 const INSTANCE: &str = "{i}";
+/// Behind a wire that carries the value of the cycle before.
+const PREVIOUS: &str = "@prev";
 
 /// Where a wire comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -81,6 +83,17 @@ impl Wiring {
     }
 }
 
+/// What reads a value.
+#[derive(Clone, Copy)]
+enum Reader<'a> {
+    /// A frame.
+    Output,
+    /// An instance of an entry, by a wire that is the same for all of them.
+    Instances,
+    /// An instance of the entry of this name, by a wire with its number.
+    Instance(&'a str, usize),
+}
+
 /// The input pins of an entry.
 #[derive(Default)]
 struct Pins<'a> {
@@ -136,7 +149,9 @@ impl Resolver<'_, '_> {
         }
         let connected = |pin: &Pin| {
             let mut names = block.pins.iter().map(|(name, _)| name.get_ref().as_str());
-            names.any(|name| name == pin.name) || meant.contains(&pin.name)
+            names.any(|name| name == pin.name)
+                || meant.contains(&pin.name)
+                || block.misplaced_pins.iter().any(|misplaced| misplaced == pin.name)
         };
         let missing: Vec<_> = block_type
             .inputs
@@ -167,7 +182,7 @@ impl Resolver<'_, '_> {
         wires: &mut Vec<Wire>,
     ) {
         let Some(pin) = entry.block_type.and_then(|known| known.inputs.get(to_pin)) else { return };
-        let (text, previous) = match wire.get_ref().strip_suffix("@prev") {
+        let (text, previous) = match wire.get_ref().strip_suffix(PREVIOUS) {
             Some(text) => (text, true),
             None => (*wire.get_ref(), false),
         };
@@ -176,7 +191,12 @@ impl Resolver<'_, '_> {
         for index in 0..entry.count {
             if resolved.is_none() || !same_for_all {
                 let text = text.replace(INSTANCE, &index.to_string());
-                match self.origin(&text, wire.span(), entry, index, same_for_all) {
+                let reader = if same_for_all {
+                    Reader::Instances
+                } else {
+                    Reader::Instance(entry.name, index)
+                };
+                match self.origin(&text, wire.span(), reader) {
                     Some(origin) => resolved = Some(origin),
                     // One error for the wire, not one for each instance.
                     None => return,
@@ -203,8 +223,7 @@ impl Resolver<'_, '_> {
         previous: bool,
     ) -> Result<(), Finding> {
         if previous && matches!(from, Origin::Input(_)) {
-            let message = format!("\"{text}\" is an input, which has no value of the cycle before");
-            return Err(Finding::new(Problem::UnknownSource, 0..0, message)
+            return Err(Finding::new(Problem::UnknownSource, 0..0, has_no_previous(text))
                 .help("@prev goes behind a block's output pin"));
         }
         if !from_type.feeds(pin.pin_type) {
@@ -217,23 +236,35 @@ impl Resolver<'_, '_> {
     }
 
     fn signals(&mut self, signals: &[Spanned<String>]) -> Vec<Signal> {
-        let nowhere = Entry {
-            name: "",
-            span: 0..0,
-            block_type: None,
-            task: None,
-            count: 1,
-            count_is_known: true,
-            first: 0,
-        };
         signals
             .iter()
             .filter_map(|signal| {
-                let (from, value_type) =
-                    self.origin(signal.get_ref(), signal.span(), &nowhere, 0, true)?;
+                let (text, span) = (signal.get_ref().as_str(), signal.span());
+                let current = text.strip_suffix(PREVIOUS);
+                if let Some(input) = current.filter(|name| self.names.inputs.contains_key(name)) {
+                    let message = has_no_previous(input);
+                    let finding = Finding::new(Problem::UnknownSource, span, message);
+                    self.report(
+                        finding.help(format!("an input has no {PREVIOUS}; write \"{input}\"")),
+                    );
+                    return None;
+                }
+                let (from, value_type) = self.origin(text, span, Reader::Output)?;
                 Some(Signal { from, value_type })
             })
             .collect()
+    }
+
+    /// The wire that `ramp[0].y` stands for.
+    fn without_brackets(&self, name: &str, rest: &str) -> Option<String> {
+        let (name, index) = name.strip_suffix(']')?.split_once('[')?;
+        let block = self.names.blocks.get(name)?;
+        let count = self.names.entries.get(*block)?.count;
+        let index: usize = index.trim().parse().ok().filter(|index| *index < count)?;
+        Some(match count {
+            1 => format!("{name}.{rest}"),
+            _ => format!("{name}.{index}.{rest}"),
+        })
     }
 
     /// What a wire's text stands for; reports what is wrong with it. `None` without a report where
@@ -242,9 +273,7 @@ impl Resolver<'_, '_> {
         &mut self,
         text: &str,
         span: Range<usize>,
-        reader: &Entry<'_>,
-        reader_index: usize,
-        same_for_all: bool,
+        reader: Reader<'_>,
     ) -> Option<(Origin, PinType)> {
         let mut parts = text.splitn(2, '.');
         let (name, rest) = (parts.next().unwrap_or_default(), parts.next());
@@ -272,7 +301,10 @@ impl Resolver<'_, '_> {
         let Some(entry) = found else {
             let finding =
                 Finding::new(Problem::UnknownSource, span, format!("there is no block \"{name}\""));
-            self.report(finding.seek(name, Among::Blocks));
+            self.report(match self.without_brackets(name, rest) {
+                Some(right) => finding.help(format!("write \"{right}\"")),
+                None => finding.seek(name, Among::Blocks),
+            });
             return None;
         };
         let block_type = entry.block_type.filter(|_| entry.count_is_known)?;
@@ -281,15 +313,15 @@ impl Resolver<'_, '_> {
                 Ok(index) if index < entry.count => (index, pin),
                 _ => {
                     let mut message = format!("there is no \"{name}.{index}\"");
-                    if !same_for_all {
-                        message += &format!(
-                            ", which instance {reader_index} of {} is wired to",
-                            reader.name
-                        );
+                    if let Reader::Instance(reader, number) = reader {
+                        message += &format!(", which instance {number} of {reader} is wired to");
                     }
                     self.report(Finding::new(Problem::UnknownSource, span, message).help(
                         match entry.count {
                             1 => format!("{name} is a single block: \"{name}.{pin}\""),
+                            _ if index == INSTANCE => format!(
+                                "{INSTANCE} is for wires; name each instance: \"{name}.0.{pin}\", \"{name}.1.{pin}\" …"
+                            ),
                             count => format!(
                                 "the instances of {name} are {name}.0 to {name}.{}",
                                 count - 1
@@ -308,9 +340,14 @@ impl Resolver<'_, '_> {
                         entry.count
                     ),
                 );
-                self.report(finding.help(format!(
-                    "\"{name}.0.{rest}\" is the first, \"{name}.{{i}}.{rest}\" the one with the reader's number"
-                )));
+                self.report(finding.help(match reader {
+                    Reader::Output => format!(
+                        "name each instance: \"{name}.0.{rest}\", \"{name}.1.{rest}\" …"
+                    ),
+                    Reader::Instances | Reader::Instance(..) => format!(
+                        "\"{name}.0.{rest}\" is the first, \"{name}.{INSTANCE}.{rest}\" the one with the reader's number"
+                    ),
+                }));
                 return None;
             }
             None => (0, rest),
@@ -322,4 +359,8 @@ impl Resolver<'_, '_> {
         let value_type = block_type.outputs.get(pin)?.pin_type;
         Some((Origin::Pin { instance: entry.first + index, pin }, value_type))
     }
+}
+
+fn has_no_previous(input: &str) -> String {
+    format!("\"{input}\" is an input, which has no value of the cycle before")
 }
