@@ -65,6 +65,9 @@ impl TryFrom<WrittenGate> for Gate {
     type Error = RuleError;
 
     fn try_from(gate: WrittenGate) -> Result<Self, RuleError> {
+        if !(0.0..=1.0).contains(&gate.invalid_turns) {
+            return Err(RuleError::InvalidTurns { part: gate.invalid_turns.to_string() });
+        }
         let rules = gate.rule.into_iter().enumerate();
         Ok(Self {
             rules: rules.map(|(index, rule)| rule.checked(index + 1)).collect::<Result<_, _>>()?,
@@ -84,6 +87,9 @@ impl WrittenRule {
         let (Bound::TimesLower { at_least: value, .. } | Bound::AtMostNs(value)) = bound;
         if !(value.is_finite() && value > 0.0) {
             return Err(RuleError::Value { number });
+        }
+        if matches!(&bound, Bound::TimesLower { than, .. } if *than == self.arm) {
+            return Err(RuleError::Itself { number, arm: self.arm });
         }
         let Some(percentile) = found else {
             return Err(RuleError::Percentile { number, percentile: self.percentile });
@@ -155,6 +161,22 @@ pub enum RuleError {
     Value {
         /// The rule, from 1.
         number: usize,
+    },
+    /// An arm is as low as itself, so such a rule always fails or always passes.
+    #[error(
+        "rule {number}: the arm \"{arm}\" is compared with itself; name another in times_lower_than"
+    )]
+    Itself {
+        /// The rule, from 1.
+        number: usize,
+        /// The arm.
+        arm: String,
+    },
+    /// Invalid turns are a part of all turns.
+    #[error("invalid_turns is {part}; it must be from 0 (none may be invalid) to 1 (all may be)")]
+    InvalidTurns {
+        /// As it was written.
+        part: String,
     },
     /// A rule is about arms that the bench measures.
     #[error("rule {number}: there is no arm \"{arm}\"; this bench has: {known}")]

@@ -344,6 +344,25 @@ fn a_bound_that_is_no_number_above_0_makes_no_sense() {
     }
 }
 
+#[test]
+fn invalid_turns_are_a_part_of_all_turns_from_0_to_1() {
+    let gate = |invalid_turns| Gate::try_from(WrittenGate { rule: vec![], invalid_turns });
+    for part in [-0.1, 1.1, 20.0, f64::NAN, f64::INFINITY] {
+        let error = gate(part).unwrap_err();
+        assert_eq!(error, RuleError::InvalidTurns { part: part.to_string() });
+    }
+    for part in [0.0, 0.2, 1.0] {
+        assert!(gate(part).is_ok());
+    }
+}
+
+#[test]
+fn an_arm_is_not_compared_with_itself() {
+    let rule =
+        WrittenRule { times_lower_than: Some("hybrid".into()), at_least: Some(1.0), ..written() };
+    assert_eq!(rule.checked(2), Err(RuleError::Itself { number: 2, arm: "hybrid".into() }));
+}
+
 fn written() -> WrittenRule {
     WrittenRule {
         arm: "hybrid".into(),
@@ -365,6 +384,20 @@ fn reports_are_compared_arm_by_arm_and_what_cannot_be_is_left_out_with_the_reaso
     let [sleep, spin] = &compared.left_out[..] else { panic!("{compared:?}") };
     assert!(sleep.arm.contains("sleep") && sleep.why.contains("not in the second"), "{sleep:?}");
     assert!(spin.arm.contains("spin") && spin.why.contains("30 %"), "{spin:?}");
+}
+
+#[test]
+fn the_table_of_two_reports_has_one_heading_that_says_which_is_compared_with_which() {
+    let first = report(vec![task("sleep", 2_000), task("hybrid", 500)]);
+    let second = report(vec![task("sleep", 1_000), task("hybrid", 1_000)]);
+    let compared = compare_reports(&first, &second);
+    let table = crate::ComparisonTable(&compared.comparisons).to_string();
+    assert!(
+        table.trim_start().starts_with("second report against the first: times lower"),
+        "{table}"
+    );
+    assert_eq!(table.matches("times lower").count(), 1, "{table}");
+    assert!(table.contains("  sleep (1 ms)") && table.contains("  hybrid (1 ms)"), "{table}");
 }
 
 #[test]

@@ -124,10 +124,18 @@ fn left_out(f: &mut Formatter<'_>, left_out: &[LeftOut]) -> Result {
 
 /// How many times lower each arm is than the one it is compared with, reference by reference.
 fn comparisons(f: &mut Formatter<'_>, circumstances: &str, comparisons: &[&Comparison]) -> Result {
-    for same in comparisons.chunk_by(|one, other| one.reference == other.reference) {
+    // An arm against itself is that of two reports.
+    let of_two = |comparison: &Comparison| comparison.reference == comparison.candidate;
+    let together = |one: &&Comparison, other: &&Comparison| {
+        one.reference == other.reference || (of_two(one) && of_two(other))
+    };
+    for same in comparisons.chunk_by(together) {
         let Some(first) = same.first() else { continue };
-        let heading =
-            format!("times lower than {}, valid turns", arm_of(&first.reference, circumstances));
+        let heading = if of_two(first) {
+            "second report against the first: times lower, valid turns".to_owned()
+        } else {
+            format!("times lower than {}, valid turns", arm_of(&first.reference, circumstances))
+        };
         let mut grid = Grid::new([heading.as_str(), "", "ratio", "99 % interval", "verdict"]);
         let mut arm = "";
         for Comparison { candidate, percentile, ratio, low, high, verdict, .. } in same {
