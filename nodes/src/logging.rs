@@ -6,11 +6,12 @@ use isochrone_ipc::{LogLevel, set_log_level};
 use tracing::level_filters::LevelFilter;
 use tracing_subscriber::EnvFilter;
 
-/// The target of what iceoryx2 says.
-const ICEORYX2: &str = "iceoryx2_bb_loggers=warn";
+/// The target of what iceoryx2 says: a line is a dump of a structure, thousands of characters long,
+/// and whatever matters of it comes as an error.
+const ICEORYX2: &str = "iceoryx2_bb_loggers=off";
 
-/// Sets logging up: warnings, and more with each `-v`; `RUST_LOG` overrides both. What iceoryx2 does
-/// inside, with dumps of its structures, comes only with the last of them.
+/// Sets logging up: warnings, and more with each `-v`; `RUST_LOG` overrides both. What iceoryx2 says
+/// itself comes only with the last of them.
 pub(crate) fn set_up(verbosity: u8) {
     let level = match verbosity {
         0 => LevelFilter::WARN,
@@ -26,7 +27,7 @@ pub(crate) fn set_up(verbosity: u8) {
     // iceoryx2 asks its own level before it hands a message on.
     set_log_level(match filter.max_level_hint().unwrap_or(level) {
         LevelFilter::OFF | LevelFilter::ERROR => LogLevel::Error,
-        _ if is_ours_alone => LogLevel::Warn,
+        _ if is_ours_alone => LogLevel::Fatal,
         LevelFilter::WARN => LogLevel::Warn,
         LevelFilter::INFO => LogLevel::Info,
         LevelFilter::DEBUG => LogLevel::Debug,

@@ -44,6 +44,11 @@ kill -TERM $node
 wait $node
 "#;
 
+const READ_ONLY: &str = r#"
+mount -t tmpfs -o ro tmpfs /dev/shm || exit 100
+"$0" publish memory/out --value 1 --count 1 --iceoryx2-config domain.toml
+"#;
+
 #[test]
 fn a_running_node_survives_that_others_fill_the_shared_memory() {
     let mut probe = Command::new("unshare");
@@ -58,4 +63,20 @@ fn a_running_node_survives_that_others_fill_the_shared_memory() {
     scene.args(["-rm", "sh", "-c", SCENE, env!("CARGO_BIN_EXE_isochrone")]);
     scene.current_dir(domain.path(""));
     Process::start(scene).finish().expect_code(0);
+}
+
+#[test]
+fn a_shared_memory_that_is_read_only_is_named_with_the_way_out() {
+    let mut probe = Command::new("unshare");
+    probe.args(["-rm", "mount", "-t", "tmpfs", "tmpfs", "/dev/shm"]);
+    if !probe.output().is_ok_and(|probe| probe.status.success()) {
+        return not_tested("a read-only shared memory", "no mount namespace can be had");
+    }
+    let domain = Domain::new();
+    let mut scene = Command::new("unshare");
+    scene.args(["-rm", "sh", "-c", READ_ONLY, env!("CARGO_BIN_EXE_isochrone")]);
+    let ran = scene.current_dir(domain.path("")).output().unwrap();
+    let err = String::from_utf8_lossy(&ran.stderr);
+    assert_eq!(ran.status.code(), Some(1), "{err}");
+    assert!(err.contains("/dev/shm is read-only: mount -o remount,rw /dev/shm"), "{err}");
 }

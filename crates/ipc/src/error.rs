@@ -169,13 +169,11 @@ pub enum JoinError {
         free_bytes: u64,
     },
     /// iceoryx2 kept failing although it was tried for most of a second.
-    #[error(
-        "cannot join the iceoryx2 domain {domain}: {cause}; see that the root path is writable, and /dev/shm not full"
-    )]
+    #[error("cannot join the iceoryx2 domain {domain}: {cause}")]
     Failed {
         /// Root path and prefix.
         domain: String,
-        /// What iceoryx2 said last.
+        /// What has run out or cannot be written, what iceoryx2 said last, and what to do.
         cause: String,
     },
 }
@@ -431,15 +429,13 @@ pub enum OpenError {
         domain: String,
     },
     /// iceoryx2 kept failing although it was tried for most of a second.
-    #[error(
-        "service {service:?} in {domain} cannot be opened: {cause}; see that /dev/shm is not full and that no peer hangs in its start, then try again"
-    )]
+    #[error("service {service:?} in {domain} cannot be opened: {cause}")]
     Failed {
         /// Name of the service.
         service: String,
         /// Root path and prefix.
         domain: String,
-        /// What iceoryx2 said last.
+        /// What has run out or cannot be written, what iceoryx2 said last, and what to do.
         cause: String,
     },
 }

@@ -1,18 +1,22 @@
-//! What has run out, where iceoryx2 only says that something failed.
+//! What has run out or cannot be written, where iceoryx2 only says that something failed.
 
 use std::fs;
 
 use iceoryx2::config::Config;
-use rustix::fs::statvfs;
+use rustix::fs::{Access, access, statvfs};
+use rustix::io::Errno;
 use rustix::process::{Resource, getrlimit};
+
+use crate::domain::segment::FOLDER;
 
 /// File descriptors that opening one thing more may need.
 const SPARE_DESCRIPTORS: u64 = 6;
 /// Blocks that small files need.
 const SPARE_BLOCKS: u64 = 4;
 
-/// The reason for a failure, if something has run out, or else what iceoryx2 says.
-pub(crate) fn or(config: &Config, cause: String) -> String {
+/// The reason for a failure and what to do about it, if something has run out or cannot be written, or
+/// else what iceoryx2 says, with what `remedy` says.
+pub(crate) fn or(config: &Config, cause: String, remedy: &str) -> String {
     let open = fs::read_dir("/proc/self/fd").map_or(0, |fds| fds.count() as u64);
     let limit = getrlimit(Resource::Nofile).current.unwrap_or(u64::MAX);
     if open.saturating_add(SPARE_DESCRIPTORS) >= limit {
@@ -23,7 +27,35 @@ pub(crate) fn or(config: &Config, cause: String) -> String {
         found.f_bavail <= SPARE_BLOCKS || (found.f_files > 0 && found.f_favail == 0)
     });
     if is_full {
-        return format!("the file system of {root} is full; {cause}");
+        return format!("the file system of {root} is full, make room on it; {cause}");
     }
-    cause
+    match [FOLDER, &root].into_iter().find_map(unwritable) {
+        Some(why) => format!("{why}; {cause}"),
+        None => format!("{cause}; {remedy}"),
+    }
+}
+
+/// Why this process can make nothing in a folder.
+fn unwritable(folder: &str) -> Option<String> {
+    let why = match access(folder, Access::WRITE_OK | Access::EXEC_OK).err()? {
+        Errno::ROFS => format!("is read-only: mount -o remount,rw {folder}"),
+        Errno::ACCESS | Errno::PERM => "cannot be written by this user: change its rights".into(),
+        Errno::NOENT => "does not exist: create it, or mount it".into(),
+        _ => return None,
+    };
+    Some(format!("{folder} {why}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_folder_that_cannot_be_written_is_named_with_the_way_out() {
+        let folder = tempfile::tempdir().unwrap();
+        let absent = folder.path().join("absent").display().to_string();
+        assert_eq!(unwritable(folder.path().to_str().unwrap()), None);
+        let why = unwritable(&absent).unwrap();
+        assert_eq!(why, format!("{absent} does not exist: create it, or mount it"));
+    }
 }

@@ -69,7 +69,11 @@ impl<S: Service> Participant<S> {
         })?;
         let failed = |cause: String| JoinError::Failed {
             domain: membership.describe(),
-            cause: exhausted::or(membership.config(), cause),
+            cause: exhausted::or(
+                membership.config(),
+                cause,
+                "see that the root path is writable, and /dev/shm not full",
+            ),
         };
         let mut backoff = Backoff::new();
         let node = loop {

@@ -263,7 +263,11 @@ pub(crate) fn failed<S: Service>(
     OpenError::Failed {
         service: service.to_owned(),
         domain: participant.domain(),
-        cause: crate::exhausted::or(participant.membership().config(), cause.to_string()),
+        cause: crate::exhausted::or(
+            participant.membership().config(),
+            cause.to_string(),
+            "see that /dev/shm is not full and that no peer hangs in its start, then try again",
+        ),
     }
 }
 

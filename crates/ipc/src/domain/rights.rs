@@ -22,7 +22,7 @@ pub(super) fn claim(config: &Config) -> Result<(), JoinError> {
     let root = PathBuf::from(config.global.root_path().to_string());
     let failed = |error: io::Error| JoinError::Failed {
         domain: super::describe(config),
-        cause: format!("{}: {error}", root.display()),
+        cause: format!("{}: {error}; see that the root path is writable", root.display()),
     };
     match fs::symlink_metadata(&root) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => {
