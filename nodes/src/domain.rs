@@ -11,8 +11,8 @@ use crate::failure::Failure;
 #[group(skip)]
 pub(crate) struct Args {
     /// iceoryx2 configuration file; its root-path and prefix determine which processes see each
-    /// other. Default: the first of ./config/iceoryx2.toml, ~/.config and /etc that iceoryx2 finds.
-    /// -v shows which domain is used and which file selected it
+    /// other. Default: the file that the environment variable ICEORYX2_CONFIG names, or the first of
+    /// ./config/iceoryx2.toml, ~/.config and /etc that iceoryx2 finds. -v shows which domain is used and which file selected it
     #[arg(long, value_name = "FILE")]
     pub(crate) iceoryx2_config: Option<PathBuf>,
 }

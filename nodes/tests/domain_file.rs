@@ -84,6 +84,7 @@ fn a_file_in_a_usual_place_is_held_to_the_same() {
         let start = |arguments: &[&str]| {
             let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
             command.args(arguments).env("HOME", domain.path("home")).current_dir(domain.path(""));
+            command.env_remove("ICEORYX2_CONFIG");
             Process::start(command).finish()
         };
         let publish = ["publish", "plant/level", "--value", "1", "--count", "1"];
@@ -101,6 +102,31 @@ fn a_file_in_a_usual_place_is_held_to_the_same() {
         assert_joined(&ended, &domain, place);
         assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
     }
+}
+
+#[test]
+fn the_environment_names_a_file_that_comes_before_the_usual_places_and_after_the_argument() {
+    let domain = Domain::new();
+    fs::create_dir_all(domain.path("config")).unwrap();
+    domain.write("config/iceoryx2.toml", "");
+    let start = |file: PathBuf, arguments: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
+        command.args(["publish", "plant/level", "--value", "1", "--count", "1", "-v"]);
+        command.args(arguments).env("ICEORYX2_CONFIG", file).current_dir(domain.path(""));
+        Process::start(command).finish()
+    };
+    let file = domain.config_file();
+    let name = file.display().to_string();
+    assert_joined(&start(file, &[]).expect_code(0), &domain, &name);
+    let absent = domain.path("absent.toml");
+    assert_joined(
+        &start(absent.clone(), &["--iceoryx2-config", &name]).expect_code(0),
+        &domain,
+        &name,
+    );
+    let ended = start(absent, &[]).expect_code(2);
+    assert!(ended.stderr.contains("absent.toml: no such file"), "{}", ended.stderr);
+    assert!(start(PathBuf::new(), &[]).expect_code(2).stderr.contains("iceoryx2.toml: empty"));
 }
 
 #[test]

@@ -26,9 +26,17 @@ pub(crate) fn origin(path: Option<&Path>) -> String {
     path.map_or_else(|| "the built-in defaults".into(), |path| path.display().to_string())
 }
 
-/// The file in the first of the usual places that has one: `./config/iceoryx2.toml`,
-/// `~/.config/iceoryx2/iceoryx2.toml`, `/etc/iceoryx2/iceoryx2.toml`.
+/// Names the file for all that a user starts.
+const FILE_VARIABLE: &str = "ICEORYX2_CONFIG";
+
+/// The file that `ICEORYX2_CONFIG` names, whether it exists or not, or else the one in the first of
+/// the usual places that has one: `./config/iceoryx2.toml`, `~/.config/iceoryx2/iceoryx2.toml`,
+/// `/etc/iceoryx2/iceoryx2.toml`.
 pub(crate) fn usual_file() -> Option<PathBuf> {
+    let named = std::env::var_os(FILE_VARIABLE).filter(|file| !file.is_empty());
+    if let Some(file) = named {
+        return Some(file.into());
+    }
     usual_places().into_iter().find(|path| path.exists())
 }
 

@@ -47,14 +47,16 @@ struct Shared {
 }
 
 impl Domain {
-    /// The domain that iceoryx2 itself would use: that of the first of `./config/iceoryx2.toml`,
-    /// `~/.config/iceoryx2/iceoryx2.toml` and `/etc/iceoryx2/iceoryx2.toml` that exists, or of the
-    /// built-in defaults.
+    /// The domain of the configuration file that the environment variable `ICEORYX2_CONFIG` names,
+    /// if it is set and not empty, or else the domain that iceoryx2 itself would use: that of the
+    /// first of `./config/iceoryx2.toml`, `~/.config/iceoryx2/iceoryx2.toml` and
+    /// `/etc/iceoryx2/iceoryx2.toml` that exists, or of the built-in defaults.
     ///
     /// Which domain it is, and from where, is an event of `tracing` at the level of `info`.
     ///
     /// # Errors
-    /// A file was found but cannot be read or understood. That is more than iceoryx2 itself refuses:
+    /// The file that `ICEORYX2_CONFIG` names does not exist, or a file was found but cannot be read
+    /// or understood. That is more than iceoryx2 itself refuses:
     /// an empty file, a key that it does not know and would ignore, and a relative root path would
     /// each bring the process into a domain that nobody meant.
     pub fn find() -> Result<Self, DomainError> {
