@@ -87,7 +87,7 @@ fn signals(signals: &[SignalSpec]) -> String {
             "" => format!("ch{channel}"),
             name => escaped(name).into_owned(),
         };
-        table.row([name, signal.value_type.clone(), signal.unit.clone()]);
+        table.row([&*name, &*escaped(&signal.value_type), &*escaped(&signal.unit)]);
     }
     match signals.len() {
         0 => "    signals are not announced\n".into(),

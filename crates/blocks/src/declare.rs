@@ -7,10 +7,17 @@
 /// [`Block::step`](crate::Block::step). One block to a module, since those names are fixed.
 ///
 /// A pin is `"name" => field: type` with an optional `[unit]` and, for inputs, `= default`; an
-/// input without a default must be connected. Types are `f64` (LREAL), `i16` (INT), `i32` (TIME,
-/// in ms), `bool` (BOOL), `u16` (WORD) and [`Ob`](crate::Ob) (the INT at `callOB`). Before a pin may
-/// stand `#[alias = "Ret_Val"]`, another name that documents have for it, and before an input
+/// input without a default must be connected. Before a pin may stand `#[alias = "Ret_Val"]`, another name that documents have for it, and before an input
 /// `#[latched_by = "reset"]`: it is read in the first call and while that input is TRUE.
+///
+/// | type | in a configuration | holds |
+/// |---|---|---|
+/// | `f64` | LREAL | any floating-point number |
+/// | `i16` | INT | -32768 to 32767 |
+/// | `i32` | TIME | milliseconds, -2147483648 to 2147483647 |
+/// | `bool` | BOOL | FALSE, TRUE |
+/// | `u16` | WORD | 0 to 65535 |
+/// | [`Ob`](crate::Ob) | INT | the number of an organization block, at `callOB` |
 ///
 /// A status word is `code => "NAME": "meaning"`, with `(ours)` behind a name that the document which
 /// the block follows does not have. A block that declares a word from `16#8000` on, an error, has an

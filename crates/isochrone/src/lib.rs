@@ -4,6 +4,36 @@
 //!
 //! # A node in a program
 //!
+//! `Cargo.toml` of the program, with the path of a checkout:
+//!
+//! ```toml
+//! [dependencies]
+//! isochrone = { path = "../isochrone/crates/isochrone" }
+//! ```
+//!
+//! The configuration, `level.toml`:
+//!
+//! ```toml
+//! [node]
+//! name = "level"
+//! [[task]]
+//! name = "fast"
+//! period = "1ms"
+//! [[block]]
+//! name = "ramp"
+//! type = "LimRateOfChangeCI"
+//! in = { value = 25.0, setChangeRate = 10.0 }
+//! [[block]]
+//! name = "half"
+//! type = "Half"
+//! in = { x = "ramp.delayedValue" }
+//! [[output]]
+//! service = "plant/level"
+//! signals = ["half.y"]
+//! ```
+//!
+//! The program, `src/main.rs`:
+//!
 //! ```
 //! use isochrone::prelude::*;
 //!
@@ -68,18 +98,18 @@
 //!     node.refusals().for_each(|refusal| println!("{refusal}: {}", refusal.remedy()));
 //!
 //!     // One grid for all tasks.
-//!     let mut node = node.with_cycles(Some(100)).start();
+//!     let mut node = node.with_cycles(Some(1000)).start();
 //!     node.set([("ramp.setChangeRate", 5.0)])?;
 //!     while node.poll().is_running() {
 //!         println!("{:?}", node.value("half.y"));
 //!         std::thread::sleep(POLL_INTERVAL);
 //!     }
 //!
-//!     // What each task did and cost.
+//!     // What each task did, and what it cost after its warm-up of 100 cycles.
 //!     let outcome = node.finish()?;
 //!     let task = &outcome.tasks[0];
 //!     println!("{:?}: {} cycles, {:?}", outcome.end, task.timing.cycles(), task.costs);
-//! #   assert_eq!((outcome.end, task.timing.cycles()), (End::Cycles, 100));
+//! #   assert_eq!((outcome.end, task.timing.cycles()), (End::Cycles, 1000));
 //!     Ok(())
 //! }
 //! ```
@@ -122,7 +152,8 @@
 //! banks in order; copy the outputs into the frames that were loaned beforehand; send. Then, in the
 //! slack: loan the next frames, connect ports, push the cycle record. Between the release and the
 //! slack, isochrone makes no allocation, takes no lock, causes no page fault, logs nothing and
-//! makes no system call.
+//! makes no system call. When a peer joins just before a release, iceoryx2 connects it as the cycle
+//! receives or sends, and allocates and maps memory there.
 
 pub use isochrone_blocks as blocks;
 pub use isochrone_cyclic as cyclic;

@@ -106,7 +106,7 @@ pub struct LinkArm {
     /// Values in a frame of an arm of a bench; 0 if it is none.
     #[serde(skip_serializing_if = "is_zero")]
     pub values: u64,
-    /// Frames per second that an arm of a bench was to send; `None`: each as soon as the one before
+    /// Frames per second that an arm of a bench was to send; `null`: each as soon as the one before
     /// was answered.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paced_hz: Option<f64>,
@@ -138,7 +138,7 @@ pub struct CostReport {
     pub warm_up_cycles: u64,
     /// Time of one instance in one cycle, in picoseconds; a sample is the mean of a batch of cycles.
     pub step_ps: Summary,
-    /// The distributions themselves, by name; see [`TaskReport::histograms`].
+    /// The distributions themselves, by name, encoded as those of a task.
     pub histograms: BTreeMap<String, String>,
     /// The turns in which it was measured.
     #[serde(alias = "blocks")]

@@ -173,7 +173,7 @@ impl fmt::Display for Alarm {
             Self::UnfitInput { input, service, publisher, why } => write!(
                 f,
                 "input \"{input}\" cannot read service \"{service}\" of \"{publisher}\": {why}; it \
-                 keeps its value"
+                 takes no sample of it, and reads what its on_stale says"
             ),
             Self::MovedChannel { input, service, channel, before, now } => write!(
                 f,
@@ -183,12 +183,13 @@ impl fmt::Display for Alarm {
             Self::PlainFrames { input, service } => write!(
                 f,
                 "the frames of service \"{service}\" do not say which layout they have, so input \
-                 \"{input}\" finds no signal by its name; it keeps its value"
+                 \"{input}\" finds no signal by its name; it takes no sample, and reads \
+                 what its on_stale says"
             ),
             Self::UnknownLayout { service, number } => write!(
                 f,
                 "the frames of service \"{service}\" have layout {number:016x}, which nobody \
-                 announces; its inputs keep their values"
+                 announces; its inputs take no sample, and read what their on_stale says"
             ),
             Self::TelemetryCut { task, signals, shown, service } => write!(
                 f,

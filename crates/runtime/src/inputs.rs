@@ -2,7 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
-use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_cyclic::{Clock, Monotonic, thread_allocations};
 use isochrone_engine::config::{self, OnStale};
 use isochrone_engine::{InputPlan, TaskEngine, TaskPlan};
 use isochrone_ipc::{
@@ -62,6 +62,8 @@ struct InputPort<S: Service> {
     future_stamps: u64,
     past_stamps: u64,
     unknown_layouts: u64,
+    /// Of iceoryx2, in the cycle: it connects a publisher that joined just before.
+    allocations: u64,
 }
 
 struct Channel {
@@ -99,6 +101,7 @@ impl<S: Service> InputPorts<S> {
                 future_stamps: 0,
                 past_stamps: 0,
                 unknown_layouts: 0,
+                allocations: 0,
             });
         }
         Ok((Self { ports, rejects: 0 }, desks))
@@ -152,6 +155,11 @@ impl<S: Service> InputPorts<S> {
         self.ports.iter().map(|port| port.subscriber.counters().connect_errors).sum()
     }
 
+    /// Allocations of iceoryx2 while it received.
+    pub(crate) fn allocations(&self) -> u64 {
+        self.ports.iter().map(|port| port.allocations).sum()
+    }
+
     /// What every port received. How long it took is for observers to say.
     pub(crate) fn links(&self) -> impl Iterator<Item = Link> {
         self.ports.iter().map(|port| {
@@ -177,7 +185,10 @@ impl<S: Service> InputPort<S> {
             self.subscriber.set_period(period_ns);
         }
         let waited_ns = now_ns.saturating_sub(std::mem::replace(&mut self.looked_ns, now_ns));
-        let Some(frame) = self.subscriber.newest(now_ns) else { return 0 };
+        let before = thread_allocations();
+        let frame = self.subscriber.newest(now_ns);
+        self.allocations += thread_allocations() - before;
+        let Some(frame) = frame else { return 0 };
         let header = frame.header();
         let observed = &self.resolved.observed;
         observed.is_plain.store(header.layout == 0, Ordering::Relaxed);

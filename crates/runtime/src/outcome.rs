@@ -43,8 +43,8 @@ pub struct TaskOutcome {
     pub margin_ns: Option<u64>,
     /// How punctual its cycles were.
     pub timing: TaskTiming,
-    /// What its thread used after the warm-up.
-    pub costs: Costs,
+    /// What its thread used after the warm-up; `None` if no cycle ran after it.
+    pub costs: Option<Costs>,
     /// Steps of blocks that reported an error.
     pub block_errors: u64,
     /// Samples that an input did not take: its type cannot hold them, or the frame has none for it.
@@ -59,8 +59,7 @@ pub struct TaskOutcome {
     pub links: Vec<Link>,
 }
 
-/// What a thread used, from the end of its warm-up to its end; if it did not come to the end of the
-/// warm-up, from its first cycle.
+/// What a thread used, from the end of its [warm-up](isochrone_timing::warm_up_cycles) to its end.
 #[derive(Debug, Clone, Copy)]
 pub struct Costs {
     /// CPU time, page faults and switches.
@@ -82,11 +81,11 @@ impl Costs {
 /// How often memory was asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Allocations {
-    /// From a release until the frames were sent: none but what iceoryx2 needs for a peer that came
-    /// just then.
+    /// By the node itself: none.
     pub cycle: u64,
-    /// By iceoryx2, in the slack: one for each frame.
-    pub slack: u64,
+    /// By iceoryx2: one for each frame, in the slack, and those with which it connects a peer, in the
+    /// slack or, for a peer that joined just before the release, as it receives or sends.
+    pub library: u64,
 }
 
 /// What a port received or sent. How long that took is for the readers to say.

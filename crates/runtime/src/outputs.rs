@@ -1,6 +1,6 @@
 //! A task's outputs: the frames that it publishes.
 
-use isochrone_cyclic::{Clock, Monotonic, Release};
+use isochrone_cyclic::{Clock, Monotonic, Release, thread_allocations};
 use isochrone_engine::{OutputPlan, SignalPlan, TaskEngine, TaskPlan};
 use isochrone_ipc::{FrameLayout, FramePublisher, OpenError, RealTime, Service, SignalSpec, Stamp};
 
@@ -31,6 +31,8 @@ fn signal(signal: &SignalPlan) -> SignalSpec {
 /// The ports of a task's outputs.
 pub(crate) struct OutputPorts<S: Service> {
     ports: Vec<OutputPort<S>>,
+    /// Of iceoryx2, in the cycle: it connects a subscriber that joined just before.
+    allocations: u64,
 }
 
 struct OutputPort<S: Service> {
@@ -47,12 +49,13 @@ impl<S: Service> OutputPorts<S> {
                 publisher: participant.publisher(&output.service, &output.layout)?,
             })
         };
-        Ok(Self { ports: outputs.iter().map(open).collect::<Result<_, OpenError>>()? })
+        let ports = outputs.iter().map(open).collect::<Result<_, OpenError>>()?;
+        Ok(Self { ports, allocations: 0 })
     }
 
     /// The outputs of a node without services.
     pub(crate) fn none() -> Self {
-        Self { ports: Vec::new() }
+        Self { ports: Vec::new(), allocations: 0 }
     }
 
     /// Copies the outputs into the frames that were loaned beforehand.
@@ -74,7 +77,9 @@ impl<S: Service> OutputPorts<S> {
                 missed: release.missed,
             };
             // A frame that could not be sent is counted by the port.
+            let before = thread_allocations();
             port.publisher.send(stamp, || Monotonic.now_ns());
+            self.allocations += thread_allocations() - before;
         }
     }
 
@@ -99,6 +104,11 @@ impl<S: Service> OutputPorts<S> {
     /// How many connections to a subscriber failed.
     pub(crate) fn connect_errors(&self) -> u64 {
         self.ports.iter().map(|port| port.publisher.counters().connect_errors).sum()
+    }
+
+    /// Allocations of iceoryx2 while it sent.
+    pub(crate) fn allocations(&self) -> u64 {
+        self.allocations
     }
 
     /// What every port sent.

@@ -185,7 +185,8 @@ impl<S: Service> Running<S> {
             self.poll();
             std::thread::sleep(Duration::from_millis(1));
         }
-        self.drain();
+        // What the last cycles ran into is still to be logged.
+        self.poll();
         let Self { threads, mut parts, grants, .. } = self;
         let done = threads.join()?;
         let mut end = End::Asked;

@@ -66,7 +66,7 @@ pub(crate) struct Done {
     /// Why its loop ended; `None`: it ran all its cycles.
     pub(crate) stop_reason: Option<StopReason>,
     pub(crate) margin_ns: Option<u64>,
-    pub(crate) costs: Costs,
+    pub(crate) costs: Option<Costs>,
     pub(crate) block_errors: u64,
     pub(crate) input_rejects: u64,
     pub(crate) connects: u64,
@@ -99,7 +99,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
 
     let warm_up = warm_up_cycles(job.schedule.period_ns);
     let mut cyclic = Cyclic::new(Monotonic, job.schedule, epoch_ns, job.stop.clone());
-    let mut account = Account::open();
+    let mut account = Account::open(0);
     let mut restless = Restless::default();
     let mut cycles = 0;
     loop {
@@ -128,7 +128,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
         let _ = records.push(record(&release, end_ns, cyclic.overruns()));
         cycles += 1;
         if cycles == warm_up {
-            account = Account::open();
+            account = Account::open(ports.allocations());
         }
         if wanted.is_some_and(|wanted| cycles >= wanted) {
             break;
@@ -137,7 +137,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
     Some(Done {
         stop_reason: cyclic.stop_reason(),
         margin_ns: cyclic.margin_ns(),
-        costs: account.close(),
+        costs: (cycles > warm_up).then(|| account.close(ports.allocations())),
         block_errors: engine.block_errors(),
         input_rejects: ports.inputs.rejects(),
         connects: ports.connects(),
@@ -167,6 +167,11 @@ impl<S: Service> Ports<S> {
 
     fn connects(&self) -> u64 {
         self.inputs.connects() + self.outputs.connects()
+    }
+
+    /// Allocations of iceoryx2 while it received and sent.
+    fn allocations(&self) -> u64 {
+        self.inputs.allocations() + self.outputs.allocations()
     }
 }
 
@@ -220,18 +225,21 @@ struct Account {
     opened_ns: u64,
     counts_allocations: bool,
     allocations: u64,
-    /// Allocations since then that were iceoryx2's.
-    library_allocations: u64,
+    /// Allocations of iceoryx2 while it received and sent, until then.
+    port_allocations: u64,
+    /// Allocations of iceoryx2 in the slack since then.
+    slack_allocations: u64,
 }
 
 impl Account {
-    fn open() -> Self {
+    fn open(port_allocations: u64) -> Self {
         Self {
             usage: thread_usage(),
             opened_ns: Monotonic.now_ns(),
             counts_allocations: counts_allocations(),
             allocations: thread_allocations(),
-            library_allocations: 0,
+            port_allocations,
+            slack_allocations: 0,
         }
     }
 
@@ -239,18 +247,18 @@ impl Account {
     fn library(&mut self, work: impl FnOnce()) {
         let before = thread_allocations();
         work();
-        self.library_allocations += thread_allocations() - before;
+        self.slack_allocations += thread_allocations() - before;
     }
 
-    fn close(self) -> Costs {
+    fn close(self, port_allocations: u64) -> Costs {
         let allocations = thread_allocations() - self.allocations;
+        let library = self.slack_allocations + port_allocations - self.port_allocations;
         Costs {
             usage: thread_usage().since(self.usage),
             elapsed_ns: Monotonic.now_ns().saturating_sub(self.opened_ns),
-            allocations: self.counts_allocations.then_some(Allocations {
-                cycle: allocations.saturating_sub(self.library_allocations),
-                slack: self.library_allocations,
-            }),
+            allocations: self
+                .counts_allocations
+                .then_some(Allocations { cycle: allocations.saturating_sub(library), library }),
         }
     }
 }

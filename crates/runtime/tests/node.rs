@@ -104,7 +104,7 @@ fn what_is_set_is_applied_in_a_cycle_that_is_named_without_an_allocation() {
     assert!(applied.is_sorted_by_key(|applied| applied.cycle), "{applied:?}");
     let outcome = node.finish().unwrap();
     assert_eq!(outcome.end, End::Asked);
-    let costs = outcome.tasks[0].costs;
+    let costs = outcome.tasks[0].costs.unwrap();
     assert_eq!(costs.allocations.map(|allocations| allocations.cycle), Some(0));
 }
 
@@ -130,6 +130,37 @@ fn a_value_that_cannot_be_set_is_refused_with_the_way_out_and_nothing_is_written
         assert!(node.poll().applied().is_empty());
     }
     assert_eq!(node.value("wanted"), Some(0.0));
+}
+
+#[test]
+fn what_iceoryx2_allocates_for_peers_that_join_is_not_counted_as_the_nodes_own() {
+    let domain = IsolatedDomain::new("isort").unwrap();
+    let participant = Participant::<ipc::Service>::join("ramp", &domain).unwrap();
+    // It sleeps until the release, so that most peers are connected in the cycle.
+    let text = RAMP.replace("period = \"1ms\"", "period = \"1ms\"\nwake = \"sleep\"");
+    let mut node = Node::prepare(&plan(&text), participant).unwrap().start();
+    poll_until(&mut node, |node| node.poll().records().iter().any(|(_, r)| r.cycle > 150));
+    let peer = Participant::<ipc::Service>::join("peer", &domain).unwrap();
+    for _ in 0..20 {
+        let _subscriber = FrameSubscriber::open(&peer, "test/out", 1, Depth::Newest).unwrap();
+        thread::sleep(POLL_INTERVAL);
+        node.poll();
+    }
+    let outcome = node.finish().unwrap();
+    let task = &outcome.tasks[0];
+    assert!(task.connects > 0);
+    assert_eq!(task.costs.unwrap().allocations.map(|allocations| allocations.cycle), Some(0));
+}
+
+#[test]
+fn a_node_that_ends_in_its_warm_up_has_no_costs() {
+    let costs = |cycles| {
+        let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().with_cycles(Some(cycles)).start();
+        poll_until(&mut node, |node| !node.poll().is_running());
+        node.finish().unwrap().tasks[0].costs
+    };
+    assert!(costs(100).is_none());
+    assert!(costs(101).is_some_and(|costs| costs.elapsed_ns > 0));
 }
 
 #[test]

@@ -43,7 +43,7 @@ pub struct LinkReport {
     /// Published minus the publishing of the oldest sample behind the frame: the age of the value
     /// when the last node sent it on.
     pub age_at_publish_ns: Summary,
-    /// The distributions themselves, by name; see [`TaskReport::histograms`].
+    /// The distributions themselves, by name, encoded as those of a task.
     pub histograms: BTreeMap<String, String>,
 }
 

@@ -29,11 +29,11 @@ pub struct TaskReport {
     pub warm_up_cycles: u64,
     /// Releases that never ran, because the cycle before took too long or the wake-up came too late.
     pub missed: u64,
-    /// Cycles that ended after the next release; `None` for an arm of a bench, which does
+    /// Cycles that ended after the next release; `null` for an arm of a bench, which does
     /// not count them.
     pub overruns: Option<u64>,
     /// Cycles that ran but are in no distribution, because their records were dropped;
-    /// `None` for an arm of a bench, which does not count them.
+    /// `null` for an arm of a bench, which does not count them.
     pub lost_records: Option<u64>,
     /// First instruction of the cycle minus its due time.
     pub release_jitter_ns: Summary,
@@ -45,12 +45,13 @@ pub struct TaskReport {
     pub period_error_ns: Summary,
     /// CPU time of the task's thread per elapsed time, 0 to 1; waiting by spinning counts.
     pub cpu_fraction: Option<f64>,
-    /// Allocations from a release until the frames were sent: none but what the IPC library needs
-    /// for a peer that came just then.
+    /// Allocations of the node itself after the warm-up, none of them in a cycle.
     pub allocations: Option<u64>,
-    /// Allocations by the IPC library in the slack: one for each frame.
+    /// Allocations by the IPC library after the warm-up: one for each frame, in the slack, and those
+    /// with which it connects a peer.
     pub ipc_allocations: Option<u64>,
-    /// Page faults without I/O.
+    /// Page faults without I/O, after the warm-up; those with which the IPC library connects a peer
+    /// are among them.
     pub minor_faults: Option<u64>,
     /// Page faults with I/O.
     pub major_faults: Option<u64>,
@@ -69,8 +70,8 @@ pub struct TaskReport {
     pub connect_errors: Option<u64>,
     /// Snapshots of the signals that did not become telemetry, because nobody fetched those before.
     pub lost_snapshots: Option<u64>,
-    /// The distributions themselves, by the names that their summaries have here, as
-    /// [`Distribution::encode`](crate::Distribution::encode) writes them.
+    /// The distributions themselves, by the names that their summaries have here: HdrHistogram's V2
+    /// format, deflated, in base64 (it begins with `HISTFAAA`).
     pub histograms: BTreeMap<String, String>,
 }
 

@@ -16,20 +16,20 @@ pub(super) fn complete(report: &mut Report, plan: &Plan, outcome: &Outcome) {
 }
 
 fn task_report(plan: &TaskPlan, task: &TaskOutcome) -> TaskReport {
-    let usage = task.costs.usage;
-    let allocations = task.costs.allocations;
+    let usage = task.costs.map(|costs| costs.usage);
+    let allocations = task.costs.and_then(|costs| costs.allocations);
     TaskReport {
         wake: plan.schedule.wake.as_str().into(),
         scheduler: task.grant.scheduler.clone(),
         cpu: task.grant.cpu,
         margin_ns: task.margin_ns,
-        cpu_fraction: Some(task.costs.cpu_fraction()),
+        cpu_fraction: task.costs.map(|costs| costs.cpu_fraction()),
         allocations: allocations.map(|allocations| allocations.cycle),
-        ipc_allocations: allocations.map(|allocations| allocations.slack),
-        minor_faults: Some(usage.minor_faults),
-        major_faults: Some(usage.major_faults),
-        voluntary_switches: Some(usage.voluntary_switches),
-        involuntary_switches: Some(usage.involuntary_switches),
+        ipc_allocations: allocations.map(|allocations| allocations.library),
+        minor_faults: usage.map(|usage| usage.minor_faults),
+        major_faults: usage.map(|usage| usage.major_faults),
+        voluntary_switches: usage.map(|usage| usage.voluntary_switches),
+        involuntary_switches: usage.map(|usage| usage.involuntary_switches),
         block_errors: Some(task.block_errors),
         input_rejects: Some(task.input_rejects),
         connects: Some(task.connects),

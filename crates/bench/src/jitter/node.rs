@@ -59,19 +59,18 @@ pub(super) fn turn(
     let Some(task) = outcome.tasks.into_iter().next() else {
         return Err(BenchError::NoTask { arm: arm.to_owned() });
     };
-    let usage = task.costs.usage;
     let is_begun = !seen.records.is_empty();
     Ok(Taken {
         records: seen.records,
         counted: is_begun.then_some(seen.counted),
         watch,
-        told: Some(usage),
+        told: task.costs.map(|costs| costs.usage),
         grant: Some(task.grant),
         margin_ns: task.margin_ns,
-        used: Some(Used {
-            cpu_ns: usage.cpu_ns,
-            elapsed_ns: task.costs.elapsed_ns,
-            usage: Some(usage),
+        used: task.costs.map(|costs| Used {
+            cpu_ns: costs.usage.cpu_ns,
+            elapsed_ns: costs.elapsed_ns,
+            usage: Some(costs.usage),
         }),
         warnings,
     })

@@ -46,7 +46,7 @@ pub struct Finding {
     pub source: String,
     /// What it does to jitter, in one sentence.
     pub effect: String,
-    /// A command or a setting that changes it, on one line; `None` if there is nothing to do.
+    /// A command or a setting that changes it, on one line; `null` if there is nothing to do.
     pub fix: Option<String>,
     /// The knob that this is about does nothing on this machine.
     pub inert: bool,

@@ -24,7 +24,8 @@ pub struct Outlier {
     pub at_s: f64,
     /// How late, in ns; of a release that was missed, how late it would have been.
     pub late_ns: u64,
-    /// What the kernel counted around it, as [`Disturbance::cause`] names it.
+    /// What the kernel counted around it: `steal`, `throttled`, `fault`, `preempted`,
+    /// `interrupt` or `unknown`.
     pub cause: String,
 }
 

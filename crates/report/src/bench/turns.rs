@@ -24,7 +24,7 @@ pub struct TurnReport {
     /// Why it says little about the arm, by the rule fixed beforehand; absent in most.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub invalid: Option<String>,
-    /// Its samples, as [`Distribution::encode`] writes them.
+    /// Its samples, encoded as the histograms of a task.
     pub histogram: String,
 }
 
