@@ -91,7 +91,8 @@ fn read(path: &Path) -> Result<Config, DomainError> {
     Ok(config)
 }
 
-fn parse(path: &str, bytes: &[u8]) -> Result<Config, DomainError> {
+/// Reads the text of a configuration.
+pub(crate) fn parse(path: &str, bytes: &[u8]) -> Result<Config, DomainError> {
     let malformed = |text: &str, at: usize, cause: &str| {
         let (line, column) = position(text, at);
         DomainError::Malformed { path: path.to_owned(), line, column, cause: cause.to_owned() }

@@ -59,7 +59,8 @@ pub(super) struct Stress {
 }
 
 impl Stress {
-    /// Starts it; `None` for no load. It ends by itself after `longest`, should this process be killed.
+    /// Starts it; `None` for no load. It ends with this process, should that be killed; where there is
+    /// no `setpriv` (util-linux), by itself after `longest`.
     pub(super) fn start(load: Load, longest: Duration) -> Result<Option<Self>, BenchError> {
         if load == Load::Idle {
             return Ok(None);
@@ -68,7 +69,7 @@ impl Stress {
             path: "a folder for stress-ng".into(),
             cause: error,
         })?;
-        let mut command = Command::new("stress-ng");
+        let mut command = command();
         command
             .args(load.arguments())
             .arg("--quiet")
@@ -92,6 +93,21 @@ impl Stress {
         let Err(error) = self.program.check() else { return Ok(()) };
         let arguments = self.load.arguments().join(" ");
         Err(BenchError::LoadEnded { load, cause: error, arguments })
+    }
+}
+
+/// stress-ng, which the kernel ends with this process if `setpriv` can ask for that: between fork and
+/// exec it cannot be asked for here, where memory may be locked.
+fn command() -> Command {
+    const WITH_PARENT: [&str; 3] = ["--pdeathsig", "TERM", "stress-ng"];
+    let mut command = Command::new("setpriv");
+    command.args(WITH_PARENT);
+    let mut probe = Command::new("setpriv");
+    probe.args(WITH_PARENT).arg("--version").stdout(Stdio::null()).stderr(Stdio::null());
+    if probe.status().is_ok_and(|status| status.success()) {
+        command
+    } else {
+        Command::new("stress-ng")
     }
 }
 

@@ -1,14 +1,22 @@
 //! A domain that nobody else is in.
 
-use std::fs;
+use std::fs::{self, File};
 use std::io;
 use std::ops::Deref;
+use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use super::Domain;
-use crate::DomainError;
+use iceoryx2::config::Config;
+use rustix::process::geteuid;
+use tempfile::TempDir;
 
+use super::{Domain, leftovers, locked_file, remove_segments, root_path};
+use crate::{DomainError, config};
+
+const FOLDERS: &str = "isochrone-";
+/// Locked for as long as the domain lasts: the kernel releases it when the maker is killed.
+const MAKER: &str = "maker.lock";
 const FILE: &str = "domain.toml";
 const ROOT: &str = "iceoryx2";
 
@@ -16,7 +24,8 @@ const ROOT: &str = "iceoryx2";
 /// demonstrations, which must meet nothing else that runs on the machine.
 ///
 /// Nothing is left of it after it and the participants and ports in it are dropped. Processes that
-/// it was handed on to must have ended by then.
+/// it was handed on to must have ended by then. What is left of one whose maker was killed is removed
+/// when the same user makes the next one in the same place.
 ///
 /// ```
 /// # use isochrone_ipc::{IsolatedDomain, Participant, ipc};
@@ -53,15 +62,16 @@ impl IsolatedDomain {
             place: place.display().to_string(),
             cause: error.to_string(),
         };
-        let folder = tempfile::Builder::new().prefix("isochrone-").tempdir_in(place);
-        let folder = folder.map_err(no_folder)?;
-        let path = folder.path().to_owned();
+        let folder = Folder::make(place).map_err(no_folder)?;
+        let path = folder.dir.path().to_owned();
         let root_path = path.join(ROOT).display().to_string();
         let prefix = format!("{word}{}_{number}_", std::process::id());
         let file = path.join(FILE);
         let text = format!("[global]\nroot-path = {root_path:?}\nprefix = {prefix:?}\n");
         fs::write(&file, text).map_err(no_folder)?;
-        Ok(Self { domain: Domain::load(Some(&file), Some(folder))?, folder: path })
+        let domain = Domain::load(Some(&file), Some(folder))?;
+        remove_dead(place);
+        Ok(Self { domain, folder: path })
     }
 
     /// The folder that the domain is in, for whatever else belongs to those who use it.
@@ -80,5 +90,83 @@ impl Deref for IsolatedDomain {
 
     fn deref(&self) -> &Domain {
         &self.domain
+    }
+}
+
+/// What an isolated domain is in.
+#[derive(Debug)]
+pub(super) struct Folder {
+    // It is removed before its lock is released.
+    dir: TempDir,
+    _maker: Option<File>,
+}
+
+impl Folder {
+    fn make(place: &Path) -> io::Result<Self> {
+        let dir = tempfile::Builder::new().prefix(FOLDERS).tempdir_in(place)?;
+        // It has its name when it is locked, so that nobody takes the maker for dead.
+        let unnamed = dir.path().join("maker.new");
+        let maker = locked_file::try_lock(&unnamed)?;
+        fs::rename(unnamed, dir.path().join(MAKER))?;
+        Ok(Self { dir, _maker: maker })
+    }
+}
+
+/// Removes the isolated domains in a place whose makers were killed, unless somebody still lives there.
+fn remove_dead(place: &Path) {
+    let ours = |entry: &fs::DirEntry| {
+        let is_named = entry.file_name().as_encoded_bytes().starts_with(FOLDERS.as_bytes());
+        let is_ours = |found: fs::Metadata| found.is_dir() && found.uid() == geteuid().as_raw();
+        is_named && entry.metadata().is_ok_and(is_ours)
+    };
+    let entries = fs::read_dir(place).into_iter().flatten().flatten();
+    for folder in entries.filter(ours).map(|entry| entry.path()) {
+        let maker = folder.join(MAKER);
+        if !maker.is_file() {
+            continue;
+        }
+        let Ok(Some(_dead)) = locked_file::try_lock(&maker) else { continue };
+        if let Some(config) = config_in(&folder) {
+            leftovers::remove(&config);
+            if leftovers::is_in_use(&config) {
+                continue;
+            }
+            remove_segments(&config);
+        }
+        tracing::info!("{} is removed: its maker was killed", folder.display());
+        let _ = fs::remove_dir_all(folder);
+    }
+}
+
+/// The configuration of the domain in a folder, if it got one.
+fn config_in(folder: &Path) -> Option<Config> {
+    let file = folder.join(FILE);
+    let config = config::parse(&file.display().to_string(), &fs::read(&file).ok()?).ok()?;
+    (root_path(&config) == folder.join(ROOT)).then_some(config)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::segment;
+    use super::*;
+
+    #[test]
+    fn what_a_killed_maker_left_is_removed_and_what_lives_stays() {
+        let place = tempfile::tempdir().unwrap();
+        let living = IsolatedDomain::within(place.path(), "isoalive").unwrap();
+        // As a killed maker leaves it: the lock is released, all else is there.
+        let dead = place.path().join("isochrone-dead");
+        let prefix = format!("isodead{}_", std::process::id());
+        fs::create_dir_all(dead.join(ROOT)).unwrap();
+        fs::write(dead.join(MAKER), "").unwrap();
+        let text = format!("[global]\nroot-path = {:?}\nprefix = {prefix:?}\n", dead.join(ROOT));
+        fs::write(dead.join(FILE), text).unwrap();
+        let segment = Path::new(segment::FOLDER).join(format!("{prefix}x.data"));
+        fs::write(&segment, "").unwrap();
+        let strange = place.path().join("isochrone-strange");
+        fs::create_dir(&strange).unwrap();
+        let next = IsolatedDomain::within(place.path(), "isonext").unwrap();
+        assert!(!dead.exists() && !segment.exists());
+        assert!(living.file().exists() && next.file().exists() && strange.exists());
     }
 }

@@ -14,12 +14,7 @@ pub(super) fn remove(config: &Config) -> bool {
     };
     let Ok(held) = lock.acquire_to_end() else { return false };
     sweep::sweep::<ipc::Service>(config, &held);
-    let mut in_use = false;
-    let listed = Node::<ipc::Service>::list(config, |_| {
-        in_use = true;
-        CallbackProgression::Stop
-    });
-    if listed.is_err() || in_use {
+    if is_in_use(config) {
         return false;
     }
     // SAFETY: iceoryx2 demands that no other process uses the domain, so that node ids stay
@@ -32,4 +27,14 @@ pub(super) fn remove(config: &Config) -> bool {
     membership::leave(config, &held);
     drop(held);
     removed.unwrap_or(false)
+}
+
+/// Whether there is a node in the domain, or may be one.
+pub(super) fn is_in_use(config: &Config) -> bool {
+    let mut in_use = false;
+    let listed = Node::<ipc::Service>::list(config, |_| {
+        in_use = true;
+        CallbackProgression::Stop
+    });
+    listed.is_err() || in_use
 }

@@ -19,7 +19,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use iceoryx2::config::Config;
-use tempfile::TempDir;
 use tracing::info;
 
 pub use isolated::IsolatedDomain;
@@ -43,7 +42,7 @@ struct Shared {
     /// Whether somebody joined who leaves files behind.
     was_used: AtomicBool,
     /// What an isolated domain is in.
-    folder: Option<TempDir>,
+    folder: Option<isolated::Folder>,
 }
 
 impl Domain {
@@ -71,7 +70,7 @@ impl Domain {
         Self::load(Some(path), None)
     }
 
-    fn load(path: Option<&Path>, folder: Option<TempDir>) -> Result<Self, DomainError> {
+    fn load(path: Option<&Path>, folder: Option<isolated::Folder>) -> Result<Self, DomainError> {
         let config = config::load(path)?;
         let global = &config.global;
         info!(
@@ -102,7 +101,7 @@ impl Domain {
     /// The domain's files, in shared memory and below the root path; folders do not count. All files
     /// in shared memory whose names begin with the prefix are taken for the domain's.
     pub fn files(&self) -> Vec<PathBuf> {
-        let mut files = self.0.segments();
+        let mut files = segments(self.config());
         files.extend(files_below(&self.root_path()));
         files
     }
@@ -134,14 +133,20 @@ impl fmt::Display for Domain {
     }
 }
 
-impl Shared {
-    /// Files in shared memory whose names begin with the prefix.
-    fn segments(&self) -> Vec<PathBuf> {
-        let prefix = self.config.global.prefix.to_string();
-        let entries = fs::read_dir(segment::FOLDER).into_iter().flatten().flatten();
-        let ours = entries
-            .filter(|entry| entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes()));
-        ours.map(|entry| entry.path()).collect()
+/// Files in shared memory whose names begin with the prefix.
+fn segments(config: &Config) -> Vec<PathBuf> {
+    let prefix = config.global.prefix.to_string();
+    let entries = fs::read_dir(segment::FOLDER).into_iter().flatten().flatten();
+    let ours =
+        entries.filter(|entry| entry.file_name().as_encoded_bytes().starts_with(prefix.as_bytes()));
+    ours.map(|entry| entry.path()).collect()
+}
+
+fn remove_segments(config: &Config) {
+    for segment in segments(config) {
+        if let Err(error) = fs::remove_file(&segment) {
+            tracing::warn!("cannot remove {}: {error}", segment.display());
+        }
     }
 }
 
@@ -152,11 +157,7 @@ impl Drop for Shared {
         }
         if self.folder.is_some() {
             // Whoever used it has ended.
-            for segment in self.segments() {
-                if let Err(error) = fs::remove_file(&segment) {
-                    tracing::warn!("cannot remove {}: {error}", segment.display());
-                }
-            }
+            remove_segments(&self.config);
         }
     }
 }
