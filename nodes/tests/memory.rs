@@ -30,7 +30,7 @@ signals = [SIGNALS]
 const SCENE: &str = r#"
 mount -t tmpfs -o size=48m tmpfs /dev/shm || exit 100
 "$0" run node.toml --iceoryx2-config domain.toml 2>node.err & node=$!
-until grep -q runs node.err; do kill -0 $node || { cat node.err >&2; exit 101; }; sleep 0.01; done
+until grep -q "is running" node.err; do kill -0 $node || { cat node.err >&2; exit 101; }; sleep 0.01; done
 "$0" subscribe wide/out --stats --iceoryx2-config domain.toml 2>reader.err & reader=$!
 until grep -q subscribed reader.err; do kill -0 $reader || { cat reader.err >&2; exit 102; }; sleep 0.01; done
 sleep 0.2
