@@ -170,7 +170,7 @@ fn origin(input: &InputPlan) -> String {
 }
 
 fn fallback(input: &InputPlan) -> String {
-    let default = numbers::literal(input.default, input.value_type);
+    let default = numbers::shown(input.default, input.value_type, numbers::Digits::All);
     match input.max_age_ns {
         None => format!("default {default}"),
         Some(age_ns) => format!(

@@ -344,3 +344,12 @@ fn a_name_that_is_not_utf8_is_a_file_like_any_other() {
     let shown = Ran::new(folder.command(&["check".as_ref(), name]).output().unwrap()).silently();
     assert_eq!(shown, PLANT_SHOWN.replace("plant.toml", "plant\u{fffd}.toml"));
 }
+
+#[test]
+fn the_default_of_a_time_is_shown_as_a_time() {
+    let text = "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"1ms\"\n\
+                [[input]]\nname = \"range\"\ntype = \"TIME\"\ndefault = 1500\n\
+                [[block]]\nname = \"saw\"\ntype = \"SawTooth\"\nin.timeRange = \"range\"\n";
+    let ran = Folder::with(&[("n.toml", text)]).run("check n.toml");
+    assert!(ran.silently().contains("default T#1s500ms\n"));
+}

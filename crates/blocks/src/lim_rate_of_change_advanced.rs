@@ -79,7 +79,7 @@ crate::block! {
         }
         status {
             status::OK => "STATUS_FINISHED_NO_ERROR": "no error",
-            status::RANGE => "ERR_NEG_RATE_LIM": "setHighLim is less than setLowLim",
+            status::RANGE => "ERR_NEG_RATE_LIM": "setHighLim is less than setLowLim; the name is LGF's",
             status::NEGATIVE_RATE => "ERR_NEG_RATE_OF_CHANGE": "a rate of change is negative",
             status::QRY_CINT => "ERR_QRY_CINT": status::QRY_CINT_DOC,
             status::OB_UNAVAILABLE => "ERR_OB_UNAVAILABLE": status::OB_UNAVAILABLE_DOC,

@@ -57,6 +57,14 @@ fn names_that_stand_twice_are_refused_where_they_stand_again() {
 }
 
 #[test]
+fn a_reference_to_the_task_that_took_the_name_of_another_is_no_error_of_its_own() {
+    let text = "[node]\nname = \"n\"\n[[task]]\nname = \"fast\"\nperiod = \"1ms\"\n\
+                [[task]]\nname = «\"fast\"\nperiod = \"1s\"\n\
+                [[block]]\nname = \"b\"\ntype = \"SawTooth\"\ntask = \"slow\"\n";
+    assert_one("slow", text, Duplicate, "task \"fast\" is taken", "a name of its own");
+}
+
+#[test]
 fn no_node_is_named_as_the_services_of_layouts_are() {
     assert_rows(&[(
         "node layout",

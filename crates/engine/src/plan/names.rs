@@ -1,6 +1,6 @@
 //! What the names of a configuration stand for.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 
 use isochrone_blocks::{BlockType, PinType};
@@ -189,6 +189,7 @@ fn services(config: &Config, rules: &Rules<'_>, findings: &mut Vec<Finding>) {
 /// The names of the tasks.
 struct Tasks<'a> {
     names: Vec<&'a str>,
+    one_name_is_taken_twice: bool,
 }
 
 impl<'a> Tasks<'a> {
@@ -196,7 +197,11 @@ impl<'a> Tasks<'a> {
         let name = |task: &'a crate::config::Task| {
             task.name.as_ref().map_or("", |name| name.get_ref().as_str())
         };
-        Self { names: config.tasks.iter().map(name).collect() }
+        let names: Vec<&str> = config.tasks.iter().map(name).collect();
+        let mut seen = HashSet::new();
+        let one_name_is_taken_twice =
+            names.iter().any(|name| !name.is_empty() && !seen.insert(*name));
+        Self { names, one_name_is_taken_twice }
     }
 
     fn known(&self) -> impl Iterator<Item = &'a str> {
@@ -224,7 +229,8 @@ impl<'a> Tasks<'a> {
             return (self.names.len() == 1).then_some(0);
         };
         let index = self.names.iter().position(|name| name == task.get_ref());
-        if index.is_none() {
+        // Of two tasks of one name, one is probably the task that is missing here.
+        if index.is_none() && !self.one_name_is_taken_twice {
             let message = format!("there is no task \"{}\"", task.get_ref());
             findings.push(
                 Finding::new(Problem::UnknownTask, task.span(), message)
