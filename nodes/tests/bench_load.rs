@@ -5,7 +5,7 @@ mod domain;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use domain::Domain;
+use domain::{Domain, Process};
 use rustix::process::{Signal, geteuid};
 use serde_json::Value;
 
@@ -65,17 +65,40 @@ fn a_second_signal_ends_the_bench_at_once_and_its_load_with_it() {
         return;
     }
     let domain = Domain::new();
-    let long = "bench jitter --arms sleep --priority 0 --seconds 600 --turn 60 --load vm";
-    let mut process = domain.start(long);
-    let id = process.id();
-    process
-        .wait_until("the load", |_, _| children(id).iter().any(|load| !children(*load).is_empty()));
-    let load = children(id);
+    let (process, load) = bench_under_load(&domain);
     process.signal(Signal::TERM);
     // Two at once are one.
     std::thread::sleep(Duration::from_millis(50));
     process.signal(Signal::TERM);
     process.finish();
+    expect_end(&load);
+}
+
+#[test]
+fn a_bench_that_is_killed_ends_its_load_too() {
+    let can =
+        Command::new("setpriv").args(["--pdeathsig", "TERM", "stress-ng", "--version"]).output();
+    if !can.is_ok_and(|can| can.status.success()) {
+        domain::not_tested("the end of a load", "stress-ng or setpriv is not installed");
+        return;
+    }
+    let domain = Domain::new();
+    let (process, load) = bench_under_load(&domain);
+    process.kill();
+    expect_end(&load);
+}
+
+/// Starts a long bench, and waits for its load: stress-ng and what that has started.
+fn bench_under_load(domain: &Domain) -> (Process, Vec<u32>) {
+    let long = "bench jitter --arms sleep --priority 0 --seconds 600 --turn 60 --load vm";
+    let mut process = domain.start(long);
+    let id = process.id();
+    process
+        .wait_until("the load", |_, _| children(id).iter().any(|load| !children(*load).is_empty()));
+    (process, children(id))
+}
+
+fn expect_end(load: &[u32]) {
     let since = Instant::now();
     while load.iter().any(|process| runs(*process)) {
         assert!(since.elapsed() < Duration::from_secs(60), "{load:?} outlived the bench");
