@@ -10,7 +10,7 @@ use serde_json::json;
 use self::words::{default, document, meaning, source, word_meaning};
 use crate::failure::Failure;
 use crate::table::Table;
-use crate::{numbers, terminal};
+use crate::{meant, numbers, terminal};
 
 /// Show the block catalogue: function, pins, status words and design decisions of each block
 #[derive(clap::Args)]
@@ -45,8 +45,9 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let types: Vec<&BlockType> = catalogue.iter().filter(wanted).collect();
     if let (Some(name), []) = (&args.block, types.as_slice()) {
         let known = catalogue.iter().map(|known| known.name).collect::<Vec<_>>().join(", ");
+        let question = meant::question(name, catalogue.iter().map(|known| known.name));
         return Err(Failure::usage(format!(
-            "there is no block type \"{name}\"; there is: {known}"
+            "there is no block type \"{name}\"; there is: {known}{question}"
         )));
     }
     match args.format {

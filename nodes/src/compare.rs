@@ -2,10 +2,19 @@
 
 use std::path::{Path, PathBuf};
 
+use isochrone_engine::{FileKind, read_text};
 use isochrone_report::{ComparisonTable, NotCompared, Report, Verdict, compare_reports, overall};
 
 use crate::failure::Failure;
 use crate::terminal;
+
+static REPORT: FileKind = FileKind {
+    name: "report",
+    format: "JSON",
+    max_bytes: 256 << 20,
+    shorten: "",
+    needs: "is what `isochrone bench` writes with --report",
+};
 
 /// Compare two reports of `bench`: how many times lower each arm of the second is, with confidence
 /// intervals
@@ -67,8 +76,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 
 fn read(path: &Path) -> Result<Report, Failure> {
     let name = path.display();
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| Failure::usage(format!("cannot read {name}: {error}")))?;
-    serde_json::from_str(&text)
-        .map_err(|error| Failure::usage(format!("{name} is no report of isochrone: {error}")))
+    let text = read_text(path, &REPORT).map_err(Failure::usage)?;
+    serde_json::from_str(&text).map_err(|error| {
+        let what = if error.is_data() { "not a report of isochrone" } else { "not JSON" };
+        Failure::usage(format!(
+            "{name} is {what}: {error}; name a file that `isochrone bench --report` wrote"
+        ))
+    })
 }

@@ -11,6 +11,7 @@ use isochrone_processes::{Child, Company};
 use isochrone_report::Report;
 
 use crate::failure::Failure;
+use crate::numbers;
 use crate::stop;
 use crate::terminal;
 
@@ -50,7 +51,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let stop = stop::on_signal(Some(args.seconds))?;
     let company = Company::gather("isodemo")?;
     company.write("level.toml", CONFIGURATION)?;
-    let limit = (args.seconds + GRACE_S).to_string();
+    let limit = numbers::format(args.seconds + GRACE_S);
     let mut node = company.start(&["run", "level.toml", "--json", "--seconds", &limit])?;
     let mut publisher = company.start(&[
         "publish",
@@ -77,6 +78,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             "--every",
             every,
             "--spin",
+            "--wait-silently",
             "--seconds",
             &limit,
         ],
@@ -117,7 +119,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let [node, link] = reports.map(|report| parse(&report));
     let (node, link) = (node?, link?);
     let report = Report {
-        command: vec!["demo".into(), "--seconds".into(), args.seconds.to_string()],
+        command: vec!["demo".into(), "--seconds".into(), numbers::six_digits(args.seconds)],
         links: link.links,
         ..node
     };

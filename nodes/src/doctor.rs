@@ -22,7 +22,7 @@ use crate::terminal;
 )]
 pub(crate) struct Args {
     /// CPU that a task would be pinned to [default: the last]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = parse_cpu, allow_negative_numbers = true)]
     cpu: Option<usize>,
     /// Print one JSON document
     #[arg(long)]
@@ -62,6 +62,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     } else {
         Err(Failure::found(format!("{} on CPU {}", bad.join(" and "), examination.cpu)))
     }
+}
+
+fn parse_cpu(text: &str) -> Result<usize, String> {
+    text.parse().map_err(|_| "give the number of a CPU, such as 0".into())
 }
 
 fn text(examination: &Examination) -> String {

@@ -2,16 +2,24 @@
 
 use std::path::Path;
 
+use isochrone_engine::{FileKind, read_text};
 use isochrone_report::{Gate, Judgement, Outcome, Report};
 
 use crate::failure::Failure;
 use crate::terminal;
 
+static GATE: FileKind = FileKind {
+    name: "gate",
+    format: "TOML",
+    max_bytes: 1 << 20,
+    shorten: "",
+    needs: "needs at least one [[rule]]",
+};
+
 /// Reads a gate.
 pub(crate) fn read(path: &Path) -> Result<Gate, Failure> {
     let name = path.display();
-    let text = std::fs::read_to_string(path)
-        .map_err(|error| Failure::usage(format!("cannot read {name}: {error}")))?;
+    let text = read_text(path, &GATE).map_err(Failure::usage)?;
     let gate: Gate =
         toml::from_str(&text).map_err(|error| Failure::usage(format!("{name}: {error}")))?;
     if gate.rules.is_empty() {

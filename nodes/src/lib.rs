@@ -24,6 +24,7 @@ mod failure;
 mod gate;
 mod list;
 mod logging;
+mod meant;
 mod numbers;
 mod publish;
 mod recording;

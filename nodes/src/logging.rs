@@ -10,6 +10,9 @@ use tracing_subscriber::EnvFilter;
 /// and whatever matters of it comes as an error.
 const ICEORYX2: &str = "iceoryx2_bb_loggers=off";
 
+/// What blocks and inputs report: that something is well again belongs to the warning before.
+const EVENTS: &str = "isochrone_runtime::events=info";
+
 /// Sets logging up: warnings, and more with each `-v`; `RUST_LOG` overrides both. What iceoryx2 says
 /// itself comes only with the last of them.
 pub(crate) fn set_up(verbosity: u8) {
@@ -22,6 +25,12 @@ pub(crate) fn set_up(verbosity: u8) {
     let is_ours_alone = verbosity < 3 && std::env::var_os(EnvFilter::DEFAULT_ENV).is_none();
     let mut filter = EnvFilter::builder().with_default_directive(level.into()).from_env_lossy();
     if is_ours_alone && let Ok(directive) = ICEORYX2.parse() {
+        filter = filter.add_directive(directive);
+    }
+    if is_ours_alone
+        && verbosity == 0
+        && let Ok(directive) = EVENTS.parse()
+    {
         filter = filter.add_directive(directive);
     }
     // iceoryx2 asks its own level before it hands a message on.

@@ -109,6 +109,14 @@ pub(crate) enum NumberError {
     TooLarge,
 }
 
+/// Reads how many of something there shall be.
+pub(crate) fn parse_count(text: &str) -> Result<u64, String> {
+    match text.parse() {
+        Ok(count) if count > 0 => Ok(count),
+        _ => Err("give a whole number, 1 or greater".into()),
+    }
+}
+
 /// Reads `true` or `false`.
 pub(crate) fn parse_bool(text: &str) -> Option<bool> {
     [("true", true), ("false", false)]

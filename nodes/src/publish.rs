@@ -94,9 +94,9 @@ pub(crate) struct Args {
     #[arg(long, value_name = "HZ", value_parser = parse_rate, allow_negative_numbers = true)]
     rate: Option<f64>,
     /// Stop after this many frames
-    #[arg(long)]
+    #[arg(long, value_parser = numbers::parse_count, allow_negative_numbers = true)]
     count: Option<u64>,
-    /// Stop after this time: 10, 500ms, 5min
+    /// Stop after this time, counted from the first frame: 10, 500ms, 5min
     #[arg(long, value_name = "TIME", value_parser = parse_seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// Print the summary as JSON
@@ -119,8 +119,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let pace = pace(args, &signals);
     let layout = FrameLayout { signals: signals.specs().to_vec(), period_ns: pace.period_ns() };
     layout.check().map_err(Failure::usage)?;
-    let stop = stop::on_signal(args.seconds)?;
-    stop.keep_time()?;
+    let stop = stop::on_signal(None)?;
     let participant = args.domain.join("isochrone/publish")?;
     let mut publisher = FramePublisher::<ipc::Service>::open(&participant, &args.service, &layout)
         .map_err(Failure::found)?;
@@ -138,8 +137,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             said(&pace)
         ));
         // Readers that wait learn first what the frames will be.
-        let head_start_ns = pace.period_ns().unwrap_or_default().max(HEAD_START_NS);
-        let mut pacer = pace.start(Monotonic.now_ns() + head_start_ns, stop.flag());
+        let stop = stop::after(stop, args.seconds, HEAD_START_NS);
+        stop.keep_time()?;
+        let mut pacer = pace.start(Monotonic.now_ns() + HEAD_START_NS, stop.flag());
         let mut frame = 0;
         while count.is_none_or(|count| frame < count) && !stop.is_due() {
             let Some(due) = pacer.wait() else { break };

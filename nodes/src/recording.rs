@@ -5,8 +5,9 @@ mod read;
 use std::collections::HashMap;
 
 use isochrone_blocks::PinType;
-use isochrone_engine::{escaped, nearest_name};
+use isochrone_engine::escaped;
 
+use crate::meant;
 use crate::numbers::{self, NumberError};
 
 /// The values of a CSV file.
@@ -175,13 +176,10 @@ fn known<'a>(written: &str, known: impl ExactSizeIterator<Item = &'a str> + Clon
     if known.len() == 0 {
         return "the configuration has none".into();
     }
-    let meant = match nearest_name(written, known.clone()) {
-        Some(name) => format!("; did you mean \"{}\"?", quoted(name)),
-        None => String::new(),
-    };
+    let question = escaped(&meant::question(written, known.clone())).into_owned();
     let mut names: Vec<String> = known.take(SHOWN).map(quoted).collect();
     if is_cut {
         names.push("…".into());
     }
-    format!("there is: {}{meant}", names.join(", "))
+    format!("there is: {}{question}", names.join(", "))
 }

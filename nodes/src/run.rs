@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::thread;
 
 use isochrone_blocks::BlockType;
-use isochrone_cyclic::prepare_process;
+use isochrone_cyclic::{Clock, Monotonic, prepare_process};
 use isochrone_engine::{Finding, Findings, Plan, Problem, parse_seconds};
 use isochrone_ipc::{Participant, ipc};
 use isochrone_machine::Environment;
@@ -20,7 +20,7 @@ use crate::failure::Failure;
 use crate::result_file::ResultFile;
 use crate::service::Service;
 use crate::stop;
-use crate::{configuration, terminal, throttling};
+use crate::{configuration, numbers, terminal, throttling};
 
 /// Run a control node until Ctrl-C, SIGTERM, --seconds or --cycles
 ///
@@ -34,11 +34,11 @@ use crate::{configuration, terminal, throttling};
 pub(crate) struct Args {
     /// Configuration file (TOML)
     file: PathBuf,
-    /// Stop after this time: 10, 500ms, 5min
+    /// Stop after this time, counted from the first cycle: 10, 500ms, 5min
     #[arg(long, value_name = "TIME", value_parser = parse_seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// Stop after this many cycles of the first task
-    #[arg(long, value_parser = clap::value_parser!(u64).range(1..), allow_negative_numbers = true)]
+    #[arg(long, value_parser = numbers::parse_count, allow_negative_numbers = true)]
     cycles: Option<u64>,
     /// Write the report (JSON) to this file at the end
     #[arg(long, value_name = "FILE.json")]
@@ -64,7 +64,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         configuration::keep(&args.file, report)?;
     }
     let report_file = args.report.as_deref().map(ResultFile::open).transpose()?;
-    let stop = stop::on_signal(args.seconds)?;
+    let stop = stop::on_signal(None)?;
 
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
     if plan.tasks.iter().any(|task| task.priority.is_some()) {
@@ -86,7 +86,10 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         &plan,
         report.warnings.iter().cloned().chain(prepared.alarms().iter().map(Into::into)),
     );
-    let outcome = run_until(prepared.start(), &plan, &stop)?;
+    let node = prepared.start();
+    let ahead_ns = node.epoch_ns().saturating_sub(Monotonic.now_ns());
+    let stop = stop::after(stop, args.seconds, ahead_ns);
+    let outcome = run_until(node, &plan, &stop)?;
     report::complete(&mut report, &plan, &outcome);
 
     if let Some(mut file) = report_file {

@@ -10,7 +10,7 @@ use crate::failure::Failure;
 use crate::recording::Recording;
 use crate::rows::{CYCLE, Rows};
 use crate::stop;
-use crate::{configuration, numbers, terminal};
+use crate::{configuration, meant, numbers, terminal};
 
 /// Run a configuration without a clock or IPC, from CSV to CSV
 ///
@@ -46,7 +46,9 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         Some(name) => plan.task_index(name).ok_or_else(|| {
             let names = plan.tasks.iter().map(|task| task.name.as_str()).collect::<Vec<_>>();
             let file = args.file.display();
-            Failure::usage(format!("{file} has no task \"{name}\"; it has: {}", names.join(", ")))
+            let question = meant::question(name, names.iter().copied());
+            let names = names.join(", ");
+            Failure::usage(format!("{file} has no task \"{name}\"; it has: {names}{question}"))
         })?,
     };
     for source in [Some(&args.file), args.inputs.as_ref()].into_iter().flatten() {

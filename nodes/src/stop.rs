@@ -16,10 +16,15 @@ pub(crate) fn on_signal(seconds: Option<f64>) -> Result<Stop, Failure> {
              files may be left",
         );
     })?;
+    Ok(after(stop, seconds, 0))
+}
+
+/// The same flag; it also falls due so many seconds after the instant `ahead_ns` from now.
+pub(crate) fn after(stop: Stop, seconds: Option<f64>, ahead_ns: u64) -> Stop {
     // Beyond what a Duration holds is forever.
     let run = |seconds| Duration::try_from_secs_f64(seconds).unwrap_or(Duration::MAX);
-    Ok(match seconds {
-        Some(seconds) => stop.after(run(seconds)),
+    match seconds {
+        Some(seconds) => stop.after(run(seconds).saturating_add(Duration::from_nanos(ahead_ns))),
         None => stop,
-    })
+    }
 }

@@ -13,6 +13,7 @@ use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::parse_seconds;
+use isochrone_ipc::{Participant, ipc};
 use isochrone_machine::Environment;
 use isochrone_report::Report;
 use isochrone_timing::units::counted;
@@ -25,7 +26,7 @@ use crate::failure::Failure;
 use crate::result_file::ResultFile;
 use crate::rows::Rows;
 use crate::stop;
-use crate::{configuration, list, terminal};
+use crate::{configuration, list, numbers, terminal};
 
 /// Show, record or measure the frames of a service
 ///
@@ -54,10 +55,10 @@ pub(crate) struct Args {
     #[arg(long)]
     stats: bool,
     /// Show or write only every Nth frame; with --stats, show these frames too
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, value_name = "N", value_parser = numbers::parse_count, allow_negative_numbers = true)]
     every: Option<u64>,
     /// Stop after this many frames
-    #[arg(long, value_parser = clap::value_parser!(u64).range(1..), allow_negative_numbers = true)]
+    #[arg(long, value_parser = numbers::parse_count, allow_negative_numbers = true)]
     count: Option<u64>,
     /// Stop after this time: 10, 500ms, 5min
     #[arg(long, value_name = "TIME", value_parser = parse_seconds, allow_negative_numbers = true)]
@@ -72,6 +73,9 @@ pub(crate) struct Args {
     /// Write the report of --stats (JSON) to this file at the end
     #[arg(long, value_name = "FILE.json")]
     report: Option<PathBuf>,
+    /// Say nothing while waiting for the service
+    #[arg(long, hide = true)]
+    wait_silently: bool,
     #[command(flatten)]
     domain: domain::Args,
 }
@@ -84,7 +88,12 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let report_file = args.report.as_deref().map(ResultFile::open).transpose()?;
     let stop = stop::on_signal(args.seconds)?;
     let participant = args.domain.join("isochrone/subscribe")?;
-    let Some(mut line) = Line::open(&participant, &args.service, &stop)? else {
+    let say_waiting = || {
+        if !args.wait_silently {
+            terminal::note(&waiting(&participant, &args.service));
+        }
+    };
+    let Some(mut line) = Line::open(&participant, &args.service, &stop, say_waiting)? else {
         let service = &args.service;
         let way_out = match list::similar(&participant, service) {
             Some(similar) => format!("did you mean \"{similar}\"?"),
@@ -148,4 +157,15 @@ fn sink(args: &Args) -> Result<Sink, Failure> {
         None if io::stdout().is_terminal() => Sink::Screen(Screen::default()),
         None => Sink::Lines,
     })
+}
+
+/// What a subscriber says that waits for a service.
+fn waiting(participant: &Participant<ipc::Service>, service: &str) -> String {
+    let meant = match list::similar(participant, service) {
+        Some(similar) => format!("; did you mean \"{similar}\"?"),
+        None => ".".into(),
+    };
+    format!(
+        "waiting for service \"{service}\", which does not exist yet{meant} Press Ctrl-C to end it."
+    )
 }

@@ -195,6 +195,25 @@ fn reports_that_cannot_be_compared_are_refused() {
 }
 
 #[test]
+fn what_is_no_report_and_no_gate_is_refused_at_once_with_what_it_is() {
+    let domain = Domain::new();
+    domain.write("text.json", "no report");
+    domain.write("other.json", "[1, 2]");
+    domain.write("empty", "\n");
+    for (arguments, says) in [
+        ("compare text.json text.json", "text.json is not JSON"),
+        ("compare other.json other.json", "other.json is not a report of isochrone"),
+        ("compare empty empty", "empty is empty; a report is what"),
+        ("compare /dev/zero text.json", "/dev/zero is not a file"),
+        ("bench jitter --gate /dev/zero", "write the gate to a file"),
+        ("bench jitter --gate empty", "needs at least one [[rule]]"),
+    ] {
+        let refused = domain.run(arguments).expect_code(2);
+        assert!(refused.stderr.contains(says), "{arguments}: {says}\n{}", refused.stderr);
+    }
+}
+
+#[test]
 fn a_gate_passes_fails_or_says_that_the_run_is_invalid() {
     let domain = Domain::new();
     let rule = |at_least: f64| {

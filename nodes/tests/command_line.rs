@@ -182,6 +182,12 @@ fn results_that_cannot_be_written_are_an_error() {
 }
 
 #[test]
+fn a_name_with_a_slip_is_answered_with_the_one_that_was_meant() {
+    let error = run("blocks sawtooth").refused(2);
+    assert_says(&error, &["no block type \"sawtooth\"", "did you mean \"SawTooth\"?"]);
+}
+
+#[test]
 fn the_log_level_shows_in_the_log_and_not_in_the_result() {
     let folder = Folder::new();
     let quiet = folder.run("blocks").silently();

@@ -22,6 +22,7 @@ fn the_demo_shows_live_values_and_ends_with_a_summary_of_jitter_and_latency() {
     for part in ["task fast", "release jitter", "link plant/level", "last hop", "end to end"] {
         assert!(ended.stdout.contains(part), "{part}\n{}", ended.stdout);
     }
+    assert!(!ended.stderr.contains("waiting for service"), "{}", ended.stderr);
 }
 
 #[test]

@@ -117,7 +117,10 @@ fn a_cpu_that_does_not_exist_is_a_usage_error_that_names_those_that_do() {
     for args in ["doctor --cpu 9999", "doctor --cpu 9999 --json"] {
         assert_says(&Folder::new().run(args).refused(2), &["CPU 9999 does not exist", "has 0"]);
     }
-    assert_says(&Folder::new().run("doctor --cpu last").refused(2), &["'last'", "--cpu"]);
+    assert_says(
+        &Folder::new().run("doctor --cpu last").refused(2),
+        &["'last'", "--cpu", "the number of a CPU"],
+    );
 }
 
 #[test]

@@ -223,6 +223,9 @@ fn what_cannot_be_is_refused_before_anything_starts() {
         ),
         ("publish iox2://x --value 1", 2, ["iox2://", "keeps for itself"]),
         ("subscribe clock/fast --csv /no/where.csv", 2, ["cannot write", "/no/where.csv"]),
+        ("subscribe clock/fast --count 0", 2, ["--count", "a whole number, 1 or greater"]),
+        ("subscribe clock/fast --every 0", 2, ["--every", "a whole number, 1 or greater"]),
+        ("publish clock/in --value 1 --count 0", 2, ["--count", "a whole number, 1 or greater"]),
         ("subscribe clock/fast --json", 2, ["--stats", "--json"]),
     ] {
         let ended = domain.run(arguments).expect_code(code);

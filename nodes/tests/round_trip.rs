@@ -98,6 +98,8 @@ fn constants_have_names_and_a_truth_is_a_bool() {
         domain.start("publish there/again --value 1.5,true,-3 --signals level,full,low --rate 100");
     let ended = domain.run("subscribe there/again --count 1").expect_code(0);
     assert!(ended.stdout.ends_with("level=1.5 full=TRUE low=-3.0\n"), "{}", ended.stdout);
+    let slip = domain.run("subscribe there/again --signals levle --count 1").expect_code(2);
+    assert!(slip.stderr.contains("did you mean \"level\"?"), "{}", slip.stderr);
     let missing = domain.run("subscribe there/again --signals volume --count 1").expect_code(2);
     assert!(missing.stderr.contains("no signal \"volume\"; it has: level, full, low"));
     publisher.stop().expect_code(0);

@@ -76,5 +76,5 @@ pub use plan::{
     WirePlan,
 };
 pub use printable::{escaped, escaped_lines};
-pub use source::{MAX_BYTES, ReadError, Source};
+pub use source::{FileKind, MAX_BYTES, ReadError, Source, read_text};
 pub use workload::{Workload, WorkloadSize};

@@ -18,7 +18,30 @@ pub struct Source {
 /// file beyond this is no configuration.
 pub const MAX_BYTES: u64 = 16 * 1024 * 1024;
 
-/// Why a configuration file could not be read.
+/// What a file is read as: its longest size, and the words of the errors about it.
+#[derive(Debug)]
+pub struct FileKind {
+    /// What it is, such as "configuration".
+    pub name: &'static str,
+    /// The language that it is written in, such as "TOML".
+    pub format: &'static str,
+    /// Longest that is read, in bytes.
+    pub max_bytes: u64,
+    /// What makes one that is too long shorter: the end of a sentence, or nothing.
+    pub shorten: &'static str,
+    /// What one that is empty lacks: the end of a sentence.
+    pub needs: &'static str,
+}
+
+static CONFIGURATION: FileKind = FileKind {
+    name: "configuration",
+    format: "TOML",
+    max_bytes: MAX_BYTES,
+    shorten: "; blocks of one kind go into one entry with `count`",
+    needs: "needs at least [node] and one [[task]]",
+};
+
+/// Why a file could not be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ReadError {
@@ -31,37 +54,79 @@ pub enum ReadError {
         source: io::Error,
     },
     /// It is a directory.
-    #[error("{path} is a directory; name the configuration file in it")]
+    #[error("{path} is a directory; name the {} file in it", .kind.name)]
     Directory {
         /// The directory.
         path: String,
+        /// What a file was read as.
+        kind: &'static FileKind,
     },
     /// It is a pipe, a socket or a device, which may have no end or never begin.
-    #[error("{path} is not a file but a pipe, socket or device; write the configuration to a file")]
+    #[error("{path} is not a file but a pipe, socket or device; write the {} to a file", .kind.name)]
     NotAFile {
         /// The path.
         path: String,
+        /// What it was read as.
+        kind: &'static FileKind,
     },
-    /// It is longer than [`MAX_BYTES`].
-    #[error("{path} is larger than {} MiB, which no configuration is; blocks of one kind go into one entry with `count`", MAX_BYTES >> 20)]
+    /// It is longer than its kind may be.
+    #[error("{path} is larger than {} MiB, which no {} is{}", .kind.max_bytes >> 20, .kind.name, .kind.shorten)]
     TooLarge {
         /// The file.
         path: String,
+        /// What it was read as.
+        kind: &'static FileKind,
     },
     /// It is not UTF-8.
-    #[error("{path} is not a text file: byte {offset} is not UTF-8; a configuration is TOML")]
+    #[error("{path} is not a text file: byte {offset} is not UTF-8; a {} is {}", .kind.name, .kind.format)]
     NotText {
         /// The file.
         path: String,
         /// First byte that is not UTF-8.
         offset: usize,
+        /// What it was read as.
+        kind: &'static FileKind,
     },
     /// It has no content.
-    #[error("{path} is empty; a configuration needs at least [node] and one [[task]]")]
+    #[error("{path} is empty; a {} {}", .kind.name, .kind.needs)]
     Empty {
         /// The file.
         path: String,
+        /// What it was read as.
+        kind: &'static FileKind,
     },
+}
+
+/// Reads the text of a file. Whatever the path names, this ends: pipes, devices and files beyond what
+/// their kind may be are refused.
+///
+/// # Errors
+/// It is no file, too long, empty, or no text.
+pub fn read_text(path: &Path, kind: &'static FileKind) -> Result<String, ReadError> {
+    let name = || path.display().to_string();
+    let io = |source| ReadError::Io { path: name(), source };
+    // Asked before it is opened: opening a pipe waits for somebody to write to it.
+    let metadata = std::fs::metadata(path).map_err(io)?;
+    if metadata.is_dir() {
+        return Err(ReadError::Directory { path: name(), kind });
+    }
+    if !metadata.is_file() {
+        return Err(ReadError::NotAFile { path: name(), kind });
+    }
+    let file = File::open(path).map_err(io)?;
+    let mut bytes = Vec::new();
+    file.take(kind.max_bytes + 1).read_to_end(&mut bytes).map_err(io)?;
+    if bytes.len() as u64 > kind.max_bytes {
+        return Err(ReadError::TooLarge { path: name(), kind });
+    }
+    match String::from_utf8(bytes) {
+        Ok(text) if text.trim().is_empty() => Err(ReadError::Empty { path: name(), kind }),
+        Ok(text) => Ok(text),
+        Err(error) => {
+            let offset = error.utf8_error().valid_up_to();
+            Err(ReadError::NotText { path: name(), offset, kind })
+        }
+    }
 }
 
 impl Source {
@@ -95,29 +160,11 @@ impl Source {
     }
 
     /// Reads a file.
+    ///
+    /// # Errors
+    /// As [`read_text`], of at most [`MAX_BYTES`].
     pub fn read(path: &Path) -> Result<Self, ReadError> {
-        let name = path.display().to_string();
-        let io = |source| ReadError::Io { path: name.clone(), source };
-        // Asked before it is opened: opening a pipe waits for somebody to write to it.
-        let metadata = std::fs::metadata(path).map_err(io)?;
-        if metadata.is_dir() {
-            return Err(ReadError::Directory { path: name });
-        }
-        if !metadata.is_file() {
-            return Err(ReadError::NotAFile { path: name });
-        }
-        let file = File::open(path).map_err(io)?;
-        let mut bytes = Vec::new();
-        file.take(MAX_BYTES + 1).read_to_end(&mut bytes).map_err(io)?;
-        if bytes.len() as u64 > MAX_BYTES {
-            return Err(ReadError::TooLarge { path: name });
-        }
-        match String::from_utf8(bytes) {
-            Ok(text) if text.trim().is_empty() => Err(ReadError::Empty { path: name }),
-            Ok(text) => Ok(Self { name, text: text.into() }),
-            Err(error) => {
-                Err(ReadError::NotText { path: name, offset: error.utf8_error().valid_up_to() })
-            }
-        }
+        let text = read_text(path, &CONFIGURATION)?;
+        Ok(Self { name: path.display().to_string(), text: text.into() })
     }
 }

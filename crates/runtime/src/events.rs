@@ -165,9 +165,18 @@ impl Log {
     /// Logs what happened since the last time.
     pub(crate) fn write(&mut self, limiter: &mut Limiter) {
         while let Ok(event) = self.ring.pop() {
+            let is_well_again = matches!(
+                event,
+                Event::Input { state: InputState::Fresh, .. }
+                    | Event::Block { status: status::OK, .. }
+            );
             let sentence = self.sentence(event);
             if let Some(sentence) = sentence.and_then(|sentence| limiter.pass(&sentence)) {
-                tracing::warn!("{sentence}");
+                if is_well_again {
+                    tracing::info!("{sentence}");
+                } else {
+                    tracing::warn!("{sentence}");
+                }
             }
         }
     }

@@ -15,7 +15,6 @@ use isochrone_timing::{FrameRecord, LinkReport, LinkTiming};
 use super::taken::Taken;
 use super::transcript::Transcript;
 use crate::failure::Failure;
-use crate::{list, terminal};
 
 /// While waiting for the service.
 const SEARCH_INTERVAL: Duration = Duration::from_millis(5);
@@ -46,20 +45,21 @@ pub(super) struct Line<'a> {
 }
 
 impl<'a> Line<'a> {
-    /// Waits for the service; `None` if it is to stop before.
+    /// Waits for the service; `None` if it is to stop before. If it has to wait, it says so first.
     pub(super) fn open(
         participant: &'a Participant<Service>,
         service: &'a str,
         stop: &Stop,
+        say_waiting: impl FnOnce(),
     ) -> Result<Option<Self>, Failure> {
-        let mut has_said = false;
+        let mut say_waiting = Some(say_waiting);
         let subscriber = loop {
             let found = FrameSubscriber::open_existing(participant, service, Depth::All);
             match found.map_err(Failure::found)? {
                 Some(subscriber) => break subscriber,
                 None => {
-                    if !std::mem::replace(&mut has_said, true) {
-                        terminal::note(&waiting(participant, service));
+                    if let Some(say) = say_waiting.take() {
+                        say();
                     }
                     if stop.is_due() {
                         return Ok(None);
@@ -202,15 +202,4 @@ impl<'a> Line<'a> {
             waited_ns as f64 / 1e9
         )))
     }
-}
-
-/// What a subscriber says that waits for a service.
-fn waiting(participant: &Participant<Service>, service: &str) -> String {
-    let meant = match list::similar(participant, service) {
-        Some(similar) => format!("; did you mean \"{similar}\"?"),
-        None => ".".into(),
-    };
-    format!(
-        "waiting for service \"{service}\", which does not exist yet{meant} Press Ctrl-C to end it."
-    )
 }

@@ -89,9 +89,15 @@ fn size() -> (usize, usize) {
 
 /// The table, cut to what fits.
 fn table(title: &str, lines: &[Line<'_>], (columns, rows): (usize, usize)) -> String {
-    // The title, the names of the columns, a line that says what is missing, and the cursor's.
-    let shown = if lines.len() + 3 > rows { rows.saturating_sub(4).max(1) } else { lines.len() };
-    let (shown, hidden) = lines.split_at(shown.min(lines.len()));
+    // One line is the cursor's.
+    let room = rows.saturating_sub(1).max(1);
+    // The title and the names of the columns make way for the values: one of them, and one more or
+    // the line that says how many are missing.
+    let heads = [2, 1, 0].into_iter().find(|heads| heads + lines.len().min(2) <= room).unwrap_or(0);
+    let for_lines = room - heads;
+    let shown =
+        if lines.len() <= for_lines { lines.len() } else { for_lines.saturating_sub(1).max(1) };
+    let (shown, hidden) = lines.split_at(shown);
     let widest = |cell: fn(&Line<'_>) -> usize, least: usize| {
         shown.iter().map(cell).max().unwrap_or(0).max(least)
     };
@@ -99,17 +105,32 @@ fn table(title: &str, lines: &[Line<'_>], (columns, rows): (usize, usize)) -> St
     let values = widest(|line| line.value.chars().count(), VALUE_WIDTH);
     let units = widest(|line| line.channel.unit.chars().count(), 0);
     let beside = 2 + types + 2 + values + if units > 0 { 2 + units } else { 0 };
-    let names = columns.saturating_sub(beside).max("signal".len());
+    // Type and unit make way for name and value, and room for a longer value for the name.
+    let is_narrow = "signal".len() + beside > columns;
+    let values =
+        if is_narrow { widest(|line| line.value.chars().count(), "value".len()) } else { values };
+    let beside = if is_narrow { 2 + values } else { beside };
+    let names = columns.saturating_sub(beside).max(1);
     let unit = if units > 0 { "unit" } else { "" };
     let mut table = Table::default();
-    table.row(["signal", "type", &format!("{:>values$}", "value"), unit]);
-    for line in shown {
-        let (Channel { name, value_type, unit, .. }, value) = (line.channel, &line.value);
-        table.row([&cut(name, names), value_type, &format!("{value:>values$}"), unit]);
+    let mut row = |name: &str, value_type: &str, value: &str, unit: &str| {
+        let (name, value) = (cut(name, names), format!("{value:>values$}"));
+        if is_narrow {
+            table.row([name, value]);
+        } else {
+            table.row([&name, value_type, &value, unit]);
+        }
+    };
+    if heads > 1 {
+        row("signal", "type", "value", unit);
     }
-    let mut text = cut(title, columns) + "\n";
+    for line in shown {
+        let Channel { name, value_type, unit, .. } = line.channel;
+        row(name, value_type, &line.value, unit);
+    }
+    let mut text = if heads > 0 { cut(title, columns) + "\n" } else { String::new() };
     text.extend(table.draw(0).lines().map(|line| cut(line, columns) + "\n"));
-    if !hidden.is_empty() {
+    if !hidden.is_empty() && for_lines > 1 {
         let more = format!("{CUT} and {} more; --signals chooses", hidden.len());
         text += &(cut(&more, columns) + "\n");
     }
@@ -151,6 +172,22 @@ mod tests {
             assert!(text.contains(CUT) && text.contains("--signals"), "{text}");
             assert!(text.contains("-1.23457e-12"), "the values are what it is for\n{text}");
         }
+    }
+
+    #[test]
+    fn on_a_small_terminal_the_values_stay() {
+        let long = "a.name.that.is.longer.than.any.terminal.".repeat(4);
+        for (columns, rows) in [(20, 3), (20, 2), (30, 4)] {
+            let text = drawn(1000, &long, &long, (columns, rows));
+            assert!(text.lines().all(|line| line.chars().count() <= columns), "{text}");
+            assert!(text.lines().count() < rows, "{text}");
+            assert!(text.contains("-1.23457e-12"), "{text}");
+            assert!(!text.contains("LREAL"), "{text}");
+        }
+        assert_eq!(
+            drawn(1, "level", "plant/level", (20, 3)),
+            "plant/level\nlevel0  -1.23457e-12\n"
+        );
     }
 
     #[test]

@@ -10,6 +10,7 @@ use super::channel::{Channel, channels_of, listed};
 use super::screen::Screen;
 use super::taken::Taken;
 use crate::failure::Failure;
+use crate::meant;
 use crate::numbers::{Digits, shown, type_of};
 use crate::rows::{CYCLE, Rows, TIME};
 use crate::terminal;
@@ -166,7 +167,9 @@ impl Transcript {
             let found = all.iter().find(|channel| channel.name == *name).cloned();
             found.ok_or_else(|| {
                 let (service, names) = (&self.service, listed(all));
-                let why = format!("\"{service}\" has no signal \"{name}\"; it has: {names}");
+                let question = meant::question(name, all.iter().map(|it| it.name.as_str()));
+                let why =
+                    format!("\"{service}\" has no signal \"{name}\"; it has: {names}{question}");
                 // What was right in the beginning is no wrong command line.
                 if is_first { Failure::usage(why) } else { Failure::found(why) }
             })
