@@ -107,7 +107,7 @@ impl Running {
     }
 }
 
-/// Lets the arms take their [turns].
+/// Lets the arms take their turns, in [`turn_order`].
 ///
 /// # Errors
 /// A turn failed; the rest is not run.
