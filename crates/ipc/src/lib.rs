@@ -36,6 +36,7 @@ mod domain;
 mod error;
 mod exhausted;
 mod following;
+mod frame_ref;
 mod header;
 mod layout;
 mod layout_ports;
@@ -57,6 +58,7 @@ pub use error::{
     AnnouncementError, DomainError, JoinError, LayoutConflict, LayoutError, OpenError,
     ServiceNameError,
 };
+pub use frame_ref::FrameRef;
 pub use header::{Credible, FrameHeader, SenderClock, Stamps};
 pub use iceoryx2::config::Config;
 pub use iceoryx2::prelude::LogLevel;
@@ -69,7 +71,7 @@ pub use publisher::{FramePublisher, PUBLISHER_PORT_NAME, PublisherCounters, Stam
 pub use real_time::RealTime;
 pub use repair::Repair;
 pub use service::{check_service_name, layout_service_name};
-pub use subscriber::{Depth, FrameRef, FrameSubscriber, SubscriberCounters};
+pub use subscriber::{Depth, FrameSubscriber, SubscriberCounters};
 pub use variant::Service;
 
 /// Restricts iceoryx2's messages to `level` and above.

@@ -1,8 +1,5 @@
 //! The reading end of a service.
 
-use std::fmt::Debug;
-use std::marker::PhantomData;
-
 use iceoryx2::port::subscriber::{Subscriber, SubscriberCreateError};
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::prelude::CallbackProgression;
@@ -13,7 +10,7 @@ use crate::following::{Arrival, Following, Seen, Verdict};
 use crate::peers::Peers;
 use crate::repair::{Peer, Repair};
 use crate::service::{self, FrameService, Quality};
-use crate::{FrameHeader, OpenError, Participant, Service, give_up_file_override};
+use crate::{FrameHeader, FrameRef, OpenError, Participant, Service, give_up_file_override};
 
 /// How many frames [`Depth::Newest`] lets wait: with two, a frame that arrives just early does
 /// not push out the one before it, so a reader of the same period can count losses.
@@ -271,37 +268,5 @@ fn arrival<S: Service>(sample: &Sample<S, [f64], FrameHeader>, now_ns: u64) -> A
         term: header.term,
         sequence: header.sequence,
         now_ns,
-    }
-}
-
-/// A received frame, read where the publisher wrote it. Dropping it gives the memory back.
-pub struct FrameRef<'a, S: Service> {
-    sample: Sample<S, [f64], FrameHeader>,
-    /// One at a time: iceoryx2 lets a reader hold only so many.
-    subscriber: PhantomData<&'a mut ()>,
-}
-
-impl<S: Service> FrameRef<'_, S> {
-    fn new(sample: Sample<S, [f64], FrameHeader>) -> Self {
-        Self { sample, subscriber: PhantomData }
-    }
-
-    /// When and from what the frame was made.
-    pub fn header(&self) -> &FrameHeader {
-        self.sample.user_header()
-    }
-
-    /// One value per channel. How many is the publisher's choice: ask with `get`.
-    pub fn values(&self) -> &[f64] {
-        self.sample.payload()
-    }
-}
-
-impl<S: Service> Debug for FrameRef<'_, S> {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("FrameRef")
-            .field("header", self.header())
-            .field("values", &self.values())
-            .finish()
     }
 }

@@ -9,8 +9,6 @@
 
 use std::fs::{self, File};
 use std::io;
-use std::ops::Deref;
-use std::os::unix::fs::MetadataExt as _;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
@@ -20,7 +18,7 @@ use std::time::{Duration, Instant};
 use iceoryx2::config::Config;
 use rustix::io::Errno;
 
-use super::{Domain, locked_file};
+use super::{holder, locked_file};
 
 /// When those who wait are told for whom.
 const TELL_AFTER: Duration = Duration::from_secs(1);
@@ -133,7 +131,8 @@ impl DomainLock {
                 // Who is asked to end in the midst of a start mostly finishes it sooner.
                 give_up = give_up.or(now.checked_add(END_PATIENCE));
             }
-            let holder = || self.place.as_ref().map_or_else(String::new, |place| place.other());
+            let holder =
+                || self.place.as_ref().map_or_else(String::new, |place| holder::of(&place.path));
             if give_up.is_some_and(|instant| now > instant) {
                 *GAVE_UP.lock().unwrap_or_else(PoisonError::into_inner) = Some(now);
                 return Err(LockError::Interrupted { holder: holder() });
@@ -166,31 +165,6 @@ impl Place {
         Ok(Some(Held { _file: Some(file), before }))
     }
 
-    /// Who has the lock, and what others can do about it.
-    fn other(&self) -> String {
-        let path = self.path.display();
-        let holders =
-            File::open(&self.path).map(|file| locked_file::read(&file)).unwrap_or_default();
-        let last = holders.lines().next().and_then(|line| line.split_once(' '));
-        // The kernel knows. What the file says may be of the holder before, for a moment.
-        let locks = fs::read_to_string("/proc/locks").unwrap_or_default();
-        let inode = fs::symlink_metadata(&self.path).map(|file| file.ino());
-        let pid = inode.ok().and_then(|inode| flock_holder(&locks, inode));
-        let Some(pid) = pid.or(last.map(|(pid, _)| pid)) else {
-            return format!("a process that starts or ends and holds {path}");
-        };
-        let name = match last {
-            Some((last, name)) if last == pid => format!(" ({name})"),
-            _ => String::new(),
-        };
-        let (doing, remedy) = if is_stopped(pid) {
-            ("is stopped while it starts or ends", "continue it (kill -CONT) or end it")
-        } else {
-            ("starts or ends", "as a rule this takes milliseconds")
-        };
-        format!("process {pid}{name}, which {doing} and holds {path}; {remedy}")
-    }
-
     fn refused(&self, error: &io::Error) -> LockError {
         let is_file = fs::symlink_metadata(&self.path).map_or(true, |found| found.is_file());
         let remedy = match error.raw_os_error().map(Errno::from_raw_os_error) {
@@ -209,73 +183,6 @@ pub(super) fn path(config: &Config) -> PathBuf {
     let root = config.global.root_path().to_string();
     Path::new(&root).join(format!("{}isochrone.lock", config.global.prefix))
 }
-
-/// The process that has locked the file with this inode, as the kernel lists it in `/proc/locks`.
-fn flock_holder(locks: &str, inode: u64) -> Option<&str> {
-    let inode = inode.to_string();
-    locks.lines().find_map(|line| {
-        // 1: FLOCK  ADVISORY  WRITE 4711 fe:00:123 0 EOF. Whoever waits stands behind an arrow.
-        let mut fields = line.split_whitespace().skip(1);
-        let is_flock = fields.next()? == "FLOCK";
-        let (pid, file) = (fields.nth(2)?, fields.next()?);
-        (is_flock && file.rsplit(':').next() == Some(&inode)).then_some(pid)
-    })
-}
-
-/// Whether a process is stopped by a signal or a debugger.
-fn is_stopped(pid: &str) -> bool {
-    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
-    // The state follows the name, which is in parentheses and may contain anything.
-    let state = stat.rsplit_once(')').and_then(|(_, rest)| rest.trim_start().chars().next());
-    matches!(state, Some('T' | 't'))
-}
-
-/// Something of iceoryx2 that is dropped under the lock: its name in the file system may be that of its
-/// successor, which must not be removed in its place.
-#[derive(Debug)]
-pub(crate) struct EndsLocked<T> {
-    // Fields are dropped in the order of their declaration.
-    _ending: Ending,
-    thing: T,
-    _held: Arc<Mutex<Option<Held>>>,
-    /// What is left of it is removed after all else.
-    _domain: Option<Domain>,
-}
-
-impl<T> EndsLocked<T> {
-    /// `domain` lasts as long as `thing`.
-    pub(super) fn new(thing: T, lock: &DomainLock, domain: Option<Domain>) -> Self {
-        let held = Arc::new(Mutex::new(None));
-        let ending = Ending { lock: lock.clone(), held: Arc::clone(&held) };
-        Self { _ending: ending, thing, _held: held, _domain: domain }
-    }
-}
-
-impl<T> Deref for EndsLocked<T> {
-    type Target = T;
-
-    fn deref(&self) -> &T {
-        &self.thing
-    }
-}
-
-/// Takes the lock when it is dropped.
-#[derive(Debug)]
-struct Ending {
-    lock: DomainLock,
-    held: Arc<Mutex<Option<Held>>>,
-}
-
-impl Drop for Ending {
-    fn drop(&mut self) {
-        // An end must not fail. Without the lock it is as safe as iceoryx2 makes it.
-        let held = self.lock.acquire_to_end().ok();
-        if let Ok(mut place) = self.held.lock() {
-            *place = held;
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -308,8 +215,6 @@ mod tests {
         let waited = lock.acquire_within(Some(Duration::ZERO)).unwrap_err().to_string();
         let holder = format!("process {}, which", std::process::id());
         assert!(waited.contains(&holder), "{waited}");
-        assert_eq!(flock_holder("3: POSIX  ADVISORY  WRITE 9 fe:00:7 0 EOF", 7), None);
-        assert_eq!(flock_holder("1: FLOCK  ADVISORY  WRITE 8 fe:00:7 0 EOF", 7), Some("8"));
     }
 
     #[test]
@@ -322,21 +227,5 @@ mod tests {
         assert!(new.is_some(), "a new file, a new lock");
         drop(old);
         assert!(lock.try_acquire().unwrap().is_none());
-    }
-
-    #[test]
-    fn what_ends_locked_is_dropped_under_the_lock() {
-        struct Probe(DomainLock, Arc<AtomicBool>);
-        impl Drop for Probe {
-            fn drop(&mut self) {
-                self.1.store(self.0.try_acquire().unwrap().is_none(), Ordering::Relaxed);
-            }
-        }
-        let folder = tempfile::tempdir().unwrap();
-        let lock = lock(folder.path());
-        let was_locked = Arc::new(AtomicBool::new(false));
-        drop(EndsLocked::new(Probe(lock.clone(), Arc::clone(&was_locked)), &lock, None));
-        assert!(was_locked.load(Ordering::Relaxed));
-        assert!(lock.try_acquire().unwrap().is_some());
     }
 }

@@ -6,8 +6,8 @@ use iceoryx2::config::Config;
 use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::service::service_hash::ServiceHash;
 
-use super::lock::{self, DomainLock, EndsLocked, Held};
-use super::{Domain, counter, describe, rights, roots, sweep};
+use super::lock::{self, DomainLock, Held};
+use super::{Domain, EndsLocked, counter, describe, rights, roots, sweep};
 use crate::{JoinError, Service, give_up_file_override};
 
 /// A domain as a participant sees that lives in it.

@@ -2,6 +2,8 @@
 //! system.
 
 mod counter;
+mod ends_locked;
+mod holder;
 mod isolated;
 mod leftovers;
 mod lock;
@@ -10,6 +12,7 @@ mod membership;
 mod rights;
 mod roots;
 pub(crate) mod segment;
+mod services;
 mod sweep;
 
 use std::fmt;
@@ -21,9 +24,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use iceoryx2::config::Config;
 use tracing::info;
 
+pub(crate) use ends_locked::EndsLocked;
 pub use isolated::IsolatedDomain;
+pub(crate) use lock::Held;
 pub use lock::interrupt_waiting_by;
-pub(crate) use lock::{EndsLocked, Held};
 pub(crate) use membership::Membership;
 
 use crate::{DomainError, config};
@@ -181,4 +185,10 @@ fn files_below(folder: &Path) -> Vec<PathBuf> {
         }
     }
     files
+}
+
+/// The names of what stands in a folder.
+fn names(folder: &Path) -> impl Iterator<Item = String> + use<> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    entries.filter_map(|entry| entry.file_name().to_str().map(str::to_owned))
 }

@@ -1,0 +1,114 @@
+//! What can be wrong with the layout of frames, or with how it was announced.
+
+use thiserror::Error;
+
+/// Why a [`FrameLayout`](crate::FrameLayout) cannot be announced.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum LayoutError {
+    /// A frame needs at least one signal.
+    #[error("the frame has no signal; give it at least one")]
+    Empty,
+    /// A signal's name, type or unit has a control character.
+    #[error(
+        "channel {channel}: {word:?} cannot be announced; a name has no control characters, which could do anything to a terminal"
+    )]
+    Word {
+        /// Index of the signal.
+        channel: usize,
+        /// Its name, type or unit.
+        word: String,
+    },
+    /// There are more signals than a frame may have.
+    #[error("there are {signals} signals; a frame has at most 65536")]
+    TooMany {
+        /// Number of signals.
+        signals: usize,
+    },
+    /// A signal's name, type or unit is longer than 255 bytes.
+    #[error("channel {channel}: a name, type or unit of {bytes} bytes; at most 255 are possible")]
+    LongWord {
+        /// Index of the signal.
+        channel: usize,
+        /// Length of the word.
+        bytes: usize,
+    },
+}
+
+/// Why the message of a service of layouts is no [`Announcement`](crate::Announcement).
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum AnnouncementError {
+    /// It is not JSON of this form.
+    #[error("it is not the JSON of a layout: {cause}")]
+    Json {
+        /// Where and why.
+        cause: String,
+    },
+    /// It is longer than any layout needs.
+    #[error("it has {bytes} bytes, which is more than any layout needs")]
+    TooLong {
+        /// Length of the message.
+        bytes: usize,
+    },
+    /// What it describes can be no layout.
+    #[error(transparent)]
+    Layout(LayoutError),
+    /// `layout` is not a number of 16 hexadecimal digits, or is 0.
+    #[error("its \"layout\" is {text:?}; 16 hexadecimal digits that are not all 0 are needed")]
+    Number {
+        /// What stands there.
+        text: String,
+    },
+}
+
+/// What a frame does not have for a reader, see [`FrameLayout::find`](crate::FrameLayout::find).
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum LayoutConflict {
+    /// The frames have too few channels.
+    #[error("its frames have {available} channel{}, {needed} {} needed", plural(*available), is_or_are(*needed))]
+    TooFewChannels {
+        /// Channels of the frames.
+        available: usize,
+        /// Channels that are needed.
+        needed: usize,
+    },
+    /// No channel has the name.
+    #[error("its frames have no signal {needed:?}; there is: {available}")]
+    NoSignal {
+        /// The name that is needed.
+        needed: String,
+        /// The names that there are.
+        available: String,
+    },
+    /// A channel carries another type.
+    #[error(
+        "channel {channel} ({name}) carries {available}, {needed} is needed{}",
+        type_remedy(available, needed)
+    )]
+    ValueType {
+        /// Index of the channel.
+        channel: usize,
+        /// The signal's name, or `-` when nobody gave one.
+        name: String,
+        /// Type on the wire.
+        available: String,
+        /// Type that is needed.
+        needed: String,
+    },
+}
+fn plural(count: usize) -> &'static str {
+    if count == 1 { "" } else { "s" }
+}
+
+fn is_or_are(count: usize) -> &'static str {
+    if count == 1 { "is" } else { "are" }
+}
+
+/// What an input of a configuration says where a writer's INT should feed an LREAL: only a wire
+/// converts.
+fn type_remedy(available: &str, needed: &str) -> &'static str {
+    if (available, needed) == ("INT", "LREAL") {
+        "; write type = \"INT\" at the input: a wire from it feeds LREAL pins all the same"
+    } else {
+        ""
+    }
+}

@@ -1,0 +1,14 @@
+//! What can go wrong during set-up: each error names the thing, the place and the way out.
+
+mod domain;
+mod layout;
+mod name;
+mod open;
+
+pub use domain::{DomainError, JoinError};
+pub use layout::{AnnouncementError, LayoutConflict, LayoutError};
+pub use name::ServiceNameError;
+pub use open::OpenError;
+
+pub(crate) use domain::MAX_DOMAIN_BYTES;
+pub(crate) use name::MAX_SERVICE_NAME_BYTES;

@@ -1,0 +1,119 @@
+//! Why a port cannot be opened.
+
+use thiserror::Error;
+
+use super::{LayoutError, ServiceNameError};
+
+/// Why a [`FramePublisher`](crate::FramePublisher) or [`FrameSubscriber`](crate::FrameSubscriber)
+/// could not be opened.
+#[derive(Debug, Clone, PartialEq, Eq, Error)]
+pub enum OpenError {
+    /// The service name is not possible.
+    #[error(transparent)]
+    ServiceName(#[from] ServiceNameError),
+    /// The layout cannot be announced.
+    #[error("service {service:?}: {source}")]
+    Layout {
+        /// Name of the service.
+        service: String,
+        /// What is wrong with the layout.
+        source: LayoutError,
+    },
+    /// The service carries other messages than frames, frames of another version, or its layouts'
+    /// service other messages than layouts.
+    #[error(
+        "service {service:?} carries {carries}, but {needs}; use another service name, or end all processes of the service and start again"
+    )]
+    OtherTypes {
+        /// Name of the service.
+        service: String,
+        /// Its types and sizes.
+        carries: String,
+        /// What is needed, with types and sizes: `frames are …`.
+        needs: String,
+    },
+    /// The service was made by another version of iceoryx2.
+    #[error(
+        "service {service:?} was created by another version of iceoryx2, this process has {ours}; run the same version everywhere, or separate the domains by prefix and root path"
+    )]
+    OtherVersion {
+        /// Name of the service.
+        service: String,
+        /// Version of this process.
+        ours: String,
+    },
+    /// Somebody writes the service already.
+    #[error(
+        "service {service:?} is written by {other} already; a service has one writer: end that one, or use another service name"
+    )]
+    SecondPublisher {
+        /// Name of the service.
+        service: String,
+        /// Node name, executable and process id of the other publisher.
+        other: String,
+    },
+    /// All places that the service's creator provided for are taken.
+    #[error(
+        "service {service:?} has no place for another {what} (its creator provided {limit}); end one, or end all of them and let a node of isochrone create the service"
+    )]
+    Full {
+        /// Name of the service.
+        service: String,
+        /// `publisher`, `subscriber` or `node`.
+        what: &'static str,
+        /// How many there can be.
+        limit: usize,
+    },
+    /// The domain could not be locked, or not before the process was asked to end.
+    #[error("service {service:?} in {domain} cannot be opened: {cause}")]
+    Locked {
+        /// Name of the service.
+        service: String,
+        /// Root path and prefix.
+        domain: String,
+        /// The file that cannot be locked, or the process that was waited for.
+        cause: String,
+    },
+    /// The service belongs to another user.
+    #[error(
+        "service {service:?} in {domain}: no permission; all its processes must run as one user"
+    )]
+    Permission {
+        /// Name of the service.
+        service: String,
+        /// Root path and prefix.
+        domain: String,
+    },
+    /// There is no room for the frames.
+    #[error(
+        "service {service:?}: /dev/shm has {free_bytes} bytes free, and its publisher needs {needed_bytes}; remove what nobody uses there, or enlarge it: mount -o remount,size=256M /dev/shm"
+    )]
+    SharedMemoryFull {
+        /// Name of the service.
+        service: String,
+        /// About how much is needed.
+        needed_bytes: u64,
+        /// How much there is.
+        free_bytes: u64,
+    },
+    /// The service's files are damaged or were removed while it lived.
+    #[error(
+        "service {service:?} in {domain} is damaged; end all its processes, then remove its files in that place"
+    )]
+    Corrupted {
+        /// Name of the service.
+        service: String,
+        /// Root path and prefix.
+        domain: String,
+    },
+    /// iceoryx2 kept failing although it was tried for most of a second.
+    #[error("service {service:?} in {domain} cannot be opened: {cause}")]
+    Failed {
+        /// Name of the service.
+        service: String,
+        /// Root path and prefix.
+        domain: String,
+        /// What has run out or cannot be written, what iceoryx2 said last, and what to do.
+        cause: String,
+    },
+}

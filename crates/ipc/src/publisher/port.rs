@@ -1,0 +1,88 @@
+//! The port of a publisher, of which a service has one.
+
+use iceoryx2::identifiers::UniquePublisherId;
+use iceoryx2::node::{NodeState, NodeView};
+use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
+use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, CallbackProgression, PortName};
+use iceoryx2::service::port_factory::PortFactory as _;
+
+use super::{MAX_LOANED, PUBLISHER_PORT_NAME};
+use crate::peers::Peers;
+use crate::service::{self, FrameService};
+use crate::{FrameHeader, OpenError, Participant, Service, give_up_file_override};
+
+/// Creates the port, and makes sure that it is the only one of ours.
+pub(super) fn sole_port<S: Service>(
+    participant: &Participant<S>,
+    service: &str,
+    opened: &FrameService<S>,
+    channels: usize,
+    peers: &Peers,
+) -> Result<Publisher<S, [f64], FrameHeader>, OpenError> {
+    let name = PortName::new(PUBLISHER_PORT_NAME)
+        .map_err(|cause| service::failed(participant, service, cause))?;
+    let places = service::publisher_places(opened);
+    let full = || OpenError::Full { service: service.to_owned(), what: "publisher", limit: places };
+    service::open_port(participant, opened, || {
+        let _given_up = give_up_file_override();
+        // Looking first spares the readers a connection to a port that must go at once.
+        refuse_second(opened, service, None)?;
+        if opened.dynamic_config().number_of_publishers() >= places {
+            return Err(full());
+        }
+        let created = opened
+            .publisher_builder()
+            .name(&name)
+            .max_loaned_samples(MAX_LOANED)
+            .initial_max_slice_len(channels)
+            // Anything else would map new memory in the middle of a cycle.
+            .allocation_strategy(AllocationStrategy::Static)
+            // With overflow on this never matters. With it off (somebody else created the
+            // service) the alternative is to wait for the reader, maybe for ever.
+            .backpressure_strategy(BackpressureStrategy::DiscardData)
+            .set_degradation_handler(peers.counting_handler())
+            .create();
+        let port = created.map_err(|cause| match cause {
+            PublisherCreateError::ExceedsMaxSupportedPublishers => full(),
+            cause => service::failed(participant, service, cause),
+        })?;
+        // A program of another make may have opened at the same time, and knows no lock.
+        refuse_second(opened, service, Some(port.id()))?;
+        Ok(port)
+    })
+}
+
+/// Fails when a publisher of ours other than `own` is on the service.
+fn refuse_second<S: Service>(
+    opened: &FrameService<S>,
+    service: &str,
+    own: Option<UniquePublisherId>,
+) -> Result<(), OpenError> {
+    let mut other = None;
+    opened.dynamic_config().list_publishers(|publisher| {
+        let ours = publisher.publisher_name.as_str() == PUBLISHER_PORT_NAME;
+        if ours && Some(publisher.publisher_id) != own {
+            other = Some(publisher.node_id);
+            return CallbackProgression::Stop;
+        }
+        CallbackProgression::Continue
+    });
+    let Some(node_id) = other else {
+        return Ok(());
+    };
+    let mut other = format!("a node that does not tell its name (id {node_id})");
+    // When the nodes cannot be listed, the id must do.
+    let _ = opened.nodes(|state| {
+        let details = match &state {
+            NodeState::Alive(node) if *node.id() == node_id => node.details(),
+            NodeState::Dead(node) if *node.id() == node_id => node.details(),
+            _ => return CallbackProgression::Continue,
+        };
+        if let Some(node) = details {
+            let (name, program, pid) = (node.name(), node.executable(), node.process_id());
+            other = format!("node \"{name}\" ({program}, pid {pid})");
+        }
+        CallbackProgression::Stop
+    });
+    Err(OpenError::SecondPublisher { service: service.to_owned(), other })
+}
