@@ -4,8 +4,10 @@
 //! takes each for itself is far too sure. Here the samples are kept in turns of a second or more,
 //! and the interval of a ratio comes from drawing whole turns, again and again (block bootstrap).
 
-use isochrone_timing::Distribution;
 use serde::{Deserialize, Serialize};
+
+use super::chance::Chance;
+use super::samples::{Side, TurnSamples};
 
 /// Draws of the bootstrap.
 const DRAWS: usize = 2_000;
@@ -13,32 +15,6 @@ const DRAWS: usize = 2_000;
 const OUTSIDE: f64 = 0.01;
 /// Ratios closer to 1 than this are no difference that anybody could use.
 pub const TOLERANCE: f64 = 0.10;
-
-/// The samples of a stretch of time: values, ascending, and how many are no larger.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct TurnSamples(Vec<(u64, u64)>);
-
-impl TurnSamples {
-    /// The samples of a distribution.
-    pub fn of(distribution: &Distribution) -> Self {
-        let mut passed = 0;
-        let cumulated = distribution.buckets().map(|(value, count)| {
-            passed += count;
-            (value, passed)
-        });
-        Self(cumulated.collect())
-    }
-
-    fn count(&self) -> u64 {
-        self.0.last().map_or(0, |(_, count)| *count)
-    }
-
-    /// How many samples are at most `most`.
-    fn count_to(&self, most: u64) -> u64 {
-        let above = self.0.partition_point(|(value, _)| *value <= most);
-        above.checked_sub(1).and_then(|last| self.0.get(last)).map_or(0, |(_, count)| *count)
-    }
-}
 
 /// How many times lower a quantile of one side is than that of the other.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -177,69 +153,10 @@ fn quotient(reference: u64, candidate: u64) -> f64 {
     reference.max(1) as f64 / candidate.max(1) as f64
 }
 
-/// One side of a comparison.
-struct Side<'a> {
-    turns: &'a [TurnSamples],
-    /// The values that occur, ascending.
-    values: Vec<u64>,
-}
-
-impl<'a> Side<'a> {
-    fn new(turns: &'a [TurnSamples]) -> Self {
-        let mut values: Vec<u64> =
-            turns.iter().flat_map(|turn| &turn.0).map(|(value, _)| *value).collect();
-        values.sort_unstable();
-        values.dedup();
-        Self { turns, values }
-    }
-
-    fn count(&self) -> u64 {
-        self.turns.iter().map(TurnSamples::count).sum()
-    }
-
-    /// The quantile of all samples.
-    fn quantile(&self, quantile: f64) -> u64 {
-        self.weighted(quantile, &vec![1; self.turns.len()])
-    }
-
-    /// The quantile when each turn counts as often as `weights` says.
-    fn weighted(&self, quantile: f64, weights: &[u64]) -> u64 {
-        let sum = |of: &dyn Fn(&TurnSamples) -> u64| -> u64 {
-            self.turns.iter().zip(weights).map(|(turn, weight)| weight * of(turn)).sum()
-        };
-        let wanted = ((sum(&TurnSamples::count) as f64 * quantile).ceil() as u64).max(1);
-        let place = self.values.partition_point(|most| sum(&|turn| turn.count_to(*most)) < wanted);
-        self.values.get(place).or(self.values.last()).copied().unwrap_or(0)
-    }
-}
-
-/// Vigna's SplitMix64, from a fixed seed: the same turns give the same interval.
-struct Chance(u64);
-
-impl Chance {
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// How often each of `turns` turns comes when as many are drawn, with replacement.
-    fn draw(&mut self, turns: usize) -> Vec<u64> {
-        let mut weights = vec![0; turns];
-        for _ in 0..turns {
-            let drawn = (self.next() % turns as u64) as usize;
-            if let Some(weight) = weights.get_mut(drawn) {
-                *weight += 1;
-            }
-        }
-        weights
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use isochrone_timing::Distribution;
+
     use super::*;
 
     /// Two readings of a clock, in ns.
@@ -327,24 +244,5 @@ mod tests {
         assert_eq!(of(&enough, &enough, 0.99), Ok(()));
         let why = "0 of 5 valid turns; run it 5 times as long";
         assert_eq!(of(&[], &[], 0.5).unwrap_err(), why);
-    }
-
-    #[test]
-    fn quantiles_over_turns_are_those_of_all_samples() {
-        let mut merged = Distribution::new();
-        let turns: Vec<TurnSamples> = (1..10)
-            .map(|level| {
-                let mut part = Distribution::new();
-                (0..500).for_each(|step| part.record(level * 1_000 + step * 37));
-                merged.merge(&part);
-                TurnSamples::of(&part)
-            })
-            .collect();
-        let side = Side::new(&turns);
-        assert_eq!(side.count(), merged.count());
-        for quantile in [0.0, 0.5, 0.9, 0.999, 1.0] {
-            let (exact, of_merged) = (side.quantile(quantile), merged.quantile(quantile));
-            assert!(exact.abs_diff(of_merged) <= exact / 1_000 + 1, "{quantile}");
-        }
     }
 }

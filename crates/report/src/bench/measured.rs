@@ -3,8 +3,9 @@
 use isochrone_timing::{Distribution, Metric};
 use serde::{Deserialize, Serialize};
 
-use super::compare::{Pairing, TooShort, TurnSamples, Verdict, ratio};
+use super::compare::{Pairing, TooShort, Verdict, ratio};
 use super::reported::{Reported, label};
+use super::samples::TurnSamples;
 use super::turns::TurnReport;
 use crate::report::{CostReport, Report};
 
@@ -27,6 +28,9 @@ pub const PERCENTILES: [Percentile; 5] = [
     Percentile { key: "p99_9", name: "p99.9", quantile: 0.999 },
     Percentile { key: "p99_99", name: "p99.99", quantile: 0.9999 },
 ];
+
+/// The largest part of an arm's turns that may be invalid where no gate says otherwise.
+pub(super) const INVALID_ALLOWED: f64 = 0.2;
 
 /// One thing that a report measured.
 #[derive(Debug, Clone)]

@@ -2,22 +2,24 @@
 //! better than another.
 
 mod arm;
+mod chance;
 mod compare;
 mod gate;
+#[cfg(test)]
+mod made_up;
 mod measured;
 mod order;
 mod reported;
+mod samples;
 mod turns;
+mod two_reports;
 
 pub use arm::{LoopArm, Outlier};
-pub use compare::{
-    Pairing, Ratio, TOLERANCE, TooShort, TurnSamples, Verdict, needed, ratio, supports,
-};
-pub use gate::{
-    Bound, Compared, Gate, Judgement, NotCompared, Outcome, Rule, RuleError, compare_reports,
-    overall,
-};
+pub use compare::{Pairing, Ratio, TOLERANCE, TooShort, Verdict, needed, ratio, supports};
+pub use gate::{Bound, Gate, Judgement, Outcome, Rule, RuleError};
 pub use measured::{Comparison, LeftOut, Measured, PERCENTILES, Percentile};
 pub use order::turn_order;
 pub(crate) use reported::Reported;
+pub use samples::TurnSamples;
 pub use turns::{TurnReport, Turns};
+pub use two_reports::{Compared, NotCompared, compare_reports, overall};

@@ -1,0 +1,159 @@
+//! Holds a report against the rules of a gate.
+
+use super::rules::{Bound, Gate, Rule};
+use crate::bench::compare::{Pairing, TooShort, needed, supports};
+use crate::bench::measured::{Comparison, Measured, Percentile};
+use crate::report::Report;
+
+/// What became of a rule.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Outcome {
+    /// Not judged here.
+    Skipped,
+    /// The rule holds.
+    Pass,
+    /// The rule is broken.
+    Fail,
+    /// The run says too little about it.
+    Invalid,
+}
+
+impl Outcome {
+    /// `skipped`, `pass`, `fail` or `invalid`.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Skipped => "skipped",
+            Self::Pass => "pass",
+            Self::Fail => "fail",
+            Self::Invalid => "invalid",
+        }
+    }
+}
+
+/// What became of a rule, for one arm that it is about.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Judgement {
+    /// Whether the rule holds.
+    pub outcome: Outcome,
+    /// A sentence about it: the arm, the value and the bound, or why it was not judged.
+    pub says: String,
+}
+
+/// Whose times an absolute bound would judge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Platform {
+    Metal,
+    VirtualMachine,
+}
+
+impl Gate {
+    /// Holds a report against the rules: what became of each.
+    pub fn judge(&self, report: &Report) -> Vec<Judgement> {
+        let measured = report.measured();
+        let platform = if report.environment.hypervisor.is_some() {
+            Platform::VirtualMachine
+        } else {
+            Platform::Metal
+        };
+        let judge = |rule: &Rule| {
+            let arms: Vec<&Measured> = measured.iter().filter(|m| m.arm == rule.arm).collect();
+            if arms.is_empty() {
+                let known: Vec<&str> = measured.iter().map(|m| m.arm.as_str()).collect();
+                let says = format!("no arm \"{}\"; there are: {}", rule.arm, known.join(", "));
+                return vec![Judgement { outcome: Outcome::Invalid, says }];
+            }
+            arms.iter().map(|arm| self.judge_arm(rule, arm, &measured, platform)).collect()
+        };
+        self.rules.iter().flat_map(judge).collect()
+    }
+
+    fn judge_arm(
+        &self,
+        rule: &Rule,
+        arm: &Measured,
+        measured: &[Measured],
+        platform: Platform,
+    ) -> Judgement {
+        let label = arm.label();
+        let invalid =
+            |why: String| Judgement { outcome: Outcome::Invalid, says: format!("{label}: {why}") };
+        let percentile = rule.percentile;
+        if let Some(why) = self.too_disturbed(arm) {
+            return invalid(why);
+        }
+        match &rule.bound {
+            Bound::TimesLower { than, at_least } => {
+                let comparable =
+                    |m: &&Measured| m.arm == *than && m.circumstances == arm.circumstances;
+                let Some(reference) = measured.iter().find(comparable) else {
+                    return invalid(format!("no arm \"{than}\" to compare it with"));
+                };
+                if let Some(why) = self.too_disturbed(reference) {
+                    return invalid(format!("{than}: {why}"));
+                }
+                let each = Comparison::each(reference, arm, Pairing::Paired);
+                match each.into_iter().find(|(of, _)| of.key == percentile.key) {
+                    Some((_, Ok(found))) => {
+                        judge_ratio(&label, percentile, than, *at_least, &found)
+                    }
+                    Some((_, Err(why))) => invalid(format!("{}: {why}", percentile.name)),
+                    None => invalid(format!("no {}", percentile.name)),
+                }
+            }
+            Bound::AtMostNs(_) if platform == Platform::VirtualMachine => {
+                let says = format!(
+                    "{label}: {}: an absolute bound is not judged in a virtual machine",
+                    percentile.name
+                );
+                Judgement { outcome: Outcome::Skipped, says }
+            }
+            Bound::AtMostNs(bound_ns) => {
+                let valid = arm.valid();
+                if !supports(valid.count(), percentile.quantile) {
+                    let (found, needed) = (valid.count(), needed(percentile.quantile));
+                    let why = TooShort::Samples { found, needed };
+                    return invalid(format!("{}: {why}", percentile.name));
+                }
+                let value_ns = arm.metric.in_ns(valid.quantile(percentile.quantile));
+                let outcome = if value_ns > *bound_ns { Outcome::Fail } else { Outcome::Pass };
+                let says =
+                    format!("{label}: {} {value_ns} ns, at most {bound_ns} ns", percentile.name);
+                Judgement { outcome, says }
+            }
+        }
+    }
+
+    fn too_disturbed(&self, arm: &Measured) -> Option<String> {
+        let part = arm.invalid_part();
+        (part > self.invalid_turns).then(|| {
+            format!("{:.0} % of the turns are invalid; run it on a quieter machine", 100.0 * part)
+        })
+    }
+}
+
+/// Only what the whole interval says is said.
+fn judge_ratio(
+    label: &str,
+    percentile: &Percentile,
+    than: &str,
+    at_least: f64,
+    found: &Comparison,
+) -> Judgement {
+    let Comparison { ratio, low, high, .. } = found;
+    let says = format!(
+        "{label}: {} {ratio:.2} times lower than {than} ({low:.2} to {high:.2}), at least {at_least}",
+        percentile.name
+    );
+    if *low >= at_least {
+        Judgement { outcome: Outcome::Pass, says }
+    } else if *high < at_least {
+        Judgement { outcome: Outcome::Fail, says }
+    } else {
+        let says = says + ": the bound lies in the interval; run it 4 times as long";
+        Judgement { outcome: Outcome::Invalid, says }
+    }
+}
+
+#[cfg(test)]
+#[path = "judge_tests.rs"]
+mod tests;

@@ -1,0 +1,7 @@
+//! A gate: bounds that the result of a bench must keep.
+
+mod judge;
+mod rules;
+
+pub use judge::{Judgement, Outcome};
+pub use rules::{Bound, Gate, Rule, RuleError};

@@ -1,0 +1,178 @@
+//! What a gate's file says: rules, each with one bound, checked as they are read.
+
+use serde::Deserialize;
+
+use crate::bench::measured::{INVALID_ALLOWED, PERCENTILES, Percentile};
+
+/// A gate, as its file has it.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(try_from = "WrittenGate")]
+pub struct Gate {
+    /// The rules; all of them must hold.
+    pub rules: Vec<Rule>,
+    /// The largest part of an arm's turns, 0 to 1, that may be invalid.
+    pub invalid_turns: f64,
+}
+
+/// One rule of a gate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rule {
+    /// The arm that must keep it, under all circumstances that were measured.
+    pub arm: String,
+    /// What of its distribution.
+    pub percentile: &'static Percentile,
+    /// The bound.
+    pub bound: Bound,
+}
+
+/// What a rule bounds.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Bound {
+    /// The arm is that many times lower than another of the same run.
+    TimesLower {
+        /// The other arm.
+        than: String,
+        /// The least ratio.
+        at_least: f64,
+    },
+    /// An absolute bound, in ns. In a virtual machine it is not judged: there it would say something
+    /// of the host.
+    AtMostNs(f64),
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenGate {
+    rule: Vec<WrittenRule>,
+    #[serde(default = "invalid_allowed", alias = "invalid_blocks")]
+    invalid_turns: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WrittenRule {
+    arm: String,
+    percentile: String,
+    times_lower_than: Option<String>,
+    at_least: Option<f64>,
+    at_most_ns: Option<f64>,
+}
+
+impl TryFrom<WrittenGate> for Gate {
+    type Error = RuleError;
+
+    fn try_from(gate: WrittenGate) -> Result<Self, RuleError> {
+        if !(0.0..=1.0).contains(&gate.invalid_turns) {
+            return Err(RuleError::InvalidTurns { part: gate.invalid_turns.to_string() });
+        }
+        let rules = gate.rule.into_iter().enumerate();
+        Ok(Self {
+            rules: rules.map(|(index, rule)| rule.checked(index + 1)).collect::<Result<_, _>>()?,
+            invalid_turns: gate.invalid_turns,
+        })
+    }
+}
+
+impl WrittenRule {
+    fn checked(self, number: usize) -> Result<Rule, RuleError> {
+        let found = PERCENTILES.iter().find(|percentile| percentile.key == self.percentile);
+        let bound = match (self.times_lower_than, self.at_least, self.at_most_ns) {
+            (Some(than), Some(at_least), None) => Bound::TimesLower { than, at_least },
+            (None, None, Some(at_most_ns)) => Bound::AtMostNs(at_most_ns),
+            _ => return Err(RuleError::Bound { number }),
+        };
+        let (Bound::TimesLower { at_least: value, .. } | Bound::AtMostNs(value)) = bound;
+        if !(value.is_finite() && value > 0.0) {
+            return Err(RuleError::Value { number });
+        }
+        if matches!(&bound, Bound::TimesLower { than, .. } if *than == self.arm) {
+            return Err(RuleError::Itself { number, arm: self.arm });
+        }
+        let Some(percentile) = found else {
+            return Err(RuleError::Percentile { number, percentile: self.percentile });
+        };
+        Ok(Rule { arm: self.arm, percentile, bound })
+    }
+}
+
+fn invalid_allowed() -> f64 {
+    INVALID_ALLOWED
+}
+
+/// A rule that makes no sense.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum RuleError {
+    /// Name the percentile as in a report.
+    #[error(
+        "rule {number}: there is no percentile \"{percentile}\"; there are p50, p90, p99, p99_9 and p99_99"
+    )]
+    Percentile {
+        /// The rule, from 1.
+        number: usize,
+        /// As it was written.
+        percentile: String,
+    },
+    /// A bound is a number above 0.
+    #[error("rule {number}: the bound must be a number greater than 0")]
+    Value {
+        /// The rule, from 1.
+        number: usize,
+    },
+    /// An arm is as low as itself, so such a rule always fails or always passes.
+    #[error(
+        "rule {number}: the arm \"{arm}\" is compared with itself; name another in times_lower_than"
+    )]
+    Itself {
+        /// The rule, from 1.
+        number: usize,
+        /// The arm.
+        arm: String,
+    },
+    /// Invalid turns are a part of all turns.
+    #[error("invalid_turns is {part}; it must be from 0 (none may be invalid) to 1 (all may be)")]
+    InvalidTurns {
+        /// As it was written.
+        part: String,
+    },
+    /// A rule is about arms that the bench measures.
+    #[error("rule {number}: there is no arm \"{arm}\"; this bench has: {known}")]
+    Arm {
+        /// The rule, from 1.
+        number: usize,
+        /// As it was written.
+        arm: String,
+        /// The arms that there are.
+        known: String,
+    },
+    /// A rule has one bound.
+    #[error("rule {number}: give either times_lower_than and at_least, or at_most_ns")]
+    Bound {
+        /// The rule, from 1.
+        number: usize,
+    },
+}
+
+impl Gate {
+    /// Looks whether every arm that a rule names is one of these, before they are measured.
+    ///
+    /// # Errors
+    /// The first arm that is not.
+    pub fn check_arms(&self, arms: &[&str]) -> Result<(), RuleError> {
+        for (index, rule) in self.rules.iter().enumerate() {
+            let other = match &rule.bound {
+                Bound::TimesLower { than, .. } => Some(than),
+                Bound::AtMostNs(_) => None,
+            };
+            let absent = |arm: &&String| !arms.contains(&arm.as_str());
+            if let Some(arm) = std::iter::once(&rule.arm).chain(other).find(absent) {
+                let (arm, known) = (arm.clone(), arms.join(", "));
+                return Err(RuleError::Arm { number: index + 1, arm, known });
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+#[path = "rules_tests.rs"]
+mod tests;
