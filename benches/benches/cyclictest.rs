@@ -15,7 +15,7 @@ use std::process::{Command, Stdio};
 use clap::Parser;
 use isochrone_benches::{Bench, Failure, take_turns, us};
 use isochrone_processes::Child;
-use isochrone_report::{Report, Series, histogram_svg, percentiles_svg};
+use isochrone_report::{Report, Series, histogram_svg, percentiles_svg, ratio_in_words};
 use isochrone_timing::Distribution;
 
 #[derive(Parser)]
@@ -226,14 +226,21 @@ fn print(args: &Args, arms: &[Arm]) {
         );
     }
     let Some((reference, others)) = arms.split_first() else { return };
-    println!("times lower than {}", reference.name);
+    println!(
+        "{:<20}{:>20}{:>20}{:>20}{:>20}",
+        format!("than {}", reference.name),
+        "p50",
+        "p90",
+        "p99",
+        "p99.9"
+    );
     for arm in others {
         let ratio = |quantile: f64| {
             let ns = arm.jitter.quantile(quantile).max(1);
-            reference.jitter.quantile(quantile) as f64 / ns as f64
+            ratio_in_words(reference.jitter.quantile(quantile) as f64 / ns as f64)
         };
         println!(
-            "{:<29}{:>10.1}{:>10.1}{:>10.1}{:>10.1}",
+            "{:<20}{:>20}{:>20}{:>20}{:>20}",
             arm.name,
             ratio(0.5),
             ratio(0.9),

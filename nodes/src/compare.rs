@@ -16,8 +16,8 @@ static REPORT: FileKind = FileKind {
     needs: "is what `isochrone bench` writes with --report",
 };
 
-/// Compare two reports of `bench`: how many times lower each arm of the second is, with confidence
-/// intervals
+/// Compare two reports of `bench`: how many times lower or higher each arm of the second is,
+/// with confidence intervals
 ///
 /// Arms are matched by name and conditions. An interval holds 99 % of the ratios obtained by
 /// resampling the turns; the verdict is better or worse only if the whole interval agrees and the

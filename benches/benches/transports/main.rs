@@ -112,18 +112,6 @@ fn main() -> Result<(), Failure> {
         std::fs::write(file, serde_json::to_string_pretty(&report)?)?;
     }
     println!("{report}");
-    for comparison in &report.comparisons {
-        println!(
-            "{}: {}, {} against {}, ratio {:.2} ({:.2} to {:.2})",
-            comparison.percentile,
-            comparison.candidate,
-            comparison.verdict.as_str(),
-            comparison.reference,
-            comparison.ratio,
-            comparison.low,
-            comparison.high
-        );
-    }
     Ok(())
 }
 

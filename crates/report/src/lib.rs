@@ -22,8 +22,8 @@ mod report;
 pub use bench::{
     Bound, Compared, Comparison, Gate, Judgement, LeftOut, LoopArm, Measured, NotCompared, Outcome,
     Outlier, PERCENTILES, Pairing, Percentile, Ratio, Rule, RuleError, TOLERANCE, TooShort,
-    TurnReport, TurnSamples, Turns, Verdict, compare_reports, needed, overall, ratio, supports,
-    turn_order,
+    TurnReport, TurnSamples, Turns, Verdict, compare_reports, needed, overall, ratio,
+    ratio_in_words, supports, turn_order,
 };
 pub use output::{
     ComparisonTable, Series, Timeline, cyclictest_histogram, hgrm, histogram_svg, hlog, html,

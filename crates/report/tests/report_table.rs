@@ -235,6 +235,7 @@ fn bench() -> Report {
         costs: vec![cost(1), cost(1_000)],
         comparisons: vec![
             comparison("p50", 12.5, Verdict::Better),
+            comparison("p90", 0.26, Verdict::Worse),
             comparison("p99_9", 1.01, Verdict::Same),
         ],
         ..report()
@@ -255,9 +256,10 @@ release jitter, 1 ms, idle
     corrected       15  1.25 us  10.0 us       -        -        -  1.30 ms
   hybrid         59900    98 ns   150 ns  260 ns  2.10 us  52.0 us   231 us   50.0       0         1 of 2
     valid          900    98 ns   150 ns  260 ns        -        -   231 us
-  times lower than sleep, valid turns         ratio  99 % interval  verdict
-    hybrid                               p50   12.5    [11.2-13.8]   better
-                                       p99.9   1.01   [0.909-1.11]     same
+  compared with sleep, valid turns                     ratio              99 % interval  verdict
+    hybrid                            p50   12.5 times lower               11.2 to 13.8   better
+                                      p90  3.85 times higher               3.50 to 4.27    worse
+                                    p99.9   1.01 times lower  1.10 higher to 1.11 lower     same
 
 release jitter, 250 us, idle
   arm     samples      p50      p90  p99  p99.9  p99.99      max  CPU %  missed  invalid turns

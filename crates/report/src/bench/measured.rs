@@ -103,7 +103,7 @@ pub struct Comparison {
     pub reference_value: u64,
     /// The same of the candidate.
     pub candidate_value: u64,
-    /// Reference divided by candidate: how many times lower the candidate is.
+    /// Reference divided by candidate: above 1 the candidate is lower, below 1 it is higher.
     pub ratio: f64,
     /// Between these lie 99 % of the ratios that other draws of the same turns would have given.
     pub low: f64,

@@ -13,6 +13,7 @@ mod reported;
 mod samples;
 mod turns;
 mod two_reports;
+mod wording;
 
 pub use arm::{LoopArm, Outlier};
 pub use compare::{Pairing, Ratio, TOLERANCE, TooShort, Verdict, needed, ratio, supports};
@@ -23,3 +24,5 @@ pub(crate) use reported::Reported;
 pub use samples::TurnSamples;
 pub use turns::{TurnReport, Turns};
 pub use two_reports::{Compared, NotCompared, compare_reports, overall};
+pub use wording::ratio_in_words;
+pub(crate) use wording::{comparison_in_words, interval_in_words};

@@ -175,10 +175,11 @@ mod tests {
         let compared = compare_reports(&first, &second);
         let table = crate::ComparisonTable(&compared.comparisons).to_string();
         assert!(
-            table.trim_start().starts_with("second report against the first: times lower"),
+            table.trim_start().starts_with("second report compared with the first, valid turns"),
             "{table}"
         );
-        assert_eq!(table.matches("times lower").count(), 1, "{table}");
+        assert_eq!(table.matches("second report").count(), 1, "{table}");
+        assert!(table.contains("2.00 times lower") && table.contains("2.00 times higher"));
         assert!(table.contains("  sleep (1 ms)") && table.contains("  hybrid (1 ms)"), "{table}");
     }
 

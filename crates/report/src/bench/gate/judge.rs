@@ -3,6 +3,7 @@
 use super::rules::{Bound, Gate, Rule};
 use crate::bench::compare::{Pairing, TooShort, needed, supports};
 use crate::bench::measured::{Comparison, Measured, Percentile};
+use crate::bench::wording::{comparison_in_words, interval_in_words, ratio_in_words};
 use crate::report::Report;
 
 /// What became of a rule.
@@ -141,16 +142,31 @@ fn judge_ratio(
 ) -> Judgement {
     let Comparison { ratio, low, high, .. } = found;
     let says = format!(
-        "{label}: {} {ratio:.2} times lower than {than} ({low:.2} to {high:.2}), at least {at_least}",
-        percentile.name
+        "{label}: {} is {} (99 % interval {}); {}",
+        percentile.name,
+        comparison_in_words(*ratio, than),
+        interval_in_words(*ratio, *low, *high),
+        bound_in_words(at_least)
     );
     if *low >= at_least {
         Judgement { outcome: Outcome::Pass, says }
     } else if *high < at_least {
         Judgement { outcome: Outcome::Fail, says }
     } else {
-        let says = says + ": the bound lies in the interval; run it 4 times as long";
+        let says = says + "; the bound lies within the interval: run it 4 times as long";
         Judgement { outcome: Outcome::Invalid, says }
+    }
+}
+
+/// A bound below 1 lets the arm be higher.
+fn bound_in_words(at_least: f64) -> String {
+    if at_least > 1.0 {
+        format!("it must be at least {at_least} times lower")
+    } else if at_least < 1.0 {
+        let most = ratio_in_words(at_least);
+        format!("it may be at most {most} (at_least = {at_least})")
+    } else {
+        "it must not be higher".to_owned()
     }
 }
 

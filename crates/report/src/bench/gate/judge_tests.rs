@@ -29,7 +29,10 @@ fn assert_judged(gate: &Gate, report: &Report, outcome: Outcome, parts: &[&str])
 #[test]
 fn a_ratio_that_is_kept_passes_and_says_how_well() {
     let report = report(vec![task("sleep", 2_000), task("hybrid", 500)]);
-    let says = ["hybrid (1 ms)", "p99 4.00 times lower than sleep", "4.00 to 4.00", "at least 3.5"];
+    let says = [
+        "hybrid (1 ms): p99 is 4.00 times lower than sleep (99 % interval 4.00 to 4.00); ",
+        "it must be at least 3.5 times lower",
+    ];
     assert_judged(&ratio_rule("p99", 3.5), &report, Outcome::Pass, &says);
 }
 
@@ -55,6 +58,20 @@ fn a_ratio_passes_or_fails_only_with_its_whole_interval() {
     assert_judged(&ratio_rule("p50", between), &report, Outcome::Invalid, &["as long"]);
     assert_judged(&ratio_rule("p50", comparison.low - 0.1), &report, Outcome::Pass, &[]);
     assert_judged(&ratio_rule("p50", comparison.high + 0.1), &report, Outcome::Fail, &[]);
+}
+
+#[test]
+fn an_arm_that_is_higher_is_said_to_be_so_and_so_is_a_bound_that_allows_it() {
+    let report = report(vec![task("sleep", 500), task("hybrid", 2_000)]);
+    let higher = "p50 is 4.00 times higher than sleep (99 % interval 4.00 to 4.00); ";
+    for (at_least, outcome, bound) in [
+        (2.0, Outcome::Fail, "it must be at least 2 times lower"),
+        (1.0, Outcome::Fail, "it must not be higher"),
+        (0.5, Outcome::Fail, "it may be at most 2.00 times higher (at_least = 0.5)"),
+        (0.2, Outcome::Pass, "it may be at most 5.00 times higher (at_least = 0.2)"),
+    ] {
+        assert_judged(&ratio_rule("p50", at_least), &report, outcome, &[higher, bound]);
+    }
 }
 
 #[test]

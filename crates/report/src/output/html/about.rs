@@ -72,9 +72,9 @@ pub(super) fn how_to_read(page: &mut Page, report: &Report) {
     );
     if !report.comparisons.is_empty() {
         page.markup(
-            "<p>A <b>ratio</b> says how many times lower an arm is than the one it is compared with, \
-             with the interval in which 99 % of other draws of the same turns would lie. \
-             <b>Better</b> and <b>worse</b> need the whole interval to lie more than ",
+            "<p>A <b>ratio</b> says how many times lower or higher an arm is than the one it is \
+             compared with. Its interval contains 99 % of the ratios that resampling the turns \
+             gave. <b>Better</b> and <b>worse</b> need the whole interval to lie more than ",
         );
         page.text(format!(
             "{:.0} % from 1, and the times more than {} apart",

@@ -1,10 +1,10 @@
 //! What all sections of measured arms have: percentiles, comparisons and pictures.
 
-use isochrone_timing::units::{duration, three_digits};
+use isochrone_timing::units::duration;
 use isochrone_timing::{Distribution, Summary};
 
 use super::page::{Column, Page, Row};
-use crate::bench::{Comparison, LeftOut, Verdict};
+use crate::bench::{Comparison, LeftOut, Verdict, interval_in_words, ratio_in_words};
 use crate::output::groups::{
     COLUMNS, arm_of, columns, metric_name, percentile_name, sentence, value,
 };
@@ -43,7 +43,7 @@ pub(super) fn comparisons(page: &mut Page, circumstances: &str, comparisons: &[&
         Column::Number("time"),
         Column::Words("compared with"),
         Column::Number("its time"),
-        Column::Number("times lower"),
+        Column::Number("ratio"),
         Column::Number("99 % interval"),
         Column::Words("verdict"),
     ];
@@ -60,8 +60,8 @@ pub(super) fn comparisons(page: &mut Page, circumstances: &str, comparisons: &[&
             value(metric, comparison.candidate_value),
             arm_of(&comparison.reference, circumstances).to_owned(),
             value(metric, comparison.reference_value),
-            three_digits(*ratio),
-            format!("{} to {}", three_digits(*low), three_digits(*high)),
+            ratio_in_words(*ratio),
+            interval_in_words(*ratio, *low, *high),
             verdict.as_str().to_owned(),
         ];
         Row { class, ..Row::of(cells) }

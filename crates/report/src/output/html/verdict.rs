@@ -1,9 +1,9 @@
 //! What a report says above all, for the first screen: how the arms compare, or how late they were.
 
-use isochrone_timing::units::{duration, three_digits};
+use isochrone_timing::units::duration;
 
 use super::page::Page;
-use crate::bench::{Comparison, Reported};
+use crate::bench::{Comparison, Reported, comparison_in_words, ratio_in_words};
 use crate::output::groups::{arm_of, groups, percentile_name};
 use crate::report::{LinkArm, Report, TaskArm};
 
@@ -67,9 +67,9 @@ fn of<R: Reported>(
             let (Some(first), Some(last)) = (same.first(), same.last()) else { continue };
             let arm = arm_of(&first.candidate, &group.circumstances);
             let than = arm_of(&first.reference, &group.circumstances);
-            let mut says = format!("{} than {than} at {}", lower(first), at(first));
+            let mut says = format!("{} at {}", comparison_in_words(first.ratio, than), at(first));
             if last.percentile != first.percentile {
-                says += &format!("; {} at {}", lower(last), at(last));
+                says += &format!("; {} at {}", ratio_in_words(last.ratio), at(last));
             }
             lines.push(Line { about: about(arm), says });
         }
@@ -80,10 +80,6 @@ fn of<R: Reported>(
         }
     }
     lines
-}
-
-fn lower(comparison: &Comparison) -> String {
-    format!("{} times lower", three_digits(comparison.ratio))
 }
 
 fn at(comparison: &Comparison) -> String {

@@ -3,11 +3,11 @@
 use std::fmt::{Display, Formatter, Result};
 
 use isochrone_timing::Summary;
-use isochrone_timing::units::{duration, three_digits};
+use isochrone_timing::units::duration;
 
 use super::grid::Grid;
 use super::{UNKNOWN, time};
-use crate::bench::{Comparison, LeftOut, Reported};
+use crate::bench::{Comparison, LeftOut, Reported, interval_in_words, ratio_in_words};
 use crate::output::groups::{
     COLUMNS, Group, arm_of, columns, groups, invalid_turns, latency_columns, percent,
     percentile_name, release_jitter, sentence, stages,
@@ -122,7 +122,7 @@ fn left_out(f: &mut Formatter<'_>, left_out: &[LeftOut]) -> Result {
     left_out.iter().try_for_each(|left_out| writeln!(f, "  {}", sentence(left_out)))
 }
 
-/// How many times lower each arm is than the one it is compared with, reference by reference.
+/// How many times lower or higher each arm is than the one it is compared with, reference by reference.
 fn comparisons(f: &mut Formatter<'_>, circumstances: &str, comparisons: &[&Comparison]) -> Result {
     // An arm against itself is that of two reports.
     let of_two = |comparison: &Comparison| comparison.reference == comparison.candidate;
@@ -132,9 +132,9 @@ fn comparisons(f: &mut Formatter<'_>, circumstances: &str, comparisons: &[&Compa
     for same in comparisons.chunk_by(together) {
         let Some(first) = same.first() else { continue };
         let heading = if of_two(first) {
-            "second report against the first: times lower, valid turns".to_owned()
+            "second report compared with the first, valid turns".to_owned()
         } else {
-            format!("times lower than {}, valid turns", arm_of(&first.reference, circumstances))
+            format!("compared with {}, valid turns", arm_of(&first.reference, circumstances))
         };
         let mut grid = Grid::new([heading.as_str(), "", "ratio", "99 % interval", "verdict"]);
         let mut arm = "";
@@ -145,8 +145,8 @@ fn comparisons(f: &mut Formatter<'_>, circumstances: &str, comparisons: &[&Compa
             grid.row([
                 format!("  {label}"),
                 percentile_name(percentile).to_owned(),
-                three_digits(*ratio),
-                format!("[{}-{}]", three_digits(*low), three_digits(*high)),
+                ratio_in_words(*ratio),
+                interval_in_words(*ratio, *low, *high),
                 verdict.as_str().to_owned(),
             ]);
         }
