@@ -88,7 +88,8 @@ fn a_plain_reader_sees_layout_headers_and_values() {
         let values = [20736.0, 1.275, 0.01 * cycle as f64, -1.0];
         publisher.values_mut().unwrap().copy_from_slice(&values);
         let release_ns = cycle * 1_000_000;
-        let stamp = Stamp { cycle, release_ns, source_ns: release_ns - 500, missed: 2 };
+        let source_ns = release_ns - 500;
+        let stamp = Stamp { cycle, release_ns, source_ns, missed: 2, ..Stamp::default() };
         assert!(publisher.send(stamp, || release_ns + 7));
         std::thread::sleep(STEP);
     }

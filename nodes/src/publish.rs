@@ -151,8 +151,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             let stamp = Stamp {
                 cycle: due.cycle,
                 release_ns: due.release_ns,
-                source_ns: 0,
                 missed: due.missed,
+                ..Stamp::default()
             };
             publisher.send(stamp, || Monotonic.now_ns());
             publisher.prepare();

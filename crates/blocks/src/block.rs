@@ -184,6 +184,39 @@ pub struct BlockType {
     typical: fn(&mut [f64]),
 }
 
+/// The output by which an instance says that something is wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ErrorPin {
+    /// Its slot among those of the instance.
+    pub slot: usize,
+    shows: Shows,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Shows {
+    /// `status`: a status word.
+    StatusWord,
+    /// `error`: TRUE is an error.
+    Truth,
+}
+
+impl ErrorPin {
+    /// Whether a value of the pin is an error.
+    #[inline]
+    pub fn is_error(&self, value: f64) -> bool {
+        match self.shows {
+            Shows::StatusWord => value >= f64::from(status::FIRST_ERROR),
+            Shows::Truth => value != 0.0,
+        }
+    }
+
+    /// The status word that a value of the pin is; `None` for a pin that shows no more than whether
+    /// there is an error.
+    pub fn status_word(&self, value: f64) -> Option<u16> {
+        matches!(self.shows, Shows::StatusWord).then_some(value as u16)
+    }
+}
+
 impl BlockType {
     /// Erases the type of a block.
     ///
@@ -219,6 +252,17 @@ impl BlockType {
     /// Writes [`Block::typical`] to the slots of an instance's inputs.
     pub fn typical_inputs(&self, slots: &mut [f64]) {
         (self.typical)(slots);
+    }
+
+    /// The output by which an instance says that something is wrong, which is what
+    /// [`step_bank`](Self::step_bank) counts; `None` if it never does.
+    pub fn error_pin(&self) -> Option<ErrorPin> {
+        let output = |is_it: fn(&str) -> bool| {
+            let output = self.outputs.iter().position(|pin| is_it(pin.name))?;
+            Some(self.inputs.len() + output)
+        };
+        let status = output(is_status).map(|slot| ErrorPin { slot, shows: Shows::StatusWord });
+        status.or_else(|| output(is_error_flag).map(|slot| ErrorPin { slot, shows: Shows::Truth }))
     }
 
     /// Steps every instance of a bank once and returns how many reported an error.

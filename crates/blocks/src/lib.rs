@@ -40,7 +40,8 @@ pub mod scale_linear;
 pub mod status;
 
 pub use block::{
-    Block, BlockType, Decision, Declaration, Origin, Pin, PinDefault, Slots, StatusWord, Words,
+    Block, BlockType, Decision, Declaration, ErrorPin, Origin, Pin, PinDefault, Slots, StatusWord,
+    Words,
 };
 #[doc(hidden)]
 pub use block::{is_error_flag, is_status};

@@ -1,6 +1,6 @@
 //! Whether the parts of a plan fit together, seen once before a task is stepped without looking.
 
-use crate::plan::{BankPlan, LinkPlan, Plan, TaskPlan};
+use crate::plan::{BankPlan, LinkPlan, Plan, TaskPlan, Upstream};
 
 /// Why a plan cannot be stepped. [`Plan::new`] makes none of that kind; one that was changed
 /// afterwards may be.
@@ -47,6 +47,20 @@ pub enum BuildError {
         /// How many there are.
         sources: usize,
     },
+    /// A value is said to be computed by a block that the task does not have.
+    #[error(
+        "task \"{task}\": {what} is computed by instance {instance} of bank {bank}, which is not there"
+    )]
+    UnknownBlock {
+        /// Name of the task.
+        task: String,
+        /// What is.
+        what: &'static str,
+        /// Index of the bank.
+        bank: usize,
+        /// Which of its instances.
+        instance: usize,
+    },
     /// A link joins tasks that do not exist.
     #[error("a link leads from task {from} to task {to}, but there are {tasks} tasks")]
     UnknownTask {
@@ -64,7 +78,7 @@ pub(crate) fn check(plan: &Plan) -> Result<(), BuildError> {
     plan.links.iter().try_for_each(|link| check_link(plan, link))?;
     for (index, task) in plan.tasks.iter().enumerate() {
         let room = Room::of(plan, index, task);
-        room.slots("an input", 0, task.inputs.len())?;
+        room.slots("an input", 0, task.input_slots())?;
         let mut free = 0;
         for bank in &task.banks {
             room.bank(bank, free)?;
@@ -78,7 +92,7 @@ pub(crate) fn check(plan: &Plan) -> Result<(), BuildError> {
             for signal in &output.signals {
                 room.slots("an output's signal", signal.slot, 1)?;
             }
-            room.sources("an output", &output.sources)?;
+            room.upstream("an output", &output.upstream)?;
         }
     }
     Ok(())
@@ -93,14 +107,11 @@ fn check_link(plan: &Plan, link: &LinkPlan) -> Result<(), BuildError> {
     for slot in &link.slots {
         producer.slots("a value for another task", *slot as usize, 1)?;
     }
-    for sources in &link.sources {
-        producer.sources("a value for another task", sources)?;
+    for upstream in &link.upstream {
+        producer.upstream("a value for another task", upstream)?;
     }
     reader.slots("a value of another task", link.first_slot, link.slots.len())?;
-    // Its time stands among the sources where its value stands in the image.
-    let last: Vec<usize> =
-        (link.first_slot + link.slots.len()).checked_sub(1).into_iter().collect();
-    reader.sources("a value of another task", &last)
+    reader.imports(link.first_slot, link.slots.len())
 }
 
 fn bank_slots(bank: &BankPlan) -> usize {
@@ -130,12 +141,34 @@ impl<'a> Room<'a> {
         Err(BuildError::OutsideImage { task, what, slot: end - 1, slots })
     }
 
-    fn sources(&self, what: &'static str, sources: &[usize]) -> Result<(), BuildError> {
-        let Some(&source_index) = sources.iter().find(|source| **source >= self.sources) else {
+    fn upstream(&self, what: &'static str, upstream: &Upstream) -> Result<(), BuildError> {
+        let task = || self.task.name.clone();
+        let unknown = upstream.sources.iter().find(|source| **source >= self.sources);
+        if let Some(&source_index) = unknown {
+            let (task, sources) = (task(), self.sources);
+            return Err(BuildError::UnknownSource { task, what, source_index, sources });
+        }
+        for instances in &upstream.blocks {
+            let bank = self.task.banks.get(instances.bank);
+            let there = bank.map_or(0, |bank| bank.instances.len());
+            if instances.range.end > there {
+                let (bank, instance) = (instances.bank, instances.range.end - 1);
+                return Err(BuildError::UnknownBlock { task: task(), what, bank, instance });
+            }
+        }
+        Ok(())
+    }
+
+    /// What comes from other tasks stands behind the inputs, so that slots and sources have one order.
+    fn imports(&self, first_slot: usize, values: usize) -> Result<(), BuildError> {
+        let behind_inputs = first_slot.checked_sub(self.task.input_slots());
+        let last = behind_inputs.map(|import| self.task.inputs.len() + import + values);
+        if last.is_some_and(|last| last <= self.sources) {
             return Ok(());
-        };
-        let task = self.task.name.clone();
-        Err(BuildError::UnknownSource { task, what, source_index, sources: self.sources })
+        }
+        let (task, sources) = (self.task.name.clone(), self.sources);
+        let what = "a value of another task";
+        Err(BuildError::UnknownSource { task, what, source_index: first_slot, sources })
     }
 
     /// A bank whose slots begin at `free` or behind it.

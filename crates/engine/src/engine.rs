@@ -1,10 +1,12 @@
 //! A task's process image and banks, and the call that steps them.
 
 use isochrone_blocks::{BlockType, Cycle, PinType};
+use isochrone_quality::Flags;
 use triple_buffer::{Input as Sender, Output as Receiver, TripleBuffer};
 
 use crate::build::{self, BuildError};
 use crate::plan::{Plan, TaskPlan, WirePlan};
+use crate::worth::{Origins, Source, Worth};
 
 /// One task, ready to be stepped by the thread that owns it.
 ///
@@ -16,14 +18,18 @@ pub struct TaskEngine {
     image: Box<[f64]>,
     state: Box<[u64]>,
     inputs: Box<[Input]>,
-    /// When the oldest sample behind each source's present value was published; 0: never. Inputs first, then the imported
-    /// values, as in the image.
-    sources_ns: Box<[u64]>,
+    /// What is known of the values that come from outside: of the inputs, then of the imported values,
+    /// as in the image.
+    sources: Box<[Source]>,
     imports: Box<[Import]>,
     previous: Box<[WirePlan]>,
     banks: Box<[Bank]>,
     exports: Box<[Export]>,
     outputs: Box<[Output]>,
+    /// For each bank how many of its blocks report an error in this cycle.
+    bank_errors: Box<[u64]>,
+    /// Whether any does.
+    has_errors: bool,
     block_errors: u64,
 }
 
@@ -43,26 +49,26 @@ struct Bank {
 
 struct Output {
     slots: Box<[u32]>,
-    sources: Box<[usize]>,
+    origins: Origins,
 }
 
 /// Values on their way from one task to another.
 #[derive(Clone)]
 struct Parcel {
     values: Box<[f64]>,
-    sources_ns: Box<[u64]>,
+    sources: Box<[Source]>,
 }
 
 struct Export {
     slots: Box<[u32]>,
-    /// For each value its sources.
-    sources: Box<[Box<[usize]>]>,
+    /// For each value what it is computed from.
+    origins: Box<[Origins]>,
     sender: Sender<Parcel>,
 }
 
 struct Import {
-    /// First slot of the values, and first source of their times.
     first_slot: usize,
+    first_source: usize,
     receiver: Receiver<Parcel>,
 }
 
@@ -79,18 +85,23 @@ impl TaskEngine {
             // Until the producer has finished a cycle, its inputs read their defaults here too.
             let image = plan.tasks.get(link.from).map_or(&[][..], |from| &from.image);
             let values = link.slots.iter().map(|slot| read(image, *slot)).collect();
-            let sources_ns = vec![0; link.slots.len()].into();
-            let (sender, receiver) = TripleBuffer::new(&Parcel { values, sources_ns }).split();
+            let sources = vec![Source::UNKNOWN; link.slots.len()].into();
+            let (sender, receiver) = TripleBuffer::new(&Parcel { values, sources }).split();
             if let Some(from) = engines.get_mut(link.from) {
+                let origins = link.upstream.iter();
                 from.exports.push(Export {
                     slots: link.slots.as_slice().into(),
-                    sources: link.sources.iter().map(|sources| sources.as_slice().into()).collect(),
+                    origins: origins.map(|upstream| Origins::of(upstream, from.task)).collect(),
                     sender,
                 });
             }
             if let Some(to) = engines.get_mut(link.to) {
                 to.imported += link.slots.len();
-                to.imports.push(Import { first_slot: link.first_slot, receiver });
+                to.imports.push(Import {
+                    first_slot: link.first_slot,
+                    first_source: to.task.import_source(link.first_slot),
+                    receiver,
+                });
             }
         }
         Ok(engines.into_iter().map(Builder::finish).collect())
@@ -106,8 +117,8 @@ impl TaskEngine {
             let parcel = import.receiver.read();
             let slots = self.image.get_mut(import.first_slot..).unwrap_or_default();
             slots.iter_mut().zip(&parcel.values).for_each(|(slot, value)| *slot = *value);
-            let sources_ns = self.sources_ns.get_mut(import.first_slot..).unwrap_or_default();
-            sources_ns.iter_mut().zip(&parcel.sources_ns).for_each(|(to, from)| *to = *from);
+            let sources = self.sources.get_mut(import.first_source..).unwrap_or_default();
+            sources.iter_mut().zip(&parcel.sources).for_each(|(to, from)| *to = *from);
         }
         for wire in &self.previous {
             let value = read(&self.image, wire.from);
@@ -116,7 +127,8 @@ impl TaskEngine {
             }
         }
         let mut state = &mut *self.state;
-        for bank in &self.banks {
+        let errors_before = self.block_errors;
+        for (bank, errors) in self.banks.iter().zip(&mut self.bank_errors) {
             // Wires lead from banks of less depth, which stand before this one in the image.
             let (before, rest) =
                 self.image.split_at_mut_checked(bank.first_slot).unwrap_or_default();
@@ -127,16 +139,23 @@ impl TaskEngine {
                     *slot = read(before, wire.from);
                 }
             }
-            self.block_errors += bank.block_type.step_bank(slots, words, &cycle);
+            *errors = bank.block_type.step_bank(slots, words, &cycle);
+            self.block_errors += *errors;
             state = later;
         }
+        self.has_errors = self.block_errors != errors_before;
         for export in &mut self.exports {
             let parcel = export.sender.input_buffer_mut();
             for (value, slot) in parcel.values.iter_mut().zip(&export.slots) {
                 *value = read(&self.image, *slot);
             }
-            for (source_ns, sources) in parcel.sources_ns.iter_mut().zip(&export.sources) {
-                *source_ns = oldest_ns(&self.sources_ns, sources);
+            let worth = Worth {
+                sources: &self.sources,
+                bank_errors: self.has_errors.then_some(&*self.bank_errors),
+                image: &self.image,
+            };
+            for (source, origins) in parcel.sources.iter_mut().zip(&export.origins) {
+                *source = worth.of(origins);
             }
             export.sender.publish();
         }
@@ -148,7 +167,7 @@ impl TaskEngine {
     pub fn set_input(&mut self, input: usize, sample: f64, source_ns: u64) -> bool {
         let holds = self.inputs.get(input).is_some_and(|input| input.value_type.holds(sample));
         if holds {
-            self.write_input(input, sample, source_ns);
+            self.write_input(input, sample, Source { source_ns, flags: Flags::NONE });
         }
         holds
     }
@@ -156,7 +175,7 @@ impl TaskEngine {
     /// Sets an input back to its default, as if no sample had come yet.
     pub fn reset_input(&mut self, input: usize) {
         if let Some(default) = self.inputs.get(input).map(|input| input.default) {
-            self.write_input(input, default, 0);
+            self.write_input(input, default, Source::NO_SAMPLE);
         }
     }
 
@@ -164,18 +183,18 @@ impl TaskEngine {
     /// with [`set_input`](Self::set_input). A wire that leads to the slot writes over it.
     pub fn set(&mut self, slot: usize, value: f64, source_ns: u64) {
         if slot < self.inputs.len() {
-            self.write_input(slot, value, source_ns);
+            self.write_input(slot, value, Source { source_ns, flags: Flags::NONE });
         } else if let Some(place) = self.image.get_mut(slot) {
             *place = value;
         }
     }
 
-    fn write_input(&mut self, input: usize, value: f64, source_ns: u64) {
+    fn write_input(&mut self, input: usize, value: f64, source: Source) {
         if let Some(slot) = self.image.get_mut(input) {
             *slot = value;
         }
-        if let Some(source) = self.sources_ns.get_mut(input) {
-            *source = source_ns;
+        if let Some(known) = self.sources.get_mut(input) {
+            *known = source;
         }
     }
 
@@ -190,8 +209,22 @@ impl TaskEngine {
     /// When the oldest sample that an output is computed from was published, in this node or in one
     /// before it; 0: from none.
     pub fn output_source_ns(&self, output: usize) -> u64 {
-        let sources = self.outputs.get(output).map_or(&[][..], |output| &output.sources);
-        oldest_ns(&self.sources_ns, sources)
+        self.output_worth(output).source_ns
+    }
+
+    /// What is to be said of an output after a step: the flags of all sources that it is computed
+    /// from, and `ERROR` if one of the blocks that it is computed by reports an error.
+    pub fn output_flags(&self, output: usize) -> Flags {
+        self.output_worth(output).flags
+    }
+
+    fn output_worth(&self, output: usize) -> Source {
+        let worth = Worth {
+            sources: &self.sources,
+            bank_errors: self.has_errors.then_some(&*self.bank_errors),
+            image: &self.image,
+        };
+        self.outputs.get(output).map_or(Source::CONSTANT, |output| worth.of(&output.origins))
     }
 
     /// How many steps of blocks have reported an error since the start.
@@ -213,15 +246,6 @@ impl TaskEngine {
 #[inline]
 fn read(image: &[f64], slot: u32) -> f64 {
     image.get(slot as usize).copied().unwrap_or_default()
-}
-
-fn oldest_ns(sources_ns: &[u64], sources: &[usize]) -> u64 {
-    sources
-        .iter()
-        .filter_map(|source| sources_ns.get(*source).copied())
-        .filter(|source_ns| *source_ns > 0)
-        .min()
-        .unwrap_or_default()
 }
 
 /// An engine whose links are being connected.
@@ -261,16 +285,18 @@ impl<'a> Builder<'a> {
             .iter()
             .map(|input| Input { value_type: input.value_type, default: input.default })
             .collect();
-        let imported = self.imported;
+        let mut sources = vec![Source::NO_SAMPLE; inputs.len()];
+        sources.resize(inputs.len() + self.imported, Source::UNKNOWN);
         TaskEngine {
             period_ns: task.schedule.period_ns,
             obs: self.obs.into(),
             image: task.image.as_slice().into(),
             state: vec![0; banks.iter().map(|bank| bank.state_words).sum()].into(),
-            sources_ns: vec![0; inputs.len() + imported].into(),
+            sources: sources.into(),
             inputs,
             imports: self.imports.into(),
             previous: task.previous.as_slice().into(),
+            bank_errors: vec![0; banks.len()].into(),
             banks: banks.into(),
             exports: self.exports.into(),
             outputs: task
@@ -278,9 +304,10 @@ impl<'a> Builder<'a> {
                 .iter()
                 .map(|output| Output {
                     slots: output.signals.iter().map(|signal| signal.slot as u32).collect(),
-                    sources: output.sources.as_slice().into(),
+                    origins: Origins::of(&output.upstream, task),
                 })
                 .collect(),
+            has_errors: false,
             block_errors: 0,
         }
     }

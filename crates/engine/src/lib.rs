@@ -63,17 +63,19 @@ pub mod reference;
 mod source;
 mod time;
 mod workload;
+mod worth;
 
 pub use build::BuildError;
 pub use duration::{format_duration_ns, parse_duration_ns, parse_milliseconds_ns, parse_seconds};
 pub use engine::TaskEngine;
 pub use finding::{Finding, Problem};
 pub use findings::Findings;
+pub use isochrone_quality::Flags;
 pub use nearest::nearest_name;
 pub use pins::{PinError, Pins, SetPoint};
 pub use plan::{
-    BankPlan, InputPlan, LinkPlan, OutputPlan, Plan, PlanError, Rules, SignalPlan, TaskPlan,
-    WirePlan,
+    BankPlan, InputPart, InputPlan, Instances, LinkPlan, OutputPlan, Plan, PlanError, Rules,
+    SignalPlan, TaskPlan, Upstream, WirePlan,
 };
 pub use printable::{escaped, escaped_lines};
 pub use source::{FileKind, MAX_BYTES, ReadError, Source, read_text};

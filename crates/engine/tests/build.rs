@@ -44,16 +44,16 @@ fn refusal(change: impl FnOnce(&mut Plan)) -> BuildError {
 
 #[test]
 fn an_image_that_is_too_small_for_its_banks_is_refused_with_the_slot() {
-    let error = refusal(|plan| plan.tasks[0].image.truncate(18));
+    let error = refusal(|plan| plan.tasks[0].image.truncate(20));
     let sentence = error.to_string();
-    assert!(sentence.contains("task \"fast\": a bank reaches to slot 18"), "{sentence}");
-    assert!(sentence.ends_with("the process image has 18"), "{sentence}");
+    assert!(sentence.contains("task \"fast\": a bank reaches to slot 20"), "{sentence}");
+    assert!(sentence.ends_with("the process image has 20"), "{sentence}");
 }
 
 #[test]
 fn a_wire_that_leads_backwards_or_into_another_bank_is_refused() {
     for change in [
-        |plan: &mut Plan| plan.tasks[0].banks[1].wires[0].from = 10,
+        |plan: &mut Plan| plan.tasks[0].banks[1].wires[0].from = 12,
         |plan: &mut Plan| plan.tasks[0].banks[1].wires[0].to = 1,
         |plan: &mut Plan| plan.tasks[0].banks.swap(0, 1),
     ] {
@@ -77,12 +77,14 @@ fn slots_of_outputs_links_and_wires_of_the_cycle_before_are_checked_too() {
 #[test]
 fn sources_and_tasks_that_do_not_exist_are_refused() {
     for change in [
-        |plan: &mut Plan| plan.tasks[1].outputs[0].sources = vec![7],
-        |plan: &mut Plan| plan.links[0].sources[0] = vec![1],
+        |plan: &mut Plan| plan.tasks[1].outputs[0].upstream.sources = vec![7],
+        |plan: &mut Plan| plan.links[0].upstream[0].sources = vec![1],
         |plan: &mut Plan| plan.links[0].first_slot = 1,
     ] {
         assert!(matches!(refusal(change), BuildError::UnknownSource { .. }));
     }
+    let unknown = refusal(|plan| plan.links[0].upstream[0].blocks[0].range.end = 2);
+    assert!(matches!(unknown, BuildError::UnknownBlock { instance: 1, .. }));
     let unknown = BuildError::UnknownTask { from: 0, to: 2, tasks: 2 };
     assert_eq!(refusal(|plan| plan.links[0].to = 2), unknown);
 }

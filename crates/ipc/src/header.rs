@@ -1,6 +1,7 @@
 //! The header that every frame carries, and what its times are worth to a reader.
 
 use iceoryx2::prelude::ZeroCopySend;
+use isochrone_quality::Flags;
 
 /// When a frame was made and from what. The user header of each sample; 72 bytes, all `u64`.
 ///
@@ -23,7 +24,7 @@ pub struct FrameHeader {
     pub source_ns: u64,
     /// Cycles lost since the publisher started.
     pub missed: u64,
-    /// What the values are worth; 0: nothing to say.
+    /// What the values are worth, the bits of [`Flags`]; 0: nothing to say.
     pub flags: u64,
     /// When this sender took the service, Unix nanoseconds, above every earlier one; 0: a plain
     /// writer.
@@ -67,6 +68,11 @@ pub enum Stamps {
 }
 
 impl FrameHeader {
+    /// What the values are worth.
+    pub const fn flags(&self) -> Flags {
+        Flags::from_bits(self.flags)
+    }
+
     /// Says what the frame's times are worth to a reader at whose clock it arrived at `arrival_ns`.
     ///
     /// `arrival_ns` must not be before the frame was taken out of the subscriber: a frame that came

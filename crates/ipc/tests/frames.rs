@@ -3,7 +3,7 @@
 mod domain;
 
 use domain::{Domain, NOW_NS, layout, send};
-use isochrone_ipc::{Depth, FrameHeader, FramePublisher, FrameSubscriber, Service, Stamp};
+use isochrone_ipc::{Depth, Flags, FrameHeader, FramePublisher, FrameSubscriber, Service, Stamp};
 
 for_both_variants! {
     a_frame_arrives_bit_for_bit
@@ -50,7 +50,8 @@ fn the_header_tells_all_that_was_stamped<S: Service>() {
     let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::Newest).unwrap();
     let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
     writer.prepare();
-    let stamp = Stamp { cycle: 11, release_ns: 22, source_ns: 44, missed: 55 };
+    let flags = Flags::STALE | Flags::FORCED;
+    let stamp = Stamp { cycle: 11, release_ns: 22, source_ns: 44, missed: 55, flags };
     writer.send(stamp, || 33);
     let header = *reader.newest(NOW_NS).unwrap().header();
     assert!(header.term > 1_600_000_000_000_000_000, "Unix ns: {}", header.term);
@@ -63,7 +64,7 @@ fn the_header_tells_all_that_was_stamped<S: Service>() {
             publish_ns: 33,
             source_ns: 44,
             missed: 55,
-            flags: 0,
+            flags: flags.bits(),
             term: header.term,
             layout: shape.number(),
         }

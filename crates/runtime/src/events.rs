@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use isochrone_blocks::{BlockType, PinType, status};
+use isochrone_blocks::{BlockType, ErrorPin, PinType, status};
 use isochrone_engine::config::OnStale;
 use isochrone_engine::{TaskEngine, TaskPlan};
 use rtrb::{Consumer, Producer, RingBuffer};
@@ -50,17 +50,8 @@ pub(crate) struct Events {
 struct Watched {
     instance: usize,
     slot: usize,
-    indication: Indication,
+    pin: ErrorPin,
     told: u16,
-}
-
-/// How a block says that something is wrong.
-#[derive(Clone, Copy)]
-enum Indication {
-    /// With an error word at `status`.
-    Status,
-    /// With TRUE at `error`.
-    Error,
 }
 
 /// Stands for a status word where a block has none.
@@ -69,11 +60,11 @@ const ERROR_WITHOUT_WORD: u16 = u16::MAX;
 impl Watched {
     fn error(&self, image: &[f64]) -> u16 {
         let value = image.get(self.slot).copied().unwrap_or_default();
-        match self.indication {
-            Indication::Status => Some(value as u16).filter(|word| status::is_error(*word)),
-            Indication::Error => Some(ERROR_WITHOUT_WORD).filter(|_| value != 0.0),
+        if self.pin.is_error(value) {
+            self.pin.status_word(value).unwrap_or(ERROR_WITHOUT_WORD)
+        } else {
+            status::OK
         }
-        .unwrap_or(status::OK)
     }
 }
 
@@ -126,18 +117,12 @@ pub(crate) fn ends(task: &TaskPlan) -> (Events, Log) {
     let mut watched = Vec::new();
     let mut first = 0;
     for bank in &task.banks {
-        let outputs = bank.block_type.outputs;
-        let pin = |name: &str, pin_type| {
-            outputs.iter().position(|pin| pin.name == name && pin.pin_type == pin_type)
-        };
-        let status = pin("status", PinType::Word).map(|pin| (pin, Indication::Status));
-        let error = || pin("error", PinType::Bool).map(|pin| (pin, Indication::Error));
-        if let Some((pin, indication)) = status.or_else(error) {
-            let slot = bank.first_slot + bank.block_type.inputs.len() + pin;
+        if let Some(pin) = bank.block_type.error_pin() {
+            let slot = bank.first_slot + pin.slot;
             watched.extend((0..bank.instances.len()).map(|index| Watched {
                 instance: first + index,
                 slot: slot + index * bank.block_type.slots(),
-                indication,
+                pin,
                 told: status::OK,
             }));
         }

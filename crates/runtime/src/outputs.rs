@@ -75,6 +75,7 @@ impl<S: Service> OutputPorts<S> {
                 release_ns: release.release_ns,
                 source_ns: engine.output_source_ns(output),
                 missed: release.missed,
+                ..Stamp::default()
             };
             // A frame that could not be sent is counted by the port.
             let before = thread_allocations();

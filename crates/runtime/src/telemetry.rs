@@ -45,7 +45,7 @@ impl<S: Service> Telemetry<S> {
             values.copy_from_slice(snapshots.values());
         }
         let now_ns = Monotonic.now_ns();
-        let stamp = Stamp { cycle: self.frames, release_ns: now_ns, source_ns: 0, missed: 0 };
+        let stamp = Stamp { cycle: self.frames, release_ns: now_ns, ..Stamp::default() };
         self.frames += 1;
         // The thread that publishes also ends the node: a half-made observer must not hold it up.
         let _given_up = give_up_file_override();

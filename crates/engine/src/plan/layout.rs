@@ -7,7 +7,9 @@ use toml::Spanned;
 
 use super::names::{Entry, Names};
 use super::wires::{Origin, Wiring};
-use super::{BankPlan, InputPlan, LinkPlan, OutputPlan, SignalPlan, TaskPlan, WirePlan};
+use super::{
+    BankPlan, InputPlan, Instances, LinkPlan, OutputPlan, SignalPlan, TaskPlan, Upstream, WirePlan,
+};
 use crate::config::{self, Config};
 
 /// Most instances of a bank. The wires of a bank are copied just before it steps, so its slots
@@ -27,6 +29,7 @@ pub(super) fn lay_out(
         tasks: config.tasks.iter().map(task_plan).collect(),
         input_slots: vec![(0, 0); config.inputs.len()],
         first_slots: vec![0; names.instances()],
+        places: vec![(0, 0); names.instances()],
         links: BTreeMap::new(),
     };
     layout.place_inputs(config);
@@ -74,6 +77,8 @@ struct Layout<'a> {
     input_slots: Vec<(usize, usize)>,
     /// First slot of every instance in its task's image.
     first_slots: Vec<usize>,
+    /// Bank of every instance in its task, and its place there.
+    places: Vec<(usize, usize)>,
     /// Links by reader and producer.
     links: BTreeMap<(usize, usize), Link>,
 }
@@ -98,6 +103,11 @@ impl Layout<'_> {
                 on_stale: input.on_stale,
                 span: name.span(),
             });
+        }
+        for plan in &mut self.tasks {
+            let inputs = plan.inputs.len();
+            plan.image.extend(std::iter::repeat_n(0.0, inputs));
+            plan.image.extend(std::iter::repeat_n(f64::INFINITY, inputs));
         }
     }
 
@@ -169,8 +179,9 @@ impl Layout<'_> {
         let Some(block_type) = first.block_type else { return };
         let plan = &mut self.tasks[task];
         let first_slot = plan.image.len();
-        for &instance in instances {
+        for (place, &instance) in instances.iter().enumerate() {
             self.first_slots[instance] = plan.image.len();
+            self.places[instance] = (plan.banks.len(), place);
             let entry = self.names.entries.partition_point(|entry| entry.first <= instance) - 1;
             let constants = self.wiring.constants[entry].iter();
             plan.image.extend(constants.map(|constant| constant.unwrap_or_default()));
@@ -246,15 +257,15 @@ impl Layout<'_> {
                         slot: self.slot(signal.from, task),
                     })
                     .collect(),
-                sources: self.sources(signals.iter().map(|signal| signal.from), task),
+                upstream: self.upstream(signals.iter().map(|signal| signal.from), task),
             };
             self.tasks[task].outputs.push(plan);
         }
     }
 
-    /// The sources of a task that values are computed from: everything that wires lead to, back to
-    /// its inputs and the values of its incoming links.
-    fn sources(&self, origins: impl Iterator<Item = Origin>, task: usize) -> Vec<usize> {
+    /// What values are computed from: everything in their task that wires lead from, back to its
+    /// inputs and the values of its incoming links.
+    fn upstream(&self, origins: impl Iterator<Item = Origin>, task: usize) -> Upstream {
         let mut sources = std::collections::BTreeSet::new();
         let mut seen = std::collections::HashSet::new();
         let mut open: Vec<Origin> = origins.collect();
@@ -262,8 +273,7 @@ impl Layout<'_> {
             let producer = self.task_of_origin(origin);
             match origin {
                 _ if producer != task => {
-                    // Imports stand right behind the inputs.
-                    sources.insert(self.slot(origin, task));
+                    sources.insert(self.tasks[task].import_source(self.slot(origin, task)));
                 }
                 Origin::Input(input) => {
                     sources.insert(self.input_slots[input].1);
@@ -274,7 +284,16 @@ impl Layout<'_> {
                 Origin::Pin { .. } => {}
             }
         }
-        sources.into_iter().collect()
+        let mut places: Vec<_> = seen.into_iter().map(|instance| self.places[instance]).collect();
+        places.sort_unstable();
+        let mut blocks: Vec<Instances> = Vec::new();
+        for (bank, place) in places {
+            match blocks.last_mut() {
+                Some(last) if last.bank == bank && last.range.end == place => last.range.end += 1,
+                _ => blocks.push(Instances { bank, range: place..place + 1 }),
+            }
+        }
+        Upstream { sources: sources.into_iter().collect(), blocks }
     }
 
     fn finish(self) -> (Vec<TaskPlan>, Vec<LinkPlan>) {
@@ -286,10 +305,10 @@ impl Layout<'_> {
                 to,
                 slots: link.origins.iter().map(|origin| index(self.slot(*origin, from))).collect(),
                 first_slot: link.first_slot,
-                sources: link
+                upstream: link
                     .origins
                     .iter()
-                    .map(|origin| self.sources(std::iter::once(*origin), from))
+                    .map(|origin| self.upstream(std::iter::once(*origin), from))
                     .collect(),
             })
             .collect();

@@ -86,7 +86,7 @@ pub struct TaskPlan {
     pub priority: Option<u8>,
     /// CPU to pin to.
     pub cpu: Option<u32>,
-    /// Its inputs; input k stands in slot k of the image.
+    /// Its inputs, which stand first in the image: their values, then their `ok`, then their `age`.
     pub inputs: Vec<InputPlan>,
     /// Its outputs in file order.
     pub outputs: Vec<OutputPlan>,
@@ -128,9 +128,27 @@ pub struct OutputPlan {
     pub service: String,
     /// Its channels.
     pub signals: Vec<SignalPlan>,
-    /// The sources that it is computed from: the task's inputs, then the values of its incoming
-    /// links, one link after the other.
+    /// What it is computed from.
+    pub upstream: Upstream,
+}
+
+/// What values are computed from, within their task.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Upstream {
+    /// The task's inputs by their index, and behind them the values of its incoming links, in the
+    /// order of the image.
     pub sources: Vec<usize>,
+    /// Blocks.
+    pub blocks: Vec<Instances>,
+}
+
+/// Some of a bank's instances, one after the other.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Instances {
+    /// Index of the bank in the task.
+    pub bank: usize,
+    /// Which of the bank's instances.
+    pub range: std::ops::Range<usize>,
 }
 
 /// One channel of a frame.
@@ -179,8 +197,65 @@ pub struct LinkPlan {
     pub slots: Vec<u32>,
     /// Their first slot in the image of the second; the others follow.
     pub first_slot: usize,
-    /// For each of them the sources that it is computed from in the first task.
-    pub sources: Vec<Vec<usize>>,
+    /// For each of them what it is computed from in the first task.
+    pub upstream: Vec<Upstream>,
+}
+
+/// What an input brings: its value, and what that is worth.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum InputPart {
+    /// What it reads, of its own type.
+    Value,
+    /// `NAME.ok`, a BOOL: whether that is a sample, fresh and good.
+    Ok,
+    /// `NAME.age`, an LREAL: how old the sample is, in seconds.
+    Age,
+}
+
+impl InputPart {
+    /// All parts, in the order in which they stand in an image.
+    pub const ALL: [Self; 3] = [Self::Value, Self::Ok, Self::Age];
+
+    /// What stands behind the input's name: nothing, `.ok` or `.age`.
+    pub const fn suffix(self) -> &'static str {
+        match self {
+            Self::Value => "",
+            Self::Ok => ".ok",
+            Self::Age => ".age",
+        }
+    }
+
+    /// Its type, where the input is of `value_type`.
+    pub const fn pin_type(self, value_type: PinType) -> PinType {
+        match self {
+            Self::Value => value_type,
+            Self::Ok => PinType::Bool,
+            Self::Age => PinType::Lreal,
+        }
+    }
+}
+
+impl TaskPlan {
+    /// Where a part of an input stands in the image.
+    pub fn input_slot(&self, input: usize, part: InputPart) -> usize {
+        part as usize * self.inputs.len() + input
+    }
+
+    /// How many slots the inputs take, which is the first slot of what comes from other tasks.
+    pub fn input_slots(&self) -> usize {
+        InputPart::ALL.len() * self.inputs.len()
+    }
+
+    /// The input and the part of it that a slot holds, if it holds one.
+    pub fn input_at(&self, slot: usize) -> Option<(usize, InputPart)> {
+        let input = slot.checked_rem(self.inputs.len())?;
+        Some((input, *InputPart::ALL.get(slot / self.inputs.len())?))
+    }
+
+    /// Which of the task's sources a value from another task is, by its slot.
+    pub(crate) fn import_source(&self, slot: usize) -> usize {
+        slot - self.input_slots() + self.inputs.len()
+    }
 }
 
 impl LinkPlan {
@@ -240,8 +315,8 @@ impl Plan {
 
     fn find_slot_name(&self, task: usize, slot: usize) -> Option<String> {
         let plan = self.tasks.get(task)?;
-        if let Some(input) = plan.inputs.get(slot) {
-            return Some(input.name.clone());
+        if let Some((input, part)) = plan.input_at(slot) {
+            return Some(format!("{}{}", plan.inputs.get(input)?.name, part.suffix()));
         }
         let bank = plan.banks.partition_point(|bank| bank.first_slot <= slot);
         if let Some(bank) = bank.checked_sub(1).and_then(|bank| plan.banks.get(bank)) {

@@ -11,6 +11,8 @@ use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::sample_mut::SampleMut;
 use iceoryx2::service::port_factory::PortFactory as _;
 
+use isochrone_quality::Flags;
+
 use crate::peers::Peers;
 use crate::repair::{Peer, Repair};
 use crate::service::{self, FrameService, Quality};
@@ -36,6 +38,8 @@ pub struct Stamp {
     pub source_ns: u64,
     /// Cycles lost since start.
     pub missed: u64,
+    /// What the values are worth.
+    pub flags: Flags,
 }
 
 /// What a publisher did and what went wrong, since it was opened.
@@ -191,7 +195,7 @@ impl<S: Service> FramePublisher<S> {
             publish_ns: 0,
             source_ns: stamp.source_ns,
             missed: stamp.missed,
-            flags: 0,
+            flags: stamp.flags.bits(),
             term: self.term,
             layout: self.layout,
         };
