@@ -10,7 +10,7 @@ use iceoryx2::service::port_factory::PortFactory as _;
 use crate::announcement::Announcement;
 use crate::peers::Peers;
 use crate::publisher::reserve;
-use crate::service::{self, LayoutService};
+use crate::service::{self, LayoutService, holders};
 use crate::{FrameLayout, OpenError, Participant, Service, give_up_file_override, space};
 
 /// How often a layout is announced while there is a reader.
@@ -219,7 +219,8 @@ fn publish<S: Service>(
     let places = service::publisher_places(opened);
     if opened.dynamic_config().number_of_publishers() >= places {
         let service = service.to_owned();
-        return Err(OpenError::Full { service, what: "publisher", limit: places });
+        let holders = holders::of_publishers(opened);
+        return Err(OpenError::Full { service, what: "publisher", limit: places, holders });
     }
     let full = |(needed_bytes, free_bytes)| OpenError::SharedMemoryFull {
         service: service.to_owned(),
@@ -251,7 +252,8 @@ fn subscribe<S: Service>(
     let places = service::subscriber_places(opened);
     if opened.dynamic_config().number_of_subscribers() >= places {
         let service = service.to_owned();
-        return Err(OpenError::Full { service, what: "subscriber", limit: places });
+        let holders = holders::of_subscribers(opened);
+        return Err(OpenError::Full { service, what: "subscriber", limit: places, holders });
     }
     // As with the publisher.
     let _given_up = give_up_file_override();

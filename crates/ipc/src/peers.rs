@@ -1,14 +1,15 @@
 //! What a port knows about the ports at the other end.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 
 use iceoryx2::port::{DegradationAction, DegradationFn};
 
 /// Counts peers that come and go, and connections to them that failed.
 #[derive(Debug, Default)]
 pub(crate) struct Peers {
-    present: usize,
+    /// How many there are, as last seen.
+    present: Arc<AtomicUsize>,
     changes: u64,
     failures: Arc<AtomicU64>,
 }
@@ -30,15 +31,22 @@ impl Peers {
         Arc::clone(&self.failures)
     }
 
+    /// How many peers there are, for another thread.
+    pub(crate) fn present(&self) -> Arc<AtomicUsize> {
+        Arc::clone(&self.present)
+    }
+
     /// Takes note of how many peers there are, and returns whether that changed.
     ///
     /// One that leaves and one that joins between two looks are no change here. Their identities
     /// would tell, but iceoryx2 0.10 lists those through a copy that it allocates, and keeps the
     /// counter of its changes to itself.
     pub(crate) fn note(&mut self, present: usize) -> bool {
-        let changed = present != self.present;
-        self.present = present;
-        self.changes += u64::from(changed);
+        let changed = present != self.present.load(Ordering::Relaxed);
+        if changed {
+            self.present.store(present, Ordering::Relaxed);
+            self.changes += 1;
+        }
         changed
     }
 

@@ -1,9 +1,11 @@
 //! Connections that failed, and how they come about after all.
 
+use std::fmt;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
+use crate::peers::Peers;
 use crate::service;
 use crate::{OpenError, Participant, Service, give_up_file_override, space};
 
@@ -25,6 +27,9 @@ pub struct Repair {
     service: String,
     peer: Peer,
     failures: Arc<AtomicU64>,
+    /// How many peers the port last saw, and how many of them were told.
+    present: Arc<AtomicUsize>,
+    told: usize,
     /// Failures that an attempt followed.
     answered: u64,
     pause: Duration,
@@ -40,13 +45,24 @@ pub(crate) enum Peer {
     Subscriber,
 }
 
+impl fmt::Display for Peer {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Publisher => "publisher",
+            Self::Subscriber => "subscriber",
+        })
+    }
+}
+
 impl Repair {
-    pub(crate) fn new(service: &str, peer: Peer, failures: Arc<AtomicU64>) -> Self {
+    pub(crate) fn new(service: &str, peer: Peer, peers: &Peers) -> Self {
         let service = service.to_owned();
         Self {
             service,
             peer,
-            failures,
+            failures: peers.failure_count(),
+            present: peers.present(),
+            told: 0,
             answered: 0,
             pause: FIRST_PAUSE,
             not_before: None,
@@ -62,10 +78,11 @@ impl Repair {
 
     /// Has the port try again if a connection failed since the last attempt. Returns whether it did.
     ///
-    /// For an ordinary thread, many times a second: it is one load of an atomic while all is well,
+    /// For an ordinary thread, many times a second: it is two loads of atomics while all is well,
     /// and some hundred microseconds of file operations otherwise. What fails again and again for
     /// more than a second is logged once, as a warning.
     pub fn tend<S: Service>(&mut self, participant: &Participant<S>) -> bool {
+        self.tell_peers();
         // Read before the attempt: a failure that the attempt itself meets calls for another.
         let failures = self.failures.load(Ordering::Relaxed);
         if failures == self.answered && self.not_before.is_none() {
@@ -94,13 +111,20 @@ impl Repair {
         shown.is_ok()
     }
 
+    /// Logs how many peers the port is connected to, where that has changed.
+    fn tell_peers(&mut self) {
+        let present = self.present.load(Ordering::Relaxed);
+        if present != self.told {
+            self.told = present;
+            let ending = if present == 1 { "" } else { "s" };
+            tracing::debug!("service {:?} has {present} {}{ending} now", self.service, self.peer);
+        }
+    }
+
     /// Says that the attempts do not help, and `why` no attempt could be made, if so.
     fn warn(&self, why: Option<&OpenError>) {
         let service = &self.service;
-        let peer = match self.peer {
-            Peer::Publisher => "publisher",
-            Peer::Subscriber => "subscriber",
-        };
+        let peer = self.peer;
         let why = match why {
             Some(error) => error.to_string(),
             None => {

@@ -9,7 +9,7 @@ use iceoryx2::service::port_factory::PortFactory as _;
 use crate::following::{Arrival, Following, Seen, Verdict};
 use crate::peers::Peers;
 use crate::repair::{Peer, Repair};
-use crate::service::{self, FrameService, Quality};
+use crate::service::{self, FrameService, Quality, holders};
 use crate::{FrameHeader, FrameRef, OpenError, Participant, Service, give_up_file_override};
 
 /// How many frames [`Depth::Newest`] lets wait: with two, a frame that arrives just early does
@@ -114,8 +114,12 @@ impl<S: Service> FrameSubscriber<S> {
         };
         let peers = Peers::default();
         let places = service::subscriber_places(&opened);
-        let full =
-            || OpenError::Full { service: service.to_owned(), what: "subscriber", limit: places };
+        let full = || OpenError::Full {
+            service: service.to_owned(),
+            what: "subscriber",
+            limit: places,
+            holders: holders::of_subscribers(&opened),
+        };
         let port = service::open_port(participant, &opened, || {
             let _given_up = give_up_file_override();
             if opened.dynamic_config().number_of_subscribers() >= places {
@@ -233,7 +237,7 @@ impl<S: Service> FrameSubscriber<S> {
     /// What makes good the port's failed connections; for an ordinary thread.
     pub fn repair(&self) -> Repair {
         let service = self.service.name().as_str();
-        Repair::new(service, Peer::Publisher, self.peers.failure_count())
+        Repair::new(service, Peer::Publisher, &self.peers)
     }
 
     /// What happened since the subscriber was opened.

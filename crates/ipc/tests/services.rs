@@ -271,10 +271,18 @@ fn a_full_service_says_so<S: Service>() {
     let node = domain.join::<S>();
     let shape = layout(&["a:LREAL"]);
     let open = || FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::Newest);
-    let readers: Vec<_> = (0..16).map(|_| open().unwrap()).collect();
+    let crowd = isochrone_ipc::Participant::<S>::join("the-crowd", &domain).unwrap();
+    let join = || FrameSubscriber::open(&crowd, "x", shape.signals.len(), Depth::Newest);
+    let readers: Vec<_> = (0..14).map(|_| join().unwrap()).collect();
+    let own = [open().unwrap(), open().unwrap()];
     let error = open().unwrap_err().to_string();
-    assert!(error.contains("no place for another subscriber"), "{error}");
+    assert!(error.contains("service \"x\" has no place for another subscriber"), "{error}");
     assert!(error.contains("provided 16"), "{error}");
+    let pid = format!("pid {}", std::process::id());
+    for part in ["14 by node \"the-crowd\"", "2 by node \"", &pid, "end one"] {
+        assert!(error.contains(part), "{part}: {error}");
+    }
+    drop(own);
     drop(readers);
     open().unwrap();
 }

@@ -54,7 +54,8 @@ pub enum OpenError {
     },
     /// All places that the service's creator provided for are taken.
     #[error(
-        "service {service:?} has no place for another {what} (its creator provided {limit}); end one, or end all of them and let a node of isochrone create the service"
+        "service {service:?} has no place for another {what} (its creator provided {limit}{}); end one, or end all of them and let a node of isochrone create the service",
+        taken(.holders)
     )]
     Full {
         /// Name of the service.
@@ -63,6 +64,8 @@ pub enum OpenError {
         what: &'static str,
         /// How many there can be.
         limit: usize,
+        /// Who has them: node names, programs and process ids; empty if nobody can be named.
+        holders: String,
     },
     /// The domain could not be locked, or not before the process was asked to end.
     #[error("service {service:?} in {domain} cannot be opened: {cause}")]
@@ -116,4 +119,8 @@ pub enum OpenError {
         /// What has run out or cannot be written, what iceoryx2 said last, and what to do.
         cause: String,
     },
+}
+
+fn taken(holders: &str) -> String {
+    if holders.is_empty() { String::new() } else { format!("; taken: {holders}") }
 }

@@ -225,7 +225,7 @@ impl<S: Service> FramePublisher<S> {
     /// What makes good the port's failed connections; for an ordinary thread.
     pub fn repair(&self) -> Repair {
         let service = self.service.name().as_str();
-        Repair::new(service, Peer::Subscriber, self.peers.failure_count())
+        Repair::new(service, Peer::Subscriber, &self.peers)
     }
 
     /// How many subscribers the service has now, connected or not.

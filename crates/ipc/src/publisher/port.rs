@@ -1,14 +1,13 @@
 //! The port of a publisher, of which a service has one.
 
 use iceoryx2::identifiers::UniquePublisherId;
-use iceoryx2::node::{NodeState, NodeView};
 use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
 use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, CallbackProgression, PortName};
 use iceoryx2::service::port_factory::PortFactory as _;
 
 use super::{MAX_LOANED, PUBLISHER_PORT_NAME};
 use crate::peers::Peers;
-use crate::service::{self, FrameService};
+use crate::service::{self, FrameService, holders};
 use crate::{FrameHeader, OpenError, Participant, Service, give_up_file_override};
 
 /// Creates the port, and makes sure that it is the only one of ours.
@@ -22,7 +21,12 @@ pub(super) fn sole_port<S: Service>(
     let name = PortName::new(PUBLISHER_PORT_NAME)
         .map_err(|cause| service::failed(participant, service, cause))?;
     let places = service::publisher_places(opened);
-    let full = || OpenError::Full { service: service.to_owned(), what: "publisher", limit: places };
+    let full = || OpenError::Full {
+        service: service.to_owned(),
+        what: "publisher",
+        limit: places,
+        holders: holders::of_publishers(opened),
+    };
     service::open_port(participant, opened, || {
         let _given_up = give_up_file_override();
         // Looking first spares the readers a connection to a port that must go at once.
@@ -70,19 +74,6 @@ fn refuse_second<S: Service>(
     let Some(node_id) = other else {
         return Ok(());
     };
-    let mut other = format!("a node that does not tell its name (id {node_id})");
-    // When the nodes cannot be listed, the id must do.
-    let _ = opened.nodes(|state| {
-        let details = match &state {
-            NodeState::Alive(node) if *node.id() == node_id => node.details(),
-            NodeState::Dead(node) if *node.id() == node_id => node.details(),
-            _ => return CallbackProgression::Continue,
-        };
-        if let Some(node) = details {
-            let (name, program, pid) = (node.name(), node.executable(), node.process_id());
-            other = format!("node \"{name}\" ({program}, pid {pid})");
-        }
-        CallbackProgression::Stop
-    });
+    let other = holders::node(opened, node_id);
     Err(OpenError::SecondPublisher { service: service.to_owned(), other })
 }

@@ -1,5 +1,6 @@
 //! Opening and creating the iceoryx2 services that carry frames, and those that carry their layouts.
 
+pub(crate) mod holders;
 mod name;
 mod quality;
 mod types;
@@ -59,10 +60,20 @@ fn open_or_create_of<S: Service, E: Element, H: Header>(
     loop {
         let held = participant.lock(service)?;
         let cause = match open_once(participant, service, name, &held)? {
-            Attempt::Done(opened) => return Ok(opened),
+            Attempt::Done(opened) => {
+                if let Some(shortfall) = quality.shortfall(&opened) {
+                    tracing::info!(
+                        "service {service:?} is used as its creator made it: {shortfall}"
+                    );
+                }
+                return Ok(opened);
+            }
             Attempt::Again(cause) => cause,
             Attempt::Absent => match create(participant, name, quality) {
-                Ok(created) => return Ok(created),
+                Ok(created) => {
+                    tracing::debug!("created service {service:?} with {quality}");
+                    return Ok(created);
+                }
                 Err(cause) => cause.to_string(),
             },
         };

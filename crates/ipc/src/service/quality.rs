@@ -1,5 +1,7 @@
 //! What a service provides: places for ports, and memory for what its readers are behind.
 
+use std::fmt;
+
 use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
 
@@ -31,11 +33,55 @@ impl Quality {
         Self { buffer: buffer_frames(channels), borrowed: MAX_BORROWED }
     }
 
+    /// In what a service that exists provides less than this, with both sides and what to do; `None`
+    /// where it provides all of it.
+    pub(super) fn shortfall<S: Service, E: Element, H: Header>(
+        self,
+        opened: &PortFactory<S, [E], H>,
+    ) -> Option<String> {
+        let has = opened.static_config();
+        let (buffer, borrowed) =
+            (has.subscriber_max_buffer_size(), has.subscriber_max_borrowed_samples());
+        let mut differences = Vec::new();
+        if buffer < self.buffer {
+            let asked = self.buffer;
+            let messages = E::MESSAGES;
+            differences.push(format!(
+                "{buffer} {messages} wait for a reader, where {asked} were asked for"
+            ));
+        }
+        if borrowed < self.borrowed {
+            let asked = self.borrowed;
+            differences
+                .push(format!("a reader holds {borrowed} at once, where {asked} were asked for"));
+        }
+        if !has.has_safe_overflow() {
+            differences.push(
+                "a reader that is late misses the newest, where it was asked that it miss the oldest"
+                    .to_owned(),
+            );
+        }
+        if differences.is_empty() {
+            return None;
+        }
+        let differences = differences.join("; ");
+        Some(format!(
+            "{differences}; to change that, end all its processes and start this one first"
+        ))
+    }
+
     /// Of a service of layouts: the newest is all that counts.
     pub(crate) const fn of_layouts() -> Self {
         Self { buffer: 1, borrowed: 1 }
     }
 }
+impl fmt::Display for Quality {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { buffer, borrowed } = self;
+        write!(f, "a buffer of {buffer} for each reader, which may hold {borrowed} of them")
+    }
+}
+
 /// How many publishers a service has places for, the spare one left out.
 pub(crate) fn publisher_places<S: Service, E: Element, H: Header>(
     opened: &PortFactory<S, [E], H>,
@@ -80,7 +126,37 @@ fn buffer_frames(channels: usize) -> usize {
 
 #[cfg(test)]
 mod tests {
+    use iceoryx2::prelude::{NodeBuilder, ServiceName};
+
+    use crate::{IsolatedDomain, local};
+
     use super::*;
+
+    #[test]
+    fn what_a_service_lacks_is_told_with_both_sides_and_what_to_do() {
+        let domain = IsolatedDomain::new("isotest").unwrap();
+        let node = NodeBuilder::new().config(domain.config()).create::<local::Service>().unwrap();
+        let name = ServiceName::new("x").unwrap();
+        let builder = || node.service_builder(&name).publish_subscribe::<[f64]>();
+        let poor = builder()
+            .enable_safe_overflow(false)
+            .subscriber_max_buffer_size(3)
+            .subscriber_max_borrowed_samples(1)
+            .create()
+            .unwrap();
+        let told = Quality::of_frames(1).shortfall(&poor).unwrap();
+        for part in [
+            "3 frames wait for a reader, where 256 were asked for",
+            "a reader holds 1 at once, where 2 were asked for",
+            "misses the newest, where it was asked that it miss the oldest",
+            "end all its processes and start this one first",
+        ] {
+            assert!(told.contains(part), "{part}: {told}");
+        }
+        drop(poor);
+        let rich = builder().subscriber_max_buffer_size(300).history_size(7).create().unwrap();
+        assert_eq!(Quality::of_frames(1).shortfall(&rich), None);
+    }
 
     #[test]
     fn buffers_are_deep_for_small_frames_and_bounded_for_large_ones() {

@@ -1,0 +1,76 @@
+//! Who has the places of a service.
+
+use iceoryx2::identifiers::UniqueNodeId;
+use iceoryx2::node::{NodeState, NodeView};
+use iceoryx2::prelude::CallbackProgression;
+use iceoryx2::service::port_factory::PortFactory as _;
+
+use super::{Element, Header, Opened};
+use crate::Service;
+
+/// A node that has the service open: its name, program and process id.
+pub(crate) fn node<S: Service, E: Element, H: Header>(
+    opened: &Opened<S, E, H>,
+    id: UniqueNodeId,
+) -> String {
+    let mut found = format!("a node that does not tell its name (id {id})");
+    // When the nodes cannot be listed, the id must do.
+    let _ = opened.nodes(|state| {
+        let details = match &state {
+            NodeState::Alive(node) if *node.id() == id => node.details(),
+            NodeState::Dead(node) if *node.id() == id => node.details(),
+            _ => return CallbackProgression::Continue,
+        };
+        if let Some(node) = details {
+            let (name, program, pid) = (node.name(), node.executable(), node.process_id());
+            found = format!("node \"{name}\" ({program}, pid {pid})");
+        }
+        CallbackProgression::Stop
+    });
+    found
+}
+
+/// The nodes of a service's publishers, each with how many it has.
+pub(crate) fn of_publishers<S: Service, E: Element, H: Header>(opened: &Opened<S, E, H>) -> String {
+    let mut owners = Vec::new();
+    opened.dynamic_config().list_publishers(|port| {
+        owners.push(port.node_id);
+        CallbackProgression::Continue
+    });
+    listed(opened, &owners)
+}
+
+/// The nodes of a service's subscribers, each with how many it has.
+pub(crate) fn of_subscribers<S: Service, E: Element, H: Header>(
+    opened: &Opened<S, E, H>,
+) -> String {
+    let mut owners = Vec::new();
+    opened.dynamic_config().list_subscribers(|port| {
+        owners.push(port.node_id);
+        CallbackProgression::Continue
+    });
+    listed(opened, &owners)
+}
+
+fn listed<S: Service, E: Element, H: Header>(
+    opened: &Opened<S, E, H>,
+    owners: &[UniqueNodeId],
+) -> String {
+    const SHOWN: usize = 5;
+    let mut nodes: Vec<(UniqueNodeId, usize)> = Vec::new();
+    for owner in owners {
+        match nodes.iter_mut().find(|(node, _)| node == owner) {
+            Some((_, places)) => *places += 1,
+            None => nodes.push((*owner, 1)),
+        }
+    }
+    let mut texts: Vec<String> = nodes
+        .iter()
+        .take(SHOWN)
+        .map(|(id, places)| format!("{places} by {}", node(opened, *id)))
+        .collect();
+    if nodes.len() > SHOWN {
+        texts.push(format!("the others by {} more nodes", nodes.len() - SHOWN));
+    }
+    texts.join(", ")
+}
