@@ -24,5 +24,5 @@ mod throttling;
 pub use disturbance::Disturbance;
 pub use doctor::{Examination, Finding, NoSuchCpu, Severity, examine};
 pub use environment::Environment;
-pub use machine::Machine;
+pub use machine::{CpuList, GroupBudget, Machine};
 pub use throttling::{NoThrottling, Throttling};

@@ -1,11 +1,11 @@
 //! The system calls of the set-up, behind a trait so that its decisions are tested without privilege.
 #![allow(unsafe_code)] // scheduling, signal masks and rusage have no safe wrapper in rustix.
 
-use std::fs;
 use std::io;
 use std::mem::MaybeUninit;
 use std::num::NonZeroU64;
 
+use isochrone_machine::{CpuList, GroupBudget, Machine};
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use rustix::thread::{
@@ -33,13 +33,6 @@ pub(crate) enum Scheduler {
     Other,
 }
 
-/// The real-time budget of the control group that the thread is in (`RT_GROUP_SCHED`).
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) struct GroupBudget {
-    pub(crate) group: String,
-    pub(crate) runtime_us: i64,
-}
-
 /// What the set-up asks of the operating system. All of it concerns the calling thread or process.
 pub(crate) trait Os {
     fn can_lock_memory(&self) -> bool;
@@ -52,8 +45,8 @@ pub(crate) trait Os {
     fn keep_freed_memory(&self);
     fn set_timer_slack_ns(&self, slack_ns: NonZeroU64);
     fn block_signals(&self);
-    /// The kernel's list of usable CPUs, such as `0-3,8`.
-    fn online_cpus(&self) -> String;
+    /// The CPUs that are online, if the kernel says.
+    fn online_cpus(&self) -> Option<CpuList>;
     fn pin(&self, cpu: usize) -> io::Result<()>;
     fn pinned_cpu(&self) -> Option<usize>;
     fn set_fifo(&self, priority: u8) -> io::Result<()>;
@@ -128,9 +121,8 @@ impl Os for Linux {
         }
     }
 
-    fn online_cpus(&self) -> String {
-        let list = fs::read_to_string("/sys/devices/system/cpu/online").unwrap_or_default();
-        list.trim().to_owned()
+    fn online_cpus(&self) -> Option<CpuList> {
+        Machine::here().online()
     }
 
     fn pin(&self, cpu: usize) -> io::Result<()> {
@@ -175,12 +167,7 @@ impl Os for Linux {
     }
 
     fn group_budget(&self) -> Option<GroupBudget> {
-        let groups = fs::read_to_string("/proc/thread-self/cgroup").ok()?;
-        let group = cpu_group(&groups)?;
-        let runtime_us = ["cpu", "cpu,cpuacct"].iter().find_map(|mount| {
-            fs::read_to_string(format!("/sys/fs/cgroup/{mount}{group}/cpu.rt_runtime_us")).ok()
-        })?;
-        Some(GroupBudget { group: group.to_owned(), runtime_us: runtime_us.trim().parse().ok()? })
+        Machine::here().group_budget()
     }
 }
 
@@ -229,26 +216,11 @@ fn raise(resource: Resource) {
     let _ = setrlimit(resource, Rlimit { current: maximum, maximum });
 }
 
-/// The group of the version 1 `cpu` controller in a `/proc/<pid>/cgroup` file.
-fn cpu_group(groups: &str) -> Option<&str> {
-    groups.lines().find_map(|line| {
-        let mut fields = line.splitn(3, ':').skip(1);
-        let controllers = fields.next()?;
-        let group = fields.next()?;
-        controllers.split(',').any(|name| name == "cpu").then_some(group)
-    })
-}
-
 #[cfg(test)]
 mod tests {
-    use super::*;
+    use std::fs;
 
-    #[test]
-    fn the_cpu_group_is_found_among_the_other_controllers() {
-        let groups = "4:memory:/m\n3:cpuset:/s\n2:cpu,cpuacct:/a:b/c\n0::/unified\n";
-        assert_eq!(cpu_group(groups), Some("/a:b/c"));
-        assert_eq!(cpu_group("3:cpuset:/s\n0::/unified\n"), None);
-    }
+    use super::*;
 
     #[test]
     fn the_kernel_tells_that_a_new_thread_is_scheduled_like_its_parent() {

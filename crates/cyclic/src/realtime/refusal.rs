@@ -57,13 +57,14 @@ pub enum Refusal {
     },
     /// The kernel has `RT_GROUP_SCHED`, and this control group has no real-time budget.
     #[error(
-        "no real-time priority {priority}: cgroup {group} has no real-time budget (RT_GROUP_SCHED)"
+        "no real-time priority {priority}: this thread's control group has no real-time budget \
+         (RT_GROUP_SCHED): {file} is 0"
     )]
     NoGroupBudget {
         /// The priority asked for.
         priority: u8,
-        /// The group of the `cpu` controller.
-        group: String,
+        /// The file that holds the group's budget, `cpu.rt_runtime_us`.
+        file: String,
     },
     /// The kernel refused though this process has the right, as in a container.
     #[error(
@@ -114,9 +115,8 @@ impl Refusal {
                  `rtprio 89` for this user in /etc/security/limits.conf"
                     .to_owned()
             }
-            Self::NoGroupBudget { group, .. } => format!(
-                "give the group a budget: `echo 900000 > /sys/fs/cgroup/cpu{group}/cpu.rt_runtime_us`, \
-                 or start from the root group"
+            Self::NoGroupBudget { file, .. } => format!(
+                "give the group a budget: `echo 900000 > {file}`, or start from the root group"
             ),
             Self::PriorityRefused { .. } => {
                 "allow it in the container: `--cap-add SYS_NICE --ulimit rtprio=89`, or run outside"
@@ -143,7 +143,10 @@ mod tests {
             Refusal::CpuExcluded { cpu: 1, reason: reason() },
             Refusal::PriorityRange { priority: 95 },
             Refusal::NoPriorityRight { priority: 80, limit: 0 },
-            Refusal::NoGroupBudget { priority: 80, group: "/box".to_owned() },
+            Refusal::NoGroupBudget {
+                priority: 80,
+                file: "/sys/fs/cgroup/cpu/box/cpu.rt_runtime_us".to_owned(),
+            },
             Refusal::PriorityRefused { priority: 80, reason: reason() },
         ];
         for refusal in refusals {

@@ -4,7 +4,9 @@ use std::cell::{Cell, RefCell};
 use std::io;
 use std::num::NonZeroU64;
 
-use super::os::{GroupBudget, Limit, Os, Scheduler};
+use isochrone_machine::{CpuList, GroupBudget};
+
+use super::os::{Limit, Os, Scheduler};
 
 /// By default: no capability, limits as in a fresh distribution, CPUs 0 and 1.
 pub(crate) struct SimulatedOs {
@@ -112,8 +114,8 @@ impl Os for SimulatedOs {
         self.called("block_signals");
     }
 
-    fn online_cpus(&self) -> String {
-        "0-1".to_owned()
+    fn online_cpus(&self) -> Option<CpuList> {
+        CpuList::parse("0-1")
     }
 
     fn pin(&self, cpu: usize) -> io::Result<()> {

@@ -6,6 +6,8 @@ use std::marker::PhantomData;
 use std::num::NonZeroU64;
 use std::ops::RangeInclusive;
 
+use isochrone_machine::GroupBudget;
+
 use super::os::{Linux, Os, Scheduler};
 use super::refusal::Refusal;
 
@@ -78,10 +80,11 @@ impl Drop for PriorityReturn {
 }
 
 fn pin(os: &impl Os, cpu: usize) -> Result<(), Refusal> {
-    let online = os.online_cpus();
-    // An unreadable list says nothing; then the kernel decides.
-    if !online.is_empty() && !contains_cpu(&online, cpu) {
-        return Err(Refusal::NoSuchCpu { cpu, online });
+    // Where the list cannot be read, the kernel decides.
+    if let Some(online) =
+        os.online_cpus().filter(|online| !online.is_empty() && !online.contains(cpu))
+    {
+        return Err(Refusal::NoSuchCpu { cpu, online: online.to_string() });
     }
     os.pin(cpu).map_err(|error| Refusal::CpuExcluded { cpu, reason: error.to_string() })
 }
@@ -101,21 +104,10 @@ fn set_priority(os: &impl Os, priority: u8) -> Result<(), Refusal> {
             return Refusal::NoPriorityRight { priority, limit: limit.hard };
         }
         match os.group_budget() {
-            Some(budget) if budget.runtime_us == 0 => {
-                Refusal::NoGroupBudget { priority, group: budget.group }
+            Some(GroupBudget::Budget { file, runtime_us: 0 }) => {
+                Refusal::NoGroupBudget { priority, file }
             }
             _ => Refusal::PriorityRefused { priority, reason: error.to_string() },
-        }
-    })
-}
-
-/// Whether a kernel CPU list such as `0-3,8` names this CPU.
-fn contains_cpu(list: &str, cpu: usize) -> bool {
-    list.split(',').any(|range| {
-        let (first, last) = range.split_once('-').unwrap_or((range, range));
-        match (first.trim().parse::<usize>(), last.trim().parse::<usize>()) {
-            (Ok(first), Ok(last)) => (first..=last).contains(&cpu),
-            _ => false,
         }
     })
 }

@@ -1,4 +1,4 @@
-//! The control groups of this process.
+//! The control groups of this thread.
 
 use super::Machine;
 
@@ -9,7 +9,7 @@ pub(super) enum Version {
     Two,
 }
 
-/// The control group of this process that a controller looks at.
+/// The control group of this thread that a controller looks at.
 #[derive(Debug)]
 pub(super) struct ControlGroup {
     pub(super) version: Version,
@@ -38,7 +38,9 @@ impl ControlGroup {
 impl Machine {
     /// The group of version 1 if the controller is in use there, else that of version 2.
     pub(super) fn control_group(&self, controller: &str) -> Option<ControlGroup> {
-        let groups = self.text("/proc/self/cgroup")?;
+        // In version 1 each thread has a group of its own.
+        let of_thread = self.text("/proc/thread-self/cgroup");
+        let groups = of_thread.or_else(|| self.text("/proc/self/cgroup"))?;
         if let Some(name) = of_version_1(&groups, controller) {
             // Distributions mount the controllers of CPU time together.
             let mounts = [controller, "cpu,cpuacct"].map(|mount| format!("/sys/fs/cgroup/{mount}"));
@@ -57,4 +59,16 @@ fn of_version_1<'a>(groups: &'a str, controller: &str) -> Option<&'a str> {
         let (controllers, group) = (fields.next()?, fields.next()?);
         controllers.split(',').any(|name| name == controller).then_some(group)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_cpu_group_is_found_among_the_other_controllers() {
+        let groups = "4:memory:/m\n3:cpuset:/s\n2:cpu,cpuacct:/a:b/c\n0::/unified\n";
+        assert_eq!(of_version_1(groups, "cpu"), Some("/a:b/c"));
+        assert_eq!(of_version_1("3:cpuset:/s\n0::/unified\n", "cpu"), None);
+    }
 }

@@ -3,13 +3,13 @@
 use std::fmt;
 use std::ops::RangeInclusive;
 
-/// Some CPUs.
+/// A set of CPUs, displayed as the kernel lists them: `0-3,8`.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub(crate) struct CpuList(Vec<RangeInclusive<usize>>);
+pub struct CpuList(Vec<RangeInclusive<usize>>);
 
 impl CpuList {
-    /// Reads `0-3,8`, `all` or nothing; `None` if it is none of these.
-    pub(crate) fn parse(list: &str) -> Option<Self> {
+    /// Parses `0-3,8`, `all` or an empty list; `None` if the text is none of these.
+    pub fn parse(list: &str) -> Option<Self> {
         match list.trim() {
             // The second is how some kernels print an empty mask.
             "" | "(null)" => return Some(Self::default()),
@@ -23,11 +23,13 @@ impl CpuList {
         ranges.collect::<Option<_>>().map(Self)
     }
 
-    pub(crate) fn contains(&self, cpu: usize) -> bool {
+    /// Whether the set contains a CPU.
+    pub fn contains(&self, cpu: usize) -> bool {
         self.0.iter().any(|range| range.contains(&cpu))
     }
 
-    pub(crate) fn is_empty(&self) -> bool {
+    /// Whether the set contains no CPU.
+    pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 

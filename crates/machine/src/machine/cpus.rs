@@ -19,7 +19,7 @@ pub(crate) struct IdleState {
 
 impl Machine {
     /// The CPUs that are online.
-    pub(crate) fn online(&self) -> Option<CpuList> {
+    pub fn online(&self) -> Option<CpuList> {
         self.list("/sys/devices/system/cpu/online")
     }
 

@@ -16,10 +16,11 @@ use std::cell::OnceCell;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-pub(crate) use cpu_list::CpuList;
+pub use cpu_list::CpuList;
 use kernel::KernelConfig;
 pub(crate) use platform::{Container, Platform};
-pub(crate) use process::{Capability, GroupBudget, Limit};
+pub use process::GroupBudget;
+pub(crate) use process::{Capability, Limit};
 
 /// A machine to read: this one, or a file tree that looks like one.
 #[derive(Debug)]

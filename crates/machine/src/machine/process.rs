@@ -17,17 +17,28 @@ pub(crate) enum Capability {
     SysNice = 23,
 }
 
-/// The real-time budget of this process's control group.
+/// The real-time budget of a control group.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub(crate) enum GroupBudget {
-    /// Version 1 with `RT_GROUP_SCHED`: the file and its runtime in us.
-    Budget { file: String, runtime_us: i64 },
+pub enum GroupBudget {
+    /// Version 1 with `RT_GROUP_SCHED`.
+    Budget {
+        /// The file that holds the budget, `cpu.rt_runtime_us`.
+        file: String,
+        /// Time that the group's real-time threads may run in each period, in us; 0: none.
+        runtime_us: i64,
+    },
     /// Version 1 without `RT_GROUP_SCHED`.
     NoBudgets,
     /// Version 2, in a group that the `cpu` controller governs.
-    Governed { group: String },
+    Governed {
+        /// The group, as the kernel names it: `/system.slice`.
+        group: String,
+    },
     /// Version 2, in a group that it does not govern.
-    Ungoverned { group: String },
+    Ungoverned {
+        /// The group, as the kernel names it.
+        group: String,
+    },
 }
 
 impl Machine {
@@ -60,8 +71,8 @@ impl Machine {
         CpuList::parse(&self.status("Cpus_allowed_list")?)
     }
 
-    /// The real-time budget of this process's control group.
-    pub(crate) fn group_budget(&self) -> Option<GroupBudget> {
+    /// The real-time budget of the calling thread's control group.
+    pub fn group_budget(&self) -> Option<GroupBudget> {
         let group = self.control_group("cpu")?;
         if group.version == Version::One {
             let folder = group.folder();
