@@ -119,9 +119,10 @@ fn instances_own_consecutive_slots_inputs_then_outputs_and_every_slot_has_a_name
         + &block("saw", 300, "SawTooth", "startValue = 5, timeRange = 20");
     let plan = plan(&text).unwrap();
     let task = &plan.tasks[0];
-    assert_eq!((task.image.len(), task.image[0]), (1 + 300 * 7, 3.0));
+    assert_eq!((task.image.len(), task.image[0]), (3 + 300 * 7, 3.0));
     assert_eq!(task.banks.iter().map(|bank| bank.instances.len()).sum::<usize>(), 300);
-    assert_eq!(plan.slot_name(0, 0), "x");
+    assert_eq!([0, 1, 2].map(|slot| plan.slot_name(0, slot)), ["x", "x.ok", "x.age"]);
+    assert_eq!(task.image[1..3], [0.0, f64::INFINITY]);
     let pins = [
         "startValue",
         "timeRange",
@@ -133,10 +134,10 @@ fn instances_own_consecutive_slots_inputs_then_outputs_and_every_slot_has_a_name
     ];
     for instance in 0..300 {
         for (offset, pin) in pins.iter().enumerate() {
-            let slot = 1 + instance * 7 + offset;
+            let slot = 3 + instance * 7 + offset;
             assert_eq!(plan.slot_name(0, slot), format!("saw.{instance}.{pin}"));
         }
-        let slots = &task.image[1 + instance * 7..][..7];
+        let slots = &task.image[3 + instance * 7..][..7];
         assert_eq!(slots, [5.0, 20.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     }
     assert_eq!(plan.slot_name(0, task.image.len()), "");
