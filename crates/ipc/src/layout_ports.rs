@@ -239,7 +239,7 @@ fn publish<S: Service>(
         .set_degradation_handler(peers.counting_handler())
         .create();
     let port = created.map_err(|cause| service::failed(participant, service, cause))?;
-    reserve(participant, port.id()).map_err(full)?;
+    reserve(participant, port.id().value()).map_err(full)?;
     Ok(port)
 }
 

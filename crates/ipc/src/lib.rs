@@ -16,6 +16,9 @@
 //! [`LayoutAnnouncer`] sends the announcement and a [`LayoutWatcher`] receives it, both in an
 //! ordinary thread.
 //!
+//! Beside the frames, a [`RequestServer`] answers the requests of up to eight [`RequestClient`]s: bytes
+//! both ways, in ordinary threads.
+//!
 //! [iceoryx2]: https://docs.rs/iceoryx2/0.10.0
 #![cfg_attr(
     not(test),
@@ -46,6 +49,7 @@ mod peers;
 mod publisher;
 mod real_time;
 mod repair;
+mod requests;
 mod service;
 mod space;
 mod subscriber;
@@ -71,6 +75,10 @@ pub use participant::{FileOverrideGivenUp, Participant, give_up_file_override};
 pub use publisher::{FramePublisher, PUBLISHER_PORT_NAME, PublisherCounters, Stamp};
 pub use real_time::RealTime;
 pub use repair::Repair;
+pub use requests::{
+    AnswerError, Delivery, MAX_CLIENTS, MAX_MESSAGE_BYTES, MAX_SERVERS, Request, RequestClient,
+    RequestError, RequestServer, RequestUpkeep, Unanswered,
+};
 pub use service::{check_service_name, layout_service_name};
 pub use subscriber::{Depth, FrameSubscriber, SubscriberCounters};
 pub use variant::Service;

@@ -4,8 +4,7 @@ use thiserror::Error;
 
 use super::{LayoutError, ServiceNameError};
 
-/// Why a [`FramePublisher`](crate::FramePublisher) or [`FrameSubscriber`](crate::FrameSubscriber)
-/// could not be opened.
+/// Why a port of a service could not be opened.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum OpenError {
     /// The service name is not possible.
@@ -60,7 +59,7 @@ pub enum OpenError {
     Full {
         /// Name of the service.
         service: String,
-        /// `publisher`, `subscriber` or `node`.
+        /// `publisher`, `subscriber`, `server`, `client` or `node`.
         what: &'static str,
         /// How many there can be.
         limit: usize,
@@ -87,9 +86,9 @@ pub enum OpenError {
         /// Root path and prefix.
         domain: String,
     },
-    /// There is no room for the frames.
+    /// There is no room for the frames, requests or answers.
     #[error(
-        "service {service:?}: /dev/shm has {free_bytes} bytes free, and its publisher needs {needed_bytes}; remove what nobody uses there, or enlarge it: mount -o remount,size=256M /dev/shm"
+        "service {service:?}: /dev/shm has {free_bytes} bytes free, and its messages need {needed_bytes}; remove what nobody uses there, or enlarge it: mount -o remount,size=256M /dev/shm"
     )]
     SharedMemoryFull {
         /// Name of the service.

@@ -5,7 +5,6 @@ mod port;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use iceoryx2::identifiers::UniquePublisherId;
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::sample_mut::SampleMut;
@@ -119,7 +118,7 @@ impl<S: Service> FramePublisher<S> {
         space::require(frames_bytes(&opened, channels)).map_err(full)?;
         let peers = Peers::default();
         let port = sole_port(participant, service, &opened, channels, &peers)?;
-        reserve(participant, port.id()).map_err(full)?;
+        reserve(participant, port.id().value()).map_err(full)?;
         let mut publisher = Self {
             prepared: None,
             port,
@@ -241,14 +240,14 @@ pub(crate) fn frames_bytes<S: Service>(opened: &FrameService<S>, channels: usize
     service::segment_bytes(opened, MAX_LOANED, channels * size_of::<f64>())
 }
 
-/// Claims the memory of a publisher's messages; by an error how much it is, and how much is free.
+/// Claims the memory of a port's messages; by an error how much it is, and how much is free.
 pub(crate) fn reserve<S: Service>(
     participant: &Participant<S>,
-    port: UniquePublisherId,
+    port: u128,
 ) -> Result<(), (u64, u64)> {
     // iceoryx2 names the segment of the messages by the port.
     let names = &participant.node().config().global;
-    let suffix = format!("_{}{}", port.value(), names.service.data_segment_suffix);
+    let suffix = format!("_{port}{}", names.service.data_segment_suffix);
     space::reserve(&names.prefix.to_string(), &suffix)
 }
 

@@ -74,6 +74,6 @@ fn refuse_second<S: Service>(
     let Some(node_id) = other else {
         return Ok(());
     };
-    let other = holders::node(opened, node_id);
+    let other = holders::node(&**opened, node_id);
     Err(OpenError::SecondPublisher { service: service.to_owned(), other })
 }

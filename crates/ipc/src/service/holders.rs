@@ -3,16 +3,13 @@
 use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::node::{NodeState, NodeView};
 use iceoryx2::prelude::CallbackProgression;
-use iceoryx2::service::port_factory::PortFactory as _;
+use iceoryx2::service::port_factory::PortFactory;
 
 use super::{Element, Header, Opened};
 use crate::Service;
 
 /// A node that has the service open: its name, program and process id.
-pub(crate) fn node<S: Service, E: Element, H: Header>(
-    opened: &Opened<S, E, H>,
-    id: UniqueNodeId,
-) -> String {
+pub(crate) fn node(opened: &impl PortFactory, id: UniqueNodeId) -> String {
     let mut found = format!("a node that does not tell its name (id {id})");
     // When the nodes cannot be listed, the id must do.
     let _ = opened.nodes(|state| {
@@ -37,7 +34,7 @@ pub(crate) fn of_publishers<S: Service, E: Element, H: Header>(opened: &Opened<S
         owners.push(port.node_id);
         CallbackProgression::Continue
     });
-    listed(opened, &owners)
+    listed(&**opened, &owners)
 }
 
 /// The nodes of a service's subscribers, each with how many it has.
@@ -49,13 +46,11 @@ pub(crate) fn of_subscribers<S: Service, E: Element, H: Header>(
         owners.push(port.node_id);
         CallbackProgression::Continue
     });
-    listed(opened, &owners)
+    listed(&**opened, &owners)
 }
 
-fn listed<S: Service, E: Element, H: Header>(
-    opened: &Opened<S, E, H>,
-    owners: &[UniqueNodeId],
-) -> String {
+/// The owners of a service's ports, each with how many it has.
+pub(crate) fn listed(opened: &impl PortFactory, owners: &[UniqueNodeId]) -> String {
     const SHOWN: usize = 5;
     let mut nodes: Vec<(UniqueNodeId, usize)> = Vec::new();
     for owner in owners {

@@ -26,7 +26,7 @@ pub fn layout_service_name(service: &str) -> Result<String, ServiceNameError> {
     Ok(format!("{LAYOUT_PREFIX}{}", service_name(service)?.as_str()))
 }
 
-pub(super) fn service_name(name: &str) -> Result<ServiceName, ServiceNameError> {
+pub(crate) fn service_name(name: &str) -> Result<ServiceName, ServiceNameError> {
     let owned = || name.to_owned();
     if name.is_empty() {
         return Err(ServiceNameError::Empty);

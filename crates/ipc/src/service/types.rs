@@ -44,7 +44,7 @@ pub(super) fn types_of<S: Service>(participant: &Participant<S>, name: &ServiceN
     }
 }
 
-fn describe(payload: &TypeDetail, header: &TypeDetail) -> String {
+pub(crate) fn describe(payload: &TypeDetail, header: &TypeDetail) -> String {
     let payload_name = match payload.variant() {
         TypeVariant::Dynamic => format!("[{}]", payload.type_name()),
         TypeVariant::FixedSize => payload.type_name().to_string(),

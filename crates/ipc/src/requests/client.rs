@@ -1,0 +1,166 @@
+//! The end that asks.
+
+use std::sync::Arc;
+
+use iceoryx2::pending_response::PendingResponse;
+use iceoryx2::port::LoanError;
+use iceoryx2::port::SendError;
+use iceoryx2::port::client::{Client, RequestSendError};
+use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy};
+use iceoryx2::service::port_factory::PortFactory as _;
+use iceoryx2::service::port_factory::client::{ClientCreateError, PortFactoryClient};
+
+use super::service::{self, RequestService};
+use super::{MAX_MESSAGE_BYTES, RequestError};
+use crate::peers::Peers;
+use crate::{OpenError, Participant, Service, give_up_file_override, space};
+
+type Port<S> = Client<S, [u8], (), [u8], ()>;
+type Pending<S> = PendingResponse<S, [u8], (), [u8], ()>;
+type Builder<'a, S> = PortFactoryClient<'a, S, [u8], (), [u8], ()>;
+
+/// One that servers hold, one in their buffers, and the one that is being written.
+const REQUESTS: usize = 3;
+/// iceoryx2's own header.
+const SYSTEM_HEADER_BYTES: usize = 64;
+
+/// Asks the servers of a service, one request at a time. For ordinary threads.
+///
+/// iceoryx2 has no way to sleep until an answer comes: look for it ([`receive`](Self::receive)) every
+/// few milliseconds. An answer that comes late may be taken for that of the next request, also of
+/// another client that got the place of this one; so what is sent carries something by which the
+/// sender recognises the answer.
+#[derive(Debug)]
+pub struct RequestClient<S: Service> {
+    pending: Option<Pending<S>>,
+    // Dropped before its service.
+    port: Port<S>,
+    service: Arc<RequestService<S>>,
+}
+
+impl<S: Service> RequestClient<S> {
+    /// Opens `service` for asking; `None` when nobody serves it.
+    ///
+    /// Claims the memory of its requests (0.8 MiB). Clients that were killed give way; where all
+    /// places are taken by living ones, this fails after most of a second.
+    ///
+    /// # Errors
+    /// The name or the service does not fit, eight clients are there already, or shared memory has no
+    /// room.
+    pub fn open(participant: &Participant<S>, service: &str) -> Result<Option<Self>, OpenError> {
+        let Some(opened) = service::open_existing(participant, service)? else { return Ok(None) };
+        if opened.dynamic_config().number_of_servers() == 0 {
+            return Ok(None);
+        }
+        let full = |(needed_bytes, free_bytes)| OpenError::SharedMemoryFull {
+            service: service.to_owned(),
+            needed_bytes,
+            free_bytes,
+        };
+        let bytes = (REQUESTS * (SYSTEM_HEADER_BYTES + MAX_MESSAGE_BYTES)) as u64;
+        let peers = Peers::default();
+        let port = service::open_port(participant, &opened, || {
+            let is_full = || OpenError::Full {
+                service: service.to_owned(),
+                what: "client",
+                limit: opened.static_config().max_clients(),
+                holders: service::client_holders(&opened),
+            };
+            // Looking first spares the servers a connection that ends at once.
+            if opened.dynamic_config().number_of_clients() >= opened.static_config().max_clients() {
+                return Err(is_full());
+            }
+            space::require(bytes).map_err(full)?;
+            let _given_up = give_up_file_override();
+            let created = builder(&opened, REQUESTS, MAX_MESSAGE_BYTES)
+                .set_request_degradation_handler(peers.counting_handler())
+                .set_response_degradation_handler(peers.counting_handler())
+                .create();
+            let port = created.map_err(|cause| match cause {
+                ClientCreateError::ExceedsMaxSupportedClients => is_full(),
+                cause => crate::service::failed(participant, service, cause),
+            })?;
+            // iceoryx2 never comes back to a connection that failed; a new port does.
+            if peers.failures() > 0 {
+                let cause = "the connection to its server failed";
+                return Err(crate::service::failed(participant, service, cause));
+            }
+            Ok(port)
+        })?;
+        crate::publisher::reserve(participant, port.id().value()).map_err(full)?;
+        Ok(Some(Self { pending: None, port, service: opened }))
+    }
+
+    /// Sends a request. The one before it is given up, if it was not answered.
+    ///
+    /// # Errors
+    /// The request is too long, or there is nobody to receive it; nothing was sent then.
+    pub fn send(&mut self, request: &[u8]) -> Result<(), RequestError> {
+        self.give_up();
+        let service = || self.service.name().to_string();
+        let failed = |cause: String| RequestError::Failed { service: service(), cause };
+        if request.len() > MAX_MESSAGE_BYTES {
+            return Err(RequestError::TooLong { service: service(), bytes: request.len() });
+        }
+        let _given_up = give_up_file_override();
+        let loaned = self.port.loan_slice_uninit(request.len()).map_err(|cause| match cause {
+            LoanError::OutOfMemory => RequestError::NoRoom { service: service() },
+            cause => failed(cause.to_string()),
+        })?;
+        let pending = match loaned.write_from_slice(request).send() {
+            Ok(pending) => pending,
+            Err(RequestSendError::SendError(SendError::LoanError(LoanError::OutOfMemory))) => {
+                return Err(RequestError::NoRoom { service: service() });
+            }
+            Err(cause) => return Err(failed(cause.to_string())),
+        };
+        if pending.number_of_server_connections() == 0 {
+            return Err(RequestError::NoServer { service: service() });
+        }
+        self.pending = Some(pending);
+        Ok(())
+    }
+
+    /// The answer, once it is there; `None` when it is not, or when nothing was asked.
+    ///
+    /// Never waits. With two servers there may be two answers.
+    ///
+    /// # Errors
+    /// iceoryx2 failed.
+    pub fn receive(&mut self) -> Result<Option<Vec<u8>>, RequestError> {
+        let Some(pending) = &self.pending else { return Ok(None) };
+        let _given_up = give_up_file_override();
+        match pending.receive() {
+            Ok(answer) => Ok(answer.map(|answer| answer.payload().to_vec())),
+            Err(cause) => {
+                let service = self.service.name().to_string();
+                Err(RequestError::Failed { service, cause: cause.to_string() })
+            }
+        }
+    }
+
+    /// Waits no longer for the answer. A request that no server has received yet is not carried out;
+    /// one that was received is.
+    pub fn give_up(&mut self) {
+        self.pending = None;
+    }
+
+    /// How many servers the service has now, living or dead.
+    pub fn servers(&self) -> usize {
+        self.service.dynamic_config().number_of_servers()
+    }
+}
+
+/// What a port is made with that has memory for so many requests of so many bytes.
+pub(super) fn builder<S: Service>(
+    opened: &RequestService<S>,
+    requests: usize,
+    bytes: usize,
+) -> Builder<'_, S> {
+    opened
+        .client_builder()
+        .override_request_preallocation(move |_| requests)
+        .initial_max_slice_len(bytes)
+        .allocation_strategy(AllocationStrategy::Static)
+        .backpressure_strategy(BackpressureStrategy::DiscardData)
+}
