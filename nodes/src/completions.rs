@@ -8,7 +8,8 @@ use crate::terminal;
 
 /// Print a completion script for a shell
 ///
-/// In bash, zsh and fish, the names of existing services are completed too.
+/// In bash, zsh and fish, the names of existing services are completed too, and configuration files
+/// by their ending .toml.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  isochrone completions bash > ~/.local/share/bash-completion/completions/isochrone\n  \
@@ -80,27 +81,68 @@ complete -F _isochrone_and_names -o bashdefault -o default isochrone
 }
 
 fn in_fish(command: &Command) -> String {
-    let line = |verb: String| {
-        format!(
-            "complete -c isochrone -n \"__fish_isochrone_using_subcommand {verb}\" -f -a \"({LIST})\"\n"
-        )
+    let proposal = |verbs: Vec<String>, proposed: &str| {
+        let line = |verb: String| {
+            format!(
+                "complete -c isochrone -n \"__fish_isochrone_using_subcommand {verb}\" -k -f -a \"({proposed})\"\n"
+            )
+        };
+        verbs.into_iter().map(line).collect::<String>()
     };
-    verbs_with("service", command).into_iter().map(line).collect()
+    let services = proposal(verbs_with("service", command), "__fish_isochrone_services");
+    let files = proposal(verbs_with("file", command), "__fish_complete_suffix .toml");
+    format!("{SERVICES_IN_FISH}{services}{files}")
 }
+
+/// Prints the services of the domain that the line names, or of the default one.
+const SERVICES_IN_FISH: &str = r#"
+function __fish_isochrone_services
+    set -l words (commandline -opc)
+    set -l domain
+    set -l last ""
+    for word in $words
+        if test "$last" = --iceoryx2-config
+            set domain --iceoryx2-config $word
+        end
+        set last $word
+    end
+    $words[1] list --names $domain 2>/dev/null
+end
+"#;
 
 fn in_zsh(script: &str) -> String {
     let complete = |line: &str| {
-        if line.starts_with("':service -- ") {
-            let action = format!("{{compadd -- ${{(f)\"$({LIST})\"}}}}' \\");
-            return line.replace("_default' \\", &action);
+        let is_of = |argument: &str| {
+            let spec = line.trim_start_matches(['\'', ':']);
+            line.starts_with("':") && spec.starts_with(&format!("{argument} -- "))
+        };
+        if is_of("service") {
+            return line.replace(":_default' \\", ":_isochrone_services' \\");
+        }
+        if is_of("file") {
+            return line.replace(":_files' \\", ":_files -g \"*.toml\"' \\");
+        }
+        if line == AUTOLOAD_IN_ZSH {
+            return format!("{line}\n{SERVICES_IN_ZSH}");
         }
         line.to_owned()
     };
     script.lines().map(|line| complete(line) + "\n").collect()
 }
 
-/// Prints the services of the default domain.
-const LIST: &str = "isochrone list --names 2>/dev/null";
+/// The line of clap's script before its first function.
+const AUTOLOAD_IN_ZSH: &str = "autoload -U is-at-least";
+
+/// As [`SERVICES_IN_FISH`]; `opt_args` is what zsh has read of the line.
+const SERVICES_IN_ZSH: &str = r#"
+_isochrone_services() {
+    local -a domain names
+    if [[ -n "${opt_args[--iceoryx2-config]}" ]]; then
+        domain=(--iceoryx2-config "${(Q)opt_args[--iceoryx2-config]}")
+    fi
+    names=(${(f)"$(isochrone list --names $domain 2>/dev/null)"})
+    compadd "$@" -- $names
+}"#;
 
 /// The verbs with a positional argument of this name.
 fn verbs_with(argument: &str, command: &Command) -> Vec<String> {

@@ -2,9 +2,7 @@
 
 mod domain;
 
-use std::process::Command;
-
-use domain::{Domain, RELAY, not_tested};
+use domain::{Domain, RELAY};
 use serde_json::Value;
 
 fn listed(domain: &Domain) -> Value {
@@ -94,55 +92,4 @@ fn a_verbose_log_tells_the_domain_and_leaves_the_insides_of_iceoryx2_to_the_last
         assert!(!log.contains("iceoryx2_bb"), "{flags}: {log}");
     }
     assert!(log("-vvv").contains("iceoryx2_bb"));
-}
-
-/// What bash proposes for the last of these words.
-fn proposed(domain: &Domain, words: &str) -> Vec<String> {
-    let program = env!("CARGO_BIN_EXE_isochrone");
-    let script = format!(
-        "source <('{program}' completions bash)
-        isochrone() {{ '{program}' \"$@\"; }}
-        read -ra COMP_WORDS <<< 'isochrone {words}'
-        [[ '{words}' == *' ' ]] && COMP_WORDS+=('')
-        COMP_CWORD=$((${{#COMP_WORDS[@]}} - 1))
-        compopt() {{ :; }}
-        _isochrone_and_names isochrone \"${{COMP_WORDS[COMP_CWORD]}}\" \"${{COMP_WORDS[COMP_CWORD-1]}}\"
-        printf '%s\\n' \"${{COMPREPLY[@]}}\""
-    );
-    let mut bash = Command::new("bash");
-    let output = bash.args(["-c", &script]).current_dir(domain.path("")).output().unwrap();
-    assert!(output.stderr.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
-    let mut proposed: Vec<String> =
-        String::from_utf8(output.stdout).unwrap().lines().map(str::to_owned).collect();
-    proposed.sort();
-    proposed
-}
-
-#[test]
-fn bash_completes_services_configurations_and_flags() {
-    if Command::new("bash").arg("--version").output().is_err() {
-        return not_tested("completions", "there is no bash");
-    }
-    let domain = Domain::new();
-    domain.write("relay.toml", RELAY);
-    domain.write("other.txt", "");
-    let mut publisher = domain.start("publish plant/level --value 1");
-    let mut other = domain.start_with(&["publish", "tank 3/level", "--value", "1"]);
-    let mut hostile = domain.start_with(&["publish", "$(touch pwned)", "--value", "1"]);
-    for process in [&mut publisher, &mut other, &mut hostile] {
-        process.wait_for("publishing");
-    }
-    let config = "--iceoryx2-config domain.toml";
-    let services = [r"\$\(touch\ pwned\)", "plant/level", r"tank\ 3/level"];
-    assert_eq!(proposed(&domain, &format!("subscribe {config} ")), services);
-    assert!(!domain.path("pwned").exists(), "a name is not run");
-    assert_eq!(proposed(&domain, &format!("subscribe {config} pl")), ["plant/level"]);
-    assert_eq!(proposed(&domain, "run re"), ["relay.toml"]);
-    assert_eq!(proposed(&domain, "check "), ["domain.toml", "iceoryx2/", "relay.toml"]);
-    assert_eq!(proposed(&domain, "subscribe --csv oth"), ["other.txt"], "the value of a flag");
-    assert_eq!(proposed(&domain, "subscribe --sig"), ["--signals"]);
-    assert_eq!(proposed(&domain, "subsc"), ["subscribe"]);
-    for process in [publisher, other, hostile] {
-        process.stop().expect_code(0);
-    }
 }
