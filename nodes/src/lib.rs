@@ -65,8 +65,9 @@ use crate::failure::Failure;
 struct Cli {
     #[command(subcommand)]
     verb: Option<Verb>,
-    /// Log more to stderr: -v info, -vv debug, -vvv trace including iceoryx2; RUST_LOG takes
-    /// precedence
+    /// Log more to stderr: -v what is set up (domain, services, and where a service differs from what
+    /// was asked for), -vv also each service that is created and each peer that a port connects to, -vvv
+    /// also iceoryx2's own messages; RUST_LOG takes precedence
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     verbose: u8,
 }

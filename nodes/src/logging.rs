@@ -13,8 +13,8 @@ const ICEORYX2: &str = "iceoryx2_bb_loggers=off";
 /// What blocks and inputs report: that something is well again belongs to the warning before.
 const EVENTS: &str = "isochrone_runtime::events=info";
 
-/// Sets logging up: warnings, and more with each `-v`; `RUST_LOG` overrides both. What iceoryx2 says
-/// itself comes only with the last of them.
+/// Sets logging up: warnings; with `-v` also what is set up, with `-vv` also services that are created
+/// and peers that come and go, with `-vvv` also iceoryx2's own messages. `RUST_LOG` overrides all of it.
 pub(crate) fn set_up(verbosity: u8) {
     let level = match verbosity {
         0 => LevelFilter::WARN,

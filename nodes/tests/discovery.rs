@@ -3,6 +3,8 @@
 mod domain;
 
 use domain::{Domain, RELAY};
+use iceoryx2::prelude::NodeBuilder;
+use isochrone_ipc::{FrameHeader, ipc};
 use serde_json::Value;
 
 fn listed(domain: &Domain) -> Value {
@@ -83,13 +85,49 @@ fn a_service_that_is_not_there_is_told_the_one_that_was_probably_meant() {
 }
 
 #[test]
-fn a_verbose_log_tells_the_domain_and_leaves_the_insides_of_iceoryx2_to_the_last_level() {
+fn each_level_of_the_log_tells_more_and_only_the_last_the_insides_of_iceoryx2() {
+    const SET_UP: &str = "publishes service \"a/b\" (channels: 1)";
+    const CREATED: &str = "created service \"a/b\"";
     let domain = Domain::new();
     let log = |flags: &str| domain.run(&format!("publish a/b --value 1 --count 1 {flags}")).stderr;
-    for flags in ["-v", "-vv"] {
+    let says = |flags: &str| {
         let log = log(flags);
-        assert!(log.contains("iceoryx2 domain: root path"), "{log}");
-        assert!(!log.contains("iceoryx2_bb"), "{flags}: {log}");
-    }
-    assert!(log("-vvv").contains("iceoryx2_bb"));
+        ["iceoryx2 domain: root path", SET_UP, CREATED, "iceoryx2_bb"]
+            .map(|text| log.contains(text))
+    };
+    assert_eq!(says(""), [false, false, false, false]);
+    assert_eq!(says("-v"), [true, true, false, false]);
+    assert_eq!(says("-vv"), [true, true, true, false]);
+    assert_eq!(says("-vvv"), [true, true, true, true]);
+}
+
+#[test]
+fn a_log_of_the_second_level_tells_which_peers_a_port_has() {
+    let domain = Domain::new();
+    let mut publisher = domain.start("publish a/b --value 1 -vv");
+    publisher.wait_for("publishing");
+    let mut subscriber = domain.start("subscribe a/b -vv");
+    publisher.wait_for("service \"a/b\" has 1 subscriber now");
+    subscriber.wait_for("service \"a/b\" has 1 publisher now");
+    subscriber.stop().expect_code(0);
+    publisher.wait_for("service \"a/b\" has 0 subscribers now");
+    publisher.stop().expect_code(0);
+}
+
+#[test]
+fn a_service_that_another_program_made_is_told_with_what_it_lacks() {
+    let domain = Domain::new();
+    let other = NodeBuilder::new().config(domain.config()).create::<ipc::Service>().unwrap();
+    let _service = other
+        .service_builder(&"a/b".try_into().unwrap())
+        .publish_subscribe::<[f64]>()
+        .user_header::<FrameHeader>()
+        .subscriber_max_buffer_size(3)
+        .subscriber_max_borrowed_samples(2)
+        .create()
+        .unwrap();
+    let log = domain.run("publish a/b --value 1 --count 1 -v").stderr;
+    let told = "service \"a/b\" is used as its creator made it: 3 frames wait for a reader, where 256 \
+        were asked for; to change that, end all its processes and start this one first";
+    assert!(log.contains(told), "{log}");
 }

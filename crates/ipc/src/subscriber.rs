@@ -150,6 +150,7 @@ impl<S: Service> FrameSubscriber<S> {
             receive_errors: 0,
         };
         subscriber.maintain();
+        tracing::info!("reads service {service:?} (frames that may wait: {buffer})");
         Ok(subscriber)
     }
 

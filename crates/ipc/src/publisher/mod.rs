@@ -132,6 +132,7 @@ impl<S: Service> FramePublisher<S> {
             counters: PublisherCounters::default(),
         };
         publisher.prepare();
+        tracing::info!("publishes service {service:?} (channels: {channels})");
         Ok(publisher)
     }
 
