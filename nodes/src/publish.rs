@@ -4,7 +4,6 @@ mod announcing;
 mod pace;
 mod signals;
 
-use std::path::PathBuf;
 use std::thread;
 
 use isochrone_cyclic::{Clock, Monotonic};
@@ -15,12 +14,11 @@ use serde_json::json;
 
 use self::announcing::Announcing;
 use self::pace::Pace;
-use self::signals::{Constant, Signals};
+use self::signals::Signals;
 use crate::domain;
 use crate::failure::Failure;
 use crate::numbers;
 use crate::stop;
-use crate::wave::Shape;
 use crate::{configuration, terminal};
 
 /// Publish frames of values: constants, waves or a CSV file
@@ -38,57 +36,8 @@ use crate::{configuration, terminal};
 pub(crate) struct Args {
     /// Service to publish on, such as plant/analog
     service: String,
-    /// Constant values, one per channel: numbers, true or false
-    #[arg(
-        long,
-        value_delimiter = ',',
-        value_parser = Constant::parse,
-        allow_negative_numbers = true,
-        value_name = "V,…"
-    )]
-    value: Vec<Constant>,
-    /// Waves, one per channel
-    #[arg(long, value_delimiter = ',', value_enum, value_name = "SHAPE,…")]
-    wave: Vec<Shape>,
-    /// CSV file, for example from `subscribe --csv`: a header row, then one row per frame. The
-    /// column `time_s` sets when each frame is due, `cycle` is ignored, and every other column is a
-    /// channel. Publishing stops after the last row; with a larger --count the last row is repeated
-    #[arg(long, value_name = "FILE")]
-    csv: Option<PathBuf>,
-    /// Channel names for --value and --wave (default: ch0, ch1, …); with --csv, the columns to
-    /// publish, in this order
-    #[arg(long, value_delimiter = ',', value_name = "NAME,…")]
-    signals: Vec<String>,
-    /// Peak of each wave, or one value for all
-    #[arg(
-        long,
-        value_delimiter = ',',
-        default_value = "1",
-        value_parser = parse_finite,
-        allow_negative_numbers = true,
-        value_name = "A,…"
-    )]
-    amplitude: Vec<f64>,
-    /// Mean of each wave, or one value for all
-    #[arg(
-        long,
-        value_delimiter = ',',
-        default_value = "0",
-        value_parser = parse_finite,
-        allow_negative_numbers = true,
-        value_name = "O,…"
-    )]
-    offset: Vec<f64>,
-    /// Frequency of each wave in Hz, or one value for all
-    #[arg(
-        long,
-        value_delimiter = ',',
-        default_value = "1",
-        value_parser = parse_frequency,
-        allow_negative_numbers = true,
-        value_name = "HZ,…"
-    )]
-    frequency: Vec<f64>,
+    #[command(flatten)]
+    source: signals::SignalArgs,
     /// Frames per second; default: the recorded pace of a CSV file with the column `time_s`,
     /// otherwise 1000
     #[arg(long, value_name = "HZ", value_parser = parse_rate, allow_negative_numbers = true)]
@@ -115,7 +64,7 @@ const HEAD_START_NS: u64 = 50_000_000;
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     configuration::service_name(&args.service)?;
     refuse_reserved(&args.service)?;
-    let signals = Signals::new(args)?;
+    let signals = Signals::new(&args.source)?;
     let pace = pace(args, &signals);
     let layout = FrameLayout { signals: signals.specs().to_vec(), period_ns: pace.period_ns() };
     layout.check().map_err(Failure::usage)?;
@@ -213,19 +162,5 @@ fn parse_rate(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {
         Ok(rate) if (MIN_RATE_HZ..=MAX_RATE_HZ).contains(&rate) => Ok(rate),
         _ => Err(format!("give frames per second, from {MIN_RATE_HZ:.4} to {MAX_RATE_HZ}")),
-    }
-}
-
-fn parse_finite(text: &str) -> Result<f64, String> {
-    match numbers::parse_number(text) {
-        Ok(value) if value.is_finite() => Ok(value),
-        _ => Err("give a number, such as 13824 or 0.5".into()),
-    }
-}
-
-fn parse_frequency(text: &str) -> Result<f64, String> {
-    match text.parse::<f64>() {
-        Ok(frequency) if frequency.is_finite() && frequency >= 0.0 => Ok(frequency),
-        _ => Err("give a frequency in Hz, 0 or greater".into()),
     }
 }

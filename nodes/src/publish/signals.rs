@@ -1,10 +1,10 @@
 //! What the channels of a publisher carry.
 
 use std::collections::HashSet;
+use std::path::PathBuf;
 
 use isochrone_ipc::SignalSpec;
 
-use super::Args;
 use isochrone_timing::units::counted;
 
 use crate::failure::Failure;
@@ -12,6 +12,62 @@ use crate::numbers;
 use crate::recording::Recording;
 use crate::rows;
 use crate::wave::{Shape, Wave};
+
+/// What the channels carry, as the command line gives it.
+#[derive(clap::Args)]
+pub(super) struct SignalArgs {
+    /// Constant values, one per channel: numbers, true or false
+    #[arg(
+        long,
+        value_delimiter = ',',
+        value_parser = Constant::parse,
+        allow_negative_numbers = true,
+        value_name = "V,…"
+    )]
+    value: Vec<Constant>,
+    /// Waves, one per channel
+    #[arg(long, value_delimiter = ',', value_enum, value_name = "SHAPE,…")]
+    wave: Vec<Shape>,
+    /// CSV file, for example from `subscribe --csv`: a header row, then one row per frame. The
+    /// column `time_s` sets when each frame is due, `cycle` is ignored, and every other column is a
+    /// channel. Publishing stops after the last row; with a larger --count the last row is repeated
+    #[arg(long, value_name = "FILE")]
+    csv: Option<PathBuf>,
+    /// Channel names for --value and --wave (default: ch0, ch1, …); with --csv, the columns to
+    /// publish, in this order
+    #[arg(long, value_delimiter = ',', value_name = "NAME,…")]
+    signals: Vec<String>,
+    /// Peak of each wave, or one value for all
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "1",
+        value_parser = parse_finite,
+        allow_negative_numbers = true,
+        value_name = "A,…"
+    )]
+    amplitude: Vec<f64>,
+    /// Mean of each wave, or one value for all
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "0",
+        value_parser = parse_finite,
+        allow_negative_numbers = true,
+        value_name = "O,…"
+    )]
+    offset: Vec<f64>,
+    /// Frequency of each wave in Hz, or one value for all
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "1",
+        value_parser = parse_frequency,
+        allow_negative_numbers = true,
+        value_name = "HZ,…"
+    )]
+    frequency: Vec<f64>,
+}
 
 /// What the channels carry, and how they are called.
 pub(super) struct Signals {
@@ -45,7 +101,7 @@ impl Constant {
 }
 
 impl Signals {
-    pub(super) fn new(args: &Args) -> Result<Self, Failure> {
+    pub(super) fn new(args: &SignalArgs) -> Result<Self, Failure> {
         check_names(&args.signals)?;
         if let Some(path) = &args.csv {
             let mut recording = Recording::read(path).map_err(Failure::usage)?;
@@ -115,7 +171,7 @@ fn check_names(names: &[String]) -> Result<(), Failure> {
 }
 
 /// The names of channels: those that were given, or their numbers.
-fn names(args: &Args, channels: usize) -> Result<Vec<String>, Failure> {
+fn names(args: &SignalArgs, channels: usize) -> Result<Vec<String>, Failure> {
     if args.signals.is_empty() {
         return Ok((0..channels).map(|channel| format!("ch{channel}")).collect());
     }
@@ -129,7 +185,7 @@ fn names(args: &Args, channels: usize) -> Result<Vec<String>, Failure> {
     Ok(args.signals.clone())
 }
 
-fn waves(args: &Args) -> Result<Vec<Wave>, Failure> {
+fn waves(args: &SignalArgs) -> Result<Vec<Wave>, Failure> {
     let channels = args.wave.len();
     let of = |option: &str, values: &[f64], channel: usize| match values {
         [one] => Ok(*one),
@@ -153,6 +209,20 @@ fn waves(args: &Args) -> Result<Vec<Wave>, Failure> {
         })
     };
     args.wave.iter().enumerate().map(wave).collect()
+}
+
+fn parse_finite(text: &str) -> Result<f64, String> {
+    match numbers::parse_number(text) {
+        Ok(value) if value.is_finite() => Ok(value),
+        _ => Err("give a number, such as 13824 or 0.5".into()),
+    }
+}
+
+fn parse_frequency(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(frequency) if frequency.is_finite() && frequency >= 0.0 => Ok(frequency),
+        _ => Err("give a frequency in Hz, 0 or greater".into()),
+    }
 }
 
 #[cfg(test)]

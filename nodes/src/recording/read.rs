@@ -7,12 +7,10 @@ use std::path::Path;
 
 use isochrone_blocks::PinType;
 
-use super::{Recording, RecordingError, expected, known, quoted};
+use super::error::{MAX_BYTES, RecordingError, expected, known, quoted};
+use super::values::Recording;
 use crate::numbers;
 use crate::rows::{CYCLE, TIME};
-
-/// Largest file: hours of many signals, and an end to what has none.
-pub(super) const MAX_BYTES: u64 = 1 << 30;
 
 /// Most columns: as many values as a frame has at most, and two of times.
 pub(super) const MAX_COLUMNS: usize = 65_536 + 2;

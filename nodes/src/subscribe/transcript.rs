@@ -134,7 +134,7 @@ impl Transcript {
             None => format!("{}, which nobody names", counted(channels, "value")),
         };
         self.publisher = announced.map_or_else(String::new, |it| it.publisher.clone());
-        self.channels = self.chosen(&all, before.is_none())?;
+        self.channels = self.chosen(&all, before)?;
         let news = match before {
             None => format!("\"{}\" carries {what}", self.service),
             Some(_) => format!("\"{}\" has changed, and now carries {what}", self.service),
@@ -158,8 +158,8 @@ impl Transcript {
         Ok(())
     }
 
-    /// The channels that were chosen.
-    fn chosen(&self, all: &[Channel], is_first: bool) -> Result<Vec<Channel>, Failure> {
+    /// The channels that were chosen, of frames that follow those shown `before`.
+    fn chosen(&self, all: &[Channel], before: Option<Shown>) -> Result<Vec<Channel>, Failure> {
         if self.choice.signals.is_empty() {
             return Ok(all.to_vec());
         }
@@ -170,8 +170,11 @@ impl Transcript {
                 let question = meant::question(name, all.iter().map(|it| it.name.as_str()));
                 let why =
                     format!("\"{service}\" has no signal \"{name}\"; it has: {names}{question}");
-                // What was right in the beginning is no wrong command line.
-                if is_first { Failure::usage(why) } else { Failure::found(why) }
+                match before {
+                    None => Failure::usage(why),
+                    // What was right in the beginning is no wrong command line.
+                    Some(_) => Failure::found(why),
+                }
             })
         };
         self.choice.signals.iter().map(place).collect()

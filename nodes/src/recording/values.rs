@@ -1,0 +1,75 @@
+//! The values of a CSV file, once it is read.
+
+use std::collections::HashMap;
+
+use super::error::{RecordingError, known, quoted};
+
+/// The values of a CSV file.
+#[derive(Debug, Default)]
+pub(crate) struct Recording {
+    /// The file, for messages.
+    pub(super) path: String,
+    pub(super) columns: Vec<String>,
+    /// Where each column stands.
+    pub(super) places: HashMap<String, usize>,
+    /// Row by row.
+    pub(super) values: Vec<f64>,
+    /// Of each row, nanoseconds after the first; empty where the file does not say.
+    pub(super) times_ns: Vec<u64>,
+    pub(super) rows: usize,
+}
+
+impl Recording {
+    /// No rows yet.
+    pub(super) fn new(path: String, columns: Vec<String>) -> Self {
+        let places = columns.iter().cloned().zip(0..).collect();
+        Self { path, columns, places, ..Self::default() }
+    }
+
+    /// Number of rows.
+    pub(crate) fn len(&self) -> usize {
+        self.rows
+    }
+
+    /// Names of the columns of values.
+    pub(crate) fn columns(&self) -> &[String] {
+        &self.columns
+    }
+
+    /// The values of row `row`, or of the last row after the end.
+    pub(crate) fn row(&self, row: u64) -> &[f64] {
+        let row = usize::try_from(row).unwrap_or(usize::MAX).min(self.rows.saturating_sub(1));
+        let first = row * self.columns.len();
+        self.values.get(first..first + self.columns.len()).unwrap_or_default()
+    }
+
+    /// Of each row, nanoseconds after the first, if the file says.
+    pub(crate) fn times_ns(&self) -> Option<&[u64]> {
+        (!self.times_ns.is_empty()).then_some(&self.times_ns)
+    }
+
+    /// Index of a column.
+    pub(crate) fn column(&self, name: &str) -> Option<usize> {
+        self.places.get(name).copied()
+    }
+
+    /// The same with these columns only, in this order.
+    ///
+    /// # Errors
+    /// One is not there.
+    pub(crate) fn select(self, names: &[String]) -> Result<Self, RecordingError> {
+        let place = |name: &String| {
+            self.column(name).ok_or_else(|| RecordingError::NoColumn {
+                path: self.path.clone(),
+                column: quoted(name),
+                known: known(name, self.columns.iter().map(String::as_str)),
+            })
+        };
+        let places = names.iter().map(place).collect::<Result<Vec<_>, _>>()?;
+        let rows = self.values.chunks(self.columns.len().max(1));
+        let values = rows.flat_map(|row| places.iter().filter_map(|place| row.get(*place)));
+        let values = values.copied().collect();
+        let selected = Self::new(self.path, names.to_vec());
+        Ok(Self { values, times_ns: self.times_ns, rows: self.rows, ..selected })
+    }
+}
