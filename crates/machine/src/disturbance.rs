@@ -5,27 +5,27 @@ use serde::{Deserialize, Serialize};
 /// Part of a turn that the host may take before the turn is invalid.
 const STEAL: f64 = 0.001;
 
-/// What disturbed a stretch of time, as the kernel counted it.
+/// What disturbed a period of time, as counted by the kernel.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Disturbance {
-    /// CPU time of the arm's CPU that the host took away, in ns.
+    /// CPU time that the host took from the arm's CPU, in ns.
     pub steal_ns: u64,
-    /// Time for which a limit on CPU time stopped the arm's control group, in ns.
+    /// Time during which a CPU limit stopped the arm's control group, in ns.
     pub throttled_ns: u64,
     /// Page faults of the arm's thread.
     pub faults: u64,
-    /// Times that the CPU was taken from the arm's thread.
+    /// Times the kernel took the CPU away from the arm's thread.
     pub preemptions: u64,
-    /// Interrupts at the arm's CPU, without its own timer's.
+    /// Interrupts on the arm's CPU, except those of its own timer.
     pub interrupts: u64,
 }
 
 impl Disturbance {
-    /// The cause where nothing was counted.
+    /// The cause if nothing was counted.
     pub const UNKNOWN: &'static str = "unknown";
 
-    /// What was added since `earlier`.
+    /// The increase since `earlier`.
     #[must_use]
     pub fn since(self, earlier: Self) -> Self {
         Self {
@@ -37,7 +37,7 @@ impl Disturbance {
         }
     }
 
-    /// What explains most: `steal`, `throttled`, `fault`, `preempted`, `interrupt` or `unknown`.
+    /// The most likely cause: `steal`, `throttled`, `fault`, `preempted`, `interrupt` or `unknown`.
     pub const fn cause(&self) -> &'static str {
         match self {
             Self { steal_ns: 1.., .. } => "steal",
@@ -49,8 +49,9 @@ impl Disturbance {
         }
     }
 
-    /// Why a turn of `elapsed_ns` says little about its arm, by a rule that never looks at the
-    /// times that were measured: more than 0.1 % of it stolen, throttled, or a page fault.
+    /// Why a turn of `elapsed_ns` says little about its arm: more than 0.1 % of its time was
+    /// stolen, its control group was throttled, or it had a page fault. The rule never looks at the
+    /// measured times.
     pub fn invalidates(&self, elapsed_ns: u64) -> Option<String> {
         let steal = self.steal_ns as f64 / elapsed_ns.max(1) as f64;
         if self.throttled_ns > 0 {

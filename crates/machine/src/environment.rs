@@ -8,37 +8,38 @@ use crate::throttling::Throttling;
 
 const CLOCK_READINGS: usize = 20_000;
 
-/// The machine and its kernel. `None` (JSON `null`) is what could not be found out.
+/// The machine and its kernel. What could not be determined is `None`, `null` in JSON.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Environment {
-    /// Kernel release, as `uname -r`.
+    /// Kernel release, as printed by `uname -r`.
     pub kernel: Option<String>,
-    /// Preemption: `rt`, `full`, `lazy`, `voluntary` or `none`; where it can be switched and
-    /// the switch cannot be read (it is in debugfs, for root), what the kernel started with;
-    /// `dynamic` if not even that is known.
+    /// Preemption model: `rt`, `full`, `lazy`, `voluntary` or `none`. If it can be switched and the
+    /// current setting cannot be read (only root can read debugfs), the model that the kernel
+    /// started with; `dynamic` if that is unknown, too.
     pub preempt: Option<String>,
-    /// CPUs online.
+    /// Number of CPUs online.
     pub cpus: usize,
-    /// Hypervisor underneath, `unknown` if there is one without a name, `null` if there is none.
+    /// Name of the hypervisor, `unknown` if it does not give one, `null` without a hypervisor.
     pub hypervisor: Option<String>,
-    /// The kernel's clock source: anything but `tsc` or `arch_sys_counter` makes readings slow.
+    /// Clock source of the kernel. With any other than `tsc` or `arch_sys_counter`, reading the
+    /// clock is slow.
     pub clocksource: Option<String>,
-    /// Cost of reading `CLOCK_MONOTONIC`: the least of 20 000 readings, in ns. It is contained in
-    /// every measured time and never subtracted. 0 for a machine made of files, which has no clock.
+    /// Cost of reading `CLOCK_MONOTONIC`: the minimum of 20 000 readings, in ns. Every measured
+    /// time includes it; it is never subtracted. 0 for a machine made of files, which has no clock.
     pub clock_read_ns: u64,
     /// Frequency governors in use, comma-separated; `null` without frequency scaling.
     pub governor: Option<String>,
-    /// CPUs kept free of other work (`isolcpus`), as the kernel lists them.
+    /// Isolated CPUs (`isolcpus`), in the kernel's list format.
     pub isolated_cpus: String,
-    /// Real-time throttling as `runtime/period` in us; `-1/...` is off.
+    /// Real-time throttling as `runtime/period` in us; a runtime of -1 means off.
     pub rt_throttling: Option<Throttling>,
-    /// Whether that is for `SCHED_FIFO` at all; `null` if the kernel does not tell.
+    /// Whether that throttling applies to `SCHED_FIFO`; `null` if the kernel does not say.
     pub rt_throttling_applies: Option<bool>,
 }
 
 impl Environment {
-    /// Looks around on this machine. Takes a few milliseconds; never fails.
+    /// Reads the environment of this machine. Takes a few milliseconds; never fails.
     pub fn read() -> Self {
         Self::of(&Machine::here())
     }
@@ -62,8 +63,8 @@ impl Environment {
         }
     }
 
-    /// The throttling that takes a `SCHED_FIFO` thread off its CPU; `None` if none does. A kernel
-    /// that does not tell whether it throttles such threads is taken to do so.
+    /// The throttling that takes a `SCHED_FIFO` thread off its CPU; `None` if there is none. If the
+    /// kernel does not say whether its throttling applies to such threads, assumes that it does.
     pub fn fifo_throttling(&self) -> Option<Throttling> {
         let applies = self.rt_throttling_applies != Some(false);
         self.rt_throttling.filter(|throttling| applies && throttling.granted().is_some())

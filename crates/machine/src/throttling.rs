@@ -11,8 +11,9 @@ use crate::machine::Machine;
 const RUNTIME: &str = "/proc/sys/kernel/sched_rt_runtime_us";
 const PERIOD: &str = "/proc/sys/kernel/sched_rt_period_us";
 
-/// How much of a CPU the kernel lets real-time threads have: they stand still for the rest of each
-/// period. Written `runtime/period`, in us: `950000/1000000`; a runtime of -1 switches it off.
+/// How much of a CPU the kernel grants real-time threads; it stops them for the rest of each
+/// period. Written as `runtime/period` in us: `950000/1000000`. A runtime of -1 turns throttling
+/// off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(into = "String", try_from = "String")]
 pub struct Throttling {
@@ -30,19 +31,19 @@ impl Throttling {
         self.runtime_us < 0
     }
 
-    /// What the kernel grants of each period; `None` if it grants all of it.
+    /// Runtime granted in each period; `None` if the whole period is granted.
     pub fn granted(self) -> Option<Duration> {
         let runtime_us = u64::try_from(self.runtime_us).ok()?;
         // A budget of the whole period is no limit to the kernel either.
         (runtime_us < self.period_us).then(|| Duration::from_micros(runtime_us))
     }
 
-    /// The period, over which the use is counted.
+    /// The period over which the kernel counts the use.
     pub fn period(self) -> Duration {
         Duration::from_micros(self.period_us)
     }
 
-    /// The part of a CPU that it leaves to real-time threads, 0 to 1; `None` if that is all of it.
+    /// Fraction of a CPU that real-time threads may use, 0 to 1; `None` if it is not limited.
     pub fn share(self) -> Option<f64> {
         Some(self.granted()?.as_secs_f64() / self.period().as_secs_f64())
     }
@@ -54,13 +55,17 @@ impl fmt::Display for Throttling {
     }
 }
 
-/// A text that does not say how real-time threads are throttled.
+/// The text does not describe throttling as `runtime/period`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NoThrottling(String);
 
 impl fmt::Display for NoThrottling {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "\"{}\" is no throttling; write runtime/period in us: 950000/1000000", self.0)
+        write!(
+            f,
+            "\"{}\" does not describe throttling; write runtime/period in us, such as 950000/1000000",
+            self.0
+        )
     }
 }
 
@@ -99,8 +104,8 @@ impl Machine {
         Some(Throttling { runtime_us: self.number(RUNTIME)?, period_us })
     }
 
-    /// Whether the throttling is for `SCHED_FIFO` at all. Since 6.12 a kernel without
-    /// `RT_GROUP_SCHED` limits only `SCHED_DEADLINE` by it. `None` if the kernel's configuration
+    /// Whether the throttling applies to `SCHED_FIFO`. Since 6.12, a kernel without
+    /// `RT_GROUP_SCHED` throttles only `SCHED_DEADLINE`. `None` if the kernel's configuration
     /// cannot be read.
     pub fn throttles_fifo(&self) -> Option<bool> {
         if self.is_at_least(6, 12)? {

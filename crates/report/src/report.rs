@@ -9,24 +9,24 @@ use serde::{Deserialize, Serialize};
 
 use crate::bench::{Comparison, LeftOut, Outlier, TurnReport};
 
-/// What a run did and how punctual it was. `Display` is the table for a terminal.
+/// What a run did and how punctual it was. `Display` prints a table for a terminal.
 ///
-/// Times are integer nanoseconds. When read, unknown keys are ignored and missing ones take their
-/// default, so that versions can read each other's reports; only `isochrone` is required.
+/// Times are integers in nanoseconds. A reader ignores unknown keys and uses defaults for missing
+/// ones, so that versions can read each other's reports; only `isochrone` is required.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// Version of the program that wrote the report.
     pub isochrone: String,
-    /// The command line, without the program.
+    /// Command line without the program name.
     #[serde(default)]
     pub command: Vec<String>,
-    /// When the run began: RFC 3339, UTC, whole seconds.
+    /// Start of the run: RFC 3339, UTC, whole seconds.
     #[serde(default)]
     pub started: String,
-    /// Where it ran.
+    /// The machine that it ran on.
     #[serde(default)]
     pub environment: Environment,
-    /// What was refused, and other reasons to read the numbers with care.
+    /// Rights that were refused and other reasons to treat the numbers with care.
     #[serde(default)]
     pub warnings: Vec<Warning>,
     /// The cyclic tasks.
@@ -35,25 +35,25 @@ pub struct Report {
     /// The streams of frames that were received.
     #[serde(default)]
     pub links: Vec<LinkArm>,
-    /// What block instances cost.
+    /// The cost of block instances.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub costs: Vec<CostReport>,
-    /// How the arms of a bench compare with the first one.
+    /// How each arm of a bench compares with the first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub comparisons: Vec<Comparison>,
-    /// Comparisons that the samples do not allow, and how much longer to run.
+    /// Comparisons that the samples do not support, each with how much longer to run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub left_out: Vec<LeftOut>,
-    /// What the doctor found on the machine beforehand.
+    /// What the doctor found on the machine before the run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<Finding>,
-    /// Whether somebody ended the run before its time.
+    /// Whether the run was ended before its time.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub ended_early: bool,
 }
 
 impl Report {
-    /// A report of a run that starts now, of this version, still without tasks and links.
+    /// A report of this version for a run that starts now, without tasks and links.
     pub fn new(command: Vec<String>, environment: Environment) -> Self {
         Self {
             isochrone: env!("CARGO_PKG_VERSION").to_owned(),
@@ -65,27 +65,28 @@ impl Report {
     }
 }
 
-/// A cyclic task: of a node, or an arm of a bench.
+/// A cyclic task of a node, or an arm of a bench.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct TaskArm {
     /// What it did and cost.
     #[serde(flatten)]
     pub task: TaskReport,
-    /// What else ran meanwhile, as the bench named it: `idle`, `cpu`; empty if nobody asked.
+    /// Background load during the run, as the bench named it: `idle`, `cpu`; empty if none was
+    /// selected.
     #[serde(skip_serializing_if = "String::is_empty")]
     pub load: String,
-    /// The same with the releases that were missed, each as late as it would have been; of arms of
-    /// a bench.
+    /// Release jitter with one sample for each missed release, as late as it would have been; only
+    /// for arms of a bench.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub release_jitter_corrected_ns: Option<Summary>,
-    /// The same without the invalid turns; of arms of a bench.
+    /// The corrected release jitter without the invalid turns; only for arms of a bench.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub release_jitter_valid_ns: Option<Summary>,
     /// The turns of an arm of a bench.
     #[serde(alias = "blocks", skip_serializing_if = "Vec::is_empty")]
     pub turns: Vec<TurnReport>,
-    /// The latest releases of an arm of a bench, the latest first.
+    /// The latest releases of an arm of a bench, starting with the latest.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub outliers: Vec<Outlier>,
 }
@@ -96,22 +97,22 @@ impl From<TaskReport> for TaskArm {
     }
 }
 
-/// A stream of frames: of a node, or an arm of a bench.
+/// A stream of frames of a node, or an arm of a bench.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct LinkArm {
-    /// What came over it.
+    /// What was received over it.
     #[serde(flatten)]
     pub link: LinkReport,
-    /// Values in a frame of an arm of a bench; 0 if it is none.
+    /// Values per frame in an arm of a bench; 0 otherwise.
     #[serde(skip_serializing_if = "is_zero")]
     pub values: u64,
-    /// Frames per second that an arm of a bench was to send; `null`: each as soon as the one before
-    /// was answered.
+    /// Frames per second that an arm of a bench was set to send; `null` if it sent each as soon as
+    /// the previous one was answered.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paced_hz: Option<f64>,
-    /// Due time of the cycle that sent the frame minus the publishing of the oldest sample behind it:
-    /// the age of the value when the node was to read it; of an arm of a bench.
+    /// Due time of the cycle that sent the frame minus the publish time of the oldest sample behind
+    /// it: the age of the value when the node was due to read it; only for arms of a bench.
     pub age_at_release_ns: Summary,
     /// The turns of an arm of a bench.
     #[serde(alias = "blocks", skip_serializing_if = "Vec::is_empty")]
@@ -124,21 +125,23 @@ impl From<LinkReport> for LinkArm {
     }
 }
 
-/// What instances of blocks cost.
+/// The cost of block instances.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct CostReport {
-    /// The block type, or `mixed`: the chain saw, scale, ramp.
+    /// Block type, or `mixed`: the chain saw, scale, ramp.
     pub name: String,
-    /// Instances in the task.
+    /// Number of instances in the task.
     pub instances: u64,
-    /// Cycles that the task was stepped, the warm-up included.
+    /// Number of cycles that the task was stepped, including the warm-up.
     pub cycles: u64,
-    /// First cycles of the turns, which are in no distribution: other arms' data was in the caches.
+    /// Cycles at the start of each turn, which no distribution includes because the caches held
+    /// other arms' data.
     pub warm_up_cycles: u64,
-    /// Time of one instance in one cycle, in picoseconds; a sample is the mean of a batch of cycles.
+    /// Time of one instance in one cycle, in picoseconds. A sample is the mean over a batch of
+    /// cycles.
     pub step_ps: Summary,
-    /// The distributions themselves, by name, encoded as those of a task.
+    /// The distributions by name, encoded like those of a task.
     pub histograms: BTreeMap<String, String>,
     /// The turns in which it was measured.
     #[serde(alias = "blocks")]

@@ -9,15 +9,15 @@ use hdrhistogram::serialization::{Deserializer, Serializer, V2DeflateSerializer}
 
 use crate::summary::Summary;
 
-/// Highest value that percentiles resolve: 73 minutes in ns, 4.4 s in ps. Higher ones count as this
-/// one there; minimum, mean and maximum stay exact.
+/// Highest value that percentiles resolve: 73 minutes in ns, 4.4 s in ps. Percentiles count higher
+/// values as this one; minimum, mean and maximum stay exact.
 pub const HIGHEST: u64 = 1 << 42;
 const SIGNIFICANT_DIGITS: u8 = 3;
 
-/// Values from 0 to [`HIGHEST`] in one unit, most often ns, kept to 3 significant digits
-/// (HdrHistogram). The unit is that of the [`Metric`](crate::Metric).
+/// Values from 0 to [`HIGHEST`] in one unit, usually ns, kept to 3 significant digits
+/// (HdrHistogram). The [`Metric`](crate::Metric) defines the unit.
 ///
-/// Takes about 270 kB, once; recording allocates nothing.
+/// Allocates about 270 kB once; recording allocates nothing.
 #[derive(Debug, Clone)]
 pub struct Distribution {
     histogram: Histogram<u64>,
@@ -44,7 +44,7 @@ impl Distribution {
         self.sum += u128::from(value);
     }
 
-    /// Adds one sample that stands for `count` equal ones.
+    /// Adds `count` equal samples.
     pub fn record_many(&mut self, value: u64, count: u64) {
         if count == 0 {
             return;
@@ -56,7 +56,8 @@ impl Distribution {
         self.sum += u128::from(value) * u128::from(count);
     }
 
-    /// Forgets all samples. Touches all of its memory, so that recording then takes no page fault.
+    /// Removes all samples. Touches all of the memory, so that recording causes no page fault
+    /// afterwards.
     pub fn clear(&mut self) {
         self.histogram.reset();
         (self.min, self.max, self.sum) = (u64::MAX, 0, 0);
@@ -71,32 +72,32 @@ impl Distribution {
         self.sum += other.sum;
     }
 
-    /// Samples so far.
+    /// Number of samples so far.
     pub fn count(&self) -> u64 {
         self.histogram.len()
     }
 
-    /// The value that the part `quantile` (0 to 1) of the samples does not exceed; at most
-    /// 0.1 % above a sample. Whether the samples support it is for the caller to ask.
+    /// The value that the fraction `quantile` (0 to 1) of the samples does not exceed, at most 0.1
+    /// % above a sample. The caller checks whether there are enough samples for it.
     pub fn quantile(&self, quantile: f64) -> u64 {
         // A bucket is known by its highest value, which may lie beyond any sample.
         self.histogram.value_at_quantile(quantile).min(self.max)
     }
 
-    /// The values that occur, rounded to 3 digits, and how often each does.
+    /// The values that occur, rounded to 3 digits, each with its number of samples.
     pub fn buckets(&self) -> impl Iterator<Item = (u64, u64)> {
         self.histogram
             .iter_recorded()
             .map(|step| (step.value_iterated_to().min(self.max), step.count_at_value()))
     }
 
-    /// The histogram itself, in which the extremes are those of their buckets.
+    /// The underlying histogram; its extremes are rounded to their buckets.
     pub fn histogram(&self) -> &Histogram<u64> {
         &self.histogram
     }
 
-    /// The distribution as HdrHistogram's tools of every language read it: V2, deflated, base64.
-    /// The extremes become those of their buckets.
+    /// Encodes the distribution for HdrHistogram's tools in any language: V2, deflated, base64. The
+    /// extremes are rounded to their buckets.
     pub fn encode(&self) -> String {
         let mut bytes = Vec::new();
         match V2DeflateSerializer::new().serialize(&self.histogram, &mut bytes) {
@@ -105,10 +106,10 @@ impl Distribution {
         }
     }
 
-    /// Reads what [`encode`](Self::encode), or a tool of HdrHistogram, wrote.
+    /// Reads what [`encode`](Self::encode) or a tool of HdrHistogram wrote.
     ///
     /// # Errors
-    /// The text is no such histogram.
+    /// The text is not such a histogram.
     pub fn decode(text: &str) -> Result<Self, DecodeError> {
         let bytes = BASE64.decode(text.trim()).map_err(|_| DecodeError)?;
         let read: Histogram<u64> =
@@ -120,7 +121,7 @@ impl Distribution {
         Ok(distribution)
     }
 
-    /// The distribution so far, in few numbers.
+    /// The distribution so far, summarised.
     pub fn summary(&self) -> Summary {
         let count = self.histogram.len();
         if count == 0 {
@@ -146,7 +147,7 @@ impl Distribution {
     }
 }
 
-/// Distributions by name, without the empty ones, as a report holds them.
+/// Encodes distributions by name for a report and leaves out empty ones.
 pub fn encoded<const N: usize>(
     distributions: [(&str, &Distribution); N],
 ) -> BTreeMap<String, String> {
@@ -154,9 +155,9 @@ pub fn encoded<const N: usize>(
     filled.map(|(name, distribution)| (name.to_owned(), distribution.encode())).collect()
 }
 
-/// A text that is no histogram.
+/// The text is not an encoded histogram.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("not a histogram of HdrHistogram's V2 format, deflated and in base64 (HISTFAAA…)")]
+#[error("not an HdrHistogram in V2 format, deflated and in base64 (HISTFAAA…)")]
 pub struct DecodeError;
 
 impl Default for Distribution {

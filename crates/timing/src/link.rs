@@ -4,27 +4,27 @@ use crate::distribution::{Distribution, encoded};
 use crate::link_report::LinkReport;
 use crate::metric::Metric;
 
-/// One received frame, all times in ns on one clock.
+/// One received frame; all times in ns of one clock.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct FrameRecord {
-    /// Just before the frame was sent.
+    /// Time just before the frame was sent.
     pub publish_ns: u64,
-    /// When the oldest sample behind the frame was published, at the beginning of its way; 0 if there
-    /// is none.
+    /// Publish time of the oldest sample behind the frame, at the start of its path; 0 if there is
+    /// none.
     pub source_ns: u64,
-    /// When the frame was received.
+    /// Time when the frame was received.
     pub received_ns: u64,
 }
 
-/// Takes in the frames of one service, in the order in which they were received.
+/// Computes the timing of one service from its frames, in the order of their arrival.
 ///
-/// - *one-way*, the last hop: received minus published. *End to end*: received minus source, of the
-///   frames that have one: the whole way, through all nodes. A receiver that polls adds its own
-///   waiting to both. *Age at publish*: published minus source.
-/// - A frame that was published after it was received has a stamp of another clock: it is counted,
-///   and no time is taken of it.
+/// - *one-way*, the last hop: received minus published. *End to end*: received minus source, for
+///   frames that have one: the whole path through all nodes. A receiver that polls adds its own
+///   waiting time to both. *Age at publish*: published minus source.
+/// - A frame with a publish time after its receive time carries the stamp of another clock. It is
+///   counted, and no latency is computed from it.
 ///
-/// Losses and restarts are for the subscriber to count, which knows the writers.
+/// The subscriber counts losses and restarts, because it knows the writers.
 #[derive(Debug, Clone)]
 pub struct LinkTiming {
     frames: u64,
@@ -37,7 +37,7 @@ pub struct LinkTiming {
 }
 
 impl LinkTiming {
-    /// A link that has received nothing yet.
+    /// A link that has not received anything yet.
     pub fn new() -> Self {
         Self {
             frames: 0,
@@ -50,7 +50,7 @@ impl LinkTiming {
         }
     }
 
-    /// Takes in a frame whose times are of another clock: it is only counted.
+    /// Counts a frame whose times come from another clock, without computing its latency.
     pub fn count(&mut self, received_ns: u64) {
         if self.frames == 0 {
             self.first_received_ns = received_ns;
@@ -59,7 +59,7 @@ impl LinkTiming {
         self.frames += 1;
     }
 
-    /// Takes in the next frame.
+    /// Adds the next frame.
     pub fn record(&mut self, frame: &FrameRecord) {
         self.count(frame.received_ns);
         if frame.publish_ns > frame.received_ns {
@@ -73,23 +73,23 @@ impl LinkTiming {
         }
     }
 
-    /// Frames received.
+    /// Number of frames received.
     pub fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// Frames whose `publish_ns` lay in the receiver's future.
+    /// Frames whose `publish_ns` was in the receiver's future.
     pub fn future_stamps(&self) -> u64 {
         self.future_stamps
     }
 
-    /// Frames received per second, between the first and the last; `None` before the second.
+    /// Frames received per second, between the first and the last; `None` before the second frame.
     pub fn rate_hz(&self) -> Option<f64> {
         let elapsed_ns = self.last_received_ns.saturating_sub(self.first_received_ns);
         (elapsed_ns > 0).then(|| (self.frames - 1) as f64 * 1e9 / elapsed_ns as f64)
     }
 
-    /// The report of the link to this service.
+    /// The report of the link to `service`.
     pub fn report(&self, service: impl Into<String>) -> LinkReport {
         LinkReport {
             service: service.into(),

@@ -10,40 +10,40 @@ use crate::summary::Summary;
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct LinkReport {
-    /// The service, or the transport that is an arm of a bench.
+    /// Name of the service, or of the transport if the link is an arm of a bench.
     pub service: String,
-    /// Frames received, or sent by the node that reports.
+    /// Frames received, or frames sent if the reporting node is the publisher.
     pub frames: u64,
-    /// Frames published and not received, or that could not be sent. A control input reads the
-    /// newest frame, so a faster publisher loses by design.
+    /// Frames that were published but not received, or that could not be sent. A control input
+    /// reads only the newest frame, so it loses frames by design if the publisher is faster.
     pub lost: u64,
-    /// Times that a publisher began anew, or that another one was followed.
+    /// Times the publisher restarted or another publisher took over.
     pub restarts: u64,
-    /// Frames of other publishers than the one that is followed; they are not read.
+    /// Frames from other publishers than the one followed; they are not read.
     #[serde(skip_serializing_if = "is_zero")]
     pub other_writers: u64,
-    /// Frames whose stamps lay in the receiver's future: of another clock. Their ages count from
-    /// their arrival, and no latency is taken of them.
+    /// Frames with time stamps in the receiver's future, from another clock. Their age counts from
+    /// their arrival, and no latency is computed from them.
     #[serde(skip_serializing_if = "is_zero")]
     pub future_stamps: u64,
-    /// Frames that arrived with stamps more than a second older than any wait here explains: of
-    /// another clock, or held up while they were sent. They count as old as they say.
+    /// Frames whose time stamps were more than a second older than any wait here explains, from
+    /// another clock or delayed while being sent. Their age is what the stamps say.
     #[serde(skip_serializing_if = "is_zero")]
     pub past_stamps: u64,
-    /// Frames that could not be read, because nobody had announced their layout yet.
+    /// Frames that could not be read because their layout had not been announced yet.
     #[serde(skip_serializing_if = "is_zero")]
     pub unknown_layouts: u64,
     /// Frames received per second.
     pub rate_hz: Option<f64>,
-    /// Received minus published: the last hop.
+    /// Receive time minus publish time: the last hop.
     pub one_way_ns: Summary,
-    /// Received minus the publishing of the oldest sample behind the frame, at the beginning of its
-    /// way through all nodes.
+    /// Receive time minus the publish time of the oldest sample behind the frame, counted from the
+    /// start of its path through all nodes.
     pub end_to_end_ns: Summary,
-    /// Published minus the publishing of the oldest sample behind the frame: the age of the value
-    /// when the last node sent it on.
+    /// Publish time minus the publish time of the oldest sample behind the frame: the age of the
+    /// value when the last node sent it on.
     pub age_at_publish_ns: Summary,
-    /// The distributions themselves, by name, encoded as those of a task.
+    /// The distributions by name, encoded like those of a task.
     pub histograms: BTreeMap<String, String>,
 }
 

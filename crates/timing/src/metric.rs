@@ -12,7 +12,7 @@ pub enum Unit {
 }
 
 impl Unit {
-    /// The symbol of a thousand of it: `us` or `ns`.
+    /// The symbol of a thousand units: `us` or `ns`.
     pub const fn of_a_thousand(self) -> &'static str {
         match self {
             Self::Nanoseconds => "us",
@@ -21,16 +21,16 @@ impl Unit {
     }
 }
 
-/// Something that a report measures and compares.
+/// A quantity that reports measure and compare.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Metric {
-    /// The name of its distribution in a report: `one_way_ns`.
+    /// Key of its distribution in a report: `one_way_ns`.
     pub key: &'static str,
-    /// Its name for people: `one-way latency`.
+    /// Name in tables and on pages: `one-way latency`.
     pub name: &'static str,
-    /// The unit of its values.
+    /// Unit of the values.
     pub unit: Unit,
-    /// Values no further apart than this, in the unit, are not told apart.
+    /// Values no further apart than this, in the unit, count as equal.
     pub resolution: u64,
 }
 
@@ -38,15 +38,15 @@ pub struct Metric {
 const TWO_READINGS_NS: u64 = 50;
 
 impl Metric {
-    /// Begin of a cycle minus its due time, of the cycles that ran.
+    /// Start of a cycle minus its due time, for the cycles that ran.
     pub const RELEASE_JITTER: Self = Self::time("release_jitter_ns", "release jitter");
-    /// The same with the releases that were missed, each as late as it would have been.
+    /// The same with one sample for each missed release, as late as it would have been.
     pub const RELEASE_JITTER_CORRECTED: Self =
         Self::time("release_jitter_corrected_ns", "release jitter");
-    /// Received minus published.
+    /// Receive time minus publish time.
     pub const ONE_WAY: Self = Self::time("one_way_ns", "one-way latency");
-    /// Time of one block instance in one cycle. Two readings of the clock are spread over a batch of
-    /// 50 us and more, so they are below this in blocks that take up to 50 ns.
+    /// Time of one block instance in one cycle. Two clock readings are spread over a batch of at
+    /// least 50 us, so for blocks of up to 50 ns they stay below the resolution.
     pub const STEP: Self = Self {
         key: "step_ps",
         name: "time of one instance",
@@ -61,12 +61,12 @@ impl Metric {
         Self { key, name, unit: Unit::Nanoseconds, resolution: TWO_READINGS_NS }
     }
 
-    /// The metric of a report's key; `None` if this version does not know it.
+    /// The metric with this key; `None` if this version does not know it.
     pub fn find(key: &str) -> Option<Self> {
         Self::ALL.into_iter().find(|metric| metric.key == key)
     }
 
-    /// A value for people, with its unit: `52.0 us`, `7.31 ns`.
+    /// Formats a value with its unit: `52.0 us`, `7.31 ns`.
     pub fn shown(self, value: u64) -> String {
         match self.unit {
             Unit::Nanoseconds => duration(value as f64),
@@ -74,7 +74,7 @@ impl Metric {
         }
     }
 
-    /// A value in ns.
+    /// Converts a value to ns.
     pub fn in_ns(self, value: u64) -> f64 {
         match self.unit {
             Unit::Nanoseconds => value as f64,

@@ -8,15 +8,15 @@ use crate::units::{counted, duration};
 
 /// Minimum, mean, percentiles and maximum of a distribution, in the unit of its values.
 ///
-/// A percentile `p` is given only if at least one sample is expected beyond it, that is from
-/// `1 / (1 - p)` samples on: p50 from 2, p90 from 10, p99 from 100, p99.9 from 1000 and p99.99 from
-/// 10 000. Below that it would be the maximum under another name, so it is `None` and its key is
-/// left out of the JSON. An empty distribution is `{"count": 0}`. At the threshold a percentile
-/// still rests on one sample: compare runs only with ten times as many and more.
+/// A percentile `p` is given only if at least one sample is expected beyond it, that is, from `1 /
+/// (1 - p)` samples: p50 from 2, p90 from 10, p99 from 100, p99.9 from 1000 and p99.99 from 10 000.
+/// With fewer samples it would only repeat the maximum, so it is `None` and its key is absent from
+/// the JSON. An empty distribution is `{"count": 0}`. At the threshold a percentile still rests on
+/// one sample: compare runs only with ten times as many samples or more.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Summary {
-    /// Samples.
+    /// Number of samples.
     pub count: u64,
     /// Smallest sample, exact.
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -24,7 +24,7 @@ pub struct Summary {
     /// Mean, rounded to a tenth of the unit.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mean: Option<f64>,
-    /// Median; percentiles lie at most 0.1 % above the sample they stand for.
+    /// Median. A percentile is at most 0.1 % above the sample it stands for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub p50: Option<u64>,
     /// 90th percentile.
@@ -44,7 +44,7 @@ pub struct Summary {
     pub max: Option<u64>,
 }
 
-/// One line, of times in ns: the percentiles that there are, and how many samples they are of.
+/// One line with times in ns: the available percentiles and the number of samples.
 impl Display for Summary {
     fn fmt(&self, f: &mut Formatter<'_>) -> Result {
         let percentiles =

@@ -9,9 +9,9 @@ const WARM_UP_CYCLES: u64 = 100;
 /// Longest time of a warm-up, unless one cycle takes longer.
 const WARM_UP_NS: u64 = 1_000_000_000;
 
-/// First cycles of a task of this period, in ns, that are left out of the distributions unless told
-/// otherwise: caches and branch predictors are cold, peers are connecting, and an adaptive margin has
-/// not yet adapted. 100, or as many as fit into 1 s, but at least one.
+/// Default number of cycles at the start of a task with this period, in ns, that no distribution
+/// includes: caches and branch predictors are cold, peers are connecting, and an adaptive margin
+/// has not adapted yet. 100 cycles, or as many as fit into 1 s, but at least one.
 pub const fn warm_up_cycles(period_ns: u64) -> u64 {
     match WARM_UP_NS.checked_div(period_ns) {
         Some(0) => 1,
@@ -20,34 +20,34 @@ pub const fn warm_up_cycles(period_ns: u64) -> u64 {
     }
 }
 
-/// One cycle as the loop saw it, all times in ns on one clock. 48 bytes, made for a ring.
+/// One cycle as the loop saw it; all times in ns of one clock. 48 bytes, to fit a ring.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct CycleRecord {
-    /// Index on the grid from 0, missed releases included.
+    /// Index on the grid, from 0, counting missed releases.
     pub cycle: u64,
-    /// When the cycle was due.
+    /// Due time of the cycle.
     pub release_ns: u64,
-    /// First clock reading of the cycle.
+    /// First clock reading in the cycle.
     pub start_ns: u64,
-    /// After its frame was sent.
+    /// Time after its frame was sent.
     pub end_ns: u64,
-    /// Releases missed since the loop began.
+    /// Releases missed since the loop started.
     pub missed: u64,
-    /// Overruns since the loop began, this cycle's included.
+    /// Overruns since the loop started, including this cycle's.
     pub overruns: u64,
 }
 
-/// Takes in the cycle records of one task, in order, and tells how punctual it was.
+/// Computes the timing of one task from its cycle records, in order.
 ///
 /// - *release jitter*: start minus release.
 /// - *execution*: end minus start.
 /// - *response*: end minus release.
 /// - *period error*: the difference between the interval of two starts and the interval of their
-///   releases. Between consecutive cycles that is |interval - period|; across missed releases, or
-///   records lost on the way, the releases lie several periods apart and the starts should too.
+///   releases. Between consecutive cycles this is |interval - period|. After missed releases or
+///   lost records the releases are several periods apart, and the starts should be, too.
 ///
-/// The first [`warm_up_cycles`] records are in no distribution. A missed release is in none
-/// either: it never ran, so it is counted.
+/// The first [`warm_up_cycles`] records are excluded from the distributions. A missed release never
+/// ran, so it is only counted.
 #[derive(Debug, Clone)]
 pub struct TaskTiming {
     period_ns: u64,
@@ -61,7 +61,7 @@ pub struct TaskTiming {
 }
 
 impl TaskTiming {
-    /// Timing of a task with this period in ns.
+    /// Timing of a task with this period, in ns.
     pub fn new(period_ns: u64) -> Self {
         Self {
             period_ns,
@@ -75,13 +75,13 @@ impl TaskTiming {
         }
     }
 
-    /// Leaves out this many first records instead.
+    /// Excludes this number of records at the beginning instead.
     #[must_use]
     pub fn with_warm_up(self, warm_up_cycles: u64) -> Self {
         Self { warm_up_cycles, ..self }
     }
 
-    /// Takes in the next cycle.
+    /// Adds the next cycle.
     pub fn record(&mut self, record: &CycleRecord) {
         self.records += 1;
         let last = self.last.replace(*record);
@@ -99,34 +99,34 @@ impl TaskTiming {
         }
     }
 
-    /// Cycles that ran so far, those of the warm-up and those whose records were lost included.
+    /// Cycles that ran so far, including the warm-up and cycles whose records were lost.
     pub fn cycles(&self) -> u64 {
         // Every release up to the last record's either ran or was missed.
         self.last.map_or(0, |last| last.cycle.saturating_add(1).saturating_sub(last.missed))
     }
 
-    /// Cycles of the warm-up: seen, and in no distribution.
+    /// Cycles seen during the warm-up, which the distributions exclude.
     pub fn warm_up_cycles(&self) -> u64 {
         self.records.min(self.warm_up_cycles)
     }
 
-    /// Releases that were missed, the warm-up's included.
+    /// Missed releases, including those during the warm-up.
     pub fn missed(&self) -> u64 {
         self.last.map_or(0, |last| last.missed)
     }
 
-    /// Cycles that ended after the next release, the warm-up's included.
+    /// Cycles that ended after the next release, including those of the warm-up.
     pub fn overruns(&self) -> u64 {
         self.last.map_or(0, |last| last.overruns)
     }
 
-    /// Cycles that ran but whose records never came, because the ring was full.
+    /// Cycles that ran but whose records were dropped because the ring was full.
     pub fn lost_records(&self) -> u64 {
         self.cycles().saturating_sub(self.records)
     }
 
-    /// The report of a task of this name. What the records do not know (wake, scheduler, CPU,
-    /// usage, block counters) is left for the caller to fill in.
+    /// The report of the task under this name. The caller fills in what the records do not contain:
+    /// wake, scheduler, CPU, usage and block counters.
     pub fn report(&self, name: impl Into<String>) -> TaskReport {
         TaskReport {
             name: name.into(),

@@ -2,7 +2,7 @@
 
 use std::fmt::Display;
 
-/// A time in ns as `98 ns`, `2.10 us`, `52.0 us`, `231 ms` or `1.50 s`; from 1000 s on whole seconds.
+/// Formats a time in ns: `98 ns`, `2.10 us`, `52.0 us`, `231 ms` or `1.50 s`; from 1000 s on whole seconds.
 pub fn duration(ns: f64) -> String {
     // The bound is where rounding to three digits would carry into the next unit.
     if ns < 999.5 {
@@ -16,7 +16,7 @@ pub fn duration(ns: f64) -> String {
     }
 }
 
-/// A time in ps, with three digits below a nanosecond and above: `0.412 ns`, `7.31 ns`, `1.20 us`.
+/// Formats a time in ps with three digits, below a nanosecond as well: `0.412 ns`, `7.31 ns`, `1.20 us`.
 pub fn picoseconds(ps: u64) -> String {
     match ps {
         0..999_500 => format!("{} ns", three_digits(ps as f64 / 1e3)),
@@ -24,8 +24,8 @@ pub fn picoseconds(ps: u64) -> String {
     }
 }
 
-/// A number with three significant digits, though never more than three decimals; from 1000 on
-/// whole.
+/// Formats a number with three significant digits and at most three decimals; from 1000 on as an
+/// integer.
 pub fn three_digits(value: f64) -> String {
     let decimals = if value < 0.9995 {
         3
@@ -39,7 +39,7 @@ pub fn three_digits(value: f64) -> String {
     format!("{value:.decimals$}")
 }
 
-/// A period in ns exactly, in the largest unit that needs no fraction below 0.001: `1 ms`, `2.5 ms`.
+/// Formats a period in ns exactly, in the largest unit that needs no fraction below 0.001: `1 ms`, `2.5 ms`.
 pub fn period(ns: u64) -> String {
     let (unit, unit_ns) = match ns {
         0..1_000 => ("ns", 1),
@@ -56,7 +56,7 @@ pub fn period(ns: u64) -> String {
     format!("{whole}.{} {unit}", fraction.trim_end_matches('0'))
 }
 
-/// So many of a thing, in words: `1 cycle`, `2 cycles`.
+/// Formats a count with its noun: `1 cycle`, `2 cycles`.
 pub fn counted<N: Copy + Display + PartialEq + From<u8>>(count: N, thing: &str) -> String {
     format!("{count} {thing}{}", if count == N::from(1) { "" } else { "s" })
 }

@@ -4,11 +4,11 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// A reason to read the numbers with care, and the way out.
+/// A reason to treat the numbers with care, and the remedy.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Warning {
-    /// What kind of reason it is.
+    /// Kind of warning.
     pub code: WarningCode,
     /// What happened and why.
     pub message: String,
@@ -19,20 +19,20 @@ pub struct Warning {
 /// Declares [`WarningCode`] with the word that each code has in a report.
 macro_rules! codes {
     ($($(#[$doc:meta])+ $name:ident = $word:literal,)+) => {
-        /// What kind of reason a [`Warning`] gives. In a report it is a word, such as `rt_denied`.
+        /// Kind of a [`Warning`]; a word in reports, such as `rt_denied`.
         #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
         #[serde(from = "String", into = "String")]
         pub enum WarningCode {
             $($(#[$doc])+ $name,)+
-            /// A code of another version.
+            /// A code that another version wrote.
             Unknown(String),
         }
 
         impl WarningCode {
-            /// All codes that this version writes.
+            /// All codes of this version.
             pub const ALL: &[Self] = &[$(Self::$name),+];
 
-            /// The word in a report.
+            /// The word used in reports.
             pub fn as_str(&self) -> &str {
                 match self {
                     $(Self::$name => $word,)+
@@ -59,31 +59,31 @@ codes! {
     CpuDenied = "cpu_denied",
     /// Memory could not be locked.
     LockDenied = "lock_denied",
-    /// A second publisher sends on a service.
+    /// A second publisher sends on the service.
     OtherWriter = "other_writer",
-    /// Stamps lie in the receiver's future.
+    /// Time stamps are in the receiver's future.
     FutureStamps = "future_stamps",
-    /// Stamps are older than any wait explains.
+    /// Time stamps are older than any wait explains.
     PastStamps = "past_stamps",
     /// A publisher runs on another machine.
     ForeignHost = "foreign_host",
-    /// An input does not fit the frames of its service.
+    /// An input does not match the frames of its service.
     UnfitInput = "unfit_input",
-    /// A channel carries another signal than before.
+    /// A channel carries a different signal than before.
     MovedChannel = "moved_channel",
-    /// Frames have no announced layout, so channels are taken by their number.
+    /// Frames have no announced layout, so channels are selected by number.
     PlainFrames = "plain_frames",
-    /// Frames have a layout that nobody announced.
+    /// Frames name a layout that nobody announced.
     UnknownLayout = "unknown_layout",
-    /// Telemetry leaves signals out.
+    /// Telemetry omits some signals.
     TelemetryCut = "telemetry_cut",
-    /// The program was built for debugging.
+    /// The program is a debug build.
     DebugBuild = "debug_build",
-    /// A spinning arm was measured in short parts, because of the kernel's throttling.
+    /// A spinning arm was measured in short parts because of the kernel's throttling.
     SpinInBursts = "spin_in_bursts",
-    /// The arm `sleep` does not stand for cyclictest in this run.
+    /// The arm `sleep` is no substitute for cyclictest in this run.
     SleepDiffers = "sleep_differs",
-    /// A paced sender missed more than 1 % of its instants.
+    /// A paced sender missed more than 1 % of its send times.
     PaceNotKept = "pace_not_kept",
 }
 

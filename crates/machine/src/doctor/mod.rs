@@ -23,54 +23,54 @@ use crate::machine::{CpuList, Machine};
 pub enum Severity {
     /// As it should be.
     Ok,
-    /// Good to know when reading numbers; also what could not be found out.
+    /// Worth knowing when reading numbers; also used for what could not be determined.
     Note,
-    /// It makes cycles late, and can be changed.
+    /// Makes cycles late, and can be changed.
     Warning,
     /// A real-time task does not get what it asks for.
     Problem,
 }
 
-/// What one check found.
+/// The result of one check.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Finding {
     /// Stable name of the check, such as `preemption`.
     pub code: String,
-    /// How much it matters.
+    /// How much it matters: `ok`, `note`, `warning` or `problem`.
     pub severity: Severity,
-    /// What it is; begins with `unknown` if that could not be read.
+    /// What was found; starts with `unknown` if it could not be read.
     pub value: String,
-    /// The parts of the value, where it has parts.
+    /// Parts of the value, if it has parts.
     pub details: Vec<String>,
     /// Where it was read.
     pub source: String,
-    /// What it does to jitter, in one sentence.
+    /// Its effect on jitter.
     pub effect: String,
-    /// A command or a setting that changes it, on one line; `null` if there is nothing to do.
+    /// A command or setting that changes it, on one line; `null` if there is nothing to do.
     pub fix: Option<String>,
-    /// The knob that this is about does nothing on this machine.
+    /// Whether the setting has no effect on this machine.
     pub inert: bool,
-    /// Why it does nothing.
+    /// Why the setting has no effect; `null` if it has one.
     pub inert_why: Option<String>,
 }
 
-/// What the doctor found on a machine.
+/// Everything that the doctor found on a machine.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Examination {
-    /// Version of the program that examined.
+    /// Version of the program that examined the machine.
     pub isochrone: String,
-    /// The CPU that was examined.
+    /// The examined CPU.
     pub cpu: usize,
-    /// Those that are online, as the kernel lists them.
+    /// CPUs online, in the kernel's list format.
     pub online_cpus: String,
     /// The machine and its kernel.
     pub environment: Environment,
-    /// All findings, the harmless ones too, in the order of the checks.
+    /// All findings, including harmless ones, in the order of the checks.
     pub findings: Vec<Finding>,
 }
 
 impl Examination {
-    /// The findings of one severity, in their order.
+    /// The findings of one severity, in order.
     pub fn of(&self, severity: Severity) -> impl Iterator<Item = &Finding> {
         self.findings.iter().filter(move |finding| finding.severity == severity)
     }
@@ -79,9 +79,9 @@ impl Examination {
 /// The CPU to examine does not exist or is offline.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NoSuchCpu {
-    /// The CPU asked for.
+    /// The requested CPU.
     pub cpu: usize,
-    /// Those there are, as the kernel lists them: `0-3,8`.
+    /// CPUs online, in the kernel's list format: `0-3,8`.
     pub online: String,
 }
 
@@ -130,7 +130,7 @@ const CHECKS: &[Check] = &[
     Check { code: "shared_memory", judge: memory::shared_memory },
 ];
 
-/// Examines a machine for a real-time task on a CPU; without one, on the last CPU.
+/// Examines a machine for a real-time task on `cpu`, by default on the last CPU online.
 ///
 /// # Errors
 /// The CPU does not exist or is offline.

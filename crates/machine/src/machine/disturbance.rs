@@ -7,9 +7,9 @@ use crate::disturbance::Disturbance;
 const TICK_NS: u64 = 10_000_000;
 
 impl Machine {
-    /// The kernel's counts up to now: steal and interrupts of a CPU (of all if there is none),
-    /// faults and preemptions of a thread of this process, throttling of its control group. Counts
-    /// that cannot be read are 0.
+    /// The kernel's counts so far: steal and interrupts of a CPU (of all CPUs if `cpu` is `None`),
+    /// faults and preemptions of a thread of this process, and throttling of its control group.
+    /// Counts that cannot be read are 0.
     pub fn disturbance(&self, cpu: Option<usize>, thread: Option<u32>) -> Disturbance {
         let (faults, preemptions) =
             thread.and_then(|thread| self.thread_counts(thread)).unwrap_or_default();

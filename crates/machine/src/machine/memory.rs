@@ -4,8 +4,8 @@ use super::Machine;
 use super::control_group::Version;
 
 impl Machine {
-    /// Bytes that this process can still use: of the machine, and of the limits of its control
-    /// groups. What holds copies of files counts as free. `None`: the machine does not tell.
+    /// Bytes that this process can still allocate, limited by the machine and by its control
+    /// groups. Memory that caches files counts as free. `None` if the machine does not say.
     pub fn available_bytes(&self) -> Option<u64> {
         let meminfo = self.text("/proc/meminfo")?;
         let available = meminfo.lines().find_map(|line| line.strip_prefix("MemAvailable:"))?;

@@ -36,12 +36,12 @@ impl Machine {
         Self::below("/")
     }
 
-    /// The machine whose `proc`, `sys`, `dev` and `boot` are in a folder.
+    /// A machine whose `proc`, `sys`, `dev` and `boot` are below a folder.
     pub fn below(root: impl Into<PathBuf>) -> Self {
         Self { root: root.into(), free_bytes, config: OnceCell::new() }
     }
 
-    /// The same machine with another way to ask for the free bytes of the file system at a path.
+    /// The same machine with a different function for the free bytes of the file system at a path.
     pub fn with_free_bytes(self, free_bytes: fn(&Path) -> Option<u64>) -> Self {
         Self { free_bytes, ..self }
     }

@@ -20,12 +20,12 @@ const OUTLIER_NS: u64 = 1_000;
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Outlier {
-    /// When, in seconds since the bench began.
+    /// Time of the release, in seconds since the bench started.
     pub at_s: f64,
-    /// How late, in ns; of a release that was missed, how late it would have been.
+    /// How late the release was, in ns; for a missed release, how late it would have been.
     pub late_ns: u64,
-    /// What the kernel counted around it: `steal`, `throttled`, `fault`, `preempted`,
-    /// `interrupt` or `unknown`.
+    /// What the kernel counted around it: `steal`, `throttled`, `fault`, `preempted`, `interrupt`
+    /// or `unknown`.
     pub cause: String,
 }
 
@@ -45,7 +45,7 @@ pub struct LoopArm {
 }
 
 impl LoopArm {
-    /// A loop of this period, in a bench that began at `origin_ns`.
+    /// A loop with this period, in a bench that started at `origin_ns`.
     pub fn new(period_ns: u64, origin_ns: u64) -> Self {
         Self {
             period_ns,
@@ -59,11 +59,11 @@ impl LoopArm {
         }
     }
 
-    /// Takes in a turn: its cycles in order, which of them count (those due in `counted`, in ns;
-    /// what comes before is warm-up), what disturbed it, and what there was around an instant.
+    /// Adds a turn: its cycles in order, the range of due times that count, in ns (earlier ones are
+    /// warm-up), what disturbed it, and a function that returns the disturbance around an instant.
     ///
-    /// A release that was missed counts if it was due in `counted`, also where the cycle that came
-    /// instead was not. So the first cycle after the end belongs to `records`, too.
+    /// A missed release counts if it was due in `counted`, even if the cycle that ran in its place
+    /// was not. `records` must therefore contain the first cycle after the end, too.
     pub fn turn(
         &mut self,
         records: &[CycleRecord],
@@ -128,12 +128,12 @@ impl LoopArm {
         &self.raw
     }
 
-    /// The turns so far, with the corrected release jitter.
+    /// The turns so far, with corrected release jitter.
     pub fn turns(&self) -> &Turns {
         &self.turns
     }
 
-    /// The report of the arm. How it waited and what it cost is for the caller to fill in.
+    /// The report of the arm. The caller fills in how it waited and what it cost.
     pub fn report(&self, name: impl Into<String>) -> TaskArm {
         let corrected = self.turns.all();
         let task = TaskReport {

@@ -1,8 +1,8 @@
-//! Whether one distribution is lower than another, and how sure that is.
+//! Whether one distribution is lower than another, and with what confidence.
 //!
-//! What a machine does comes in bouts: samples that follow each other are alike, so a test that
-//! takes each for itself is far too sure. Here the samples are kept in turns of a second or more,
-//! and the interval of a ratio comes from drawing whole turns, again and again (block bootstrap).
+//! Machines are disturbed in bursts, so consecutive samples are correlated and a test that treats
+//! each as independent is far too confident. The samples are therefore kept in turns of a second or
+//! more, and the interval of a ratio comes from resampling whole turns (block bootstrap).
 
 use serde::{Deserialize, Serialize};
 
@@ -13,36 +13,37 @@ use super::samples::{Side, TurnSamples};
 const DRAWS: usize = 2_000;
 /// Part of the draws that lie outside the interval: below it and above it each half of this.
 const OUTSIDE: f64 = 0.01;
-/// Ratios closer to 1 than this are no difference that anybody could use.
+/// Ratios closer to 1 than this count as no difference.
 pub const TOLERANCE: f64 = 0.10;
 
-/// How many times lower a quantile of one side is than that of the other.
+/// How a quantile of one side compares with that of the other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ratio {
-    /// The quantile of the reference, in the unit of the samples.
+    /// Quantile of the reference, in the unit of the samples.
     pub reference: u64,
-    /// The quantile of the candidate, in the unit of the samples.
+    /// Quantile of the candidate, in the unit of the samples.
     pub candidate: u64,
     /// Reference divided by candidate: above 1 the candidate is lower, which is better.
     pub ratio: f64,
-    /// Between these lie 99 % of the ratios that other draws of the same turns would have given.
+    /// Lower bound of the interval that contains 99 % of the ratios obtained by resampling the
+    /// turns.
     pub low: f64,
-    /// See `low`.
+    /// Upper bound of that interval.
     pub high: f64,
-    /// What the interval says.
+    /// What the interval shows.
     pub verdict: Verdict,
 }
 
-/// What a comparison says.
+/// The result of a comparison.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// The candidate is lower, by more than the tolerance, with all of the interval.
+    /// The candidate is lower, with the whole interval beyond the tolerance.
     Better,
-    /// Nothing that the samples could show.
+    /// The samples show no difference.
     #[default]
     Same,
-    /// The candidate is higher, by more than the tolerance, with all of the interval.
+    /// The candidate is higher, with the whole interval beyond the tolerance.
     Worse,
 }
 
@@ -57,13 +58,13 @@ impl Verdict {
     }
 }
 
-/// How the turns of two sides were taken.
+/// How the turns of two sides relate.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Pairing {
-    /// Turn *i* of one side next to turn *i* of the other: both are drawn together, and what the
-    /// machine did to both of them cancels out.
+    /// Turn *i* of one side ran next to turn *i* of the other. Both are resampled together, so that
+    /// disturbances that affected both cancel out.
     Paired,
-    /// Each side for itself, as in two runs.
+    /// The sides ran independently, as in two runs, and are resampled separately.
     Apart,
 }
 
@@ -94,10 +95,10 @@ fn longer(found: u64, needed: u64) -> u64 {
 }
 
 /// Compares the quantile (0 to 1) of two sides. Values no further apart than `resolution`, in the
-/// unit of the samples, are the same.
+/// unit of the samples, count as the same.
 ///
 /// # Errors
-/// A side has fewer than five turns, or too few samples for ten to lie beyond the quantile.
+/// A side has fewer than five turns, or fewer than ten of its samples lie beyond the quantile.
 pub fn ratio(
     reference: &[TurnSamples],
     candidate: &[TurnSamples],
@@ -137,12 +138,12 @@ pub fn ratio(
     Ok(Ratio { reference, candidate, ratio, low, high, verdict })
 }
 
-/// The samples of which ten lie beyond a quantile (0 to 1).
+/// Number of samples of which ten lie beyond a quantile (0 to 1).
 pub fn needed(quantile: f64) -> u64 {
     (10.0 / (1.0 - quantile) - 1e-6).ceil() as u64
 }
 
-/// Whether ten of so many samples lie beyond a quantile (0 to 1): enough to compare it.
+/// Whether ten of `count` samples lie beyond a quantile (0 to 1), which is enough to compare it.
 pub fn supports(count: u64, quantile: f64) -> bool {
     // What binary fractions make of 1 - 0.9999 must not cost a sample.
     count as f64 * (1.0 - quantile) >= 10.0 - 1e-6

@@ -9,18 +9,18 @@ use super::samples::TurnSamples;
 use super::turns::TurnReport;
 use crate::report::{CostReport, Report};
 
-/// A percentile that people compare.
+/// A percentile that is compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Percentile {
-    /// Its name in reports and gates: `p99_9`.
+    /// Key in reports and gates: `p99_9`.
     pub key: &'static str,
-    /// Its name for people: `p99.9`.
+    /// Name in tables: `p99.9`.
     pub name: &'static str,
-    /// The part of the samples below it.
+    /// Fraction of the samples below it, 0 to 1.
     pub quantile: f64,
 }
 
-/// The percentiles that are compared.
+/// All percentiles that are compared.
 pub const PERCENTILES: [Percentile; 5] = [
     Percentile { key: "p50", name: "p50", quantile: 0.5 },
     Percentile { key: "p90", name: "p90", quantile: 0.9 },
@@ -29,21 +29,22 @@ pub const PERCENTILES: [Percentile; 5] = [
     Percentile { key: "p99_99", name: "p99.99", quantile: 0.9999 },
 ];
 
-/// The largest part of an arm's turns that may be invalid where no gate says otherwise.
+/// Largest fraction of an arm's turns that may be invalid, unless a gate sets another.
 pub(super) const INVALID_ALLOWED: f64 = 0.2;
 
-/// One thing that a report measured.
+/// One measurement of a report.
 #[derive(Debug, Clone)]
 pub struct Measured {
-    /// Its arm: `hybrid`, `iceoryx2`, `mixed`.
+    /// The arm: `hybrid`, `iceoryx2`, `mixed`.
     pub arm: String,
-    /// Under which circumstances: `1 ms, idle`; only arms under the same are compared in a report.
+    /// The conditions: `1 ms, idle`. Within a report, only arms under the same conditions are
+    /// compared.
     pub circumstances: String,
-    /// What was measured.
+    /// Key of the compared metric in reports: [`Metric::key`].
     pub metric: Metric,
     /// All samples.
     pub distribution: Distribution,
-    /// The turns one by one; none in the report of a run.
+    /// The turns one by one; empty in the report of a run.
     pub turns: Vec<TurnReport>,
 }
 
@@ -63,51 +64,52 @@ impl Measured {
         })
     }
 
-    /// Arm and circumstances.
+    /// Arm and conditions.
     pub fn label(&self) -> String {
         label(&self.arm, &self.circumstances)
     }
 
-    /// The turns for a comparison: the valid ones.
+    /// The valid turns, which comparisons use.
     pub fn valid_turns(&self) -> Vec<TurnSamples> {
         self.turns.iter().filter_map(valid).map(|samples| TurnSamples::of(&samples)).collect()
     }
 
-    /// The samples of the valid turns.
+    /// The samples of all valid turns.
     pub fn valid(&self) -> Distribution {
         let mut all = Distribution::new();
         self.turns.iter().filter_map(valid).for_each(|samples| all.merge(&samples));
         all
     }
 
-    /// Part of the turns that are invalid, 0 to 1.
+    /// Fraction of the turns that are invalid, 0 to 1.
     pub fn invalid_part(&self) -> f64 {
         let invalid = self.turns.iter().filter(|turn| turn.invalid.is_some()).count();
         invalid as f64 / self.turns.len().max(1) as f64
     }
 }
 
-/// How an arm compares with another, at one percentile.
+/// How an arm compares with another at one percentile.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Comparison {
-    /// What was measured, as the report's key: [`Metric::key`].
+    /// Key of the metric in reports: [`Metric::key`].
     pub metric: String,
     /// `p50` to `p99_99`.
     pub percentile: String,
-    /// The arm that the other is compared with, and its circumstances.
+    /// The arm compared with, and its conditions.
     pub reference: String,
-    /// The arm that is better if it is lower.
+    /// The arm that is compared, and its conditions; lower is better.
     pub candidate: String,
-    /// The percentile of the reference, of its valid turns, in the unit of the metric.
+    /// Percentile of the reference over its valid turns, in the unit of the metric.
     pub reference_value: u64,
-    /// The same of the candidate.
+    /// Percentile of the candidate over its valid turns, in the unit of the metric.
     pub candidate_value: u64,
     /// Reference divided by candidate: above 1 the candidate is lower, below 1 it is higher.
     pub ratio: f64,
-    /// Between these lie 99 % of the ratios that other draws of the same turns would have given.
+    /// Lower bound of the interval that contains 99 % of the ratios obtained by resampling the
+    /// turns.
     pub low: f64,
-    /// See `low`.
+    /// Upper bound of that interval.
     pub high: f64,
     /// `better`, `same` or `worse`.
     pub verdict: Verdict,
@@ -120,7 +122,7 @@ impl Comparison {
         each.into_iter().filter_map(|(_, compared)| compared.ok()).collect()
     }
 
-    /// Compares two arms at every percentile, and says where a run was too short for it.
+    /// Compares two arms at every percentile; an error means that a run was too short for it.
     pub fn each(
         reference: &Measured,
         candidate: &Measured,
@@ -151,17 +153,17 @@ impl Comparison {
     }
 }
 
-/// A comparison that the samples do not allow.
+/// A comparison that the samples do not support.
 #[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct LeftOut {
     /// What was measured, as the report's key: [`Metric::key`].
     pub metric: String,
-    /// `p50` to `p99_99`; empty if it is so of all.
+    /// `p50` to `p99_99`; empty if it applies to all percentiles.
     pub percentile: String,
-    /// The arm that the other was to be compared with, and its circumstances.
+    /// The arm to compare with, and its conditions.
     pub reference: String,
-    /// The other.
+    /// The arm to compare, and its conditions.
     pub candidate: String,
     /// What is missing, and how much longer to run.
     pub why: String,
@@ -183,7 +185,8 @@ fn valid(turn: &TurnReport) -> Option<Distribution> {
 }
 
 impl Report {
-    /// Everything that the report measured and holds the distribution of, in its order.
+    /// Everything that the report measured and contains the distribution of, in the order of the
+    /// report.
     pub fn measured(&self) -> Vec<Measured> {
         let tasks = self.tasks.iter().filter_map(Measured::of);
         let links = self.links.iter().filter_map(Measured::of);
@@ -191,8 +194,8 @@ impl Report {
         tasks.chain(links).chain(costs).collect()
     }
 
-    /// Compares each arm with the first one under the same circumstances, and keeps the result.
-    /// Types of blocks are no arms: each does work of its own.
+    /// Compares each arm with the first under the same conditions and stores the result. Block
+    /// types are not compared with each other, because each does different work.
     pub fn compare_arms(&mut self) {
         let measured = self.measured();
         (self.comparisons, self.left_out) = (Vec::new(), Vec::new());

@@ -1,8 +1,8 @@
 //! The order in which arms take turns.
 
-/// Rounds in which each of `arms` arms has a turn, forth and back (A B C, C B A, ...): what the
-/// machine does meanwhile, and a drift of it, meets them all alike. The items are round and arm,
-/// from 0.
+/// Rounds in which each of `arms` arms has a turn, in alternating order (A B C, C B A, ...), so
+/// that disturbances and drift of the machine affect all of them. The items are round and arm, from
+/// 0.
 pub fn turn_order(rounds: usize, arms: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..rounds).flat_map(move |round| {
         (0..arms).map(move |place| match round % 2 {

@@ -2,7 +2,7 @@
 
 use isochrone_timing::Distribution;
 
-/// The samples of a stretch of time: values, ascending, and how many are no larger.
+/// The samples of a turn: values in ascending order, each with the number of samples up to it.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct TurnSamples(Vec<(u64, u64)>);
 

@@ -10,21 +10,21 @@ use crate::report::is_zero;
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct TurnReport {
-    /// When it began, in seconds since the bench began.
+    /// Start of the turn, in seconds since the bench started.
     pub at_s: f64,
-    /// How long it took after the warm-up, in ns; 0 in reports that do not say.
+    /// Duration after the warm-up, in ns; 0 if the report does not say.
     #[serde(skip_serializing_if = "is_zero")]
     pub elapsed_ns: u64,
-    /// Samples after the warm-up; of a loop also one for each release that was missed.
+    /// Samples after the warm-up; for a loop, including one for each missed release.
     pub samples: u64,
     /// Releases missed, or messages lost, after the warm-up.
     pub missed: u64,
-    /// What disturbed it.
+    /// What disturbed the turn.
     pub disturbance: Disturbance,
-    /// Why it says little about the arm, by the rule fixed beforehand; absent in most.
+    /// Why the turn says little about the arm, by the rule fixed beforehand; absent if it is valid.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub invalid: Option<String>,
-    /// Its samples, encoded as the histograms of a task.
+    /// Its samples, encoded like the histograms of a task.
     pub histogram: String,
 }
 
@@ -38,7 +38,7 @@ pub struct Turns {
 }
 
 impl Turns {
-    /// Takes in a turn of `elapsed_ns` that began `at_s` after the bench.
+    /// Adds a turn that started `at_s` seconds into the bench and lasted `elapsed_ns`.
     pub fn push(
         &mut self,
         at_s: f64,
@@ -64,22 +64,22 @@ impl Turns {
         });
     }
 
-    /// The samples of all turns.
+    /// Samples of all turns.
     pub fn all(&self) -> &Distribution {
         &self.all
     }
 
-    /// The samples of the valid turns.
+    /// Samples of the valid turns.
     pub fn valid(&self) -> &Distribution {
         &self.valid
     }
 
-    /// Missed or lost in all turns.
+    /// Releases missed, or messages lost, in all turns.
     pub fn missed(&self) -> u64 {
         self.missed
     }
 
-    /// The turns one by one.
+    /// The turns in order.
     pub fn reports(&self) -> &[TurnReport] {
         &self.reports
     }

@@ -1,4 +1,4 @@
-//! Two reports, arm by arm.
+//! The comparison of two reports, arm by arm.
 
 use super::compare::{Pairing, Verdict};
 use super::measured::{Comparison, INVALID_ALLOWED, Measured};
@@ -8,24 +8,24 @@ use crate::report::{Report, TaskArm};
 /// An arm of the first report that cannot be compared.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct NotCompared {
-    /// The arm and its circumstances.
+    /// The arm and its conditions.
     pub arm: String,
-    /// What is missing.
+    /// What is missing, and what to do.
     pub why: String,
 }
 
-/// What two reports say about each other.
+/// The comparison of two reports.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Compared {
-    /// The second against the first, arm by arm.
+    /// The second report compared with the first, arm by arm.
     pub comparisons: Vec<Comparison>,
-    /// Arms of the first that cannot be compared.
+    /// Arms of the first report that cannot be compared.
     pub left_out: Vec<NotCompared>,
-    /// What else differs, so that the arms may not be to blame.
+    /// Other differences between the runs, which may explain those between the arms.
     pub differences: Vec<String>,
 }
 
-/// Compares two reports. Arms are matched by name, circumstances and metric.
+/// Compares two reports. Arms are matched by name, conditions and metric.
 pub fn compare_reports(first: &Report, second: &Report) -> Compared {
     let mut compared = Compared { differences: differences(first, second), ..Compared::default() };
     let candidates = second.measured();
@@ -103,7 +103,7 @@ fn differences(first: &Report, second: &Report) -> Vec<String> {
     differing.map(|Said { what, first, second }| format!("{what}: {first} and {second}")).collect()
 }
 
-/// The verdict on several comparisons: `worse` if one is, else `better` if one is.
+/// The verdict on several comparisons: `worse` if any is worse, else `better` if any is better.
 pub fn overall(comparisons: &[Comparison]) -> Verdict {
     let any = |verdict| comparisons.iter().any(|comparison| comparison.verdict == verdict);
     match () {

@@ -7,10 +7,10 @@ use super::picture::Series;
 /// Rows that cyclictest allows.
 const MOST_ROWS: u64 = 1_000_000;
 
-/// Writes what `cyclictest --histogram=LIMIT_US` prints, with a column for each series: how many
-/// samples there are of each whole microsecond below the limit (at most a million), then the
-/// totals. cyclictest's threads have no names, so the columns are named in a comment; its lines
-/// about the cycles that overflowed are missing, because a distribution does not know them.
+/// Writes what `cyclictest --histogram=LIMIT_US` prints, with one column per series: the number of
+/// samples in each whole microsecond below the limit (at most a million), then the totals.
+/// cyclictest's threads have no names, so comments name the columns. Its lines about overflowed
+/// cycles are missing, because a distribution does not contain them.
 pub fn cyclictest_histogram(series: &[Series<'_>], limit_us: u64) -> String {
     let limit_us = limit_us.min(MOST_ROWS);
     let columns: Vec<Column> = series.iter().map(|series| Column::new(series, limit_us)).collect();

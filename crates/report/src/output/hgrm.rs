@@ -7,8 +7,8 @@ use isochrone_timing::{Distribution, Metric};
 /// Rows for each halving of the distance to 100 %, as HdrHistogram's own tools have them.
 const TICKS_PER_HALF_DISTANCE: u32 = 5;
 
-/// Writes a distribution of a metric as HdrHistogram's percentile table, which its plotters take: of a
-/// metric in ns in us, of one in ps in ns. The first line is a comment that names the unit.
+/// Writes a distribution as HdrHistogram's percentile table, for its plotters: in us if the metric
+/// is in ns, in ns if it is in ps. The first line is a comment with the unit.
 pub fn hgrm(distribution: &Distribution, metric: Metric) -> String {
     let unit = metric.unit.of_a_thousand();
     let histogram = distribution.histogram();

@@ -16,9 +16,9 @@ type Writer<'a> = IntervalLogWriter<'a, 'a, Vec<u8>, V2DeflateSerializer>;
 type Failure = IntervalLogWriterError<hdrhistogram::serialization::V2DeflateSerializeError>;
 
 /// Writes the turns of a bench as HdrHistogram's interval log, in the order in which they ran:
-/// when each began and how long it took, in s, its maximum in ms (in us for costs), and all its
-/// samples, in ns (in ps for costs). The tag is the arm and its circumstances. Before a turn that
-/// is invalid a comment says why. A run has no turns, and its log no intervals.
+/// start and duration in s, maximum in ms (us for costs), and all samples in ns (ps for costs). The
+/// tag is the arm with its conditions. A comment before an invalid turn states the reason. The
+/// report of a run has no turns, so its log has no intervals.
 pub fn hlog(report: &Report) -> String {
     let mut bytes = Vec::new();
     match written(report, &mut bytes) {

@@ -1,4 +1,4 @@
-//! Holds a report against the rules of a gate.
+//! Judges a report by the rules of a gate.
 
 use super::rules::{Bound, Gate, Rule};
 use crate::bench::compare::{Pairing, TooShort, needed, supports};
@@ -6,16 +6,16 @@ use crate::bench::measured::{Comparison, Measured, Percentile};
 use crate::bench::wording::{comparison_in_words, interval_in_words, ratio_in_words};
 use crate::report::Report;
 
-/// What became of a rule.
+/// The result of a rule.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Outcome {
-    /// Not judged here.
+    /// The rule is not judged on this machine.
     Skipped,
     /// The rule holds.
     Pass,
     /// The rule is broken.
     Fail,
-    /// The run says too little about it.
+    /// The run does not contain enough data to judge the rule.
     Invalid,
 }
 
@@ -31,16 +31,16 @@ impl Outcome {
     }
 }
 
-/// What became of a rule, for one arm that it is about.
+/// The result of a rule for one of the arms that it applies to.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Judgement {
     /// Whether the rule holds.
     pub outcome: Outcome,
-    /// A sentence about it: the arm, the value and the bound, or why it was not judged.
+    /// The arm, its value and the bound, or why the rule was not judged, as a sentence.
     pub says: String,
 }
 
-/// Whose times an absolute bound would judge.
+/// The kind of machine, which decides whether absolute bounds are judged.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Platform {
     Metal,
@@ -48,7 +48,7 @@ enum Platform {
 }
 
 impl Gate {
-    /// Holds a report against the rules: what became of each.
+    /// Judges a report by the rules, with one judgement for each arm that a rule applies to.
     pub fn judge(&self, report: &Report) -> Vec<Judgement> {
         let measured = report.measured();
         let platform = if report.environment.hypervisor.is_some() {

@@ -1,42 +1,42 @@
-//! What a gate's file says: rules, each with one bound, checked as they are read.
+//! The file of a gate: rules, each with one bound, checked as they are read.
 
 use serde::Deserialize;
 
 use crate::bench::measured::{INVALID_ALLOWED, PERCENTILES, Percentile};
 
-/// A gate, as its file has it.
+/// A gate, as its file defines it.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(try_from = "WrittenGate")]
 pub struct Gate {
-    /// The rules; all of them must hold.
+    /// The rules; all must hold.
     pub rules: Vec<Rule>,
-    /// The largest part of an arm's turns, 0 to 1, that may be invalid.
+    /// Largest fraction of an arm's turns that may be invalid, 0 to 1.
     pub invalid_turns: f64,
 }
 
 /// One rule of a gate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Rule {
-    /// The arm that must keep it, under all circumstances that were measured.
+    /// The arm that the rule applies to, under all conditions that were measured.
     pub arm: String,
-    /// What of its distribution.
+    /// The percentile that it bounds.
     pub percentile: &'static Percentile,
     /// The bound.
     pub bound: Bound,
 }
 
-/// What a rule bounds.
+/// The bound of a rule.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Bound {
-    /// The arm is that many times lower than another of the same run.
+    /// The arm must be a number of times lower than another arm of the same run.
     TimesLower {
         /// The other arm.
         than: String,
-        /// The least ratio.
+        /// The smallest ratio; below 1 it allows the arm to be higher.
         at_least: f64,
     },
-    /// An absolute bound, in ns. In a virtual machine it is not judged: there it would say something
-    /// of the host.
+    /// An absolute bound, in ns. It is not judged in a virtual machine, where it would depend on
+    /// the host.
     AtMostNs(f64),
 }
 
@@ -153,10 +153,10 @@ pub enum RuleError {
 }
 
 impl Gate {
-    /// Looks whether every arm that a rule names is one of these, before they are measured.
+    /// Checks that `arms`, which are about to be measured, include every arm that a rule names.
     ///
     /// # Errors
-    /// The first arm that is not.
+    /// A rule names an arm that is not among them.
     pub fn check_arms(&self, arms: &[&str]) -> Result<(), RuleError> {
         for (index, rule) in self.rules.iter().enumerate() {
             let other = match &rule.bound {

@@ -23,13 +23,13 @@ const HEAD: &str = "<!DOCTYPE html>
 <meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; style-src 'unsafe-inline'\">
 ";
 
-/// Writes a report as one HTML page: no network, no scripts, no other files. It has the tables, the
-/// pictures and the circumstances, and says how to read them.
+/// Writes a report as one self-contained HTML page, without scripts and without access to the
+/// network: tables, pictures, conditions, and how to read them.
 pub fn html(report: &Report) -> String {
     write(report).finish()
 }
 
-/// The pictures of the page, as SVG: what each shows, and the picture.
+/// The pictures of the page: what each shows, and its SVG.
 pub fn pictures(report: &Report) -> Vec<(String, String)> {
     write(report).pictures
 }

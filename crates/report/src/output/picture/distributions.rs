@@ -12,7 +12,7 @@ use super::legend::Entry;
 use super::mark::Mark;
 use super::screen::Screen;
 
-/// A distribution and what a picture calls it.
+/// A distribution with its name in a picture.
 #[derive(Debug, Clone, Copy)]
 pub struct Series<'a> {
     /// Its name in the legend.
@@ -50,14 +50,14 @@ const BINS_PER_DECADE: f64 = 20.0;
 const CURVE: Form = Form::Line(2);
 const LONGEST: Form = Form::Marks(Mark::Wedge);
 
-/// Draws the percentiles of several distributions, both axes logarithmic: the tail is where they
-/// differ. A curve ends where ten samples are left beyond it; a mark stands apart for its longest
-/// sample, at the percentile that only this one exceeds.
+/// Draws the percentiles of several distributions on two logarithmic axes, because they differ in
+/// the tail. A curve ends where ten samples remain beyond it; a separate mark shows the longest
+/// sample, at the percentile that only it exceeds.
 pub fn percentiles_svg(title: &str, series: &[Series<'_>]) -> String {
     percentiles_of(title, &each_an_arm(series), Screen::Wide)
 }
 
-/// Draws how often each time occurs, both axes logarithmic, in parts of all samples.
+/// Draws how often each time occurs, as a fraction of all samples, on two logarithmic axes.
 pub fn histogram_svg(title: &str, series: &[Series<'_>]) -> String {
     histogram_of(title, &each_an_arm(series), Screen::Wide)
 }

@@ -13,8 +13,8 @@ use crate::report::CostReport;
 
 const LINE: Form = Form::Line(2);
 
-/// Draws the median time of one instance over the number of instances, both axes logarithmic, with
-/// a line for each type of block.
+/// Draws the median time of one instance over the number of instances on two logarithmic axes, with
+/// one line per block type.
 pub fn scaling_svg(title: &str, costs: &[CostReport]) -> String {
     scaling_of(title, costs, Screen::Wide)
 }

@@ -13,7 +13,7 @@ use super::mark::Mark;
 use super::screen::Screen;
 use crate::bench::{Outlier, TurnReport};
 
-/// An arm of a bench, as a timeline shows it.
+/// An arm of a bench, as shown on a timeline.
 #[derive(Debug, Clone, Copy)]
 pub struct Timeline<'a> {
     /// Its name in the legend.
@@ -39,9 +39,9 @@ const MEDIAN: Form = Form::Bars(4);
 const TAIL: Form = Form::Bars(2);
 const LONGEST: Form = Form::Marks(Mark::Wedge);
 
-/// Draws the turns of several arms over the time of the bench: p50 and p99 of each turn as bars
-/// from its begin to its end, with nothing where other arms had their turns; each outlier as a mark in the colour of its arm whose form says its cause. Turns that are
-/// invalid are shaded.
+/// Draws the turns of several arms over the time of the bench: bars for p50 and p99 of each turn,
+/// from its start to its end; gaps are turns of other arms. Marks show outliers, in the colour of
+/// their arm and with a shape for each cause. Invalid turns are shaded.
 pub fn timeline_svg(title: &str, arms: &[Timeline<'_>]) -> String {
     timeline_of(title, arms, Screen::Wide)
 }

@@ -14,7 +14,7 @@ use crate::output::groups::{
 };
 use crate::report::{CostReport, LinkArm, Report, TaskArm};
 
-/// `Display` is a table of comparisons between two reports.
+/// Comparisons between two reports; `Display` prints a table.
 #[derive(Debug, Clone, Copy)]
 pub struct ComparisonTable<'a>(pub &'a [Comparison]);
 
