@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use isochrone_engine::{FileKind, read_text};
 use isochrone_report::{ComparisonTable, NotCompared, Report, Verdict, compare_reports, overall};
+use isochrone_timing::units::counted;
 
 use crate::failure::Failure;
 use crate::terminal;
@@ -40,7 +41,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let (first, second) = (read(&args.first)?, read(&args.second)?);
     let compared = compare_reports(&first, &second);
     for difference in &compared.differences {
-        terminal::note(&format!("note: the reports differ in {difference}"));
+        terminal::note(&format!("note: the runs differ in {difference}"));
     }
     if args.json {
         terminal::print_json(&compared.comparisons)?
@@ -49,24 +50,27 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
     let verdict = overall(&compared.comparisons);
     if verdict == Verdict::Worse {
+        let worse = compared.comparisons.iter().filter(|one| one.verdict == Verdict::Worse).count();
         return Err(Failure::found(format!(
-            "{} is worse than {}",
+            "{} is worse than {} in {worse} of {}, listed above",
             args.second.display(),
-            args.first.display()
+            args.first.display(),
+            counted(compared.comparisons.len(), "comparison")
         )));
     }
     let left_out: Vec<String> =
         compared.left_out.iter().map(|NotCompared { arm, why }| format!("{arm}: {why}")).collect();
     if !left_out.is_empty() {
         return Err(Failure::inconclusive(format!(
-            "some arms of {} could not be compared\n{}",
+            "{}: some arms could not be compared with {}\n{}",
             args.first.display(),
+            args.second.display(),
             left_out.join("\n")
         )));
     }
     if compared.comparisons.is_empty() {
         Err(Failure::usage(format!(
-            "{} holds nothing to compare; a report of `isochrone bench` does",
+            "{} contains nothing to compare; name a file that `isochrone bench --report` wrote",
             args.first.display()
         )))
     } else {

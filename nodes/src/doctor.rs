@@ -1,4 +1,4 @@
-//! `doctor`: what this machine does to jitter, and the way out.
+//! `doctor`: how this machine affects jitter, and how to fix it.
 
 use isochrone_machine::{Examination, Finding, Machine, Severity, examine};
 use isochrone_timing::units::counted;
@@ -60,7 +60,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if bad.is_empty() {
         Ok(())
     } else {
-        Err(Failure::found(format!("{} on CPU {}", bad.join(" and "), examination.cpu)))
+        Err(Failure::found(format!(
+            "CPU {}: {}, each listed above with its fix",
+            examination.cpu,
+            bad.join(" and ")
+        )))
     }
 }
 
@@ -106,7 +110,7 @@ fn lines(finding: &Finding, margin: usize) -> String {
         }
         paragraphs.push(finding.effect.clone());
     }
-    paragraphs.extend(finding.inert_why.iter().map(|why| format!("Inert here: {why}.")));
+    paragraphs.extend(finding.inert_why.iter().map(|why| format!("No effect here: {why}.")));
 
     let head = format!("  {:<width$}", finding.code, width = margin - 2);
     let mut text = wrapped(&head, &finding.value, margin);

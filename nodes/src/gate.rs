@@ -1,9 +1,10 @@
-//! Gates: the file, and what becomes of a bench that is held against one.
+//! Gates: reading the file, and judging a bench by it.
 
 use std::path::Path;
 
 use isochrone_engine::{FileKind, read_text};
 use isochrone_report::{Gate, Judgement, Outcome, Report};
+use isochrone_timing::units::counted;
 
 use crate::failure::Failure;
 use crate::terminal;
@@ -23,34 +24,41 @@ pub(crate) fn read(path: &Path) -> Result<Gate, Failure> {
     let gate: Gate =
         toml::from_str(&text).map_err(|error| Failure::usage(format!("{name}: {error}")))?;
     if gate.rules.is_empty() {
-        return Err(Failure::usage(format!("{name}: the gate has no rule")));
+        return Err(Failure::usage(format!(
+            "{name}: the gate has no rule; add a [[rule]] with arm, percentile and a bound"
+        )));
     }
     Ok(gate)
 }
 
-/// Says what became of each rule. A rule that is broken is a finding (exit 1); a run that says too
-/// little about a rule, or a gate of which nothing could be judged, decides nothing (exit 4).
-pub(crate) fn hold(gate: &Gate, report: &Report) -> Result<(), Failure> {
+/// Prints the result of each rule. A broken rule is a finding (exit status 1). Too little data for a
+/// rule, or a gate without a rule that can be judged, is inconclusive (exit status 4).
+pub(crate) fn hold(path: &Path, gate: &Gate, report: &Report) -> Result<(), Failure> {
+    let name = path.display();
     let judged = gate.judge(report);
     for Judgement { outcome, says } in &judged {
         terminal::note(&format!("gate: {}: {says}", outcome.as_str()));
     }
-    let worst = if report.ended_early {
-        Some(Outcome::Invalid)
-    } else {
-        judged.iter().map(|judged| judged.outcome).max()
-    };
+    if report.ended_early {
+        return Err(Failure::inconclusive(format!(
+            "{name}: no result for this gate, because the bench was ended early; let it run to its end"
+        )));
+    }
+    let worst = judged.iter().map(|judged| judged.outcome).max().unwrap_or(Outcome::Skipped);
+    let count = judged.iter().filter(|judged| judged.outcome == worst).count();
+    let share = format!("{count} of {}", counted(judged.len(), "result"));
     match worst {
-        Some(Outcome::Pass) => Ok(()),
-        Some(Outcome::Fail) => Err(Failure::found("the gate does not hold")),
-        Some(Outcome::Invalid) if report.ended_early => {
-            Err(Failure::inconclusive("the bench was ended early: no result for the gate"))
-        }
-        Some(Outcome::Invalid) => {
-            Err(Failure::inconclusive("the run says too little: no result for the gate"))
-        }
-        Some(Outcome::Skipped) | None => {
-            Err(Failure::inconclusive("the gate has no rule that can be judged on this machine"))
-        }
+        Outcome::Pass => Ok(()),
+        Outcome::Fail => Err(Failure::found(format!(
+            "{name}: the gate does not hold: {share} failed, listed above; `isochrone doctor` shows \
+             what disturbs this machine"
+        ))),
+        Outcome::Invalid => Err(Failure::inconclusive(format!(
+            "{name}: too little data for this gate: {share} invalid, listed above with what to do"
+        ))),
+        Outcome::Skipped => Err(Failure::inconclusive(format!(
+            "{name}: no rule of this gate can be judged on this machine; add one with \
+             times_lower_than"
+        ))),
     }
 }

@@ -227,7 +227,7 @@ fn a_gate_passes_fails_or_says_that_the_run_is_invalid() {
     for (gate, seconds, code, says) in [
         (any.to_owned() + &rule(1e-6), 1.2, 0, "gate: pass"),
         (any.to_owned() + &rule(1e9), 1.2, 1, "gate: fail"),
-        (rule(1.0), 0.2, 4, "times as long"),
+        (any.to_owned() + &rule(1.0), 0.2, 4, "times as long"),
         (rule(1.0).replace("sleep", "absent"), 0.2, 2, "absent"),
         (rule(1.0).replace("p50", "p51"), 0.2, 2, "p51"),
         (rule(1.0).replace("at_least", "at_last"), 0.2, 2, "at_last"),

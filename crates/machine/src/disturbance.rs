@@ -59,7 +59,7 @@ impl Disturbance {
         } else if steal > STEAL {
             Some(format!("the host took {:.2} % of the CPU", 100.0 * steal))
         } else if self.faults > 0 {
-            Some(format!("{} page faults", self.faults))
+            Some(format!("{} page fault{}", self.faults, if self.faults == 1 { "" } else { "s" }))
         } else {
             None
         }

@@ -56,7 +56,7 @@ fn the_page_of_a_bench_has_every_part_and_stands_alone() {
         "Time of one instance",
         "6.18.44",
         "ulimit -l unlimited",
-        "1 more are as they should be",
+        "1 other check passed",
     ] {
         assert!(page.contains(part), "{part}");
     }

@@ -247,7 +247,7 @@ fn a_bench_prints_a_table_for_each_circumstance_and_how_the_arms_compare() {
     let expected = "\
 isochrone 0.1.0 bench
 started 2026-11-20T12:00:00Z
-ended early: somebody stopped it before its time
+ended early: stopped before its time
 kernel 6.18.44, preempt -, 2 CPUs, hypervisor kvm, clock tsc (42 ns per reading)
 
 release jitter, 1 ms, idle

@@ -51,7 +51,7 @@ pub(crate) struct Outputs {
     html: Option<ResultFile>,
     hlog: Option<ResultFile>,
     histogram: Option<ResultFile>,
-    gate: Option<Gate>,
+    gate: Option<GateFile>,
 }
 
 impl Args {
@@ -68,9 +68,21 @@ impl Args {
             html: open(&self.html)?,
             hlog: open(&self.hlog)?,
             histogram: open(&self.histogram)?,
-            gate: self.gate.as_deref().map(gate::read).transpose()?,
+            gate: self.gate.as_deref().map(GateFile::read).transpose()?,
             args: self.clone(),
         })
+    }
+}
+
+/// A gate and where it was read, which its messages name.
+struct GateFile {
+    path: PathBuf,
+    gate: Gate,
+}
+
+impl GateFile {
+    fn read(path: &Path) -> Result<Self, Failure> {
+        Ok(Self { path: path.to_owned(), gate: gate::read(path)? })
     }
 }
 
@@ -78,8 +90,9 @@ impl Outputs {
     /// Looks whether the gate names only arms that will be measured.
     pub(crate) fn check_arms(&self, arms: &[impl AsRef<str>]) -> Result<(), Failure> {
         let arms: Vec<&str> = arms.iter().map(AsRef::as_ref).collect();
-        let checked = self.gate.as_ref().map_or(Ok(()), |gate| gate.check_arms(&arms));
-        checked.map_err(|error| Failure::usage(format!("--gate: {error}")))
+        let Some(GateFile { path, gate }) = &self.gate else { return Ok(()) };
+        gate.check_arms(&arms)
+            .map_err(|error| Failure::usage(format!("{}: {error}", path.display())))
     }
 
     /// Compares the arms, writes everything, and says whether the gate holds. What cannot be written
@@ -95,7 +108,8 @@ impl Outputs {
             });
         }
         report.compare_arms();
-        let judged = self.gate.as_ref().map(|gate| gate::hold(gate, report));
+        let judged =
+            self.gate.as_ref().map(|GateFile { path, gate }| gate::hold(path, gate, report));
         let files = self.write_files(report);
         let printed = if self.args.json {
             terminal::print_json(report)

@@ -9,8 +9,8 @@ const WATCHDOG_SHARE: f64 = 0.4;
 
 pub(super) fn isolated_cpus(machine: &Machine, cpu: usize) -> Verdict {
     let source = "/sys/devices/system/cpu/isolated";
-    let effect = "The kernel may place other threads on the task's CPU; what they do there (caches, \
-        interrupts, system calls) delays it.";
+    let effect = "The kernel may run other threads on the task's CPU; their system calls, interrupts and \
+        use of caches delay the task.";
     // The second are those of a cpuset partition.
     let lists = [machine.list(source), machine.list("/sys/fs/cgroup/cpuset.cpus.isolated")];
     if lists.iter().flatten().any(|list| list.contains(cpu)) {
@@ -19,7 +19,7 @@ pub(super) fn isolated_cpus(machine: &Machine, cpu: usize) -> Verdict {
             .from(source);
     }
     match (&lists, only_cpu(machine)) {
-        ([None, None], _) => Verdict::unknown("the list cannot be read"),
+        ([None, None], _) => Verdict::unknown("the list of CPUs cannot be read"),
         (_, true) => Verdict::note("none: this machine has one CPU"),
         ([Some(list), _] | [_, Some(list)], _) => {
             let value =
@@ -34,7 +34,7 @@ pub(super) fn isolated_cpus(machine: &Machine, cpu: usize) -> Verdict {
 
 pub(super) fn nohz_full(machine: &Machine, cpu: usize) -> Verdict {
     let source = "/sys/devices/system/cpu/nohz_full, /proc/cmdline";
-    let effect = "The tick goes on while the task runs: see timer_tick.";
+    let effect = "The timer tick continues while the task runs; see timer_tick.";
     let list = machine.tickless().filter(|list| !list.is_empty());
     if let Some(list) = &list
         && list.contains(cpu)
@@ -52,7 +52,7 @@ pub(super) fn nohz_full(machine: &Machine, cpu: usize) -> Verdict {
     }
     let fix = format!("nohz_full={cpu} on the kernel command line");
     match list {
-        _ if !machine.has(COMMAND_LINE) => Verdict::unknown("the list cannot be read"),
+        _ if !machine.has(COMMAND_LINE) => Verdict::unknown("the list of CPUs cannot be read"),
         _ if only_cpu(machine) => Verdict::note("none: this machine has one CPU"),
         None => Verdict::note("none").fix(fix),
         Some(list) => Verdict::note(format!("{list}, not CPU {cpu}")).fix(fix),
@@ -63,9 +63,9 @@ pub(super) fn nohz_full(machine: &Machine, cpu: usize) -> Verdict {
 
 pub(super) fn rcu_nocbs(machine: &Machine, cpu: usize) -> Verdict {
     let effect =
-        "The kernel frees its memory (RCU callbacks) on the task's CPU, in interrupt context.";
+        "RCU callbacks, which free kernel memory, run on the task's CPU in interrupt context.";
     let elsewhere =
-        "The kernel frees its memory (RCU callbacks) in threads that may run elsewhere.";
+        "RCU callbacks, which free kernel memory, run in threads that can run on other CPUs.";
     let config = machine.config();
     let is_set = |name: &str| config.map(|config| config.is_set(name));
     if machine.tickless().is_some_and(|list| list.contains(cpu)) {
@@ -95,7 +95,7 @@ pub(super) fn rcu_nocbs(machine: &Machine, cpu: usize) -> Verdict {
 }
 
 pub(super) fn interrupts(machine: &Machine, cpu: usize) -> Verdict {
-    let effect = "Each of these stops the task for as long as its handler runs, at moments that devices choose.";
+    let effect = "Each of these interrupts the task while its handler runs, at times that the device chooses.";
     let source = "/proc/interrupts, /proc/irq/*/effective_affinity_list";
     let Some(interrupts) = machine.interrupts_on(cpu) else {
         return Verdict::unknown("interrupts cannot be read").effect(effect).from(source);
@@ -118,13 +118,13 @@ pub(super) fn interrupts(machine: &Machine, cpu: usize) -> Verdict {
         )
     });
     let verdict = match (interrupts.len(), fired.len()) {
-        (0, _) => Verdict::ok(format!("none of a device can fire on CPU {cpu}")).effect(
-            "No device stops the task; the kernel's own interrupts (timer, other CPUs) remain.",
+        (0, _) => Verdict::ok(format!("no device interrupt can fire on CPU {cpu}")).effect(
+            "No device interrupts the task; the kernel's own interrupts (timer, other CPUs) remain.",
         ),
-        (all, 0) => Verdict::note(format!("{all} can fire on CPU {cpu}, none did since the start"))
+        (all, 0) => Verdict::note(format!("{all} can fire on CPU {cpu}, none did since boot"))
             .effect(effect),
         (all, some) => {
-            Verdict::warning(format!("{all} can fire on CPU {cpu}, {some} did since the start"))
+            Verdict::warning(format!("{all} can fire on CPU {cpu}, {some} did since boot"))
                 .effect(effect)
                 .maybe_fix(fix)
         }
@@ -135,8 +135,8 @@ pub(super) fn interrupts(machine: &Machine, cpu: usize) -> Verdict {
 pub(super) fn watchdog(machine: &Machine, cpu: usize) -> Verdict {
     let read = |name: &str| machine.number(&format!("/proc/sys/kernel/{name}"));
     let source = "/proc/sys/kernel/{watchdog,soft_watchdog,watchdog_cpumask}";
-    let effect = "A kernel thread of the highest priority looks whether the CPU still schedules, and the task waits for it.";
-    let silent = "No detector interrupts the task.";
+    let effect = "A kernel thread of the highest priority periodically checks that the CPU still schedules; the task waits while it runs.";
+    let silent = "No lockup detector interrupts the task.";
     let here =
         machine.list("/proc/sys/kernel/watchdog_cpumask").is_none_or(|mask| mask.contains(cpu));
     let verdict = match (read("watchdog"), read("soft_watchdog")) {
@@ -164,14 +164,16 @@ pub(super) fn watchdog(machine: &Machine, cpu: usize) -> Verdict {
 
 pub(super) fn smt_sibling(machine: &Machine, cpu: usize) -> Verdict {
     let source = format!("/sys/devices/system/cpu/cpu{cpu}/topology/thread_siblings_list");
-    let effect = "What runs on the sibling shares the core's units and caches: the task's execution time varies with it.";
+    let effect = "A thread on the sibling shares the core's execution units and caches, so the task's execution time varies with it.";
     let Some(siblings) = machine.list(&source).map(|list| list.without(cpu)) else {
-        return Verdict::unknown("the core's threads cannot be read").effect(effect).from(source);
+        return Verdict::unknown("the siblings of the CPU cannot be read")
+            .effect(effect)
+            .from(source);
     };
     let isolated = machine.list("/sys/devices/system/cpu/isolated").unwrap_or_default();
     let verdict = match siblings.last() {
-        None if machine.is_guest() => Verdict::ok("none, as the hypervisor shows it")
-            .effect("Whether the host's core is shared cannot be seen from inside."),
+        None if machine.is_guest() => Verdict::ok("none visible in this guest")
+            .effect("The guest cannot see whether the host shares the core."),
         None => Verdict::ok("none").effect("Nothing shares the task's core."),
         Some(sibling) => {
             let fix = format!(

@@ -13,9 +13,9 @@ const STATUS_AND_LIMITS: &str = "/proc/self/status, /proc/self/limits";
 pub(super) fn real_time_priority(machine: &Machine, _cpu: usize) -> Verdict {
     let capable = machine.capability(Capability::SysNice);
     let limit = machine.limit("Max realtime priority");
-    let effect = "Without the right to SCHED_FIFO every other program on the CPU may go first, for \
-        as long as the fair scheduler lets it.";
-    let held = "SCHED_FIFO is allowed up to the priority that a task asks for.";
+    let effect = "Without SCHED_FIFO any other program on the CPU may run before the task, for as long \
+        as the fair scheduler allows.";
+    let held = "SCHED_FIFO is allowed at every priority that a task may ask for.";
     let denied = if machine.is_in_user_namespace() {
         "CAP_SYS_NICE does not count (user namespace)"
     } else {
@@ -24,7 +24,7 @@ pub(super) fn real_time_priority(machine: &Machine, _cpu: usize) -> Verdict {
     let fix = rights_fix(machine, "rtprio 89", "--cap-add SYS_NICE --ulimit rtprio=89");
     match (capable, limit) {
         (Some(true), limit) => Verdict::ok("CAP_SYS_NICE").effect(held).inert(format!(
-            "RLIMIT_RTPRIO ({}) does not apply: the capability outranks it",
+            "the capability overrides RLIMIT_RTPRIO ({})",
             limit.map_or("unknown".to_owned(), |limit| amount(limit.hard)),
         )),
         (_, Some(Limit { hard, .. })) if hard >= HIGHEST_PRIORITY => {
@@ -47,11 +47,10 @@ pub(super) fn real_time_priority(machine: &Machine, _cpu: usize) -> Verdict {
 
 pub(super) fn cgroup_budget(machine: &Machine, _cpu: usize) -> Verdict {
     let refused = "The kernel refuses SCHED_FIFO to every process of this control group.";
-    let granted = "SCHED_FIFO is not refused on account of the control group.";
+    let granted = "The control group does not prevent SCHED_FIFO.";
     let is_throttled = machine.throttling().is_none_or(|throttling| !throttling.is_off());
-    // Without the global limit the kernel does not look at those of groups.
-    let off =
-        "/proc/sys/kernel/sched_rt_runtime_us is -1: the kernel does not look at group budgets";
+    // Without the global limit the kernel ignores those of groups.
+    let off = "/proc/sys/kernel/sched_rt_runtime_us is -1: the kernel ignores group budgets";
     let groups = "/proc/self/cgroup";
     match machine.group_budget() {
         None => Verdict::unknown("this process's control group cannot be read")
@@ -89,9 +88,9 @@ pub(super) fn cgroup_budget(machine: &Machine, _cpu: usize) -> Verdict {
                 }
                 Some(false) => Verdict::ok(format!("none needed ({group}, cgroup v2)"))
                     .effect(granted)
-                    .inert("cgroup v2 has no real-time budget, and this kernel asks for none"),
+                    .inert("cgroup v2 has no real-time budget, and this kernel requires none"),
                 None => Verdict::note(format!(
-                    "none: {group}, cgroup v2; whether the kernel asks for one is unknown"
+                    "none: {group}, cgroup v2; whether the kernel requires one is unknown"
                 ))
                 .effect("A kernel with RT_GROUP_SCHED refuses SCHED_FIFO to this control group."),
             };
@@ -101,10 +100,9 @@ pub(super) fn cgroup_budget(machine: &Machine, _cpu: usize) -> Verdict {
 }
 
 pub(super) fn cpu_affinity(machine: &Machine, cpu: usize) -> Verdict {
-    let effect =
-        "A task that is set to a CPU outside this list is not pinned and moves between CPUs.";
+    let effect = "A task whose `cpu` is not in this list is not pinned, and moves between CPUs.";
     match machine.allowed() {
-        None => Verdict::unknown("the CPUs allowed to this process cannot be read").effect(effect),
+        None => Verdict::unknown("the CPUs that this process may use cannot be read").effect(effect),
         Some(allowed) if allowed.contains(cpu) => Verdict::ok(format!("CPUs {allowed}")).effect(effect),
         Some(allowed) => Verdict::problem(format!("CPUs {allowed}: CPU {cpu} is excluded"))
             .effect(effect)
@@ -119,12 +117,13 @@ pub(super) fn cpu_affinity(machine: &Machine, cpu: usize) -> Verdict {
 pub(super) fn memory_lock(machine: &Machine, _cpu: usize) -> Verdict {
     let capable = machine.capability(Capability::IpcLock);
     let limit = machine.limit("Max locked memory");
-    let locked = "Memory is locked: no page of the loop is ever paged out.";
-    let effect = "Memory is not locked: a cycle may wait for a page that the kernel took back.";
+    let locked = "Memory can be locked, so that no page of the loop is paged out.";
+    let effect =
+        "Memory cannot be locked, so a cycle may wait for a page that the kernel reclaimed.";
     let fix = rights_fix(machine, "memlock unlimited", "--cap-add IPC_LOCK --ulimit memlock=-1");
     match (capable, limit) {
         (Some(true), limit) => Verdict::ok("CAP_IPC_LOCK").effect(locked).inert(format!(
-            "RLIMIT_MEMLOCK ({}) does not apply: the capability outranks it",
+            "the capability overrides RLIMIT_MEMLOCK ({})",
             limit.map_or("unknown".to_owned(), |limit| bytes(limit.hard)),
         )),
         (_, Some(Limit { hard: u64::MAX, .. })) => {
@@ -153,8 +152,8 @@ pub(super) fn nice_limit(machine: &Machine, _cpu: usize) -> Verdict {
 }
 
 pub(super) fn open_files(machine: &Machine, _cpu: usize) -> Verdict {
-    let effect = "Every service and connection takes file descriptors: running out keeps peers from \
-        connecting, and delays no cycle.";
+    let effect = "Each service and connection takes file descriptors. When they run out, further peers \
+        cannot connect; no cycle is delayed.";
     match machine.limit("Max open files") {
         None => Verdict::unknown("the limit cannot be read"),
         Some(limit) if limit.soft >= ENOUGH_FILES => Verdict::ok(amount(limit.soft)),

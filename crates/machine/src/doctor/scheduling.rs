@@ -5,8 +5,8 @@ use crate::machine::Machine;
 use crate::throttling::Throttling;
 
 pub(super) fn preemption(machine: &Machine, _cpu: usize) -> Verdict {
-    let unknown = "How long the kernel may finish its own work before it lets the task run decides \
-        the worst case.";
+    let unknown = "The worst case depends on how long the kernel may finish its own work before it lets \
+        the task run.";
     let Some(found) = machine.preemption() else {
         return Verdict::unknown("the kernel does not say")
             .effect(unknown)
@@ -20,18 +20,18 @@ pub(super) fn preemption(machine: &Machine, _cpu: usize) -> Verdict {
     let how = match (found.dynamic, found.current) {
         (false, _) => "",
         (true, true) => " (dynamic)",
-        (true, false) => " (dynamic; what it started with, a later switch shows in debugfs only)",
+        (true, false) => " (dynamic; as started, a later change is visible only in debugfs)",
     };
     let value = format!("{}{how}", found.model);
     match found.model.as_str() {
-        "rt" => Verdict::ok("PREEMPT_RT").effect("Almost all of the kernel yields to the task at once, interrupt handlers too."),
+        "rt" => Verdict::ok("PREEMPT_RT").effect("Almost all kernel code, including interrupt handlers, yields to the task at once."),
         "full" | "lazy" => Verdict::note(value)
-            .effect("System calls of others yield to the task at once; interrupt handlers and code under \
-                spin locks do not, which PREEMPT_RT changes.")
+            .effect("System calls of other programs yield to the task at once; interrupt handlers and code that \
+                holds spin locks do so only with PREEMPT_RT.")
             .fix("boot a PREEMPT_RT kernel"),
         "voluntary" | "none" => Verdict::warning(value)
-            .effect("A system call of another program on the CPU runs to its end or to a point where it \
-                offers to yield, and the task waits for it.")
+            .effect("The task waits until a system call of another program on its CPU ends or reaches a \
+                point where it yields.")
             .fix(switch),
         _ => Verdict::note(format!("unknown: {value}")).effect(unknown).fix(switch),
     }
@@ -40,7 +40,7 @@ pub(super) fn preemption(machine: &Machine, _cpu: usize) -> Verdict {
 
 pub(super) fn rt_throttling(machine: &Machine, _cpu: usize) -> Verdict {
     let effect =
-        "A SCHED_FIFO thread that uses up its share of a period stands still for the rest of it.";
+        "A SCHED_FIFO thread that uses up its share of a period is stopped for the rest of it.";
     let Some(throttling) = machine.throttling() else {
         return Verdict::unknown("the limit cannot be read")
             .effect(effect)
@@ -49,15 +49,15 @@ pub(super) fn rt_throttling(machine: &Machine, _cpu: usize) -> Verdict {
     let period_ms = throttling.period().as_millis();
     let verdict = match throttling.granted().map(|granted| granted.as_millis()) {
         None => Verdict::ok("off (-1)")
-            .effect("SCHED_FIFO may use all of the CPU, so a task that never waits leaves nothing to others."),
+            .effect("SCHED_FIFO may use all of the CPU, so a task that never waits leaves no time for other threads."),
         Some(granted_ms) if machine.throttles_fifo() == Some(false) => {
             Verdict::ok(format!("{granted_ms} of {period_ms} ms"))
                 .effect("It limits only SCHED_DEADLINE here.")
                 .inert("since 6.12 a kernel without RT_GROUP_SCHED does not throttle SCHED_FIFO: see fair_server")
         }
         Some(granted_ms) => Verdict::note(format!("{granted_ms} of {period_ms} ms"))
-            .effect(format!("A SCHED_FIFO thread that never sleeps (wake = \"spin\") stands still for \
-                {} ms of every {period_ms} ms; sleep and hybrid stay below the limit: `isochrone run` \
+            .effect(format!("A SCHED_FIFO thread that never sleeps (wake = \"spin\") is stopped for \
+                {} ms of every {period_ms} ms. sleep and hybrid stay below the limit; `isochrone run` \
                 refuses margins that do not.", period_ms - granted_ms))
             .fix("sysctl -w kernel.sched_rt_runtime_us=-1  # only for wake = \"spin\""),
     };
@@ -66,9 +66,9 @@ pub(super) fn rt_throttling(machine: &Machine, _cpu: usize) -> Verdict {
 
 pub(super) fn fair_server(machine: &Machine, cpu: usize) -> Verdict {
     let folder = format!("/sys/kernel/debug/sched/fair_server/cpu{cpu}");
-    let effect = "When the task leaves ordinary threads on this CPU no time (wake = \"spin\"), they go \
+    let effect = "If the task leaves ordinary threads on this CPU no time (wake = \"spin\"), they run \
         before it for that long.";
-    let none = "Ordinary threads never go before the task.";
+    let none = "Ordinary threads never run before the task.";
     let fix = at_run_time(machine, &format!("sched/fair_server/cpu{cpu}/runtime"), "0")
         .map(|command| format!("{command}  # only for wake = \"spin\""));
     let read = |name: &str| machine.number(&format!("{folder}/{name}"));
@@ -90,16 +90,18 @@ pub(super) fn fair_server(machine: &Machine, cpu: usize) -> Verdict {
         .maybe_fix(fix)
         .from("/proc/sys/kernel/osrelease"),
         (_, _, None) => {
-            Verdict::unknown("the kernel does not tell its release").effect(effect).from(folder)
+            Verdict::unknown("the kernel does not report its release").effect(effect).from(folder)
         }
     }
 }
 
 pub(super) fn real_time_threads(machine: &Machine, cpu: usize) -> Verdict {
-    let effect = "Those of higher or equal priority go before the task.";
+    let effect = "Threads of higher or equal priority may run before the task.";
     let source = "/proc/*/task/*/stat";
     let Some(threads) = machine.real_time_threads_on(cpu) else {
-        return Verdict::unknown("threads cannot be read").effect(effect).from(source);
+        return Verdict::unknown("the threads of this machine cannot be read")
+            .effect(effect)
+            .from(source);
     };
     let programs = threads.iter().filter(|thread| !thread.is_kernel).count();
     let value = match (threads.len() - programs, programs) {
@@ -122,8 +124,7 @@ pub(super) fn real_time_threads(machine: &Machine, cpu: usize) -> Verdict {
 }
 
 pub(super) fn timer_tick(machine: &Machine, cpu: usize) -> Verdict {
-    let effect =
-        "The tick interrupts a busy CPU: a release that meets it is late by the tick's work.";
+    let effect = "The timer tick interrupts a busy CPU; a release that coincides with it is late by the time its handler takes.";
     let Some(config) = machine.config() else {
         return Verdict::unknown("the kernel configuration cannot be read")
             .effect(effect)
@@ -137,7 +138,7 @@ pub(super) fn timer_tick(machine: &Machine, cpu: usize) -> Verdict {
     };
     if coarse {
         return Verdict::warning(format!("{rate_hz} Hz, without high-resolution timers"))
-            .effect("Sleeps end only with a tick, so every release waits for the next one.")
+            .effect("Sleeps end only at a tick, so every release waits for the next one.")
             .fix("boot without highres=off, a kernel with HIGH_RES_TIMERS")
             .from(source);
     }
@@ -146,7 +147,7 @@ pub(super) fn timer_tick(machine: &Machine, cpu: usize) -> Verdict {
         Verdict::ok(format!(
             "{rate_hz} Hz, stopped on CPU {cpu} while one thread runs there (nohz_full)"
         ))
-        .effect("The tick does not interrupt the task while nothing else wants the CPU.")
+        .effect("The timer tick does not interrupt the task while it is alone on the CPU.")
     } else {
         Verdict::note(format!("{rate_hz} Hz, every {} ms", 1000.0 / f64::from(rate_hz.max(1))))
             .effect(effect)

@@ -34,7 +34,7 @@ pub fn compare_reports(first: &Report, second: &Report) -> Compared {
         let same = |m: &&Measured| m.label() == label && m.metric == reference.metric;
         let found = candidates.iter().find(same);
         let compared_arm = found
-            .ok_or_else(|| "it is not in the second report".to_owned())
+            .ok_or_else(|| "it is not in the second report; measure it in both runs".to_owned())
             .and_then(|candidate| compare_arm(&reference, candidate));
         match compared_arm {
             Ok(comparisons) => compared.comparisons.extend(comparisons),
@@ -48,7 +48,10 @@ fn compare_arm(reference: &Measured, candidate: &Measured) -> Result<Vec<Compari
     for (which, measured) in [("first", reference), ("second", candidate)] {
         let part = measured.invalid_part();
         if part > INVALID_ALLOWED {
-            return Err(format!("{:.0} % of its turns are invalid in the {which}", 100.0 * part));
+            return Err(format!(
+                "{:.0} % of its turns are invalid in the {which} report; repeat that run on a quieter machine",
+                100.0 * part
+            ));
         }
     }
     let each = Comparison::each(reference, candidate, Pairing::Apart);

@@ -60,7 +60,8 @@ impl Gate {
             let arms: Vec<&Measured> = measured.iter().filter(|m| m.arm == rule.arm).collect();
             if arms.is_empty() {
                 let known: Vec<&str> = measured.iter().map(|m| m.arm.as_str()).collect();
-                let says = format!("no arm \"{}\"; there are: {}", rule.arm, known.join(", "));
+                let says =
+                    format!("the report has no arm \"{}\", only: {}", rule.arm, known.join(", "));
                 return vec![Judgement { outcome: Outcome::Invalid, says }];
             }
             arms.iter().map(|arm| self.judge_arm(rule, arm, &measured, platform)).collect()
@@ -87,7 +88,9 @@ impl Gate {
                 let comparable =
                     |m: &&Measured| m.arm == *than && m.circumstances == arm.circumstances;
                 let Some(reference) = measured.iter().find(comparable) else {
-                    return invalid(format!("no arm \"{than}\" to compare it with"));
+                    return invalid(format!(
+                        "no arm \"{than}\" under the same conditions; measure both in one run"
+                    ));
                 };
                 if let Some(why) = self.too_disturbed(reference) {
                     return invalid(format!("{than}: {why}"));
@@ -103,7 +106,8 @@ impl Gate {
             }
             Bound::AtMostNs(_) if platform == Platform::VirtualMachine => {
                 let says = format!(
-                    "{label}: {}: an absolute bound is not judged in a virtual machine",
+                    "{label}: {}: an absolute bound is not judged in a virtual machine; bound a ratio \
+                     with times_lower_than",
                     percentile.name
                 );
                 Judgement { outcome: Outcome::Skipped, says }
@@ -117,8 +121,10 @@ impl Gate {
                 }
                 let value_ns = arm.metric.in_ns(valid.quantile(percentile.quantile));
                 let outcome = if value_ns > *bound_ns { Outcome::Fail } else { Outcome::Pass };
-                let says =
-                    format!("{label}: {} {value_ns} ns, at most {bound_ns} ns", percentile.name);
+                let says = format!(
+                    "{label}: {} is {value_ns} ns; it may be at most {bound_ns} ns",
+                    percentile.name
+                );
                 Judgement { outcome, says }
             }
         }
@@ -127,7 +133,12 @@ impl Gate {
     fn too_disturbed(&self, arm: &Measured) -> Option<String> {
         let part = arm.invalid_part();
         (part > self.invalid_turns).then(|| {
-            format!("{:.0} % of the turns are invalid; run it on a quieter machine", 100.0 * part)
+            format!(
+                "{:.0} % of the turns are invalid, and {:.0} % are allowed; run it on a quieter \
+                 machine, or raise invalid_turns",
+                100.0 * part,
+                100.0 * self.invalid_turns
+            )
         })
     }
 }

@@ -109,7 +109,7 @@ fn an_arm_is_judged_under_all_circumstances_that_were_measured() {
 #[test]
 fn an_absolute_bound_is_judged_on_metal() {
     let report = report(vec![task("hybrid", 500)]);
-    let says = ["hybrid (1 ms): p99.9 500 ns, at most 600 ns"];
+    let says = ["hybrid (1 ms): p99.9 is 500 ns; it may be at most 600 ns"];
     assert_judged(&bound_rule("p99_9", 600.0), &report, Outcome::Pass, &says);
     assert_judged(&bound_rule("p99_9", 500.0), &report, Outcome::Pass, &[]);
     assert_judged(&bound_rule("p99_9", 499.0), &report, Outcome::Fail, &["at most 499 ns"]);
@@ -135,7 +135,7 @@ fn a_bound_on_a_cost_is_in_nanoseconds_and_their_parts() {
         ..CostReport::default()
     };
     let report = Report { costs: vec![cost], ..Report::default() };
-    let says = ["hybrid (10 instances): p50 1.5 ns, at most 1.4 ns"];
+    let says = ["hybrid (10 instances): p50 is 1.5 ns; it may be at most 1.4 ns"];
     assert_judged(&bound_rule("p50", 1.4), &report, Outcome::Fail, &says);
 }
 

@@ -81,9 +81,12 @@ impl WrittenRule {
             (None, None, Some(at_most_ns)) => Bound::AtMostNs(at_most_ns),
             _ => return Err(RuleError::Bound { number }),
         };
-        let (Bound::TimesLower { at_least: value, .. } | Bound::AtMostNs(value)) = bound;
+        let (key, value) = match bound {
+            Bound::TimesLower { at_least, .. } => ("at_least", at_least),
+            Bound::AtMostNs(at_most_ns) => ("at_most_ns", at_most_ns),
+        };
         if !(value.is_finite() && value > 0.0) {
-            return Err(RuleError::Value { number });
+            return Err(RuleError::Value { number, key, value: value.to_string() });
         }
         if matches!(&bound, Bound::TimesLower { than, .. } if *than == self.arm) {
             return Err(RuleError::Itself { number, arm: self.arm });
@@ -102,25 +105,29 @@ fn invalid_allowed() -> f64 {
 /// A rule that makes no sense.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum RuleError {
-    /// Name the percentile as in a report.
+    /// The percentile does not exist. Name it as in a report.
     #[error(
-        "rule {number}: there is no percentile \"{percentile}\"; there are p50, p90, p99, p99_9 and p99_99"
+        "rule {number}: there is no percentile \"{percentile}\"; use p50, p90, p99, p99_9 or p99_99"
     )]
     Percentile {
         /// The rule, from 1.
         number: usize,
-        /// As it was written.
+        /// The percentile as it was written.
         percentile: String,
     },
-    /// A bound is a number above 0.
-    #[error("rule {number}: the bound must be a number greater than 0")]
+    /// The bound is not a number above 0.
+    #[error("rule {number}: {key} is {value}; it must be a number greater than 0")]
     Value {
         /// The rule, from 1.
         number: usize,
+        /// The key of the bound.
+        key: &'static str,
+        /// The value as it was written.
+        value: String,
     },
-    /// An arm is as low as itself, so such a rule always fails or always passes.
+    /// The arm is compared with itself, so the rule would always fail or always pass.
     #[error(
-        "rule {number}: the arm \"{arm}\" is compared with itself; name another in times_lower_than"
+        "rule {number}: the arm \"{arm}\" is compared with itself; name another arm in times_lower_than"
     )]
     Itself {
         /// The rule, from 1.
@@ -128,23 +135,27 @@ pub enum RuleError {
         /// The arm.
         arm: String,
     },
-    /// Invalid turns are a part of all turns.
-    #[error("invalid_turns is {part}; it must be from 0 (none may be invalid) to 1 (all may be)")]
+    /// The fraction of invalid turns is not from 0 to 1.
+    #[error(
+        "invalid_turns is {part}; it must be from 0 (no turn may be invalid) to 1 (all may be)"
+    )]
     InvalidTurns {
-        /// As it was written.
+        /// The value as it was written.
         part: String,
     },
-    /// A rule is about arms that the bench measures.
-    #[error("rule {number}: there is no arm \"{arm}\"; this bench has: {known}")]
+    /// The bench does not measure the arm.
+    #[error(
+        "rule {number}: this bench has no arm \"{arm}\", only {known}; change the rule or --arms"
+    )]
     Arm {
         /// The rule, from 1.
         number: usize,
-        /// As it was written.
+        /// The arm as it was written.
         arm: String,
-        /// The arms that there are.
+        /// The arms that the bench measures.
         known: String,
     },
-    /// A rule has one bound.
+    /// The rule does not have exactly one bound.
     #[error("rule {number}: give either times_lower_than and at_least, or at_most_ns")]
     Bound {
         /// The rule, from 1.

@@ -48,7 +48,7 @@ fn an_arm_that_will_not_be_measured_is_found_beforehand() {
     let error = gate.check_arms(&["hybrid", "spin"]).unwrap_err();
     assert_eq!(
         error.to_string(),
-        "rule 2: there is no arm \"sleep\"; this bench has: hybrid, spin"
+        "rule 2: this bench has no arm \"sleep\", only hybrid, spin; change the rule or --arms"
     );
     assert!(gate.check_arms(&["sleep"]).unwrap_err().to_string().contains("rule 1"));
 }
@@ -72,8 +72,9 @@ fn a_bound_that_is_no_number_above_0_makes_no_sense() {
     };
     let bound = |at_most_ns| WrittenRule { at_most_ns: Some(at_most_ns), ..written() };
     for value in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-        for rule in [ratio(value), bound(value)] {
-            assert_eq!(rule.checked(3), Err(RuleError::Value { number: 3 }));
+        for (key, rule) in [("at_least", ratio(value)), ("at_most_ns", bound(value))] {
+            let value = value.to_string();
+            assert_eq!(rule.checked(3), Err(RuleError::Value { number: 3, key, value }));
         }
     }
 }

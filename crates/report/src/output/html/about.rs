@@ -1,7 +1,8 @@
-//! What surrounds the numbers: cautions, how to read them, and the machine they come from.
+//! What surrounds the numbers: warnings, how to read them, and the machine.
 
 use isochrone_machine::{Finding, Severity};
 use isochrone_timing::Metric;
+use isochrone_timing::units::counted;
 
 use super::page::{Column, Page, Row};
 use crate::bench::TOLERANCE;
@@ -13,8 +14,8 @@ const UNKNOWN: &str = "unknown";
 pub(super) fn banner(page: &mut Page, report: &Report) {
     if report.ended_early {
         page.markup(
-            "<p class=\"banner\">Ended early: somebody stopped it before its time, so there are \
-             fewer samples than were asked for.</p>\n",
+            "<p class=\"banner\">Ended early: the run was stopped before its time and has fewer \
+             samples than requested.</p>\n",
         );
     }
     if !report.warnings.is_empty() {
@@ -47,48 +48,49 @@ pub(super) fn how_to_read(page: &mut Page, report: &Report) {
     page.markup("<details class=\"method\"><summary>How to read this page</summary>\n");
     if !report.tasks.is_empty() {
         page.markup(
-            "<p><b>Release jitter</b> is how late the first instruction of a cycle ran after its \
-             due time. <b>Raw</b> is of the cycles that ran. <b>Corrected</b> adds the releases that \
-             were missed meanwhile, each as late as it would have been: a loop that stands still \
-             must not look better for having run less often. <b>Valid</b> leaves out the turns in \
-             which the host took CPU time, a limit throttled the loop, or a page was missing; that \
-             rule was fixed beforehand and never looks at the times. A row is left out where it \
-             would repeat the raw one.</p>\n",
+            "<p><b>Release jitter</b> is the time from the due time of a cycle to its first \
+             instruction. <b>Raw</b> covers the cycles that ran. <b>Corrected</b> adds one sample \
+             for each missed release, as late as it would have been, so that a loop that stalls \
+             does not look better for running less often. <b>Valid</b> excludes the turns in which \
+             the host took CPU time, a limit throttled the loop, or a page fault occurred; this \
+             rule is fixed in advance and never looks at the times. A row is omitted if it would \
+             repeat the raw one.</p>\n",
         );
     }
     if !report.links.is_empty() {
         page.markup(
-            "<p><b>One-way latency</b> is from just before a frame was sent until its receiver had \
-             it. <b>Age at release</b> is how old the oldest input behind a frame was when the cycle \
-             was due that read it, <b>age at publish</b> when the node sent it on, and <b>end to \
-             end</b> when the receiver had it. The <b>mean</b> is there to be compared with \
-             benchmarks that state nothing else; it tells nothing about the tail.</p>\n",
+            "<p><b>One-way latency</b> is the time from just before a frame was sent until the \
+             receiver had it. <b>Age at release</b> is the age of the oldest input behind a frame \
+             when the cycle that read it was due, <b>age at publish</b> when the node sent the \
+             frame, and <b>end to end</b> when the receiver had it. The <b>mean</b> allows \
+             comparison with benchmarks that report nothing else; it says nothing about the \
+             tail.</p>\n",
         );
     }
     page.markup(
-        "<p>A percentile such as <b>p99</b> is what 99 % of the samples do not exceed; it is shown \
-         only where at least one sample is expected beyond it, and a dash stands where there are \
-         too few. The largest sample is the largest <em>of this time</em>, and no bound.</p>\n",
+        "<p>99 % of the samples do not exceed the percentile <b>p99</b>. A percentile is shown \
+         only if at least one sample is expected beyond it; otherwise there is a dash. The maximum \
+         is that <em>of this run</em>, not a bound.</p>\n",
     );
     if !report.comparisons.is_empty() {
         page.markup(
             "<p>A <b>ratio</b> says how many times lower or higher an arm is than the one it is \
              compared with. Its interval contains 99 % of the ratios that resampling the turns \
-             gave. <b>Better</b> and <b>worse</b> need the whole interval to lie more than ",
+             gave. The verdict is <b>better</b> or <b>worse</b> only if the whole interval is more than ",
         );
         page.text(format!(
-            "{:.0} % from 1, and the times more than {} apart",
+            "{:.0} % away from 1 and the times differ by more than {}",
             100.0 * TOLERANCE,
             Metric::ONE_WAY.shown(Metric::ONE_WAY.resolution)
         ));
-        page.markup("; everything else is the <b>same</b>.</p>\n");
+        page.markup("; otherwise it is <b>same</b>.</p>\n");
     }
     if report.environment.hypervisor.is_some() {
         page.markup(
-            "<p>This ran in a <b>virtual machine</b>. The host can stop it at any time and need not \
-             say so, so its tail tells about the host at least as much as about the program. It \
-             cannot say what the program would reach on a machine of its own; arms that took turns \
-             on the same machine can still be compared.</p>\n",
+            "<p>This run was in a <b>virtual machine</b>. The host can stop it at any time, and need \
+             not report it, so the tail shows the host at least as much as the program, and the \
+             times do not transfer to a physical machine. Arms that took turns on the same machine \
+             can still be compared.</p>\n",
         );
     }
     page.markup("</details>\n");
@@ -120,7 +122,7 @@ pub(super) fn machine(page: &mut Page, report: &Report) {
         ("CPUs online", here.cpus.to_string()),
         ("Hypervisor", or_none(&here.hypervisor)),
         ("Clock source", known(&here.clocksource)),
-        ("One reading of the clock", format!("{} ns, contained in every time", here.clock_read_ns)),
+        ("One clock reading", format!("{} ns, included in every time", here.clock_read_ns)),
         ("Frequency governor", or_none(&here.governor)),
         ("Isolated CPUs", isolated),
         ("Real-time throttling", throttling),
@@ -130,14 +132,14 @@ pub(super) fn machine(page: &mut Page, report: &Report) {
     findings(page, &report.findings);
 }
 
-/// The findings, the worst first; what is as it should be is only counted.
+/// The findings, the worst first; checks that passed are only counted.
 fn findings(page: &mut Page, findings: &[Finding]) {
     let mut worth: Vec<&Finding> =
         findings.iter().filter(|finding| finding.severity > Severity::Ok).collect();
     worth.sort_by_key(|finding| std::cmp::Reverse(finding.severity));
-    let columns = ["check", "severity", "found", "effect", "way out"].map(Column::Words);
+    let columns = ["check", "severity", "found", "effect", "fix"].map(Column::Words);
     let fine = findings.len() - worth.len();
-    let caption = format!("What the doctor found ({fine} more are as they should be)");
+    let caption = format!("What the doctor found ({} passed)", counted(fine, "other check"));
     page.table(caption, &columns, worth.into_iter().map(finding));
 }
 
@@ -155,7 +157,7 @@ fn finding(finding: &Finding) -> Row {
     let mut way_out = finding.fix.clone().unwrap_or_default();
     if finding.inert {
         let why = finding.inert_why.as_deref().unwrap_or("this machine ignores it");
-        way_out = format!("{way_out} Without effect here: {why}").trim_start().to_owned();
+        way_out = format!("{way_out} No effect here: {why}").trim_start().to_owned();
     }
     let cells = [finding.code.clone(), class.to_owned(), found, finding.effect.clone(), way_out];
     Row { class, ..Row::of(cells) }

@@ -14,8 +14,8 @@ pub(super) fn section(page: &mut Page, report: &Report) {
     page.markup("<section>\n");
     page.heading("Time of one instance");
     page.markup(
-        "<p>A sample is the time of a batch of cycles, divided by its cycles and by the instances \
-         of the task.</p>\n",
+        "<p>A sample is the time of a batch of cycles, divided by the number of cycles and of \
+         instances.</p>\n",
     );
     let columns = [
         Column::Words("block"),

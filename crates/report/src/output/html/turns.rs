@@ -27,7 +27,7 @@ pub(super) fn invalid(page: &mut Page, report: &Report) {
         Column::Number("missed or lost"),
         Column::Words("reason"),
     ];
-    page.table("Shown in raw, left out of valid and of the comparisons", &columns, rows);
+    page.table("Included in raw, excluded from valid and from comparisons", &columns, rows);
     page.markup("</section>\n");
 }
 
@@ -77,10 +77,10 @@ pub(super) fn outliers(page: &mut Page, report: &Report) {
     page.markup("<section>\n");
     page.heading("Largest outliers");
     page.markup(
-        "<p>The cause is what the kernel counted around the release, the most telling first: the \
-         host took the CPU (<b>steal</b>), a limit on CPU time (<b>throttled</b>), a page \
-         <b>fault</b>, the CPU given to somebody else (<b>preempted</b>), an <b>interrupt</b>. \
-         <b>Unknown</b>: it counted nothing.</p>\n",
+        "<p>The cause is the first of these that the kernel counted around the release: the host \
+         took the CPU (<b>steal</b>), a limit on CPU time applied (<b>throttled</b>), a page \
+         <b>fault</b>, another thread got the CPU (<b>preempted</b>), an <b>interrupt</b>. \
+         <b>Unknown</b> means that it counted none of them.</p>\n",
     );
     let columns = [
         Column::Words("arm"),
@@ -94,6 +94,6 @@ pub(super) fn outliers(page: &mut Page, report: &Report) {
         let (at, late) = (format!("{at_s:.3} s"), duration(*late_ns as f64));
         Row::of([label, at, late, releases.to_string(), cause.clone()])
     });
-    page.table("Seconds count from the beginning of the bench", &columns, rows);
+    page.table("Seconds count from the start of the bench", &columns, rows);
     page.markup("</section>\n");
 }

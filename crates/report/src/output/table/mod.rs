@@ -25,7 +25,7 @@ impl Display for Report {
         writeln!(f, "isochrone {} {}", self.isochrone, self.command.join(" "))?;
         writeln!(f, "started {}", self.started)?;
         if self.ended_early {
-            writeln!(f, "ended early: somebody stopped it before its time")?;
+            writeln!(f, "ended early: stopped before its time")?;
         }
         environment(f, &self.environment)?;
         for report in self.tasks.iter().filter(|task| task.turns.is_empty()) {
