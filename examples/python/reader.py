@@ -1,9 +1,9 @@
-"""Prints the frames of a service with the names that their publisher announces.
+"""Prints the frames of a service with the signal names that the publisher announces.
 
     python3 reader.py [SERVICE] [FRAMES]
 
-SERVICE is plant/level and FRAMES 5 if left out; ICEORYX2_CONFIG=FILE chooses the domain. Exit status:
-0 done, 3 nobody published for five seconds.
+Defaults: SERVICE plant/level, FRAMES 5. ICEORYX2_CONFIG=FILE selects the domain. Exit status: 0
+done, 3 no frame arrived for five seconds.
 """
 
 import ctypes
@@ -19,11 +19,11 @@ PATIENCE_S = 5.0
 def main(service="plant/level", count="5"):
     left = int(count)
     node = wire.join("python/reader")
-    # Ports keep their service alive; it must not go before them.
+    # The services must outlive their ports, so both stay in variables.
     frames, layouts = wire.frames(node, service), wire.layouts(node, service)
     subscriber = frames.subscriber_builder().create()
     watcher = layouts.subscriber_builder().create()
-    known = {}  # announcements by number
+    known = {}  # announcements by layout number
     shown = None
     deadline = time.monotonic() + PATIENCE_S
     while left > 0:
@@ -35,14 +35,14 @@ def main(service="plant/level", count="5"):
         frame = subscriber.receive()
         if frame is None:
             if time.monotonic() > deadline:
-                print(f"no frames on {service}")
+                print(f"no frames on {service}; start its publisher in this domain")
                 return 3
             time.sleep(0.001)
             continue
         header, values = frame.user_header().contents, wire.elements(frame, ctypes.c_double)
         sequence, layout = header.sequence, header.layout
         frame.delete()
-        # The announcement comes when a reader comes; a frame that does not say has no names.
+        # A publisher announces its layout when a reader joins. Frames with layout 0 have no names.
         if layout != 0 and layout not in known and time.monotonic() < deadline:
             continue
         announced = known.get(layout, {"signals": [], "publisher": "a plain writer"})

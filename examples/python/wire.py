@@ -1,6 +1,6 @@
-"""Frames and layouts of isochrone (docs/wire.md) for Python: the header, and how services are opened.
+"""Frames and layouts of isochrone (docs/wire.md) for Python: the header, and opening services.
 
-Needs nothing but iceoryx2, in exactly the version that isochrone has: pip install iceoryx2==0.10.0
+Requires iceoryx2 in the version that isochrone uses: pip install iceoryx2==0.10.0
 """
 
 import ctypes
@@ -14,15 +14,15 @@ class FrameHeader(ctypes.Structure):
     """The user header of a frame. iceoryx2 compares its name, size and alignment."""
 
     _fields_ = [
-        ("sequence", ctypes.c_uint64),  # 0, 1, 2 ... per publisher; a gap is a loss
-        ("cycle", ctypes.c_uint64),  # the publisher's cycle, skipped ones included
-        ("release_ns", ctypes.c_uint64),  # when the cycle was due, CLOCK_MONOTONIC
-        ("publish_ns", ctypes.c_uint64),  # just before the frame was sent
-        ("source_ns", ctypes.c_uint64),  # of the oldest sample behind the values; 0: none
-        ("missed", ctypes.c_uint64),  # cycles the publisher has lost since its start
+        ("sequence", ctypes.c_uint64),  # 0, 1, 2, ... per publisher; a gap means lost frames
+        ("cycle", ctypes.c_uint64),  # the publisher's cycle, counting skipped ones
+        ("release_ns", ctypes.c_uint64),  # due time of the cycle, CLOCK_MONOTONIC
+        ("publish_ns", ctypes.c_uint64),  # time just before the frame was sent
+        ("source_ns", ctypes.c_uint64),  # publish time of the oldest input sample; 0: none
+        ("missed", ctypes.c_uint64),  # releases that the publisher has missed since its start
         ("flags", ctypes.c_uint64),  # 0 in this version
-        ("term", ctypes.c_uint64),  # when the publisher took the service; 0: a plain writer
-        ("layout", ctypes.c_uint64),  # which layout the frame has; 0: it does not say
+        ("term", ctypes.c_uint64),  # time when the publisher took the service; 0: a plain writer
+        ("layout", ctypes.c_uint64),  # number of the announced layout; 0: none announced
     ]
 
     @staticmethod
@@ -31,13 +31,13 @@ class FrameHeader(ctypes.Structure):
 
 
 def join(name):
-    """Joins the domain of the file that ICEORYX2_CONFIG names (the --iceoryx2-config of isochrone);
-    without it that of config/iceoryx2.toml, or iceoryx2's default domain."""
+    """Joins the domain that the file in ICEORYX2_CONFIG selects (isochrone: --iceoryx2-config), or
+    else that of config/iceoryx2.toml, or else iceoryx2's default domain."""
     iox2.set_log_level(iox2.LogLevel.Error)
     builder = iox2.NodeBuilder.new().name(iox2.NodeName.new(name))
     if file := os.environ.get("ICEORYX2_CONFIG"):
         builder = builder.config(iox2.config.from_file(iox2.FilePath.new(file)))
-    # Python turns a signal into KeyboardInterrupt; iceoryx2 need not catch it too.
+    # Python itself turns a signal into KeyboardInterrupt.
     builder = builder.signal_handling_mode(iox2.SignalHandlingMode.Disabled)
     return builder.create(iox2.ServiceType.Ipc)
 
@@ -57,7 +57,7 @@ def frames(node, service):
 
 
 def layouts(node, service):
-    """The service on which the layout of the frames is announced."""
+    """The service that announces the layout of the frames."""
 
     def builder():
         name = iox2.ServiceName.new("isochrone/layout/" + service)
@@ -67,7 +67,7 @@ def layouts(node, service):
 
 
 def _open_or_create(builder, buffer, borrowed):
-    """Whoever opens a service takes it as it is; whoever creates one makes it as isochrone does."""
+    """Opens the service with the settings that it has, or creates it with those of isochrone."""
     for _ in range(100):
         try:
             return builder().open()
@@ -87,18 +87,18 @@ def _open_or_create(builder, buffer, borrowed):
                 .create()
             )
         except iox2.PublishSubscribeCreateError:
-            time.sleep(0.01)  # somebody else creates it at this moment
+            time.sleep(0.01)  # another process is creating it
     return builder().open()
 
 
 def host():
-    """What tells a reader whether its clock is that of the writer."""
+    """Identifies this boot of this machine, so that a reader knows whether it shares the clock."""
     with open("/proc/sys/kernel/random/boot_id", encoding="ascii") as boot_id:
         return boot_id.read().strip()
 
 
 def elements(sample, element):
-    """The payload of a received sample, copied; its own len() counts bytes."""
+    """Copies the payload of a received sample, whose own len() counts bytes."""
     payload = sample.payload()
     array = element * (payload.len() // ctypes.sizeof(element))
     return array.from_buffer_copy(ctypes.string_at(payload.as_ptr(), ctypes.sizeof(array)))

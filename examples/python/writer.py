@@ -1,9 +1,9 @@
-"""Publishes a sine and a counter, and announces what they are, so that a node reads them by name.
+"""Publishes a sine and a counter, and announces their layout so that a node can read them by name.
 
     python3 writer.py [SERVICE] [FRAMES] [HZ]
 
-SERVICE is plant/python, FRAMES 1000 and HZ 100 if left out; ICEORYX2_CONFIG=FILE chooses the domain.
-Ctrl-C and SIGTERM end it in order. An input of a node reads one of them:
+Defaults: SERVICE plant/python, FRAMES 1000, HZ 100. ICEORYX2_CONFIG=FILE selects the domain. Ctrl-C
+and SIGTERM end it cleanly. An input of a node that reads one of the signals:
 
     [[input]]
     name = "wave"
@@ -25,14 +25,14 @@ SIGNALS = [
     {"name": "sine", "type": "LREAL", "unit": "m"},
     {"name": "count", "type": "INT"},
 ]
-# Any number but 0 will do, as long as equal layouts have equal ones: readers only compare it.
+# Any number except 0; equal layouts must have equal numbers, because readers only compare them.
 LAYOUT = 0x7079_0000_0000_0001
 ANNOUNCE_S = 0.5
 HEAD_START_S = 0.05
 
 
 class Announcer:
-    """Sends the layout when a reader comes, and every half second while there is one."""
+    """Sends the layout when a reader joins, and every half second while there is one."""
 
     def __init__(self, node, service, period_ns):
         announcement = {
@@ -68,7 +68,7 @@ def main(service="plant/python", count="1000", hz="100"):
     publisher = frames.publisher_builder().initial_max_slice_len(len(SIGNALS)).create()
     announcer = Announcer(node, service, int(period_s * 1e9))
     announcer.tend()
-    # Readers that wait learn first what the frames will be.
+    # Give waiting readers time to receive the layout before the first frame.
     due_s = time.monotonic() + HEAD_START_S
     for sequence in range(int(count)):
         while (rest_s := due_s - time.monotonic()) > 0:
@@ -93,5 +93,5 @@ if __name__ == "__main__":
     except iox2.PublisherCreateError as refused:
         sys.exit(f"cannot publish: {refused}")
     except KeyboardInterrupt:
-        # The ports went with the frame of main, and took their place in the service with them.
+        # Leaving main() has already closed the ports.
         print("ended")
