@@ -10,7 +10,7 @@ use crate::output::groups::{
 };
 use crate::output::picture::{Curve, Series, Timeline, histogram_of, percentiles_of, timeline_of};
 
-/// Stands where the samples are too few.
+/// Shown if there are too few samples.
 const TOO_FEW: &str = "\u{2013}";
 
 /// Begins a section under a heading.
