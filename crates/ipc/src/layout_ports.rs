@@ -11,7 +11,8 @@ use crate::announcement::Announcement;
 use crate::peers::Peers;
 use crate::publisher::reserve;
 use crate::service::{self, LayoutService, holders};
-use crate::{FrameLayout, OpenError, Participant, Service, give_up_file_override, space};
+use crate::space::{self, Shortage};
+use crate::{FrameLayout, OpenError, Participant, Service, give_up_file_override};
 
 /// How often a layout is announced while there is a reader.
 const INTERVAL: Duration = Duration::from_millis(500);
@@ -222,11 +223,7 @@ fn publish<S: Service>(
         let holders = holders::of_publishers(opened);
         return Err(OpenError::Full { service, what: "publisher", limit: places, holders });
     }
-    let full = |(needed_bytes, free_bytes)| OpenError::SharedMemoryFull {
-        service: service.to_owned(),
-        needed_bytes,
-        free_bytes,
-    };
+    let full = |shortage: Shortage| shortage.of_service(service);
     space::require(service::segment_bytes(opened, MAX_LOANED, bytes)).map_err(full)?;
     // Root can open what nobody may read yet, and would wait for it in iceoryx2 for ever.
     let _given_up = give_up_file_override();

@@ -38,6 +38,7 @@ mod config_keys;
 mod domain;
 mod error;
 mod exhausted;
+mod file_override;
 mod following;
 mod frame_ref;
 mod header;
@@ -62,6 +63,7 @@ pub use error::{
     AnnouncementError, DomainError, JoinError, LayoutConflict, LayoutError, OpenError,
     ServiceNameError,
 };
+pub use file_override::{FileOverrideGivenUp, give_up_file_override};
 pub use frame_ref::FrameRef;
 pub use header::{Credible, FrameHeader, SenderClock, Stamps};
 pub use iceoryx2::config::Config;
@@ -71,7 +73,7 @@ pub use isochrone_quality::Flags;
 pub use layout::{Binding, FrameLayout, SignalSpec, Wanted};
 pub use layout_ports::{LayoutAnnouncer, LayoutWatcher};
 pub use listing::{ListedNode, ListedService};
-pub use participant::{FileOverrideGivenUp, Participant, give_up_file_override};
+pub use participant::Participant;
 pub use publisher::{FramePublisher, PUBLISHER_PORT_NAME, PublisherCounters, Stamp};
 pub use real_time::RealTime;
 pub use repair::Repair;

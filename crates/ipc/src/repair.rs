@@ -145,11 +145,7 @@ impl Repair {
             return Ok(());
         };
         // In full shared memory the attempt would kill the process that it is to help.
-        space::require(0).map_err(|(needed_bytes, free_bytes)| OpenError::SharedMemoryFull {
-            service: self.service.clone(),
-            needed_bytes,
-            free_bytes,
-        })?;
+        space::require(0).map_err(|shortage| shortage.of_service(&self.service))?;
         let failed = |cause: String| service::failed(participant, &self.service, cause);
         match self.peer {
             Peer::Publisher => {

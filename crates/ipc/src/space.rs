@@ -20,29 +20,53 @@ use rustix::fs::{FallocateFlags, fallocate, statvfs};
 use rustix::io::{Errno, retry_on_intr};
 
 use crate::domain::segment::FOLDER;
+use crate::{JoinError, OpenError};
 
 /// For what iceoryx2 makes beside the frames: management, connections, the list of ports.
 const HEADROOM_BYTES: u64 = 512 << 10;
 
-/// Says by an error that `needed_bytes` do not fit: how many are needed, and how many are free.
-pub(crate) fn require(needed_bytes: u64) -> Result<(), (u64, u64)> {
+/// Shared memory has less room than something needs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Shortage {
+    pub(crate) needed_bytes: u64,
+    pub(crate) free_bytes: u64,
+}
+
+impl Shortage {
+    /// The error of whoever opens a port of `service`.
+    pub(crate) fn of_service(self, service: &str) -> OpenError {
+        let Self { needed_bytes, free_bytes } = self;
+        OpenError::SharedMemoryFull { service: service.to_owned(), needed_bytes, free_bytes }
+    }
+
+    /// The error of whoever joins `domain`.
+    pub(crate) fn of_domain(self, domain: String) -> JoinError {
+        let Self { needed_bytes, free_bytes } = self;
+        JoinError::SharedMemoryFull { domain, needed_bytes, free_bytes }
+    }
+}
+
+/// Fails if `needed_bytes`, and the headroom, do not fit.
+pub(crate) fn require(needed_bytes: u64) -> Result<(), Shortage> {
     let needed_bytes = needed_bytes.saturating_add(HEADROOM_BYTES);
     // Where the folder cannot be asked, iceoryx2 will say what is wrong with it.
     let Some(free_bytes) = free_bytes() else { return Ok(()) };
-    if free_bytes < needed_bytes { Err((needed_bytes, free_bytes)) } else { Ok(()) }
+    if free_bytes < needed_bytes { Err(Shortage { needed_bytes, free_bytes }) } else { Ok(()) }
 }
 
 /// Claims every page of the segment whose name begins with `prefix` and ends with `suffix`, so that
-/// no touch of it can fail any more; says by an error how large it is, and how much is free, if there
-/// is no room for it. A segment that is no file, within one process, needs nothing.
+/// no touch of it can fail any more; fails if there is no room for it. A segment that is no file, within
+/// one process, needs nothing.
 ///
 /// Looks through the whole folder: for set-up only.
-pub(crate) fn reserve(prefix: &str, suffix: &str) -> Result<(), (u64, u64)> {
+pub(crate) fn reserve(prefix: &str, suffix: &str) -> Result<(), Shortage> {
     let Some(segment) = find(prefix, suffix) else { return Ok(()) };
     let Ok(bytes) = segment.metadata().map(|metadata| metadata.len()) else { return Ok(()) };
     // The pages that were written keep what they have.
     match retry_on_intr(|| fallocate(&segment, FallocateFlags::empty(), 0, bytes)) {
-        Err(Errno::NOSPC) => Err((bytes, free_bytes().unwrap_or_default())),
+        Err(Errno::NOSPC) => {
+            Err(Shortage { needed_bytes: bytes, free_bytes: free_bytes().unwrap_or_default() })
+        }
         // A file system that cannot do it leaves things as they were.
         _ => Ok(()),
     }
@@ -70,8 +94,8 @@ mod tests {
 
     #[test]
     fn what_no_machine_has_is_refused_with_both_numbers() {
-        let (needed, free) = require(u64::MAX / 2).unwrap_err();
-        assert!(needed > free);
+        let shortage = require(u64::MAX / 2).unwrap_err();
+        assert!(shortage.needed_bytes > shortage.free_bytes);
         assert_eq!(require(0), Ok(()));
     }
 
@@ -86,7 +110,9 @@ mod tests {
         let refused = reserve(&prefix, "x.data");
         let other = reserve(&prefix, "y.data");
         fs::remove_file(&path).unwrap();
-        assert!(matches!(refused, Err((needed, free)) if needed == bytes && free < bytes));
+        let shortage = refused.unwrap_err();
+        assert_eq!(shortage.needed_bytes, bytes);
+        assert!(shortage.free_bytes < bytes);
         assert_eq!(other, Ok(()));
     }
 }

@@ -15,7 +15,8 @@ use isochrone_quality::Flags;
 use crate::peers::Peers;
 use crate::repair::{Peer, Repair};
 use crate::service::{self, FrameService, Quality};
-use crate::{FrameHeader, FrameLayout, OpenError, Participant, Service, space};
+use crate::space::{self, Shortage};
+use crate::{FrameHeader, FrameLayout, OpenError, Participant, Service};
 use port::sole_port;
 
 /// The port name by which frame publishers of this crate know each other.
@@ -110,11 +111,7 @@ impl<S: Service> FramePublisher<S> {
         layout.check().map_err(source)?;
         let channels = layout.signals.len();
         let opened = service::open_or_create(participant, service, Quality::of_frames(channels))?;
-        let full = |(needed_bytes, free_bytes)| OpenError::SharedMemoryFull {
-            service: service.to_owned(),
-            needed_bytes,
-            free_bytes,
-        };
+        let full = |shortage: Shortage| shortage.of_service(service);
         space::require(frames_bytes(&opened, channels)).map_err(full)?;
         let peers = Peers::default();
         let port = sole_port(participant, service, &opened, channels, &peers)?;
@@ -241,11 +238,11 @@ pub(crate) fn frames_bytes<S: Service>(opened: &FrameService<S>, channels: usize
     service::segment_bytes(opened, MAX_LOANED, channels * size_of::<f64>())
 }
 
-/// Claims the memory of a port's messages; by an error how much it is, and how much is free.
+/// Claims the memory of a port's messages.
 pub(crate) fn reserve<S: Service>(
     participant: &Participant<S>,
     port: u128,
-) -> Result<(), (u64, u64)> {
+) -> Result<(), Shortage> {
     // iceoryx2 names the segment of the messages by the port.
     let names = &participant.node().config().global;
     let suffix = format!("_{port}{}", names.service.data_segment_suffix);

@@ -13,7 +13,8 @@ use iceoryx2::service::port_factory::client::{ClientCreateError, PortFactoryClie
 use super::service::{self, RequestService};
 use super::{MAX_MESSAGE_BYTES, RequestError};
 use crate::peers::Peers;
-use crate::{OpenError, Participant, Service, give_up_file_override, space};
+use crate::space::{self, Shortage};
+use crate::{OpenError, Participant, Service, give_up_file_override};
 
 type Port<S> = Client<S, [u8], (), [u8], ()>;
 type Pending<S> = PendingResponse<S, [u8], (), [u8], ()>;
@@ -52,11 +53,7 @@ impl<S: Service> RequestClient<S> {
         if opened.dynamic_config().number_of_servers() == 0 {
             return Ok(None);
         }
-        let full = |(needed_bytes, free_bytes)| OpenError::SharedMemoryFull {
-            service: service.to_owned(),
-            needed_bytes,
-            free_bytes,
-        };
+        let full = |shortage: Shortage| shortage.of_service(service);
         let bytes = (REQUESTS * (SYSTEM_HEADER_BYTES + MAX_MESSAGE_BYTES)) as u64;
         let peers = Peers::default();
         let port = service::open_port(participant, &opened, || {

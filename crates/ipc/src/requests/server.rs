@@ -17,7 +17,8 @@ use super::departures::{Burden, Departures};
 use super::service::{self, RequestService};
 use super::{AnswerError, MAX_CLIENTS, MAX_MESSAGE_BYTES, RequestUpkeep};
 use crate::peers::Peers;
-use crate::{OpenError, Participant, Service, give_up_file_override, space};
+use crate::space::{self, Shortage};
+use crate::{OpenError, Participant, Service, give_up_file_override};
 
 type Port<S> = Server<S, [u8], (), [u8], ()>;
 type Active<S> = ActiveRequest<S, [u8], (), [u8], ()>;
@@ -121,11 +122,7 @@ fn open_port<S: Service>(
     peers: &Peers,
 ) -> Result<Port<S>, OpenError> {
     let service = opened.name().as_str();
-    let full = |(needed_bytes, free_bytes)| OpenError::SharedMemoryFull {
-        service: service.to_owned(),
-        needed_bytes,
-        free_bytes,
-    };
+    let full = |shortage: Shortage| shortage.of_service(service);
     space::require((ANSWERS * (SYSTEM_HEADER_BYTES + MAX_MESSAGE_BYTES)) as u64).map_err(full)?;
     let port = {
         let _given_up = give_up_file_override();

@@ -31,9 +31,8 @@ impl<S: Service> RawPublisher<S> {
         channels: usize,
     ) -> Result<Self, OpenError> {
         let opened = service::open_or_create(participant, service, Quality::of_frames(channels))?;
-        space::require(frames_bytes(&opened, channels)).map_err(|(needed_bytes, free_bytes)| {
-            OpenError::SharedMemoryFull { service: service.to_owned(), needed_bytes, free_bytes }
-        })?;
+        space::require(frames_bytes(&opened, channels))
+            .map_err(|shortage| shortage.of_service(service))?;
         let port = opened
             .publisher_builder()
             .max_loaned_samples(MAX_LOANED)
