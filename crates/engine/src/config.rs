@@ -12,6 +12,12 @@ use toml::Spanned;
 pub struct Config {
     /// Name of the node.
     pub node: Option<Spanned<String>>,
+    /// What others may do to the running node.
+    pub control: Control,
+    /// Names and patterns of all `[[protect]]`.
+    pub protected: Vec<Spanned<String>>,
+    /// `[limits]`
+    pub limits: Vec<Limit>,
     /// `[[task]]`
     pub tasks: Vec<Task>,
     /// `[[input]]`
@@ -20,6 +26,44 @@ pub struct Config {
     pub blocks: Vec<Block>,
     /// `[[output]]`
     pub outputs: Vec<Output>,
+}
+
+/// What others may do to the values of a running node. Each allows what those before it do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Control {
+    /// Nothing.
+    Off,
+    /// Read them.
+    Read,
+    /// Set parameters.
+    #[default]
+    Set,
+    /// Force signals.
+    Force,
+}
+
+impl Control {
+    /// All choices.
+    pub const ALL: [Self; 4] = [Self::Off, Self::Read, Self::Set, Self::Force];
+
+    /// The word in configurations: `off`, `read`, `set` or `force`.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Read => "read",
+            Self::Set => "set",
+            Self::Force => "force",
+        }
+    }
+}
+
+/// Bounds of parameters.
+#[derive(Debug)]
+pub struct Limit {
+    /// Name of a parameter, or a pattern of such names.
+    pub names: Spanned<String>,
+    /// Smallest and largest value.
+    pub range: Option<Spanned<(f64, f64)>>,
 }
 
 /// A cyclic task.
@@ -122,10 +166,15 @@ pub struct Block {
     /// There is a count, but none that could be read.
     pub count_is_wrong: bool,
     /// Connected input pins.
-    pub pins: Vec<(Spanned<String>, Option<Spanned<Connection>>)>,
+    pub pins: Pins,
+    /// Input pins of single instances, by the number as it is written.
+    pub instances: Vec<(Spanned<String>, Pins)>,
     /// Input pins that stand beside the block's keys instead.
     pub misplaced_pins: Vec<String>,
 }
+
+/// Input pins by name, and what stands there.
+pub type Pins = Vec<(Spanned<String>, Option<Spanned<Connection>>)>;
 
 /// What stands at an input pin.
 #[derive(Clone, Debug, PartialEq)]

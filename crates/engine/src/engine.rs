@@ -1,10 +1,13 @@
 //! A task's process image and banks, and the call that steps them.
 
+mod orders;
+
 use isochrone_blocks::{BlockType, Cycle, PinType};
 use isochrone_quality::Flags;
 use triple_buffer::{Input as Sender, Output as Receiver, TripleBuffer};
 
 use crate::build::{self, BuildError};
+use crate::operate::Forces;
 use crate::plan::{Plan, TaskPlan, WirePlan};
 use crate::worth::{Origins, Source, Worth};
 
@@ -30,6 +33,7 @@ pub struct TaskEngine {
     bank_errors: Box<[u64]>,
     /// Whether any does.
     has_errors: bool,
+    forces: Forces,
     block_errors: u64,
 }
 
@@ -126,24 +130,19 @@ impl TaskEngine {
                 *slot = value;
             }
         }
-        let mut state = &mut *self.state;
         let errors_before = self.block_errors;
-        for (bank, errors) in self.banks.iter().zip(&mut self.bank_errors) {
-            // Wires lead from banks of less depth, which stand before this one in the image.
-            let (before, rest) =
-                self.image.split_at_mut_checked(bank.first_slot).unwrap_or_default();
-            let slots = rest.get_mut(..bank.slots).unwrap_or_default();
-            let (words, later) = state.split_at_mut_checked(bank.state_words).unwrap_or_default();
-            for wire in &bank.wires {
-                if let Some(slot) = slots.get_mut(wire.to as usize) {
-                    *slot = read(before, wire.from);
-                }
-            }
-            *errors = bank.block_type.step_bank(slots, words, &cycle);
-            self.block_errors += *errors;
-            state = later;
-        }
+        let forces = &self.forces;
+        let (banks, image, state) = (&self.banks, &mut self.image, &mut self.state);
+        let errors = &mut self.bank_errors;
+        self.block_errors += if forces.is_empty() {
+            step_banks(banks, image, state, errors, &cycle, |_, _| {})
+        } else {
+            step_banks(banks, image, state, errors, &cycle, |first, slots| {
+                forces.hold(first, slots)
+            })
+        };
         self.has_errors = self.block_errors != errors_before;
+        let mut given = self.outputs.len();
         for export in &mut self.exports {
             let parcel = export.sender.input_buffer_mut();
             for (value, slot) in parcel.values.iter_mut().zip(&export.slots) {
@@ -157,6 +156,12 @@ impl TaskEngine {
             for (source, origins) in parcel.sources.iter_mut().zip(&export.origins) {
                 *source = worth.of(origins);
             }
+            if !self.forces.is_empty() {
+                for (source, given) in parcel.sources.iter_mut().zip(given..) {
+                    source.flags |= self.forces.flags(given);
+                }
+            }
+            given += export.slots.len();
             export.sender.publish();
         }
     }
@@ -179,18 +184,8 @@ impl TaskEngine {
         }
     }
 
-    /// Writes a set-point found by [`Pins`](crate::Pins) to its slot; an input's is from `source_ns`, as
-    /// with [`set_input`](Self::set_input). A wire that leads to the slot writes over it.
-    pub fn set(&mut self, slot: usize, value: f64, source_ns: u64) {
-        if slot < self.inputs.len() {
-            self.write_input(slot, value, Source { source_ns, flags: Flags::NONE });
-        } else if let Some(place) = self.image.get_mut(slot) {
-            *place = value;
-        }
-    }
-
     fn write_input(&mut self, input: usize, value: f64, source: Source) {
-        if let Some(slot) = self.image.get_mut(input) {
+        if let Some(slot) = self.place(input) {
             *slot = value;
         }
         if let Some(known) = self.sources.get_mut(input) {
@@ -213,9 +208,10 @@ impl TaskEngine {
     }
 
     /// What is to be said of an output after a step: the flags of all sources that it is computed
-    /// from, and `ERROR` if one of the blocks that it is computed by reports an error.
+    /// from, `ERROR` if one of the blocks that it is computed by reports an error, and `FORCED` if a
+    /// force acts on it.
     pub fn output_flags(&self, output: usize) -> Flags {
-        self.output_worth(output).flags
+        self.output_worth(output).flags | self.forces.flags(output)
     }
 
     fn output_worth(&self, output: usize) -> Source {
@@ -241,6 +237,37 @@ impl TaskEngine {
     pub fn state(&self) -> &[u64] {
         &self.state
     }
+}
+
+/// Steps banks in their order; returns how many instances reported an error. `hold` is given the first
+/// slot and the slots of each bank before it steps, when its wires were copied, and when it has.
+#[inline(always)]
+fn step_banks(
+    banks: &[Bank],
+    image: &mut [f64],
+    mut state: &mut [u64],
+    bank_errors: &mut [u64],
+    cycle: &Cycle<'_>,
+    hold: impl Fn(usize, &mut [f64]),
+) -> u64 {
+    let mut all_errors = 0;
+    for (bank, errors) in banks.iter().zip(bank_errors) {
+        // Wires lead from banks of less depth, which stand before this one in the image.
+        let (before, rest) = image.split_at_mut_checked(bank.first_slot).unwrap_or_default();
+        let slots = rest.get_mut(..bank.slots).unwrap_or_default();
+        let (words, later) = state.split_at_mut_checked(bank.state_words).unwrap_or_default();
+        for wire in &bank.wires {
+            if let Some(slot) = slots.get_mut(wire.to as usize) {
+                *slot = read(before, wire.from);
+            }
+        }
+        hold(bank.first_slot, slots);
+        *errors = bank.block_type.step_bank(slots, words, cycle);
+        all_errors += *errors;
+        hold(bank.first_slot, slots);
+        state = later;
+    }
+    all_errors
 }
 
 #[inline]
@@ -287,6 +314,8 @@ impl<'a> Builder<'a> {
             .collect();
         let mut sources = vec![Source::NO_SAMPLE; inputs.len()];
         sources.resize(inputs.len() + self.imported, Source::UNKNOWN);
+        let values: usize = self.exports.iter().map(|export| export.slots.len()).sum();
+        let given = task.outputs.len() + values;
         TaskEngine {
             period_ns: task.schedule.period_ns,
             obs: self.obs.into(),
@@ -308,6 +337,7 @@ impl<'a> Builder<'a> {
                 })
                 .collect(),
             has_errors: false,
+            forces: Forces::new(given),
             block_errors: 0,
         }
     }

@@ -108,6 +108,7 @@ pub(crate) enum Among {
     Inputs,
     Blocks,
     TasksAndInputs,
+    InputsAndBlocks,
 }
 
 impl Finding {

@@ -4,7 +4,7 @@
 use isochrone_blocks::{PinType, is_cyclic_ob};
 use isochrone_schedule::{Overrun, Wake};
 
-use crate::config::OnStale;
+use crate::config::{Control, OnStale};
 
 /// Version that introduced a key. So far, all keys date from the first one.
 const FIRST: &str = "0.1";
@@ -179,6 +179,11 @@ const ON_STALES: [&str; 2] = {
     [hold.as_str(), default.as_str()]
 };
 
+const CONTROLS: [&str; 4] = {
+    let [off, read, set, force] = Control::ALL;
+    [off.as_str(), read.as_str(), set.as_str(), force.as_str()]
+};
+
 /// Declares the keys of a table: `CONSTANT "key" ["unit"]: form, absent;`.
 macro_rules! keys {
     (
@@ -210,8 +215,12 @@ macro_rules! keys {
 keys! {
     /// A configuration file is TOML and consists of these tables.
     file "the file" {
-        /// The node itself: its name.
+        /// The node itself: its name, and what may be done to it while it runs.
         NODE "node": Table, Required("[node]");
+        /// Signals that stay as they are while the node runs.
+        PROTECT "protect": Tables, Means("no signal is protected");
+        /// Bounds of parameters that are set while the node runs.
+        LIMITS "limits": Table, Means("no bounds but those of the types");
         /// Tasks: when blocks run.
         TASK "task": Tables, Required("[[task]]");
         /// Inputs: values that other processes publish.
@@ -228,7 +237,22 @@ keys! {
     node "[node]" {
         /// Name of the node; its own services are named `isochrone/<name>/…`. `layout` is reserved.
         NAME "name": Name(NODE_NAME), Required("\"level\"");
+        /// What may be done to the values of the running node: `off` and `read` allow no change, `set` lets parameters be set, `force` also lets signals be forced.
+        CONTROL "control": Word(&CONTROLS), Default("\"set\"");
     }
+}
+
+keys! {
+    /// Signals that nobody may set or force while the node runs.
+    protect "[[protect]]" {
+        /// Their names, as wires would have them; `*` stands for any characters within one part of a name. Protecting an input protects its `.ok`.
+        NAMES "names": Texts, Required("[\"pump.*\"]");
+    }
+}
+
+keys! {
+    /// Parameters by name, each with the smallest and the largest value that it may be set or forced to: `"ramp.setChangeRate" = [0.0, 50.0]`. In a name, `*` stands for any characters within one part: `"ramp.*.setChangeRate"` is that of every instance. A constant in the file must be within the bounds, too.
+    limits "[limits]" {}
 }
 
 keys! {
@@ -328,7 +352,7 @@ keys! {
 }
 
 keys! {
-    /// The input pins of a block by name, each set to a constant or to a wire as text.
+    /// The input pins of a block by name, each set to a constant or to a wire as text. In a block with a `count`, `[block.in.17]` sets pins of instance 17 alone; all others of its pins are as in `[block.in]`.
     pins "[block.in]" {}
 }
 
@@ -345,9 +369,11 @@ keys! {
 }
 
 /// Every table of a configuration file, in the order in which a file has them.
-pub static TABLES: [&TableKeys; 8] = [
+pub static TABLES: [&TableKeys; 10] = [
     &file::TABLE,
     &node::TABLE,
+    &protect::TABLE,
+    &limits::TABLE,
     &task::TABLE,
     &on_overrun::TABLE,
     &input::TABLE,

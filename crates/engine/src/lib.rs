@@ -55,8 +55,8 @@ mod finding;
 mod findings;
 pub mod keys;
 mod nearest;
+pub mod operate;
 mod parse;
-mod pins;
 mod plan;
 mod printable;
 pub mod reference;
@@ -72,10 +72,9 @@ pub use finding::{Finding, Problem};
 pub use findings::Findings;
 pub use isochrone_quality::Flags;
 pub use nearest::nearest_name;
-pub use pins::{PinError, Pins, SetPoint};
 pub use plan::{
-    BankPlan, InputPart, InputPlan, Instances, LinkPlan, OutputPlan, Plan, PlanError, Rules,
-    SignalPlan, TaskPlan, Upstream, WirePlan,
+    BankPlan, InputPart, InputPlan, Instances, LimitPlan, LinkPlan, OutputPlan, Plan, PlanError,
+    Rules, SignalPlan, TaskPlan, Upstream, WirePlan,
 };
 pub use printable::{escaped, escaped_lines};
 pub use source::{FileKind, MAX_BYTES, ReadError, Source, read_text};

@@ -26,8 +26,6 @@ impl Source {
 pub(crate) struct Origins {
     sources: Box<[usize]>,
     blocks: Box<[Reporters]>,
-    /// What forces that act upstream make of it.
-    forced: Flags,
 }
 
 /// Instances of a bank that can report errors.
@@ -50,7 +48,7 @@ impl Origins {
         let blocks = upstream.blocks.iter();
         let blocks =
             blocks.filter_map(|i| reporters(i.bank, task.banks.get(i.bank)?, &i.range)).collect();
-        Self { sources: upstream.sources.as_slice().into(), blocks, forced: Flags::NONE }
+        Self { sources: upstream.sources.as_slice().into(), blocks }
     }
 }
 
@@ -65,7 +63,7 @@ pub(crate) struct Worth<'a> {
 impl Worth<'_> {
     /// The oldest sample and all flags of what a value is computed from.
     pub(crate) fn of(&self, origins: &Origins) -> Source {
-        let mut worth = Source { source_ns: u64::MAX, flags: origins.forced };
+        let mut worth = Source { source_ns: u64::MAX, flags: Flags::NONE };
         for source in origins.sources.iter().filter_map(|source| self.sources.get(*source)) {
             // 0, no sample, becomes the youngest of all.
             worth.source_ns = worth.source_ns.min(source.source_ns.wrapping_sub(1));

@@ -124,6 +124,10 @@
 //!   with [`set`](runtime::Running::set) and read signals with [`value`](runtime::Running::value).
 //! - **All verbs of the command line** with your own blocks:
 //!   `isochrone_cli::main(&[BlockType::of::<Half>()])`.
+//! - **Operate the running node** with [`set`](runtime::Running::set),
+//!   [`force`](runtime::Running::force), [`release`](runtime::Running::release),
+//!   [`undo`](runtime::Running::undo) and [`get`](runtime::Running::get): each request is checked
+//!   whole, and [`poll`](runtime::Running::poll) says in which cycle it was applied.
 //! - **Memory** of the whole process is locked if the program calls
 //!   [`prepare_process`](cyclic::prepare_process).
 //! - **Allocations** are counted if the program has
@@ -140,7 +144,7 @@
 //! | [`cyclic`] | *when*: an absolute grid, the wait for it, real-time set-up |
 //! | [`ipc`] | *how values cross processes*: frames over iceoryx2 |
 //! | [`timing`] | *numbers* from cycle records |
-//! | [`runtime`] | *a node*: the tasks' threads, ports, set-points, telemetry |
+//! | [`runtime`] | *a node*: the tasks' threads, ports, requests, telemetry |
 //!
 //! Data flows one way: TOML, `Config` (as written), [`Plan`](engine::Plan) (resolved, checked,
 //! ordered), [`TaskEngine`](engine::TaskEngine) (image and banks), cycle. Strings and hash maps are
@@ -166,6 +170,7 @@ pub use isochrone_timing as timing;
 pub mod prelude {
     pub use isochrone_blocks::{BlockType, CATALOGUE};
     pub use isochrone_cyclic::{CountingAllocator, prepare_process};
+    pub use isochrone_engine::operate::{Hold, Value};
     pub use isochrone_engine::{Plan, Rules, Source};
     pub use isochrone_ipc::{Domain, Participant, ipc, local};
     pub use isochrone_runtime::{End, Node, Outcome, POLL_INTERVAL, Prepared, Running};

@@ -107,7 +107,7 @@ pub struct LinkArm {
     /// Values per frame in an arm of a bench; 0 otherwise.
     #[serde(skip_serializing_if = "is_zero")]
     pub values: u64,
-    /// Frames per second that an arm of a bench was set to send; absent if it sent each as soon as
+    /// Frames per second that an arm of a bench was set to send; `null` if it sent each as soon as
     /// the previous one was answered.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paced_hz: Option<f64>,

@@ -2,7 +2,8 @@
 
 use std::io;
 
-use isochrone_engine::{BuildError, PinError};
+use isochrone_engine::BuildError;
+use isochrone_engine::operate::Refusals;
 use isochrone_ipc::{JoinError, OpenError};
 use thiserror::Error;
 
@@ -52,23 +53,16 @@ pub struct TaskPanicked {
     pub message: String,
 }
 
-/// Why set-points were not sent. None of them is applied then.
+/// Why a request was not sent. Nothing happens then.
 #[derive(Debug, Clone, PartialEq, Error)]
 #[non_exhaustive]
-pub enum SetError {
-    /// A name cannot be set, or not to this value.
+pub enum RequestError {
+    /// Something is wrong with it; all that is.
     #[error(transparent)]
-    Pin(#[from] PinError),
-    /// The input is read from a service.
-    #[error("input \"{input}\" is read from service \"{service}\"; publish the value there")]
-    Fed {
-        /// The input.
-        input: String,
-        /// The service.
-        service: String,
-    },
-    /// A task has not yet applied those before. Try again after the next [`poll`](crate::Running::poll).
-    #[error("task \"{task}\" has not applied the set-points before these; send fewer at a time")]
+    Refused(#[from] Refusals),
+    /// A task has not yet applied the requests before. Try again after the next
+    /// [`poll`](crate::Running::poll).
+    #[error("task \"{task}\" has not applied the requests before this one; send fewer at a time")]
     Busy {
         /// The task.
         task: String,

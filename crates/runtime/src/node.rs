@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use isochrone_cyclic::{Clock, EPOCH_OFFSET_NS, Monotonic, Refusal, ThreadGrant};
-use isochrone_engine::{Pins, Plan, TaskEngine};
+use isochrone_engine::operate::{Feeds, Operator};
+use isochrone_engine::{Plan, TaskEngine};
 use isochrone_ipc::{LayoutAnnouncer, OpenError, Participant, RealTime, Service, ipc, local};
 
 use crate::alarms::Alarm;
@@ -72,12 +73,13 @@ pub struct Prepared<S: Service = ipc::Service> {
 impl<S: Service + 'static> Prepared<S> {
     fn new(plan: &Plan, participant: Option<Arc<RealTime<S>>>) -> Result<Self, PrepareError> {
         let (snapshots, taps) = Snapshots::of(plan);
+        let feeds = if participant.is_some() { Feeds::Services } else { Feeds::Program };
         let telemetry = participant.as_deref();
         let telemetry = telemetry.map(|p| Telemetry::open(p, &plan.node, &snapshots)).transpose();
         let mut threads = Threads::default();
         let mut parts = Parts {
             tasks: Vec::new(),
-            pins: Pins::of(plan),
+            operator: Operator::new(plan, feeds),
             snapshots,
             telemetry: telemetry.map_err(|error| runs_already(plan, error))?,
             announcers: Vec::new(),

@@ -1,6 +1,7 @@
 //! What a node did.
 
 use isochrone_cyclic::{ThreadGrant, ThreadUsage};
+use isochrone_engine::operate::Forced;
 use isochrone_timing::TaskTiming;
 
 use crate::alarms::Alarm;
@@ -14,6 +15,8 @@ pub struct Outcome {
     pub tasks: Vec<TaskOutcome>,
     /// What came up while it ran; each of them was logged.
     pub alarms: Vec<Alarm>,
+    /// What was still forced when it ended.
+    pub forces: Vec<Forced>,
 }
 
 /// Why a node ended.

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use isochrone_engine::Pins;
+use isochrone_cyclic::Schedule;
+use isochrone_engine::operate::Operator;
 use isochrone_ipc::{LayoutAnnouncer, RealTime, Service};
 use isochrone_timing::{CycleRecord, TaskTiming};
 use rtrb::Consumer;
@@ -10,14 +11,14 @@ use rtrb::Consumer;
 use crate::alarms::Alarm;
 use crate::events::Log;
 use crate::layouts::Resolver;
-use crate::set_points::Sender as SetPoints;
+use crate::orders;
 use crate::snapshots::Snapshots;
 use crate::telemetry::Telemetry;
 
 /// What the ordinary thread has of a node beside its threads; the participant is dropped last.
 pub(crate) struct Parts<S: Service> {
     pub(crate) tasks: Vec<Task<S>>,
-    pub(crate) pins: Pins,
+    pub(crate) operator: Operator,
     pub(crate) snapshots: Snapshots,
     pub(crate) telemetry: Option<Telemetry<S>>,
     pub(crate) announcers: Vec<LayoutAnnouncer<S>>,
@@ -28,9 +29,10 @@ pub(crate) struct Parts<S: Service> {
 /// What the ordinary thread has of a task.
 pub(crate) struct Task<S: Service> {
     pub(crate) name: String,
+    pub(crate) schedule: Schedule,
     pub(crate) timing: TaskTiming,
     pub(crate) records: Consumer<CycleRecord>,
     pub(crate) log: Log,
-    pub(crate) set_points: SetPoints,
+    pub(crate) orders: orders::Sender,
     pub(crate) resolvers: Vec<Resolver<S>>,
 }

@@ -2,18 +2,19 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 use isochrone_cyclic::{StopReason, ThreadGrant};
+use isochrone_engine::operate::{Done as Returns, Entry, Reading};
 use isochrone_ipc::{Service, ipc};
 use isochrone_timing::CycleRecord;
 
-use crate::error::{SetError, TaskPanicked};
+use crate::error::TaskPanicked;
 use crate::layouts::Resolver;
 use crate::limiter::Limiter;
+use crate::orders::Returned;
 use crate::outcome::{End, Outcome, TaskOutcome};
 use crate::parts::Parts;
-use crate::set_points::Transaction;
 use crate::task::Done;
 use crate::threads::Threads;
 
@@ -24,12 +25,13 @@ pub const POLL_INTERVAL: Duration = Duration::from_millis(20);
 #[must_use = "dropping it ends the node"]
 pub struct Running<S: Service = ipc::Service> {
     // The threads end before what they use.
-    threads: Threads,
-    parts: Parts<S>,
+    pub(crate) threads: Threads,
+    pub(crate) parts: Parts<S>,
     grants: Vec<ThreadGrant>,
-    epoch_ns: u64,
+    pub(crate) epoch_ns: u64,
     news: News,
-    set_points: u64,
+    /// What came back since the last poll.
+    returned: News,
     limiter: Limiter,
 }
 
@@ -37,7 +39,9 @@ pub struct Running<S: Service = ipc::Service> {
 #[derive(Debug, Default)]
 struct News {
     records: Vec<(usize, CycleRecord)>,
-    applied: Vec<Applied>,
+    applied: Vec<Entry>,
+    too_late: Vec<u64>,
+    readings: Vec<Reading>,
 }
 
 /// What came in since the last [`poll`](Running::poll).
@@ -46,17 +50,6 @@ pub struct Poll<'a> {
     is_running: bool,
     is_ending: bool,
     news: &'a News,
-}
-
-/// Set-points that a task applied.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Applied {
-    /// The number that [`Running::set`] returned.
-    pub number: u64,
-    /// The task, by its place in the plan.
-    pub task: usize,
-    /// The cycle at whose start they were applied.
-    pub cycle: u64,
 }
 
 impl<'a> Poll<'a> {
@@ -75,9 +68,21 @@ impl<'a> Poll<'a> {
         &self.news.records
     }
 
-    /// The set-points that were applied since the last poll.
-    pub fn applied(&self) -> &'a [Applied] {
+    /// What requests changed since the last poll, an entry for each task of a request, and what ended
+    /// by itself.
+    pub fn applied(&self) -> &'a [Entry] {
         &self.news.applied
+    }
+
+    /// The requests since the last poll that came too late for the cycle that they named. Nothing
+    /// happened.
+    pub fn too_late(&self) -> &'a [u64] {
+        &self.news.too_late
+    }
+
+    /// The values that came in since the last poll, as [`Running::get`] asked for.
+    pub fn readings(&self) -> &'a [Reading] {
+        &self.news.readings
     }
 }
 
@@ -88,8 +93,9 @@ impl<S: Service> Running<S> {
         grants: Vec<ThreadGrant>,
         epoch_ns: u64,
     ) -> Self {
-        let (news, limiter) = (News::default(), Limiter::default());
-        Self { threads, parts, grants, epoch_ns, news, set_points: 0, limiter }
+        let (news, returned) = (News::default(), News::default());
+        let limiter = Limiter::default();
+        Self { threads, parts, grants, epoch_ns, news, returned, limiter }
     }
 
     /// Takes in what the cycles did, and does what a cycle must not: connects what failed to connect,
@@ -123,49 +129,6 @@ impl<S: Service> Running<S> {
     /// When the grid of all tasks begins, in ns of `CLOCK_MONOTONIC`.
     pub fn epoch_ns(&self) -> u64 {
         self.epoch_ns
-    }
-
-    /// Writes values to input pins that nothing is wired to, and to inputs that are read from no
-    /// service: `"block.pin"`, `"input"`.
-    ///
-    /// All of a call's values for one task are applied together, at the start of one of its next
-    /// cycles. Returns a number, by which [`Poll::applied`] says in which cycle that was. A pin that
-    /// its block reads in the first call only takes the value without effect.
-    ///
-    /// # Errors
-    /// There is no such pin, something else writes it, its type does not have the value, or a task is
-    /// more than 64 calls behind. Nothing is written then.
-    pub fn set<'a>(
-        &mut self,
-        values: impl IntoIterator<Item = (&'a str, f64)>,
-    ) -> Result<u64, SetError> {
-        let mut writes: Vec<Vec<(usize, f64)>> = vec![Vec::new(); self.parts.tasks.len()];
-        for (name, value) in values {
-            let found = self.parts.pins.find(name, value)?;
-            if let (Some(service), Some(_)) = (found.service, &self.parts.participant) {
-                let (input, service) = (name.to_owned(), service.to_owned());
-                return Err(SetError::Fed { input, service });
-            }
-            if let Some(writes) = writes.get_mut(found.task) {
-                writes.push((found.slot, value));
-            }
-        }
-        if self.threads.have_ended() {
-            return Err(SetError::Ended);
-        }
-        self.take_back();
-        let wanted = || self.parts.tasks.iter().zip(&writes).filter(|(_, w)| !w.is_empty());
-        if let Some((task, _)) = wanted().find(|(task, _)| !task.set_points.has_room()) {
-            return Err(SetError::Busy { task: task.name.clone() });
-        }
-        let number = self.set_points;
-        self.set_points += 1;
-        for (task, writes) in self.parts.tasks.iter_mut().zip(writes) {
-            if !writes.is_empty() {
-                task.set_points.send(Transaction { number, writes: writes.into(), cycle: 0 });
-            }
-        }
-        Ok(number)
     }
 
     /// The newest value of an input, of an output pin (`"block.pin"`), or of a task's timing
@@ -204,12 +167,13 @@ impl<S: Service> Running<S> {
             }
             tasks.push(outcome(&task.name, &task.timing, grant, done));
         }
-        Ok(Outcome { end, tasks, alarms })
+        let forces = parts.operator.forces().cloned().collect();
+        Ok(Outcome { end, tasks, alarms, forces })
     }
 
     fn drain(&mut self) {
-        self.news.records.clear();
-        self.news.applied.clear();
+        self.take_back();
+        self.news = std::mem::take(&mut self.returned);
         for (index, task) in self.parts.tasks.iter_mut().enumerate() {
             let mut newest = None;
             while let Ok(record) = task.records.pop() {
@@ -221,14 +185,26 @@ impl<S: Service> Running<S> {
                 self.parts.snapshots.note(index, &newest);
             }
         }
-        self.take_back();
     }
 
-    /// Frees the set-points that were applied.
-    fn take_back(&mut self) {
-        for (index, task) in self.parts.tasks.iter_mut().enumerate() {
-            while let Some((number, cycle)) = task.set_points.applied() {
-                self.news.applied.push(Applied { number, task: index, cycle });
+    /// Takes in and frees what the cycles gave back.
+    pub(crate) fn take_back(&mut self) {
+        let Parts { tasks, operator, .. } = &mut self.parts;
+        for (index, task) in tasks.iter_mut().enumerate() {
+            while let Some(returned) = task.orders.returned() {
+                let unix_ns = unix_ns();
+                match returned {
+                    Returned::Order(order) => match operator.done(index, order, unix_ns) {
+                        Returns::Applied(entry) => self.returned.applied.push(entry),
+                        Returns::TooLate { transaction } => {
+                            self.returned.too_late.push(transaction)
+                        }
+                        Returns::Read(reading) => self.returned.readings.push(reading),
+                    },
+                    Returned::Ended(ended, cycle) => {
+                        self.returned.applied.push(operator.expired(index, ended, cycle, unix_ns));
+                    }
+                }
             }
         }
     }
@@ -250,6 +226,12 @@ impl<S: Service> Running<S> {
             telemetry.tend(participant);
         }
     }
+}
+
+/// Now, in ns of UTC since 1970.
+fn unix_ns() -> u64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
 }
 
 fn outcome(

@@ -16,10 +16,10 @@ use rtrb::Producer;
 use crate::bindings::Desk;
 use crate::events::Events;
 use crate::inputs::{InputPorts, ServiceInputs};
+use crate::orders::Applier;
 use crate::outcome::{Allocations, Costs, Link};
 use crate::outputs::{Output, OutputPorts};
 use crate::real_time_thread::RealTimeThread;
-use crate::set_points::Applier;
 use crate::snapshots::Tap;
 
 /// What a task's thread is given.
@@ -29,7 +29,7 @@ pub(crate) struct Job<S: Service> {
     pub(crate) engine: TaskEngine,
     pub(crate) services: Option<Services<S>>,
     pub(crate) stop: Arc<AtomicBool>,
-    pub(crate) set_points: Applier,
+    pub(crate) orders: Applier,
     pub(crate) records: Producer<CycleRecord>,
     pub(crate) tap: Tap,
     pub(crate) events: Events,
@@ -84,7 +84,7 @@ struct Ports<S: Service> {
 /// Runs a task to its end. `None`: it did not come to run, and `ready` was told why, or the node
 /// was stopped before.
 pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
-    let Job { mut engine, mut set_points, mut records, mut tap, mut events, .. } = job;
+    let Job { mut engine, mut orders, mut records, mut tap, mut events, .. } = job;
     let _end = EndOfNode(job.stop.clone());
     let (ports, desks) = match Ports::open(job.services) {
         Ok(opened) => opened,
@@ -107,7 +107,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
         let connect = || account.library(|| ports.maintain());
         let Some(release) = cyclic.wait_with(restless.wake_ups(), connect) else { break };
 
-        set_points.apply(&mut engine, &release);
+        orders.apply(&mut engine, &release);
         ports.inputs.read(&mut engine, release.start_ns);
         engine.step(release.cycle);
         ports.outputs.copy(&engine);
@@ -121,6 +121,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
             ports.inputs.maintain();
         });
         restless.note(ports.connects(), end_ns);
+        orders.read(&engine, &release);
         tap.take(engine.image());
         events.look(&engine);
         ports.inputs.tell(&mut events);

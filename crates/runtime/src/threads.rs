@@ -15,7 +15,7 @@ use crate::error::{PrepareError, TaskPanicked};
 use crate::parts::{Parts, Task};
 use crate::snapshots::Tap;
 use crate::task::{self, Done, Job, Ready, Services, Start};
-use crate::{events, inputs, outputs, set_points};
+use crate::{events, inputs, orders, outputs};
 
 /// Records that fit between the cycle and the thread that reads them: 40 ms at the shortest period.
 const RING_RECORDS: usize = 4096;
@@ -45,7 +45,7 @@ impl Threads {
         let (ready, is_ready) = channel();
         let (start, started) = channel();
         let (records, consumer) = RingBuffer::new(RING_RECORDS);
-        let (applier, set_points) = set_points::ends();
+        let (applier, sender) = orders::ends();
         let (events, log) = events::ends(task);
         let services = parts.participant.clone().map(|participant| Services {
             participant,
@@ -60,7 +60,7 @@ impl Threads {
             engine,
             services,
             stop: self.stop.clone(),
-            set_points: applier,
+            orders: applier,
             records,
             tap,
             events,
@@ -75,10 +75,11 @@ impl Threads {
         self.threads.push(Thread { task: name.clone(), thread: spawned, start });
         parts.tasks.push(Task {
             name,
+            schedule: task.schedule,
             timing: TaskTiming::new(task.schedule.period_ns),
             records: consumer,
             log,
-            set_points,
+            orders: sender,
             resolvers: Vec::new(),
         });
         Ok(is_ready)

@@ -5,10 +5,11 @@ use std::time::{Duration, Instant};
 
 use isochrone_blocks::{BlockType, CATALOGUE};
 use isochrone_cyclic::CountingAllocator;
-use isochrone_engine::{PinError, Plan, Rules, Source};
+use isochrone_engine::operate::{Action, Entry, Hold, Refusal, Value};
+use isochrone_engine::{Plan, Rules, Source};
 use isochrone_ipc::{Depth, FrameSubscriber, IsolatedDomain, Participant, ipc, local};
 use isochrone_runtime::{
-    Applied, End, Node, POLL_INTERVAL, PrepareError, Running, SetError, TaskPanicked,
+    End, Node, POLL_INTERVAL, PrepareError, RequestError, Running, TaskPanicked,
 };
 
 #[global_allocator]
@@ -19,6 +20,7 @@ const LIMIT: Duration = Duration::from_secs(30);
 const RAMP: &str = r#"
 [node]
 name = "ramp"
+control = "force"
 [[task]]
 name = "fast"
 period = "1ms"
@@ -89,19 +91,26 @@ fn poll_until<S: isochrone_ipc::Service>(
 #[test]
 fn what_is_set_is_applied_in_a_cycle_that_is_named_without_an_allocation() {
     let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().start();
-    let mut applied: Vec<Applied> = Vec::new();
+    let mut applied: Vec<Entry> = Vec::new();
     let mut numbers = Vec::new();
     for value in 0..20 {
-        numbers.push(node.set([("wanted", 7.0), ("scale.y1", f64::from(value))]).unwrap());
+        let values = [("wanted", 7.0), ("scale.y1", f64::from(value))];
+        numbers.push(node.set(values).unwrap().number);
         thread::sleep(POLL_INTERVAL);
-        applied.extend(node.poll().applied());
+        applied.extend_from_slice(node.poll().applied());
     }
     poll_until(&mut node, |node| {
-        applied.extend(node.poll().applied());
+        applied.extend_from_slice(node.poll().applied());
         applied.len() == 20 && node.value("ramp.delayedValue") == Some(7.0)
     });
-    assert_eq!(applied.iter().map(|applied| applied.number).collect::<Vec<_>>(), numbers);
+    assert_eq!(applied.iter().map(|applied| applied.transaction).collect::<Vec<_>>(), numbers);
     assert!(applied.is_sorted_by_key(|applied| applied.cycle), "{applied:?}");
+    let befores = applied.iter().map(|applied| applied.changes[0].before);
+    assert!(befores.eq([0, 0].into_iter().chain(1..19).map(|n| Value::Number(f64::from(n)))));
+    assert_no_allocations(node);
+}
+
+fn assert_no_allocations<S: isochrone_ipc::Service>(node: Running<S>) {
     let outcome = node.finish().unwrap();
     assert_eq!(outcome.end, End::Asked);
     let costs = outcome.tasks[0].costs.unwrap();
@@ -109,20 +118,116 @@ fn what_is_set_is_applied_in_a_cycle_that_is_named_without_an_allocation() {
 }
 
 #[test]
+fn a_hundred_requests_a_second_of_every_kind_cost_the_cycle_no_allocation() {
+    let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().start();
+    let (mut set, mut applied, mut expired, mut read, mut undone) = (0, 0, 0, 0, 0);
+    for turn in 0..200 {
+        let value = f64::from(turn);
+        let number = node.set([("scale.y1", value), ("scale.yMin", -value)]).unwrap().number;
+        set += 1;
+        match turn % 4 {
+            0 => drop(node.force([("ramp.value", 3.0)], Hold::Seconds(0.005)).unwrap()),
+            1 => drop(node.force([("ramp.error", true)], Hold::UntilReleased).unwrap()),
+            2 => drop(node.release(["ramp.error"]).unwrap()),
+            _ => drop(node.get(["*.*"]).unwrap()),
+        }
+        thread::sleep(Duration::from_millis(10));
+        let news = node.poll();
+        for entry in news.applied() {
+            applied += usize::from(entry.action == Action::Set);
+            expired += usize::from(entry.action == Action::Expiry);
+            undone += usize::from(matches!(entry.action, Action::Undo { .. }));
+        }
+        read += news.readings().len();
+        // Of one that is on its way still there is nothing to take back yet.
+        let _ = node.undo(number);
+    }
+    poll_until(&mut node, |node| {
+        let news = node.poll();
+        for entry in news.applied() {
+            applied += usize::from(entry.action == Action::Set);
+            expired += usize::from(entry.action == Action::Expiry);
+        }
+        read += news.readings().len();
+        (applied, expired, read) == (set, 50, 50)
+    });
+    assert!(undone > 0);
+    assert_no_allocations(node);
+}
+
+#[test]
+fn a_force_holds_an_output_until_its_cycle_which_is_told() {
+    let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().start();
+    let number = node.force([("ramp.delayedValue", 5.0)], Hold::Seconds(0.05)).unwrap().number;
+    let mut entries: Vec<Entry> = Vec::new();
+    poll_until(&mut node, |node| {
+        entries.extend_from_slice(node.poll().applied());
+        entries.len() == 2
+    });
+    let from = entries[0].cycle;
+    assert_eq!(entries[0].action, Action::Force { until: Some(from + 50) });
+    assert_eq!((entries[1].action, entries[1].transaction), (Action::Expiry, number));
+    assert!(entries[1].cycle >= from + 50, "{entries:?}");
+    assert_eq!(node.journal(0).collect::<Vec<_>>(), entries);
+    assert!(node.finish().unwrap().forces.is_empty());
+}
+
+#[test]
+fn a_node_that_ends_says_what_was_still_forced() {
+    let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().start();
+    node.force([("wanted", 5)], Hold::UntilReleased).unwrap();
+    poll_until(&mut node, |node| {
+        node.poll();
+        node.forces().any(|forced| forced.since.is_some())
+    });
+    let forces = node.finish().unwrap().forces;
+    assert_eq!((forces.len(), forces[0].name.as_str()), (1, "wanted"));
+}
+
+#[test]
+fn values_that_are_read_together_are_never_half_of_a_transaction() {
+    let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().start();
+    let (mut readings, mut values) = (0, 0..);
+    poll_until(&mut node, |node| {
+        for value in values.by_ref().take(20) {
+            let value = f64::from(value);
+            match node.set([("scale.y1", value), ("scale.yMin", -value)]) {
+                Ok(_) => {}
+                Err(RequestError::Busy { .. }) => break,
+                Err(error) => panic!("{error}"),
+            }
+            drop(node.get(["scale.y1", "scale.yMin"]));
+        }
+        for reading in node.poll().readings() {
+            let [(_, Value::Number(a)), (_, Value::Number(b))] = reading.values[..] else {
+                panic!()
+            };
+            assert!(a == -b || (a, b) == (0.0, -10.0), "{reading:?}");
+            readings += 1;
+        }
+        readings > 500
+    });
+}
+
+#[test]
 fn a_value_that_cannot_be_set_is_refused_with_the_way_out_and_nothing_is_written() {
     let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().start();
-    let mut refused = |name: &str, value| node.set([("wanted", 5.0), (name, value)]).unwrap_err();
-    let SetError::Pin(error) = refused("ramp.setChangeRat", 1.0) else { panic!() };
-    assert!(error.to_string().contains("did you mean \"setChangeRate\"?"), "{error}");
-    let SetError::Pin(error) = refused("rmp.setChangeRate", 1.0) else { panic!() };
-    assert!(error.to_string().contains("did you mean \"ramp\"?"), "{error}");
-    let error = refused("ramp.value", 1.0);
-    let source_name = "wanted".to_owned();
-    assert_eq!(error, PinError::Wired { name: "ramp.value".into(), source_name }.into());
-    let error = refused("ramp.delayedValue", 1.0);
-    assert_eq!(error, PinError::Output { name: "ramp.delayedValue".into() }.into());
+    let mut refused = |name: &str, value: f64| {
+        let RequestError::Refused(refusals) =
+            node.set([("wanted", 5.0), (name, value)]).unwrap_err()
+        else {
+            panic!()
+        };
+        refusals.to_string()
+    };
+    let error = refused("ramp.setChangeRat", 1.0);
+    assert!(error.contains("did you mean \"setChangeRate\"?"), "{error}");
+    let error = refused("rmp.setChangeRate", 1.0);
+    assert!(error.contains("did you mean \"ramp\"?"), "{error}");
+    assert!(refused("ramp.value", 1.0).contains("is wired to \"wanted\""));
+    assert!(refused("ramp.delayedValue", 1.0).contains("is an output pin"));
     for value in [0.5, 40_000.0, f64::NAN] {
-        let error = refused("wanted", value).to_string();
+        let error = node.set([("wanted", value)]).unwrap_err().to_string();
         assert!(error.contains("is no INT") && error.contains("-32768 to 32767"), "{error}");
     }
     for _ in 0..5 {
@@ -130,6 +235,18 @@ fn a_value_that_cannot_be_set_is_refused_with_the_way_out_and_nothing_is_written
         assert!(node.poll().applied().is_empty());
     }
     assert_eq!(node.value("wanted"), Some(0.0));
+}
+
+#[test]
+fn a_node_allows_what_its_configuration_says_and_is_fed_all_the_same() {
+    for (control, may_set) in [("off", false), ("read", false), ("set", true)] {
+        let text = RAMP.replace("\"force\"", &format!("\"{control}\""));
+        let mut node = Node::prepare_alone(&plan(&text)).unwrap().start();
+        assert_eq!(node.set([("scale.y1", 1.0)]).is_ok(), may_set, "{control}");
+        assert!(node.set([("wanted", 1)]).is_ok());
+        let forced = node.force([("scale.y1", 1.0)], Hold::UntilReleased).unwrap_err();
+        assert!(forced.to_string().contains("write control = \"force\""), "{forced}");
+    }
 }
 
 #[test]
@@ -168,8 +285,9 @@ fn an_input_that_is_read_from_a_service_is_not_set() {
     let domain = IsolatedDomain::new("isort").unwrap();
     let participant = Participant::<local::Service>::join("ramp", &domain).unwrap();
     let mut node = Node::prepare(&plan(RAMP), participant).unwrap().start();
-    let (input, service) = ("wanted".to_owned(), "test/wanted".to_owned());
-    assert_eq!(node.set([("wanted", 1.0)]), Err(SetError::Fed { input, service }));
+    let (name, service) = ("wanted".to_owned(), Some("test/wanted".to_owned()));
+    let refusal = Refusal::Fed { name, service };
+    assert_eq!(node.set([("wanted", 1.0)]), Err(RequestError::Refused(refusal.into())));
 }
 
 #[test]
@@ -191,7 +309,8 @@ fn a_task_that_panics_ends_its_node_with_an_error_that_names_it() {
     let text = "[node]\nname = \"n\"\n[[task]]\nname = \"slow\"\nperiod = \"1ms\"\n\
         [[block]]\nname = \"b\"\ntype = \"Faulty\"\n";
     let mut node = Node::prepare_alone(&plan(text)).unwrap().start();
-    node.set([("b.x", 1.0)]).unwrap();
+    let sent = node.set([("b.x", 1.0)]).unwrap();
+    assert_eq!(sent.warnings, ["block \"b\" will panic, which ends the node"]);
     poll_until(&mut node, |node| !node.poll().is_running());
     let panicked = TaskPanicked { task: "slow".into(), message: "one is too much".into() };
     assert_eq!(node.finish().unwrap_err(), panicked);

@@ -1,6 +1,7 @@
 //! From TOML to [`Config`].
 
 mod input;
+mod limits;
 mod section;
 mod syntax;
 mod task;
@@ -9,8 +10,8 @@ use isochrone_blocks::BlockType;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use self::section::{Errors, Section, parse_integer};
-use crate::config::{Block, Config, Connection, Output};
+use self::section::{Errors, Section, is_instance, parse_integer};
+use crate::config::{Block, Config, Connection, Control, Output, Pins};
 use crate::finding::Problem;
 use crate::keys;
 use crate::{Finding, Source};
@@ -29,8 +30,14 @@ pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<Fi
     let errors = Errors::default();
     let file = Section::new(&keys::file::TABLE, document.get_ref(), 0..0, &errors);
     let tables = |key, table| file.tables(key, table).into_iter();
+    let (node, control) = node(&file);
     let config = Config {
-        node: node(&file),
+        node,
+        control,
+        protected: tables(&keys::file::PROTECT, &keys::protect::TABLE)
+            .flat_map(|section| texts(&section, &keys::protect::NAMES, "name at least one signal"))
+            .collect(),
+        limits: limits::limits(&file),
         tasks: tables(&keys::file::TASK, &keys::task::TABLE).map(task::task).collect(),
         inputs: tables(&keys::file::INPUT, &keys::input::TABLE).map(input::input).collect(),
         blocks: tables(&keys::file::BLOCK, &keys::block::TABLE)
@@ -51,40 +58,30 @@ pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<Fi
     (config, errors.into_findings())
 }
 
-fn node(file: &Section<'_>) -> Option<Spanned<String>> {
+fn node(file: &Section<'_>) -> (Option<Spanned<String>>, Control) {
     let Some(section) = file.table(&keys::file::NODE, &keys::node::TABLE) else {
         if file.get(&keys::file::NODE).is_none() {
             let finding = Finding::new(Problem::MissingKey, 0..0, "the file has no [node]");
             file.report(finding.help("begin with [node] and name = \"…\""));
         }
-        return None;
+        return (None, Control::default());
     };
     let name = section.name(&keys::node::NAME);
+    let control = section.choice(&keys::node::CONTROL, &Control::ALL);
     if let Some(name) = name.as_ref().filter(|name| name.get_ref() == LAYOUT) {
         let message = format!("[node] name \"{LAYOUT}\" is taken");
         let help = "layouts of frames are announced on isochrone/layout/…; choose another name";
         section.report(Finding::new(Problem::BadName, name.span(), message).help(help));
     }
-    name
+    (name, control.map_or_else(Control::default, Spanned::into_inner))
 }
 
 fn block(section: Section<'_>, catalogue: &[BlockType]) -> Block {
     let pins = section.table(&keys::block::IN, &keys::pins::TABLE);
-    let pins = pins.map_or_else(Vec::new, |pins| {
-        pins.entries()
-            .map(|(pin, value)| {
-                let connection = connection(value.get_ref());
-                if connection.is_none() {
-                    let message = format!(
-                        "pin \"{}\" takes a number, true or false, or a wire, not {}",
-                        pin.get_ref(),
-                        value.get_ref().type_str()
-                    );
-                    pins.report(Finding::new(Problem::WrongType, value.span(), message));
-                }
-                (pin, connection.map(|connection| Spanned::new(value.span(), connection)))
-            })
-            .collect()
+    let (pins, instances) = pins.map_or_else(Default::default, |section| {
+        let instances = section.tables_by_number(&keys::pins::TABLE).into_iter();
+        let instances = instances.map(|(number, section)| (number, self::pins(&section)));
+        (self::pins(&section), instances.collect())
     });
     let count = section.integer(&keys::block::COUNT);
     let block_type = section.string(&keys::block::TYPE);
@@ -103,32 +100,51 @@ fn block(section: Section<'_>, catalogue: &[BlockType]) -> Block {
         count_is_wrong: count.is_none() && section.get(&keys::block::COUNT).is_some(),
         count,
         pins,
+        instances,
     }
 }
 
+/// The pins of a table, without the tables in it that are for single instances.
+fn pins(section: &Section<'_>) -> Pins {
+    let entries = section.entries().filter(|(key, value)| !is_instance(key.get_ref(), value));
+    let pin = |(pin, value): (Spanned<String>, &Spanned<DeValue<'_>>)| {
+        let connection = connection(value.get_ref());
+        if connection.is_none() {
+            let message = format!(
+                "pin \"{}\" takes a number, true or false, or a wire, not {}",
+                pin.get_ref(),
+                value.get_ref().type_str()
+            );
+            section.report(Finding::new(Problem::WrongType, value.span(), message));
+        }
+        (pin, connection.map(|connection| Spanned::new(value.span(), connection)))
+    };
+    entries.map(pin).collect()
+}
+
 fn output(section: Section<'_>) -> Output {
-    let signals = section
-        .read(&keys::output::SIGNALS, |value| {
-            let array = value.as_array().ok_or(None)?;
-            if array.is_empty() {
-                let finding =
-                    Finding::new(Problem::OutOfRange, 0..0, "[[output]] signals is empty");
-                return Err(Some(finding.help("name at least one \"block.pin\"")));
-            }
-            array
-                .iter()
-                .map(|item| match item.get_ref().as_str() {
-                    Some(signal) => Ok(Spanned::new(item.span(), signal.to_owned())),
-                    None => Err(None),
-                })
-                .collect()
-        })
-        .map_or_else(Vec::new, Spanned::into_inner);
     Output {
         service: section.string(&keys::output::SERVICE),
         task: section.string(&keys::output::TASK),
-        signals,
+        signals: texts(&section, &keys::output::SIGNALS, "name at least one \"block.pin\""),
     }
+}
+
+/// An array of texts that is not empty.
+fn texts(section: &Section<'_>, key: &'static keys::Key, help: &str) -> Vec<Spanned<String>> {
+    let read = |value: &DeValue<'_>| {
+        let array = value.as_array().ok_or(None)?;
+        if array.is_empty() {
+            let message = format!("{} {} is empty", section.title(), key.name);
+            return Err(Some(Finding::new(Problem::OutOfRange, 0..0, message).help(help)));
+        }
+        let text = |item: &Spanned<DeValue<'_>>| match item.get_ref().as_str() {
+            Some(text) => Ok(Spanned::new(item.span(), text.to_owned())),
+            None => Err(None),
+        };
+        array.iter().map(text).collect()
+    };
+    section.read(key, read).map_or_else(Vec::new, Spanned::into_inner)
 }
 
 fn connection(value: &DeValue<'_>) -> Option<Connection> {

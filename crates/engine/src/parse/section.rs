@@ -291,12 +291,37 @@ impl<'a> Section<'a> {
         None
     }
 
+    /// Its title in messages.
+    pub(super) fn title(&self) -> &'static str {
+        self.known.title
+    }
+
+    /// The tables in this one whose keys are numbers.
+    pub(super) fn tables_by_number(
+        &self,
+        known: &'static TableKeys,
+    ) -> Vec<(Spanned<String>, Section<'a>)> {
+        let tables = self.table.iter().filter(|(key, value)| is_instance(key.get_ref(), value));
+        let section = |(key, value): (&Spanned<_>, Entry<'a>)| {
+            let table = value.get_ref().as_table()?;
+            let number: &std::borrow::Cow<'_, str> = key.get_ref();
+            let name = Spanned::new(key.span(), number.to_string());
+            Some((name, Section::new(known, table, value.span(), self.errors)))
+        };
+        tables.filter_map(section).collect()
+    }
+
     /// All keys and values, for tables whose keys are names.
     pub(super) fn entries(&self) -> impl Iterator<Item = (Spanned<String>, Entry<'a>)> {
         self.table
             .iter()
             .map(|(key, value)| (Spanned::new(key.span(), key.get_ref().to_string()), value))
     }
+}
+
+/// Whether a key and its value are the pins of a single instance: `[block.in.17]`.
+pub(super) fn is_instance(key: &str, value: &Spanned<DeValue<'_>>) -> bool {
+    value.get_ref().is_table() && key.starts_with(|c: char| c.is_ascii_digit())
 }
 
 /// The number of a TOML integer in any notation, if it fits.

@@ -183,7 +183,7 @@ impl Layout<'_> {
             self.first_slots[instance] = plan.image.len();
             self.places[instance] = (plan.banks.len(), place);
             let entry = self.names.entries.partition_point(|entry| entry.first <= instance) - 1;
-            let constants = self.wiring.constants[entry].iter();
+            let constants = self.wiring.constants_of(instance, entry).iter();
             plan.image.extend(constants.map(|constant| constant.unwrap_or_default()));
             plan.image.resize(plan.image.len() + block_type.outputs.len(), 0.0);
         }

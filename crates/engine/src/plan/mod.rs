@@ -5,6 +5,7 @@ mod advice;
 mod constants;
 mod layout;
 mod names;
+mod operate;
 mod order;
 mod pins;
 mod probe;
@@ -17,9 +18,10 @@ use std::sync::Arc;
 use isochrone_blocks::{BlockType, CATALOGUE, PinType};
 use isochrone_schedule::Schedule;
 pub(crate) use names::MAX_INSTANCES;
+pub(crate) use probe::first_error;
 
-use crate::config::{Binding, OnStale};
-use crate::{Finding, Findings, ReadError, Source, parse};
+use crate::config::{Binding, Control, OnStale};
+use crate::{Finding, Findings, ReadError, Source, config, parse};
 
 /// What a configuration is checked against beside itself.
 pub struct Rules<'a> {
@@ -65,12 +67,29 @@ pub struct Plan {
     pub links: Vec<LinkPlan>,
     /// OB number and period in nanoseconds of every task that has a number.
     pub obs: Vec<(i16, u64)>,
+    /// What others may do to the values of the running node.
+    pub control: Control,
+    /// Signals that nobody may set or force: names, or patterns of names.
+    pub protected: Vec<String>,
+    /// Bounds of parameters.
+    pub limits: Vec<LimitPlan>,
     /// What is allowed but hardly meant.
     pub warnings: Vec<Finding>,
     /// What is meant more often than not, and worth knowing.
     pub notes: Vec<Finding>,
     /// Where it was read from.
     pub source: Source,
+}
+
+/// Bounds of parameters that are set or forced.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LimitPlan {
+    /// Name of a parameter, or a pattern of such names.
+    pub names: String,
+    /// Smallest value.
+    pub min: f64,
+    /// Largest value.
+    pub max: f64,
 }
 
 /// One task: when it runs, and its process image.
@@ -258,6 +277,12 @@ impl TaskPlan {
     }
 }
 
+/// A limit whose range could be read.
+fn limit(limit: &config::Limit) -> Option<LimitPlan> {
+    let (min, max) = *limit.range.as_ref()?.get_ref();
+    Some(LimitPlan { names: limit.names.get_ref().clone(), min, max })
+}
+
 impl LinkPlan {
     /// Whether the link writes a slot of its reader's image.
     pub fn carries_to(&self, slot: u32) -> bool {
@@ -276,6 +301,7 @@ impl Plan {
         let wiring = wires::Wiring::resolve(&config, &names, &mut findings);
         let depths = order::depths(&names, &wiring, &mut findings);
         probe::constants(&names, &wiring, &mut findings);
+        operate::check(&config, &names, &wiring, &mut findings);
         if findings.iter().any(|finding| !finding.is_warning()) {
             names.suggest(&mut findings);
             return Err(Findings::new(source, findings));
@@ -288,6 +314,9 @@ impl Plan {
             tasks,
             links,
             obs: names.obs(),
+            control: config.control,
+            protected: config.protected.iter().map(|name| name.get_ref().clone()).collect(),
+            limits: config.limits.iter().filter_map(limit).collect(),
             warnings: findings,
             notes: wiring.latched(&names),
             source,

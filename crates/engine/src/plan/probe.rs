@@ -11,26 +11,46 @@ use crate::finding::Problem;
 const LREALS: [f64; 8] = [0.0, 1.0, -1.0, 1e6, -1e6, 1e150, -1e150, f64::MAX];
 const TRIES: u64 = 256;
 
-/// Steps every entry once with its constants. Where wires lead, many values are tried: an error
-/// that none of them avoids is the constants' doing.
+/// Steps every entry once with its constants.
 pub(super) fn constants(names: &Names<'_>, wiring: &Wiring, findings: &mut Vec<Finding>) {
     let obs = names.obs();
     for (entry, constants) in names.entries.iter().zip(&wiring.constants) {
         let (Some(block_type), Some(task)) = (&entry.block_type, entry.task) else { continue };
-        let cycle = Cycle::new(0, names.tasks[task].period_ns, &obs);
-        let wired = constants.iter().any(Option::is_none);
-        let status = |attempt: u64| {
-            let slot = |(index, (pin, constant)): (usize, (&Pin, &Option<f64>))| {
-                constant.unwrap_or_else(|| wired_slot(pin, index, attempt))
-            };
-            let pins = block_type.inputs.iter().zip(constants).enumerate();
-            first_status(block_type, pins.map(slot).collect(), &cycle)
-        };
-        let Some(first) = status(0) else { continue };
-        if !wired || (1..TRIES).all(|attempt| status(attempt).is_some()) {
-            findings.push(finding(entry, block_type, first));
+        let period_ns = names.tasks[task].period_ns;
+        if let Some(status) = first_error(block_type, constants, period_ns, &obs) {
+            findings.push(finding(entry, entry.name, block_type, status));
+            continue;
+        }
+        let instances = wiring.exceptions.range(entry.first..entry.first + entry.count);
+        for (instance, constants) in instances {
+            if let Some(status) = first_error(block_type, constants, period_ns, &obs) {
+                let name = entry.instance_name(instance - entry.first);
+                findings.push(finding(entry, &name, block_type, status));
+            }
         }
     }
+}
+
+/// Status word of an instance's first call with these constants at its input pins, if that is an
+/// error. Where wires lead (`None`), many values are tried: an error that none of them avoids is the
+/// constants' doing.
+pub(crate) fn first_error(
+    block_type: &BlockType,
+    constants: &[Option<f64>],
+    period_ns: u64,
+    obs: &[(i16, u64)],
+) -> Option<u16> {
+    let cycle = Cycle::new(0, period_ns, obs);
+    let status = |attempt: u64| {
+        let slot = |(index, (pin, constant)): (usize, (&Pin, &Option<f64>))| {
+            constant.unwrap_or_else(|| wired_slot(pin, index, attempt))
+        };
+        let pins = block_type.inputs.iter().zip(constants).enumerate();
+        first_status(block_type, pins.map(slot).collect(), &cycle)
+    };
+    let first = status(0)?;
+    let is_wired = constants.iter().any(Option::is_none);
+    (!is_wired || (1..TRIES).all(|attempt| status(attempt).is_some())).then_some(first)
 }
 
 /// What a wire brings to a pin in one of the attempts: the same to all pins in the first ones, then
@@ -59,12 +79,11 @@ fn first_status(block_type: &BlockType, mut slots: Vec<f64>, cycle: &Cycle<'_>) 
     (errors > 0).then_some(status.map_or(0, |slot| *slot as u16))
 }
 
-fn finding(entry: &Entry<'_>, block_type: &BlockType, code: u16) -> Finding {
+fn finding(entry: &Entry<'_>, name: &str, block_type: &BlockType, code: u16) -> Finding {
     let word = block_type.status.iter().find(|word| word.code == code);
     let meaning =
         word.map_or_else(|| "an error".into(), |word| format!("{} ({})", word.meaning, word.name));
-    let message =
-        format!("block \"{}\" reports 16#{code:04X} from its first call: {meaning}", entry.name);
+    let message = format!("block \"{name}\" reports 16#{code:04X} from its first call: {meaning}");
     let help = match code {
         status::OB_UNAVAILABLE | status::QRY_CINT => {
             "leave callOB out for the task that runs the block, name a task, or give one this number with ob"

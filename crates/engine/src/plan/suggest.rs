@@ -30,9 +30,10 @@ impl Names<'_> {
     /// beyond a bound on the work, that is the list of names instead of the nearest.
     pub(super) fn suggest(&self, findings: &mut [Finding]) {
         findings.sort_by_key(|finding| finding.span.start);
-        let (tasks, inputs, blocks, both) =
-            (OnceCell::new(), OnceCell::new(), OnceCell::new(), OnceCell::new());
+        let (tasks, inputs, blocks) = (OnceCell::new(), OnceCell::new(), OnceCell::new());
+        let (tasks_and_inputs, inputs_and_blocks) = (OnceCell::new(), OnceCell::new());
         let task_names = || self.tasks.iter().map(|task| task.name);
+        let block_names = || self.entries.iter().map(|entry| entry.name);
         let mut spent = 0;
         for (position, finding) in findings.iter_mut().enumerate() {
             let Some((written, among)) = finding.sought.take().map(|sought| *sought) else {
@@ -41,11 +42,12 @@ impl Names<'_> {
             let candidates = match among {
                 Among::Tasks => tasks.get_or_init(|| Candidates::new(task_names())),
                 Among::Inputs => inputs.get_or_init(|| Candidates::new(self.inputs_in_order())),
-                Among::Blocks => blocks
-                    .get_or_init(|| Candidates::new(self.entries.iter().map(|entry| entry.name))),
-                Among::TasksAndInputs => {
-                    both.get_or_init(|| Candidates::new(task_names().chain(self.inputs_in_order())))
-                }
+                Among::Blocks => blocks.get_or_init(|| Candidates::new(block_names())),
+                Among::TasksAndInputs => tasks_and_inputs
+                    .get_or_init(|| Candidates::new(task_names().chain(self.inputs_in_order()))),
+                Among::InputsAndBlocks => inputs_and_blocks.get_or_init(|| {
+                    Candidates::new(self.inputs_in_order().into_iter().chain(block_names()))
+                }),
             };
             spent += candidates.known.len();
             let help = if position < MOST_SHOWN || spent <= COMPARISONS {

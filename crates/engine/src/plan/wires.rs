@@ -1,15 +1,16 @@
 //! What stands at every input pin and in every frame: a constant, or a wire and where it comes from.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
-use isochrone_blocks::{Pin, PinDefault, PinType};
+use isochrone_blocks::{BlockType, Pin, PinDefault, PinType};
 use toml::Spanned;
 
 use super::constants::constant_slot;
 use super::names::{Entry, Names};
 use super::pins::{meant_pin, unknown_input, unknown_output};
 use crate::Finding;
-use crate::config::{Block, Config, Connection};
+use crate::config::{self, Block, Config, Connection};
 use crate::finding::{Among, Problem};
 
 /// Stands for the number of an instance in a wire.
@@ -49,6 +50,8 @@ pub(super) struct Wiring {
     pub(super) wires: Vec<Wire>,
     /// For each entry the slots of its unwired input pins; `None` where a wire leads.
     pub(super) constants: Vec<Vec<Option<f64>>>,
+    /// For instances that differ from the others of their entry: all their input pins.
+    pub(super) exceptions: BTreeMap<usize, Vec<Option<f64>>>,
     /// For each output its signals.
     pub(super) signals: Vec<Vec<Signal>>,
 }
@@ -58,11 +61,23 @@ impl Wiring {
         let mut resolver = Resolver { names, findings };
         let mut wires = Vec::new();
         let mut constants = Vec::new();
+        let mut exceptions = BTreeMap::new();
         for (block, entry) in config.blocks.iter().zip(&names.entries) {
             let pins = resolver.pins(block, entry);
             let from = wires.len();
+            let of_instances = resolver.exceptions(block, entry, &pins.constants);
             for (pin, wire) in &pins.wired {
-                resolver.wire(entry, *pin, wire, &mut wires);
+                let is_excepted = |index: &usize| {
+                    of_instances.get(index).is_some_and(|pins| pins.named.contains(pin))
+                };
+                let readers = (0..entry.count).filter(|index| !is_excepted(index));
+                resolver.wire(entry, *pin, wire, readers, &mut wires);
+            }
+            for (index, pins) in of_instances {
+                for (pin, wire) in &pins.wired {
+                    resolver.wire(entry, *pin, wire, std::iter::once(index), &mut wires);
+                }
+                exceptions.insert(entry.first + index, pins.constants);
             }
             if let Some(new) = wires.get_mut(from..) {
                 new.sort_by_key(|wire: &Wire| wire.to_instance);
@@ -71,7 +86,13 @@ impl Wiring {
         }
         let signals =
             config.outputs.iter().map(|output| resolver.signals(&output.signals)).collect();
-        Self { wires, constants, signals }
+        Self { wires, constants, exceptions, signals }
+    }
+
+    /// What stands at the input pins of an instance of an entry: `None` where a wire leads.
+    pub(super) fn constants_of(&self, instance: usize, entry: usize) -> &[Option<f64>] {
+        let of_entry = || self.constants.get(entry).map_or(&[][..], Vec::as_slice);
+        self.exceptions.get(&instance).map_or_else(of_entry, Vec::as_slice)
     }
 
     /// The wires that lead to an instance.
@@ -99,6 +120,8 @@ enum Reader<'a> {
 struct Pins<'a> {
     constants: Vec<Option<f64>>,
     wired: Vec<(usize, Spanned<&'a str>)>,
+    /// The pins that something was written for.
+    named: Vec<usize>,
 }
 
 struct Resolver<'a, 'f> {
@@ -114,39 +137,8 @@ impl Resolver<'_, '_> {
     /// Sorts an entry's connections into constants and wires, and reports what is wrong with them.
     fn pins<'b>(&mut self, block: &'b Block, entry: &Entry<'_>) -> Pins<'b> {
         let Some(block_type) = &entry.block_type else { return Pins::default() };
-        let mut pins = Pins {
-            constants: block_type.inputs.iter().map(|pin| pin.default.slot()).collect(),
-            wired: Vec::new(),
-        };
-        // Pins that are connected, under another name than theirs.
-        let mut meant = Vec::new();
-        for (name, connection) in &block.pins {
-            let found = block_type.inputs.iter().position(|pin| pin.name == name.get_ref());
-            let Some(index) = found else {
-                self.report(unknown_input(block_type, name));
-                meant.extend(meant_pin(name.get_ref(), block_type.inputs).map(|pin| pin.name));
-                continue;
-            };
-            let (Some(connection), Some(pin)) = (connection, block_type.inputs.get(index)) else {
-                continue;
-            };
-            let constant = match constant_slot(connection.get_ref(), pin, self.names) {
-                Some(Ok(slot)) => Some(slot),
-                Some(Err(finding)) => {
-                    self.report(Finding { span: connection.span(), ..finding });
-                    continue;
-                }
-                None => {
-                    if let Connection::Wire(wire) = connection.get_ref() {
-                        pins.wired.push((index, Spanned::new(connection.span(), wire)));
-                    }
-                    None
-                }
-            };
-            if let Some(slot) = pins.constants.get_mut(index) {
-                *slot = constant;
-            }
-        }
+        let defaults = block_type.inputs.iter().map(|pin| pin.default.slot()).collect();
+        let (pins, meant) = self.connected(&block.pins, block_type, defaults);
         let connected = |pin: &Pin| {
             let mut names = block.pins.iter().map(|(name, _)| name.get_ref().as_str());
             names.any(|name| name == pin.name)
@@ -173,12 +165,88 @@ impl Resolver<'_, '_> {
         pins
     }
 
-    /// Resolves a wire for every instance of an entry.
+    /// Sorts connections into constants and wires, where `constants` stand otherwise. Returns also the
+    /// pins that are connected, under another name than theirs.
+    fn connected<'b>(
+        &mut self,
+        written: &'b config::Pins,
+        block_type: &BlockType,
+        constants: Vec<Option<f64>>,
+    ) -> (Pins<'b>, Vec<&'static str>) {
+        let mut pins = Pins { constants, wired: Vec::new(), named: Vec::new() };
+        let mut meant = Vec::new();
+        for (name, connection) in written {
+            let found = block_type.inputs.iter().position(|pin| pin.name == name.get_ref());
+            let Some(index) = found else {
+                self.report(unknown_input(block_type, name));
+                meant.extend(meant_pin(name.get_ref(), block_type.inputs).map(|pin| pin.name));
+                continue;
+            };
+            let (Some(connection), Some(pin)) = (connection, block_type.inputs.get(index)) else {
+                continue;
+            };
+            let constant = match constant_slot(connection.get_ref(), pin, self.names) {
+                Some(Ok(slot)) => Some(slot),
+                Some(Err(finding)) => {
+                    self.report(Finding { span: connection.span(), ..finding });
+                    continue;
+                }
+                None => {
+                    if let Connection::Wire(wire) = connection.get_ref() {
+                        pins.wired.push((index, Spanned::new(connection.span(), wire)));
+                    }
+                    None
+                }
+            };
+            pins.named.push(index);
+            if let Some(slot) = pins.constants.get_mut(index) {
+                *slot = constant;
+            }
+        }
+        (pins, meant)
+    }
+
+    /// The pins of the instances that have a table of their own.
+    fn exceptions<'b>(
+        &mut self,
+        block: &'b Block,
+        entry: &Entry<'_>,
+        constants: &[Option<f64>],
+    ) -> BTreeMap<usize, Pins<'b>> {
+        let mut exceptions = BTreeMap::new();
+        let Some(block_type) = &entry.block_type else { return exceptions };
+        for (number, written) in &block.instances {
+            let index: Option<usize> = number.get_ref().parse().ok();
+            // Of "07", TOML makes another key than of "7".
+            let index = index.filter(|index| *index < entry.count);
+            let index = index.filter(|index| index.to_string() == *number.get_ref());
+            match index {
+                Some(index) if entry.count > 1 => {
+                    let (pins, _) = self.connected(written, block_type, constants.to_vec());
+                    exceptions.insert(index, pins);
+                }
+                _ if entry.count_is_known => {
+                    let (name, number_text) = (entry.name, number.get_ref());
+                    let message = format!("there is no \"{name}.{number_text}\"");
+                    let finding = Finding::new(Problem::UnknownSource, number.span(), message);
+                    self.report(finding.help(match entry.count {
+                        1 => format!("{name} is a single block; write its pins in [block.in]"),
+                        count => format!("the instances of {name} are 0 to {}", count - 1),
+                    }));
+                }
+                _ => {}
+            }
+        }
+        exceptions
+    }
+
+    /// Resolves a wire for instances of an entry.
     fn wire(
         &mut self,
         entry: &Entry<'_>,
         to_pin: usize,
         wire: &Spanned<&str>,
+        readers: impl Iterator<Item = usize>,
         wires: &mut Vec<Wire>,
     ) {
         let Some(pin) = entry.block_type.and_then(|known| known.inputs.get(to_pin)) else { return };
@@ -188,7 +256,7 @@ impl Resolver<'_, '_> {
         };
         let same_for_all = !text.contains(INSTANCE);
         let mut resolved = None;
-        for index in 0..entry.count {
+        for index in readers {
             if resolved.is_none() || !same_for_all {
                 let text = text.replace(INSTANCE, &index.to_string());
                 let reader = if same_for_all {

@@ -53,8 +53,8 @@ pub(super) fn groups<'a, R: Reported>(
     groups
 }
 
-/// The release jitter of a task: of all cycles and, if they differ, corrected for missed releases and
-/// without the invalid turns.
+/// The release jitter of a task: of all cycles, and where that says something else, with the
+/// releases that were missed and without the invalid turns.
 pub(super) fn release_jitter(task: &TaskArm) -> Vec<(&'static str, &Summary)> {
     let corrected = task.release_jitter_corrected_ns.as_ref().filter(|_| task.task.missed > 0);
     let valid = task.release_jitter_valid_ns.as_ref().filter(|_| invalid_turns(task) > 0);
@@ -63,7 +63,7 @@ pub(super) fn release_jitter(task: &TaskArm) -> Vec<(&'static str, &Summary)> {
     std::iter::once(("raw", &task.task.release_jitter_ns)).chain(further).collect()
 }
 
-/// The age of the value at each stage of its path through a node; empty without a node.
+/// How old the value was at every stage of its way through a node; empty where there was no node.
 pub(super) fn stages(link: &LinkArm) -> impl Iterator<Item = (&'static str, &Summary)> {
     let stages = [
         ("age at release", &link.age_at_release_ns),
@@ -86,12 +86,12 @@ pub(super) fn columns(summary: &Summary) -> [Option<u64>; COLUMNS.len()] {
     [summary.p50, summary.p90, summary.p99, summary.p99_9, summary.p99_99, summary.max]
 }
 
-/// The mean, which other latency benchmarks report, and [`COLUMNS`].
+/// The mean, which others' benchmarks of latency are stated as, and [`COLUMNS`].
 pub(super) fn latency_columns() -> impl Iterator<Item = &'static str> {
     std::iter::once("mean").chain(COLUMNS)
 }
 
-/// An arm as a comparison calls it, without the conditions that the group's heading states.
+/// An arm as a comparison calls it, without the circumstances that the group has said already.
 pub(super) fn arm_of<'a>(label: &'a str, circumstances: &str) -> &'a str {
     label.strip_suffix(&format!(" ({circumstances})")).unwrap_or(label)
 }
@@ -107,7 +107,7 @@ pub(super) fn sentence(left_out: &LeftOut) -> String {
     format!("{candidate} with {reference}{at}: {why}")
 }
 
-/// The displayed name of a percentile; its key if this version does not know it.
+/// The name of a percentile for people; one that this version does not know keeps its key.
 pub(super) fn percentile_name(key: &str) -> &str {
     PERCENTILES.iter().find(|percentile| percentile.key == key).map_or(key, |known| known.name)
 }
@@ -117,12 +117,12 @@ pub(super) fn percent(part: Option<f64>) -> Option<String> {
     part.map(|part| format!("{:.1}", 100.0 * part))
 }
 
-/// A value with the unit of its metric; a bare number if this version does not know the metric.
+/// A value of a metric by its key; of one that this version does not know the bare number.
 pub(super) fn value(metric: &str, value: u64) -> String {
     Metric::find(metric).map_or_else(|| value.to_string(), |metric| metric.shown(value))
 }
 
-/// The displayed name of a metric; its key if this version does not know it.
+/// A metric by its key, as people call it.
 pub(super) fn metric_name(metric: &str) -> &str {
     Metric::find(metric).map_or(metric, |metric| metric.name)
 }

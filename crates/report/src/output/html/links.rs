@@ -24,7 +24,7 @@ fn summary(page: &mut Page, group: &Group<'_, LinkArm>) {
     let mut columns = vec![Column::Words("arm"), Column::Words("of"), Column::Number("samples")];
     columns.extend(latency_columns().map(Column::Number));
     let rows = group.arms.iter().flat_map(|link| {
-        // A sender only counts its frames and has no latencies.
+        // Who only counts frames, as their sender does, has no latencies.
         let one_way = Some(&link.link.one_way_ns).filter(|summary| summary.count > 0);
         let one_way = one_way.map(|summary| ("", "one-way", summary));
         let stages = stages(link).map(|(stage, summary)| ("sub", stage, summary));

@@ -10,7 +10,7 @@ use crate::output::groups::{
 };
 use crate::output::picture::{Curve, Series, Timeline, histogram_of, percentiles_of, timeline_of};
 
-/// Shown if there are too few samples.
+/// Stands where the samples are too few.
 const TOO_FEW: &str = "\u{2013}";
 
 /// Begins a section under a heading.

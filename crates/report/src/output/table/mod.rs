@@ -17,7 +17,7 @@ use crate::report::Report;
 const LABEL_WIDTH: usize = 16;
 const COLUMN_WIDTH: usize = 9;
 const COLUMNS: [&str; 7] = ["min", "p50", "p90", "p99", "p99.9", "p99.99", "max"];
-/// Shown if there are too few samples, or the value is unknown.
+/// Stands where the samples are too few, or nobody knows.
 const UNKNOWN: &str = "-";
 
 impl Display for Report {
@@ -115,12 +115,12 @@ fn task(f: &mut Formatter<'_>, task: &TaskReport) -> Result {
     )
 }
 
-/// A count, or a dash if it was not counted.
+/// A count, or a dash where nobody counted.
 fn known(count: Option<u64>) -> String {
     count.map_or_else(|| UNKNOWN.to_owned(), |count| count.to_string())
 }
 
-/// A count with its noun, or a dash if it was not counted.
+/// So many of a thing, with a dash where nobody counted.
 fn counted_or_unknown(count: Option<u64>, thing: &str) -> String {
     count.map_or_else(|| format!("{UNKNOWN} {thing}s"), |count| counted(count, thing))
 }
@@ -144,7 +144,7 @@ fn link(f: &mut Formatter<'_>, link: &LinkReport) -> Result {
         }
     }
     writeln!(f)?;
-    // A sender only counts its frames and has no latencies.
+    // Who only counts frames, as their sender does, has no latencies.
     let latencies = [("last hop", &link.one_way_ns), ("end to end", &link.end_to_end_ns)];
     if latencies.iter().any(|(_, summary)| summary.count > 0) {
         heading(f)?;

@@ -1,0 +1,68 @@
+//! What operators send to a task, as its cycle does it.
+
+use super::{TaskEngine, read};
+use crate::operate::{Ended, Force, Order, OrderState, Work};
+
+impl TaskEngine {
+    /// Does what an order says, before the cycle reads its inputs at `now_ns`; the order has the
+    /// values before then. For the real-time path.
+    pub fn apply(&mut self, order: &mut Order, cycle: u64, now_ns: u64) {
+        order.state = OrderState::Applied { cycle };
+        match &mut order.work {
+            Work::Set { feeds, stores } => {
+                for (input, value) in feeds.iter() {
+                    self.set_input(*input as usize, *value, now_ns);
+                }
+                for store in stores.iter_mut() {
+                    if let Some(place) = self.place(store.slot as usize) {
+                        store.before = std::mem::replace(place, store.value);
+                    }
+                }
+            }
+            Work::Force { stores, forces, cycles, .. } => {
+                let until = cycles.map_or(u64::MAX, |cycles| cycle.saturating_add(cycles));
+                self.forces.insert(stores, forces, until, &mut self.image);
+            }
+            Work::Release { slots, ended } => {
+                let is_named = |force: &Force| slots.binary_search(&force.slot).is_ok();
+                self.forces.end(is_named, &mut self.image, |force| {
+                    // There is room for all that are named.
+                    ended.push(force);
+                });
+            }
+            Work::Read(_) => {}
+        }
+    }
+
+    /// Ends the forces that do not reach this cycle; before [`apply`](Self::apply). While none is due,
+    /// it is a comparison. For the real-time path, if `ended` is.
+    #[inline]
+    pub fn expire(&mut self, cycle: u64, ended: impl FnMut(Ended)) {
+        if self.forces.is_due(cycle) {
+            self.forces.end(|force| force.until <= cycle, &mut self.image, ended);
+        }
+    }
+
+    /// Copies the values that an order asks for, after the blocks have stepped. For the real-time
+    /// path.
+    pub fn read(&self, order: &mut Order, cycle: u64) {
+        order.state = OrderState::Applied { cycle };
+        if let Work::Read(values) = &mut order.work {
+            for (slot, value) in values.iter_mut() {
+                *value = read(&self.image, *slot);
+            }
+        }
+    }
+
+    /// Where a value is written that a force may hold.
+    #[inline]
+    pub(super) fn place(&mut self, slot: usize) -> Option<&mut f64> {
+        if self.forces.is_empty() {
+            return self.image.get_mut(slot);
+        }
+        match self.forces.shadow(slot) {
+            Some(shadow) => Some(shadow),
+            None => self.image.get_mut(slot),
+        }
+    }
+}

@@ -1,0 +1,164 @@
+//! The forces of a task, as its cycle has them.
+
+use isochrone_quality::Flags;
+
+use super::order::Store;
+
+/// Most signals of a task that can be forced at a time.
+pub const MAX_FORCES: usize = 1024;
+
+/// A value that is held against everything.
+#[derive(Debug)]
+pub(crate) struct Force {
+    pub(crate) slot: u32,
+    pub(crate) value: f64,
+    /// What the signal would have: written while it is forced.
+    pub(crate) shadow: f64,
+    /// First cycle without it; `u64::MAX`: until released.
+    pub(crate) until: u64,
+    /// The transaction that made it.
+    pub(crate) number: u64,
+    pub(crate) at_end: AtEnd,
+    /// What it acts on: outputs, then values for other tasks.
+    pub(crate) taints: Box<[u32]>,
+}
+
+/// What becomes of a signal whose force ends.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum AtEnd {
+    /// It gets the value that was written meanwhile.
+    Restore,
+    /// Wires or its block write it in the next step; until then it is what the cycle before has left.
+    Recompute,
+}
+
+impl Default for Force {
+    fn default() -> Self {
+        let (value, shadow, taints) = (0.0, 0.0, [].into());
+        Self { slot: 0, value, shadow, until: 0, number: 0, at_end: AtEnd::Recompute, taints }
+    }
+}
+
+/// A force that has ended.
+#[derive(Debug)]
+pub struct Ended(pub(crate) Force);
+
+/// All forces of a task. Nothing here allocates or frees but [`new`](Self::new).
+pub(crate) struct Forces {
+    /// By slot.
+    table: Vec<Force>,
+    next_until: u64,
+    /// How many forces act on each output, then on each value for another task.
+    tainted: Box<[u16]>,
+}
+
+impl Forces {
+    /// None, and room for all. `given`: how many outputs and values for other tasks there are.
+    pub(crate) fn new(given: usize) -> Self {
+        // Written once, so that no page of it is new to the cycle.
+        let mut table: Vec<Force> = (0..MAX_FORCES).map(|_| Force::default()).collect();
+        table.clear();
+        Self { table, next_until: u64::MAX, tainted: vec![0; given].into() }
+    }
+
+    #[inline]
+    pub(crate) fn is_empty(&self) -> bool {
+        self.table.is_empty()
+    }
+
+    /// What is to be said of an output, or of a value for another task.
+    #[inline]
+    pub(crate) fn flags(&self, given: usize) -> Flags {
+        let is_forced = self.tainted.get(given).is_some_and(|forces| *forces > 0);
+        if is_forced { Flags::FORCED } else { Flags::NONE }
+    }
+
+    /// Where a slot is written while it is forced.
+    pub(crate) fn shadow(&mut self, slot: usize) -> Option<&mut f64> {
+        let found = self.find(slot).ok()?;
+        self.table.get_mut(found).map(|force| &mut force.shadow)
+    }
+
+    /// Writes the forced values of a part of the image.
+    pub(crate) fn hold(&self, first_slot: usize, slots: &mut [f64]) {
+        let (Ok(from) | Err(from)) = self.find(first_slot);
+        for force in self.table.get(from..).unwrap_or_default() {
+            let Some(slot) = slots.get_mut(force.slot as usize - first_slot) else { break };
+            *slot = force.value;
+        }
+    }
+
+    /// Forces slots of an image. What is given for a slot that is forced already stays with the
+    /// caller, to be freed there.
+    pub(crate) fn insert(
+        &mut self,
+        stores: &mut [Store],
+        given: &mut [Force],
+        until: u64,
+        image: &mut [f64],
+    ) {
+        let known = self.table.len();
+        for (store, new) in stores.iter_mut().zip(given) {
+            let Some(slot) = image.get_mut(store.slot as usize) else { continue };
+            store.before = *slot;
+            let table = self.table.get_mut(..known).unwrap_or_default();
+            let found = table.binary_search_by_key(&store.slot, |force| force.slot);
+            if let Some(force) = found.ok().and_then(|found| table.get_mut(found)) {
+                (force.value, force.until, force.number) = (store.value, until, new.number);
+            } else if self.table.len() < MAX_FORCES {
+                let shadow = *slot;
+                let (slot, value) = (store.slot, store.value);
+                let new = Force { slot, value, shadow, until, ..std::mem::take(new) };
+                count(&mut self.tainted, &new.taints, 1);
+                self.table.push(new);
+            } else {
+                // Who sends forces counts them, so that this does not happen.
+                continue;
+            }
+            *slot = store.value;
+        }
+        self.table.sort_unstable_by_key(|force| force.slot);
+        self.note_next();
+    }
+
+    /// Ends forces, and gives the image what was written meanwhile.
+    pub(crate) fn end(
+        &mut self,
+        mut ends: impl FnMut(&Force) -> bool,
+        image: &mut [f64],
+        mut ended: impl FnMut(Ended),
+    ) {
+        for force in self.table.extract_if(.., |force| ends(force)) {
+            count(&mut self.tainted, &force.taints, -1);
+            if force.at_end == AtEnd::Restore
+                && let Some(slot) = image.get_mut(force.slot as usize)
+            {
+                *slot = force.shadow;
+            }
+            ended(Ended(force));
+        }
+        self.note_next();
+    }
+
+    /// Whether a force ends at a cycle.
+    #[inline]
+    pub(crate) fn is_due(&self, cycle: u64) -> bool {
+        cycle >= self.next_until
+    }
+
+    fn note_next(&mut self) {
+        self.next_until = self.table.iter().map(|force| force.until).min().unwrap_or(u64::MAX);
+    }
+
+    fn find(&self, slot: usize) -> Result<usize, usize> {
+        self.table.binary_search_by_key(&slot, |force| force.slot as usize)
+    }
+}
+
+fn count(tainted: &mut [u16], taints: &[u32], change: i16) {
+    for given in taints {
+        if let Some(forces) = tainted.get_mut(*given as usize) {
+            *forces = forces.saturating_add_signed(change);
+        }
+    }
+}

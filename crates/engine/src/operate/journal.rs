@@ -1,0 +1,151 @@
+//! What operators did, in the order in which it happened.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use super::Value;
+
+/// Most entries that are kept.
+const MAX_ENTRIES: usize = 10_000;
+/// Most values that the entries that are kept hold together.
+const MAX_VALUES: usize = 1_000_000;
+
+/// Who asks for something.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub enum Client {
+    /// The program that runs the node.
+    #[default]
+    Program,
+    /// Somebody else, as they call themselves.
+    Named(Arc<str>),
+}
+
+/// What was done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Action {
+    /// Parameters were set.
+    Set,
+    /// Signals were forced.
+    Force {
+        /// First cycle without the force; `None`: until it is released.
+        until: Option<u64>,
+    },
+    /// Forces were released.
+    Release,
+    /// A force came to its end.
+    Expiry,
+    /// A transaction was taken back.
+    Undo {
+        /// The transaction.
+        of: u64,
+    },
+}
+
+impl Action {
+    /// Its word in a journal: `set`, `force`, `release`, `expiry`, `undo`.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Set => "set",
+            Self::Force { .. } => "force",
+            Self::Release => "release",
+            Self::Expiry => "expiry",
+            Self::Undo { .. } => "undo",
+        }
+    }
+}
+
+/// What was done to one task before one of its cycles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Entry {
+    /// Counts the entries of a node, from 1.
+    pub sequence: u64,
+    /// The transaction that it belongs to; that of the force, for an expiry.
+    pub transaction: u64,
+    /// Index of the task.
+    pub task: usize,
+    /// The first cycle with it.
+    pub cycle: u64,
+    /// When that was known, in ns of UTC since 1970.
+    pub unix_ns: u64,
+    /// What was done.
+    pub action: Action,
+    /// The values that it changed.
+    pub changes: Vec<Change>,
+    /// Who asked for it.
+    pub client: Client,
+    /// What they said of it.
+    pub comment: Option<Arc<str>>,
+}
+
+/// A value that was changed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Change {
+    /// Name of the signal.
+    pub name: String,
+    /// What it was.
+    pub before: Value,
+    /// What it is; `None` where a wire or a block says so.
+    pub after: Option<Value>,
+}
+
+/// An entry as it is kept.
+#[derive(Debug)]
+pub(super) struct Record {
+    pub(super) sequence: u64,
+    pub(super) transaction: u64,
+    pub(super) task: usize,
+    pub(super) cycle: u64,
+    pub(super) unix_ns: u64,
+    pub(super) action: Action,
+    pub(super) changes: Box<[Changed]>,
+    pub(super) client: Client,
+    pub(super) comment: Option<Arc<str>>,
+}
+
+/// A change as it is kept.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Changed {
+    pub(super) slot: u32,
+    pub(super) before: f64,
+    pub(super) after: Option<f64>,
+    /// The version of the value that this one replaced, and its own.
+    pub(super) versions: (u64, u64),
+}
+
+/// The newest entries.
+#[derive(Debug, Default)]
+pub(super) struct Journal {
+    records: VecDeque<Record>,
+    values: usize,
+    sequence: u64,
+}
+
+impl Journal {
+    /// Adds an entry, and gives it its number.
+    pub(super) fn add(&mut self, record: Record) -> &Record {
+        self.sequence += 1;
+        self.values += record.changes.len();
+        self.records.push_back(Record { sequence: self.sequence, ..record });
+        while self.records.len() > 1
+            && (self.records.len() > MAX_ENTRIES || self.values > MAX_VALUES)
+        {
+            self.values -= self.records.pop_front().map_or(0, |oldest| oldest.changes.len());
+        }
+        let newest = self.records.len() - 1;
+        &self.records[newest]
+    }
+
+    /// The entries from a number on.
+    pub(super) fn since(&self, sequence: u64) -> impl Iterator<Item = &Record> {
+        let first = self.records.partition_point(|record| record.sequence < sequence);
+        self.records.range(first..)
+    }
+
+    /// The entries of a transaction that changed parameters.
+    pub(super) fn changes_of(&self, transaction: u64) -> impl Iterator<Item = &Record> {
+        self.records.iter().filter(move |record| {
+            record.transaction == transaction
+                && matches!(record.action, Action::Set | Action::Undo { .. })
+        })
+    }
+}

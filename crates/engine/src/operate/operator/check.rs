@@ -1,0 +1,62 @@
+//! What is wrong with a request.
+
+use std::collections::HashSet;
+
+use crate::operate::refusal::{Refusal, Refusals};
+use crate::operate::signals::{Signal, Signals};
+
+/// Most names that are compared with misspelt ones of a request.
+const COMPARISONS: usize = 200_000;
+
+/// What is wrong with a request so far.
+pub(super) struct Check<'s> {
+    signals: &'s Signals,
+    pub(super) findings: Vec<Refusal>,
+    seen: HashSet<(usize, usize)>,
+    pub(super) is_empty: bool,
+    comparisons: usize,
+}
+
+impl<'s> Check<'s> {
+    pub(super) fn new(signals: &'s Signals) -> Self {
+        let (findings, seen) = (Vec::new(), HashSet::new());
+        Self { signals, findings, seen, is_empty: true, comparisons: 0 }
+    }
+
+    /// The signal of a name that stands once in the request.
+    pub(super) fn find(&mut self, name: &str) -> Option<Signal<'s>> {
+        let signal = self.known(name)?;
+        if !self.seen.insert((signal.task, signal.slot)) {
+            self.findings.push(Refusal::Twice { name: name.to_owned() });
+            return None;
+        }
+        Some(signal)
+    }
+
+    pub(super) fn known(&mut self, name: &str) -> Option<Signal<'s>> {
+        self.is_empty = false;
+        let found = self.signals.locate(name);
+        if found.is_none() {
+            let is_affordable = self.comparisons == 0 || self.comparisons < COMPARISONS;
+            self.comparisons += self.signals.comparisons();
+            self.findings.push(if is_affordable {
+                self.signals.unknown(name)
+            } else {
+                let help = "nor are others of the request, for which see above".into();
+                Refusal::Unknown { name: name.to_owned(), help }
+            });
+        }
+        found
+    }
+
+    pub(super) fn note<T>(&mut self, result: Result<T, Refusal>) -> Option<T> {
+        result.map_err(|refusal| self.findings.push(refusal)).ok()
+    }
+
+    pub(super) fn end(mut self) -> Result<(), Refusals> {
+        if self.is_empty {
+            self.findings.push(Refusal::Empty);
+        }
+        Refusals::check(self.findings)
+    }
+}

@@ -1,0 +1,439 @@
+//! The desk at which requests are checked, and orders made: for an ordinary thread, without a clock.
+
+mod check;
+mod requests;
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::sync::Arc;
+
+use super::Value;
+use super::forces::{AtEnd, Ended};
+use super::journal::{Action, Change, Changed, Client, Entry, Journal, Record};
+use super::order::{Order, OrderState, Store, Work};
+use super::permissions::Permissions;
+use super::signals::Signals;
+use super::warnings::Warnings;
+use crate::plan::Plan;
+
+/// Who gives the inputs their values.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Feeds {
+    /// Those that name a service are read from it, the others are given by the program.
+    Services,
+    /// All are given by the program.
+    Program,
+}
+
+/// What a request says beside its values.
+#[derive(Debug, Clone, Default)]
+pub struct Request {
+    /// The cycle before which it is to happen; `None`: the next.
+    pub at: Option<u64>,
+    /// Who asks.
+    pub client: Client,
+    /// What is to be remembered of it.
+    pub comment: Option<Arc<str>>,
+}
+
+/// How long a force lasts.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Hold {
+    /// So many seconds, counted in cycles from the first with it.
+    Seconds(f64),
+    /// Until it is released, or the node ends.
+    UntilReleased,
+}
+
+/// A request that was found right, and for which there is an order for each of its tasks.
+#[derive(Debug)]
+pub struct Prepared {
+    orders: Vec<(usize, Box<Order>)>,
+    request: Request,
+    kind: Kind,
+    /// What the values will make blocks do.
+    pub warnings: Vec<String>,
+}
+
+impl Prepared {
+    /// The tasks that it is for. Make sure that there is room for an order on the way to each before
+    /// [`Operator::send`].
+    pub fn tasks(&self) -> impl Iterator<Item = usize> {
+        self.orders.iter().map(|(task, _)| *task)
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+enum Kind {
+    Set,
+    Force,
+    Release,
+    Undo { of: u64 },
+    Read,
+}
+
+/// A transaction whose orders have not all come back.
+#[derive(Debug)]
+struct Sent {
+    kind: Kind,
+    client: Client,
+    comment: Option<Arc<str>>,
+    tasks: usize,
+    /// The parameters that it writes: task and slot.
+    writes: HashSet<(usize, u32)>,
+}
+
+/// A force that is in place, or on its way.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Forced {
+    /// Name of the signal.
+    pub name: String,
+    /// The forced value.
+    pub value: Value,
+    /// Index of its task.
+    pub task: usize,
+    /// First cycle with it; `None`: it is on its way.
+    pub since: Option<u64>,
+    /// First cycle without it; `None`: until it is released, or it is on its way.
+    pub until: Option<u64>,
+    /// Who asked for it.
+    pub client: Client,
+    /// The transaction that made it.
+    pub transaction: u64,
+}
+
+/// What has come of an order.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Done {
+    /// It was applied. Values that the program gave to inputs are in no journal, and not among the
+    /// changes.
+    Applied(Entry),
+    /// Its cycle had begun before it came; nothing happened.
+    TooLate {
+        /// Its transaction.
+        transaction: u64,
+    },
+    /// Values were read.
+    Read(Reading),
+}
+
+/// Values of one task, all of one cycle, after its blocks have stepped.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reading {
+    /// Number of the request.
+    pub number: u64,
+    /// Index of the task.
+    pub task: usize,
+    /// The cycle.
+    pub cycle: u64,
+    /// Names and values.
+    pub values: Vec<(String, Value)>,
+}
+
+/// A parameter that was set.
+#[derive(Debug, Clone, Copy)]
+struct Held {
+    value: f64,
+    /// The transaction that it is from.
+    version: u64,
+}
+
+/// Checks what operators ask for, makes orders of it, and remembers what has come of them.
+///
+/// Every request is checked whole: either nothing is wrong with it, or all that is wrong is returned
+/// and nothing happens.
+#[derive(Debug)]
+pub struct Operator {
+    signals: Signals,
+    permissions: Permissions,
+    warnings: Warnings,
+    feeds: Feeds,
+    /// For each task its forces by slot: one in place, and those that are on their way.
+    forces: Vec<BTreeMap<u32, Vec<Forced>>>,
+    /// For each task how many of its forces are on their way to take the place of another: what ends
+    /// by itself until they have come back has room in the ring that it comes back by.
+    forced_again: Vec<usize>,
+    values: HashMap<(usize, u32), Held>,
+    sent: BTreeMap<u64, Sent>,
+    journal: Journal,
+    next: u64,
+}
+
+impl Operator {
+    /// The desk of a node that is about to start.
+    pub fn new(plan: &Plan, feeds: Feeds) -> Self {
+        Self {
+            signals: Signals::of(plan),
+            permissions: Permissions::of(plan),
+            warnings: Warnings::of(plan),
+            feeds,
+            forces: vec![BTreeMap::new(); plan.tasks.len()],
+            forced_again: vec![0; plan.tasks.len()],
+            values: HashMap::new(),
+            sent: BTreeMap::new(),
+            journal: Journal::default(),
+            next: 1,
+        }
+    }
+
+    /// The node's names.
+    pub fn signals(&self) -> &Signals {
+        &self.signals
+    }
+
+    /// Gives a request its number, and its orders to the one who hands them to the tasks: there must
+    /// be room for all of them.
+    pub fn send(&mut self, prepared: Prepared) -> (u64, Vec<(usize, Box<Order>)>) {
+        let Prepared { mut orders, request, kind, .. } = prepared;
+        let number = self.next;
+        self.next += 1;
+        let mut writes = HashSet::new();
+        for (task, order) in &mut orders {
+            order.number = number;
+            match &mut order.work {
+                Work::Set { stores, .. } => {
+                    writes.extend(stores.iter().map(|store| (*task, store.slot)));
+                }
+                Work::Force { stores, forces, again, .. } => {
+                    forces.iter_mut().for_each(|force| force.number = number);
+                    for store in stores.iter() {
+                        let is_again = self.note_force(*task, store, number, &request.client);
+                        *again += usize::from(is_again);
+                    }
+                    if let Some(pending) = self.forced_again.get_mut(*task) {
+                        *pending += *again;
+                    }
+                }
+                Work::Release { .. } | Work::Read(_) => {}
+            }
+        }
+        let Request { client, comment, .. } = request;
+        let sent = Sent { kind, client, comment, tasks: orders.len(), writes };
+        if sent.tasks > 0 {
+            self.sent.insert(number, sent);
+        }
+        (number, orders)
+    }
+
+    /// Notes a force that is on its way; whether it takes the place of another.
+    fn note_force(&mut self, task: usize, store: &Store, number: u64, client: &Client) -> bool {
+        let Some(signal) = self.signals.at(task, store.slot as usize) else { return false };
+        let forced = Forced {
+            value: Value::of(store.value, signal.value_type),
+            name: signal.name,
+            task,
+            since: None,
+            until: None,
+            client: client.clone(),
+            transaction: number,
+        };
+        let Some(forces) = self.forces.get_mut(task) else { return false };
+        let of_slot = forces.entry(store.slot).or_default();
+        of_slot.push(forced);
+        of_slot.len() > 1
+    }
+
+    /// Takes an order back. `unix_ns` is now, in ns of UTC since 1970.
+    pub fn done(&mut self, task: usize, order: Box<Order>, unix_ns: u64) -> Done {
+        let number = order.number;
+        let (kind, client, comment) = self.settle(task, &order);
+        let OrderState::Applied { cycle } = order.state else {
+            if let Work::Force { stores, .. } = &order.work {
+                self.forget(task, stores.iter().map(|store| store.slot), number);
+            }
+            return Done::TooLate { transaction: number };
+        };
+        let (action, changes) = match order.work {
+            Work::Read(values) => return Done::Read(self.reading(number, task, cycle, &values)),
+            Work::Set { stores, .. } => {
+                let action = match kind {
+                    Kind::Undo { of } => Action::Undo { of },
+                    _ => Action::Set,
+                };
+                (action, self.written(task, number, action, &stores))
+            }
+            Work::Force { stores, cycles, .. } => {
+                let until = cycles.map(|cycles| cycle.saturating_add(cycles));
+                for store in &stores {
+                    let forces = self.forces.get_mut(task).and_then(|of| of.get_mut(&store.slot));
+                    let Some(forces) = forces else { continue };
+                    // It has taken the place of the one before.
+                    forces.retain(|forced| forced.since.is_none());
+                    for forced in forces.iter_mut().filter(|of| of.transaction == number) {
+                        (forced.since, forced.until) = (Some(cycle), until);
+                    }
+                }
+                let changed = |store: &Store| changed(store.slot, store.before, Some(store.value));
+                (Action::Force { until }, stores.iter().map(changed).collect())
+            }
+            Work::Release { ended, .. } => {
+                for Ended(force) in &ended {
+                    self.forget(task, [force.slot], force.number);
+                }
+                (Action::Release, ended.iter().map(released).collect())
+            }
+        };
+        let sequence = 0;
+        let record = Record {
+            sequence,
+            transaction: number,
+            task,
+            cycle,
+            unix_ns,
+            action,
+            changes,
+            client,
+            comment,
+        };
+        // What the program gives to inputs is no operator's doing.
+        if record.changes.is_empty() {
+            return Done::Applied(entry(&self.signals, &record));
+        }
+        Done::Applied(entry(&self.signals, self.journal.add(record)))
+    }
+
+    /// Takes note of a force that came to its end before `cycle`.
+    pub fn expired(&mut self, task: usize, ended: Ended, cycle: u64, unix_ns: u64) -> Entry {
+        let Ended(force) = &ended;
+        let transaction = force.number;
+        let forced = self.forget(task, [force.slot], force.number);
+        let client = forced.map_or(Client::Program, |forced| forced.client);
+        let changes = [released(&ended)].into();
+        let (sequence, action, comment) = (0, Action::Expiry, None);
+        let record = Record {
+            sequence,
+            transaction,
+            task,
+            cycle,
+            unix_ns,
+            action,
+            changes,
+            client,
+            comment,
+        };
+        entry(&self.signals, self.journal.add(record))
+    }
+
+    /// The forces that are in place, and those that are on their way where none is.
+    pub fn forces(&self) -> impl Iterator<Item = &Forced> {
+        // The one in place, if there is one, is the first that was applied.
+        self.forces.iter().flat_map(BTreeMap::values).filter_map(|forces| {
+            forces.iter().find(|forced| forced.since.is_some()).or(forces.first())
+        })
+    }
+
+    /// The entries of the journal from a sequence number on: the last 10,000, or fewer if they have
+    /// changed more than a million values.
+    pub fn journal(&self, since: u64) -> impl Iterator<Item = Entry> {
+        self.journal.since(since).map(|record| entry(&self.signals, record))
+    }
+
+    /// Notes that one of a transaction's orders has come back.
+    fn settle(&mut self, task: usize, order: &Order) -> (Kind, Client, Option<Arc<str>>) {
+        let Some(sent) = self.sent.get_mut(&order.number) else {
+            return (Kind::Read, Client::Program, None);
+        };
+        match &order.work {
+            Work::Set { stores, .. } => {
+                for store in stores {
+                    sent.writes.remove(&(task, store.slot));
+                }
+            }
+            Work::Force { again, .. } => {
+                if let Some(pending) = self.forced_again.get_mut(task) {
+                    *pending -= again;
+                }
+            }
+            Work::Release { .. } | Work::Read(_) => {}
+        }
+        sent.tasks -= 1;
+        let settled = (sent.kind, sent.client.clone(), sent.comment.clone());
+        if sent.tasks == 0 {
+            self.sent.remove(&order.number);
+        }
+        settled
+    }
+
+    /// Forgets forces of a transaction; returns the last.
+    fn forget(
+        &mut self,
+        task: usize,
+        slots: impl IntoIterator<Item = u32>,
+        transaction: u64,
+    ) -> Option<Forced> {
+        let of_task = self.forces.get_mut(task)?;
+        let mut last = None;
+        for slot in slots {
+            let Some(forces) = of_task.get_mut(&slot) else { continue };
+            let found = forces.iter().position(|forced| forced.transaction == transaction);
+            last = found.map(|found| forces.remove(found)).or(last);
+            if forces.is_empty() {
+                of_task.remove(&slot);
+            }
+        }
+        last
+    }
+
+    /// Notes the values that were set, each with its version: the transaction that it is from. What is
+    /// taken back has the version from before that transaction again.
+    fn written(
+        &mut self,
+        task: usize,
+        number: u64,
+        action: Action,
+        stores: &[Store],
+    ) -> Box<[Changed]> {
+        let restored: HashMap<u32, u64> = match action {
+            Action::Undo { of } => {
+                let records = self.journal.changes_of(of).filter(|record| record.task == task);
+                let changes = records.flat_map(|record| &record.changes);
+                changes.map(|changed| (changed.slot, changed.versions.0)).collect()
+            }
+            _ => HashMap::new(),
+        };
+        let mut write = |store: &Store| {
+            let version = restored.get(&store.slot).copied().unwrap_or(number);
+            let held = Held { value: store.value, version };
+            let before = self.values.insert((task, store.slot), held);
+            let versions = (before.map_or(0, |held| held.version), version);
+            Changed { versions, ..changed(store.slot, store.before, Some(store.value)) }
+        };
+        stores.iter().map(&mut write).collect()
+    }
+
+    fn reading(&self, number: u64, task: usize, cycle: u64, values: &[(u32, f64)]) -> Reading {
+        let value = |(slot, value): &(u32, f64)| {
+            let signal = self.signals.at(task, *slot as usize)?;
+            Some((signal.name, Value::of(*value, signal.value_type)))
+        };
+        Reading { number, task, cycle, values: values.iter().filter_map(value).collect() }
+    }
+}
+
+fn changed(slot: u32, before: f64, after: Option<f64>) -> Changed {
+    Changed { slot, before, after, versions: (0, 0) }
+}
+
+fn released(Ended(force): &Ended) -> Changed {
+    let after = (force.at_end == AtEnd::Restore).then_some(force.shadow);
+    changed(force.slot, force.value, after)
+}
+
+fn entry(signals: &Signals, record: &Record) -> Entry {
+    let change = |changed: &Changed| {
+        let signal = signals.at(record.task, changed.slot as usize)?;
+        let value = |slot| Value::of(slot, signal.value_type);
+        let (before, after) = (value(changed.before), changed.after.map(value));
+        Some(Change { name: signal.name, before, after })
+    };
+    Entry {
+        sequence: record.sequence,
+        transaction: record.transaction,
+        task: record.task,
+        cycle: record.cycle,
+        unix_ns: record.unix_ns,
+        action: record.action,
+        changes: record.changes.iter().filter_map(change).collect(),
+        client: record.client.clone(),
+        comment: record.comment.clone(),
+    }
+}

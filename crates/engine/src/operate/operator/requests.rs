@@ -1,0 +1,358 @@
+//! Requests: found right, or all that is wrong with them.
+
+use std::collections::{BTreeMap, BTreeSet, HashMap};
+
+use super::check::Check;
+use super::{Feeds, Forced, Hold, Kind, Operator, Prepared, Request};
+use crate::operate::forces::{AtEnd, Force, MAX_FORCES};
+use crate::operate::journal::Client;
+use crate::operate::order::{Order, Store, Work};
+use crate::operate::permissions::Intent;
+use crate::operate::refusal::{AtRefusal, Refusal, Refusals};
+use crate::operate::signals::{Role, Signal};
+use crate::operate::{Pattern, Value};
+
+/// How far ahead of its cycle a request may come, in ns.
+const MAX_AHEAD_NS: u64 = 10_000_000_000;
+/// Longest force that ends by itself, in s: some thirty years.
+const MAX_SECONDS: f64 = 1e9;
+impl Operator {
+    /// Prepares to give parameters, and inputs that the program feeds, new values. `next` is the
+    /// first cycle of each task that has not begun.
+    ///
+    /// # Errors
+    /// All that is wrong with the request.
+    pub fn set<'n>(
+        &self,
+        values: impl IntoIterator<Item = (&'n str, Value)>,
+        request: Request,
+        next: &[u64],
+    ) -> Result<Prepared, Refusals> {
+        let mut check = Check::new(&self.signals);
+        let mut feeds: BTreeMap<usize, Vec<(u32, f64)>> = BTreeMap::new();
+        let mut stores: BTreeMap<usize, Vec<Store>> = BTreeMap::new();
+        let mut sets_parameter = false;
+        for (name, value) in values {
+            let Some(signal) = check.find(name) else { continue };
+            let found = self.settable(&signal, &request).and_then(|()| match signal.role {
+                Role::Input => self.permissions.slot(&signal, value),
+                _ => {
+                    sets_parameter = true;
+                    self.permissions.check_name(&signal)?;
+                    self.permissions.slot(&signal, value)
+                }
+            });
+            let Some(slot) = check.note(found) else { continue };
+            if signal.role == Role::Input {
+                feeds.entry(signal.task).or_default().push((signal.slot as u32, slot));
+            } else {
+                stores.entry(signal.task).or_default().push(store(signal.slot, slot));
+            }
+        }
+        if sets_parameter {
+            check.note(self.permissions.check(Intent::Set));
+        }
+        let tasks: BTreeSet<usize> = feeds.keys().chain(stores.keys()).copied().collect();
+        self.check_at(&mut check, &request, tasks.iter().copied(), next);
+        check.end()?;
+        let warnings = self.warn(&stores);
+        let work = |task| {
+            let feeds = feeds.remove(&task).unwrap_or_default().into();
+            (task, Work::Set { feeds, stores: sorted(stores.remove(&task)) })
+        };
+        Ok(prepared(tasks.into_iter().map(work).collect(), request, Kind::Set, warnings))
+    }
+
+    /// Prepares to hold signals at values. `next` as with [`set`](Self::set).
+    ///
+    /// # Errors
+    /// All that is wrong with the request.
+    pub fn force<'n>(
+        &self,
+        values: impl IntoIterator<Item = (&'n str, Value)>,
+        hold: Hold,
+        request: Request,
+        next: &[u64],
+    ) -> Result<Prepared, Refusals> {
+        let mut check = Check::new(&self.signals);
+        check.note(self.permissions.check(Intent::Force));
+        if let Hold::Seconds(seconds) = hold
+            && !(seconds > 0.0 && seconds <= MAX_SECONDS)
+        {
+            check.findings.push(Refusal::Duration { seconds });
+        }
+        let mut stores: BTreeMap<usize, Vec<Store>> = BTreeMap::new();
+        let mut roles = HashMap::new();
+        for (name, value) in values {
+            let Some(signal) = check.find(name) else { continue };
+            let allowed = match signal.role {
+                Role::Age => Err(Refusal::Age { name: signal.name.clone() }),
+                _ => self.permissions.check_name(&signal),
+            };
+            let found = allowed.and_then(|()| self.permissions.slot(&signal, value));
+            let Some(slot) = check.note(found) else { continue };
+            roles.insert((signal.task, signal.slot), signal.role);
+            stores.entry(signal.task).or_default().push(store(signal.slot, slot));
+        }
+        for (task, stores) in &stores {
+            let Some(known) = self.forces.get(*task) else { continue };
+            let again = stores.iter().filter(|store| known.contains_key(&store.slot)).count();
+            let pending = self.forced_again.get(*task).copied().unwrap_or_default();
+            if known.len() + stores.len() - again > MAX_FORCES || pending + again > MAX_FORCES {
+                let task = self.signals.task_name(*task).to_owned();
+                check.findings.push(Refusal::TooMany { task, most: MAX_FORCES });
+            }
+        }
+        self.check_at(&mut check, &request, stores.keys().copied(), next);
+        check.end()?;
+        let warnings = self.warn(&stores);
+        let work = |(task, unsorted)| {
+            let stores: Box<[Store]> = sorted(Some(unsorted));
+            let force = |store: &Store| Force {
+                slot: store.slot,
+                at_end: match roles.get(&(task, store.slot as usize)) {
+                    Some(Role::Wired | Role::Output) => AtEnd::Recompute,
+                    _ => AtEnd::Restore,
+                },
+                taints: self.signals.taints(task, store.slot as usize),
+                ..Force::default()
+            };
+            let forces = stores.iter().map(force).collect();
+            let cycles = self.cycles(task, hold);
+            (task, Work::Force { stores, forces, cycles, again: 0 })
+        };
+        Ok(prepared(stores.into_iter().map(work).collect(), request, Kind::Force, warnings))
+    }
+
+    /// Prepares to let go of forces; names may be patterns, which stand for those of their signals
+    /// that are forced. `next` as with [`set`](Self::set).
+    ///
+    /// # Errors
+    /// All that is wrong with the request.
+    pub fn release<'n>(
+        &self,
+        names: impl IntoIterator<Item = &'n str>,
+        request: Request,
+        next: &[u64],
+    ) -> Result<Prepared, Refusals> {
+        let mut check = Check::new(&self.signals);
+        check.note(self.permissions.check(Intent::Force));
+        let mut slots: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
+        for name in names {
+            check.is_empty = false;
+            let pattern = Pattern::new(name);
+            let found: Vec<(usize, u32)> = match Pattern::is_glob(name) {
+                true => {
+                    let forced = self.forces.iter().enumerate();
+                    let forced = forced.flat_map(|(task, of)| of.iter().map(move |f| (task, f)));
+                    let matches = |forces: &[Forced]| {
+                        forces.first().is_some_and(|forced| pattern.matches(&forced.name))
+                    };
+                    let forced = forced.filter(|(_, (_, forces))| matches(forces));
+                    forced.map(|(task, (slot, _))| (task, *slot)).collect()
+                }
+                false => {
+                    let Some(signal) = check.find(name) else { continue };
+                    let slot = signal.slot as u32;
+                    let of_task = self.forces.get(signal.task);
+                    let is_forced = of_task.is_some_and(|of| of.contains_key(&slot));
+                    is_forced.then_some((signal.task, slot)).into_iter().collect()
+                }
+            };
+            if found.is_empty() {
+                let is_known =
+                    !Pattern::is_glob(name) || self.signals.matching(&pattern).total() > 0;
+                let name = name.to_owned();
+                check.findings.push(match is_known {
+                    true => Refusal::NotForced { name },
+                    false => self.signals.unknown(&name),
+                });
+            }
+            found.into_iter().for_each(|(task, slot)| slots.entry(task).or_default().push(slot));
+        }
+        self.check_at(&mut check, &request, slots.keys().copied(), next);
+        check.end()?;
+        let work = |(task, mut slots): (usize, Vec<u32>)| {
+            slots.sort_unstable();
+            slots.dedup();
+            let ended = Vec::with_capacity(slots.len());
+            (task, Work::Release { slots: slots.into(), ended })
+        };
+        Ok(prepared(slots.into_iter().map(work).collect(), request, Kind::Release, Vec::new()))
+    }
+
+    /// Prepares to take back what a transaction set. `next` as with [`set`](Self::set).
+    ///
+    /// # Errors
+    /// It is not known, or a parameter was changed since, or is being changed.
+    pub fn undo(
+        &self,
+        transaction: u64,
+        request: Request,
+        next: &[u64],
+    ) -> Result<Prepared, Refusals> {
+        let mut check = Check::new(&self.signals);
+        check.is_empty = false;
+        check.note(self.permissions.check(Intent::Set));
+        let mut stores: BTreeMap<usize, Vec<Store>> = BTreeMap::new();
+        let mut is_known = false;
+        for record in self.journal.changes_of(transaction) {
+            is_known = true;
+            for changed in &record.changes {
+                let key = (record.task, changed.slot);
+                let held = self.values.get(&key);
+                let is_current = held.is_some_and(|held| held.version == changed.versions.1);
+                let is_moving = self.sent.values().any(|sent| sent.writes.contains(&key));
+                let Some(signal) = self.signals.at(record.task, changed.slot as usize) else {
+                    continue;
+                };
+                if !is_current || is_moving {
+                    let name = signal.name;
+                    check.findings.push(Refusal::Conflict { name, transaction });
+                    continue;
+                }
+                check.note(self.permissions.check_name(&signal));
+                let stores = stores.entry(record.task).or_default();
+                stores.push(store(changed.slot as usize, changed.before));
+            }
+        }
+        // One whose orders have not all come back cannot be taken back whole.
+        if !is_known || self.sent.contains_key(&transaction) {
+            check.findings.push(Refusal::UnknownTransaction { transaction });
+        }
+        self.check_at(&mut check, &request, stores.keys().copied(), next);
+        check.end()?;
+        let warnings = self.warn(&stores);
+        let work =
+            |(task, stores)| (task, Work::Set { feeds: [].into(), stores: sorted(Some(stores)) });
+        let orders = stores.into_iter().map(work).collect();
+        Ok(prepared(orders, request, Kind::Undo { of: transaction }, warnings))
+    }
+
+    /// Prepares to read signals; names may be patterns. Those from `offset` on are read, at most
+    /// `limit`; returns how many there are, too.
+    ///
+    /// # Errors
+    /// A name, or pattern, is of no signal.
+    pub fn get<'n>(
+        &self,
+        names: impl IntoIterator<Item = &'n str>,
+        offset: usize,
+        limit: usize,
+    ) -> Result<(Prepared, usize), Refusals> {
+        let mut check = Check::new(&self.signals);
+        let mut total = 0;
+        let mut page: Vec<(usize, usize)> = Vec::new();
+        for name in names {
+            check.is_empty = false;
+            let skipped = offset.saturating_sub(total);
+            let room = limit - page.len();
+            if Pattern::is_glob(name) {
+                let matches = self.signals.matching(&Pattern::new(name));
+                if matches.total() == 0 {
+                    check.findings.push(self.signals.unknown(name));
+                }
+                page.extend(matches.slots(skipped).take(room));
+                total += matches.total();
+            } else if let Some(signal) = check.known(name) {
+                let found = Some((signal.task, signal.slot));
+                page.extend(found.filter(|_| skipped == 0 && room > 0));
+                total += 1;
+            }
+        }
+        let mut slots: BTreeMap<usize, Vec<(u32, f64)>> = BTreeMap::new();
+        for (task, slot) in page {
+            slots.entry(task).or_default().push((slot as u32, 0.0));
+        }
+        check.end()?;
+        let work = |(task, slots): (usize, Vec<_>)| (task, Work::Read(slots.into()));
+        let orders = slots.into_iter().map(work).collect();
+        Ok((prepared(orders, Request::default(), Kind::Read, Vec::new()), total))
+    }
+
+    /// Whether a signal can be set at all, by the one who asks.
+    fn settable(&self, signal: &Signal<'_>, request: &Request) -> Result<(), Refusal> {
+        let name = || signal.name.clone();
+        match signal.role {
+            Role::Parameter => Ok(()),
+            Role::Input => {
+                let service = signal.service.filter(|_| self.feeds == Feeds::Services);
+                if service.is_none() && request.client == Client::Program {
+                    return Ok(());
+                }
+                Err(Refusal::Fed { name: name(), service: service.map(str::to_owned) })
+            }
+            Role::Wired => {
+                let source_name = self.signals.source_name(signal.task, signal.slot);
+                Err(Refusal::Wired { name: name(), source_name })
+            }
+            Role::Output => Err(Refusal::Output { name: name() }),
+            Role::Ok | Role::Age => Err(Refusal::Quality { name: name() }),
+        }
+    }
+
+    fn check_at(
+        &self,
+        check: &mut Check<'_>,
+        request: &Request,
+        mut tasks: impl Iterator<Item = usize>,
+        next: &[u64],
+    ) {
+        let (Some(at), Some(task)) = (request.at, tasks.next()) else { return };
+        let next = next.get(task).copied().unwrap_or_default();
+        let period_ns = self.signals.task(task).map_or(1, |task| task.period_ns);
+        let ahead_ns = at.saturating_sub(next).saturating_mul(period_ns);
+        let why = if tasks.next().is_some() {
+            AtRefusal::SeveralTasks
+        } else if at < next {
+            AtRefusal::TooLate
+        } else if ahead_ns > MAX_AHEAD_NS {
+            AtRefusal::TooFar
+        } else {
+            return;
+        };
+        check.findings.push(Refusal::At { at, why });
+    }
+
+    /// How many cycles of a task a force lasts.
+    fn cycles(&self, task: usize, hold: Hold) -> Option<u64> {
+        let Hold::Seconds(seconds) = hold else { return None };
+        let period_ns = self.signals.task(task).map_or(1, |task| task.period_ns);
+        Some(((seconds * 1e9 / period_ns as f64).round() as u64).max(1))
+    }
+
+    /// What blocks will report with new values at their pins.
+    fn warn(&self, stores: &BTreeMap<usize, Vec<Store>>) -> Vec<String> {
+        let mut warnings = Vec::new();
+        for (task, stores) in stores {
+            let new: HashMap<u32, f64> = stores.iter().map(|s| (s.slot, s.value)).collect();
+            let value = |slot: u32| {
+                let held = || self.values.get(&(*task, slot)).map(|held| held.value);
+                new.get(&slot).copied().or_else(held)
+            };
+            let slots = stores.iter().map(|store| store.slot as usize);
+            warnings.extend(self.warnings.of_instances(&self.signals, *task, slots, value));
+        }
+        warnings
+    }
+}
+
+fn prepared(
+    work: Vec<(usize, Work)>,
+    request: Request,
+    kind: Kind,
+    warnings: Vec<String>,
+) -> Prepared {
+    let order = |(task, work)| (task, Order::new(0, request.at, work));
+    Prepared { orders: work.into_iter().map(order).collect(), request, kind, warnings }
+}
+
+fn store(slot: usize, value: f64) -> Store {
+    Store { slot: slot as u32, value, before: value }
+}
+
+fn sorted(stores: Option<Vec<Store>>) -> Box<[Store]> {
+    let mut stores = stores.unwrap_or_default();
+    stores.sort_unstable_by_key(|store| store.slot);
+    stores.into()
+}

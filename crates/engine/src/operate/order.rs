@@ -1,0 +1,88 @@
+//! What an operator sends to a task's cycle: made and freed in an ordinary thread, filled in by the
+//! cycle.
+
+use super::forces::{Ended, Force};
+
+/// One box of work for one task. The cycle writes what it found into it, and gives it back.
+#[derive(Debug)]
+pub struct Order {
+    pub(crate) number: u64,
+    pub(crate) at: Option<u64>,
+    pub(crate) work: Work,
+    pub(crate) state: OrderState,
+}
+
+/// What has become of an order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum OrderState {
+    /// It has not been applied yet.
+    Waiting,
+    /// It was applied before the blocks of this cycle stepped; a reading was taken after they did.
+    Applied {
+        /// The cycle.
+        cycle: u64,
+    },
+    /// The cycle that it was meant for had begun before it came. Nothing happened.
+    TooLate,
+}
+
+/// What is to be done.
+#[derive(Debug)]
+pub(crate) enum Work {
+    /// Give values to inputs and parameters.
+    Set {
+        /// Inputs and their values.
+        feeds: Box<[(u32, f64)]>,
+        /// Parameters, by slot.
+        stores: Box<[Store]>,
+    },
+    /// Hold values.
+    Force {
+        /// By slot.
+        stores: Box<[Store]>,
+        /// One for each store.
+        forces: Box<[Force]>,
+        /// How many cycles; `None`: until released.
+        cycles: Option<u64>,
+        /// How many of them take the place of another; of no meaning to the cycle.
+        again: usize,
+    },
+    /// Let go of values.
+    Release {
+        /// In ascending order.
+        slots: Box<[u32]>,
+        /// What was let go of; has room for all.
+        ended: Vec<Ended>,
+    },
+    /// Copy values.
+    Read(Box<[(u32, f64)]>),
+}
+
+/// A value for a slot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Store {
+    pub(crate) slot: u32,
+    pub(crate) value: f64,
+    /// What was there, once it is written.
+    pub(crate) before: f64,
+}
+
+impl Order {
+    pub(super) fn new(number: u64, at: Option<u64>, work: Work) -> Box<Self> {
+        Box::new(Self { number, at, work, state: OrderState::Waiting })
+    }
+
+    /// Number of its transaction or reading.
+    pub fn number(&self) -> u64 {
+        self.number
+    }
+
+    /// What has become of it.
+    pub fn state(&self) -> OrderState {
+        self.state
+    }
+
+    pub(super) fn is_reading(&self) -> bool {
+        matches!(self.work, Work::Read(_))
+    }
+}

@@ -1,0 +1,81 @@
+//! What operators may do, as the configuration says.
+
+use super::refusal::Refusal;
+use super::signals::{Role, Signal};
+use super::{Pattern, Value};
+use crate::config::Control;
+use crate::plan::Plan;
+
+/// What a request wants to do.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Intent {
+    Set,
+    Force,
+}
+
+#[derive(Debug)]
+pub(super) struct Permissions {
+    control: Control,
+    protected: Vec<(String, Pattern)>,
+    limits: Vec<(Pattern, f64, f64)>,
+}
+
+impl Permissions {
+    pub(super) fn of(plan: &Plan) -> Self {
+        let protected = plan.protected.iter().map(|text| (text.clone(), Pattern::new(text)));
+        let limits =
+            plan.limits.iter().map(|limit| (Pattern::new(&limit.names), limit.min, limit.max));
+        Self { control: plan.control, protected: protected.collect(), limits: limits.collect() }
+    }
+
+    /// Whether requests of this kind are allowed at all.
+    pub(super) fn check(&self, intent: Intent) -> Result<(), Refusal> {
+        let (action, needs) = match intent {
+            Intent::Set => ("set a parameter", Control::Set),
+            Intent::Force => ("force a signal", Control::Force),
+        };
+        if self.control >= needs {
+            return Ok(());
+        }
+        Err(Refusal::Control { control: self.control.as_str(), action, needs: needs.as_str() })
+    }
+
+    /// Whether a signal is out of reach.
+    pub(super) fn check_name(&self, signal: &Signal<'_>) -> Result<(), Refusal> {
+        // What protects an input protects what is said of it.
+        let owner = match signal.role {
+            Role::Ok | Role::Age => signal.name.rsplit_once('.').map(|(owner, _)| owner),
+            _ => None,
+        };
+        let protects = |(_, pattern): &&(String, Pattern)| {
+            pattern.matches(&signal.name) || owner.is_some_and(|owner| pattern.matches(owner))
+        };
+        match self.protected.iter().find(protects) {
+            Some((pattern, _)) => {
+                let (name, pattern) = (signal.name.clone(), pattern.clone());
+                Err(Refusal::Protected { name, pattern })
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The slot of a value that a signal can have.
+    pub(super) fn slot(&self, signal: &Signal<'_>, value: Value) -> Result<f64, Refusal> {
+        let name = || signal.name.clone();
+        let value_type = signal.value_type;
+        let slot = value.slot(value_type).ok_or_else(|| Refusal::Value {
+            name: name(),
+            value,
+            value_type,
+        })?;
+        let is_outside = |(pattern, min, max): &&(Pattern, f64, f64)| {
+            !(*min..=*max).contains(&slot) && pattern.matches(&signal.name)
+        };
+        match self.limits.iter().find(is_outside) {
+            Some(&(_, min, max)) if signal.role == Role::Parameter => {
+                Err(Refusal::Limits { name: name(), value, min, max })
+            }
+            _ => Ok(slot),
+        }
+    }
+}

@@ -1,0 +1,321 @@
+//! Why a request is refused.
+
+use std::fmt;
+
+use isochrone_blocks::PinType;
+
+use super::Value;
+use crate::printable::escaped;
+
+/// Why one name of a request, or the request itself, is refused.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Refusal {
+    /// There is no such signal.
+    #[error("there is no signal \"{}\"", escaped(.name))]
+    Unknown {
+        /// The name.
+        name: String,
+        /// The name that was meant, or those that there are.
+        help: String,
+    },
+    /// It is an output pin, which its block computes.
+    #[error("\"{name}\" is an output pin, which its block computes")]
+    Output {
+        /// The name.
+        name: String,
+    },
+    /// A wire feeds the pin in every cycle.
+    #[error("\"{name}\" is wired to \"{source_name}\", which would write over it")]
+    Wired {
+        /// The name.
+        name: String,
+        /// What feeds it.
+        source_name: String,
+    },
+    /// The input is read from a service, or another process may give it.
+    #[error("\"{name}\" is an input, which {}", fed_by(.service.as_deref()))]
+    Fed {
+        /// The input.
+        name: String,
+        /// The service that it is read from; `None`: the program that runs the node gives it.
+        service: Option<String>,
+    },
+    /// It tells what an input's value is worth, or how old it is.
+    #[error("\"{name}\" says what an input is worth; it cannot be set")]
+    Quality {
+        /// The name.
+        name: String,
+    },
+    /// The age of an input cannot be forced.
+    #[error("\"{name}\" is the age of an input, which cannot be forced")]
+    Age {
+        /// The name.
+        name: String,
+    },
+    /// The signal's type does not have the value.
+    #[error("{value} is no {value_type}, which \"{name}\" needs")]
+    Value {
+        /// The name.
+        name: String,
+        /// The value.
+        value: Value,
+        /// The signal's type.
+        value_type: PinType,
+    },
+    /// The value lies outside of the limits that the configuration gives the parameter.
+    #[error("{value} is outside of the limits of \"{name}\", {min:?} to {max:?}")]
+    Limits {
+        /// The name.
+        name: String,
+        /// The value.
+        value: Value,
+        /// Smallest value.
+        min: f64,
+        /// Largest value.
+        max: f64,
+    },
+    /// The name stands twice in one request.
+    #[error("\"{name}\" stands twice in one request")]
+    Twice {
+        /// The name.
+        name: String,
+    },
+    /// A `[[protect]]` of the configuration names it.
+    #[error("\"{name}\" is protected by [[protect]] \"{pattern}\"")]
+    Protected {
+        /// The name.
+        name: String,
+        /// What protects it.
+        pattern: String,
+    },
+    /// The configuration does not allow requests of this kind.
+    #[error("[node] control = \"{control}\" does not allow to {action}")]
+    Control {
+        /// What the configuration says.
+        control: &'static str,
+        /// What was asked for.
+        action: &'static str,
+        /// The least that would allow it.
+        needs: &'static str,
+    },
+    /// It is not forced.
+    #[error("\"{name}\" is not forced")]
+    NotForced {
+        /// The name.
+        name: String,
+    },
+    /// The request names nothing.
+    #[error("the request names no signal")]
+    Empty,
+    /// The cycle has begun, or is too far ahead, or the values are of several tasks.
+    #[error("cycle {at}: {why}")]
+    At {
+        /// The cycle that was asked for.
+        at: u64,
+        /// What is wrong with it.
+        why: AtRefusal,
+    },
+    /// A force must last longer than 0 s, and at most as long as cycles can be counted.
+    #[error("a force cannot last {seconds:?} s")]
+    Duration {
+        /// How long it was to last.
+        seconds: f64,
+    },
+    /// A task has as many forces as it can have.
+    #[error("task \"{task}\" has room for {most} forces, and these would make it more")]
+    TooMany {
+        /// The task.
+        task: String,
+        /// The most that it can have.
+        most: usize,
+    },
+    /// There is no such transaction, or none that wrote values.
+    #[error("there is no transaction {transaction} that set values and that is still known")]
+    UnknownTransaction {
+        /// Its number.
+        transaction: u64,
+    },
+    /// A value was changed since the transaction, so that taking it back would undo that, too.
+    #[error("\"{name}\" was changed since transaction {transaction}")]
+    Conflict {
+        /// The name.
+        name: String,
+        /// The transaction.
+        transaction: u64,
+    },
+}
+
+/// What is wrong with the cycle of a request.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum AtRefusal {
+    /// It has begun.
+    #[error("it has begun")]
+    TooLate,
+    /// It is more than 10 s ahead.
+    #[error("it is more than 10 s ahead")]
+    TooFar,
+    /// Cycles are counted by task.
+    #[error("the values are of several tasks, each of which counts its own cycles")]
+    SeveralTasks,
+}
+
+/// The kinds of refusals, which the control service numbers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[non_exhaustive]
+pub enum RefusalKind {
+    /// 1: a name that does not exist.
+    UnknownName,
+    /// 2: a signal that cannot be written, or not so.
+    NotWritable,
+    /// 3: a value of a wrong type, outside of its range or limits, or NaN.
+    WrongValue,
+    /// 4: a cycle that has begun, or that nothing can wait for.
+    TooLate,
+    /// 5: no room; try again.
+    Busy,
+    /// 6: the configuration does not allow it.
+    Forbidden,
+    /// 9: something was changed since.
+    Conflict,
+}
+
+impl Refusal {
+    /// What kind it is of.
+    pub fn kind(&self) -> RefusalKind {
+        match self {
+            Self::Unknown { .. } | Self::UnknownTransaction { .. } => RefusalKind::UnknownName,
+            Self::Output { .. }
+            | Self::Wired { .. }
+            | Self::Fed { .. }
+            | Self::Quality { .. }
+            | Self::Age { .. }
+            | Self::NotForced { .. } => RefusalKind::NotWritable,
+            Self::Value { .. }
+            | Self::Limits { .. }
+            | Self::Twice { .. }
+            | Self::Empty
+            | Self::Duration { .. } => RefusalKind::WrongValue,
+            Self::At { .. } => RefusalKind::TooLate,
+            Self::TooMany { .. } => RefusalKind::Busy,
+            Self::Protected { .. } | Self::Control { .. } => RefusalKind::Forbidden,
+            Self::Conflict { .. } => RefusalKind::Conflict,
+        }
+    }
+
+    /// The name that it is about; empty where it is about the request.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Unknown { name, .. }
+            | Self::Output { name }
+            | Self::Wired { name, .. }
+            | Self::Fed { name, .. }
+            | Self::Quality { name }
+            | Self::Age { name }
+            | Self::Value { name, .. }
+            | Self::Limits { name, .. }
+            | Self::Twice { name }
+            | Self::Protected { name, .. }
+            | Self::NotForced { name }
+            | Self::Conflict { name, .. } => name,
+            Self::Control { .. }
+            | Self::Empty
+            | Self::At { .. }
+            | Self::Duration { .. }
+            | Self::TooMany { .. }
+            | Self::UnknownTransaction { .. } => "",
+        }
+    }
+
+    /// The way out, as part of a sentence.
+    pub fn help(&self) -> String {
+        match self {
+            Self::Unknown { help, .. } => help.clone(),
+            Self::Output { .. } => "set an input pin of the block, or force it".into(),
+            Self::Wired { source_name, .. } => {
+                format!("set what \"{source_name}\" is computed from, or force the pin")
+            }
+            Self::Fed { service: Some(_), .. } => "publish the value there, or force it".into(),
+            Self::Fed { service: None, .. } => "have the program give it, or force it".into(),
+            Self::Quality { .. } => "force it".into(),
+            Self::Age { .. } => "force the input, or its \".ok\"".into(),
+            Self::Value { value_type, .. } => match (value_type, value_type.range()) {
+                (PinType::Bool, _) => "write true or false".into(),
+                (_, Some((min, max))) => format!("write a whole number from {min} to {max}"),
+                (_, None) => "write a number".into(),
+            },
+            Self::Limits { .. } => "[limits] in the configuration bounds it".into(),
+            Self::Twice { .. } => "name it once".into(),
+            Self::Protected { .. } => "take it out of [[protect]] and start the node again".into(),
+            Self::Control { needs, .. } => {
+                format!("write control = \"{needs}\" and start the node again")
+            }
+            Self::NotForced { .. } => "release what is forced only".into(),
+            Self::Empty => "name at least one".into(),
+            Self::At { why, .. } => match why {
+                AtRefusal::TooLate => "name a later cycle, or none",
+                AtRefusal::TooFar => "ask again when it is near",
+                AtRefusal::SeveralTasks => "make one request for each task",
+            }
+            .into(),
+            Self::Duration { .. } => "write a number of seconds greater than 0".into(),
+            Self::TooMany { .. } => "release some of them first".into(),
+            Self::UnknownTransaction { .. } => "the journal lists those that can be undone".into(),
+            Self::Conflict { .. } => "undo what changed it first, or set it".into(),
+        }
+    }
+}
+
+fn fed_by(service: Option<&str>) -> String {
+    match service {
+        Some(service) => format!("is read from service \"{service}\""),
+        None => "the program that runs the node gives".into(),
+    }
+}
+
+/// Everything that is wrong with a request. Nothing has happened. Never empty.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Refusals {
+    findings: Vec<Refusal>,
+}
+
+impl Refusals {
+    /// `Err` if there are findings.
+    pub(crate) fn check(findings: Vec<Refusal>) -> Result<(), Self> {
+        if findings.is_empty() { Ok(()) } else { Err(Self { findings }) }
+    }
+
+    /// All findings, in the order of the request.
+    pub fn findings(&self) -> &[Refusal] {
+        &self.findings
+    }
+
+    /// The kind of the first finding.
+    pub fn kind(&self) -> RefusalKind {
+        self.findings.first().map_or(RefusalKind::WrongValue, Refusal::kind)
+    }
+}
+
+impl From<Refusal> for Refusals {
+    fn from(refusal: Refusal) -> Self {
+        Self { findings: vec![refusal] }
+    }
+}
+
+impl fmt::Display for Refusals {
+    /// One sentence for each of the first 20 findings.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        const SHOWN: usize = 20;
+        for (index, finding) in self.findings.iter().take(SHOWN).enumerate() {
+            let separator = if index == 0 { "" } else { "; " };
+            write!(f, "{separator}{finding} ({})", finding.help())?;
+        }
+        match self.findings.len().checked_sub(SHOWN) {
+            Some(more @ 1..) => write!(f, "; and {more} more"),
+            _ => Ok(()),
+        }
+    }
+}
+
+impl std::error::Error for Refusals {}

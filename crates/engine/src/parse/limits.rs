@@ -1,0 +1,48 @@
+//! `[limits]`: bounds of parameters.
+
+use toml::Spanned;
+use toml::de::DeValue;
+
+use super::section::Section;
+use super::{Finding, connection};
+use crate::config::{Connection, Limit};
+use crate::finding::Problem;
+use crate::keys;
+
+pub(super) fn limits(file: &Section<'_>) -> Vec<Limit> {
+    let Some(section) = file.table(&keys::file::LIMITS, &keys::limits::TABLE) else {
+        return Vec::new();
+    };
+    let limit = |(names, value): (Spanned<String>, &Spanned<DeValue<'_>>)| {
+        let range = match range(names.get_ref(), value.get_ref()) {
+            Ok(range) => Some(Spanned::new(value.span(), range)),
+            Err(finding) => {
+                section.report(Finding { span: value.span(), ..finding });
+                None
+            }
+        };
+        Limit { names, range }
+    };
+    section.entries().map(limit).collect()
+}
+
+fn range(names: &str, value: &DeValue<'_>) -> Result<(f64, f64), Finding> {
+    let number = |value: &Spanned<DeValue<'_>>| match connection(value.get_ref())? {
+        Connection::Integer(integer) => Some(integer as f64),
+        Connection::Float(float) => Some(float),
+        Connection::Bool(_) | Connection::Wire(_) => None,
+    };
+    let help = format!("write \"{names}\" = [0.0, 50.0]; inf and -inf stand for \"no limit\"");
+    let bounds: Option<Vec<f64>> =
+        value.as_array().and_then(|array| array.iter().map(number).collect());
+    let Some([min, max]) = bounds.as_deref() else {
+        let message =
+            format!("[limits] \"{names}\" is an array of two numbers, smallest and largest");
+        return Err(Finding::new(Problem::WrongType, 0..0, message).help(help));
+    };
+    if min > max || min.is_nan() || max.is_nan() {
+        let message = format!("[limits] \"{names}\": {min:?} to {max:?} is no range");
+        return Err(Finding::new(Problem::OutOfRange, 0..0, message).help(help));
+    }
+    Ok((*min, *max))
+}

@@ -1,0 +1,126 @@
+//! Whether what `[[protect]]` and `[limits]` name is there.
+
+use isochrone_blocks::PinType;
+use toml::Spanned;
+
+use super::InputPart;
+use super::names::{Entry, Names};
+use super::wires::Wiring;
+use crate::Finding;
+use crate::config::{Config, Limit};
+use crate::finding::{Among, Problem};
+use crate::nearest::Known;
+use crate::operate::{Pattern, part_matches};
+
+/// Reports names that stand for nothing, and constants outside of their limits.
+pub(super) fn check(
+    config: &Config,
+    names: &Names<'_>,
+    wiring: &Wiring,
+    findings: &mut Vec<Finding>,
+) {
+    for protected in &config.protected {
+        let pattern = Pattern::new(protected.get_ref());
+        let parts = |input: &&str| InputPart::ALL.map(|part| format!("{input}{}", part.suffix()));
+        let mut inputs = names.inputs.keys().flat_map(parts);
+        if !inputs.any(|input| pattern.matches(&input)) && pins(names, wiring, &pattern).is_empty()
+        {
+            findings.push(unknown(names, protected));
+        }
+    }
+    findings.extend(config.limits.iter().filter_map(|limit| check_limit(names, wiring, limit)));
+}
+
+fn check_limit(names: &Names<'_>, wiring: &Wiring, limit: &Limit) -> Option<Finding> {
+    let (min, max) = *limit.range.as_ref()?.get_ref();
+    let finding = |problem, message: String| Finding::new(problem, limit.names.span(), message);
+    let pins = pins(names, wiring, &Pattern::new(limit.names.get_ref()));
+    let constant = |pin: &Pin| {
+        let entry = names.entries.get(pin.entry)?;
+        let known = entry.block_type?.inputs.get(pin.pin)?;
+        let constants = wiring.constants_of(entry.first + pin.instance, pin.entry);
+        let constant = constants.get(pin.pin).copied().flatten()?;
+        let is_bounded = known.pin_type != PinType::Bool;
+        is_bounded
+            .then(|| (format!("{}.{}", entry.instance_name(pin.instance), known.name), constant))
+    };
+    let mut parameters = pins.iter().filter_map(constant).peekable();
+    if pins.is_empty() {
+        return Some(unknown(names, &limit.names));
+    }
+    if parameters.peek().is_none() {
+        let message = format!("\"{}\" is no parameter that has limits", limit.names.get_ref());
+        let help = "limits are for input pins that hold numbers and that no wire leads to";
+        return Some(finding(Problem::Conflict, message).help(help));
+    }
+    let (name, constant) = parameters.find(|(_, constant)| !(min..=max).contains(constant))?;
+    let message = format!("{name} is {constant:?}, outside of its limits {min:?} to {max:?}");
+    let help = "change the value in [block.in], or the limits";
+    Some(finding(Problem::OutOfRange, message).help(help))
+}
+
+/// A pin of an instance: inputs first, then outputs.
+struct Pin {
+    entry: usize,
+    instance: usize,
+    pin: usize,
+}
+
+/// The pins that match a pattern. Of instances that differ in nothing, one is enough.
+fn pins(names: &Names<'_>, wiring: &Wiring, pattern: &Pattern) -> Vec<Pin> {
+    let mut found = Vec::new();
+    for (index, entry) in names.entries.iter().enumerate() {
+        let Some(block_type) = entry.block_type else { continue };
+        let (name, number, pin) = match (pattern.parts(), entry.count) {
+            ([name, pin], 1) => (name, "*", pin),
+            ([name, number, pin], 2..) => (name, number.as_str(), pin),
+            _ => continue,
+        };
+        if !part_matches(name, entry.name) {
+            continue;
+        }
+        let all = block_type.inputs.iter().chain(block_type.outputs).enumerate();
+        let pins: Vec<usize> =
+            all.filter(|(_, known)| part_matches(pin, known.name)).map(|(pin, _)| pin).collect();
+        for instance in instances(entry, wiring, number) {
+            found.extend(pins.iter().map(|pin| Pin { entry: index, instance, pin: *pin }));
+        }
+    }
+    found
+}
+
+/// The instances of an entry whose numbers match, or some that stand for all.
+fn instances(entry: &Entry<'_>, wiring: &Wiring, pattern: &str) -> Vec<usize> {
+    if let Ok(number) = pattern.parse::<usize>() {
+        return Some(number).filter(|number| *number < entry.count).into_iter().collect();
+    }
+    let is_meant = |instance: &usize| part_matches(pattern, &instance.to_string());
+    if pattern.chars().any(|c| c != '*') {
+        return (0..entry.count).filter(is_meant).collect();
+    }
+    let range = entry.first..entry.first + entry.count;
+    let exceptions = wiring.exceptions.range(range).map(|(instance, _)| instance - entry.first);
+    let exceptions: Vec<usize> = exceptions.collect();
+    let other = (0..entry.count).find(|instance| !exceptions.contains(instance));
+    exceptions.into_iter().chain(other).collect()
+}
+
+fn unknown(names: &Names<'_>, written: &Spanned<String>) -> Finding {
+    let text = written.get_ref();
+    let message = format!("there is no signal \"{text}\"");
+    let finding = Finding::new(Problem::UnknownSource, written.span(), message);
+    let (base, rest) = text.split_once('.').unwrap_or((text, ""));
+    let entry = names.blocks.get(base).and_then(|block| names.entries.get(*block));
+    let Some(entry) = entry else { return finding.seek(base, Among::InputsAndBlocks) };
+    let Some(block_type) = entry.block_type else { return finding };
+    let pin = rest.rsplit('.').next().unwrap_or_default();
+    let mut pins = block_type.inputs.iter().chain(block_type.outputs).map(|pin| pin.name);
+    if !pins.clone().any(|name| part_matches(pin, name)) {
+        return finding.help(Known::new(pins).suggestion(pin));
+    }
+    let first = pins.find(|name| part_matches(pin, name)).unwrap_or_default();
+    finding.help(match entry.count {
+        1 => format!("{base} is a single block: \"{base}.{first}\""),
+        _ => format!("{base} has several instances: \"{base}.0.{first}\", or \"{base}.*.{first}\""),
+    })
+}

@@ -1,0 +1,224 @@
+//! `control`, `[[protect]]`, `[limits]` and pins of single instances: what they do, and mistakes in them.
+
+mod findings;
+
+use findings::{VALID, assert_rows, plan};
+use isochrone_engine::Problem::*;
+use isochrone_engine::config::Control;
+
+const NODE: &str = "name = \"level\"\n";
+
+#[test]
+fn a_node_may_be_set_but_not_forced_unless_it_says_otherwise() {
+    assert_eq!(plan(VALID).unwrap().control, Control::Set);
+    for control in Control::ALL {
+        let line = format!("{NODE}control = \"{}\"\n", control.as_str());
+        let text = VALID.replacen(NODE, &line, 1);
+        assert_eq!(plan(&text).unwrap().control, control);
+    }
+}
+
+#[test]
+fn mistakes_in_what_may_be_done_are_reported_where_they_stand() {
+    assert_rows(&[
+        (
+            "control",
+            "[node]\nname = \"level\"",
+            "[node]\nname = \"level\"\ncontrol = «\"sett\"",
+            OutOfRange,
+            "[node] control cannot be \"sett\"",
+            "did you mean \"set\"?",
+        ),
+        (
+            "protect without names",
+            "[[task]]",
+            "«[[protect]]\n[[task]]",
+            MissingKey,
+            "[[protect]] has no names",
+            "write names = [\"pump.*\"]",
+        ),
+        (
+            "protect with no names",
+            "[[task]]",
+            "[[protect]]\nnames = «[]\n[[task]]",
+            OutOfRange,
+            "[[protect]] names is empty",
+            "name at least one signal",
+        ),
+        (
+            "protect of one text",
+            "[[task]]",
+            "[[protect]]\nnames = «\"raw\"\n[[task]]",
+            WrongType,
+            "[[protect]] names is an array of texts",
+            "write names = [\"raw\"]",
+        ),
+        (
+            "protect of an unknown block",
+            "[[task]]",
+            "[[protect]]\nnames = [«\"rmp.*.value\"]\n[[task]]",
+            UnknownSource,
+            "there is no signal \"rmp.*.value\"",
+            "did you mean \"ramp\"?",
+        ),
+        (
+            "protect of an unknown pin",
+            "[[task]]",
+            "[[protect]]\nnames = [«\"scale.yy\"]\n[[task]]",
+            UnknownSource,
+            "there is no signal \"scale.yy\"",
+            "did you mean \"y\"?",
+        ),
+        (
+            "protect of one of several",
+            "[[task]]",
+            "[[protect]]\nnames = [«\"ramp.value\"]\n[[task]]",
+            UnknownSource,
+            "there is no signal \"ramp.value\"",
+            "\"ramp.*.value\"",
+        ),
+        (
+            "limits of an unknown pin",
+            "[[task]]",
+            "[limits]\n«\"scale.yMinn\" = [0.0, 1.0]\n[[task]]",
+            UnknownSource,
+            "there is no signal \"scale.yMinn\"",
+            "did you mean \"yMin\"?",
+        ),
+        (
+            "limits of a wired pin",
+            "[[task]]",
+            "[limits]\n«\"scale.x\" = [0.0, 1.0]\n[[task]]",
+            Conflict,
+            "\"scale.x\" is no parameter that has limits",
+            "no wire leads to",
+        ),
+        (
+            "limits of a truth value",
+            "[[task]]",
+            "[limits]\n«\"saw.endlessSteps\" = [0, 1]\n[[task]]",
+            Conflict,
+            "\"saw.endlessSteps\" is no parameter that has limits",
+            "hold numbers",
+        ),
+        (
+            "limits that the file breaks",
+            "[[task]]",
+            "[limits]\n«\"ramp.*.setChangeRate\" = [0.0, 5.0]\n[[task]]",
+            OutOfRange,
+            "ramp.0.setChangeRate is 10.0, outside of its limits 0.0 to 5.0",
+            "change the value in [block.in]",
+        ),
+        (
+            "limits upside down",
+            "[[task]]",
+            "[limits]\n\"ramp.*.setChangeRate\" = «[5.0, 0.0]\n[[task]]",
+            OutOfRange,
+            "5.0 to 0.0 is no range",
+            "[0.0, 50.0]",
+        ),
+        (
+            "limits that are one number",
+            "[[task]]",
+            "[limits]\n\"ramp.*.setChangeRate\" = «50.0\n[[task]]",
+            WrongType,
+            "is an array of two numbers",
+            "= [0.0, 50.0]",
+        ),
+        (
+            "limits of three numbers",
+            "[[task]]",
+            "[limits]\n\"ramp.*.setChangeRate\" = «[0, 1, 2]\n[[task]]",
+            WrongType,
+            "is an array of two numbers",
+            "= [0.0, 50.0]",
+        ),
+        (
+            "limits that are no number",
+            "[[task]]",
+            "[limits]\n\"ramp.*.setChangeRate\" = «[0.0, nan]\n[[task]]",
+            OutOfRange,
+            "is no range",
+            "",
+        ),
+    ]);
+}
+
+#[test]
+fn an_instance_can_differ_from_the_others_of_its_block() {
+    let own = "setChangeRate = 10.0\n[block.in.1]\nsetChangeRate = 5.0\nvalue = 3.0\n\
+               [block.in.2]\nvalue = \"ramp.0.delayedValue\"\n";
+    let plan = plan(&VALID.replacen("setChangeRate = 10.0\n", own, 1)).unwrap();
+    let task = &plan.tasks[0];
+    let slot =
+        |name: &str| (0..task.image.len()).find(|slot| plan.slot_name(0, *slot) == name).unwrap();
+    let constants = [("ramp.0", 10.0), ("ramp.1", 5.0), ("ramp.2", 10.0)];
+    for (instance, rate) in constants {
+        assert_eq!(task.image[slot(&format!("{instance}.setChangeRate"))], rate);
+    }
+    assert_eq!(task.image[slot("ramp.1.value")], 3.0);
+    let wires = task.banks.iter().flat_map(|bank| &bank.wires);
+    let sources = |to: &str| -> Vec<String> {
+        let to = slot(to) as u32;
+        let wires = wires.clone().filter(|wire| wire.to == to);
+        wires.map(|wire| plan.slot_name(0, wire.from as usize)).collect()
+    };
+    assert_eq!(sources("ramp.0.value"), ["scale.y"]);
+    assert!(sources("ramp.1.value").is_empty());
+    assert_eq!(sources("ramp.2.value"), ["ramp.0.delayedValue"]);
+}
+
+#[test]
+fn mistakes_in_the_pins_of_an_instance_are_reported_where_they_stand() {
+    let from = "setChangeRate = 10.0";
+    assert_rows(&[
+        (
+            "no such instance",
+            from,
+            "setChangeRate = 10.0\n[block.in.«3]\nvalue = 1.0",
+            UnknownSource,
+            "there is no \"ramp.3\"",
+            "the instances of ramp are 0 to 2",
+        ),
+        (
+            "not an instance",
+            from,
+            "setChangeRate = 10.0\n[block.in.«01]\nvalue = 1.0",
+            UnknownSource,
+            "there is no \"ramp.01\"",
+            "the instances of ramp are 0 to 2",
+        ),
+        (
+            "a single block",
+            "yMax = 1.75",
+            "yMax = 1.75\n[block.in.«0]\nyMax = 1.0",
+            UnknownSource,
+            "there is no \"scale.0\"",
+            "scale is a single block; write its pins in [block.in]",
+        ),
+        (
+            "unknown pin",
+            from,
+            "setChangeRate = 10.0\n[block.in.1]\n«valu = 1.0",
+            UnknownPin,
+            "has no input pin \"valu\"",
+            "did you mean \"value\"?",
+        ),
+        (
+            "wrong type",
+            from,
+            "setChangeRate = 10.0\n[block.in.1]\nvalue = «true",
+            TypeMismatch,
+            "true is no LREAL",
+            "write a number",
+        ),
+    ]);
+}
+
+#[test]
+fn an_instance_that_reports_an_error_from_its_first_call_is_named() {
+    let own = "setChangeRate = 10.0\n[block.in.1]\nsetChangeRate = -1.0\n";
+    let plan = plan(&VALID.replacen("setChangeRate = 10.0\n", own, 1)).unwrap();
+    let [warning] = &plan.warnings[..] else { panic!("{:?}", plan.warnings) };
+    assert!(warning.message.starts_with("block \"ramp.1\" reports 16#"), "{warning}");
+}

@@ -1,0 +1,151 @@
+//! What a program may do to the values of its running node.
+
+use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_engine::operate::{
+    Entry, Forced, Hold, Operator, Prepared, Refusals, Request, Signals, Value,
+};
+use isochrone_ipc::Service;
+
+use crate::error::RequestError;
+use crate::running::Running;
+
+/// Most values that one [`Running::get`] reads.
+const MAX_READ: usize = 4096;
+
+/// A request that is on its way to its tasks.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Sent {
+    /// Its number, by which [`Poll`](crate::Poll) says what has become of it.
+    pub number: u64,
+    /// What its values will make blocks do: a sentence for each block that will report an error.
+    pub warnings: Vec<String>,
+}
+
+impl<S: Service> Running<S> {
+    /// Gives parameters (`"block.pin"`: input pins that nothing is wired to) new values, and inputs
+    /// that are read from no service (`"input"`).
+    ///
+    /// A value is an `f64`, a `bool` or an integer, as the signal's type says. All of a call's values
+    /// for one task are applied together, at the start of one of its next cycles, before it reads its
+    /// inputs; [`Poll::applied`](crate::Poll::applied) says in which cycle that was, and what was there
+    /// before. A pin that its block reads in the first call only takes the value without effect.
+    ///
+    /// # Errors
+    /// A name or value is wrong, something else writes the signal, the configuration does not allow it
+    /// (`control`, `[[protect]]`, `[limits]`), or a task is more than 64 requests behind. Nothing is
+    /// written then, and all that is wrong is reported.
+    pub fn set<'a, V: Into<Value>>(
+        &mut self,
+        values: impl IntoIterator<Item = (&'a str, V)>,
+    ) -> Result<Sent, RequestError> {
+        let values = values.into_iter().map(|(name, value)| (name, value.into()));
+        self.send(|operator, next| operator.set(values, Request::default(), next))
+    }
+
+    /// Holds signals at values, against everything: an input after it was read, an input pin after its
+    /// wires were copied, an output pin after its block has stepped. Everything but the age of an input
+    /// can be forced.
+    ///
+    /// A force that lasts some seconds ends exactly at its cycle. Then, or when it is
+    /// [released](Self::release), a signal has the value that it would have had. The node's end ends
+    /// all forces.
+    ///
+    /// # Errors
+    /// As [`set`](Self::set); the configuration must say `control = "force"`.
+    pub fn force<'a, V: Into<Value>>(
+        &mut self,
+        values: impl IntoIterator<Item = (&'a str, V)>,
+        hold: Hold,
+    ) -> Result<Sent, RequestError> {
+        let values = values.into_iter().map(|(name, value)| (name, value.into()));
+        self.send(|operator, next| operator.force(values, hold, Request::default(), next))
+    }
+
+    /// Ends forces. In a name, `*` stands for any characters within one part, and all signals that are
+    /// forced and match are released.
+    ///
+    /// # Errors
+    /// A name is wrong or is not forced; otherwise as [`force`](Self::force).
+    pub fn release<'a>(
+        &mut self,
+        names: impl IntoIterator<Item = &'a str>,
+    ) -> Result<Sent, RequestError> {
+        self.send(|operator, next| operator.release(names, Request::default(), next))
+    }
+
+    /// Takes back what a transaction set: a new transaction with the values before, whole or not at
+    /// all.
+    ///
+    /// # Errors
+    /// It did not set parameters, has not been applied yet, or one of them was changed since;
+    /// otherwise as [`set`](Self::set).
+    pub fn undo(&mut self, transaction: u64) -> Result<Sent, RequestError> {
+        self.send(|operator, next| operator.undo(transaction, Request::default(), next))
+    }
+
+    /// Asks for the values of signals, which [`Poll::readings`](crate::Poll::readings) brings: those of
+    /// a task are all of one cycle, after its blocks have stepped. In a name, `*` stands for any
+    /// characters within one part; of more than 4096 signals, the first are read.
+    ///
+    /// # Errors
+    /// A name, or a pattern, is of no signal, or a task is more than 64 requests behind.
+    pub fn get<'a>(
+        &mut self,
+        names: impl IntoIterator<Item = &'a str>,
+    ) -> Result<Sent, RequestError> {
+        self.send(|operator, _| Ok(operator.get(names, 0, MAX_READ)?.0))
+    }
+
+    /// Sends what the node's operator prepares, which is told the first cycle of each task that has not
+    /// begun. For requests that name a cycle, a client or a comment.
+    ///
+    /// # Errors
+    /// As the operator's, or a task is more than 64 requests behind, or the node has ended.
+    pub fn send(
+        &mut self,
+        prepare: impl FnOnce(&Operator, &[u64]) -> Result<Prepared, Refusals>,
+    ) -> Result<Sent, RequestError> {
+        self.take_back();
+        let next: Vec<u64> = self.next_cycles(Monotonic.now_ns()).collect();
+        let prepared = prepare(&self.parts.operator, &next)?;
+        if self.threads.have_ended() {
+            return Err(RequestError::Ended);
+        }
+        for task in prepared.tasks().filter_map(|task| self.parts.tasks.get(task)) {
+            if !task.orders.has_room() {
+                return Err(RequestError::Busy { task: task.name.clone() });
+            }
+        }
+        let warnings = prepared.warnings.clone();
+        let (number, orders) = self.parts.operator.send(prepared);
+        for (task, order) in orders {
+            if let Some(task) = self.parts.tasks.get_mut(task) {
+                task.orders.send(order);
+            }
+        }
+        Ok(Sent { number, warnings })
+    }
+
+    /// The node's names.
+    pub fn signals(&self) -> &Signals {
+        self.parts.operator.signals()
+    }
+
+    /// The forces that are in place, or on their way.
+    pub fn forces(&self) -> impl Iterator<Item = &Forced> {
+        self.parts.operator.forces()
+    }
+
+    /// What was done to the node's values, from a sequence number on.
+    pub fn journal(&self, since: u64) -> impl Iterator<Item = Entry> {
+        self.parts.operator.journal(since)
+    }
+
+    /// The first cycle of each task that has not begun.
+    fn next_cycles(&self, now_ns: u64) -> impl Iterator<Item = u64> {
+        self.parts.tasks.iter().map(move |task| {
+            let first_ns = self.epoch_ns + task.schedule.phase_ns;
+            now_ns.checked_sub(first_ns).map_or(0, |since| since / task.schedule.period_ns + 1)
+        })
+    }
+}

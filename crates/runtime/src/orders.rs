@@ -1,0 +1,165 @@
+//! Orders on their way: made and checked in the ordinary thread, applied at the start of a cycle, and
+//! freed in the ordinary thread again.
+
+use isochrone_cyclic::Release;
+use isochrone_engine::TaskEngine;
+use isochrone_engine::operate::{Ended, Inbox, MAX_FORCES, Order};
+use rtrb::{Consumer, Producer, RingBuffer};
+
+/// Orders that may be on their way to a task.
+const ROOM: usize = 64;
+/// What comes back at most, until the ordinary thread has looked: all orders, and all forces that may
+/// end by themselves, each of which may have taken the place of another.
+const ROOM_BACK: usize = ROOM + 2 * MAX_FORCES;
+
+/// What a cycle gives back.
+pub(crate) enum Returned {
+    /// An order that it is done with.
+    Order(Box<Order>),
+    /// A force that came to its end, and the first cycle without it.
+    Ended(Ended, u64),
+}
+
+/// The end in the cycle.
+pub(crate) struct Applier {
+    new: Consumer<Box<Order>>,
+    back: Producer<Returned>,
+    inbox: Inbox,
+}
+
+/// The end in the ordinary thread.
+pub(crate) struct Sender {
+    new: Producer<Box<Order>>,
+    back: Consumer<Returned>,
+    on_their_way: usize,
+}
+
+/// Makes both ends for a task.
+pub(crate) fn ends() -> (Applier, Sender) {
+    let (send, new) = RingBuffer::new(ROOM);
+    let (back, receive) = RingBuffer::new(ROOM_BACK);
+    let applier = Applier { new, back, inbox: Inbox::new(ROOM) };
+    (applier, Sender { new: send, back: receive, on_their_way: 0 })
+}
+
+impl Applier {
+    /// Ends the forces whose time has come, and applies what was sent for this cycle. Frees nothing;
+    /// while nothing was sent or is forced, it is one look at the ring.
+    #[inline]
+    pub(crate) fn apply(&mut self, engine: &mut TaskEngine, release: &Release) {
+        let Self { new, back, inbox } = self;
+        // There is always room to give something back: no more is on its way than the ring holds.
+        engine.expire(release.cycle, |ended| {
+            let _ = back.push(Returned::Ended(ended, release.cycle));
+        });
+        while let Ok(order) = new.pop() {
+            let _ = inbox.take(order);
+        }
+        inbox.apply(engine, release.cycle, release.start_ns, |order| {
+            let _ = back.push(Returned::Order(order));
+        });
+    }
+
+    /// Copies the values that were asked for, when the blocks have stepped; for the slack.
+    #[inline]
+    pub(crate) fn read(&mut self, engine: &TaskEngine, release: &Release) {
+        let Self { back, inbox, .. } = self;
+        inbox.read(engine, release.cycle, |order| {
+            let _ = back.push(Returned::Order(order));
+        });
+    }
+}
+
+impl Sender {
+    /// Whether another order may be sent.
+    pub(crate) fn has_room(&self) -> bool {
+        self.on_their_way < ROOM
+    }
+
+    /// Sends an order, for which there is room.
+    pub(crate) fn send(&mut self, order: Box<Order>) {
+        if self.new.push(order).is_ok() {
+            self.on_their_way += 1;
+        }
+    }
+
+    /// The next thing that came back.
+    pub(crate) fn returned(&mut self) -> Option<Returned> {
+        let returned = self.back.pop().ok()?;
+        self.on_their_way -= usize::from(matches!(returned, Returned::Order(_)));
+        Some(returned)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use isochrone_engine::operate::{Feeds, Operator, OrderState, Request};
+    use isochrone_engine::{Plan, Rules, Source};
+
+    use super::*;
+
+    const CONFIGURATION: &str = r#"
+        [node]
+        name = "n"
+        [[task]]
+        name = "t"
+        period = "100ms"
+        [[block]]
+        name = "ramp"
+        type = "LimRateOfChangeCI"
+        in = { value = 25.0, setChangeRate = 10.0 }
+    "#;
+
+    fn release(cycle: u64) -> Release {
+        Release { cycle, release_ns: cycle, start_ns: cycle, missed: 0, newly_missed: 0 }
+    }
+
+    fn set(operator: &mut Operator, at: Option<u64>) -> Box<Order> {
+        let request = Request { at, ..Request::default() };
+        let prepared = operator.set([("ramp.value", 3.0.into())], request, &[0]).unwrap();
+        operator.send(prepared).1.remove(0).1
+    }
+
+    fn returned(sender: &mut Sender) -> Option<OrderState> {
+        sender.returned().map(|returned| match returned {
+            Returned::Order(order) => order.state(),
+            Returned::Ended(..) => panic!("nothing was forced"),
+        })
+    }
+
+    #[test]
+    fn an_order_is_applied_in_the_cycle_that_it_names_and_comes_back() {
+        let plan = Plan::new(Source::new("n.toml", CONFIGURATION), &Rules::default()).unwrap();
+        let mut engine = TaskEngine::build(&plan).unwrap().pop().unwrap();
+        let mut operator = Operator::new(&plan, Feeds::Program);
+        let (mut applier, mut sender) = ends();
+        sender.send(set(&mut operator, Some(43)));
+        sender.send(set(&mut operator, None));
+        assert_eq!(returned(&mut sender), None);
+        applier.apply(&mut engine, &release(41));
+        assert_eq!(returned(&mut sender), Some(OrderState::Applied { cycle: 41 }));
+        applier.apply(&mut engine, &release(42));
+        assert_eq!(returned(&mut sender), None);
+        // The cycle was missed.
+        applier.apply(&mut engine, &release(44));
+        assert_eq!(returned(&mut sender), Some(OrderState::Applied { cycle: 44 }));
+        sender.send(set(&mut operator, Some(44)));
+        applier.apply(&mut engine, &release(45));
+        assert_eq!(returned(&mut sender), Some(OrderState::TooLate));
+    }
+
+    #[test]
+    fn a_cycle_that_stands_still_is_sent_no_more_than_it_can_give_back() {
+        let plan = Plan::new(Source::new("n.toml", CONFIGURATION), &Rules::default()).unwrap();
+        let mut engine = TaskEngine::build(&plan).unwrap().pop().unwrap();
+        let mut operator = Operator::new(&plan, Feeds::Program);
+        let (mut applier, mut sender) = ends();
+        while sender.has_room() {
+            sender.send(set(&mut operator, None));
+        }
+        applier.apply(&mut engine, &release(0));
+        assert!(!sender.has_room(), "they have not come back yet");
+        assert_eq!(std::iter::from_fn(|| returned(&mut sender)).count(), ROOM);
+        assert!(sender.has_room());
+    }
+}
