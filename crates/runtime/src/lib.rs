@@ -31,6 +31,8 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
+//! The requests by which operators look at and change a running node are in [`control`].
+//!
 //! A cycle is one function: wait for the release, apply values set by operators, read the inputs,
 //! step the blocks, copy the outputs into the frames, send them, and then do all less urgent work
 //! in the slack. Nothing here accesses the terminal or a service manager; messages for people go to
@@ -48,6 +50,7 @@
 
 mod alarms;
 mod bindings;
+pub mod control;
 mod error;
 mod events;
 mod inputs;

@@ -60,6 +60,11 @@ fn service(node: &str) -> String {
     format!("isochrone/{node}/telemetry")
 }
 
+/// The node whose telemetry a service carries.
+pub(crate) fn node_of_service(service: &str) -> Option<&str> {
+    service.strip_prefix("isochrone/")?.strip_suffix("/telemetry")
+}
+
 /// Says of each task with more signals than are watched how many those are.
 pub(crate) fn cuts(plan: &Plan) -> impl Iterator<Item = Alarm> {
     let counted = plan.tasks.iter().map(|task| (task, signals(task).count()));

@@ -1,0 +1,306 @@
+//! Asking a node, from any program.
+
+use std::collections::BTreeSet;
+use std::hash::{BuildHasher, RandomState};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use isochrone_engine::nearest_name;
+use isochrone_ipc::{OpenError, Participant, RequestClient, RequestError, Service, ipc};
+use thiserror::Error;
+
+use super::envelope::{self, Answer};
+use super::{
+    Failure, GetParams, Params, SaveParams, SignalDescription, SignalsParams, Values, service_name,
+};
+use crate::telemetry;
+
+/// Between two looks for an answer. A node looks for requests every 5 ms at the latest.
+const PAUSE: Duration = Duration::from_millis(1);
+/// Between two looks whether the node is still there.
+const LOOK: Duration = Duration::from_millis(100);
+
+/// A node that runs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct RunningNode {
+    /// Its name, as `[node] name` says.
+    pub name: String,
+    /// Its process.
+    pub process: u32,
+    /// The file name of its program.
+    pub program: String,
+}
+
+/// Why a node was not asked, or did not do what it was asked for.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ClientError {
+    /// No node of this name runs.
+    #[error("no node \"{node}\" runs here; {}", alternatives(node, running))]
+    NoNode {
+        /// The name.
+        node: String,
+        /// Those that do run.
+        running: Vec<String>,
+    },
+    /// It runs, but takes no requests.
+    #[error(
+        "node \"{node}\" runs but takes no requests: its configuration says control = \"off\" in [node], or it is just starting or ending"
+    )]
+    NotOperated {
+        /// The node.
+        node: String,
+    },
+    /// The service cannot be opened: all eight places are taken, or it is not one.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// The request could not be sent.
+    #[error(transparent)]
+    Send(#[from] RequestError),
+    /// The node ended before it answered.
+    #[error(
+        "node \"{node}\" ended before it answered; what was asked for may have been done before"
+    )]
+    Ended {
+        /// The node.
+        node: String,
+    },
+    /// No answer came in time.
+    #[error(
+        "node \"{node}\" did not answer within {patience:?}; see that its process is not stopped. What was asked for may still be done if the node has received it"
+    )]
+    NoAnswer {
+        /// The node.
+        node: String,
+        /// How long it was waited for.
+        patience: Duration,
+    },
+    /// The node refused, and says why.
+    #[error("{0}")]
+    Refused(Failure),
+    /// What came is not what the method answers.
+    #[error(
+        "node \"{node}\" answered what this program does not understand ({cause}); see that both are of one version"
+    )]
+    Misunderstood {
+        /// The node.
+        node: String,
+        /// What is wrong with it.
+        cause: String,
+    },
+}
+
+fn alternatives(node: &str, running: &[String]) -> String {
+    match nearest_name(node, running.iter().map(String::as_str)) {
+        Some(nearest) => format!("did you mean \"{nearest}\"?"),
+        None if running.is_empty() => "none runs at all".to_owned(),
+        None => format!("there is: {}", running.join(", ")),
+    }
+}
+
+/// The nodes that run in a participant's domain, by name.
+///
+/// Touches many files and waits for the domain's lock; never call it in a cycle.
+///
+/// # Errors
+/// The domain cannot be locked or read.
+pub fn running_nodes<S: Service>(
+    participant: &Participant<S>,
+) -> Result<Vec<RunningNode>, OpenError> {
+    let services = participant.frame_services()?.into_iter();
+    let mut nodes: Vec<_> = services
+        .filter_map(|service| {
+            let name = telemetry::node_of_service(&service.name)?.to_owned();
+            let publisher = service.publishers.into_iter().next()?;
+            Some(RunningNode { name, process: publisher.pid, program: publisher.program })
+        })
+        .collect();
+    nodes.sort_by(|a, b| a.name.cmp(&b.name));
+    Ok(nodes)
+}
+
+/// Asks one node, one request at a time.
+///
+/// ```no_run
+/// use std::time::Duration;
+/// use isochrone_ipc::{Domain, Participant, ipc};
+/// use isochrone_runtime::control::{Client, SetParams};
+///
+/// let participant = Participant::<ipc::Service>::join("tuner", &Domain::find()?)?;
+/// let mut node = Client::connect(&participant, "level", Duration::from_secs(5))?;
+/// let values = [("ramp.setChangeRate", 5.0)].into_iter().collect();
+/// let done = node.call(&SetParams { values, ..SetParams::default() })?;
+/// println!("transaction {}: {:?}", done.transaction, done.tasks);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug)]
+pub struct Client<S: Service = ipc::Service> {
+    port: RequestClient<S>,
+    node: String,
+    patience: Duration,
+    /// What all ids of this client begin with.
+    beginning: String,
+    requests: u64,
+    late: u64,
+}
+
+impl<S: Service> Client<S> {
+    /// Finds a node and gets ready to ask it; each answer is waited for as long as `patience`.
+    ///
+    /// # Errors
+    /// No such node runs (the error names those that do), it takes no requests, or eight clients ask it
+    /// already.
+    pub fn connect(
+        participant: &Participant<S>,
+        node: &str,
+        patience: Duration,
+    ) -> Result<Self, ClientError> {
+        let port = match RequestClient::open(participant, &service_name(node)) {
+            Ok(Some(port)) => port,
+            Ok(None) | Err(OpenError::ServiceName(_)) => return Err(absent(participant, node)?),
+            Err(error) => return Err(error.into()),
+        };
+        // Clients get each other's places, and late answers with them: their ids must differ.
+        let chance = RandomState::new().hash_one(std::process::id());
+        let beginning = format!("{}-{chance:016x}", std::process::id());
+        let node = node.to_owned();
+        Ok(Self { port, node, patience, beginning, requests: 0, late: 0 })
+    }
+
+    /// The node's name.
+    pub fn node(&self) -> &str {
+        &self.node
+    }
+
+    /// Asks, and waits for the answer.
+    ///
+    /// # Errors
+    /// The node refuses, ends, or does not answer in time.
+    pub fn call<P: Params>(&mut self, params: &P) -> Result<P::Result, ClientError> {
+        self.requests += 1;
+        let id = format!("{}-{}", self.beginning, self.requests);
+        let request = envelope::request(&id, params).map_err(ClientError::Refused)?;
+        let answer = self.ask(&id, &request);
+        self.port.give_up();
+        let answer = answer?;
+        let answer = Answer::read(&answer).map_err(|cause| self.misunderstood(cause))?;
+        let result = answer.outcome.map_err(ClientError::Refused)?;
+        serde_json::from_str(result.get()).map_err(|cause| self.misunderstood(cause))
+    }
+
+    /// All signals that a name or a glob matches, or all there are; as many requests as that needs.
+    ///
+    /// # Errors
+    /// As [`call`](Self::call).
+    pub fn signals(
+        &mut self,
+        pattern: Option<&str>,
+    ) -> Result<Vec<SignalDescription>, ClientError> {
+        let mut signals = Vec::new();
+        loop {
+            let pattern = pattern.map(str::to_owned);
+            let offset = Some(signals.len() as u64);
+            let page = self.call(&SignalsParams { pattern, offset, limit: None })?;
+            let is_last = page.signals.is_empty();
+            signals.extend(page.signals);
+            if is_last || signals.len() as u64 >= page.total {
+                return Ok(signals);
+            }
+        }
+    }
+
+    /// The values of names and globs; as many requests as that needs. Where it is more than one, the
+    /// values are of more than one cycle.
+    ///
+    /// # Errors
+    /// As [`call`](Self::call).
+    pub fn values(&mut self, names: &[&str]) -> Result<Values, ClientError> {
+        let mut values = Values::default();
+        loop {
+            let names = names.iter().map(|name| (*name).to_owned()).collect();
+            let offset = Some(values.0.len() as u64);
+            let page = self.call(&GetParams { names, offset, limit: None })?;
+            let is_last = page.values.0.is_empty();
+            values.0.extend(page.values.0);
+            if is_last || values.0.len() as u64 >= page.total {
+                return Ok(values);
+            }
+        }
+    }
+
+    /// The configuration with the values of now; as many requests as that needs. The node makes the
+    /// text at the first of them.
+    ///
+    /// # Errors
+    /// As [`call`](Self::call).
+    pub fn save(&mut self) -> Result<String, ClientError> {
+        let mut text = String::new();
+        loop {
+            let page = self.call(&SaveParams { offset: Some(text.len() as u64) })?;
+            let is_last = page.configuration.is_empty();
+            text += &page.configuration;
+            if is_last || text.len() as u64 >= page.total {
+                return Ok(text);
+            }
+        }
+    }
+
+    /// Answers that came too late, or were another client's, and were dropped.
+    pub fn late_answers(&self) -> u64 {
+        self.late
+    }
+
+    /// Sends a request, and returns the answer with its id.
+    fn ask(&mut self, id: &str, request: &[u8]) -> Result<Vec<u8>, ClientError> {
+        let ended = || ClientError::Ended { node: self.node.clone() };
+        match self.port.send(request) {
+            Err(RequestError::NoServer { .. }) => return Err(ended()),
+            sent => sent?,
+        }
+        let begin = Instant::now();
+        let mut look = LOOK;
+        loop {
+            while let Some(answer) = self.port.receive()? {
+                let is_ours = match Answer::read(&answer) {
+                    Ok(answer) => answer.id.as_deref() == Some(id),
+                    Err(cause) => return Err(self.misunderstood(cause)),
+                };
+                if is_ours {
+                    return Ok(answer);
+                }
+                self.late += 1;
+            }
+            let waited = begin.elapsed();
+            if waited >= self.patience {
+                let (node, patience) = (self.node.clone(), self.patience);
+                return Err(ClientError::NoAnswer { node, patience });
+            }
+            if waited >= look {
+                look = waited + LOOK;
+                if self.port.servers() == 0 {
+                    return Err(ClientError::Ended { node: self.node.clone() });
+                }
+            }
+            thread::sleep(PAUSE);
+        }
+    }
+
+    fn misunderstood(&self, cause: serde_json::Error) -> ClientError {
+        ClientError::Misunderstood { node: self.node.clone(), cause: cause.to_string() }
+    }
+}
+
+/// What it means that nobody serves a node's service.
+fn absent<S: Service>(
+    participant: &Participant<S>,
+    node: &str,
+) -> Result<ClientError, ClientError> {
+    let running: BTreeSet<String> =
+        running_nodes(participant)?.into_iter().map(|node| node.name).collect();
+    let node = node.to_owned();
+    Ok(if running.contains(&node) {
+        ClientError::NotOperated { node }
+    } else {
+        ClientError::NoNode { node, running: running.into_iter().collect() }
+    })
+}

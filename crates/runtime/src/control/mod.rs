@@ -1,0 +1,47 @@
+//! **Operating a running node**: the requests that it takes, both ends of them.
+//!
+//! The service `isochrone/<node>/control` is an iceoryx2 request-response service of bytes, and both ways
+//! a message is one UTF-8 [JSON-RPC 2.0] object of at most 256 KiB. The `id` is a string of the client's
+//! making; there are no batches and no notifications, and an unknown parameter is an error. A request is
+//! checked whole before anything happens, and the `data` of an error has all [findings](Finding).
+//!
+//! A program asks with a [`Client`]: each of the [`Method`]s has [`Params`], which say what it answers.
+//! A node answers with a [`Desk`], which reads and checks requests and has something [`Operated`] carry
+//! them out. [`parse`] and [`answer`] are the protocol alone.
+//!
+//! For ordinary threads.
+//!
+//! [JSON-RPC 2.0]: https://www.jsonrpc.org/specification
+
+mod client;
+mod code;
+mod desk;
+mod envelope;
+mod failure;
+mod members;
+mod method;
+mod params;
+mod results;
+mod value;
+
+pub use client::{Client, ClientError, RunningNode, running_nodes};
+pub use code::Code;
+pub use desk::{Begun, Caller, Desk, Operated, Outcome, Ticket};
+pub use envelope::{MAX_ID_BYTES, Parsed, Room, Unparsed, answer, parse, request};
+pub use failure::{Failure, Finding};
+pub use method::{Call, Method, Reply};
+pub use params::{
+    AlarmsParams, ApplyParams, DescribeParams, ForceParams, ForcesParams, GetParams, Hold,
+    JournalParams, Params, ReleaseParams, SaveParams, SetParams, SignalsParams, UndoParams,
+};
+pub use results::{
+    Access, Action, ActiveAlarm, AlarmsResult, ApplyResult, ByTask, Change, ConfigurationOrigin,
+    DescribeResult, Force, ForceResult, ForcesResult, GetResult, JournalEntry, JournalResult, Part,
+    ReadAt, Role, SaveResult, SetResult, SignalDescription, SignalsResult, TaskDescription,
+};
+pub use value::{Value, Values};
+
+/// The name of the service by which a node is operated.
+pub fn service_name(node: &str) -> String {
+    format!("isochrone/{node}/control")
+}

@@ -1,0 +1,324 @@
+//! What the methods answer.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::{Finding, Value, Values};
+
+/// By the name of a task.
+pub type ByTask<T> = BTreeMap<String, T>;
+
+/// What operators may do, as `[node] control` says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Access {
+    /// Nothing: there is no service.
+    Off,
+    /// Look.
+    Read,
+    /// Also set parameters.
+    Set,
+    /// Also force signals and change the configuration.
+    Force,
+}
+
+/// Of `describe`: what the node is.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DescribeResult {
+    /// Its name.
+    pub node: String,
+    /// The version of isochrone.
+    pub version: String,
+    /// What operators may do.
+    pub control: Access,
+    /// What it was made from.
+    pub configuration: ConfigurationOrigin,
+    /// When it started, ns of UTC since 1970.
+    pub started_unix_ns: u64,
+    /// Its tasks, in the order of the configuration.
+    pub tasks: Vec<TaskDescription>,
+}
+
+/// What a node was made from.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ConfigurationOrigin {
+    /// The file, as it was given.
+    pub file: String,
+    /// SHA-256 of its text, hexadecimal.
+    pub sha256: String,
+    /// Whether a value or the configuration was changed since.
+    pub changed: bool,
+}
+
+/// A task of `describe`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TaskDescription {
+    /// Its name.
+    pub name: String,
+    /// From release to release, ns.
+    pub period_ns: u64,
+    /// Of its first release after that of the grid, ns.
+    pub phase_ns: u64,
+    /// The cycle that it is in.
+    pub cycle: u64,
+    /// Cycles that did not run.
+    pub missed: u64,
+    /// Cycles that did not end before the next release.
+    pub overruns: u64,
+    /// How many parameters it has.
+    pub parameters: u64,
+    /// How many of its signals are forced.
+    pub forces: u64,
+}
+
+/// Of `signals`: a page of them.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SignalsResult {
+    /// How many there are on all pages.
+    pub total: u64,
+    /// Those from `offset` on, as many as `limit` and a message allow.
+    pub signals: Vec<SignalDescription>,
+}
+
+/// A signal of `signals`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SignalDescription {
+    /// Its name.
+    pub name: String,
+    /// `LREAL`, `INT`, `BOOL`, `TIME` or `WORD`.
+    #[serde(rename = "type")]
+    pub value_type: String,
+    /// Its unit, if it has one.
+    pub unit: Option<String>,
+    /// What it is.
+    pub role: Role,
+    /// Its task.
+    pub task: String,
+    /// Whether a force holds it.
+    pub forced: bool,
+    /// What it is for.
+    pub doc: String,
+}
+
+/// What a signal is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Role {
+    /// A value from another process.
+    Input,
+    /// A block's input pin that no wire leads to; it can be set.
+    Parameter,
+    /// A block's input pin that a wire leads to.
+    Wired,
+    /// A block's output pin.
+    Output,
+    /// Whether an input can be believed.
+    Ok,
+    /// How old an input is; the one signal that cannot be forced.
+    Age,
+}
+
+/// Of `get`: a page of values, all of a task of one cycle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct GetResult {
+    /// How many there are on all pages. Pages are of different cycles.
+    pub total: u64,
+    /// The cycle of each task's values.
+    pub tasks: ByTask<ReadAt>,
+    /// The values.
+    pub values: Values,
+}
+
+/// When values were read.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ReadAt {
+    /// The cycle, after its blocks were stepped.
+    pub cycle: u64,
+    /// When it was due, ns of `CLOCK_MONOTONIC`.
+    pub release_ns: u64,
+}
+
+/// Of `set`, `release` and `undo`: what happened.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct SetResult {
+    /// The transaction's number.
+    pub transaction: u64,
+    /// Each task's first cycle that was stepped with the new values.
+    pub tasks: ByTask<Part>,
+    /// What the values were.
+    pub before: Values,
+    /// Blocks that will report an error with the new values.
+    pub warnings: Vec<Finding>,
+}
+
+/// Of `force`: what happened, and until when.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ForceResult {
+    /// The transaction's number.
+    pub transaction: u64,
+    /// Each task's first cycle with the force.
+    pub tasks: ByTask<Part>,
+    /// What the values were.
+    pub before: Values,
+    /// Blocks that will report an error with the new values.
+    pub warnings: Vec<Finding>,
+    /// Each task's first cycle without the force; `None`: until it is released.
+    pub until: ByTask<Option<u64>>,
+}
+
+/// One task's part of a transaction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Part {
+    /// The cycle.
+    pub cycle: u64,
+    /// Whether it is still to come: it was more than a second ahead when this was answered.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub pending: bool,
+}
+
+/// Of `forces`: a page of what is forced.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ForcesResult {
+    /// How many there are on all pages.
+    pub total: u64,
+    /// Those from `offset` on.
+    pub forces: Vec<Force>,
+}
+
+/// A signal that is forced.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Force {
+    /// The signal.
+    pub name: String,
+    /// What it is held at.
+    pub value: Value,
+    /// Its task's first cycle with the force.
+    pub since_cycle: u64,
+    /// The first cycle without it; `None`: until it is released.
+    pub until_cycle: Option<u64>,
+    /// Who asked for it, as they call themselves.
+    pub client: Option<String>,
+}
+
+/// Of `journal`: a page of its entries.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct JournalResult {
+    /// How many there are from `since` on.
+    pub total: u64,
+    /// The oldest of them, as many as `limit` and a message allow.
+    pub entries: Vec<JournalEntry>,
+}
+
+/// What was done to one task before one of its cycles.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct JournalEntry {
+    /// Counts the entries, from 1.
+    pub sequence: u64,
+    /// The transaction that it belongs to; that of the force, for an expiry.
+    pub transaction: u64,
+    /// What was done.
+    pub action: Action,
+    /// The task.
+    pub task: String,
+    /// The first cycle with it.
+    pub cycle: u64,
+    /// When, ns of UTC since 1970.
+    pub unix_ns: u64,
+    /// Of a force: the first cycle without it, unless it is held until its release.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until_cycle: Option<u64>,
+    /// Of an undo: the transaction that was taken back.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub undone: Option<u64>,
+    /// The values that it changed.
+    pub changes: Vec<Change>,
+    /// Who asked for it, as they call themselves.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub client: Option<String>,
+    /// Their process, where iceoryx2 tells it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub process: Option<u32>,
+    /// What they said of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub comment: Option<String>,
+}
+
+/// What an entry of the journal is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Action {
+    /// Parameters were set.
+    Set,
+    /// Signals were forced.
+    Force,
+    /// Forces were released.
+    Release,
+    /// A force came to its end.
+    Expiry,
+    /// A transaction was taken back.
+    Undo,
+    /// The configuration was changed.
+    Apply,
+}
+
+/// A value that was changed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Change {
+    /// The signal.
+    pub name: String,
+    /// What it was.
+    pub before: Value,
+    /// What it is; `None` where a wire or a block says so.
+    pub after: Option<Value>,
+}
+
+/// Of `alarms`: a page of what is wrong now.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AlarmsResult {
+    /// How many there are on all pages.
+    pub total: u64,
+    /// Those from `offset` on.
+    pub alarms: Vec<ActiveAlarm>,
+}
+
+/// A block that reports an error, or an input that is not ok.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ActiveAlarm {
+    /// The block or input.
+    pub name: String,
+    /// The block's status word; an input has none.
+    pub status: Option<u16>,
+    /// What that means.
+    pub meaning: String,
+    /// Its task's cycle since when it is so.
+    pub since_cycle: u64,
+    /// How often it came.
+    pub count: u64,
+}
+
+/// Of `save`: a piece of the configuration with the values of now.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct SaveResult {
+    /// Length of the whole text in bytes.
+    pub total: u64,
+    /// The text from byte `offset` on, as much as a message holds.
+    pub configuration: String,
+}
+
+/// Of `apply`: what the new configuration changes.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ApplyResult {
+    /// Each task's first cycle with it; empty after `dry_run`.
+    pub tasks: ByTask<Part>,
+    /// Blocks that are new.
+    pub added: Vec<String>,
+    /// Blocks that are gone.
+    pub removed: Vec<String>,
+    /// Blocks that keep their state.
+    pub kept: Vec<String>,
+    /// Pins and wires that differ.
+    pub changed: Vec<String>,
+    /// What the change costs the task whose slack it takes most of, ns.
+    pub cost_ns: u64,
+}

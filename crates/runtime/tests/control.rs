@@ -1,0 +1,437 @@
+//! Clients that ask a node in another process.
+
+use std::collections::HashMap;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use isochrone_ipc::{
+    Domain, FrameLayout, FramePublisher, IsolatedDomain, Participant, RequestClient, RequestServer,
+    SignalSpec, ipc,
+};
+use isochrone_runtime::control::{
+    Access, Begun, Call, Caller, Client, ClientError, Code, ConfigurationOrigin, DescribeParams,
+    DescribeResult, Desk, Failure, Finding, GetParams, GetResult, Operated, Outcome, Part, ReadAt,
+    Reply, Role, Room, SaveResult, SetParams, SetResult, SignalDescription, SignalsResult, Ticket,
+    Value, Values, running_nodes, service_name,
+};
+use serde_json::json;
+
+type Node = Participant<ipc::Service>;
+
+const PATIENCE: Duration = Duration::from_secs(30);
+/// Parameters of the node that is operated here.
+const PARAMETERS: usize = 5000;
+
+/// A node of nothing but parameters: what the engine will be.
+struct Parameters {
+    values: HashMap<String, f64>,
+    transactions: u64,
+    under_way: Vec<(Instant, Ticket, Outcome)>,
+    processes: Vec<Option<u32>>,
+}
+
+impl Parameters {
+    fn new() -> Self {
+        let values = (0..PARAMETERS).map(|n| (name(n), n as f64)).collect();
+        Self { values, transactions: 0, under_way: Vec::new(), processes: Vec::new() }
+    }
+
+    fn set(&mut self, set: SetParams, caller: Caller) -> Begun {
+        let unknown = set.values.iter().filter(|(name, _)| !self.values.contains_key(*name));
+        let unknown: Vec<_> = unknown
+            .map(|(name, _)| Finding::new(name, format!("there is no signal \"{name}\"")))
+            .collect();
+        if !unknown.is_empty() {
+            return Begun::Ended(Err(Failure::of(Code::UnknownName, unknown)));
+        }
+        self.transactions += 1;
+        self.processes.push(caller.process);
+        let mut before = Values::default();
+        for (name, value) in set.values.iter() {
+            let Value::Number(value) = value else { panic!("{value}") };
+            let old = self.values.insert(name.to_owned(), value).unwrap();
+            before.0.push((name.to_owned(), Value::Number(old)));
+        }
+        let cycle = set.at.unwrap_or_default();
+        let reply = Reply::Set(SetResult {
+            transaction: self.transactions,
+            tasks: [("fast".to_owned(), Part { cycle, pending: false })].into(),
+            before,
+            warnings: Vec::new(),
+        });
+        let (due, ticket) =
+            (Instant::now() + Duration::from_millis(cycle), Ticket(self.transactions));
+        self.under_way.push((due, ticket, Ok(reply)));
+        Begun::Later(ticket)
+    }
+}
+
+fn name(n: usize) -> String {
+    format!("block.{n}.setChangeRate")
+}
+
+impl Operated for Parameters {
+    fn begin(&mut self, call: Call, caller: Caller) -> Begun {
+        Begun::Ended(Ok(match call {
+            Call::Set(set) => return self.set(set, caller),
+            Call::Describe(_) => Reply::Describe(DescribeResult {
+                node: "level".to_owned(),
+                version: "0".to_owned(),
+                control: Access::Set,
+                configuration: ConfigurationOrigin {
+                    file: "level.toml".to_owned(),
+                    sha256: String::new(),
+                    changed: self.transactions > 0,
+                },
+                started_unix_ns: u64::MAX,
+                tasks: Vec::new(),
+            }),
+            Call::Signals(signals) => {
+                let mut room = Room::of_answer();
+                let (offset, limit) = (signals.offset.unwrap_or(0), signals.limit.unwrap_or(1000));
+                let description = |n| SignalDescription {
+                    name: name(n),
+                    value_type: "LREAL".to_owned(),
+                    unit: None,
+                    role: Role::Parameter,
+                    task: "fast".to_owned(),
+                    forced: false,
+                    doc: "x".repeat(500),
+                };
+                let page = (offset as usize..PARAMETERS).take(limit as usize).map(description);
+                let signals = page.take_while(|signal| room.takes(signal)).collect();
+                Reply::Signals(SignalsResult { total: PARAMETERS as u64, signals })
+            }
+            Call::Get(get) => {
+                let values = get.names.iter().map(|name| (name.as_str(), self.values[name]));
+                Reply::Get(GetResult {
+                    total: get.names.len() as u64,
+                    tasks: [("fast".to_owned(), ReadAt { cycle: 1, release_ns: 2 })].into(),
+                    values: values.collect(),
+                })
+            }
+            Call::Save(save) => {
+                let text = "# né\n".repeat(100_000);
+                let rest = &text[save.offset.unwrap_or(0) as usize..];
+                let configuration = rest.chars().take(100_000).collect();
+                Reply::Save(SaveResult { total: text.len() as u64, configuration })
+            }
+            call => {
+                let message = format!("{} is forbidden", call.method().as_str());
+                return Begun::Ended(Err(Failure::new(Code::Forbidden, message)));
+            }
+        }))
+    }
+
+    fn ended(&mut self) -> Option<(Ticket, Outcome)> {
+        let now = Instant::now();
+        let index = self.under_way.iter().position(|(due, ..)| *due <= now)?;
+        let (_, ticket, outcome) = self.under_way.remove(index);
+        Some((ticket, outcome))
+    }
+}
+
+fn join(domain: &Domain) -> Node {
+    Participant::join("tester", domain).unwrap()
+}
+
+/// The process of a node that takes requests (or none), which is killed at the end.
+struct Running(Child);
+
+impl Running {
+    fn start(domain: &IsolatedDomain, role: &str, node: &str) -> Self {
+        let mut child = Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", role, "--ignored", "--nocapture"])
+            .env("ISOCHRONE_TEST_DOMAIN", domain.file())
+            .env("ISOCHRONE_TEST_NODE", node)
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        lines.find(|line| line.as_ref().is_ok_and(|line| line == "running")).unwrap().unwrap();
+        Self(child)
+    }
+
+    fn signal(&self, signal: &str) {
+        let pid = self.0.id().to_string();
+        assert!(Command::new("kill").args([signal, &pid]).status().unwrap().success());
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        self.0.kill().unwrap();
+        self.0.wait().unwrap();
+    }
+}
+
+/// Has telemetry, by which others know that the node runs.
+fn telemetry(participant: &Node, node: &str) -> FramePublisher<ipc::Service> {
+    let layout = FrameLayout { signals: vec![SignalSpec::new("cycle", "LREAL")], period_ns: None };
+    FramePublisher::open(participant, &format!("isochrone/{node}/telemetry"), &layout).unwrap()
+}
+
+#[test]
+#[ignore = "is run by the tests that ask it"]
+fn takes_requests() {
+    let Ok(file) = std::env::var("ISOCHRONE_TEST_DOMAIN") else { return };
+    let node = std::env::var("ISOCHRONE_TEST_NODE").unwrap();
+    let domain = Domain::from_file(Path::new(&file)).unwrap();
+    let participant = Arc::new(join(&domain));
+    let _telemetry = telemetry(&participant, &node);
+    let mut desk = Desk::open(&participant, &node).unwrap();
+    let mut upkeep = desk.upkeep();
+    let other = Arc::clone(&participant);
+    thread::spawn(move || {
+        loop {
+            upkeep.tend(&other);
+            thread::sleep(Duration::from_millis(50));
+        }
+    });
+    let mut parameters = Parameters::new();
+    println!("\nrunning");
+    loop {
+        desk.serve(&mut parameters, &participant);
+        thread::sleep(Duration::from_millis(2));
+    }
+}
+
+#[test]
+#[ignore = "is run by the tests that ask it"]
+fn takes_no_requests() {
+    let Ok(file) = std::env::var("ISOCHRONE_TEST_DOMAIN") else { return };
+    let node = std::env::var("ISOCHRONE_TEST_NODE").unwrap();
+    let participant = join(&Domain::from_file(Path::new(&file)).unwrap());
+    let _telemetry = telemetry(&participant, &node);
+    println!("\nrunning");
+    thread::sleep(Duration::from_secs(600));
+}
+
+#[test]
+fn a_node_in_another_process_describes_itself_and_is_changed() {
+    let domain = IsolatedDomain::new("isotest").unwrap();
+    let _level = Running::start(&domain, "takes_requests", "level");
+    let participant = join(&domain);
+    let mut client = Client::connect(&participant, "level", PATIENCE).unwrap();
+    let description = client.call(&DescribeParams {}).unwrap();
+    assert_eq!(description.node, "level");
+    assert_eq!(description.started_unix_ns, u64::MAX, "to the last digit");
+    assert!(!description.configuration.changed);
+    for n in 1..=50_u32 {
+        let value = f64::from(n) / 3.0;
+        let values = [(name(7), value)].into_iter().collect();
+        let set = SetParams { values, at: Some(3), ..SetParams::default() };
+        let done = client.call(&set).unwrap();
+        assert_eq!(done.transaction, u64::from(n));
+        assert_eq!(done.tasks["fast"], Part { cycle: 3, pending: false });
+        let names = vec![name(7)];
+        let got = client.call(&GetParams { names, ..GetParams::default() }).unwrap();
+        assert_eq!(got.values.get(&name(7)), Some(Value::Number(value)), "bit for bit");
+    }
+    assert_eq!(client.late_answers(), 0);
+}
+
+#[test]
+fn long_results_come_in_pages_and_are_put_together() {
+    let domain = IsolatedDomain::new("isotest").unwrap();
+    let _level = Running::start(&domain, "takes_requests", "level");
+    let participant = join(&domain);
+    let mut client = Client::connect(&participant, "level", PATIENCE).unwrap();
+    let signals = client.signals(None).unwrap();
+    let names: Vec<_> = signals.iter().map(|signal| signal.name.clone()).collect();
+    assert_eq!(names, (0..PARAMETERS).map(name).collect::<Vec<_>>());
+    let configuration = client.save().unwrap();
+    assert!(configuration == "# né\n".repeat(100_000), "{} bytes", configuration.len());
+}
+
+#[test]
+fn what_a_node_refuses_comes_with_its_code_and_all_findings() {
+    let domain = IsolatedDomain::new("isotest").unwrap();
+    let _level = Running::start(&domain, "takes_requests", "level");
+    let participant = join(&domain);
+    let mut client = Client::connect(&participant, "level", PATIENCE).unwrap();
+    let values = [("a", 1.0), ("b", 2.0)].into_iter().collect();
+    let error = client.call(&SetParams { values, ..SetParams::default() }).unwrap_err();
+    let ClientError::Refused(failure) = error else { panic!("{error}") };
+    assert_eq!((failure.code, failure.findings.len()), (Code::UnknownName, 2));
+    // A request that the service itself refuses does no harm to the next.
+    let values = [("x".repeat(300_000), 1.0)].into_iter().collect();
+    let error = client.call(&SetParams { values, ..SetParams::default() }).unwrap_err();
+    assert!(error.to_string().contains("divide it"), "{error}");
+    assert!(client.call(&DescribeParams {}).is_ok());
+}
+
+#[test]
+fn a_node_that_does_not_run_is_told_with_those_that_do() {
+    let domain = IsolatedDomain::new("isotest").unwrap();
+    let participant = join(&domain);
+    let refused = |node: &str| Client::connect(&participant, node, PATIENCE).unwrap_err();
+    let error = refused("level");
+    assert_eq!(error.to_string(), "no node \"level\" runs here; none runs at all");
+    let _level = Running::start(&domain, "takes_requests", "level");
+    let closed = Running::start(&domain, "takes_no_requests", "closed");
+    let error = refused("levl");
+    assert!(error.to_string().ends_with("did you mean \"level\"?"), "{error}");
+    let ClientError::NoNode { running, .. } = refused("\u{7}") else { panic!() };
+    assert_eq!(running, ["closed", "level"]);
+    let error = refused("closed");
+    assert!(matches!(error, ClientError::NotOperated { .. }), "{error}");
+    assert!(error.to_string().contains("control = \"off\""), "{error}");
+    let nodes = running_nodes(&participant).unwrap();
+    assert_eq!(nodes[0].process, closed.0.id());
+}
+
+#[test]
+fn a_node_that_is_stopped_does_not_answer_in_time_and_its_late_answer_is_dropped() {
+    let domain = IsolatedDomain::new("isotest").unwrap();
+    let level = Running::start(&domain, "takes_requests", "level");
+    let participant = join(&domain);
+    let mut client = Client::connect(&participant, "level", Duration::from_millis(300)).unwrap();
+    assert!(client.call(&DescribeParams {}).is_ok());
+    level.signal("-STOP");
+    let error = client.call(&DescribeParams {}).unwrap_err();
+    assert!(matches!(error, ClientError::NoAnswer { .. }), "{error}");
+    // What was given up before the node received it is not done afterwards.
+    let values = [(name(0), 1.0)].into_iter().collect();
+    let error = client.call(&SetParams { values, ..SetParams::default() }).unwrap_err();
+    assert!(matches!(error, ClientError::NoAnswer { .. }), "{error}");
+    level.signal("-CONT");
+    drop(client);
+    let mut client = Client::connect(&participant, "level", PATIENCE).unwrap();
+    assert!(!client.call(&DescribeParams {}).unwrap().configuration.changed);
+}
+
+#[test]
+fn a_request_that_takes_long_and_was_given_up_holds_up_nobody() {
+    let domain = IsolatedDomain::new("isotest").unwrap();
+    let _level = Running::start(&domain, "takes_requests", "level");
+    let participant = join(&domain);
+    let mut hasty = Client::connect(&participant, "level", Duration::from_millis(100)).unwrap();
+    let mut other = Client::connect(&participant, "level", PATIENCE).unwrap();
+    let values: Values = [(name(0), 1.0)].into_iter().collect();
+    let at = |at| SetParams { values: values.clone(), at: Some(at), ..SetParams::default() };
+    let error = hasty.call(&at(60_000)).unwrap_err();
+    assert!(matches!(error, ClientError::NoAnswer { .. }), "{error}");
+    assert_eq!(other.call(&at(0)).unwrap().transaction, 2);
+    // Its own next request is received as well, although the first is still under way.
+    drop(hasty);
+    let mut patient = Client::connect(&participant, "level", PATIENCE).unwrap();
+    assert_eq!(patient.call(&at(0)).unwrap().transaction, 3);
+}
+
+#[test]
+fn a_node_that_is_killed_ends_the_waiting_of_its_clients_once_it_is_cleared() {
+    let domain = IsolatedDomain::new("isotest").unwrap();
+    let level = Running::start(&domain, "takes_requests", "level");
+    let participant = join(&domain);
+    let has_ended = AtomicBool::new(false);
+    thread::scope(|scope| {
+        scope.spawn(|| {
+            thread::sleep(Duration::from_millis(500));
+            drop(level);
+            // As everybody does who joins.
+            while !has_ended.load(Ordering::Relaxed) {
+                participant.clean_up();
+                thread::sleep(Duration::from_millis(20));
+            }
+        });
+        let mut client = Client::connect(&participant, "level", PATIENCE).unwrap();
+        let values = [(name(0), 1.0)].into_iter().collect();
+        let set = SetParams { values, at: Some(60_000), ..SetParams::default() };
+        let error = client.call(&set).unwrap_err();
+        has_ended.store(true, Ordering::Relaxed);
+        assert!(matches!(error, ClientError::Ended { .. }), "{error}");
+    });
+}
+
+#[test]
+fn answers_that_are_not_ours_are_passed_over() {
+    let domain = IsolatedDomain::new("isotest").unwrap();
+    let participant = join(&domain);
+    let stop = AtomicBool::new(false);
+    let (opened, is_open) = std::sync::mpsc::channel();
+    thread::scope(|scope| {
+        let (participant, stop) = (&participant, &stop);
+        scope.spawn(move || {
+            let server = || RequestServer::open(participant, &service_name("level")).unwrap();
+            let (mut liar, mut server) = (server(), server());
+            opened.send(()).unwrap();
+            let answer = |bytes: &[u8], id: Option<&str>, version: &str| {
+                let request: serde_json::Value = serde_json::from_slice(bytes).unwrap();
+                let id = id.map_or(request["id"].clone(), |id| json!(id));
+                json!({"jsonrpc": "2.0", "id": id, "result": {
+                    "node": "level", "version": version, "control": "read",
+                    "configuration": {"file": "", "sha256": "", "changed": false},
+                    "started_unix_ns": 0, "tasks": []}})
+                .to_string()
+            };
+            while !stop.load(Ordering::Relaxed) {
+                if let Some(request) = liar.receive() {
+                    let text = answer(request.bytes(), Some("another's"), "wrong");
+                    request.answer(text.as_bytes()).unwrap();
+                }
+                // The truth comes later.
+                thread::sleep(Duration::from_millis(5));
+                if let Some(request) = server.receive() {
+                    let text = answer(request.bytes(), None, "right");
+                    request.answer(text.as_bytes()).unwrap();
+                }
+            }
+        });
+        is_open.recv().unwrap();
+        let mut client = Client::connect(participant, "level", PATIENCE).unwrap();
+        for _ in 0..20 {
+            assert_eq!(client.call(&DescribeParams {}).unwrap().version, "right");
+        }
+        assert!(client.late_answers() > 0);
+        stop.store(true, Ordering::Relaxed);
+    });
+}
+
+#[test]
+fn what_is_no_request_is_answered_by_a_running_node_and_it_goes_on() {
+    let domain = IsolatedDomain::new("isotest").unwrap();
+    let _level = Running::start(&domain, "takes_requests", "level");
+    let participant = join(&domain);
+    let mut raw = RequestClient::open(&participant, &service_name("level")).unwrap().unwrap();
+    let mut ask = |bytes: &[u8]| -> serde_json::Value {
+        raw.send(bytes).unwrap();
+        let begin = Instant::now();
+        loop {
+            if let Some(answer) = raw.receive().unwrap() {
+                return serde_json::from_slice(&answer).unwrap();
+            }
+            assert!(
+                begin.elapsed() < PATIENCE,
+                "no answer to {:?}",
+                String::from_utf8_lossy(bytes)
+            );
+            thread::sleep(Duration::from_millis(1));
+        }
+    };
+    for (bytes, id, code) in [
+        (&b""[..], json!(null), -32700),
+        (b"{\"id\":\"7\",\"jsonr", json!("7"), -32700),
+        (b"\xff\xfe", json!(null), -32700),
+        (b"[{\"jsonrpc\":\"2.0\",\"id\":\"7\",\"method\":\"describe\"}]", json!(null), -32600),
+        (b"{\"jsonrpc\":\"2.0\",\"id\":\"7\",\"method\":\"destroy\"}", json!("7"), -32601),
+        (
+            b"{\"jsonrpc\":\"2.0\",\"id\":\"7\",\"method\":\"get\",\"params\":{\"name\":1}}",
+            json!("7"),
+            -32602,
+        ),
+        (b"{\"jsonrpc\":\"2.0\",\"id\":\"7\",\"method\":\"alarms\",\"params\":{}}", json!("7"), 6),
+    ] {
+        let answer = ask(bytes);
+        assert_eq!((&answer["id"], &answer["error"]["code"]), (&id, &json!(code)), "{answer}");
+    }
+    let longest = vec![b'['; isochrone_ipc::MAX_MESSAGE_BYTES];
+    assert_eq!(ask(&longest)["error"]["code"], -32600);
+    let answer = ask(b"{\"jsonrpc\":\"2.0\",\"id\":\"8\",\"method\":\"describe\"}");
+    assert_eq!(answer["result"]["node"], "level");
+}
