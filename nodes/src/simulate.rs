@@ -8,7 +8,7 @@ use isochrone_timing::units::counted;
 
 use crate::failure::Failure;
 use crate::recording::Recording;
-use crate::rows::{CYCLE, Rows};
+use crate::rows::Rows;
 use crate::stop;
 use crate::{configuration, meant, numbers, terminal};
 
@@ -30,7 +30,8 @@ pub(crate) struct Args {
     /// (`subscribe --csv`) are ignored, unless an input has that name
     #[arg(long, value_name = "IN.csv")]
     inputs: Option<PathBuf>,
-    /// CSV file to write, "-" for stdout: `cycle` and every signal of every output
+    /// CSV file to write, "-" for stdout: `time_s` and `cycle` of the task whose cycles are the rows,
+    /// and every signal of every output. `publish --csv` replays it at the simulated pace
     #[arg(long, value_name = "OUT.csv", default_value = "-")]
     output: PathBuf,
     /// Task whose cycles are the rows; default: the first
@@ -169,6 +170,12 @@ impl<'a> Simulation<'a> {
             + u128::from(self.next[task]) * u128::from(plan.schedule.period_ns)
     }
 
+    /// When a cycle of the reference task is due, counted from its first.
+    fn time_s(&self, cycle: u64) -> f64 {
+        let period_ns = self.plan.tasks[self.reference].schedule.period_ns;
+        (u128::from(cycle) * u128::from(period_ns)) as f64 / 1e9
+    }
+
     fn step(&mut self, task: usize) {
         self.engines[task].step(self.next[task]);
         self.next[task] += 1;
@@ -234,8 +241,9 @@ impl Output {
             .collect();
         planned.sort_by_key(|(_, _, output)| output.position);
         let signals = planned.iter().flat_map(|(_, _, output)| &output.signals);
-        let names: Vec<&str> = signals.map(|signal| signal.name.as_str()).collect();
-        rows.header(&[CYCLE], &names)?;
+        let columns: Vec<_> =
+            signals.map(|signal| (signal.name.as_str(), signal.value_type)).collect();
+        rows.header(&columns)?;
         let outputs = planned.iter().map(|(t, o, plan)| Place {
             task: *t,
             output: *o,
@@ -249,6 +257,6 @@ impl Output {
             simulation.engines[*task].read_output(*output, values);
         }
         let values = self.outputs.iter().flat_map(|place| &place.values).copied();
-        self.rows.row(None, cycle, values)
+        self.rows.row(simulation.time_s(cycle), cycle, values)
     }
 }

@@ -33,6 +33,40 @@ fn a_recording_is_published_with_its_names_its_values_and_its_pace() {
 }
 
 #[test]
+fn a_simulation_is_published_at_the_pace_that_it_simulated() {
+    let domain = Domain::new();
+    domain.write(
+        "slow.toml",
+        r#"
+[node]
+name = "slow"
+[[task]]
+name = "t"
+period = "100ms"
+phase = "30ms"
+[[block]]
+name = "saw"
+type = "SawTooth"
+in = { startValue = 5, incrementRange = 1, endlessSteps = true }
+[[output]]
+service = "there/saw"
+signals = ["saw.value"]
+"#,
+    );
+    domain.run("simulate slow.toml --cycles 4 --output first.csv").expect_code(0);
+    let simulated = "time_s,cycle,saw.value\n0.0,0,5\n0.1,1,6\n0.2,2,7\n0.3,3,8\n";
+    assert_eq!(domain.read("first.csv"), simulated);
+    let mut subscriber = domain.start("subscribe there/again --csv second.csv --count 4");
+    subscriber.wait_for("waiting for service");
+    let published = domain.run("publish there/again --csv first.csv").expect_code(0);
+    assert!(published.stderr.contains("its recorded pace, 10 Hz"), "{}", published.stderr);
+    subscriber.finish().expect_code(0);
+    // A file has no types, so its values are numbers of any kind when they are published.
+    let of_any_kind = "time_s,cycle,saw.value\n0.0,0,5.0\n0.1,1,6.0\n0.2,2,7.0\n0.3,3,8.0\n";
+    assert_eq!(domain.read("second.csv"), of_any_kind);
+}
+
+#[test]
 fn a_recording_is_kept_until_there_is_a_frame_to_replace_it() {
     let domain = Domain::new();
     domain.write("keep.csv", RECORDED);
