@@ -1,4 +1,4 @@
-//! The message in which a writer says what its frames are.
+//! The message in which a publisher describes its frames.
 
 use std::fs;
 use std::sync::OnceLock;
@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{AnnouncementError, FrameLayout, SenderClock, SignalSpec};
 
-/// What a writer says of its frames: a message of the service `isochrone/layout/<service>`, as JSON.
+/// A publisher's description of its frames: a message on the service `isochrone/layout/<service>`, as JSON.
 ///
 /// ```json
 /// {"layout": "9f8c1fe4b321758d", "publisher": "level", "host": "58e1c1f0-…", "period_ns": 1000000,
@@ -15,11 +15,12 @@ use crate::{AnnouncementError, FrameLayout, SenderClock, SignalSpec};
 /// ```
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Announcement {
-    /// What stands in [`FrameHeader::layout`](crate::FrameHeader::layout) of the frames; never 0.
+    /// The [`FrameHeader::layout`](crate::FrameHeader::layout) of the frames; never 0.
     pub number: u64,
-    /// Who writes the frames, for people.
+    /// Name of the publisher, for display.
     pub publisher: String,
-    /// The machine, such that equal hosts have one monotonic clock; empty: unknown.
+    /// Identifies the machine: processes with the same value share one monotonic clock. Empty if
+    /// unknown.
     pub host: String,
     /// The channels, and the period.
     pub layout: FrameLayout,
@@ -39,7 +40,7 @@ struct Message {
 }
 
 impl Announcement {
-    /// What `publisher`, on this machine, says of frames of `layout`.
+    /// The announcement of `publisher`, on this machine, for frames of `layout`.
     pub fn new(publisher: &str, layout: &FrameLayout) -> Self {
         Self {
             number: layout.number(),
@@ -49,11 +50,11 @@ impl Announcement {
         }
     }
 
-    /// Reads a message.
+    /// Parses a message.
     ///
     /// # Errors
-    /// It is not JSON, or not of this form, or too large; keys that are not known are ignored. Control characters,
-    /// which could do anything to a terminal, become `\u{fffd}`.
+    /// It is not JSON of this form, or too large. Unknown keys are ignored, and control characters,
+    /// which could manipulate a terminal, become `\u{fffd}`.
     pub fn from_json(json: &[u8]) -> Result<Self, AnnouncementError> {
         if json.len() > MAX_BYTES {
             return Err(AnnouncementError::TooLong { bytes: json.len() });
@@ -75,7 +76,7 @@ impl Announcement {
         Ok(Self { number, publisher: printable(publisher), host: printable(host), layout })
     }
 
-    /// Writes the message.
+    /// Serializes the message.
     pub fn to_json(&self) -> Vec<u8> {
         let message = Message {
             layout: format!("{:016x}", self.number),
@@ -88,7 +89,7 @@ impl Announcement {
         serde_json::to_vec(&message).unwrap_or_default()
     }
 
-    /// Whether the writer's clock is that of this process.
+    /// Whether the publisher's clock is that of this process.
     pub fn clock(&self) -> SenderClock {
         if self.host.is_empty() || this_host().is_empty() || self.host == this_host() {
             SenderClock::Shared

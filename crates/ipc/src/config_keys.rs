@@ -6,6 +6,7 @@ use serde_json::{Map, Value};
 use toml::de::DeTable;
 
 /// A key that iceoryx2 does not know.
+#[derive(Debug, PartialEq, Eq)]
 pub(crate) struct UnknownKey {
     /// As it is written.
     pub(crate) key: String,
@@ -101,10 +102,8 @@ fn tables_with(key: &str, table: &Map<String, Value>, path: &[&str], found: &mut
 mod tests {
     use super::*;
 
-    fn unknown(text: &str) -> Option<(String, String, usize, String)> {
-        let file = DeTable::parse(text).unwrap();
-        let found = unknown_key(file.get_ref());
-        found.map(|found| (found.table, found.key, found.at, found.remedy))
+    fn unknown(text: &str) -> Option<UnknownKey> {
+        unknown_key(DeTable::parse(text).unwrap().get_ref())
     }
 
     #[test]
@@ -151,9 +150,9 @@ mod tests {
             ),
             ("[global]\nzzz = 1\naaa = 1", "[global]", "zzz", 9, "there is: "),
         ] {
-            let (found_table, found_key, found_at, found_remedy) = unknown(text).unwrap();
-            assert_eq!((found_table.as_str(), found_key.as_str(), found_at), (table, key, at));
-            assert!(found_remedy.starts_with(remedy), "{found_remedy}");
+            let found = unknown(text).unwrap();
+            assert_eq!((found.table.as_str(), found.key.as_str(), found.at), (table, key, at));
+            assert!(found.remedy.starts_with(remedy), "{}", found.remedy);
         }
     }
 }

@@ -4,14 +4,14 @@ use std::marker::PhantomData;
 
 use rustix::thread::{CapabilitySet, capabilities, set_capabilities};
 
-/// Gives up, for the calling thread, root's right to open files whatever their permissions say,
-/// until what this returns is dropped.
+/// Drops the calling thread's right, as root, to open files regardless of their permissions, until
+/// the returned guard is dropped.
 ///
-/// iceoryx2 marks shared memory that is still being made by its permissions. Root opens it all the
-/// same, finds it empty, and sleeps a millisecond at a time until it is not: for ever, if its maker
-/// was killed. Without the right a port of this thread sees the mark, and goes on. Call it after
-/// opening the ports, and drop it before them: ports remove files, in directories that another user
-/// may have made. For a thread without privileges it does nothing.
+/// iceoryx2 marks shared memory that is still being created by its permissions. Root can open it
+/// regardless, finds it empty, and sleeps a millisecond at a time until it is not: forever, if its
+/// creator was killed. Without this right a port of the thread sees the mark and continues. Call this
+/// after opening the ports, and drop the guard before them: ports remove files in directories that
+/// another user may have created. It does nothing in a thread without privileges.
 pub fn give_up_file_override() -> FileOverrideGivenUp {
     let given_up = give_up_effective(CapabilitySet::DAC_OVERRIDE | CapabilitySet::DAC_READ_SEARCH);
     FileOverrideGivenUp { given_up, of_this_thread: PhantomData }
@@ -32,8 +32,8 @@ fn give_up_effective(unwanted: CapabilitySet) -> CapabilitySet {
     }
 }
 
-/// Gives back what [`give_up_file_override`] took, when it is dropped.
-#[must_use = "dropping it gives the right back"]
+/// Restores, when dropped, the right that [`give_up_file_override`] dropped.
+#[must_use = "dropping it restores the right"]
 #[derive(Debug)]
 pub struct FileOverrideGivenUp {
     given_up: CapabilitySet,

@@ -5,13 +5,13 @@ use isochrone_quality::Flags;
 
 /// When a frame was made and from what. The user header of each sample; 72 bytes, all `u64`.
 ///
-/// All times are nanoseconds of the publisher's `CLOCK_MONOTONIC`. A plain writer, of any make, fills
-/// in `sequence` and `publish_ns` and leaves the rest zero.
+/// All times are in nanoseconds of the publisher's `CLOCK_MONOTONIC`. A minimal publisher, in any
+/// language, sets `sequence` and `publish_ns` and leaves the rest 0.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ZeroCopySend)]
 #[type_name("isochrone.FrameHeader.v2")]
 pub struct FrameHeader {
-    /// 0, 1, 2 … per publisher; a gap is a loss.
+    /// 0, 1, 2, … per publisher; a gap means lost frames.
     pub sequence: u64,
     /// The publisher's cycle index, skipped cycles included.
     pub cycle: u64,
@@ -19,51 +19,51 @@ pub struct FrameHeader {
     pub release_ns: u64,
     /// When the frame was sent (read just before sending).
     pub publish_ns: u64,
-    /// Of the oldest sample that this frame was computed from: that frame's `source_ns`, or its
-    /// `publish_ns` where that is 0; 0: none.
+    /// Time of the oldest sample that this frame was computed from: the `source_ns` of that sample's
+    /// frame, or its `publish_ns` if `source_ns` is 0. 0 means no source.
     pub source_ns: u64,
     /// Cycles lost since the publisher started.
     pub missed: u64,
     /// What the values are worth, the bits of [`Flags`]; 0: nothing to say.
     pub flags: u64,
-    /// When this sender took the service, Unix nanoseconds, above every earlier one; 0: a plain
-    /// writer.
+    /// When this publisher took over the service, in Unix nanoseconds: higher than the term of every
+    /// earlier publisher. 0 means a publisher that does not set it.
     pub term: u64,
-    /// Which layout the frame has, see [`FrameLayout::number`](crate::FrameLayout::number); 0: a
-    /// sender that does not say.
+    /// Number of the frame's layout, see [`FrameLayout::number`](crate::FrameLayout::number). 0 means a
+    /// publisher that does not announce one.
     pub layout: u64,
 }
 
-/// Whether the clocks of a frame's sender and of its reader are one.
+/// Whether a frame's publisher and its reader share a clock.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum SenderClock {
-    /// As far as is known.
+    /// They share one, as far as is known.
     #[default]
     Shared,
-    /// The sender runs on another machine.
+    /// The publisher runs on another machine.
     Foreign,
 }
 
-/// The times of a frame as its reader may believe them, nanoseconds of the reader's clock.
+/// The times of a frame after the reader has checked them, in nanoseconds of the reader's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Credible {
-    /// From when the age of the frame's values counts: `publish_ns`, or the arrival where that is
-    /// not to be believed.
+    /// Time from which the age of the frame's values is counted: `publish_ns`, or the time of arrival
+    /// if `publish_ns` is not plausible.
     pub sampled_ns: u64,
-    /// The frame's oldest source, handed on to what is computed from it; never 0.
+    /// Time of the frame's oldest source, passed on to whatever is computed from it; never 0.
     pub source_ns: u64,
-    /// Whether the stamps of the frame are in use, or the arrival in their place.
+    /// Whether the frame's own stamps are used or the time of arrival replaces them.
     pub stamps: Stamps,
 }
 
-/// What the stamps of a frame are worth.
+/// Whether the time stamps of a frame are used, and why not.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Stamps {
-    /// They are believed.
+    /// They are used.
     Believed,
-    /// `publish_ns` lies in the reader's future: another clock.
+    /// Not used: `publish_ns` is in the reader's future, so it comes from another clock.
     Future,
-    /// They are of another machine.
+    /// Not used: they come from another machine.
     Foreign,
 }
 
@@ -73,10 +73,10 @@ impl FrameHeader {
         Flags::from_bits(self.flags)
     }
 
-    /// Says what the frame's times are worth to a reader at whose clock it arrived at `arrival_ns`.
+    /// Checks the frame's times against the reader's clock, which read `arrival_ns` on arrival.
     ///
-    /// `arrival_ns` must not be before the frame was taken out of the subscriber: a frame that came
-    /// after an earlier reading of the clock would look like one from the future.
+    /// Read the clock for `arrival_ns` after taking the frame out of the subscriber. With an earlier
+    /// reading, a frame that arrived since then appears to come from the future.
     pub fn credible(&self, clock: SenderClock, arrival_ns: u64) -> Credible {
         let stamps = match clock {
             SenderClock::Foreign => Stamps::Foreign,

@@ -12,28 +12,28 @@ const MAX_WORD_BYTES: usize = 255;
 /// One channel of a frame.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct SignalSpec {
-    /// Such as `level.y`; empty: nobody gave it a name.
+    /// Name, such as `level.y`; empty if it has none.
     #[serde(default)]
     pub name: String,
-    /// `LREAL`, `INT`, `BOOL`, `TIME` or `WORD`; empty: unknown.
+    /// `LREAL`, `INT`, `BOOL`, `TIME` or `WORD`; empty if unknown.
     #[serde(rename = "type", default, skip_serializing_if = "String::is_empty")]
     pub value_type: String,
-    /// Such as `m`; empty: none, or unknown.
+    /// Unit, such as `m`; empty if there is none or it is unknown.
     #[serde(default, skip_serializing_if = "String::is_empty")]
     pub unit: String,
 }
 
-/// What the channels of a frame mean. A writer announces it, see
+/// What the channels of a frame mean. The publisher announces it, see
 /// [`LayoutAnnouncer`](crate::LayoutAnnouncer).
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct FrameLayout {
-    /// The channels in their order.
+    /// The channels, in frame order.
     pub signals: Vec<SignalSpec>,
     /// Time between two frames in nanoseconds, if they are periodic.
     pub period_ns: Option<u64>,
 }
 
-/// What a reader wants of a frame.
+/// The value that a reader looks for in a frame.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Wanted {
     /// Where the value is.
@@ -45,9 +45,9 @@ pub struct Wanted {
 /// How a reader finds a value in a frame.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Binding {
-    /// By its place, from 0.
+    /// By channel index, from 0.
     Channel(usize),
-    /// By the name that the writer announces for it.
+    /// By the signal name that the publisher announces.
     Signal(String),
 }
 
@@ -59,12 +59,12 @@ impl SignalSpec {
 }
 
 impl FrameLayout {
-    /// The number that frames of this layout carry, never 0. Equal names, types and units in the same
-    /// order have equal numbers, in every process; the period has no say.
+    /// The number that frames of this layout carry, never 0. Layouts with the same names, types and
+    /// units in the same order have the same number in every process; the period does not count.
     ///
     /// It is the FNV-1a hash (64 bits) of each signal's name, type and unit in UTF-8, each followed by
-    /// a byte 255, which no UTF-8 text contains. Other writers may make it otherwise: readers only
-    /// compare it.
+    /// a byte 255, which no UTF-8 text contains. Other publishers may compute it differently: readers
+    /// only compare it.
     pub fn number(&self) -> u64 {
         const OFFSET_BASIS: u64 = 0xcbf2_9ce4_8422_2325;
         const PRIME: u64 = 0x0000_0100_0000_01b3;
@@ -76,7 +76,7 @@ impl FrameLayout {
         if hash == 0 { OFFSET_BASIS } else { hash }
     }
 
-    /// Says whether frames can have this layout; for checks ahead of time.
+    /// Checks whether frames can have this layout, before a port is opened.
     ///
     /// # Errors
     /// There is no signal, or more than 65,536; a name, type or unit has a control character or more
@@ -108,9 +108,9 @@ impl FrameLayout {
         Ok(())
     }
 
-    /// Finds what a reader wants: the index of the channel.
+    /// Returns the index of the channel that a reader looks for.
     ///
-    /// A type that the writer does not tell fits every reader.
+    /// If the publisher does not announce a type, any type matches.
     ///
     /// # Errors
     /// There is no such channel, or it is of another type.

@@ -1,4 +1,4 @@
-//! Both ends of a service of layouts. For ordinary threads: they allocate, and touch files.
+//! Both ends of a layout service. For ordinary threads: they allocate and access files.
 
 use std::time::{Duration, Instant};
 
@@ -23,11 +23,11 @@ const MAX_KNOWN: usize = 8;
 /// The announcement that is being sent.
 const MAX_LOANED: usize = 1;
 
-/// Announces what the frames of a service are, for as long as it lives.
+/// Announces the layout of a service's frames until it is dropped.
 ///
-/// Belongs to the writer's ordinary thread, which calls [`tend`](Self::tend) some fifty times a
-/// second. Its service, `isochrone/layout/<service>`, has nothing to do with that of the frames:
-/// readers that wait for a layout cost the thread that sends the frames nothing.
+/// Use it in an ordinary thread of the publisher that calls [`tend`](Self::tend) about 50 times a
+/// second. Its service, `isochrone/layout/<service>`, is separate from that of the frames, so readers
+/// that wait for a layout do not affect the thread that sends frames.
 #[derive(Debug)]
 pub struct LayoutAnnouncer<S: Service> {
     // Dropped before its service.
@@ -41,9 +41,9 @@ pub struct LayoutAnnouncer<S: Service> {
 }
 
 impl<S: Service> LayoutAnnouncer<S> {
-    /// Opens the service for the layouts of `service`, and announces `layout` if a reader waits.
+    /// Opens the layout service of `service`, and announces `layout` if a reader is waiting.
     ///
-    /// `publisher` is who writes the frames, for people.
+    /// `publisher` is the publisher's name, for display.
     ///
     /// # Errors
     /// The name or the layout is not possible, the existing service does not fit, or shared memory
@@ -70,7 +70,7 @@ impl<S: Service> LayoutAnnouncer<S> {
         Ok(announcer)
     }
 
-    /// Announces the layout if a reader came, or if there is one and the last time is 500 ms ago.
+    /// Announces the layout if a reader has joined, and every 500 ms while there is one.
     pub fn tend(&mut self, participant: &Participant<S>) {
         let readers = self.service.dynamic_config().number_of_subscribers();
         let has_more = readers > self.readers;
@@ -102,9 +102,9 @@ impl<S: Service> LayoutAnnouncer<S> {
     }
 }
 
-/// Learns what the frames of a service are from those who write them.
+/// Receives the layouts of a service's frames from its publishers.
 ///
-/// For an ordinary thread, which calls [`look`](Self::look) some fifty times a second.
+/// Use it in an ordinary thread that calls [`look`](Self::look) about 50 times a second.
 #[derive(Debug)]
 pub struct LayoutWatcher<S: Service> {
     // Dropped before its service.
@@ -118,7 +118,7 @@ pub struct LayoutWatcher<S: Service> {
 }
 
 impl<S: Service> LayoutWatcher<S> {
-    /// Opens the service for the layouts of `service`, whether somebody announces one yet or not.
+    /// Opens the layout service of `service`, whether or not a layout has been announced yet.
     ///
     /// # Errors
     /// The name is not possible, the existing service does not fit, or it has no place left.
@@ -132,7 +132,7 @@ impl<S: Service> LayoutWatcher<S> {
         Ok(Self { port, service: opened, peers, retry, known: Vec::new(), has_warned: false })
     }
 
-    /// Takes in what was announced since the last look; returns whether there is something new.
+    /// Takes the announcements since the last call; returns whether there is a new one.
     pub fn look(&mut self, participant: &Participant<S>) -> bool {
         if self.retry.is_due(self.peers.failures()) || self.port.is_none() {
             // As with the announcer.

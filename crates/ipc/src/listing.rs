@@ -1,4 +1,4 @@
-//! Who and what is in a domain.
+//! The nodes and services in a domain.
 
 use iceoryx2::node::{Node, NodeState, NodeView};
 use iceoryx2::prelude::CallbackProgression;
@@ -9,12 +9,12 @@ use iceoryx2::service::static_config::messaging_pattern::MessagingPattern;
 
 use crate::{FrameHeader, OpenError, Participant, Service, give_up_file_override, service};
 
-/// A node of iceoryx2: a process, or a part of one.
+/// An iceoryx2 node: a process, or a part of one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ListedNode {
-    /// The name under which it joined; isochrone's begin with `isochrone/`.
+    /// Its name; the names of isochrone's own nodes begin with `isochrone/`.
     pub name: String,
-    /// Its process.
+    /// Its process id.
     pub pid: u32,
     /// The file name of its program.
     pub program: String,
@@ -25,14 +25,14 @@ pub struct ListedNode {
 pub struct ListedService {
     /// Its name.
     pub name: String,
-    /// Who writes frames.
+    /// Nodes that publish on it.
     pub publishers: Vec<ListedNode>,
-    /// Who reads them.
+    /// Nodes that subscribe to it.
     pub subscribers: Vec<ListedNode>,
 }
 
 impl<S: Service> Participant<S> {
-    /// The other nodes that live in the domain, by name.
+    /// The other live nodes in the domain, sorted by name.
     ///
     /// Touches many files and waits for the domain's lock; never call it in a cycle.
     ///
@@ -71,11 +71,11 @@ impl<S: Service> Participant<S> {
         Ok(names)
     }
 
-    /// The services that carry frames, with who writes and reads them. One that ends meanwhile, or
-    /// that this participant may not open, is left out.
+    /// The services that carry frames, with their publishers and subscribers. A service that ends
+    /// during the call, or that this participant may not open, is left out.
     ///
-    /// Opens each service for a moment, but no port: those who use it notice nothing. Waits for the
-    /// domain's lock; never call it in a cycle.
+    /// Briefly opens each service, but no port, so its publishers and subscribers are not disturbed.
+    /// Waits for the domain's lock; never call it in a cycle.
     ///
     /// # Errors
     /// The domain cannot be locked or read.

@@ -13,10 +13,10 @@ use crate::{JoinError, OpenError, Service, exhausted, give_up_file_override, spa
 /// Set once somebody chose a log level, so that joining does not override the choice.
 pub(crate) static LOG_LEVEL: OnceLock<()> = OnceLock::new();
 
-/// A process (or a part of one) that takes part in an iceoryx2 domain; ports belong to one.
+/// A process, or a part of one, in an iceoryx2 domain. Every port belongs to a participant.
 ///
-/// Ports stay usable after their participant was dropped; it then ends with the last of them.
-/// iceoryx2 installs no signal handler through it. It can be shared between threads; the ports of
+/// Ports stay usable after their participant is dropped; it then ends with the last of them. It
+/// installs no signal handler. A participant can be shared between threads, but ports of
 /// [`ipc::Service`](crate::ipc::Service) stay in the thread that opened them.
 #[derive(Debug)]
 pub struct Participant<S: Service> {
@@ -27,13 +27,13 @@ pub struct Participant<S: Service> {
 impl<S: Service> Participant<S> {
     /// Joins a domain under `name`, and removes what killed processes left in it.
     ///
-    /// Takes milliseconds. Processes that start or end at the same moment are waited for; a process
-    /// that is stopped while it does so is waited for until it goes on, and named in a warning (see
+    /// Takes milliseconds. Waits for processes that start or end at the same moment. If one of them is
+    /// stopped meanwhile, it waits until that process continues and names it in a warning (see
     /// [`interrupt_waiting_by`](crate::interrupt_waiting_by)).
     ///
     /// # Errors
-    /// `name` is not a node name, the domain has something of another user in it, or iceoryx2 cannot
-    /// use it.
+    /// `name` is not a valid node name, something in the domain belongs to another user, or iceoryx2
+    /// cannot use the domain.
     pub fn join(name: &str, domain: &Domain) -> Result<Self, JoinError> {
         Self::join_with(name, domain, domain.config().global.creation_timeout)
     }
@@ -103,7 +103,7 @@ impl<S: Service> Participant<S> {
         self.node.name().as_str()
     }
 
-    /// Removes what killed processes left: their ports, samples and files.
+    /// Removes the ports, samples and files of killed processes.
     ///
     /// Touches many files and waits for the domain's lock; never call it in a cycle.
     pub fn clean_up(&self) {

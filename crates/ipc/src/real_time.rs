@@ -7,12 +7,11 @@ use crate::{
     Service,
 };
 
-/// A participant whose ports belong to real-time threads: connecting never waits.
+/// A participant whose ports belong to real-time threads: they never wait while connecting.
 ///
-/// A peer that is not fully made yet, or never will be because it was killed, is a failed connection
-/// at once instead of after the creation timeout. Each port that is opened here is on a list, and
-/// [`tend`](Self::tend), called by an ordinary thread, makes good the failed connections of all of
-/// them. [`Participant::for_real_time`] makes one.
+/// If a peer is still being created, or was killed while it was, the connection fails at once instead
+/// of after the creation timeout. [`tend`](Self::tend), called by an ordinary thread, retries the
+/// failed connections of all ports opened here. Create one with [`Participant::for_real_time`].
 ///
 /// A real-time thread also needs [`give_up_file_override`](crate::give_up_file_override).
 #[derive(Debug)]
@@ -55,9 +54,9 @@ impl<S: Service> RealTime<S> {
         Ok(subscriber)
     }
 
-    /// Makes good the failed connections of all ports that were opened here and still exist.
+    /// Retries the failed connections of all ports that were opened here and still exist.
     ///
-    /// For an ordinary thread, some fifty times a second; see [`Repair::tend`] for what it costs.
+    /// Call it in an ordinary thread, about 50 times a second; [`Repair::tend`] states its cost.
     pub fn tend(&self) {
         // No thread of a cycle takes this lock: ports are opened before the first one.
         let mut repairs = self.repairs.lock().unwrap_or_else(PoisonError::into_inner);
@@ -67,7 +66,7 @@ impl<S: Service> RealTime<S> {
         }
     }
 
-    /// The participant itself, for what ordinary threads open beside the ports: announcers, watchers.
+    /// The participant itself, to open ports of ordinary threads: announcers and watchers.
     pub fn ordinary(&self) -> &Participant<S> {
         &self.participant
     }
@@ -78,7 +77,7 @@ impl<S: Service> RealTime<S> {
 }
 
 impl<S: Service> Participant<S> {
-    /// Joins the domain again, under the same name, for ports in real-time threads.
+    /// Joins the domain again under the same name, for ports in real-time threads.
     ///
     /// # Errors
     /// As [`join`](Self::join).

@@ -16,12 +16,12 @@ const FIRST_PAUSE: Duration = Duration::from_millis(20);
 /// and each attempt costs the port's slack some microseconds.
 const LONGEST_PAUSE: Duration = Duration::from_secs(1);
 
-/// Makes a port try its failed connections again.
+/// Retries a port's failed connections.
 ///
-/// iceoryx2 connects a port when the list of its peers changes, and never comes back to a
-/// connection that failed: a reader would wait for ever for a publisher that is there. `Repair`
-/// sees the failure and changes the list, with a peer that comes and leaves at once. It may live in
-/// another thread than its port, and outlive it.
+/// iceoryx2 connects a port when the list of its peers changes and never retries a connection that
+/// failed, so a reader could wait forever for a publisher that exists. `Repair` notices the failure
+/// and changes the list by adding a peer that leaves at once. It may be used in another thread than
+/// its port, and may outlive it.
 #[derive(Debug)]
 pub struct Repair {
     service: String,
@@ -76,11 +76,11 @@ impl Repair {
         Arc::strong_count(&self.failures) > 1
     }
 
-    /// Has the port try again if a connection failed since the last attempt. Returns whether it did.
+    /// Makes the port retry if a connection has failed since the last attempt. Returns whether it did.
     ///
-    /// For an ordinary thread, many times a second: it is two loads of atomics while all is well,
-    /// and some hundred microseconds of file operations otherwise. What fails again and again for
-    /// more than a second is logged once, as a warning.
+    /// Call it in an ordinary thread, many times a second. It loads two atomics as long as nothing
+    /// fails, and otherwise takes some hundred microseconds for file operations. If connecting keeps
+    /// failing for more than a second, one warning is logged.
     pub fn tend<S: Service>(&mut self, participant: &Participant<S>) -> bool {
         self.tell_peers();
         // Read before the attempt: a failure that the attempt itself meets calls for another.

@@ -21,7 +21,7 @@ const NEWEST_FRAMES: usize = 2;
 pub enum Depth {
     /// Two: for control inputs, which read the newest.
     Newest,
-    /// As many as the service provides (2 to 256 when isochrone created it): for recorders.
+    /// As many as the service allows (2 to 256 if isochrone created it): for recorders.
     All,
 }
 
@@ -30,13 +30,13 @@ pub enum Depth {
 pub struct SubscriberCounters {
     /// Frames taken out of the buffer, including those that `newest` passed over.
     pub received: u64,
-    /// Frames that were sent and pushed out by newer ones before they were taken: gaps in the
-    /// sequence, between the first frame and the last.
+    /// Frames that newer ones displaced before they were taken: gaps in the sequence between the first
+    /// and the last frame.
     pub lost: u64,
-    /// Times that a writer began anew or another one was followed: the sequence went back, or jumped
-    /// ahead by more than could have been sent meanwhile.
+    /// How often the publisher restarted or was replaced: the sequence went back, or jumped ahead by
+    /// more than could have been sent in the meantime.
     pub restarts: u64,
-    /// Frames of other writers than the one that is followed. They are not handed on.
+    /// Frames from publishers other than the current one; they are discarded.
     pub other_writers: u64,
     /// Calls into iceoryx2 that failed.
     pub receive_errors: u64,
@@ -48,11 +48,11 @@ pub struct SubscriberCounters {
     pub connect_errors: u64,
 }
 
-/// Reads the frames of one service, of one writer at a time.
+/// Reads the frames of one service, from one publisher at a time.
 ///
-/// A writer with a higher [`term`](FrameHeader::term) is followed at once. Any other is when the one
-/// before has left, or was silent for 1 s or three of its [periods](Self::set_period), whichever is
-/// longer.
+/// It switches at once to a publisher with a higher [`term`](FrameHeader::term), and to any other one
+/// when the current publisher has left or has been silent for 1 s or three of its
+/// [periods](Self::set_period), whichever is longer.
 #[derive(Debug)]
 pub struct FrameSubscriber<S: Service> {
     port: Subscriber<S, [f64], FrameHeader>,
@@ -71,8 +71,8 @@ pub struct FrameSubscriber<S: Service> {
 impl<S: Service> FrameSubscriber<S> {
     /// Opens `service` for reading.
     ///
-    /// When there is no such service, it is created, so that writer and reader may start in any order:
-    /// for frames of about `channels` values, which decides how many of them may wait.
+    /// If the service does not exist, it is created, so publisher and reader may start in any order.
+    /// `channels`, the approximate number of values in a frame, determines how many frames may wait.
     ///
     /// # Errors
     /// The name or the existing service does not fit, or the service has no place left.
@@ -86,7 +86,7 @@ impl<S: Service> FrameSubscriber<S> {
         Self::connect(participant, service, opened, depth)
     }
 
-    /// Opens `service` for reading whatever frames it carries; `None` when it does not exist.
+    /// Opens `service` for reading, whatever its frames contain; `None` if it does not exist.
     ///
     /// # Errors
     /// The name is not possible, the service carries no frames, or it has no place left.
@@ -235,7 +235,7 @@ impl<S: Service> FrameSubscriber<S> {
         self.service.dynamic_config().number_of_publishers()
     }
 
-    /// What makes good the port's failed connections; for an ordinary thread.
+    /// Retries the port's failed connections; for an ordinary thread.
     pub fn repair(&self) -> Repair {
         let service = self.service.name().as_str();
         Repair::new(service, Peer::Publisher, &self.peers)

@@ -2,10 +2,10 @@
 
 use iceoryx2::service::{ipc, ipc_threadsafe, local, local_threadsafe};
 
-/// A variant of iceoryx2's services: [`ipc::Service`] and [`local::Service`], and those of their kind
-/// whose ports threads may share.
+/// A service variant of iceoryx2: [`ipc::Service`], [`local::Service`], and the variants of both whose
+/// ports may be shared between threads.
 pub trait Service: iceoryx2::service::Service {
-    /// Whether it has files and shared memory that other processes see, and that outlive a process.
+    /// Whether other processes can see its files and shared memory, which outlive the process.
     const CROSSES_PROCESSES: bool;
 }
 

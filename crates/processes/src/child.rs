@@ -18,7 +18,7 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(1);
 /// Exit status of a program of isochrone that had nothing to talk to.
 const NOBODY: i32 = 3;
 
-/// What can go wrong with a [`Child`].
+/// Why an operation on a [`Child`] failed.
 #[derive(Debug, thiserror::Error)]
 pub enum ChildError {
     /// It cannot be started.
@@ -26,10 +26,10 @@ pub enum ChildError {
     Start {
         /// The program.
         name: String,
-        /// What the system says.
+        /// The system's error.
         cause: io::Error,
     },
-    /// It ended before it was asked to.
+    /// It ended before it was asked to end.
     #[error("{name} ended early: {status}")]
     EndedEarly {
         /// The program.
@@ -45,21 +45,22 @@ pub enum ChildError {
         /// How it ended.
         status: ExitStatus,
     },
-    /// Its end cannot be waited for.
+    /// Waiting for its end failed.
     #[error("{name} is nowhere to be found: {cause}")]
     Lost {
         /// The program.
         name: String,
-        /// What the system says.
+        /// The system's error.
         cause: io::Error,
     },
 }
 
 /// A program that this one started.
 ///
-/// It is asked to end when this is dropped, and when another signal ends this program at once; if it
-/// does not, it is killed. A program that calls [`end_with_parent`](crate::end_with_parent) also ends
-/// when this one is killed, or rather with the thread that started it: start it in one that lasts.
+/// It is asked to end, and killed if it does not, when this is dropped or when a second signal ends
+/// this program at once. A program that calls [`end_with_parent`](crate::end_with_parent) also ends
+/// when this program is killed. To be exact, it ends with the thread that started it, so start it in a
+/// thread that lasts.
 #[derive(Debug)]
 pub struct Child {
     name: String,
@@ -68,7 +69,7 @@ pub struct Child {
 }
 
 impl Child {
-    /// Starts it; `name` names it in errors.
+    /// Starts the program; errors call it `name`.
     ///
     /// # Errors
     /// It cannot be started.
@@ -91,25 +92,25 @@ impl Child {
         self.child.id()
     }
 
-    /// What it reads, if that is piped; once.
+    /// Its stdin, if it is piped; `None` on later calls.
     pub fn stdin(&mut self) -> Option<ChildStdin> {
         self.child.stdin.take()
     }
 
-    /// What it prints to stdout, if that is piped; once.
+    /// Its stdout, if it is piped; `None` on later calls.
     pub fn stdout(&mut self) -> Option<ChildStdout> {
         self.child.stdout.take()
     }
 
-    /// What it prints to stderr, if that is piped; once.
+    /// Its stderr, if it is piped; `None` on later calls.
     pub fn stderr(&mut self) -> Option<ChildStderr> {
         self.child.stderr.take()
     }
 
-    /// How it ended, if it did.
+    /// Its exit status; `None` while it runs.
     ///
     /// # Errors
-    /// Somebody else has waited for it.
+    /// Another part of the program has already waited for it.
     pub fn ended(&mut self) -> Result<Option<ExitStatus>, ChildError> {
         if self.ended.is_none() {
             let ended = self.child.try_wait();
@@ -119,10 +120,10 @@ impl Child {
         Ok(self.ended)
     }
 
-    /// Sees that it still runs.
+    /// Fails unless it still runs.
     ///
     /// # Errors
-    /// It ended, or somebody else has waited for it.
+    /// It has ended, or another part of the program has already waited for it.
     pub fn check(&mut self) -> Result<(), ChildError> {
         let name = self.name.clone();
         self.ended()?.map_or(Ok(()), |status| Err(ChildError::EndedEarly { name, status }))
@@ -131,7 +132,7 @@ impl Child {
     /// Waits until it ends by itself.
     ///
     /// # Errors
-    /// Somebody else has waited for it.
+    /// Another part of the program has already waited for it.
     pub fn wait(&mut self) -> Result<ExitStatus, ChildError> {
         let waited = self.child.wait().map_err(|cause| self.lost(cause));
         self.ended = waited.as_ref().ok().copied().or(self.ended);
@@ -139,10 +140,10 @@ impl Child {
         waited
     }
 
-    /// Waits until it ends by itself, but no longer than so; `None`: it still runs.
+    /// Waits until it ends by itself, up to a limit; `None` if it still runs then.
     ///
     /// # Errors
-    /// Somebody else has waited for it.
+    /// Another part of the program has already waited for it.
     pub fn wait_within(&mut self, patience: Duration) -> Result<Option<ExitStatus>, ChildError> {
         let since = Instant::now();
         loop {
@@ -154,7 +155,7 @@ impl Child {
         }
     }
 
-    /// Sends it a signal, unless it was seen to have ended: its id may be another's by then.
+    /// Sends it a signal, unless it is known to have ended: another process may have its id by then.
     pub fn signal(&self, signal: Signal) {
         if self.ended.is_none() {
             let _ = kill_process(Pid::from_child(&self.child), signal);
@@ -165,7 +166,7 @@ impl Child {
     /// gone.
     ///
     /// # Errors
-    /// Somebody else has waited for it.
+    /// Another part of the program has already waited for it.
     pub fn end(&mut self) -> Result<ExitStatus, ChildError> {
         if self.ended()?.is_none() {
             self.signal(Signal::TERM);
@@ -179,7 +180,7 @@ impl Child {
     /// Kills it, and waits until it is gone.
     ///
     /// # Errors
-    /// Somebody else has waited for it.
+    /// Another part of the program has already waited for it.
     pub fn kill(&mut self) -> Result<ExitStatus, ChildError> {
         if self.ended()?.is_none() {
             self.signal(Signal::KILL);
@@ -187,8 +188,8 @@ impl Child {
         self.wait()
     }
 
-    /// Ends a program of isochrone as [`end`](Self::end) does, and sees that it ended well: by itself,
-    /// or because it was told to before it had begun, or before a frame came.
+    /// Ends a program of isochrone as [`end`](Self::end) does, and checks its exit status: success, or
+    /// that it was ended before it had begun or before a frame arrived.
     ///
     /// # Errors
     /// It failed.

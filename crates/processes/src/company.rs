@@ -9,16 +9,16 @@ use isochrone_ipc::{DomainError, IsolatedDomain};
 
 use crate::child::{Child, ChildError};
 
-/// Why there is no [`Company`], or nothing for it to read.
+/// Why a [`Company`] cannot be created or read.
 #[derive(Debug, thiserror::Error)]
 pub enum CompanyError {
-    /// It has no domain.
+    /// The domain cannot be created.
     #[error(transparent)]
     Domain(#[from] DomainError),
-    /// This program cannot be found again.
+    /// The path of this program's executable cannot be determined.
     #[error("cannot find this program: {cause}; see that /proc is there")]
     Program {
-        /// What the system says.
+        /// The system's error.
         cause: io::Error,
     },
     /// A file cannot be written.
@@ -26,13 +26,13 @@ pub enum CompanyError {
     File {
         /// The file.
         path: String,
-        /// What the system says.
+        /// The system's error.
         cause: io::Error,
     },
 }
 
-/// Where processes of a program live: an iceoryx2 domain of its own and the folder that it is in, so
-/// that they meet nothing else that runs on the machine. Drop the processes before.
+/// An isolated iceoryx2 domain and its folder, for the processes that a program starts: they see
+/// nothing else on the machine. Drop the processes before it.
 #[derive(Debug)]
 pub struct Company {
     program: PathBuf,
@@ -40,10 +40,10 @@ pub struct Company {
 }
 
 impl Company {
-    /// Makes the domain, whose prefix begins with `word`, for processes of this very program.
+    /// Creates the domain, with a prefix that begins with `word`, for processes of this program.
     ///
     /// # Errors
-    /// There is no place for the domain.
+    /// The domain cannot be created.
     pub fn gather(word: &str) -> Result<Self, CompanyError> {
         let program = std::env::current_exe().map_err(|cause| CompanyError::Program { cause })?;
         Ok(Self::of(program, IsolatedDomain::new(word)?))
@@ -67,14 +67,14 @@ impl Company {
     /// Writes a file into the folder.
     ///
     /// # Errors
-    /// There is no room.
+    /// The file cannot be written.
     pub fn write(&self, name: &str, text: &str) -> Result<(), CompanyError> {
         let path = self.path(name);
         let failed = |cause| CompanyError::File { path: path.display().to_string(), cause };
         std::fs::write(&path, text).map_err(failed)
     }
 
-    /// The program in the folder, not started yet.
+    /// A command that runs the program in the folder.
     fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(&self.program);
         // A Ctrl-C of the terminal is for us; we end the children in order.
@@ -82,12 +82,12 @@ impl Company {
         command
     }
 
-    /// The arguments that lead the program into the domain.
+    /// The arguments that make the program join the domain.
     pub fn in_domain(&self) -> [String; 2] {
         ["--iceoryx2-config".into(), self.domain.file().display().to_string()]
     }
 
-    /// Starts the program with a verb in the folder and the domain; what it prints is piped.
+    /// Starts a verb of the program in the folder and the domain, with stdout piped.
     ///
     /// # Errors
     /// It cannot be started.
@@ -95,7 +95,7 @@ impl Company {
         self.start_with(arguments, |command| command.args(self.in_domain()).stdin(Stdio::null()))
     }
 
-    /// Starts the program with a verb in the folder, as `set_up` has it; what it prints is piped.
+    /// Starts a verb of the program in the folder as `set_up` modifies it, with stdout piped.
     ///
     /// # Errors
     /// It cannot be started.

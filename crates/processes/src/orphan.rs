@@ -15,9 +15,9 @@ pub(crate) fn tell(command: &mut Command) {
     command.env(PARENT, std::process::id().to_string());
 }
 
-/// Has the kernel end this process, as by SIGTERM, when the thread ends that started it as a
-/// [`Child`](crate::Child): when its program was killed, that is. Does nothing in a process that
-/// somebody else has started. For the first line of a `main`.
+/// Makes the kernel send SIGTERM to this process when the thread that started it as a
+/// [`Child`](crate::Child) ends, for example because its program was killed. Does nothing in a process
+/// that was started otherwise. Call it first in `main`.
 pub fn end_with_parent() {
     let told = std::env::var(PARENT).ok().and_then(|pid| Pid::from_raw(pid.parse().ok()?));
     if told.is_none() || told != getppid() {

@@ -22,24 +22,24 @@ const NOT_IN_ORDER: i32 = 1;
 /// What an instant that is too far off for the clock is put at.
 const FOR_EVER: Duration = Duration::from_secs(u32::MAX as u64);
 
-/// Why a [`Stop`] cannot do what it should.
+/// Why a [`Stop`] cannot be created or keep time.
 #[derive(Debug, thiserror::Error)]
 pub enum StopError {
-    /// Signals cannot be handled.
+    /// No signal handler can be installed.
     #[error("cannot handle signals: {cause}; a process has one handler for them")]
     Signals {
-        /// What the system says.
+        /// The system's error.
         cause: ctrlc::Error,
     },
-    /// There is no thread that keeps the time.
+    /// The thread that keeps the time cannot be started.
     #[error("cannot start a thread: {cause}; raise the limit of processes (ulimit -u)")]
     Thread {
-        /// What the system says.
+        /// The system's error.
         cause: io::Error,
     },
 }
 
-/// The flag that ends the program, and when it is to end by itself.
+/// The flag that ends the program, and the time at which it ends by itself.
 #[derive(Debug, Clone)]
 pub struct Stop {
     flag: Arc<AtomicBool>,
@@ -74,7 +74,7 @@ impl Stop {
         Ok(Self { flag, end: None, whole: None })
     }
 
-    /// The same, and due after `run` at the latest.
+    /// The same stop, due after `run` at the latest.
     #[must_use]
     pub fn after(self, run: Duration) -> Self {
         let now = Instant::now();
@@ -82,18 +82,18 @@ impl Stop {
         Self { end: Some(end), ..self }
     }
 
-    /// A stop of its own for a part of the run: due with this one, after `run`, or when it is asked
-    /// for, which leaves this one alone.
+    /// A separate stop for a part of the run: due when this one is, after `run`, or on its own request,
+    /// which does not affect this one.
     pub fn within(&self, run: Duration) -> Self {
         let end = Instant::now().checked_add(run);
         Self { flag: Arc::default(), end, whole: Some(self.flag.clone()) }
     }
 
-    /// Sets the flag when the time is up, also while nobody asks whether it is: for loops that wait
-    /// for long.
+    /// Sets the flag when the time is up even if nothing calls [`is_due`](Self::is_due): for loops that
+    /// wait for a long time.
     ///
     /// # Errors
-    /// There is no thread to be had.
+    /// The thread cannot be started.
     pub fn keep_time(&self) -> Result<(), StopError> {
         let Some(end) = self.end else { return Ok(()) };
         let flag = self.flag();
@@ -107,12 +107,12 @@ impl Stop {
         }
     }
 
-    /// The flag itself, for loops that are told to stop.
+    /// The flag, for loops that poll it.
     pub fn flag(&self) -> Arc<AtomicBool> {
         self.flag.clone()
     }
 
-    /// Whether it is time to end; sets the flag when the time is up.
+    /// Whether the program is to end; sets the flag if its time is up.
     pub fn is_due(&self) -> bool {
         let whole_is_due = self.whole.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed));
         if whole_is_due || self.end.is_some_and(|end| Instant::now() >= end) {
@@ -121,7 +121,7 @@ impl Stop {
         self.flag.load(Ordering::Relaxed)
     }
 
-    /// Asks everything to end.
+    /// Sets the flag.
     pub fn request(&self) {
         self.flag.store(true, Ordering::Relaxed);
     }

@@ -1,4 +1,4 @@
-//! A domain that nobody else is in.
+//! A domain that no other program uses.
 
 use std::fs::{self, File};
 use std::io;
@@ -20,12 +20,12 @@ const MAKER: &str = "maker.lock";
 const FILE: &str = "domain.toml";
 const ROOT: &str = "iceoryx2";
 
-/// A domain with a prefix and a root path of its own, in a temporary folder: for tests, benches and
-/// demonstrations, which must meet nothing else that runs on the machine.
+/// A domain with a prefix and root path of its own, in a temporary folder: for tests, benches and
+/// demonstrations that must not see anything else on the machine.
 ///
-/// Nothing is left of it after it and the participants and ports in it are dropped. Processes that
-/// it was handed on to must have ended by then. What is left of one whose maker was killed is removed
-/// when the same user makes the next one in the same place.
+/// Dropping it and its participants and ports removes all its files. Other processes that use it must
+/// have ended before. If the process that created it is killed, its files are removed when the same
+/// user creates the next isolated domain in the same place.
 ///
 /// ```
 /// # use isochrone_ipc::{IsolatedDomain, Participant, ipc};
@@ -42,11 +42,11 @@ pub struct IsolatedDomain {
 }
 
 impl IsolatedDomain {
-    /// Makes one, in the folder for temporary files. Its prefix is `word`, the process id and a
+    /// Creates a domain in the folder for temporary files. Its prefix is `word`, the process id and a
     /// number.
     ///
     /// # Errors
-    /// There is no place for the folder, or its path or `word` is too long for iceoryx2.
+    /// The folder cannot be created, or its path or `word` is too long for iceoryx2.
     pub fn new(word: &str) -> Result<Self, DomainError> {
         Self::within(&std::env::temp_dir(), word)
     }
@@ -74,12 +74,12 @@ impl IsolatedDomain {
         Ok(Self { domain, folder: path })
     }
 
-    /// The folder that the domain is in, for whatever else belongs to those who use it.
+    /// The domain's folder, which its users may use for other files too.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// The configuration file of the domain, for another process.
+    /// The domain's iceoryx2 configuration file, to pass to another process.
     pub fn file(&self) -> PathBuf {
         self.folder.join(FILE)
     }

@@ -41,9 +41,9 @@ const ONE_END: Duration = Duration::from_secs(10);
 
 /// Makes every wait for a domain's lock end with an error once `flag` is set.
 ///
-/// A process that is stopped (SIGSTOP, a debugger) while it starts or ends holds up the starts of
-/// others for as long. With this they can still be ended in an orderly way, within two seconds of the
-/// flag. The first flag that is given counts.
+/// A process that is stopped (SIGSTOP, a debugger) while it starts or ends delays the start of others
+/// for as long as it is stopped. With this flag they still end in an orderly way, within two seconds
+/// after it is set. Only the first flag passed is used.
 pub fn interrupt_waiting_by(flag: Arc<AtomicBool>) {
     let _ = INTERRUPTED.set(flag);
 }

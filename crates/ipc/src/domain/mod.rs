@@ -1,5 +1,4 @@
-//! A domain: the iceoryx2 processes that see each other, and what they have in common in the file
-//! system.
+//! A domain: the iceoryx2 processes that see each other, and the files that they share.
 
 mod counter;
 mod ends_locked;
@@ -34,9 +33,9 @@ use crate::{DomainError, config};
 
 /// Which processes see each other: those with the same root path and prefix.
 ///
-/// A clone is the same domain. When the last clone and the last participant and port that use it are
-/// gone, and no other process lives in the domain, what iceoryx2 keeps of an unused one is removed
-/// (see [`remove_leftovers`](Self::remove_leftovers)).
+/// A clone is the same domain. When its last clone, participant and port are dropped and no other
+/// process uses the domain, the files that iceoryx2 leaves behind are removed (see
+/// [`remove_leftovers`](Self::remove_leftovers)).
 #[derive(Debug, Clone)]
 pub struct Domain(Arc<Shared>);
 
@@ -55,13 +54,12 @@ impl Domain {
     /// first of `./config/iceoryx2.toml`, `~/.config/iceoryx2/iceoryx2.toml` and
     /// `/etc/iceoryx2/iceoryx2.toml` that exists, or of the built-in defaults.
     ///
-    /// Which domain it is, and from where, is an event of `tracing` at the level of `info`.
+    /// Logs the domain and the file that selected it through `tracing` at level `info`.
     ///
     /// # Errors
     /// The file that `ICEORYX2_CONFIG` names does not exist, or a file was found but cannot be read
-    /// or understood. That is more than iceoryx2 itself refuses:
-    /// an empty file, a key that it does not know and would ignore, and a relative root path would
-    /// each bring the process into a domain that nobody meant.
+    /// or is not valid. Also rejected, unlike by iceoryx2 itself: an empty file, an unknown key, and a
+    /// relative root path, each of which would silently select an unintended domain.
     pub fn find() -> Result<Self, DomainError> {
         Self::load(config::usual_file().as_deref(), None)
     }
@@ -69,7 +67,7 @@ impl Domain {
     /// The domain of a configuration file of iceoryx2, as [`find`](Self::find) finds it.
     ///
     /// # Errors
-    /// There is no such file, or it cannot be read or understood.
+    /// The file does not exist, cannot be read or is not valid.
     pub fn from_file(path: &Path) -> Result<Self, DomainError> {
         Self::load(Some(path), None)
     }
@@ -86,8 +84,8 @@ impl Domain {
         Ok(Self(Arc::new(Shared { config, was_used: AtomicBool::new(false), folder })))
     }
 
-    /// iceoryx2's own configuration, for what uses iceoryx2 beside this crate. The creation timeout
-    /// is 20 ms, whatever the file says.
+    /// The iceoryx2 configuration, for code that uses iceoryx2 directly. The creation timeout is
+    /// always 20 ms, regardless of the file.
     pub fn config(&self) -> &Config {
         &self.0.config
     }
@@ -97,30 +95,30 @@ impl Domain {
         root_path(self.config())
     }
 
-    /// What the names of the domain's files begin with.
+    /// The prefix of the names of the domain's files.
     pub fn prefix(&self) -> String {
         self.config().global.prefix.to_string()
     }
 
-    /// The domain's files, in shared memory and below the root path; folders do not count. All files
-    /// in shared memory whose names begin with the prefix are taken for the domain's.
+    /// The domain's files in shared memory and below the root path, without folders. Every file in
+    /// shared memory whose name begins with the prefix counts as one of the domain's.
     pub fn files(&self) -> Vec<PathBuf> {
         let mut files = segments(self.config());
         files.extend(files_below(&self.root_path()));
         files
     }
 
-    /// Removes the last traces of an unused domain; returns whether there was one.
+    /// Removes the last files of an unused domain; returns whether there were any.
     ///
     /// When all nodes of a domain have ended, iceoryx2 leaves the 16 bytes of a node counter
     /// (`/dev/shm/<prefix>…_node.0_10_0.global_mgmt`) and the empty directories `nodes` and
     /// `services` in the root path, and this crate its lock (`<prefix>isochrone.lock`) and the list
-    /// of root paths (`/dev/shm/<prefix>isochrone.roots`). None does harm. What killed processes
-    /// left goes as well.
+    /// of root paths (`/dev/shm/<prefix>isochrone.roots`). They are harmless. Files of killed processes
+    /// are removed as well.
     ///
-    /// Does nothing while the domain has a living node. The directories stay: a program that knows no
-    /// lock may be about to use them. It is done by itself when a domain in which this process took
-    /// part is dropped.
+    /// Does nothing while the domain has a live node. The directories remain, because a program that
+    /// does not know the lock may be about to use them. Dropping a domain in which this process took
+    /// part calls this.
     pub fn remove_leftovers(&self) -> bool {
         leftovers::remove(self.config())
     }
@@ -130,7 +128,7 @@ impl Domain {
     }
 }
 
-/// Root path and prefix.
+/// Displays root path and prefix.
 impl fmt::Display for Domain {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&describe(self.config()))

@@ -6,7 +6,7 @@ use thiserror::Error;
 /// it panics beyond.
 pub(crate) const MAX_DOMAIN_BYTES: usize = 120;
 
-/// Why there is no [`Domain`](crate::Domain).
+/// Why a [`Domain`](crate::Domain) cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum DomainError {
     /// There is no file at the path that was given.
@@ -25,7 +25,7 @@ pub enum DomainError {
         /// The path as given.
         path: String,
     },
-    /// The names of iceoryx2's files would be longer than it can hold.
+    /// The names of iceoryx2's files would exceed its limit.
     #[error(
         "root-path {root_path} and prefix {prefix} are too long for iceoryx2; together at most {MAX_DOMAIN_BYTES} bytes"
     )]
@@ -35,14 +35,14 @@ pub enum DomainError {
         /// The prefix.
         prefix: String,
     },
-    /// The folder of an isolated domain cannot be made.
+    /// The folder of an isolated domain cannot be created.
     #[error(
         "cannot create a folder in {place} for a domain: {cause}; set TMPDIR to a writable folder"
     )]
     NoFolder {
-        /// Where the folder was to be.
+        /// Parent folder.
         place: String,
-        /// What the system says.
+        /// The system's error.
         cause: String,
     },
     /// The file exists but cannot be read.
@@ -59,7 +59,7 @@ pub enum DomainError {
         /// The path as given.
         path: String,
     },
-    /// The file says nothing: iceoryx2 would take its defaults for all of it.
+    /// The file is empty, so iceoryx2 would use its defaults for everything.
     #[error(
         "iceoryx2 configuration {path}: empty; write [global] with a root-path and a prefix, or give no file for the defaults"
     )]
@@ -67,7 +67,7 @@ pub enum DomainError {
         /// The path of the file.
         path: String,
     },
-    /// The file is not TOML or has a value that iceoryx2 does not take.
+    /// The file is not TOML, or has a value that iceoryx2 does not accept.
     #[error(
         "iceoryx2 configuration {path}:{line}:{column}: not a valid iceoryx2 0.10 configuration: {cause}; compare it with `iox2 config show`"
     )]
@@ -81,7 +81,7 @@ pub enum DomainError {
         /// What is wrong there.
         cause: String,
     },
-    /// The file has a key that iceoryx2 does not know, and would ignore.
+    /// The file has a key that iceoryx2 does not know and would ignore.
     #[error("iceoryx2 configuration {path}:{line}:{column}: {table} has no key {key:?}; {remedy}")]
     UnknownKey {
         /// The path of the file.
@@ -90,14 +90,14 @@ pub enum DomainError {
         line: usize,
         /// From 1, in characters.
         column: usize,
-        /// The table that it stands in, such as `[global]`.
+        /// The table that contains the key, such as `[global]`.
         table: String,
         /// The key as it is written.
         key: String,
-        /// What would be right.
+        /// What to write instead.
         remedy: String,
     },
-    /// The root path would be another place for each process that is started elsewhere.
+    /// The root path is relative, so processes started in different folders would not share a domain.
     #[error(
         "iceoryx2 configuration {path}:{line}:{column}: root-path {root_path:?} is relative, so each folder would have a domain of its own; begin it with /"
     )]
@@ -149,27 +149,27 @@ pub enum JoinError {
     Locked {
         /// Root path and prefix.
         domain: String,
-        /// The file that cannot be locked, or the process that was waited for.
+        /// The file that cannot be locked, or the process that holds the lock.
         cause: String,
     },
-    /// There is no room for what every process of a domain needs.
+    /// Shared memory has no room for what every process of a domain needs.
     #[error(
         "cannot join the iceoryx2 domain {domain}: /dev/shm has {free_bytes} bytes free, and {needed_bytes} are needed; remove what nobody uses there, or enlarge it: mount -o remount,size=256M /dev/shm"
     )]
     SharedMemoryFull {
         /// Root path and prefix.
         domain: String,
-        /// About how much is needed.
+        /// Approximate number of bytes needed.
         needed_bytes: u64,
-        /// How much there is.
+        /// Free bytes.
         free_bytes: u64,
     },
-    /// iceoryx2 kept failing although it was tried for most of a second.
+    /// iceoryx2 kept failing during retries for most of a second.
     #[error("cannot join the iceoryx2 domain {domain}: {cause}")]
     Failed {
         /// Root path and prefix.
         domain: String,
-        /// What has run out or cannot be written, what iceoryx2 said last, and what to do.
+        /// What has run out or cannot be written, iceoryx2's last error, and the remedy.
         cause: String,
     },
 }

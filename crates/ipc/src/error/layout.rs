@@ -5,7 +5,7 @@ use thiserror::Error;
 /// Why a [`FrameLayout`](crate::FrameLayout) cannot be announced.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum LayoutError {
-    /// A frame needs at least one signal.
+    /// The layout has no signal.
     #[error("the frame has no signal; give it at least one")]
     Empty,
     /// A signal's name, type or unit has a control character.
@@ -18,7 +18,7 @@ pub enum LayoutError {
         /// Its name, type or unit.
         word: String,
     },
-    /// There are more signals than a frame may have.
+    /// The layout has more signals than the 65,536 that a frame can have.
     #[error("there are {signals} signals; a frame has at most 65536")]
     TooMany {
         /// Number of signals.
@@ -34,7 +34,7 @@ pub enum LayoutError {
     },
 }
 
-/// Why the message of a service of layouts is no [`Announcement`](crate::Announcement).
+/// Why a message on a layout service is not a valid [`Announcement`](crate::Announcement).
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum AnnouncementError {
     /// It is not JSON of this form.
@@ -43,24 +43,24 @@ pub enum AnnouncementError {
         /// Where and why.
         cause: String,
     },
-    /// It is longer than any layout needs.
+    /// It is longer than the longest layout.
     #[error("it has {bytes} bytes, which is more than any layout needs")]
     TooLong {
         /// Length of the message.
         bytes: usize,
     },
-    /// What it describes can be no layout.
+    /// It describes a layout that is not valid.
     #[error(transparent)]
     Layout(LayoutError),
     /// `layout` is not a number of 16 hexadecimal digits, or is 0.
     #[error("its \"layout\" is {text:?}; 16 hexadecimal digits that are not all 0 are needed")]
     Number {
-        /// What stands there.
+        /// The value of `layout`.
         text: String,
     },
 }
 
-/// What a frame does not have for a reader, see [`FrameLayout::find`](crate::FrameLayout::find).
+/// Why a reader cannot find a value in a frame, see [`FrameLayout::find`](crate::FrameLayout::find).
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum LayoutConflict {
     /// The frames have too few channels.
@@ -76,7 +76,7 @@ pub enum LayoutConflict {
     NoSignal {
         /// The name that is needed.
         needed: String,
-        /// The names that there are.
+        /// The names of the frame's signals.
         available: String,
     },
     /// A channel carries another type.
@@ -87,9 +87,9 @@ pub enum LayoutConflict {
     ValueType {
         /// Index of the channel.
         channel: usize,
-        /// The signal's name, or `-` when nobody gave one.
+        /// The signal's name, or `-` if it has none.
         name: String,
-        /// Type on the wire.
+        /// Type that the frame carries.
         available: String,
         /// Type that is needed.
         needed: String,

@@ -42,7 +42,7 @@ pub enum ServiceNameError {
         /// The first character that does not fit.
         character: char,
     },
-    /// The name is one of those under which layouts are announced.
+    /// The name begins with `isochrone/layout/`, which is reserved for announcing layouts.
     #[error(
         "service name {name:?} begins with \"isochrone/layout/\", where layouts are announced; choose another beginning"
     )]
@@ -50,7 +50,7 @@ pub enum ServiceNameError {
         /// The name as given.
         name: String,
     },
-    /// The name begins with `iox2://`, which iceoryx2 keeps for itself.
+    /// The name begins with `iox2://`, which iceoryx2 reserves.
     #[error(
         "service name {name:?} begins with \"iox2://\", which iceoryx2 keeps for itself; choose another beginning"
     )]

@@ -18,8 +18,8 @@ pub enum OpenError {
         /// What is wrong with the layout.
         source: LayoutError,
     },
-    /// The service carries other messages than frames, frames of another version, or its layouts'
-    /// service other messages than layouts.
+    /// The service does not carry frames, or frames of another version, or its layout service does not
+    /// carry layouts.
     #[error(
         "service {service:?} carries {carries}, but {needs}; use another service name, or end all processes of the service and start again"
     )]
@@ -31,7 +31,7 @@ pub enum OpenError {
         /// What is needed, with types and sizes: `frames are …`.
         needs: String,
     },
-    /// The service was made by another version of iceoryx2.
+    /// The service was created by another version of iceoryx2.
     #[error(
         "service {service:?} was created by another version of iceoryx2, this process has {ours}; run the same version everywhere, or separate the domains by prefix and root path"
     )]
@@ -41,7 +41,7 @@ pub enum OpenError {
         /// Version of this process.
         ours: String,
     },
-    /// Somebody writes the service already.
+    /// The service already has a publisher.
     #[error(
         "service {service:?} is written by {other} already; a service has one writer: end that one, or use another service name"
     )]
@@ -51,7 +51,7 @@ pub enum OpenError {
         /// Node name, executable and process id of the other publisher.
         other: String,
     },
-    /// All places that the service's creator provided for are taken.
+    /// All places that the service's creator provided are taken.
     #[error(
         "service {service:?} has no place for another {what} (its creator provided {limit}{}); end one, or end all of them and let a node of isochrone create the service",
         taken(.holders)
@@ -63,7 +63,7 @@ pub enum OpenError {
         what: &'static str,
         /// How many there can be.
         limit: usize,
-        /// Who has them: node names, programs and process ids; empty if nobody can be named.
+        /// The nodes that hold the places: name, program and process id; empty if unknown.
         holders: String,
     },
     /// The domain could not be locked, or not before the process was asked to end.
@@ -73,7 +73,7 @@ pub enum OpenError {
         service: String,
         /// Root path and prefix.
         domain: String,
-        /// The file that cannot be locked, or the process that was waited for.
+        /// The file that cannot be locked, or the process that holds the lock.
         cause: String,
     },
     /// The service belongs to another user.
@@ -93,12 +93,12 @@ pub enum OpenError {
     SharedMemoryFull {
         /// Name of the service.
         service: String,
-        /// About how much is needed.
+        /// Approximate number of bytes needed.
         needed_bytes: u64,
-        /// How much there is.
+        /// Free bytes.
         free_bytes: u64,
     },
-    /// The service's files are damaged or were removed while it lived.
+    /// The service's files are damaged, or were removed while it was in use.
     #[error(
         "service {service:?} in {domain} is damaged; end all its processes, then remove its files in that place"
     )]
@@ -108,14 +108,14 @@ pub enum OpenError {
         /// Root path and prefix.
         domain: String,
     },
-    /// iceoryx2 kept failing although it was tried for most of a second.
+    /// iceoryx2 kept failing during retries for most of a second.
     #[error("service {service:?} in {domain} cannot be opened: {cause}")]
     Failed {
         /// Name of the service.
         service: String,
         /// Root path and prefix.
         domain: String,
-        /// What has run out or cannot be written, what iceoryx2 said last, and what to do.
+        /// What has run out or cannot be written, iceoryx2's last error, and the remedy.
         cause: String,
     },
 }

@@ -32,7 +32,7 @@ pub struct Stamp {
     pub cycle: u64,
     /// When the cycle was due, `CLOCK_MONOTONIC` nanoseconds.
     pub release_ns: u64,
-    /// Of the oldest sample that the frame was computed from, see [`Credible::source_ns`]; 0: none.
+    /// Time of the oldest sample that the frame was computed from, see [`Credible::source_ns`]; 0: none.
     ///
     /// [`Credible::source_ns`]: crate::Credible::source_ns
     pub source_ns: u64,
@@ -42,16 +42,16 @@ pub struct Stamp {
     pub flags: Flags,
 }
 
-/// What a publisher did and what went wrong, since it was opened.
+/// Counts of a publisher's work and failures since it was opened.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct PublisherCounters {
     /// Frames sent.
     pub sent: u64,
-    /// Calls of `send` that had no frame, because none could be loaned.
+    /// Calls of `send` without a frame, because none could be loaned.
     pub unsent: u64,
     /// Frames that iceoryx2 refused or could deliver only in part.
     pub send_errors: u64,
-    /// Calls of `prepare` that got no frame: readers hold on to too many.
+    /// Calls of `prepare` that got no frame, because readers hold too many.
     pub loan_errors: u64,
     /// How often the number of subscribers was seen to change; each change costs one `prepare`
     /// or `send` some hundred microseconds. One that left and one that joined between two calls
@@ -88,16 +88,16 @@ impl<S: Service> FramePublisher<S> {
     /// Opens `service` for writing frames of `layout`; creates it when there is none.
     ///
     /// The frames carry the layout's number, and nodes do not read them before they have learned what
-    /// it stands for: have a [`LayoutAnnouncer`](crate::LayoutAnnouncer) tell them, or make the
+    /// it stands for: announce it with a [`LayoutAnnouncer`](crate::LayoutAnnouncer), or make the
     /// publisher [plain](Self::plain).
     ///
-    /// A publisher that a killed process left is removed. One that lives is an error; publishers
-    /// that are not ours do not count, so a link may mirror its peer's frames into the service:
-    /// ours carry the port name [`PUBLISHER_PORT_NAME`].
+    /// The publisher of a killed process is removed; a live one is an error. Only publishers of this
+    /// crate count, which have the port name [`PUBLISHER_PORT_NAME`]: a link between machines may
+    /// mirror its peer's frames into the service.
     ///
-    /// All memory of the frames is claimed here: who fills shared memory afterwards cannot kill the
-    /// publisher by a page that it has not touched yet. The segment of a connection is made when a
-    /// subscriber comes, and still needs room then.
+    /// All memory for the frames is allocated here, so filling up shared memory afterwards cannot kill
+    /// the publisher at a page it has not touched yet. The segment of a connection is created when a
+    /// subscriber joins and still needs room then.
     ///
     /// # Errors
     /// The name, the layout or the existing service does not fit, somebody writes it already, or
@@ -133,7 +133,7 @@ impl<S: Service> FramePublisher<S> {
         Ok(publisher)
     }
 
-    /// Has the frames not say which layout they have: readers find their values by channel, untyped.
+    /// Sends frames without a layout number: readers find values by channel, and types are not checked.
     #[must_use]
     pub fn plain(mut self) -> Self {
         self.layout = 0;
@@ -142,8 +142,8 @@ impl<S: Service> FramePublisher<S> {
 
     /// Gets the next frame ready, all zero, and connects to subscribers that joined.
     ///
-    /// For the slack: iceoryx2 allocates, and maps memory when a peer joined or left. Returns
-    /// whether there is a frame; if one was ready already, it stays as it is.
+    /// Call it in the slack: iceoryx2 allocates, and maps memory if a peer has joined or left. Returns
+    /// whether a frame is ready; a frame that was ready before is kept as it is.
     pub fn prepare(&mut self) -> bool {
         self.maintain();
         let subscribers = self.subscribers();
@@ -210,7 +210,7 @@ impl<S: Service> FramePublisher<S> {
         }
     }
 
-    /// What happened since the publisher was opened.
+    /// Counts since the publisher was opened.
     pub fn counters(&self) -> PublisherCounters {
         PublisherCounters {
             connects: self.peers.changes(),
@@ -219,7 +219,7 @@ impl<S: Service> FramePublisher<S> {
         }
     }
 
-    /// What makes good the port's failed connections; for an ordinary thread.
+    /// Retries the port's failed connections; for an ordinary thread.
     pub fn repair(&self) -> Repair {
         let service = self.service.name().as_str();
         Repair::new(service, Peer::Subscriber, &self.peers)

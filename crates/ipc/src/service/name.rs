@@ -8,17 +8,17 @@ use crate::error::MAX_SERVICE_NAME_BYTES;
 /// What the name of a service of layouts is made of, before that of the service of frames.
 const LAYOUT_PREFIX: &str = "isochrone/layout/";
 
-/// Says whether `name` can be the name of a service of frames, and if not, why.
+/// Checks whether `name` is valid for a service that carries frames.
 ///
 /// # Errors
 /// The name is empty, longer than 238 bytes, begins with `iox2://` or `isochrone/layout/`, begins or
-/// ends with a blank, or has a character that is not printable ASCII. (iceoryx2 itself takes 255 bytes,
-/// and control characters except NUL; no tool shows them.)
+/// ends with a blank, or has a character that is not printable ASCII. (iceoryx2 itself allows 255 bytes
+/// and all control characters but NUL, which no tool displays.)
 pub fn check_service_name(name: &str) -> Result<(), ServiceNameError> {
     service_name(name).map(drop)
 }
 
-/// The name of the service that carries the layouts of the frames of `service`.
+/// The name of the service that announces the layouts of `service`'s frames.
 ///
 /// # Errors
 /// As [`check_service_name`].

@@ -1,6 +1,7 @@
 //! What a service provides: places for ports, and memory for what its readers are behind.
 
 use std::fmt;
+use std::ops::RangeInclusive;
 
 use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::publish_subscribe::PortFactory;
@@ -18,7 +19,7 @@ pub(super) const MAX_NODES: usize = 40;
 const MAX_BORROWED: usize = 2;
 /// Memory for the frames that one reader can be behind, and the bounds of their number.
 const BUFFER_BYTES: usize = 1 << 20;
-const BUFFER_FRAMES: (usize, usize) = (2, 256);
+const BUFFER_FRAMES: RangeInclusive<usize> = 2..=256;
 
 /// What a service is created with, where there is none. Whoever opens one takes it as it is.
 #[derive(Debug, Clone, Copy)]
@@ -120,8 +121,7 @@ pub(crate) fn segment_bytes<S: Service, E: Element, H: Header>(
 
 fn buffer_frames(channels: usize) -> usize {
     let frame_bytes = size_of::<FrameHeader>() + channels * size_of::<f64>();
-    let (least, most) = BUFFER_FRAMES;
-    (BUFFER_BYTES / frame_bytes).clamp(least, most)
+    (BUFFER_BYTES / frame_bytes).clamp(*BUFFER_FRAMES.start(), *BUFFER_FRAMES.end())
 }
 
 #[cfg(test)]
