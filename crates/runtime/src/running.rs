@@ -158,6 +158,9 @@ impl<S: Service> Running<S> {
         for ((task, grant), done) in parts.tasks.iter_mut().zip(grants).zip(done) {
             alarms.extend(task.resolvers.iter_mut().flat_map(Resolver::alarms));
             let Some(done) = done else { continue };
+            if let Some(last) = &done.last {
+                task.timing.end(last);
+            }
             match done.stop_reason {
                 Some(StopReason::Overrun) => {
                     end = End::Overrun { task: task.name.clone(), missed: task.timing.missed() };

@@ -65,6 +65,8 @@ pub(crate) struct Start {
 pub(crate) struct Done {
     /// Why its loop ended; `None`: it ran all its cycles.
     pub(crate) stop_reason: Option<StopReason>,
+    /// Its last cycle, whose record may have found no room.
+    pub(crate) last: Option<CycleRecord>,
     pub(crate) margin_ns: Option<u64>,
     pub(crate) costs: Option<Costs>,
     pub(crate) block_errors: u64,
@@ -102,6 +104,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
     let mut account = Account::open(0);
     let mut restless = Restless::default();
     let mut cycles = 0;
+    let mut last = None;
     loop {
         // Peers that came while the thread slept are connected before the release, not after it.
         let connect = || account.library(|| ports.maintain());
@@ -125,8 +128,10 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
         tap.take(engine.image());
         events.look(&engine);
         ports.inputs.tell(&mut events);
+        let record = record(&release, end_ns, cyclic.overruns());
         // A full ring drops the record, and the reader of the ring sees the gap.
-        let _ = records.push(record(&release, end_ns, cyclic.overruns()));
+        let _ = records.push(record);
+        last = Some(record);
         cycles += 1;
         if cycles == warm_up {
             account = Account::open(ports.allocations());
@@ -137,6 +142,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
     }
     Some(Done {
         stop_reason: cyclic.stop_reason(),
+        last,
         margin_ns: cyclic.margin_ns(),
         costs: (cycles > warm_up).then(|| account.close(ports.allocations())),
         block_errors: engine.block_errors(),

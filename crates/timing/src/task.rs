@@ -99,6 +99,14 @@ impl TaskTiming {
         }
     }
 
+    /// Takes in the last cycle again, when it is known to be the last: its counts stand even if its
+    /// record and those before it were lost.
+    pub fn end(&mut self, last: &CycleRecord) {
+        if self.last.is_none_or(|seen| seen.cycle <= last.cycle) {
+            self.last = Some(*last);
+        }
+    }
+
     /// Cycles that ran so far, including the warm-up and cycles whose records were lost.
     pub fn cycles(&self) -> u64 {
         // Every release up to the last record's either ran or was missed.
@@ -240,6 +248,16 @@ mod tests {
         let late = CycleRecord { missed: 3, overruns: 1, ..record(4, 0) };
         let report = report(WARM_UP_CYCLES, [record(0, 0), late]);
         assert_eq!((report.missed, report.overruns), (3, Some(1)));
+    }
+
+    #[test]
+    fn records_lost_at_the_end_are_counted_once_the_last_cycle_is_known() {
+        let mut timing = TaskTiming::new(PERIOD_NS).with_warm_up(0);
+        timing.record(&record(0, 10));
+        timing.end(&CycleRecord { missed: 2, overruns: 1, ..record(6, 40) });
+        assert_eq!((timing.cycles(), timing.missed(), timing.overruns()), (5, 2, 1));
+        assert_eq!(timing.lost_records(), 4);
+        assert_eq!(timing.report("fast").release_jitter_ns.max, Some(10));
     }
 
     #[test]

@@ -1,0 +1,65 @@
+//! A node whose ordinary thread gets no time to poll it.
+
+use std::sync::atomic::Ordering;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use isochrone_blocks::{Block, BlockType, CATALOGUE, Cycle};
+use isochrone_engine::{Plan, Rules, Source};
+use isochrone_ipc::local;
+use isochrone_runtime::{End, Node, Running};
+
+const LIMIT: Duration = Duration::from_secs(60);
+
+isochrone_blocks::block! {
+    /// Counts its own cycles.
+    Counter {
+        inputs {
+            /// Where it begins.
+            "first" => first: f64 = 0.0,
+        }
+        outputs {
+            /// The index of the cycle.
+            "y" => y: f64,
+        }
+        state { unused: f64 }
+        status {}
+    }
+}
+
+impl Block for Counter {
+    fn step(_: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
+        Outputs { y: inputs.first + cycle.index() as f64 }
+    }
+}
+
+/// A node with a task of this period, and what else its task says.
+fn node(period: &str, more: &str, cycles: Option<u64>) -> Running<local::Service> {
+    let text = format!(
+        "[node]\nname = \"n\"\n[[task]]\nname = \"fast\"\nperiod = \"{period}\"\n{more}\n\
+         [[block]]\nname = \"counter\"\ntype = \"Counter\"\n"
+    );
+    let catalogue = [CATALOGUE, &[BlockType::of::<Counter>()]].concat();
+    let rules = Rules { catalogue: &catalogue, ..Rules::default() };
+    let plan = Plan::new(Source::new("n.toml", text), &rules).unwrap();
+    Node::prepare_alone(&plan).unwrap().with_cycles(cycles).start()
+}
+
+/// Waits, without a poll, until a task has ended.
+fn await_end(node: &Running<local::Service>) {
+    let (ended, since) = (node.stop_flag(), Instant::now());
+    while !ended.load(Ordering::Relaxed) {
+        assert!(since.elapsed() < LIMIT, "no task ends");
+        thread::sleep(Duration::from_millis(1));
+    }
+}
+
+#[test]
+fn cycles_whose_records_found_no_room_are_counted_and_their_records_as_lost() {
+    let node = node("100us", "", Some(6_000));
+    await_end(&node);
+    let outcome = node.finish().unwrap();
+    assert_eq!(outcome.end, End::Cycles);
+    let timing = &outcome.tasks[0].timing;
+    assert_eq!((timing.cycles(), timing.lost_records()), (6_000, 6_000 - 4_096));
+}
