@@ -132,8 +132,9 @@ impl<S: Service> Running<S> {
     }
 
     /// The newest value of an input, of an output pin (`"block.pin"`), or of a task's timing
-    /// (`"task.NAME.cycle"`): what telemetry shows, at most 20 ms before the last [`poll`](Self::poll).
-    /// `None`: there is none of this name among the first 1024 signals of its task.
+    /// (`"task.NAME.cycle"`): what telemetry shows, at most 20 ms, or a period, before the last
+    /// [`poll`](Self::poll). The values of a task are all of one cycle. `None`: there is none of this
+    /// name among the first 1024 signals of its task, or no cycle of the task was shown yet.
     pub fn value(&self, name: &str) -> Option<f64> {
         self.parts.snapshots.value(name)
     }
@@ -178,14 +179,9 @@ impl<S: Service> Running<S> {
         self.take_back();
         self.news = std::mem::take(&mut self.returned);
         for (index, task) in self.parts.tasks.iter_mut().enumerate() {
-            let mut newest = None;
             while let Ok(record) = task.records.pop() {
                 task.timing.record(&record);
                 self.news.records.push((index, record));
-                newest = Some(record);
-            }
-            if let Some(newest) = newest {
-                self.parts.snapshots.note(index, &newest);
             }
         }
     }

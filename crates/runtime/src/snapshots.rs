@@ -5,26 +5,28 @@
 //! copy in the slack of a cycle, and shall stay small.
 
 use std::collections::HashMap;
+use std::ops::Range;
 
 use isochrone_engine::{Plan, TaskPlan};
 use isochrone_ipc::{FrameLayout, SignalSpec};
 use isochrone_timing::CycleRecord;
-use rtrb::{Consumer, Producer, RingBuffer};
+use triple_buffer::{Input as Sender, Output as Receiver, TripleBuffer};
 
 /// Most signals of a task that are watched.
 pub(crate) const MAX_SIGNALS: usize = 1024;
 /// Snapshots are taken at most this often.
 const INTERVAL_NS: u64 = 20_000_000;
-/// Snapshots that fit into the ring.
-const SNAPSHOTS: usize = 4;
 
 /// The timing channels of a task, which stand before its signals.
 const TIMING: [&str; 6] =
     ["cycle", "release_jitter_ns", "execution_ns", "response_ns", "missed", "overruns"];
 
+/// The timing and the signals of a task, all of one cycle; NaN until it has run.
+type Snapshot = Box<[f64]>;
+
 /// The end in the cycle.
 pub(crate) struct Tap {
-    ring: Producer<f64>,
+    sender: Sender<Snapshot>,
     slots: Box<[usize]>,
     /// A snapshot is taken every so many cycles.
     every: u64,
@@ -33,28 +35,38 @@ pub(crate) struct Tap {
 }
 
 impl Tap {
-    /// Takes a snapshot if one is due; for the slack. Where the ring is full, because the ordinary
-    /// thread got no time to empty it, the snapshot is lost.
-    pub(crate) fn take(&mut self, image: &[f64]) {
+    /// Takes a snapshot after a cycle if one is due; for the slack. One that the ordinary thread did
+    /// not fetch in time is replaced and counted.
+    pub(crate) fn take(&mut self, image: &[f64], record: &CycleRecord) {
         self.cycles = self.cycles.wrapping_add(1);
         if !self.cycles.is_multiple_of(self.every) {
             return;
         }
-        let Ok(mut chunk) = self.ring.write_chunk(self.slots.len()) else {
-            self.lost += 1;
-            return;
-        };
-        let (first, second) = chunk.as_mut_slices();
-        for (value, slot) in first.iter_mut().chain(second).zip(&self.slots) {
+        let snapshot = self.sender.input_buffer_mut();
+        let (timing, signals) = snapshot.split_at_mut_checked(TIMING.len()).unwrap_or_default();
+        timing.copy_from_slice(&timing_of(record));
+        for (value, slot) in signals.iter_mut().zip(&self.slots) {
             *value = image.get(*slot).copied().unwrap_or_default();
         }
-        chunk.commit_all();
+        self.lost += u64::from(self.sender.publish());
     }
 
     /// Snapshots that were lost.
     pub(crate) fn lost(&self) -> u64 {
         self.lost
     }
+}
+
+fn timing_of(record: &CycleRecord) -> [f64; TIMING.len()] {
+    let timing = [
+        record.cycle,
+        record.start_ns.saturating_sub(record.release_ns),
+        record.end_ns.saturating_sub(record.start_ns),
+        record.end_ns.saturating_sub(record.release_ns),
+        record.missed,
+        record.overruns,
+    ];
+    timing.map(|value| value as f64)
 }
 
 /// The end in the ordinary thread.
@@ -64,41 +76,41 @@ pub(crate) struct Snapshots {
     /// Channels by name.
     channels: HashMap<String, usize>,
     sources: Vec<Source>,
-    is_fresh: bool,
 }
 
 struct Source {
-    ring: Consumer<f64>,
-    /// Channels of the task's signals.
-    signals: std::ops::Range<usize>,
+    receiver: Receiver<Snapshot>,
+    channels: Range<usize>,
+    /// Whether a snapshot has come.
+    has_run: bool,
 }
 
 impl Snapshots {
     /// Both ends for all tasks of a node; a tap for each task.
     pub(crate) fn of(plan: &Plan) -> (Self, Vec<Tap>) {
         let mut signals = Vec::new();
-        let mut values = Vec::new();
         let mut sources = Vec::new();
         let mut taps = Vec::new();
         for (index, task) in plan.tasks.iter().enumerate() {
+            let first = signals.len();
             let timing = TIMING.iter().map(|name| format!("task.{}.{name}", task.name));
             signals.extend(timing.map(|name| SignalSpec::new(name, "LREAL")));
-            values.extend([0.0; TIMING.len()]);
-            let first = signals.len();
-            let slots: Box<[usize]> = watched(task).map(|(slot, _)| slot).collect();
             signals.extend(watched(task).map(|(slot, value_type)| {
                 SignalSpec::new(plan.slot_name(index, slot), value_type)
             }));
-            values.extend(slots.iter().map(|slot| task.image.get(*slot).copied().unwrap_or(0.0)));
-            let (producer, consumer) = RingBuffer::new((slots.len() * SNAPSHOTS).max(1));
-            sources.push(Source { ring: consumer, signals: first..signals.len() });
+            let channels = first..signals.len();
+            let none: Snapshot = vec![f64::NAN; channels.len()].into();
+            let (sender, receiver) = TripleBuffer::new(&none).split();
+            sources.push(Source { receiver, channels, has_run: false });
+            let slots = watched(task).map(|(slot, _)| slot).collect();
             let every = INTERVAL_NS.div_ceil(task.schedule.period_ns).max(1);
-            taps.push(Tap { ring: producer, slots, every, cycles: 0, lost: 0 });
+            taps.push(Tap { sender, slots, every, cycles: 0, lost: 0 });
         }
         let names = signals.iter().enumerate();
         let channels = names.map(|(channel, signal)| (signal.name.clone(), channel)).collect();
+        let values = vec![f64::NAN; signals.len()];
         let layout = FrameLayout { signals, period_ns: None };
-        (Self { layout, values, channels, sources, is_fresh: false }, taps)
+        (Self { layout, values, channels, sources }, taps)
     }
 
     /// What the values are.
@@ -106,45 +118,27 @@ impl Snapshots {
         &self.layout
     }
 
-    /// The newest values.
+    /// The newest values; NaN for those of tasks that have not run.
     pub(crate) fn values(&self) -> &[f64] {
         &self.values
     }
 
-    /// The newest value of a signal; `None` if it is not watched.
+    /// The newest value of a signal; `None` if it is not watched or its task has not run.
     pub(crate) fn value(&self, name: &str) -> Option<f64> {
-        self.values.get(*self.channels.get(name)?).copied()
+        let channel = *self.channels.get(name)?;
+        let source = self.sources.iter().find(|source| source.channels.contains(&channel))?;
+        self.values.get(channel).copied().filter(|_| source.has_run)
     }
 
-    /// Notes a cycle of a task; the newest is shown.
-    pub(crate) fn note(&mut self, task: usize, record: &CycleRecord) {
-        let first = self.sources.get(task).map_or(0, |source| source.signals.start);
-        let timing = [
-            record.cycle,
-            record.start_ns.saturating_sub(record.release_ns),
-            record.end_ns.saturating_sub(record.start_ns),
-            record.end_ns.saturating_sub(record.release_ns),
-            record.missed,
-            record.overruns,
-        ];
-        let channels = self.values.iter_mut().skip(first.saturating_sub(TIMING.len()));
-        channels.zip(timing).for_each(|(channel, value)| *channel = value as f64);
-        self.is_fresh = true;
-    }
-
-    /// Takes in the newest snapshot of every task; whether a cycle was noted since the last time.
+    /// Takes in the newest snapshot of every task; whether one came since the last time.
     pub(crate) fn update(&mut self) -> bool {
-        for source in &mut self.sources {
-            let channels = self.values.get_mut(source.signals.clone()).unwrap_or_default();
-            while !channels.is_empty()
-                && let Ok(chunk) = source.ring.read_chunk(channels.len())
-            {
-                let (first, second) = chunk.as_slices();
-                channels.iter_mut().zip(first.iter().chain(second)).for_each(|(c, v)| *c = *v);
-                chunk.commit_all();
-            }
+        let mut is_fresh = false;
+        for source in self.sources.iter_mut().filter(|source| source.receiver.updated()) {
+            let channels = self.values.get_mut(source.channels.clone()).unwrap_or_default();
+            channels.iter_mut().zip(source.receiver.read()).for_each(|(c, v)| *c = *v);
+            (source.has_run, is_fresh) = (true, true);
         }
-        std::mem::take(&mut self.is_fresh)
+        is_fresh
     }
 }
 
@@ -170,18 +164,65 @@ pub(crate) fn signals(task: &TaskPlan) -> impl Iterator<Item = (usize, &'static 
 
 #[cfg(test)]
 mod tests {
+    use isochrone_engine::{Rules, Source as Text};
+
     use super::*;
 
+    const TWO_TASKS: &str = r#"
+        [node]
+        name = "n"
+        [[task]]
+        name = "fast"
+        period = "4ms"
+        [[task]]
+        name = "slow"
+        period = "1s"
+        [[block]]
+        name = "ramp"
+        type = "LimRateOfChangeCI"
+        task = "fast"
+        in = { value = 25.0, setChangeRate = 10.0 }
+        [[block]]
+        name = "late"
+        type = "LimRateOfChangeCI"
+        task = "slow"
+        in = { value = 25.0, setChangeRate = 10.0 }
+    "#;
+
+    fn both_ends() -> (Snapshots, Vec<Tap>, usize) {
+        let plan = Plan::new(Text::new("n.toml", TWO_TASKS), &Rules::default()).unwrap();
+        let (snapshots, taps) = Snapshots::of(&plan);
+        (snapshots, taps, plan.tasks[0].image.len())
+    }
+
+    fn take(tap: &mut Tap, image: usize, cycle: u64) {
+        let record = CycleRecord { cycle, ..CycleRecord::default() };
+        tap.take(&vec![cycle as f64; image], &record);
+    }
+
     #[test]
-    fn a_snapshot_that_finds_no_room_is_lost_and_counted() {
-        let (ring, mut reader) = RingBuffer::new(2 * SNAPSHOTS);
-        let mut tap = Tap { ring, slots: [3, 1].into(), every: 5, cycles: 0, lost: 0 };
-        let image = [0.0, 1.0, 2.0, 3.0];
-        (0..5 * (SNAPSHOTS + 2)).for_each(|_| tap.take(&image));
-        assert_eq!(tap.lost(), 2);
-        assert_eq!(reader.slots(), 2 * SNAPSHOTS);
-        assert_eq!((reader.pop(), reader.pop()), (Ok(3.0), Ok(1.0)));
-        (0..5).for_each(|_| tap.take(&image));
-        assert_eq!(tap.lost(), 2, "there is room again");
+    fn the_newest_snapshot_replaces_those_that_nobody_fetched_which_are_counted() {
+        let (mut snapshots, mut taps, image) = both_ends();
+        (0..28).for_each(|cycle| take(&mut taps[0], image, cycle));
+        assert!(snapshots.update());
+        assert_eq!(taps[0].lost(), 4, "every fifth cycle is taken, and the last of them fetched");
+        let value = |name| snapshots.value(name);
+        assert_eq!(
+            (value("task.fast.cycle"), value("ramp.delayedValue")),
+            (Some(24.0), Some(24.0))
+        );
+        assert!(!snapshots.update(), "nothing came since");
+    }
+
+    #[test]
+    fn what_a_task_that_has_not_run_would_show_is_nan_on_the_wire_and_none_in_the_program() {
+        let (mut snapshots, mut taps, image) = both_ends();
+        (0..5).for_each(|cycle| take(&mut taps[0], image, cycle));
+        snapshots.update();
+        for (signal, value) in snapshots.layout().signals.iter().zip(snapshots.values()) {
+            let has_run = signal.name.starts_with("task.fast") || signal.name.starts_with("ramp");
+            assert_eq!(value.is_nan(), !has_run, "{}", signal.name);
+            assert_eq!(snapshots.value(&signal.name).is_some(), has_run, "{}", signal.name);
+        }
     }
 }

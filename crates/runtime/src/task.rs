@@ -125,10 +125,10 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
         });
         restless.note(ports.connects(), end_ns);
         orders.read(&engine, &release);
-        tap.take(engine.image());
         events.look(&engine);
         ports.inputs.tell(&mut events);
         let record = record(&release, end_ns, cyclic.overruns());
+        tap.take(engine.image(), &record);
         // A full ring drops the record, and the reader of the ring sees the gap.
         let _ = records.push(record);
         last = Some(record);

@@ -63,3 +63,20 @@ fn cycles_whose_records_found_no_room_are_counted_and_their_records_as_lost() {
     let timing = &outcome.tasks[0].timing;
     assert_eq!((timing.cycles(), timing.lost_records()), (6_000, 6_000 - 4_096));
 }
+
+#[test]
+fn the_first_poll_after_a_pause_shows_the_newest_cycle_and_all_values_are_of_it() {
+    let mut node = node("1ms", "", Some(300));
+    await_end(&node);
+    let last = node.poll().records().last().map(|(_, record)| record.cycle as f64);
+    assert_eq!(node.value("task.fast.cycle"), last, "each 20th cycle is shown, and the 300th");
+    assert_eq!(node.value("counter.y"), last);
+}
+
+#[test]
+fn values_of_a_task_of_which_nothing_was_seen_are_none() {
+    let node = node("1ms", "", None);
+    for name in ["task.fast.cycle", "task.fast.execution_ns", "counter.y"] {
+        assert_eq!(node.value(name), None, "{name}");
+    }
+}
