@@ -324,6 +324,48 @@ fn a_service_of_another_type_is_refused_by_name_with_what_it_carries() {
 }
 
 #[test]
+fn clients_of_another_make_that_keep_their_answers_hold_up_others_until_they_let_go() {
+    let domain = Domain::new();
+    let node = domain.join::<ipc::Service>();
+    let mut server = RequestServer::open(&node, SERVICE).unwrap();
+    let foreign = NodeBuilder::new().config(domain.config());
+    let foreign = foreign.create::<iceoryx2::service::ipc::Service>().unwrap();
+    let name = SERVICE.try_into().unwrap();
+    let service = foreign.service_builder(&name).request_response::<[u8], [u8]>().open().unwrap();
+    let clients: Vec<_> = (0..MAX_CLIENTS)
+        .map(|_| service.client_builder().initial_max_slice_len(8).create().unwrap())
+        .collect();
+    let mut kept = Vec::new();
+    let mut refused = None;
+    'asking: for _ in 0..4 {
+        for client in &clients {
+            let request = client.loan_slice_uninit(1).unwrap().write_from_slice(b"x");
+            let pending = request.send().unwrap();
+            let received = server.receive().unwrap();
+            match received.answer(b"y") {
+                Ok(delivery) => assert_eq!(delivery, Delivery::Sent),
+                Err(unanswered) => {
+                    refused = Some((unanswered, pending));
+                    break 'asking;
+                }
+            }
+            kept.push(pending.receive().unwrap().unwrap());
+        }
+    }
+    let (unanswered, pending) = refused.expect("there are not as many");
+    assert!(matches!(unanswered.error, AnswerError::NoRoom { .. }), "{}", unanswered.error);
+    assert_eq!(kept.len(), 17, "all answers that there is memory for");
+    // It is tried again and again.
+    let mut request = unanswered.request;
+    for _ in 0..100 {
+        request = request.answer(b"z").unwrap_err().request;
+    }
+    kept.pop();
+    assert_eq!(request.answer(b"z").unwrap(), Delivery::Sent);
+    assert_eq!(pending.receive().unwrap().unwrap().payload(), b"z");
+}
+
+#[test]
 fn a_service_of_frames_may_have_the_same_name() {
     let domain = Domain::new();
     let node = domain.join::<ipc::Service>();

@@ -1,204 +1,26 @@
 //! Clients that ask a node in another process.
 
-use std::collections::HashMap;
-use std::io::{BufRead, BufReader};
+mod operated;
+
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use isochrone_ipc::{
-    Domain, FrameLayout, FramePublisher, IsolatedDomain, Participant, RequestClient, RequestServer,
-    SignalSpec, ipc,
-};
+use isochrone_ipc::{Domain, IsolatedDomain, RequestClient, RequestServer};
 use isochrone_runtime::control::{
-    Access, Begun, Call, Caller, Client, ClientError, Code, ConfigurationOrigin, DescribeParams,
-    DescribeResult, Desk, Failure, Finding, GetParams, GetResult, Operated, Outcome, Part, ReadAt,
-    Reply, Role, Room, SaveResult, SetParams, SetResult, SignalDescription, SignalsResult, Ticket,
-    Value, Values, running_nodes, service_name,
+    Client, ClientError, Code, DescribeParams, Desk, GetParams, Part, SetParams, Value, Values,
+    running_nodes, service_name,
 };
+use operated::{PARAMETERS, Parameters, Running, join, name, telemetry};
 use serde_json::json;
 
-type Node = Participant<ipc::Service>;
-
 const PATIENCE: Duration = Duration::from_secs(30);
-/// Parameters of the node that is operated here.
-const PARAMETERS: usize = 5000;
-
-/// A node of nothing but parameters: what the engine will be.
-struct Parameters {
-    values: HashMap<String, f64>,
-    transactions: u64,
-    under_way: Vec<(Instant, Ticket, Outcome)>,
-    processes: Vec<Option<u32>>,
-}
-
-impl Parameters {
-    fn new() -> Self {
-        let values = (0..PARAMETERS).map(|n| (name(n), n as f64)).collect();
-        Self { values, transactions: 0, under_way: Vec::new(), processes: Vec::new() }
-    }
-
-    fn set(&mut self, set: SetParams, caller: Caller) -> Begun {
-        let unknown = set.values.iter().filter(|(name, _)| !self.values.contains_key(*name));
-        let unknown: Vec<_> = unknown
-            .map(|(name, _)| Finding::new(name, format!("there is no signal \"{name}\"")))
-            .collect();
-        if !unknown.is_empty() {
-            return Begun::Ended(Err(Failure::of(Code::UnknownName, unknown)));
-        }
-        self.transactions += 1;
-        self.processes.push(caller.process);
-        let mut before = Values::default();
-        for (name, value) in set.values.iter() {
-            let Value::Number(value) = value else { panic!("{value}") };
-            let old = self.values.insert(name.to_owned(), value).unwrap();
-            before.0.push((name.to_owned(), Value::Number(old)));
-        }
-        let cycle = set.at.unwrap_or_default();
-        let reply = Reply::Set(SetResult {
-            transaction: self.transactions,
-            tasks: [("fast".to_owned(), Part { cycle, pending: false })].into(),
-            before,
-            warnings: Vec::new(),
-        });
-        let (due, ticket) =
-            (Instant::now() + Duration::from_millis(cycle), Ticket(self.transactions));
-        self.under_way.push((due, ticket, Ok(reply)));
-        Begun::Later(ticket)
-    }
-}
-
-fn name(n: usize) -> String {
-    format!("block.{n}.setChangeRate")
-}
-
-impl Operated for Parameters {
-    fn begin(&mut self, call: Call, caller: Caller) -> Begun {
-        Begun::Ended(Ok(match call {
-            Call::Set(set) => return self.set(set, caller),
-            Call::Describe(_) => Reply::Describe(DescribeResult {
-                node: "level".to_owned(),
-                version: "0".to_owned(),
-                control: Access::Set,
-                configuration: ConfigurationOrigin {
-                    file: "level.toml".to_owned(),
-                    sha256: String::new(),
-                    changed: self.transactions > 0,
-                },
-                started_unix_ns: u64::MAX,
-                tasks: Vec::new(),
-            }),
-            Call::Signals(signals) => {
-                let mut room = Room::of_answer();
-                let (offset, limit) = (signals.offset.unwrap_or(0), signals.limit.unwrap_or(1000));
-                let description = |n| SignalDescription {
-                    name: name(n),
-                    value_type: "LREAL".to_owned(),
-                    unit: None,
-                    role: Role::Parameter,
-                    task: "fast".to_owned(),
-                    forced: false,
-                    doc: "x".repeat(500),
-                };
-                let page = (offset as usize..PARAMETERS).take(limit as usize).map(description);
-                let signals = page.take_while(|signal| room.takes(signal)).collect();
-                Reply::Signals(SignalsResult { total: PARAMETERS as u64, signals })
-            }
-            Call::Get(get) => {
-                let values = get.names.iter().map(|name| (name.as_str(), self.values[name]));
-                Reply::Get(GetResult {
-                    total: get.names.len() as u64,
-                    tasks: [("fast".to_owned(), ReadAt { cycle: 1, release_ns: 2 })].into(),
-                    values: values.collect(),
-                })
-            }
-            Call::Save(save) => {
-                let text = "# né\n".repeat(100_000);
-                let rest = &text[save.offset.unwrap_or(0) as usize..];
-                let configuration = rest.chars().take(100_000).collect();
-                Reply::Save(SaveResult { total: text.len() as u64, configuration })
-            }
-            call => {
-                let message = format!("{} is forbidden", call.method().as_str());
-                return Begun::Ended(Err(Failure::new(Code::Forbidden, message)));
-            }
-        }))
-    }
-
-    fn ended(&mut self) -> Option<(Ticket, Outcome)> {
-        let now = Instant::now();
-        let index = self.under_way.iter().position(|(due, ..)| *due <= now)?;
-        let (_, ticket, outcome) = self.under_way.remove(index);
-        Some((ticket, outcome))
-    }
-}
-
-fn join(domain: &Domain) -> Node {
-    Participant::join("tester", domain).unwrap()
-}
-
-/// The process of a node that takes requests (or none), which is killed at the end.
-struct Running(Child);
-
-impl Running {
-    fn start(domain: &IsolatedDomain, role: &str, node: &str) -> Self {
-        let mut child = Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", role, "--ignored", "--nocapture"])
-            .env("ISOCHRONE_TEST_DOMAIN", domain.file())
-            .env("ISOCHRONE_TEST_NODE", node)
-            .stdout(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
-        lines.find(|line| line.as_ref().is_ok_and(|line| line == "running")).unwrap().unwrap();
-        Self(child)
-    }
-
-    fn signal(&self, signal: &str) {
-        let pid = self.0.id().to_string();
-        assert!(Command::new("kill").args([signal, &pid]).status().unwrap().success());
-    }
-}
-
-impl Drop for Running {
-    fn drop(&mut self) {
-        self.0.kill().unwrap();
-        self.0.wait().unwrap();
-    }
-}
-
-/// Has telemetry, by which others know that the node runs.
-fn telemetry(participant: &Node, node: &str) -> FramePublisher<ipc::Service> {
-    let layout = FrameLayout { signals: vec![SignalSpec::new("cycle", "LREAL")], period_ns: None };
-    FramePublisher::open(participant, &format!("isochrone/{node}/telemetry"), &layout).unwrap()
-}
 
 #[test]
 #[ignore = "is run by the tests that ask it"]
 fn takes_requests() {
-    let Ok(file) = std::env::var("ISOCHRONE_TEST_DOMAIN") else { return };
-    let node = std::env::var("ISOCHRONE_TEST_NODE").unwrap();
-    let domain = Domain::from_file(Path::new(&file)).unwrap();
-    let participant = Arc::new(join(&domain));
-    let _telemetry = telemetry(&participant, &node);
-    let mut desk = Desk::open(&participant, &node).unwrap();
-    let mut upkeep = desk.upkeep();
-    let other = Arc::clone(&participant);
-    thread::spawn(move || {
-        loop {
-            upkeep.tend(&other);
-            thread::sleep(Duration::from_millis(50));
-        }
-    });
-    let mut parameters = Parameters::new();
-    println!("\nrunning");
-    loop {
-        desk.serve(&mut parameters, &participant);
-        thread::sleep(Duration::from_millis(2));
-    }
+    operated::take_requests();
 }
 
 #[test]
@@ -283,7 +105,7 @@ fn a_node_that_does_not_run_is_told_with_those_that_do() {
     assert!(matches!(error, ClientError::NotOperated { .. }), "{error}");
     assert!(error.to_string().contains("control = \"off\""), "{error}");
     let nodes = running_nodes(&participant).unwrap();
-    assert_eq!(nodes[0].process, closed.0.id());
+    assert_eq!(nodes[0].process, closed.process());
 }
 
 #[test]
@@ -389,6 +211,50 @@ fn answers_that_are_not_ours_are_passed_over() {
             assert_eq!(client.call(&DescribeParams {}).unwrap().version, "right");
         }
         assert!(client.late_answers() > 0);
+        stop.store(true, Ordering::Relaxed);
+    });
+}
+
+#[test]
+fn a_desk_that_stands_by_lets_the_other_answer_and_takes_over_when_it_is_gone() {
+    let domain = IsolatedDomain::new("isotest").unwrap();
+    let participant = join(&domain);
+    let has_taken_over = AtomicBool::new(false);
+    let stop = AtomicBool::new(false);
+    let (opened, is_open) = std::sync::mpsc::channel();
+    thread::scope(|scope| {
+        let (participant, has_taken_over, stop) = (&participant, &has_taken_over, &stop);
+        scope.spawn(move || {
+            let mut node = Parameters::new();
+            let mut standby = Desk::open(participant, "level").unwrap();
+            let mut active = Some(Desk::open(participant, "level").unwrap());
+            opened.send(()).unwrap();
+            while !stop.load(Ordering::Relaxed) {
+                if has_taken_over.load(Ordering::Relaxed) {
+                    active = None;
+                    standby.serve(&mut node, participant);
+                } else {
+                    standby.stand_by(participant);
+                }
+                if let Some(desk) = &mut active {
+                    desk.serve(&mut node, participant);
+                }
+                thread::sleep(Duration::from_millis(1));
+            }
+        });
+        is_open.recv().unwrap();
+        let mut client = Client::connect(participant, "level", PATIENCE).unwrap();
+        let mut set = |n: f64| {
+            let values = [(name(0), n)].into_iter().collect();
+            client.call(&SetParams { values, ..SetParams::default() }).unwrap()
+        };
+        for n in 1..=20_u32 {
+            assert_eq!(set(n.into()).transaction, u64::from(n), "each is done once");
+        }
+        has_taken_over.store(true, Ordering::Relaxed);
+        let done = set(0.0);
+        assert_eq!(done.transaction, 21);
+        assert_eq!(done.before.get(&name(0)), Some(Value::Number(20.0)));
         stop.store(true, Ordering::Relaxed);
     });
 }

@@ -27,6 +27,9 @@ type Retired<S> = Rc<RefCell<Vec<Active<S>>>>;
 
 /// An answer in its buffer and one in its hands for each client, and the one that is being written.
 const ANSWERS: usize = 2 * MAX_CLIENTS + 1;
+/// iceoryx2 counts an attempt to get memory for an answer as a loan, also where there was none: with few
+/// loans, a request whose answer was tried too often could never be answered.
+const MAX_LOANS: usize = 1 << 20;
 /// iceoryx2's own header.
 const SYSTEM_HEADER_BYTES: usize = 64;
 
@@ -128,7 +131,7 @@ fn open_port<S: Service>(
         let _given_up = give_up_file_override();
         opened
             .server_builder()
-            .max_loaned_responses_per_request(1)
+            .max_loaned_responses_per_request(MAX_LOANS)
             .override_response_preallocation(|_| ANSWERS)
             .initial_max_slice_len(MAX_MESSAGE_BYTES)
             .allocation_strategy(AllocationStrategy::Static)

@@ -9,7 +9,7 @@ use isochrone_engine::nearest_name;
 use isochrone_ipc::{OpenError, Participant, RequestClient, RequestError, Service, ipc};
 use thiserror::Error;
 
-use super::envelope::{self, Answer};
+use super::texts::{self, Answer};
 use super::{
     Failure, GetParams, Params, SaveParams, SignalDescription, SignalsParams, Values, service_name,
 };
@@ -179,7 +179,7 @@ impl<S: Service> Client<S> {
     pub fn call<P: Params>(&mut self, params: &P) -> Result<P::Result, ClientError> {
         self.requests += 1;
         let id = format!("{}-{}", self.beginning, self.requests);
-        let request = envelope::request(&id, params).map_err(ClientError::Refused)?;
+        let request = texts::request(&id, params).map_err(ClientError::Refused)?;
         let answer = self.ask(&id, &request);
         self.port.give_up();
         let answer = answer?;

@@ -22,12 +22,13 @@ mod members;
 mod method;
 mod params;
 mod results;
+mod texts;
 mod value;
 
 pub use client::{Client, ClientError, RunningNode, running_nodes};
 pub use code::Code;
 pub use desk::{Begun, Caller, Desk, Operated, Outcome, Ticket};
-pub use envelope::{MAX_ID_BYTES, Parsed, Room, Unparsed, answer, parse, request};
+pub use envelope::{MAX_ID_BYTES, Parsed, Unparsed, parse};
 pub use failure::{Failure, Finding};
 pub use method::{Call, Method, Reply};
 pub use params::{
@@ -39,6 +40,7 @@ pub use results::{
     DescribeResult, Force, ForceResult, ForcesResult, GetResult, JournalEntry, JournalResult, Part,
     ReadAt, Role, SaveResult, SetResult, SignalDescription, SignalsResult, TaskDescription,
 };
+pub use texts::{Room, answer, request};
 pub use value::{Value, Values};
 
 /// The name of the service by which a node is operated.
