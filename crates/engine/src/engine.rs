@@ -211,7 +211,7 @@ impl TaskEngine {
     /// from, `ERROR` if one of the blocks that it is computed by reports an error, and `FORCED` if a
     /// force acts on it.
     pub fn output_flags(&self, output: usize) -> Flags {
-        self.output_worth(output).flags | self.forces.flags(output)
+        self.output_worth(output).flags
     }
 
     fn output_worth(&self, output: usize) -> Source {
@@ -220,7 +220,9 @@ impl TaskEngine {
             bank_errors: self.has_errors.then_some(&*self.bank_errors),
             image: &self.image,
         };
-        self.outputs.get(output).map_or(Source::CONSTANT, |output| worth.of(&output.origins))
+        let Some(found) = self.outputs.get(output) else { return Source::CONSTANT };
+        let Source { source_ns, flags } = worth.of(&found.origins);
+        Source { source_ns, flags: flags | self.forces.flags(output) }
     }
 
     /// How many steps of blocks have reported an error since the start.

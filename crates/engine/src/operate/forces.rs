@@ -103,19 +103,24 @@ impl Forces {
             store.before = *slot;
             let table = self.table.get_mut(..known).unwrap_or_default();
             let found = table.binary_search_by_key(&store.slot, |force| force.slot);
-            if let Some(force) = found.ok().and_then(|found| table.get_mut(found)) {
+            let at_end = if let Some(force) = found.ok().and_then(|found| table.get_mut(found)) {
                 (force.value, force.until, force.number) = (store.value, until, new.number);
+                force.at_end
             } else if self.table.len() < MAX_FORCES {
-                let shadow = *slot;
-                let (slot, value) = (store.slot, store.value);
+                let (slot, value, shadow) = (store.slot, store.value, *slot);
                 let new = Force { slot, value, shadow, until, ..std::mem::take(new) };
+                let at_end = new.at_end;
                 count(&mut self.tainted, &new.taints, 1);
                 self.table.push(new);
+                at_end
             } else {
                 // Who sends forces counts them, so that this does not happen.
                 continue;
+            };
+            // What is computed keeps its value until then, for those who read that of the cycle before.
+            if at_end == AtEnd::Restore {
+                *slot = store.value;
             }
-            *slot = store.value;
         }
         self.table.sort_unstable_by_key(|force| force.slot);
         self.note_next();
