@@ -1,6 +1,7 @@
 //! What a task's blocks and inputs run into: noticed in the slack of the cycle, and put into words in
 //! the ordinary thread.
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use isochrone_blocks::{BlockType, ErrorPin, PinType, status};
@@ -8,7 +9,7 @@ use isochrone_engine::config::OnStale;
 use isochrone_engine::{TaskEngine, TaskPlan};
 use rtrb::{Consumer, Producer, RingBuffer};
 
-use crate::limiter::Limiter;
+use crate::limiter::{Allowed, Limiter};
 
 /// Events that fit between the cycle and the ordinary thread. What finds no room is told later, if it
 /// still holds then.
@@ -98,6 +99,12 @@ pub(crate) struct Log {
     ring: Consumer<Event>,
     banks: Vec<Bank>,
     inputs: Vec<InputWords>,
+    /// One for each instance and then for each input, so that none that changes all the time keeps
+    /// the others from being heard.
+    limiters: Vec<Limiter<Event>>,
+    instances: usize,
+    /// Those of the limiters that hold an event.
+    holding: BTreeSet<usize>,
 }
 
 struct Bank {
@@ -139,6 +146,11 @@ pub(crate) fn ends(task: &TaskPlan) -> (Events, Log) {
         on_stale: input.on_stale,
     };
     let log = Log {
+        limiters: std::iter::repeat_with(Limiter::default)
+            .take(first + task.inputs.len())
+            .collect(),
+        instances: first,
+        holding: BTreeSet::new(),
         ring: consumer,
         banks: task.banks.iter().map(bank).collect(),
         inputs: task.inputs.iter().map(input).collect(),
@@ -148,21 +160,48 @@ pub(crate) fn ends(task: &TaskPlan) -> (Events, Log) {
 
 impl Log {
     /// Logs what happened since the last time.
-    pub(crate) fn write(&mut self, limiter: &mut Limiter) {
+    pub(crate) fn write(&mut self) {
         while let Ok(event) = self.ring.pop() {
-            let is_well_again = matches!(
-                event,
-                Event::Input { state: InputState::Fresh, .. }
-                    | Event::Block { status: status::OK, .. }
-            );
-            let sentence = self.sentence(event);
-            if let Some(sentence) = sentence.and_then(|sentence| limiter.pass(&sentence)) {
-                if is_well_again {
-                    tracing::info!("{sentence}");
-                } else {
-                    tracing::warn!("{sentence}");
+            let speaker = match event {
+                Event::Block { instance, .. } => instance,
+                Event::Input { input, .. } => self.instances + input,
+            };
+            let Some(limiter) = self.limiters.get_mut(speaker) else { continue };
+            match limiter.pass(event) {
+                Some(allowed) => {
+                    self.holding.remove(&speaker);
+                    self.say(allowed);
+                }
+                None => {
+                    self.holding.insert(speaker);
                 }
             }
+        }
+        self.say_held(Limiter::held);
+    }
+
+    /// As [`write`](Self::write), and what became of each in the end, though its pause is not over.
+    pub(crate) fn finish(&mut self) {
+        self.write();
+        self.say_held(Limiter::take_held);
+    }
+
+    fn say_held(&mut self, held: fn(&mut Limiter<Event>) -> Option<Allowed<Event>>) {
+        for speaker in self.holding.clone() {
+            if let Some(allowed) = self.limiters.get_mut(speaker).and_then(held) {
+                self.holding.remove(&speaker);
+                self.say(allowed);
+            }
+        }
+    }
+
+    fn say(&self, Allowed { message: event, left_out }: Allowed<Event>) {
+        let Some(sentence) = self.sentence(event) else { return };
+        let sentence = Allowed { message: sentence, left_out };
+        match event {
+            Event::Input { state: InputState::Fresh, .. }
+            | Event::Block { status: status::OK, .. } => tracing::info!("{sentence}"),
+            _ => tracing::warn!("{sentence}"),
         }
     }
 

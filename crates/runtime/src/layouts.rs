@@ -10,7 +10,7 @@ use isochrone_ipc::{
 
 use crate::alarms::Alarm;
 use crate::bindings::{Bindings, Desk};
-use crate::limiter::Limiter;
+use crate::limiter::{Allowed, Limiter};
 
 /// How long frames may have a layout that nobody announces before that is an alarm. Who announces
 /// does so within half of it.
@@ -27,7 +27,9 @@ pub(crate) struct Resolver<S: Service> {
     raised: Vec<Alarm>,
     /// Of each input, why it does not fit.
     conflicts: Vec<Option<String>>,
-    /// For a publisher that changes its layout again and again.
+    /// Of each input, for a publisher that changes its layout again and again.
+    limiters: Vec<Limiter>,
+    /// Of what concerns the whole service.
     limiter: Limiter,
 }
 
@@ -35,9 +37,17 @@ impl<S: Service> Resolver<S> {
     /// Opens the service on which layouts are announced.
     pub(crate) fn open(participant: &Participant<S>, desk: Desk) -> Result<Self, OpenError> {
         let watcher = LayoutWatcher::open(participant, &desk.service)?;
-        let conflicts = vec![None; desk.inputs.len()];
-        let (raised, limiter) = (Vec::new(), Limiter::default());
-        Ok(Self { desk, watcher, sent: None, unknown_since: None, raised, conflicts, limiter })
+        let inputs = desk.inputs.len();
+        Ok(Self {
+            desk,
+            watcher,
+            sent: None,
+            unknown_since: None,
+            raised: Vec::new(),
+            conflicts: vec![None; inputs],
+            limiters: std::iter::repeat_with(Limiter::default).take(inputs).collect(),
+            limiter: Limiter::default(),
+        })
     }
 
     /// Looks for news; some fifty times a second.
@@ -56,6 +66,9 @@ impl<S: Service> Resolver<S> {
         }
         self.note_unknown(unknown);
         self.note_observed();
+        for limiter in self.limiters.iter_mut().chain([&mut self.limiter]) {
+            warn(limiter.held());
+        }
     }
 
     /// The alarms that were raised, for the report.
@@ -78,10 +91,8 @@ impl<S: Service> Resolver<S> {
         }
         let service = self.desk.service.clone();
         if announced.clock() == SenderClock::Foreign {
-            self.raise(Alarm::ForeignHost {
-                service: service.clone(),
-                publisher: announced.publisher.clone(),
-            });
+            let publisher = announced.publisher.clone();
+            self.raise(None, Alarm::ForeignHost { service: service.clone(), publisher });
         }
         self.note_moved(&announced, &places);
         for (index, place) in places.into_iter().enumerate() {
@@ -93,13 +104,15 @@ impl<S: Service> Resolver<S> {
             known.clone_from(&conflict);
             let input = self.desk.inputs.get(index).cloned().unwrap_or_default();
             match conflict {
-                Some(why) => self.raise(Alarm::UnfitInput {
-                    input,
-                    service: service.clone(),
-                    publisher: announced.publisher.clone(),
-                    why,
-                }),
-                None => self.log(&format!("input \"{input}\" reads service \"{service}\" again")),
+                Some(why) => {
+                    let (service, publisher) = (service.clone(), announced.publisher.clone());
+                    let alarm = Alarm::UnfitInput { input, service, publisher, why };
+                    self.raise(Some(index), alarm);
+                }
+                None => {
+                    let sentence = format!("input \"{input}\" reads service \"{service}\" again");
+                    self.log(Some(index), sentence);
+                }
             }
         }
         self.sent = Some(announced);
@@ -119,7 +132,8 @@ impl<S: Service> Resolver<S> {
             if before != now {
                 let input = self.desk.inputs.get(index).cloned().unwrap_or_default();
                 let service = self.desk.service.clone();
-                self.raise(Alarm::MovedChannel { input, service, channel: *channel, before, now });
+                let alarm = Alarm::MovedChannel { input, service, channel: *channel, before, now };
+                self.raise(Some(index), alarm);
             }
         }
     }
@@ -160,22 +174,28 @@ impl<S: Service> Resolver<S> {
     /// Raises an alarm of which the first of its kind says all.
     fn raise_once(&mut self, alarm: Alarm) {
         if self.raised.iter().all(|raised| raised.code() != alarm.code()) {
-            self.raise(alarm);
+            self.raise(None, alarm);
         }
     }
 
-    fn log(&mut self, sentence: &str) {
-        if let Some(sentence) = self.limiter.pass(sentence) {
-            tracing::warn!("{sentence}");
-        }
+    /// Says something of an input, or of the whole service.
+    fn log(&mut self, input: Option<usize>, sentence: String) {
+        let limiter = input.and_then(|input| self.limiters.get_mut(input));
+        warn(limiter.unwrap_or(&mut self.limiter).pass(sentence));
     }
 
-    fn raise(&mut self, alarm: Alarm) {
-        self.log(&alarm.sentence());
+    fn raise(&mut self, input: Option<usize>, alarm: Alarm) {
+        self.log(input, alarm.sentence());
         /// A publisher that changes its layout again and again does not fill the memory.
         const MOST: usize = 100;
         if self.raised.len() < MOST && !self.raised.contains(&alarm) {
             self.raised.push(alarm);
         }
+    }
+}
+
+fn warn(sentence: Option<Allowed>) {
+    if let Some(sentence) = sentence {
+        tracing::warn!("{sentence}");
     }
 }

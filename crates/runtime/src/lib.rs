@@ -72,7 +72,7 @@ mod warning;
 
 pub use alarms::Alarm;
 pub use error::{PrepareError, RequestError, TaskPanicked};
-pub use limiter::Limiter;
+pub use limiter::{Allowed, Limiter};
 pub use node::{Node, Prepared, next_epoch_ns};
 pub use operate::Sent;
 pub use outcome::{Allocations, Costs, End, Link, Outcome, TaskOutcome};

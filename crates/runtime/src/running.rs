@@ -11,7 +11,6 @@ use isochrone_timing::CycleRecord;
 
 use crate::error::TaskPanicked;
 use crate::layouts::Resolver;
-use crate::limiter::Limiter;
 use crate::orders::Returned;
 use crate::outcome::{End, Outcome, TaskOutcome};
 use crate::parts::Parts;
@@ -32,7 +31,6 @@ pub struct Running<S: Service = ipc::Service> {
     news: News,
     /// What came back since the last poll.
     returned: News,
-    limiter: Limiter,
 }
 
 /// What a poll found.
@@ -94,8 +92,7 @@ impl<S: Service> Running<S> {
         epoch_ns: u64,
     ) -> Self {
         let (news, returned) = (News::default(), News::default());
-        let limiter = Limiter::default();
-        Self { threads, parts, grants, epoch_ns, news, returned, limiter }
+        Self { threads, parts, grants, epoch_ns, news, returned }
     }
 
     /// Takes in what the cycles did, and does what a cycle must not: connects what failed to connect,
@@ -151,6 +148,7 @@ impl<S: Service> Running<S> {
         }
         // What the last cycles ran into is still to be logged.
         self.poll();
+        self.parts.tasks.iter_mut().for_each(|task| task.log.finish());
         let Self { threads, mut parts, grants, .. } = self;
         let done = threads.join()?;
         let mut end = End::Asked;
@@ -211,7 +209,7 @@ impl<S: Service> Running<S> {
     fn tend(&mut self) {
         let Parts { tasks, announcers, telemetry, participant, .. } = &mut self.parts;
         for task in tasks.iter_mut() {
-            task.log.write(&mut self.limiter);
+            task.log.write();
         }
         let Some(participant) = participant.as_deref() else { return };
         participant.tend();

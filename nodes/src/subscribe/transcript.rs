@@ -116,6 +116,9 @@ impl Transcript {
                 self.body(frame)?;
             }
         }
+        if let Some(news) = self.limiter.held() {
+            terminal::note(&news.to_string());
+        }
         self.draw_in_time()
     }
 
@@ -146,8 +149,8 @@ impl Transcript {
                 self.undrawn = None;
             }
             _ => {
-                if let Some(news) = self.limiter.pass(&news) {
-                    terminal::note(&news);
+                if let Some(news) = self.limiter.pass(news) {
+                    terminal::note(&news.to_string());
                 }
             }
         }
@@ -230,6 +233,9 @@ impl Transcript {
 
     /// As [`flush`](Self::flush), once nothing more comes.
     pub(crate) fn finish(&mut self) -> Result<(), Failure> {
+        if let Some(news) = self.limiter.take_held() {
+            terminal::note(&news.to_string());
+        }
         self.draw()?;
         self.flush()
     }
