@@ -4,7 +4,7 @@ use clap::{Arg, Command};
 use clap_complete::Shell;
 
 use crate::failure::Failure;
-use crate::terminal;
+use crate::{program, terminal};
 
 /// Print a completion script for a shell
 ///
@@ -22,20 +22,21 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let mut command = crate::command();
+    let mut command = program::command();
+    let name = program::name();
     let mut script = Vec::new();
-    clap_complete::generate(args.shell, &mut command, "isochrone", &mut script);
+    clap_complete::generate(args.shell, &mut command, &name, &mut script);
     let script = String::from_utf8_lossy(&script).into_owned();
     terminal::print(&match args.shell {
-        Shell::Bash => script + &in_bash(&command),
-        Shell::Fish => script + &in_fish(&command),
-        Shell::Zsh => in_zsh(&script),
+        Shell::Bash => script + &in_bash(&name, &command),
+        Shell::Fish => script + &in_fish(&name, &command),
+        Shell::Zsh => in_zsh(&name, &script),
         _ => script,
     })
 }
 
 /// What clap does not know: which services there are, and that configurations are TOML files.
-fn in_bash(command: &Command) -> String {
+fn in_bash(name: &str, command: &Command) -> String {
     let takes_value = |argument: &&Arg| argument.get_action().takes_values();
     let flags = command.get_subcommands().flat_map(|verb| verb.get_arguments().filter(takes_value));
     let mut flags: Vec<&str> = flags.filter_map(Arg::get_long).collect();
@@ -44,8 +45,8 @@ fn in_bash(command: &Command) -> String {
     let flags = flags.iter().map(|flag| format!(" --{flag}")).collect::<String>();
     format!(
         r#"
-_isochrone_and_names() {{
-    _isochrone "$@"
+_{function}_and_names() {{
+    _{function} "$@"
     local cur="${{COMP_WORDS[COMP_CWORD]}}" prev="${{COMP_WORDS[COMP_CWORD-1]}}" i name domain=()
     # What begins with a dash is a flag, and what follows one of these is its value.
     if [[ "${{cur}}" == -* || "{flags} " == *" ${{prev}} "* ]]; then
@@ -73,25 +74,31 @@ _isochrone_and_names() {{
             ;;
     esac
 }}
-complete -F _isochrone_and_names -o bashdefault -o default isochrone
+complete -F _{function}_and_names -o bashdefault -o default {name}
 "#,
+        // As clap calls its function.
+        function = name.replace('-', "__"),
         services = verbs_with("service", command).join("|"),
         files = verbs_with("file", command).join("|"),
     )
 }
 
-fn in_fish(command: &Command) -> String {
+fn in_fish(name: &str, command: &Command) -> String {
+    // As clap calls its functions.
+    let function = name.replace('-', "_");
+    let services_function = format!("__fish_{function}_services");
     let proposal = |verbs: Vec<String>, proposed: &str| {
         let line = |verb: String| {
             format!(
-                "complete -c isochrone -n \"__fish_isochrone_using_subcommand {verb}\" -k -f -a \"({proposed})\"\n"
+                "complete -c {name} -n \"__fish_{function}_using_subcommand {verb}\" -k -f -a \"({proposed})\"\n"
             )
         };
         verbs.into_iter().map(line).collect::<String>()
     };
-    let services = proposal(verbs_with("service", command), "__fish_isochrone_services");
+    let services = proposal(verbs_with("service", command), &services_function);
     let files = proposal(verbs_with("file", command), "__fish_complete_suffix .toml");
-    format!("{SERVICES_IN_FISH}{services}{files}")
+    let prints_services = SERVICES_IN_FISH.replace("__fish_isochrone_services", &services_function);
+    format!("{prints_services}{services}{files}")
 }
 
 /// Prints the services of the domain that the line names, or of the default one.
@@ -110,20 +117,21 @@ function __fish_isochrone_services
 end
 "#;
 
-fn in_zsh(script: &str) -> String {
+fn in_zsh(name: &str, script: &str) -> String {
     let complete = |line: &str| {
         let is_of = |argument: &str| {
             let spec = line.trim_start_matches(['\'', ':']);
             line.starts_with("':") && spec.starts_with(&format!("{argument} -- "))
         };
         if is_of("service") {
-            return line.replace(":_default' \\", ":_isochrone_services' \\");
+            return line.replace(":_default' \\", &format!(":_{name}_services' \\"));
         }
         if is_of("file") {
             return line.replace(":_files' \\", ":_files -g \"*.toml\"' \\");
         }
         if line == AUTOLOAD_IN_ZSH {
-            return format!("{line}\n{SERVICES_IN_ZSH}");
+            let services = SERVICES_IN_ZSH.replace("isochrone", name);
+            return format!("{line}\n{services}");
         }
         line.to_owned()
     };

@@ -26,6 +26,7 @@ mod list;
 mod logging;
 mod meant;
 mod numbers;
+mod program;
 mod publish;
 mod recording;
 mod reference;
@@ -43,7 +44,7 @@ mod wave;
 
 use std::process::ExitCode;
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use isochrone_blocks::{BlockType, CATALOGUE};
 use isochrone_processes::end_with_parent;
 
@@ -97,12 +98,14 @@ pub fn command() -> clap::Command {
 /// Parses the command line, runs its verb with `blocks` in addition to the library's, and returns
 /// how it ended.
 ///
-/// A `main` that only makes this call has every verb of `isochrone`. Reports contain a cycle's
+/// A `main` that only makes this call has every verb of `isochrone`, under the name of the program's
+/// file. Reports contain a cycle's
 /// allocations if the program uses [`CountingAllocator`](isochrone_cyclic::CountingAllocator) as
 /// its `#[global_allocator]`, and `null` otherwise.
 pub fn main(blocks: &[BlockType]) -> ExitCode {
     end_with_parent();
-    let cli = Cli::parse();
+    let cli = Cli::from_arg_matches(&program::command().get_matches())
+        .unwrap_or_else(|error| error.format(&mut program::command()).exit());
     terminal::set_up_reports();
     logging::set_up(cli.verbose);
     let catalogue = match catalogue(blocks) {

@@ -135,6 +135,33 @@ fn the_version_is_that_of_the_package() {
 }
 
 #[test]
+fn a_program_of_another_name_says_that_name_wherever_it_is_called() {
+    let folder = Folder::new();
+    std::os::unix::fs::symlink(env!("CARGO_BIN_EXE_isochrone"), folder.path("my-plant")).unwrap();
+    let run = |args: &str| {
+        let args: Vec<&str> = args.split_whitespace().collect();
+        let command = std::process::Command::new(folder.path("my-plant")).args(args).output();
+        Ran::new(command.unwrap()).silently()
+    };
+    assert_says(&run("--help"), &["Usage: my-plant"]);
+    assert_says(&run("run --help"), &["Usage: my-plant run", "  my-plant run "]);
+    assert_says(&run("list --help"), &["  my-plant list"]);
+    assert_eq!(run("--version"), concat!("my-plant ", env!("CARGO_PKG_VERSION"), "\n"));
+    assert_says(&run("completions bash"), &["_my__plant()", "complete -F _my__plant_and_names"]);
+    assert_says(&run("completions zsh"), &["#compdef my-plant", "(my-plant list --names"]);
+    assert_says(
+        &run("completions fish"),
+        &["complete -c my-plant", "function __fish_my_plant_services"],
+    );
+    for shell in ["bash", "zsh", "fish"] {
+        let script = run(&format!("completions {shell}"));
+        let calls = |line: &&str| !line.contains("`isochrone") && !line.contains("isochrone'");
+        let called = script.lines().filter(calls).find(|line| line.contains("_isochrone"));
+        assert_eq!(called, None, "{shell}");
+    }
+}
+
+#[test]
 fn what_the_command_line_does_not_know_is_refused_by_name() {
     for (args, named) in [
         ("frobnicate", &["'frobnicate'", "--help"][..]),
