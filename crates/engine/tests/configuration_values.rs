@@ -132,6 +132,14 @@ fn a_margin_that_nothing_would_use_is_refused_where_it_stands() {
             help,
         ),
         (
+            "margin and budget of a task that sleeps",
+            "wake = \"hybrid\"",
+            "wake = \"sleep\"\ncpu_budget = 0.1\nmargin = «\"80us\"",
+            Conflict,
+            "margin and cpu_budget are for wake = \"hybrid\" only: wake = \"sleep\" has no margin",
+            "write wake = \"hybrid\", and keep one of them, or leave both out",
+        ),
+        (
             "both a fixed margin and a bound of an adaptive one",
             "wake = \"hybrid\"",
             "cpu_budget = «0.1\nmargin = \"80us\"",

@@ -48,12 +48,6 @@ fn wake(section: &Section<'_>, period_ns: Option<&Spanned<u64>>) -> Wake {
         less_than_period(section, &keys::MARGIN, margin, period_ns, help);
     }
     let cpu_budget = section.number(&keys::CPU_BUDGET);
-    if let (Some(_), Some(cpu_budget)) = (&margin, &cpu_budget) {
-        let message = "[[task]] has both margin and cpu_budget";
-        let help = "margin fixes how long before a release the task is awake, cpu_budget bounds a \
-                    margin that adapts; keep one";
-        section.report(Finding::new(Problem::Conflict, cpu_budget.span(), message).help(help));
-    }
     let written = section.choice(&keys::WAKE, &Wake::ALL);
     let wake = match &written {
         Some(wake) => *wake.get_ref(),
@@ -63,18 +57,30 @@ fn wake(section: &Section<'_>, period_ns: Option<&Spanned<u64>>) -> Wake {
         None => Wake::Hybrid(Margin::DEFAULT),
     };
     if !matches!(wake, Wake::Hybrid(_)) {
-        let margin = margin.as_ref().map(|margin| ("margin", margin.span()));
-        let cpu_budget = cpu_budget.as_ref().map(|budget| ("cpu_budget", budget.span()));
-        for (key, span) in margin.into_iter().chain(cpu_budget) {
-            let why = match written {
-                Some(_) => format!("wake = \"{}\" has no margin", wake.as_str()),
-                None => "without a priority the task sleeps until its release".into(),
-            };
-            let message = format!("[[task]] {key} is for wake = \"hybrid\" only: {why}");
-            let help = format!("write wake = \"hybrid\", or leave {key} out");
-            section.report(Finding::new(Problem::Conflict, span, message).help(help));
-        }
+        let (keys, span, remedy) = match (&margin, &cpu_budget) {
+            (None, None) => return wake,
+            (Some(margin), None) => ("margin is", margin.span(), "or leave margin out"),
+            (None, Some(budget)) => ("cpu_budget is", budget.span(), "or leave cpu_budget out"),
+            (Some(margin), Some(_)) => (
+                "margin and cpu_budget are",
+                margin.span(),
+                "and keep one of them, or leave both out",
+            ),
+        };
+        let why = match written {
+            Some(_) => format!("wake = \"{}\" has no margin", wake.as_str()),
+            None => "without a priority the task sleeps until its release".into(),
+        };
+        let message = format!("[[task]] {keys} for wake = \"hybrid\" only: {why}");
+        let help = format!("write wake = \"hybrid\", {remedy}");
+        section.report(Finding::new(Problem::Conflict, span, message).help(help));
         return wake;
+    }
+    if let (Some(_), Some(cpu_budget)) = (&margin, &cpu_budget) {
+        let message = "[[task]] has both margin and cpu_budget";
+        let help = "margin fixes how long before a release the task is awake, cpu_budget bounds a \
+                    margin that adapts; keep one";
+        section.report(Finding::new(Problem::Conflict, cpu_budget.span(), message).help(help));
     }
     Wake::Hybrid(match (margin, cpu_budget) {
         (Some(margin_ns), _) => Margin::Fixed(margin_ns.into_inner()),
