@@ -44,6 +44,8 @@ pub(crate) fn set_up(verbosity: u8) {
     });
     tracing_subscriber::fmt()
         .with_writer(io::stderr)
+        // Modules of the program are for those who choose among them.
+        .with_target(!is_ours_alone)
         .with_ansi(crate::terminal::stderr_has_colour())
         .with_env_filter(filter)
         .init();
