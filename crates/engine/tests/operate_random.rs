@@ -450,5 +450,15 @@ proptest! {
             prop_assert_eq!(is_flagged, reference.frame_is_touched(task), "{:?}\n{}", action, text);
             hand.next[task] += 1 + action.skipped;
         }
+        let saved = hand.operator.save(&text).unwrap();
+        let plan = Plan::new(Source::new("saved.toml", saved.as_str()), &Rules::default());
+        prop_assert!(plan.is_ok(), "{:?}\n{saved}", plan.unwrap_err());
+        let engines = TaskEngine::build(&plan.unwrap()).unwrap();
+        for (name, ..) in reference.signals.iter().filter(|signal| signal.2 == Kind::Parameter) {
+            let signal = hand.operator.signals().find(name).unwrap();
+            let constant = engines[signal.task].image()[signal.slot];
+            let given = reference.given[name];
+            prop_assert_eq!(constant.to_bits(), given.to_bits(), "{}\n{}", name, saved);
+        }
     }
 }

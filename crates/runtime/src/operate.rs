@@ -2,7 +2,7 @@
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::operate::{
-    Entry, Forced, Hold, Operator, Prepared, Refusals, Request, Signals, Value,
+    Entry, Forced, Hold, Operator, Prepared, Refusals, Request, SaveError, Signals, Value,
 };
 use isochrone_ipc::Service;
 
@@ -139,6 +139,15 @@ impl<S: Service> Running<S> {
     /// What was done to the node's values, from a sequence number on.
     pub fn journal(&self, since: u64) -> impl Iterator<Item = Entry> {
         self.parts.operator.journal(since)
+    }
+
+    /// The text of the node's configuration with the values of now in place of the constants of
+    /// parameters that were changed; all else, comments and order, is as it was.
+    ///
+    /// # Errors
+    /// `text` is not the configuration of this node.
+    pub fn save(&self, text: &str) -> Result<String, SaveError> {
+        self.parts.operator.save(text)
     }
 
     /// The first cycle of each task that has not begun.

@@ -122,7 +122,9 @@ impl Forces {
                 *slot = store.value;
             }
         }
-        self.table.sort_unstable_by_key(|force| force.slot);
+        if self.table.len() > known {
+            self.table.sort_unstable_by_key(|force| force.slot);
+        }
         self.note_next();
     }
 

@@ -11,7 +11,7 @@ use super::forces::{AtEnd, Ended};
 use super::journal::{Action, Change, Changed, Client, Entry, Journal, Record};
 use super::order::{Order, OrderState, Store, Work};
 use super::permissions::Permissions;
-use super::signals::Signals;
+use super::signals::{Signal, Signals};
 use super::warnings::Warnings;
 use crate::plan::Plan;
 
@@ -319,6 +319,22 @@ impl Operator {
         self.forces.iter().flat_map(BTreeMap::values).filter_map(|forces| {
             forces.iter().find(|forced| forced.since.is_some()).or(forces.first())
         })
+    }
+
+    /// The parameters that differ from their constants, in the order of the images.
+    pub(super) fn changed(&self) -> Vec<(Signal<'_>, Value)> {
+        let mut values: Vec<_> = self.values.iter().collect();
+        values.sort_unstable_by_key(|(key, _)| **key);
+        let changed = |(&(task, slot), held): (&(usize, u32), &Held)| {
+            let slot = slot as usize;
+            let signal = self.signals.at(task, slot)?;
+            let instance = self.signals.instance_of(task, slot)?;
+            let constant = instance.constants.get(slot - instance.first_slot)?;
+            let is_changed = constant.to_bits() != held.value.to_bits();
+            let value = Value::of(held.value, signal.value_type);
+            is_changed.then_some((signal, value))
+        };
+        values.into_iter().filter_map(changed).collect()
     }
 
     /// The entries of the journal from a sequence number on: the last 10,000, or fewer if they have

@@ -1,0 +1,118 @@
+//! The running values as a configuration.
+
+use toml_edit::{DocumentMut, Item, Table, TableLike};
+
+use super::operator::Operator;
+use super::signals::Signal;
+use super::value::Value;
+
+/// Why the running values cannot be written into a configuration.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SaveError {
+    /// It is not TOML.
+    #[error("the configuration is not TOML: {message}")]
+    Syntax {
+        /// What is wrong, and where.
+        message: String,
+    },
+    /// It has no place for a parameter, so it is not the configuration that the node runs.
+    #[error(
+        "the configuration has no place for \"{name}\", so it is not the one that the node runs"
+    )]
+    Other {
+        /// The parameter.
+        name: String,
+    },
+}
+
+impl Operator {
+    /// The text of the node's configuration with the values of now in place of the constants of
+    /// parameters that were changed. All else, comments and order, is as it was. A parameter of one of
+    /// several instances stands in a table of that instance: `[block.in.17]`.
+    ///
+    /// # Errors
+    /// `text` is not the configuration of this node.
+    pub fn save(&self, text: &str) -> Result<String, SaveError> {
+        let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| {
+            SaveError::Syntax { message: error.to_string() }
+        })?;
+        for (signal, value) in self.changed() {
+            if write(&mut document, &signal, value).is_none() {
+                return Err(SaveError::Other { name: signal.name });
+            }
+        }
+        Ok(document.to_string())
+    }
+}
+
+fn write(document: &mut DocumentMut, signal: &Signal<'_>, value: Value) -> Option<()> {
+    let (instance, pin) = signal.name.rsplit_once('.')?;
+    let (block, number) = match instance.split_once('.') {
+        Some((block, number)) => (block, Some(number)),
+        None => (instance, None),
+    };
+    let entry = entry(document.get_mut("block")?, block)?;
+    let pins = table(entry, "in")?;
+    let pins = match number {
+        Some(number) => table(pins, number)?,
+        None => pins,
+    };
+    let new = match value {
+        Value::Bool(value) => toml_edit::Value::from(value),
+        Value::Integer(value) => toml_edit::Value::from(value),
+        Value::Number(value) => toml_edit::Value::from(value),
+    };
+    match pins.get_mut(pin) {
+        Some(item) => {
+            let old = item.as_value_mut()?;
+            // Blanks and comments around a value belong to its place.
+            let decor = old.decor().clone();
+            *old = new;
+            *old.decor_mut() = decor;
+        }
+        None => append(pins, pin, Item::Value(new)),
+    }
+    Some(())
+}
+
+/// The entry of a block.
+fn entry<'d>(blocks: &'d mut Item, name: &str) -> Option<&'d mut dyn TableLike> {
+    let is_meant = |table: &dyn TableLike| table.get("name").and_then(Item::as_str) == Some(name);
+    match blocks {
+        Item::ArrayOfTables(tables) => {
+            let found = tables.iter_mut().find(|table| is_meant(*table))?;
+            Some(found)
+        }
+        Item::Value(toml_edit::Value::Array(array)) => {
+            let mut tables = array.iter_mut().filter_map(toml_edit::Value::as_inline_table_mut);
+            let found = tables.find(|table| is_meant(*table))?;
+            Some(found)
+        }
+        _ => None,
+    }
+}
+
+/// Adds a key behind the others. The blank before an inline table's brace stays there.
+fn append(table: &mut dyn TableLike, key: &str, item: Item) {
+    let last = table.iter_mut().last().and_then(|(_, item)| item.as_value_mut());
+    let blank = last.and_then(|last| {
+        let blank = last.decor().suffix()?.as_str()?.to_owned();
+        let is_blank = !blank.is_empty() && blank.chars().all(|c| c == ' ');
+        is_blank.then(|| last.decor_mut().set_suffix(""))?;
+        Some(blank)
+    });
+    table.insert(key, item);
+    if let (Some(blank), Some(new)) = (blank, table.get_mut(key).and_then(Item::as_value_mut)) {
+        new.decor_mut().set_suffix(blank);
+    }
+}
+
+/// A table within another, which is made if it is not there.
+fn table<'d>(parent: &'d mut dyn TableLike, key: &str) -> Option<&'d mut dyn TableLike> {
+    if !parent.contains_key(key) {
+        // In an inline table it becomes one, too.
+        append(parent, key, Item::Table(Table::new()));
+    }
+    parent.get_mut(key)?.as_table_like_mut()
+}
