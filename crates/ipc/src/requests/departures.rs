@@ -1,12 +1,15 @@
 //! Clients that left a server's port with something that the port can never let go of.
 
 use std::fs;
+use std::time::{Duration, Instant};
 
-/// From here on a port is to be replaced as soon as nobody uses it...
+/// Where the memory map cannot tell, so many count as one that left something behind.
 const MANY: usize = 64;
-/// ... and from here on also while somebody does. iceoryx2 has room for 128, and panics when there are
-/// more and a client leaves whose request is still held.
+/// From here on a port is to be replaced even while it is used. iceoryx2 has room for 128, and panics
+/// when there are more and a client leaves whose request is still held.
 const TOO_MANY: usize = 112;
+/// Between two looks into the memory map.
+const PAUSE: Duration = Duration::from_secs(1);
 
 /// Which clients have left since a port was opened.
 ///
@@ -17,14 +20,18 @@ const TOO_MANY: usize = 112;
 pub(super) struct Departures {
     present: Vec<u128>,
     left: Vec<u128>,
+    not_before: Option<Instant>,
 }
 
 /// Whether a port must be replaced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Burden {
+    /// No.
+    None,
+    /// As soon as nobody uses it.
     Light,
+    /// Also while somebody does.
     Heavy,
-    TooHeavy,
 }
 
 impl Departures {
@@ -35,18 +42,25 @@ impl Departures {
         self.present = present;
     }
 
-    /// How many clients may have left something behind. Looks into the memory map when there are many.
+    /// Whether clients left something behind. Looks into the memory map, at most once a second.
     pub(super) fn burden(&mut self, crosses_processes: bool) -> Burden {
-        if self.left.len() >= MANY && crosses_processes {
-            // Without the map all count.
-            if let Ok(map) = fs::read_to_string("/proc/self/maps") {
-                self.left.retain(|client| map.contains(&format!("_{client}.")));
-            }
+        let now = Instant::now();
+        let is_due = self.not_before.is_none_or(|instant| instant <= now);
+        if self.left.is_empty() || !(is_due || self.left.len() >= TOO_MANY) {
+            return Burden::None;
+        }
+        self.not_before = now.checked_add(PAUSE);
+        let map = if crosses_processes { fs::read_to_string("/proc/self/maps").ok() } else { None };
+        let is_known = map.is_some();
+        if let Some(map) = map {
+            self.left.retain(|client| map.contains(&format!("_{client}.")));
         }
         match self.left.len() {
-            0..MANY => Burden::Light,
-            MANY..TOO_MANY => Burden::Heavy,
-            _ => Burden::TooHeavy,
+            0 => Burden::None,
+            TOO_MANY.. => Burden::Heavy,
+            MANY.. => Burden::Light,
+            _ if is_known => Burden::Light,
+            _ => Burden::None,
         }
     }
 }
@@ -58,12 +72,15 @@ mod tests {
     #[test]
     fn only_those_that_left_count_and_of_them_only_those_whose_memory_is_still_mapped() {
         let mut departures = Departures::default();
-        departures.note((0..200).collect());
-        assert_eq!(departures.burden(false), Burden::Light);
-        departures.note((100..200).collect());
-        assert_eq!(departures.burden(false), Burden::Heavy);
-        departures.note(Vec::new());
-        assert_eq!(departures.burden(false), Burden::TooHeavy);
-        assert_eq!(departures.burden(true), Burden::Light, "nothing is mapped here");
+        let mut burden = |present: std::ops::Range<u128>, crosses_processes| {
+            departures.note(present.collect());
+            departures.not_before = None;
+            departures.burden(crosses_processes)
+        };
+        assert_eq!(burden(0..200, false), Burden::None);
+        assert_eq!(burden(50..200, false), Burden::None);
+        assert_eq!(burden(100..200, false), Burden::Light);
+        assert_eq!(burden(200..200, false), Burden::Heavy);
+        assert_eq!(burden(200..200, true), Burden::None, "nothing is mapped here");
     }
 }

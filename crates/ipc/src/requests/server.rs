@@ -88,13 +88,14 @@ impl<S: Service> RequestServer<S> {
         })
     }
 
-    /// Replaces the port when clients that left too early have left too much behind, as a rule while
-    /// there are no clients, and never while a request is held. Nearly always this does nothing.
+    /// Replaces the port when clients that left too early have left something behind: while there are
+    /// no clients (or when it is too much), and never while a request is held. Nearly always this does
+    /// nothing.
     pub fn tend(&mut self, participant: &Participant<S>) {
         let is_due = match self.departures.burden(S::CROSSES_PROCESSES) {
-            Burden::Light => self.port.is_none(),
-            Burden::Heavy => self.clients() == 0,
-            Burden::TooHeavy => true,
+            Burden::None => self.port.is_none(),
+            Burden::Light => self.port.is_none() || self.clients() == 0,
+            Burden::Heavy => true,
         };
         // Requests keep their port in being.
         if !is_due || Rc::strong_count(&self.retired) > 1 || !self.retired.borrow().is_empty() {
