@@ -120,7 +120,8 @@ fn a_reader_and_a_writer_in_python_need_nobody_else() {
     assert_eq!(printed.lines().count(), 6, "{printed}");
     writer.finish().expect_code(0);
     let ended = start(&domain, &python, "reader.py", &["plant/nobody", "1"]).finish();
-    assert_eq!(ended.expect_code(3).stdout, "no frames on plant/nobody\n");
+    let says = "no frames on plant/nobody; start its publisher in this domain\n";
+    assert_eq!(ended.expect_code(3).stdout, says);
 }
 
 #[test]
