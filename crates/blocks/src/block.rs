@@ -180,6 +180,7 @@ pub struct BlockType {
     pub decisions: &'static [Decision],
     /// Words of private state of an instance, at least 1. All zero is the initial state.
     pub state_words: usize,
+    is_of_library: bool,
     step_bank: fn(&mut [f64], &mut [u64], &Cycle<'_>) -> u64,
     typical: fn(&mut [f64]),
 }
@@ -234,14 +235,27 @@ impl BlockType {
             status: B::STATUS,
             decisions: B::DECISIONS,
             state_words: state_words::<B>(),
+            is_of_library: false,
             step_bank: step_bank::<B>,
             typical: typical::<B>,
         }
     }
 
+    /// A block of this library, which can be stepped with whatever stands at its pins.
+    pub(crate) const fn of_library<B: Block>() -> Self {
+        Self { is_of_library: true, ..Self::of::<B>() }
+    }
+
     /// What it computes, in a sentence or two.
     pub fn doc(&self) -> &'static str {
         self.doc.trim_ascii()
+    }
+
+    /// Whether it comes from [`CATALOGUE`](crate::CATALOGUE). Such a block neither panics nor hangs,
+    /// whatever stands at its pins, so constants can be tried out on it before a node runs. Blocks from
+    /// elsewhere are stepped only by a running node, a simulation or a bench.
+    pub const fn is_of_library(&self) -> bool {
+        self.is_of_library
     }
 
     /// Slots of one instance.

@@ -5,6 +5,11 @@
 //! [`Block::step`], a pure Mealy machine: `(state, inputs, cycle) -> outputs`. Time is passed in as
 //! an argument. There is no clock, I/O, allocation or unsafe code here.
 //!
+//! Making a plan (`Plan::new`, `isochrone check`) tries the constants of a configuration on these
+//! blocks: it steps each of them, with invented values where wires lead, and warns of constants with
+//! which it can only report an error. A block of your own is not stepped before a node, a simulation or
+//! a bench runs it, so it gets no such warning; only its declaration is checked.
+//!
 //! ```
 //! use isochrone_blocks::{Block, Cycle, lim_rate_of_change::{Inputs, LimRateOfChangeCI, State}};
 //!
@@ -52,8 +57,8 @@ pub use value::{Ob, PinType, Value, Word};
 /// configuration, the catalogue and the documentation; the tests report anything else that it
 /// needs.
 pub static CATALOGUE: &[BlockType] = &[
-    BlockType::of::<lim_rate_of_change::LimRateOfChangeCI>(),
-    BlockType::of::<lim_rate_of_change_advanced::LimRateOfChangeAdvancedCI>(),
-    BlockType::of::<scale_linear::ScaleLinear>(),
-    BlockType::of::<saw_tooth::SawTooth>(),
+    BlockType::of_library::<lim_rate_of_change::LimRateOfChangeCI>(),
+    BlockType::of_library::<lim_rate_of_change_advanced::LimRateOfChangeAdvancedCI>(),
+    BlockType::of_library::<scale_linear::ScaleLinear>(),
+    BlockType::of_library::<saw_tooth::SawTooth>(),
 ];

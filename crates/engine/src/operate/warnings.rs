@@ -1,7 +1,6 @@
 //! What blocks will report with values that they are about to get.
 
 use std::collections::HashSet;
-use std::panic::catch_unwind;
 
 use super::signals::Signals;
 use crate::plan::{Plan, first_error};
@@ -17,8 +16,8 @@ impl Warnings {
         Self { obs: plan.obs.clone() }
     }
 
-    /// A warning for each instance that has a pin among `slots` and will report an error, whatever its
-    /// wires bring. `value` says which pins were given a value since they were configured.
+    /// A warning for each instance of a library block that has a pin among `slots` and will report an
+    /// error, whatever its wires bring. `value` says which pins were given a value since they were configured.
     pub(super) fn of_instances(
         &self,
         signals: &Signals,
@@ -40,13 +39,7 @@ impl Warnings {
             let constants: Vec<Option<f64>> = pins.map(constant).collect();
             let period_ns = signals.task(task)?.period_ns;
             let name = instance.name;
-            // A block that panics with these values shall not do so in the thread that asks.
-            let tried =
-                catch_unwind(|| first_error(instance.block_type, &constants, period_ns, &self.obs));
-            let Ok(code) = tried else {
-                return Some(format!("block \"{name}\" will panic, which ends the node"));
-            };
-            let code = code?;
+            let code = first_error(instance.block_type, &constants, period_ns, &self.obs)?;
             let word = instance.block_type.status.iter().find(|word| word.code == code);
             let meaning = word.map_or("an error", |word| word.meaning);
             Some(format!("block \"{name}\" will report 16#{code:04X}: {meaning}"))

@@ -292,6 +292,9 @@ impl LinkPlan {
 
 impl Plan {
     /// Checks and resolves a configuration. All errors are found together.
+    ///
+    /// Blocks of the library are stepped with their constants, to warn of those that make a block report
+    /// an error from its first call. Blocks from elsewhere in [`Rules::catalogue`] are not stepped.
     pub fn new(source: Source, rules: &Rules<'_>) -> Result<Self, Findings> {
         let (config, mut findings) = parse::parse(&source, rules.catalogue);
         if findings.iter().any(|finding| finding.problem == crate::Problem::Syntax) {

@@ -1,4 +1,7 @@
-//! Finds constants that make a block report an error from its first call.
+//! Finds constants that make a block of the library report an error from its first call.
+//!
+//! Blocks from elsewhere are not stepped before the node runs: nothing is known of what they do with
+//! values that their wires may never bring.
 
 use isochrone_blocks::{BlockType, Cycle, Ob, Pin, PinType, status};
 
@@ -11,7 +14,7 @@ use crate::finding::Problem;
 const LREALS: [f64; 8] = [0.0, 1.0, -1.0, 1e6, -1e6, 1e150, -1e150, f64::MAX];
 const TRIES: u64 = 256;
 
-/// Steps every entry once with its constants.
+/// Tries every entry with its constants.
 pub(super) fn constants(names: &Names<'_>, wiring: &Wiring, findings: &mut Vec<Finding>) {
     let obs = names.obs();
     for (entry, constants) in names.entries.iter().zip(&wiring.constants) {
@@ -32,7 +35,7 @@ pub(super) fn constants(names: &Names<'_>, wiring: &Wiring, findings: &mut Vec<F
 }
 
 /// Status word of an instance's first call with these constants at its input pins, if that is an
-/// error. Where wires lead (`None`), many values are tried: an error that none of them avoids is the
+/// error; `None` for a block from outside the library, which is not called. Where wires lead (`None`), many values are tried: an error that none of them avoids is the
 /// constants' doing.
 pub(crate) fn first_error(
     block_type: &BlockType,
@@ -40,6 +43,9 @@ pub(crate) fn first_error(
     period_ns: u64,
     obs: &[(i16, u64)],
 ) -> Option<u16> {
+    if !block_type.is_of_library() {
+        return None;
+    }
     let cycle = Cycle::new(0, period_ns, obs);
     let status = |attempt: u64| {
         let slot = |(index, (pin, constant)): (usize, (&Pin, &Option<f64>))| {
