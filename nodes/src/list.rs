@@ -11,7 +11,7 @@ use self::look::{Found, Rate, look};
 use crate::failure::Failure;
 use crate::numbers::six_digits;
 use crate::table::Table;
-use crate::{domain, terminal};
+use crate::{domain, stop, terminal};
 
 /// List the nodes and frame services of the domain
 ///
@@ -37,13 +37,14 @@ pub(crate) struct Args {
 const SHOWN: usize = 12;
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let stop = stop::on_signal(None)?;
     let participant = args.domain.join("isochrone/list")?;
     if args.names {
         let names = participant.frame_service_names().map_err(Failure::found)?;
         return terminal::print(&names.iter().map(|name| format!("{name}\n")).collect::<String>());
     }
     let nodes = participant.nodes().map_err(Failure::found)?;
-    let services = look(&participant)?;
+    let services = look(&participant, &stop)?;
     if args.json {
         return terminal::print_json(&document(&nodes, &services));
     }

@@ -9,7 +9,7 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::Duration;
 
-use domain::{Domain, Process, shared_memory};
+use domain::{Domain, Process, not_tested, shared_memory};
 use rustix::process::{Pid, Signal, kill_process};
 
 const NODE: &str = r#"
@@ -88,6 +88,72 @@ fn a_signal_when_the_time_is_up_already_does_not_end_a_process_at_once() {
         publisher.finish().expect_code(0);
         assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
     }
+}
+
+/// The node in this domain, started by another program, whose words come first.
+fn start_by(domain: &Domain, program: &[&str], arguments: &str) -> Process {
+    domain.write("node.toml", NODE);
+    let mut command = Command::new(program[0]);
+    command.args(&program[1..]).arg(env!("CARGO_BIN_EXE_isochrone"));
+    command.args(arguments.split_whitespace()).arg("--iceoryx2-config").arg(domain.config_file());
+    command.current_dir(domain.folder());
+    Process::start(command)
+}
+
+#[test]
+fn signals_that_a_process_was_started_to_ignore_do_not_end_it() {
+    let domain = Domain::new();
+    for (signal, name) in [(Signal::HUP, "HUP"), (Signal::INT, "INT")] {
+        let ignoring = format!("trap '' {name}; exec \"$0\" \"$@\"");
+        let by = ["sh", "-c", ignoring.as_str()];
+        let mut node = start_by(&domain, &by, "run node.toml --cycles 500 --json");
+        node.wait_for("is running");
+        node.signal(signal);
+        let ended = node.finish().expect_code(0);
+        let report: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
+        assert_eq!(report["tasks"][0]["cycles"], 500, "{name}");
+    }
+}
+
+#[test]
+fn a_sigterm_that_was_blocked_by_the_parent_ends_in_order() {
+    let by = ["env", "--block-signal=TERM"];
+    if !Command::new(by[0]).args([by[1], "true"]).output().is_ok_and(|env| env.status.success()) {
+        return not_tested("a blocked SIGTERM", "env has no --block-signal");
+    }
+    let domain = Domain::new();
+    let mut node = start_by(&domain, &by, "run node.toml");
+    node.wait_for("is running");
+    let ended = node.stop().expect_code(0);
+    assert!(ended.stdout.contains("release jitter"), "{}", ended.stdout);
+    assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
+}
+
+#[test]
+fn a_list_that_is_ended_early_prints_what_it_has_and_leaves_nothing() {
+    let domain = Domain::new();
+    domain.write("node.toml", NODE);
+    for signal in [Signal::INT, Signal::TERM, Signal::HUP] {
+        let mut node = domain.start("run node.toml");
+        node.wait_for("is running");
+        // It counts the frames of telemetry for half a second.
+        let list = domain.start("list");
+        while !waits_for_signals(list.id()) {
+            thread::sleep(Duration::from_millis(1));
+        }
+        list.signal(signal);
+        let ended = list.finish().expect_code(0);
+        assert!(ended.stdout.contains("ends/out"), "{signal:?}: {}", ended.stdout);
+        node.stop().expect_code(0);
+        assert_eq!(domain.leftovers(), Vec::<PathBuf>::new(), "{signal:?}");
+    }
+}
+
+/// Whether a process holds signals back for the thread that waits for them.
+fn waits_for_signals(pid: u32) -> bool {
+    let status = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap();
+    let blocked = status.lines().find_map(|line| line.strip_prefix("SigBlk:")).unwrap();
+    blocked.trim().contains(|digit| digit != '0')
 }
 
 /// Whether a pipe is so full that its writer waits.

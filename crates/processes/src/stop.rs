@@ -7,6 +7,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
+use nix::sys::signal::{SigSet, Signal};
+
 use crate::running;
 
 /// Signals within this time are one request to end: `timeout` sends two, one to its program and one
@@ -24,14 +26,18 @@ const FOR_EVER: Duration = Duration::from_secs(u32::MAX as u64);
 
 /// Why a [`Stop`] cannot be created or keep time.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum StopError {
-    /// No signal handler can be installed.
-    #[error("cannot handle signals: {cause}; a process has one handler for them")]
+    /// The program has such a [`Stop`] already.
+    #[error("signals are handled already: call Stop::on_signal once and clone what it gives")]
+    Taken,
+    /// Signals cannot be held back for the thread that waits for them.
+    #[error("cannot block signals: {cause}")]
     Signals {
         /// The system's error.
-        cause: ctrlc::Error,
+        cause: io::Error,
     },
-    /// The thread that keeps the time cannot be started.
+    /// There is no thread that waits for signals or keeps the time.
     #[error("cannot start a thread: {cause}; raise the limit of processes (ulimit -u)")]
     Thread {
         /// The system's error.
@@ -53,23 +59,34 @@ impl Stop {
     /// the program at once, with exit status 1 and every [`Child`](crate::Child) of it; `last_words`
     /// is called before, in a thread that is given 100 ms: whatever the program hangs on may be stderr.
     ///
-    /// Also ends whatever waits for a domain's lock.
+    /// SIGINT and SIGHUP that the program was started to ignore, as `nohup` does, stay ignored. SIGTERM
+    /// ends it even if whoever started it blocks or ignores it.
+    ///
+    /// Call it before any thread is started: only threads started later leave the signals to the one
+    /// that waits for them here. Also ends whatever waits for a domain's lock.
     ///
     /// # Errors
-    /// Signals cannot be handled, or are already.
+    /// There is no thread to be had, or signals are already handled.
     pub fn on_signal(last_words: impl Fn() + Send + Sync + 'static) -> Result<Self, StopError> {
+        static TAKEN: AtomicBool = AtomicBool::new(false);
+        if TAKEN.swap(true, Ordering::Relaxed) {
+            return Err(StopError::Taken);
+        }
         let flag = Arc::new(AtomicBool::new(false));
+        let signals = awaited();
+        signals.thread_block().map_err(|cause| StopError::Signals { cause: cause.into() })?;
         let signalled = flag.clone();
         let last_words = Arc::new(last_words);
-        let mut first = None;
-        // This runs in a thread of its own, not in the signal's handler.
-        ctrlc::set_handler(move || {
-            signalled.store(true, Ordering::Relaxed);
-            if first.get_or_insert_with(Instant::now).elapsed() >= ONE_REQUEST {
-                end_at_once(last_words.clone());
+        let wait = move || {
+            let mut first = None;
+            while signals.wait().is_ok() {
+                signalled.store(true, Ordering::Relaxed);
+                if first.get_or_insert_with(Instant::now).elapsed() >= ONE_REQUEST {
+                    end_at_once(last_words.clone());
+                }
             }
-        })
-        .map_err(|cause| StopError::Signals { cause })?;
+        };
+        start_thread("signals", wait)?;
         isochrone_ipc::interrupt_waiting_by(flag.clone());
         Ok(Self { flag, end: None, whole: None })
     }
@@ -101,10 +118,7 @@ impl Stop {
             thread::sleep(end.saturating_duration_since(Instant::now()));
             flag.store(true, Ordering::Relaxed);
         };
-        match thread::Builder::new().name("end".into()).spawn(wait) {
-            Ok(_) => Ok(()),
-            Err(cause) => Err(StopError::Thread { cause }),
-        }
+        start_thread("end", wait)
     }
 
     /// The flag, for loops that poll it.
@@ -124,6 +138,32 @@ impl Stop {
     /// Sets the flag.
     pub fn request(&self) {
         self.flag.store(true, Ordering::Relaxed);
+    }
+}
+
+/// The signals that are a request to end.
+fn awaited() -> SigSet {
+    let ignored = std::fs::read_to_string("/proc/self/status").map_or(0, |text| ignored(&text));
+    let mut signals = SigSet::empty();
+    signals.add(Signal::SIGTERM);
+    for signal in [Signal::SIGINT, Signal::SIGHUP] {
+        if ignored >> (signal as u32 - 1) & 1 == 0 {
+            signals.add(signal);
+        }
+    }
+    signals
+}
+
+/// The mask of ignored signals in the kernel's description of a process.
+fn ignored(status: &str) -> u64 {
+    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
+    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or_default()
+}
+
+fn start_thread(name: &str, run: impl FnOnce() + Send + 'static) -> Result<(), StopError> {
+    match thread::Builder::new().name(name.into()).spawn(run) {
+        Ok(_) => Ok(()),
+        Err(cause) => Err(StopError::Thread { cause }),
     }
 }
 

@@ -8,6 +8,7 @@ use isochrone_ipc::{
     Announcement, Depth, FrameSubscriber, LayoutWatcher, ListedService, Participant, SignalSpec,
     ipc,
 };
+use isochrone_processes::Stop;
 
 use crate::failure::Failure;
 
@@ -41,16 +42,20 @@ impl Found {
     }
 }
 
-/// Looks at all services of frames.
-pub(super) fn look(participant: &Participant<Service>) -> Result<Vec<Found>, Failure> {
+/// Looks at all services of frames, no longer than `stop` allows.
+pub(super) fn look(participant: &Participant<Service>, stop: &Stop) -> Result<Vec<Found>, Failure> {
     let services = participant.frame_services().map_err(Failure::found)?;
-    let mut found = announced(participant, services);
-    count(participant, &mut found);
+    let mut found = announced(participant, services, stop);
+    count(participant, &mut found, stop);
     Ok(found)
 }
 
 /// Learns what is announced of services that somebody writes.
-fn announced(participant: &Participant<Service>, services: Vec<ListedService>) -> Vec<Found> {
+fn announced(
+    participant: &Participant<Service>,
+    services: Vec<ListedService>,
+    stop: &Stop,
+) -> Vec<Found> {
     let began = Instant::now();
     let watch = |service: &ListedService| {
         let is_written = !service.publishers.is_empty();
@@ -60,7 +65,7 @@ fn announced(participant: &Participant<Service>, services: Vec<ListedService>) -
     let is_open = |watcher: &Option<LayoutWatcher<Service>>| {
         watcher.as_ref().is_some_and(|watcher| watcher.newest().is_none())
     };
-    while watchers.iter().any(is_open) && began.elapsed() < ANSWER {
+    while watchers.iter().any(is_open) && began.elapsed() < ANSWER && !stop.is_due() {
         thread::sleep(LOOK_INTERVAL);
         for watcher in watchers.iter_mut().flatten() {
             watcher.look(participant);
@@ -86,7 +91,7 @@ struct Span {
 }
 
 /// Measures the rates that nobody announces.
-fn count(participant: &Participant<Service>, found: &mut [Found]) {
+fn count(participant: &Participant<Service>, found: &mut [Found], stop: &Stop) {
     let is_open =
         |found: &Found| matches!(found.rate, Rate::Unknown) && !found.service.publishers.is_empty();
     let open = |found: &mut Found| {
@@ -100,7 +105,7 @@ fn count(participant: &Participant<Service>, found: &mut [Found]) {
         .filter_map(|found| open(found).map(|link| (found, link)))
         .collect();
     let began = Instant::now();
-    while !links.is_empty() && began.elapsed() < COUNTING {
+    while !links.is_empty() && began.elapsed() < COUNTING && !stop.is_due() {
         for (_, (subscriber, span)) in &mut links {
             subscriber.maintain();
             while let Some(frame) = subscriber.next(Monotonic.now_ns()) {

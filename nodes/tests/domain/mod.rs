@@ -136,8 +136,32 @@ impl Ended {
     }
 }
 
+/// The command with SIGINT and SIGHUP as a terminal would have them: a program goes on ignoring what the
+/// test's own process was started to ignore, in the background of a script or under `nohup`.
+fn with_default_signals(command: Command) -> Command {
+    const INT_AND_HUP: u64 = 0b11;
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let ignored = status.lines().find_map(|line| line.strip_prefix("SigIgn:")).unwrap();
+    if u64::from_str_radix(ignored.trim(), 16).unwrap() & INT_AND_HUP == 0 {
+        return command;
+    }
+    let mut env = Command::new("env");
+    env.arg("--default-signal=INT,HUP").arg(command.get_program()).args(command.get_args());
+    if let Some(folder) = command.get_current_dir() {
+        env.current_dir(folder);
+    }
+    for (name, value) in command.get_envs() {
+        match value {
+            Some(value) => env.env(name, value),
+            None => env.env_remove(name),
+        };
+    }
+    env
+}
+
 impl Process {
-    pub(crate) fn start(mut command: Command) -> Self {
+    pub(crate) fn start(command: Command) -> Self {
+        let mut command = with_default_signals(command);
         let piped = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let name = format!("{:?}", piped.get_program());
         let mut child = Child::start(name, piped).unwrap();
