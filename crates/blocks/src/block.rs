@@ -1,5 +1,6 @@
 //! What a block is: to the one who writes it ([`Block`]), and to the one who runs it ([`BlockType`]).
 
+use crate::well_formed::assert_well_formed;
 use crate::{Cycle, Ob, PinType, status};
 
 /// The pins of one direction, as a struct with a field for each. Made by [`block!`](crate::block!).
@@ -222,8 +223,35 @@ impl BlockType {
     /// Erases the type of a block.
     ///
     /// Does not compile for a block that declares a status word from `16#8000` on and has no output
-    /// `status` to report it with.
+    /// `status` to report it with, or that has no pin, two pins of one name, a pin whose name is not a
+    /// letter or `_` and then letters, digits and `_`, an output `status` that is no `u16`, or a
+    /// `latched_by` that names no BOOL input:
+    ///
+    /// ```compile_fail,E0080
+    /// isochrone_blocks::block! {
+    ///     /// An output with the name of the input.
+    ///     Twice {
+    ///         inputs {
+    ///             /// Signal.
+    ///             "x" => x: f64 = 0.0,
+    ///         }
+    ///         outputs {
+    ///             /// Twice the signal.
+    ///             "x" => y: f64,
+    ///         }
+    ///     }
+    /// }
+    /// # impl isochrone_blocks::Block for Twice {
+    /// #     fn step(_: &mut State, inputs: &Inputs, _: &isochrone_blocks::Cycle<'_>) -> Outputs {
+    /// #         Outputs { y: 2.0 * inputs.x }
+    /// #     }
+    /// # }
+    /// # fn main() {
+    /// let twice = isochrone_blocks::BlockType::of::<Twice>();
+    /// # }
+    /// ```
     pub const fn of<B: Block>() -> Self {
+        const { assert_well_formed::<B>() }
         const { assert_errors_are_reported(B::STATUS, B::OUTPUTS) }
         Self {
             name: B::NAME,

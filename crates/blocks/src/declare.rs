@@ -10,6 +10,8 @@
 /// input without a default must be connected. Before a pin may stand `#[alias = "Ret_Val"]`, another name that documents have for it, and before an input
 /// `#[latched_by = "reset"]`: it is read in the first call and while that input is TRUE.
 ///
+/// A name is a letter or `_`, then letters, digits and `_`, and no two pins of a block have the same.
+///
 /// | type | in a configuration | holds |
 /// |---|---|---|
 /// | `f64` | LREAL | any floating-point number |

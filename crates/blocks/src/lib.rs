@@ -37,6 +37,7 @@ mod cycle;
 mod decisions;
 mod declare;
 mod value;
+mod well_formed;
 
 pub mod lim_rate_of_change;
 pub mod lim_rate_of_change_advanced;

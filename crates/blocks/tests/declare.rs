@@ -15,11 +15,11 @@ isochrone_blocks::block! {
             /// Factor.
             "gain" => gain: f64 ["1/s"] = -2.5,
             /// Delay.
+            #[latched_by = "on"]
             "delay" => delay: i32 ["ms"] = -7,
             /// Switch.
             #[alias = "enable"]
             #[alias = "enabled"]
-            #[latched_by = "delay"]
             "on" => on: bool = true,
         }
         outputs {
@@ -91,7 +91,8 @@ fn words_decisions_and_other_names_are_as_declared() {
     assert_eq!(GAIN.computes, ["`y = x * gain`."]);
     assert_eq!(GAIN.decisions, [Decision { silent_on: "delay", chosen: "none" }]);
     let on = GAIN.inputs[3];
-    assert_eq!((on.aliases, on.latched_by), (&["enable", "enabled"][..], Some("delay")));
+    assert_eq!((on.aliases, on.latched_by), (&["enable", "enabled"][..], None));
+    assert_eq!(GAIN.inputs[2].latched_by, Some("on"));
     assert_eq!(GAIN.follows, Some("Handbook of Gains"));
     assert_eq!((GAIN.outputs[0].aliases, GAIN.inputs[0].latched_by), (&["product"][..], None));
 }

@@ -34,6 +34,14 @@ fn names_that_stand_twice_are_refused_where_they_stand_again() {
             "service \"plant/level\" is taken",
             "give each output a service of its own",
         ),
+        (
+            "signal",
+            "signals = [\"scale.y\", \"ramp.0.delayedValue\"]",
+            "signals = [\"raw\", \"scale.y\", «\"raw\"]",
+            Duplicate,
+            "signal \"raw\" is taken",
+            "name each signal of an output once",
+        ),
     ]);
     let tasks = |second: &str| {
         format!(

@@ -1,5 +1,7 @@
 //! What the channels of a frame mean.
 
+use std::collections::HashMap;
+
 use serde::{Deserialize, Serialize};
 
 use crate::{LayoutConflict, LayoutError};
@@ -80,7 +82,7 @@ impl FrameLayout {
     ///
     /// # Errors
     /// There is no signal, or more than 65,536; a name, type or unit has a control character or more
-    /// than 255 bytes.
+    /// than 255 bytes; two signals have the same name, unless it is empty.
     pub fn check(&self) -> Result<(), LayoutError> {
         if self.signals.is_empty() {
             return Err(LayoutError::Empty);
@@ -89,6 +91,13 @@ impl FrameLayout {
             let words = [&signal.name, &signal.value_type, &signal.unit];
             if let Some(word) = words.into_iter().find(|word| word.contains(char::is_control)) {
                 return Err(LayoutError::Word { channel, word: word.clone() });
+            }
+        }
+        let mut channels = HashMap::new();
+        for (channel, signal) in self.signals.iter().enumerate() {
+            let first = *channels.entry(&signal.name).or_insert(channel);
+            if first != channel && !signal.name.is_empty() {
+                return Err(LayoutError::Duplicate { first, channel, name: signal.name.clone() });
             }
         }
         self.check_size()
@@ -201,6 +210,14 @@ mod tests {
     fn a_control_character_in_a_name_is_refused() {
         let error = layout(&[("a b, ü", "LREAL"), ("b\u{1b}[2J", "INT")]).check().unwrap_err();
         assert!(error.to_string().starts_with("channel 1: \"b\\u{1b}[2J\""), "{error}");
+    }
+
+    #[test]
+    fn two_signals_of_one_name_are_refused_unless_nobody_gave_them_one() {
+        let error = layout(&[("a", ""), ("b", ""), ("a", "INT")]).check().unwrap_err();
+        let (first, channel, name) = (0, 2, "a".to_owned());
+        assert_eq!(error, LayoutError::Duplicate { first, channel, name });
+        assert_eq!(layout(&[("", ""), ("b", ""), ("", "")]).check(), Ok(()));
     }
 
     #[test]

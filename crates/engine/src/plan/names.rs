@@ -79,6 +79,10 @@ impl<'a> Names<'a> {
         let service = Unique { value: "service", remedy: "give each output a service of its own" };
         service.check(config.outputs.iter().map(|output| output.service.as_ref()), findings);
         let ob = Unique { value: "ob", remedy: "give each task an ob of its own, or none" };
+        let signal = Unique { value: "signal", remedy: "name each signal of an output once" };
+        for output in &config.outputs {
+            signal.check(output.signals.iter().map(Some), findings);
+        }
         ob.check(config.tasks.iter().map(|task| task.ob.as_ref()), findings);
         services(config, rules, findings);
 

@@ -18,6 +18,16 @@ pub enum LayoutError {
         /// Its name, type or unit.
         word: String,
     },
+    /// Two signals have the same name, so a reader that asks for it would get either.
+    #[error("channels {first} and {channel} are both called {name:?}; give each a name of its own")]
+    Duplicate {
+        /// Index of the first signal with that name.
+        first: usize,
+        /// Index of the second.
+        channel: usize,
+        /// The name.
+        name: String,
+    },
     /// The layout has more signals than the 65,536 that a frame can have.
     #[error("there are {signals} signals; a frame has at most 65536")]
     TooMany {
