@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 use isochrone::ipc::{
     Depth, FrameLayout, FramePublisher, FrameSubscriber, IsolatedDomain, Participant, SignalSpec,
-    Stamp, ipc,
+    Stamp,
 };
 
 const LIMIT: Duration = Duration::from_secs(60);
@@ -90,7 +90,7 @@ fn a_program_with_a_block_of_its_own_has_every_verb() {
     let simulated_y: f64 = last[2].parse().unwrap();
     assert!((simulated_y - 2.01).abs() < 1e-12 && last[3] == "0", "{simulated}");
 
-    let tester = Participant::<ipc::Service>::join("tester", &program.domain).unwrap();
+    let tester = Participant::join("tester", &program.domain).unwrap();
     let mut valve = FrameSubscriber::open(&tester, "plant/valve", 2, Depth::Newest).unwrap();
     let level = FrameLayout { signals: vec![SignalSpec::new("level", "LREAL")], period_ns: None };
     let mut sensor = FramePublisher::open(&tester, "plant/level", &level).unwrap().plain();

@@ -29,6 +29,6 @@ impl Args {
 
     /// Joins the domain and removes what killed processes left behind.
     pub(crate) fn join(&self, name: &str) -> Result<Participant<ipc::Service>, Failure> {
-        Participant::join(name, &self.find()?).map_err(Failure::found)
+        Participant::join(name, self.find()?).map_err(Failure::found)
     }
 }

@@ -8,7 +8,7 @@ use std::thread;
 use isochrone_blocks::BlockType;
 use isochrone_cyclic::{Clock, Monotonic, prepare_process};
 use isochrone_engine::{Finding, Findings, Plan, Problem, parse_seconds};
-use isochrone_ipc::{Participant, ipc};
+use isochrone_ipc::Participant;
 use isochrone_machine::Environment;
 use isochrone_processes::Stop;
 use isochrone_report::Report;
@@ -72,7 +72,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     }
     throttling::refuse(&plan, &report.environment)?;
     let name = format!("isochrone/{}", plan.node);
-    let participant = Participant::<ipc::Service>::join(&name, &args.domain.find()?);
+    let participant = Participant::join(&name, args.domain.find()?);
     let prepared = Node::prepare(&plan, participant.map_err(Failure::found)?)
         .map_err(Failure::found)?
         .with_cycles(args.cycles);

@@ -33,7 +33,7 @@ struct Ports {
 impl Ports {
     fn open(place: &str, values: usize, out: &str, back: &str) -> Result<Self, Failure> {
         let domain = Domain::from_file(Path::new(place))?;
-        let participant = Participant::<ipc::Service>::join("isochrone/transports", &domain)?;
+        let participant = Participant::join("isochrone/transports", &domain)?;
         let signal = |i| SignalSpec::new(format!("v{i}"), "");
         let words = room(values).len();
         let layout = FrameLayout { signals: (0..words).map(signal).collect(), period_ns: None };

@@ -8,7 +8,7 @@ use iceoryx2::prelude::{LogLevel, NodeName, SignalHandlingMode};
 
 use crate::backoff::Backoff;
 use crate::domain::{Domain, EndsLocked, Held, Membership};
-use crate::{JoinError, OpenError, Service, exhausted, give_up_file_override, space};
+use crate::{JoinError, OpenError, Service, exhausted, give_up_file_override, ipc, local, space};
 
 /// Set once somebody chose a log level, so that joining does not override the choice.
 pub(crate) static LOG_LEVEL: OnceLock<()> = OnceLock::new();
@@ -24,8 +24,9 @@ pub struct Participant<S: Service> {
     membership: Membership,
 }
 
-impl<S: Service> Participant<S> {
-    /// Joins a domain under `name`, and removes what killed processes left in it.
+impl Participant<ipc::Service> {
+    /// Joins a domain under `name`, and removes what killed processes left in it. Its ports connect to
+    /// those of other processes.
     ///
     /// Takes milliseconds. Waits for processes that start or end at the same moment. If one of them is
     /// stopped meanwhile, it waits until that process continues and names it in a warning (see
@@ -34,7 +35,30 @@ impl<S: Service> Participant<S> {
     /// # Errors
     /// `name` is not a valid node name, something in the domain belongs to another user, or iceoryx2
     /// cannot use the domain.
-    pub fn join(name: &str, domain: &Domain) -> Result<Self, JoinError> {
+    pub fn join(name: &str, domain: impl AsRef<Domain>) -> Result<Self, JoinError> {
+        Self::join_variant(name, domain)
+    }
+}
+
+impl Participant<local::Service> {
+    /// Joins a domain within this process: its ports connect to those of the process's other local
+    /// participants, and leave no files.
+    ///
+    /// # Errors
+    /// `name` is not a valid node name, or iceoryx2 cannot use the domain.
+    pub fn join_local(name: &str, domain: impl AsRef<Domain>) -> Result<Self, JoinError> {
+        Self::join_variant(name, domain)
+    }
+}
+
+impl<S: Service> Participant<S> {
+    /// Joins a domain with any variant of iceoryx2's services. [`join`](Participant::join) and
+    /// [`join_local`](Participant::join_local) are the usual ones.
+    ///
+    /// # Errors
+    /// As [`join`](Participant::join).
+    pub fn join_variant(name: &str, domain: impl AsRef<Domain>) -> Result<Self, JoinError> {
+        let domain = domain.as_ref();
         Self::join_with(name, domain, domain.config().global.creation_timeout)
     }
 

@@ -18,8 +18,8 @@ fn the_nodes_of_a_domain_are_listed_with_name_and_process<S: Service>() {
     let domain = Domain::new();
     let looker = domain.join::<S>();
     assert_eq!(looker.nodes().unwrap(), []);
-    let second = Participant::<S>::join("b", &domain).unwrap();
-    let first = Participant::<S>::join("a", &domain).unwrap();
+    let second = Participant::<S>::join_variant("b", &domain).unwrap();
+    let first = Participant::<S>::join_variant("a", &domain).unwrap();
     let nodes = looker.nodes().unwrap();
     assert_eq!(nodes.iter().map(|node| node.name.as_str()).collect::<Vec<_>>(), ["a", "b"]);
     assert!(nodes.iter().all(|node| node.pid == std::process::id()), "{nodes:?}");
@@ -31,8 +31,8 @@ fn the_nodes_of_a_domain_are_listed_with_name_and_process<S: Service>() {
 fn services_of_frames_are_listed_with_who_writes_and_reads_them<S: Service>() {
     let domain = Domain::new();
     let looker = domain.join::<S>();
-    let writer = Participant::<S>::join("writer", &domain).unwrap();
-    let reader = Participant::<S>::join("reader", &domain).unwrap();
+    let writer = Participant::<S>::join_variant("writer", &domain).unwrap();
+    let reader = Participant::<S>::join_variant("reader", &domain).unwrap();
     let publisher = FramePublisher::open(&writer, "plant/x", &layout(&["a:LREAL"])).unwrap();
     let _subscribers = ["plant/x", "plant/unwritten"]
         .map(|service| FrameSubscriber::open(&reader, service, 1, Depth::Newest).unwrap());

@@ -46,7 +46,7 @@ fn nothing_is_left_when_all_have_gone() {
 fn a_domain_is_tidied_by_the_last_of_those_who_use_it() {
     let fixture = Domain::new();
     let domain = isochrone_ipc::Domain::from_file(&fixture.file()).unwrap();
-    let node = Participant::<ipc::Service>::join("brief", &domain).unwrap();
+    let node = Participant::join("brief", &domain).unwrap();
     let writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
     drop(domain);
     drop(node);
@@ -101,7 +101,7 @@ fn what_is_half_made_in_a_domain_whose_prefix_begins_with_ours_is_left_alone() {
     for longer in ["x", "a", "a_"] {
         let prefix = domain.prefix() + longer;
         let other = domain.at(&root, &prefix);
-        drop(Participant::<ipc::Service>::join("other", &other).unwrap());
+        drop(Participant::join("other", &other).unwrap());
         let files = domain.files();
         let counter = files
             .iter()
@@ -125,7 +125,7 @@ fn a_domain_with_another_root_path_and_our_prefix_keeps_its_segments() {
     let before = domain.files();
     for _ in 0..2 {
         // Its own dead are none of ours either.
-        let other = Participant::<ipc::Service>::join("other", &there).unwrap();
+        let other = Participant::join("other", &there).unwrap();
         let mut ours = FrameSubscriber::open(&other, "x", 1, Depth::Newest).unwrap();
         drop(domain.join::<ipc::Service>());
         assert!(ours.newest(1).is_none());
@@ -287,7 +287,7 @@ fn publishes_until_killed() {
         return;
     };
     let domain = isochrone_ipc::Domain::from_file(Path::new(&file)).unwrap();
-    let node = Participant::<ipc::Service>::join("victim", &domain).unwrap();
+    let node = Participant::join("victim", &domain).unwrap();
     let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
     for n in 0..10 {
         send(&mut writer, -1.0, n);
@@ -323,7 +323,7 @@ fn many_that_join_and_leave_at_once_all_succeed() {
 fn a_node_name_that_cannot_be_is_refused() {
     let domain = Domain::new();
     for name in ["ü", &"x".repeat(129)] {
-        let error = Participant::<ipc::Service>::join(name, &domain).unwrap_err();
+        let error = Participant::join(name, &domain).unwrap_err();
         assert!(error.to_string().contains("at most 128 ASCII"), "{error}");
     }
 }

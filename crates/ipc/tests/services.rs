@@ -32,7 +32,7 @@ for_both_variants! {
 
 fn a_second_publisher_is_refused_and_told_who_the_first_is<S: Service>() {
     let domain = Domain::new();
-    let first = isochrone_ipc::Participant::<S>::join("the-first", &domain).unwrap();
+    let first = isochrone_ipc::Participant::<S>::join_variant("the-first", &domain).unwrap();
     let second = domain.join::<S>();
     let shape = layout(&["a:LREAL"]);
     let held = FramePublisher::open(&first, "plant/x", &shape).unwrap();
@@ -271,7 +271,7 @@ fn a_full_service_says_so<S: Service>() {
     let node = domain.join::<S>();
     let shape = layout(&["a:LREAL"]);
     let open = || FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::Newest);
-    let crowd = isochrone_ipc::Participant::<S>::join("the-crowd", &domain).unwrap();
+    let crowd = isochrone_ipc::Participant::<S>::join_variant("the-crowd", &domain).unwrap();
     let join = || FrameSubscriber::open(&crowd, "x", shape.signals.len(), Depth::Newest);
     let readers: Vec<_> = (0..14).map(|_| join().unwrap()).collect();
     let own = [open().unwrap(), open().unwrap()];

@@ -94,7 +94,7 @@
 //!     let plan = Plan::read(file, &Rules { catalogue: &catalogue, ..Rules::default() })?;
 //!
 //!     // Ports open, threads wait; what the machine refused can be looked at.
-//!     let node = Node::prepare(&plan, Participant::<ipc::Service>::join("level", &domain)?)?;
+//!     let node = Node::prepare(&plan, Participant::join("level", domain)?)?;
 //!     node.refusals().for_each(|refusal| println!("{refusal}: {}", refusal.remedy()));
 //!
 //!     // One grid for all tasks.

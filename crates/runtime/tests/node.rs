@@ -7,7 +7,7 @@ use isochrone_blocks::{BlockType, CATALOGUE};
 use isochrone_cyclic::CountingAllocator;
 use isochrone_engine::operate::{Action, Entry, Hold, Refusal, Value};
 use isochrone_engine::{Plan, Rules, Source};
-use isochrone_ipc::{Depth, FrameSubscriber, IsolatedDomain, Participant, ipc, local};
+use isochrone_ipc::{Depth, FrameSubscriber, IsolatedDomain, Participant};
 use isochrone_runtime::{
     End, Node, POLL_INTERVAL, PrepareError, RequestError, Running, TaskPanicked,
 };
@@ -252,12 +252,12 @@ fn a_node_allows_what_its_configuration_says_and_is_fed_all_the_same() {
 #[test]
 fn what_iceoryx2_allocates_for_peers_that_join_is_not_counted_as_the_nodes_own() {
     let domain = IsolatedDomain::new("isort").unwrap();
-    let participant = Participant::<ipc::Service>::join("ramp", &domain).unwrap();
+    let participant = Participant::join("ramp", &domain).unwrap();
     // It sleeps until the release, so that most peers are connected in the cycle.
     let text = RAMP.replace("period = \"1ms\"", "period = \"1ms\"\nwake = \"sleep\"");
     let mut node = Node::prepare(&plan(&text), participant).unwrap().start();
     poll_until(&mut node, |node| node.poll().records().iter().any(|(_, r)| r.cycle > 150));
-    let peer = Participant::<ipc::Service>::join("peer", &domain).unwrap();
+    let peer = Participant::join("peer", &domain).unwrap();
     for _ in 0..20 {
         let _subscriber = FrameSubscriber::open(&peer, "test/out", 1, Depth::Newest).unwrap();
         thread::sleep(POLL_INTERVAL);
@@ -283,7 +283,7 @@ fn a_node_that_ends_in_its_warm_up_has_no_costs() {
 #[test]
 fn an_input_that_is_read_from_a_service_is_not_set() {
     let domain = IsolatedDomain::new("isort").unwrap();
-    let participant = Participant::<local::Service>::join("ramp", &domain).unwrap();
+    let participant = Participant::join_local("ramp", &domain).unwrap();
     let mut node = Node::prepare(&plan(RAMP), participant).unwrap().start();
     let (name, service) = ("wanted".to_owned(), Some("test/wanted".to_owned()));
     let refusal = Refusal::Fed { name, service };
@@ -293,9 +293,9 @@ fn an_input_that_is_read_from_a_service_is_not_set() {
 #[test]
 fn a_node_on_local_services_publishes_inside_the_process() {
     let domain = IsolatedDomain::new("isort").unwrap();
-    let application = Participant::<local::Service>::join("application", &domain).unwrap();
+    let application = Participant::join_local("application", &domain).unwrap();
     let mut out = FrameSubscriber::open(&application, "test/out", 1, Depth::Newest).unwrap();
-    let participant = Participant::<local::Service>::join("ramp", &domain).unwrap();
+    let participant = Participant::join_local("ramp", &domain).unwrap();
     let mut node = Node::prepare(&plan(RAMP), participant).unwrap().start();
     poll_until(&mut node, |node| {
         node.poll();
@@ -319,7 +319,7 @@ fn a_task_that_panics_ends_its_node_with_an_error_that_names_it() {
 #[test]
 fn a_second_node_of_a_name_is_told_that_it_runs_already_and_by_whom() {
     let domain = IsolatedDomain::new("isort").unwrap();
-    let join = || Participant::<ipc::Service>::join("isochrone/ramp", &domain).unwrap();
+    let join = || Participant::join("isochrone/ramp", &domain).unwrap();
     let first = Node::prepare(&plan(RAMP), join()).unwrap();
     let PrepareError::RunsAlready { node, other } = Node::prepare(&plan(RAMP), join()).unwrap_err()
     else {

@@ -63,7 +63,7 @@ impl Domain {
 
     /// Joins it from within the test.
     pub(crate) fn join(&self, name: &str) -> Participant<ipc::Service> {
-        Participant::join(name, self).unwrap()
+        Participant::join(name, &self.0).unwrap()
     }
 
     /// Starts the program in this domain; the arguments are separated by spaces.

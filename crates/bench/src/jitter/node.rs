@@ -5,7 +5,7 @@ use std::thread;
 use std::time::Duration;
 
 use isochrone_engine::Plan;
-use isochrone_ipc::{Participant, ipc};
+use isochrone_ipc::Participant;
 use isochrone_runtime::{End, Node, POLL_INTERVAL};
 use isochrone_timing::CycleRecord;
 
@@ -28,7 +28,7 @@ pub(super) fn turn(
         cause: error.to_string(),
     };
     let name = format!("isochrone/{}", plan.node);
-    let participant = Participant::<ipc::Service>::join(&name, turn.domain);
+    let participant = Participant::join(&name, turn.domain);
     let participant = participant.map_err(|error| failed(&error))?;
     // It ends with its first cycle after the turn; longer than this it never takes.
     let stop = turn.stop.within(WARM_UP + turn.counted + SET_UP);

@@ -25,7 +25,7 @@ mod turn;
 mod unix_datagram;
 
 use isochrone_cyclic::{Clock, Monotonic, prepare_process};
-use isochrone_ipc::{Participant, ipc};
+use isochrone_ipc::Participant;
 use isochrone_processes::{Company, Stop};
 use isochrone_report::LinkArm;
 use isochrone_timing::Warning;
@@ -59,7 +59,7 @@ pub fn measure(
 ) -> Result<Measured, BenchError> {
     let company = Company::gather("isobench")?;
     let refusals = prepare_process().refusals;
-    let participant = Participant::<ipc::Service>::join("isochrone/latency", company.domain())?;
+    let participant = Participant::join("isochrone/latency", company.domain())?;
     let mut bench = Bench {
         settings,
         company: &company,

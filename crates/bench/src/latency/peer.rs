@@ -8,7 +8,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 
 use isochrone_cyclic::{ThreadRequest, prepare_process, prepare_thread};
-use isochrone_ipc::{Domain, Participant, ipc};
+use isochrone_ipc::{Domain, Participant};
 use isochrone_runtime::warning;
 use isochrone_timing::Warning;
 use serde::{Deserialize, Serialize};
@@ -93,8 +93,8 @@ fn take_turns(
     let setup: Setup = read(setup)?;
     let mut refusals = prepare_process().refusals;
     let domain = Domain::from_file(&setup.domain_file).map_err(|error| error.to_string())?;
-    let participant = Participant::<ipc::Service>::join("isochrone/latency-peer", &domain)
-        .map_err(|error| error.to_string())?;
+    let participant =
+        Participant::join("isochrone/latency-peer", &domain).map_err(|error| error.to_string())?;
     let place = Place {
         side: Side::Peer,
         folder: &setup.folder,

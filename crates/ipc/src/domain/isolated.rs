@@ -28,10 +28,10 @@ const ROOT: &str = "iceoryx2";
 /// user creates the next isolated domain in the same place.
 ///
 /// ```
-/// # use isochrone_ipc::{IsolatedDomain, Participant, ipc};
+/// # use isochrone_ipc::{IsolatedDomain, Participant};
 /// # fn main() -> Result<(), Box<dyn std::error::Error>> {
 /// let domain = IsolatedDomain::new("mytest")?;
-/// let participant = Participant::<ipc::Service>::join("level", &domain)?;
+/// let participant = Participant::join("level", &domain)?;
 /// # Ok(())
 /// # }
 /// ```
@@ -82,6 +82,12 @@ impl IsolatedDomain {
     /// The domain's iceoryx2 configuration file, to pass to another process.
     pub fn file(&self) -> PathBuf {
         self.folder.join(FILE)
+    }
+}
+
+impl AsRef<Domain> for IsolatedDomain {
+    fn as_ref(&self) -> &Domain {
+        &self.domain
     }
 }
 

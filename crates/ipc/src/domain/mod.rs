@@ -128,6 +128,12 @@ impl Domain {
     }
 }
 
+impl AsRef<Self> for Domain {
+    fn as_ref(&self) -> &Self {
+        self
+    }
+}
+
 /// Displays root path and prefix.
 impl fmt::Display for Domain {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {

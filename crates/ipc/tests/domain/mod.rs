@@ -27,7 +27,13 @@ impl Domain {
     }
 
     pub(crate) fn join<S: Service>(&self) -> Participant<S> {
-        Participant::join("tester", self).unwrap()
+        Participant::join_variant("tester", self).unwrap()
+    }
+}
+
+impl AsRef<isochrone_ipc::Domain> for Domain {
+    fn as_ref(&self) -> &isochrone_ipc::Domain {
+        &self.0
     }
 }
 

@@ -123,10 +123,10 @@ pub fn running_nodes<S: Service>(
 ///
 /// ```no_run
 /// use std::time::Duration;
-/// use isochrone_ipc::{Domain, Participant, ipc};
+/// use isochrone_ipc::{Domain, Participant};
 /// use isochrone_runtime::control::{Client, SetParams};
 ///
-/// let participant = Participant::<ipc::Service>::join("tuner", &Domain::find()?)?;
+/// let participant = Participant::join("tuner", Domain::find()?)?;
 /// let mut node = Client::connect(&participant, "level", Duration::from_secs(5))?;
 /// let values = [("ramp.setChangeRate", 5.0)].into_iter().collect();
 /// let done = node.call(&SetParams { values, ..SetParams::default() })?;
