@@ -28,13 +28,18 @@ fn main() -> Result<(), Box<dyn Error>> {
         std::thread::sleep(POLL_INTERVAL);
     }
     for name in ["level_raw", "level.y", "ramp.delayedValue"] {
-        println!("{name} = {:?}", node.value(name).unwrap_or(f64::NAN));
+        println!("{name} = {}", said(node.value(name)));
     }
     for task in node.finish()?.tasks {
         let jitter = task.timing.report(&task.name).release_jitter_ns;
-        let [p50, p90, max] = [jitter.p50, jitter.p90, jitter.max].map(Option::unwrap_or_default);
+        let [p50, p90, max] = [jitter.p50, jitter.p90, jitter.max].map(said);
         println!("{} cycles, {} missed", task.timing.cycles(), task.timing.missed());
         println!("release jitter in ns: p50 {p50}, p90 {p90}, max {max}");
     }
     Ok(())
+}
+
+/// A quantity, or that it was not measured.
+fn said<T: std::fmt::Debug>(measured: Option<T>) -> String {
+    measured.map_or_else(|| "not measured".into(), |value| format!("{value:?}"))
 }

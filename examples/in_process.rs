@@ -32,6 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         if let Some([_raw, level, ..]) = newest.as_ref().map(|frame| frame.values()) {
             level_m = *level; // read in place, without a copy
         }
+        application.tend(); // has failed connections tried again
         std::thread::sleep(POLL_INTERVAL);
     }
     println!("level {level_m} m, node {:?}", node.finish()?.end);

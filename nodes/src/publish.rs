@@ -72,12 +72,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let participant = args.domain.join("isochrone/publish")?;
     let mut publisher = FramePublisher::<ipc::Service>::open(&participant, &args.service, &layout)
         .map_err(Failure::found)?;
-    let repair = publisher.repair();
     let rows = signals.recording().map(|recording| recording.len() as u64);
     let count = args.count.or(rows);
     let mut missed = 0;
     thread::scope(|scope| {
-        let _announcing = Announcing::start(scope, &participant, &args.service, &layout, repair)?;
+        let _announcing = Announcing::start(scope, &participant, &args.service, &layout)?;
         let names = layout.signals.iter().map(|signal| signal.name.as_str()).collect::<Vec<_>>();
         terminal::note(&format!(
             "publishing {} on \"{}\" at {}. Press Ctrl-C to end it.",

@@ -50,7 +50,7 @@ pub use isochrone_schedule::{
     EPOCH_OFFSET_NS, Margin, MissLimit, Overrun, Schedule, Wake, phase_between_ticks_ns,
 };
 pub use realtime::{
-    PREFAULTED_STACK_BYTES, PriorityReturn, ProcessGrant, Refusal, ThreadGrant, ThreadRequest,
+    PREFAULTED_STACK_BYTES, PreparedThread, ProcessGrant, Refusal, ThreadGrant, ThreadRequest,
     prepare_process, prepare_thread,
 };
 pub use usage::{ThreadUsage, thread_usage};

@@ -4,16 +4,40 @@ use std::marker::PhantomData;
 
 use rustix::thread::{CapabilitySet, capabilities, set_capabilities};
 
+const OVERRIDE: CapabilitySet = CapabilitySet::DAC_OVERRIDE.union(CapabilitySet::DAC_READ_SEARCH);
+
+/// Who keeps a half-made peer from holding up a port that connects to it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Guard {
+    /// The thread, which is without the right for as long as it has the port.
+    Thread,
+    /// Each call that may connect gives the right up.
+    Call,
+}
+
+impl Guard {
+    /// Of a port in a thread of which nothing is known but that it opens the port.
+    pub(crate) fn of_ordinary_thread() -> Self {
+        let has_override = capabilities(None).is_ok_and(|sets| sets.permitted.intersects(OVERRIDE));
+        if has_override { Self::Call } else { Self::Thread }
+    }
+
+    /// For the time of a call.
+    pub(crate) fn of_call(self) -> Option<FileOverrideGivenUp> {
+        (self == Self::Call).then(give_up_file_override)
+    }
+}
+
 /// Drops the calling thread's right, as root, to open files regardless of their permissions, until
 /// the returned guard is dropped.
 ///
 /// iceoryx2 marks shared memory that is still being created by its permissions. Root can open it
 /// regardless, finds it empty, and sleeps a millisecond at a time until it is not: forever, if its
-/// creator was killed. Without this right a port of the thread sees the mark and continues. Call this
-/// after opening the ports, and drop the guard before them: ports remove files in directories that
-/// another user may have created. It does nothing in a thread without privileges.
-pub fn give_up_file_override() -> FileOverrideGivenUp {
-    let given_up = give_up_effective(CapabilitySet::DAC_OVERRIDE | CapabilitySet::DAC_READ_SEARCH);
+/// creator was killed. Without this right a port of the thread sees the mark and continues. Ports
+/// end with the right restored: they remove files in directories that another user may have created.
+/// It does nothing in a thread without privileges.
+pub(crate) fn give_up_file_override() -> FileOverrideGivenUp {
+    let given_up = give_up_effective(OVERRIDE);
     FileOverrideGivenUp { given_up, of_this_thread: PhantomData }
 }
 
@@ -35,7 +59,7 @@ fn give_up_effective(unwanted: CapabilitySet) -> CapabilitySet {
 /// Restores, when dropped, the right that [`give_up_file_override`] dropped.
 #[must_use = "dropping it restores the right"]
 #[derive(Debug)]
-pub struct FileOverrideGivenUp {
+pub(crate) struct FileOverrideGivenUp {
     given_up: CapabilitySet,
     /// Each thread has its own capabilities.
     of_this_thread: PhantomData<*const ()>,

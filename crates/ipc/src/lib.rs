@@ -8,8 +8,9 @@
 //! Set-up (`join`, `open`) allocates, accesses files, may wait for some hundred milliseconds and
 //! returns `Result`. The cycle (`send`, `newest`) never waits or logs, and counts errors. Anything
 //! that allocates or maps memory belongs in the *slack* between two cycles:
-//! [`FramePublisher::prepare`] and [`FrameSubscriber::maintain`]. An ordinary thread repairs failed
-//! connections with a [`Repair`].
+//! [`FramePublisher::prepare`] and [`FrameSubscriber::maintain`]. An ordinary thread retries
+//! failed connections with [`Participant::tend`]. Ports for real-time threads are opened by
+//! [`RealTime`], and become usable in the thread that [enters](ForRealTime::enter) with them.
 //!
 //! The services are plain iceoryx2 services, visible to every program, tool or language binding of
 //! the same version. The channels of a frame are announced on a separate service: a
@@ -40,6 +41,7 @@ mod error;
 mod exhausted;
 mod file_override;
 mod following;
+mod for_real_time;
 mod frame_ref;
 mod header;
 mod layout;
@@ -54,6 +56,7 @@ mod requests;
 mod service;
 mod space;
 mod subscriber;
+mod tend;
 mod variant;
 pub mod yardstick;
 
@@ -63,7 +66,8 @@ pub use error::{
     AnnouncementError, DomainError, JoinError, LayoutConflict, LayoutError, OpenError,
     ServiceNameError,
 };
-pub use file_override::{FileOverrideGivenUp, give_up_file_override};
+pub(crate) use file_override::give_up_file_override;
+pub use for_real_time::{ForRealTime, InRealTime};
 pub use frame_ref::FrameRef;
 pub use header::{Credible, FrameHeader, SenderClock, Stamps};
 pub use iceoryx2::config::Config;
@@ -76,7 +80,6 @@ pub use listing::{ListedNode, ListedService};
 pub use participant::Participant;
 pub use publisher::{FramePublisher, PUBLISHER_PORT_NAME, PublisherCounters, Stamp};
 pub use real_time::RealTime;
-pub use repair::Repair;
 pub use requests::{
     AnswerError, Delivery, MAX_CLIENTS, MAX_MESSAGE_BYTES, MAX_SERVERS, Request, RequestClient,
     RequestError, RequestServer, RequestUpkeep, Unanswered,

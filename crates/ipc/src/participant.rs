@@ -8,12 +8,16 @@ use iceoryx2::prelude::{LogLevel, NodeName, SignalHandlingMode};
 
 use crate::backoff::Backoff;
 use crate::domain::{Domain, EndsLocked, Held, Membership};
+use crate::repair::Repairs;
 use crate::{JoinError, OpenError, Service, exhausted, give_up_file_override, ipc, local, space};
 
 /// Set once somebody chose a log level, so that joining does not override the choice.
 pub(crate) static LOG_LEVEL: OnceLock<()> = OnceLock::new();
 
 /// A process, or a part of one, in an iceoryx2 domain. Every port belongs to a participant.
+///
+/// iceoryx2 never retries a failed connection: an ordinary thread that calls [`tend`](Self::tend)
+/// makes the participant's ports retry.
 ///
 /// Ports stay usable after their participant is dropped; it then ends with the last of them. It
 /// installs no signal handler. A participant can be shared between threads, but ports of
@@ -22,6 +26,7 @@ pub(crate) static LOG_LEVEL: OnceLock<()> = OnceLock::new();
 pub struct Participant<S: Service> {
     node: EndsLocked<Node<S>>,
     membership: Membership,
+    repairs: Repairs,
 }
 
 impl Participant<ipc::Service> {
@@ -119,7 +124,7 @@ impl<S: Service> Participant<S> {
                 Err(cause) => return Err(failed(cause.to_string())),
             }
         };
-        Ok(Self { node: membership.keep(node), membership })
+        Ok(Self { node: membership.keep(node), membership, repairs: Repairs::default() })
     }
 
     /// The name under which this participant joined.
@@ -134,6 +139,10 @@ impl<S: Service> Participant<S> {
         if let Ok(held) = self.membership.lock().acquire() {
             self.membership.sweep::<S>(&held);
         }
+    }
+
+    pub(crate) fn repairs(&self) -> &Repairs {
+        &self.repairs
     }
 
     pub(crate) fn node(&self) -> &Node<S> {

@@ -1,10 +1,8 @@
-//! Ports for real-time threads.
-
-use std::sync::{Mutex, PoisonError};
+//! Who opens the ports of real-time threads.
 
 use crate::{
-    Depth, FrameLayout, FramePublisher, FrameSubscriber, JoinError, OpenError, Participant, Repair,
-    Service,
+    Depth, ForRealTime, FrameLayout, FramePublisher, FrameSubscriber, JoinError, OpenError,
+    Participant, Service,
 };
 
 /// A participant whose ports belong to real-time threads: they never wait while connecting.
@@ -12,19 +10,12 @@ use crate::{
 /// If a peer is still being created, or was killed while it was, the connection fails at once instead
 /// of after the creation timeout. [`tend`](Self::tend), called by an ordinary thread, retries the
 /// failed connections of all ports opened here. Create one with [`Participant::for_real_time`].
-///
-/// A real-time thread also needs [`give_up_file_override`](crate::give_up_file_override).
 #[derive(Debug)]
 pub struct RealTime<S: Service> {
     participant: Participant<S>,
-    repairs: Mutex<Vec<Repair>>,
 }
 
 impl<S: Service> RealTime<S> {
-    pub(crate) fn new(participant: Participant<S>) -> Self {
-        Self { participant, repairs: Mutex::default() }
-    }
-
     /// Opens a service for writing, as [`FramePublisher::open`] does.
     ///
     /// # Errors
@@ -33,10 +24,8 @@ impl<S: Service> RealTime<S> {
         &self,
         service: &str,
         layout: &FrameLayout,
-    ) -> Result<FramePublisher<S>, OpenError> {
-        let publisher = FramePublisher::open(&self.participant, service, layout)?;
-        self.adopt(publisher.repair());
-        Ok(publisher)
+    ) -> Result<ForRealTime<FramePublisher<S>>, OpenError> {
+        FramePublisher::open_for_real_time(&self.participant, service, layout).map(ForRealTime::new)
     }
 
     /// Opens a service for reading, as [`FrameSubscriber::open`] does.
@@ -48,31 +37,19 @@ impl<S: Service> RealTime<S> {
         service: &str,
         channels: usize,
         depth: Depth,
-    ) -> Result<FrameSubscriber<S>, OpenError> {
-        let subscriber = FrameSubscriber::open(&self.participant, service, channels, depth)?;
-        self.adopt(subscriber.repair());
-        Ok(subscriber)
+    ) -> Result<ForRealTime<FrameSubscriber<S>>, OpenError> {
+        FrameSubscriber::open_for_real_time(&self.participant, service, channels, depth)
+            .map(ForRealTime::new)
     }
 
-    /// Retries the failed connections of all ports that were opened here and still exist.
-    ///
-    /// Call it in an ordinary thread, about 50 times a second; [`Repair::tend`] states its cost.
+    /// Retries failed connections, as [`Participant::tend`] does.
     pub fn tend(&self) {
-        // No thread of a cycle takes this lock: ports are opened before the first one.
-        let mut repairs = self.repairs.lock().unwrap_or_else(PoisonError::into_inner);
-        repairs.retain(Repair::has_port);
-        for repair in repairs.iter_mut() {
-            repair.tend(&self.participant);
-        }
+        self.participant.tend();
     }
 
-    /// The participant itself, to open ports of ordinary threads: announcers and watchers.
+    /// The participant itself, to open ports of ordinary threads.
     pub fn ordinary(&self) -> &Participant<S> {
         &self.participant
-    }
-
-    fn adopt(&self, repair: Repair) {
-        self.repairs.lock().unwrap_or_else(PoisonError::into_inner).push(repair);
     }
 }
 
@@ -80,9 +57,9 @@ impl<S: Service> Participant<S> {
     /// Joins the domain again under the same name, for ports in real-time threads.
     ///
     /// # Errors
-    /// As [`join`](Self::join).
+    /// As [`join`](Participant::join).
     pub fn for_real_time(self) -> Result<RealTime<S>, JoinError> {
         // This one leaves when the other is there, so that what it has made stays.
-        self.rejoin_without_waiting().map(RealTime::new)
+        self.rejoin_without_waiting().map(|participant| RealTime { participant })
     }
 }

@@ -1,13 +1,12 @@
-//! Connections that failed, and how they come about after all.
+//! Connections that failed, and when to try them again.
 
 use std::fmt;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
+use crate::OpenError;
 use crate::peers::Peers;
-use crate::service;
-use crate::{OpenError, Participant, Service, give_up_file_override, space};
 
 /// The first attempts follow each other quickly: most failures are two ports that connect to each
 /// other at the same moment.
@@ -15,28 +14,6 @@ const FIRST_PAUSE: Duration = Duration::from_millis(20);
 /// The last ones do not: what fails for long (no file descriptor, no memory) fails in every attempt,
 /// and each attempt costs the port's slack some microseconds.
 const LONGEST_PAUSE: Duration = Duration::from_secs(1);
-
-/// Retries a port's failed connections.
-///
-/// iceoryx2 connects a port when the list of its peers changes and never retries a connection that
-/// failed, so a reader could wait forever for a publisher that exists. `Repair` notices the failure
-/// and changes the list by adding a peer that leaves at once. It may be used in another thread than
-/// its port, and may outlive it.
-#[derive(Debug)]
-pub struct Repair {
-    service: String,
-    peer: Peer,
-    failures: Arc<AtomicU64>,
-    /// How many peers the port last saw, and how many of them were told.
-    present: Arc<AtomicUsize>,
-    told: usize,
-    /// Failures that an attempt followed.
-    answered: u64,
-    pause: Duration,
-    not_before: Option<Instant>,
-    /// Whether it was told that the attempts do not help.
-    has_warned: bool,
-}
 
 /// What the port connects to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,8 +31,52 @@ impl fmt::Display for Peer {
     }
 }
 
+/// The repairs of a participant's ports.
+#[derive(Debug, Default)]
+pub(crate) struct Repairs(Mutex<Vec<Repair>>);
+
+impl Repairs {
+    /// Adds those of a port that is being opened.
+    pub(crate) fn adopt(&self, service: &str, peer: Peer, peers: &Peers) {
+        let mut repairs = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        repairs.retain(Repair::has_port);
+        repairs.push(Repair::new(service, peer, peers));
+    }
+
+    /// Has each port with a failed connection see a peer that comes and leaves at once, by `show`.
+    pub(crate) fn tend(&self, show: impl Fn(&str, Peer) -> Result<(), OpenError>) {
+        // No thread of a cycle takes this lock: ports are opened before the first one.
+        let mut repairs = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        repairs.retain(Repair::has_port);
+        for repair in repairs.iter_mut() {
+            repair.tend(&show);
+        }
+    }
+}
+
+/// Retries a port's failed connections.
+///
+/// iceoryx2 connects a port when the list of its peers changes and never retries a connection that
+/// failed, so a reader could wait forever for a publisher that exists. `Repair` notices the failure
+/// and changes the list by adding a peer that leaves at once.
+#[derive(Debug)]
+struct Repair {
+    service: String,
+    peer: Peer,
+    failures: Arc<AtomicU64>,
+    /// How many peers the port last saw, and how many of them were told.
+    present: Arc<AtomicUsize>,
+    told: usize,
+    /// Failures that an attempt followed.
+    answered: u64,
+    pause: Duration,
+    not_before: Option<Instant>,
+    /// Whether it was told that the attempts do not help.
+    has_warned: bool,
+}
+
 impl Repair {
-    pub(crate) fn new(service: &str, peer: Peer, peers: &Peers) -> Self {
+    fn new(service: &str, peer: Peer, peers: &Peers) -> Self {
         let service = service.to_owned();
         Self {
             service,
@@ -71,44 +92,40 @@ impl Repair {
     }
 
     /// Whether the port still exists.
-    pub(crate) fn has_port(&self) -> bool {
+    fn has_port(&self) -> bool {
         // The port counts with the same counter.
         Arc::strong_count(&self.failures) > 1
     }
 
-    /// Makes the port retry if a connection has failed since the last attempt. Returns whether it did.
-    ///
-    /// Call it in an ordinary thread, many times a second. It loads two atomics as long as nothing
-    /// fails, and otherwise takes some hundred microseconds for file operations. If connecting keeps
+    /// Makes the port retry if a connection has failed since the last attempt. If connecting keeps
     /// failing for more than a second, one warning is logged.
-    pub fn tend<S: Service>(&mut self, participant: &Participant<S>) -> bool {
+    fn tend(&mut self, show: impl Fn(&str, Peer) -> Result<(), OpenError>) {
         self.tell_peers();
         // Read before the attempt: a failure that the attempt itself meets calls for another.
         let failures = self.failures.load(Ordering::Relaxed);
         if failures == self.answered && self.not_before.is_none() {
-            return false;
+            return;
         }
         let now = Instant::now();
         if self.not_before.is_some_and(|instant| now < instant) {
-            return false;
+            return;
         }
         if failures == self.answered {
             self.pause = FIRST_PAUSE;
             self.not_before = None;
             self.has_warned = false;
-            return false;
+            return;
         }
         self.not_before = Some(now + self.pause);
         self.pause = (self.pause * 2).min(LONGEST_PAUSE);
         // What keeps the port from connecting may keep us from it too, until it has passed.
-        let shown = self.show_a_peer(participant);
+        let shown = show(&self.service, self.peer);
         if self.pause == LONGEST_PAUSE && !std::mem::replace(&mut self.has_warned, true) {
             self.warn(shown.as_ref().err());
         }
         if shown.is_ok() {
             self.answered = failures;
         }
-        shown.is_ok()
     }
 
     /// Logs how many peers the port is connected to, where that has changed.
@@ -138,30 +155,34 @@ impl Repair {
              second: {why}"
         );
     }
+}
 
-    /// Adds a peer to the list and takes it away.
-    fn show_a_peer<S: Service>(&self, participant: &Participant<S>) -> Result<(), OpenError> {
-        let Some(opened) = service::open_existing_at_once(participant, &self.service)? else {
-            return Ok(());
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+
+    #[test]
+    fn a_port_with_a_failed_connection_is_shown_a_peer_until_it_ends() {
+        let (repairs, peers) = (Repairs::default(), Peers::default());
+        let shown = Cell::new(0);
+        let tend = || {
+            repairs.tend(|service, peer| {
+                assert_eq!((service, peer), ("plant/a", Peer::Publisher));
+                shown.set(shown.get() + 1);
+                Ok(())
+            });
+            shown.get()
         };
-        // In full shared memory the attempt would kill the process that it is to help.
-        space::require(0).map_err(|shortage| shortage.of_service(&self.service))?;
-        let failed = |cause: String| service::failed(participant, &self.service, cause);
-        match self.peer {
-            Peer::Publisher => {
-                let port = {
-                    let _given_up = give_up_file_override();
-                    opened.publisher_builder().initial_max_slice_len(1).create()
-                };
-                port.map(drop).map_err(|cause| failed(cause.to_string()))
-            }
-            Peer::Subscriber => {
-                let port = {
-                    let _given_up = give_up_file_override();
-                    opened.subscriber_builder().buffer_size(1).create()
-                };
-                port.map(drop).map_err(|cause| failed(cause.to_string()))
-            }
-        }
+        repairs.adopt("plant/a", Peer::Publisher, &peers);
+        assert_eq!(tend(), 0, "no connection failed");
+        peers.failure_count().fetch_add(1, Ordering::Relaxed);
+        assert_eq!(tend(), 1);
+        assert_eq!(tend(), 1, "it was answered");
+        peers.failure_count().fetch_add(1, Ordering::Relaxed);
+        drop(peers);
+        assert_eq!(tend(), 1, "nobody is left to connect");
+        assert!(repairs.0.lock().unwrap().is_empty());
     }
 }

@@ -6,9 +6,10 @@ use iceoryx2::prelude::CallbackProgression;
 use iceoryx2::sample::Sample;
 use iceoryx2::service::port_factory::PortFactory as _;
 
+use crate::file_override::Guard;
 use crate::following::{Arrival, Following, Seen, Verdict};
 use crate::peers::Peers;
-use crate::repair::{Peer, Repair};
+use crate::repair::Peer;
 use crate::service::{self, FrameService, Quality, holders};
 use crate::{FrameHeader, FrameRef, OpenError, Participant, Service, give_up_file_override};
 
@@ -43,8 +44,8 @@ pub struct SubscriberCounters {
     /// How often the number of publishers was seen to change. One that left and one that joined
     /// between two calls are not seen.
     pub connects: u64,
-    /// Connections to a publisher that failed. Its frames do not arrive until a [`Repair`], or the
-    /// next peer that joins or leaves, makes iceoryx2 try again.
+    /// Connections to a publisher that failed. Its frames do not arrive until
+    /// [`Participant::tend`], or the next peer that joins or leaves, makes iceoryx2 try again.
     pub connect_errors: u64,
 }
 
@@ -62,6 +63,7 @@ pub struct FrameSubscriber<S: Service> {
     /// Whether two frames may be held at once.
     can_compare: bool,
     peers: Peers,
+    guard: Guard,
     following: Following,
     /// Those who write the service, as last looked up.
     writers: Vec<u128>,
@@ -83,7 +85,18 @@ impl<S: Service> FrameSubscriber<S> {
         depth: Depth,
     ) -> Result<Self, OpenError> {
         let opened = service::open_or_create(participant, service, Quality::of_frames(channels))?;
-        Self::connect(participant, service, opened, depth)
+        Self::connect(participant, service, opened, depth, Guard::of_ordinary_thread())
+    }
+
+    /// As [`open`](Self::open), for a thread that enters with it.
+    pub(crate) fn open_for_real_time(
+        participant: &Participant<S>,
+        service: &str,
+        channels: usize,
+        depth: Depth,
+    ) -> Result<Self, OpenError> {
+        let opened = service::open_or_create(participant, service, Quality::of_frames(channels))?;
+        Self::connect(participant, service, opened, depth, Guard::Thread)
     }
 
     /// Opens `service` for reading, whatever its frames contain; `None` if it does not exist.
@@ -98,7 +111,8 @@ impl<S: Service> FrameSubscriber<S> {
         let Some(opened) = service::open_existing(participant, service)? else {
             return Ok(None);
         };
-        Self::connect(participant, service, opened, depth).map(Some)
+        let guard = Guard::of_ordinary_thread();
+        Self::connect(participant, service, opened, depth, guard).map(Some)
     }
 
     fn connect(
@@ -106,6 +120,7 @@ impl<S: Service> FrameSubscriber<S> {
         service: &str,
         opened: FrameService<S>,
         depth: Depth,
+        guard: Guard,
     ) -> Result<Self, OpenError> {
         let provided = opened.static_config().subscriber_max_buffer_size();
         let buffer = match depth {
@@ -145,10 +160,13 @@ impl<S: Service> FrameSubscriber<S> {
             port,
             service: opened,
             peers,
+            guard,
             following: Following::new(),
             writers: Vec::with_capacity(publishers),
             receive_errors: 0,
         };
+        participant.repairs().adopt(service, Peer::Publisher, &subscriber.peers);
+        let _guarded = Guard::of_ordinary_thread().of_call();
         subscriber.maintain();
         tracing::info!("reads service {service:?} (frames that may wait: {buffer})");
         Ok(subscriber)
@@ -160,6 +178,7 @@ impl<S: Service> FrameSubscriber<S> {
     /// possible publisher at most. Never waits, logs or allocates. A frame of a writer that was not
     /// seen before waits for the next [`maintain`](Self::maintain), unless its term is higher.
     pub fn newest(&mut self, now_ns: u64) -> Option<FrameRef<'_, S>> {
+        let _guarded = self.guard.of_call();
         let mut newest: Option<Sample<S, [f64], FrameHeader>> = None;
         for _ in 0..self.drain_limit {
             if !self.can_compare && newest.is_some() {
@@ -185,6 +204,7 @@ impl<S: Service> FrameSubscriber<S> {
     /// who writes the service, and allocates for that, when a frame comes from a writer that was not
     /// seen before.
     pub fn next(&mut self, now_ns: u64) -> Option<FrameRef<'_, S>> {
+        let _guarded = self.guard.of_call();
         for _ in 0..self.drain_limit {
             let sample = self.receive()?;
             let arrival = arrival(&sample, now_ns);
@@ -210,6 +230,7 @@ impl<S: Service> FrameSubscriber<S> {
 
     /// Connects to publishers that joined; for the slack, since iceoryx2 maps memory for that.
     pub fn maintain(&mut self) {
+        let _guarded = self.guard.of_call();
         // Failures are counted by the handler that the port was given.
         let _ = self.port.update_connections();
         let changed = self.peers.note(self.publishers());
@@ -233,12 +254,6 @@ impl<S: Service> FrameSubscriber<S> {
     /// Not for the cycle: counting writes to shared memory and may repeat while peers come or go.
     pub fn publishers(&self) -> usize {
         self.service.dynamic_config().number_of_publishers()
-    }
-
-    /// Retries the port's failed connections; for an ordinary thread.
-    pub fn repair(&self) -> Repair {
-        let service = self.service.name().as_str();
-        Repair::new(service, Peer::Publisher, &self.peers)
     }
 
     /// What happened since the subscriber was opened.

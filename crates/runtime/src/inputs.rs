@@ -6,7 +6,8 @@ use isochrone_cyclic::{Clock, Monotonic, thread_allocations};
 use isochrone_engine::config::{self, OnStale};
 use isochrone_engine::{InputPlan, TaskEngine, TaskPlan};
 use isochrone_ipc::{
-    Binding, Credible, Depth, FrameSubscriber, OpenError, RealTime, Service, Stamps, Wanted,
+    Binding, Credible, Depth, ForRealTime, FrameSubscriber, OpenError, RealTime, Service, Stamps,
+    Wanted,
 };
 
 use crate::bindings::{Desk, Observed, Resolved, ends};
@@ -84,7 +85,7 @@ impl<S: Service> InputPorts<S> {
     pub(crate) fn open(
         participant: &RealTime<S>,
         services: Vec<ServiceInputs>,
-    ) -> Result<(Self, Vec<Desk>), OpenError> {
+    ) -> Result<(ForRealTime<Self>, Vec<Desk>), OpenError> {
         let mut desks = Vec::new();
         let mut ports = Vec::new();
         for ServiceInputs { service, names, wanted, channels } in services {
@@ -92,7 +93,7 @@ impl<S: Service> InputPorts<S> {
             let subscriber = participant.subscriber(&service, most, Depth::Newest)?;
             let (resolved, desk) = ends(&service, names, wanted);
             desks.push(desk);
-            ports.push(InputPort {
+            ports.push(subscriber.map(|subscriber| InputPort {
                 service,
                 subscriber,
                 resolved,
@@ -102,9 +103,10 @@ impl<S: Service> InputPorts<S> {
                 past_stamps: 0,
                 unknown_layouts: 0,
                 allocations: 0,
-            });
+            }));
         }
-        Ok((Self { ports, rejects: 0 }, desks))
+        let ports: ForRealTime<Vec<_>> = ports.into_iter().collect();
+        Ok((ports.map(|ports| Self { ports, rejects: 0 }), desks))
     }
 
     /// The inputs of a node without services.

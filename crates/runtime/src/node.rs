@@ -117,7 +117,7 @@ impl<S: Service + 'static> Prepared<S> {
         Ok(Self { threads, parts, grants, cycles: None })
     }
 
-    /// Ends the node when its first task has run this many cycles.
+    /// Ends the node when its first task has run this many cycles; with `Some(0)`, that is at its start.
     pub fn with_cycles(self, cycles: Option<u64>) -> Self {
         Self { cycles, ..self }
     }

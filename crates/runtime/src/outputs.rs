@@ -2,7 +2,9 @@
 
 use isochrone_cyclic::{Clock, Monotonic, Release, thread_allocations};
 use isochrone_engine::{OutputPlan, SignalPlan, TaskEngine, TaskPlan};
-use isochrone_ipc::{FrameLayout, FramePublisher, OpenError, RealTime, Service, SignalSpec, Stamp};
+use isochrone_ipc::{
+    ForRealTime, FrameLayout, FramePublisher, OpenError, RealTime, Service, SignalSpec, Stamp,
+};
 
 use crate::outcome::Link;
 
@@ -42,15 +44,17 @@ struct OutputPort<S: Service> {
 
 impl<S: Service> OutputPorts<S> {
     /// Opens a publisher for each output; ports and outputs have the same order.
-    pub(crate) fn open(participant: &RealTime<S>, outputs: &[Output]) -> Result<Self, OpenError> {
+    pub(crate) fn open(
+        participant: &RealTime<S>,
+        outputs: &[Output],
+    ) -> Result<ForRealTime<Self>, OpenError> {
         let open = |output: &Output| {
-            Ok::<_, OpenError>(OutputPort {
-                service: output.service.clone(),
-                publisher: participant.publisher(&output.service, &output.layout)?,
-            })
+            let publisher = participant.publisher(&output.service, &output.layout)?;
+            let service = output.service.clone();
+            Ok(publisher.map(|publisher| OutputPort { service, publisher }))
         };
-        let ports = outputs.iter().map(open).collect::<Result<_, OpenError>>()?;
-        Ok(Self { ports, allocations: 0 })
+        let ports = outputs.iter().map(open).collect::<Result<ForRealTime<Vec<_>>, OpenError>>()?;
+        Ok(ports.map(|ports| Self { ports, allocations: 0 }))
     }
 
     /// The outputs of a node without services.

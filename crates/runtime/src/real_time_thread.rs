@@ -2,8 +2,8 @@
 
 use std::ops::{Deref, DerefMut};
 
-use isochrone_cyclic::{PriorityReturn, ThreadGrant, ThreadRequest, prepare_thread};
-use isochrone_ipc::{FileOverrideGivenUp, give_up_file_override};
+use isochrone_cyclic::{PreparedThread, ThreadGrant, ThreadRequest};
+use isochrone_ipc::{ForRealTime, InRealTime};
 
 /// Ports in a thread that was prepared for real time.
 ///
@@ -11,23 +11,41 @@ use isochrone_ipc::{FileOverrideGivenUp, give_up_file_override};
 /// say: with it a half-made peer would hold up the cycle for ever. Both end before the ports do, when
 /// this is dropped: ports end under the domain's lock, for which no real-time thread may wait, and
 /// remove files in directories that another user may have made.
+///
+/// Its ports are those of a [`RealTime`](isochrone_ipc::RealTime) participant, which connect without
+/// waiting. Those of an ordinary one are refused:
+///
+/// ```compile_fail,E0308
+/// # use isochrone_cyclic::ThreadRequest;
+/// # use isochrone_ipc::{Depth, FrameSubscriber, IsolatedDomain, Participant};
+/// # use isochrone_runtime::RealTimeThread;
+/// # let domain = IsolatedDomain::new("rtthread").unwrap();
+/// # let request = ThreadRequest::default();
+/// let participant = Participant::join("level", &domain).unwrap();
+/// let input = FrameSubscriber::open(&participant, "plant/a", 1, Depth::Newest).unwrap();
+/// let thread = RealTimeThread::prepare(request, input);
+/// ```
+///
+/// ```
+/// # use isochrone_cyclic::ThreadRequest;
+/// # use isochrone_ipc::{Depth, IsolatedDomain, Participant};
+/// # use isochrone_runtime::RealTimeThread;
+/// # let domain = IsolatedDomain::new("rtthread").unwrap();
+/// # let request = ThreadRequest::default();
+/// let participant = Participant::join("level", &domain).unwrap().for_real_time().unwrap();
+/// let input = participant.subscriber("plant/a", 1, Depth::Newest).unwrap();
+/// let (mut input, grant) = RealTimeThread::prepare(request, input);
+/// assert!(input.newest(0).is_none());
+/// ```
 #[derive(Debug)]
-pub struct RealTimeThread<P> {
-    // Dropped in this order.
-    _given_up: FileOverrideGivenUp,
-    _priority: PriorityReturn,
-    ports: P,
-}
+pub struct RealTimeThread<P>(PreparedThread<InRealTime<P>>);
 
 impl<P> RealTimeThread<P> {
     /// Prepares the calling thread, whose ports are open; call it last before the loop.
-    pub fn prepare(request: ThreadRequest, ports: P) -> (Self, ThreadGrant) {
-        // First of all, so that a panic gives the priority back too.
-        let priority = PriorityReturn::default();
-        let grant = prepare_thread(request);
-        // Every thread: without a priority, too, a half-made peer would hold it up for ever.
-        let given_up = give_up_file_override();
-        (Self { _given_up: given_up, _priority: priority, ports }, grant)
+    pub fn prepare(request: ThreadRequest, ports: ForRealTime<P>) -> (Self, ThreadGrant) {
+        // Entered without a priority, too: a half-made peer would hold up any thread for ever.
+        let (thread, grant) = PreparedThread::prepare(request, ports.enter());
+        (Self(thread), grant)
     }
 }
 
@@ -35,18 +53,20 @@ impl<P> Deref for RealTimeThread<P> {
     type Target = P;
 
     fn deref(&self) -> &P {
-        &self.ports
+        &self.0
     }
 }
 
 impl<P> DerefMut for RealTimeThread<P> {
     fn deref_mut(&mut self) -> &mut P {
-        &mut self.ports
+        &mut self.0
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use isochrone_cyclic::prepare_thread;
+
     use super::*;
 
     /// Sees what the thread has when it is dropped.
@@ -64,7 +84,8 @@ mod tests {
         let (send, seen) = std::sync::mpsc::channel();
         let thread = std::thread::spawn(move || {
             let request = ThreadRequest { priority: Some(1), cpu: None };
-            let (ports, grant) = RealTimeThread::prepare(request, Port(send));
+            let port = ForRealTime::nothing().map(|()| Port(send));
+            let (ports, grant) = RealTimeThread::prepare(request, port);
             drop(ports);
             grant.scheduler
         });

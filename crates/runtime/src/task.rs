@@ -9,7 +9,7 @@ use isochrone_cyclic::{
     ThreadUsage, WakeUps, counts_allocations, thread_allocations, thread_usage,
 };
 use isochrone_engine::TaskEngine;
-use isochrone_ipc::{OpenError, RealTime, Service};
+use isochrone_ipc::{ForRealTime, OpenError, RealTime, Service};
 use isochrone_timing::{CycleRecord, warm_up_cycles};
 use rtrb::Producer;
 
@@ -105,7 +105,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
     let mut restless = Restless::default();
     let mut cycles = 0;
     let mut last = None;
-    loop {
+    while wanted.is_none_or(|wanted| cycles < wanted) {
         // Peers that came while the thread slept are connected before the release, not after it.
         let connect = || account.library(|| ports.maintain());
         let Some(release) = cyclic.wait_with(restless.wake_ups(), connect) else { break };
@@ -136,9 +136,6 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
         if cycles == warm_up {
             account = Account::open(ports.allocations());
         }
-        if wanted.is_some_and(|wanted| cycles >= wanted) {
-            break;
-        }
     }
     Some(Done {
         stop_reason: cyclic.stop_reason(),
@@ -155,16 +152,14 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
 }
 
 impl<S: Service> Ports<S> {
-    fn open(services: Option<Services<S>>) -> Result<(Self, Vec<Desk>), OpenError> {
+    fn open(services: Option<Services<S>>) -> Result<(ForRealTime<Self>, Vec<Desk>), OpenError> {
         let Some(Services { participant, inputs, outputs }) = services else {
-            return Ok((
-                Self { inputs: InputPorts::none(), outputs: OutputPorts::none() },
-                Vec::new(),
-            ));
+            let none = |()| Self { inputs: InputPorts::none(), outputs: OutputPorts::none() };
+            return Ok((ForRealTime::nothing().map(none), Vec::new()));
         };
         let (inputs, desks) = InputPorts::open(&participant, inputs)?;
         let outputs = OutputPorts::open(&participant, &outputs)?;
-        Ok((Self { inputs, outputs }, desks))
+        Ok((inputs.and(outputs).map(|(inputs, outputs)| Self { inputs, outputs }), desks))
     }
 
     fn maintain(&mut self) {

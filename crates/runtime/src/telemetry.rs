@@ -6,9 +6,7 @@
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::Plan;
-use isochrone_ipc::{
-    FramePublisher, LayoutAnnouncer, OpenError, RealTime, Service, Stamp, give_up_file_override,
-};
+use isochrone_ipc::{FramePublisher, LayoutAnnouncer, OpenError, RealTime, Service, Stamp};
 
 use crate::alarms::Alarm;
 use crate::snapshots::{MAX_SIGNALS, Snapshots, signals};
@@ -28,8 +26,8 @@ impl<S: Service> Telemetry<S> {
         snapshots: &Snapshots,
     ) -> Result<Self, OpenError> {
         let service = service(node);
-        let publisher = participant.publisher(&service, snapshots.layout())?;
         let ordinary = participant.ordinary();
+        let publisher = FramePublisher::open(ordinary, &service, snapshots.layout())?;
         let announcer = LayoutAnnouncer::open(ordinary, &service, node, snapshots.layout())?;
         Ok(Self { publisher, announcer, frames: 0 })
     }
@@ -47,8 +45,6 @@ impl<S: Service> Telemetry<S> {
         let now_ns = Monotonic.now_ns();
         let stamp = Stamp { cycle: self.frames, release_ns: now_ns, ..Stamp::default() };
         self.frames += 1;
-        // The thread that publishes also ends the node: a half-made observer must not hold it up.
-        let _given_up = give_up_file_override();
         // Whoever watches sees a frame that is missing by its sequence.
         self.publisher.send(stamp, || now_ns);
         self.publisher.prepare();

@@ -332,6 +332,14 @@ fn a_second_node_of_a_name_is_told_that_it_runs_already_and_by_whom() {
 }
 
 #[test]
+fn a_node_that_is_to_run_no_cycles_runs_none() {
+    let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().with_cycles(Some(0)).start();
+    poll_until(&mut node, |node| !node.poll().is_running());
+    let outcome = node.finish().unwrap();
+    assert_eq!((outcome.end, outcome.tasks[0].timing.cycles()), (End::Cycles, 0));
+}
+
+#[test]
 fn a_node_ends_by_itself_after_the_cycles_of_its_first_task() {
     let mut node = Node::prepare_alone(&plan(RAMP)).unwrap().with_cycles(Some(30)).start();
     let mut cycles = Vec::new();

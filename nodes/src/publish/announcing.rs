@@ -6,7 +6,7 @@ use std::sync::mpsc::channel;
 use std::thread::{self, Scope, Thread};
 use std::time::Duration;
 
-use isochrone_ipc::{FrameLayout, LayoutAnnouncer, OpenError, Participant, Repair, ipc};
+use isochrone_ipc::{FrameLayout, LayoutAnnouncer, OpenError, Participant, ipc};
 
 use crate::failure::Failure;
 
@@ -26,7 +26,6 @@ impl Announcing {
         participant: &'scope Participant<ipc::Service>,
         service: &'scope str,
         layout: &'scope FrameLayout,
-        mut repair: Repair,
     ) -> Result<Self, Failure> {
         let is_over = Arc::new(AtomicBool::new(false));
         let over = is_over.clone();
@@ -41,7 +40,7 @@ impl Announcing {
             let _ = ready.send(Ok(()));
             while !over.load(Ordering::Relaxed) {
                 announcer.tend(participant);
-                repair.tend(participant);
+                participant.tend();
                 thread::park_timeout(LOOK_INTERVAL);
             }
         });

@@ -5,8 +5,7 @@ use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{
-    Depth, FrameHeader, FrameSubscriber, LayoutWatcher, Participant, Repair, SenderClock, Stamps,
-    ipc,
+    Depth, FrameHeader, FrameSubscriber, LayoutWatcher, Participant, SenderClock, Stamps, ipc,
 };
 use isochrone_processes::Stop;
 use isochrone_runtime::Alarm;
@@ -33,7 +32,6 @@ pub(super) struct Line<'a> {
     service: &'a str,
     subscriber: FrameSubscriber<Service>,
     pub(super) watcher: LayoutWatcher<Service>,
-    repair: Repair,
     pub(super) timing: LinkTiming,
     past_stamps: u64,
     pub(super) alarms: Vec<Alarm>,
@@ -69,13 +67,12 @@ impl<'a> Line<'a> {
             }
         };
         let watcher = LayoutWatcher::open(participant, service).map_err(Failure::found)?;
-        let (repair, now_ns) = (subscriber.repair(), Monotonic.now_ns());
+        let now_ns = Monotonic.now_ns();
         Ok(Some(Self {
             participant,
             service,
             subscriber,
             watcher,
-            repair,
             timing: LinkTiming::new(),
             past_stamps: 0,
             alarms: Vec::new(),
@@ -120,7 +117,7 @@ impl<'a> Line<'a> {
             return;
         }
         self.care_ns = self.now_ns + CARE_INTERVAL_NS;
-        self.repair.tend(self.participant);
+        self.participant.tend();
         self.subscriber.maintain();
         if self.watcher.look(self.participant)
             && let Some(announced) = self.watcher.newest()

@@ -4,7 +4,7 @@ use std::io::{self, ErrorKind};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use isochrone_ipc::{OpenError, Participant, ipc};
+use isochrone_ipc::{OpenError, RealTime, ipc};
 use thiserror::Error;
 
 use super::arms::{Arm, Wait};
@@ -74,7 +74,7 @@ pub(super) struct Place<'a> {
     pub(super) side: Side,
     /// A folder for these two processes and this size of message.
     pub(super) folder: &'a Path,
-    pub(super) participant: &'a Participant<ipc::Service>,
+    pub(super) participant: &'a RealTime<ipc::Service>,
     /// What the names of files in shared memory shall begin with.
     pub(super) prefix: &'a str,
     pub(super) values: usize,

@@ -3,7 +3,9 @@
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, Sender};
 
-use isochrone_cyclic::{Refusal, ThreadRequest, prepare_thread};
+use isochrone_cyclic::{Refusal, ThreadRequest};
+use isochrone_ipc::ForRealTime;
+use isochrone_runtime::RealTimeThread;
 use isochrone_timing::Distribution;
 
 use super::arms::Arm;
@@ -68,27 +70,26 @@ pub(super) fn run(
 ) {
     let open = |arm: &Arm| {
         let line = match arm {
-            Arm::Node => NodeOutput::open(place).map(|output| Line::Node(Box::new(output))),
-            _ => transports::open(*arm, place).map(|opening| Line::Opening(Some(opening))),
+            Arm::Node => NodeOutput::open(place)
+                .map(|output| output.map(|output| Line::Node(Box::new(output)))),
+            _ => transports::open(*arm, place)
+                .map(|opening| opening.map(|opening| Line::Opening(Some(opening)))),
         };
         line.map_err(|error| named(arm, &error))
     };
-    let lines = arms.iter().map(open).collect::<Result<Vec<Line>, String>>();
-    let (opened, lines) = match lines {
-        Ok(lines) => {
-            let refusals = prepare_thread(request).refusals;
-            let thread = rustix::thread::gettid().as_raw_nonzero().get().cast_unsigned();
-            (Ok(Answer::Open { thread, refusals }), lines)
-        }
-        Err(error) => (Err(error), Vec::new()),
+    let lines = match arms.iter().map(open).collect::<Result<ForRealTime<Vec<Line>>, String>>() {
+        Ok(lines) => lines,
+        Err(error) => return drop(answers.send(Err(error))),
     };
-    let mut measurer = Measurer {
+    let measurer = lines.map(|lines| Measurer {
         lines,
         terms: Terms { values: place.values, wait: place.wait },
         samples: Distribution::new(),
         stages: Stages::default(),
-    };
-    let mut answer = opened;
+    });
+    let (mut measurer, grant) = RealTimeThread::prepare(request, measurer);
+    let thread = rustix::thread::gettid().as_raw_nonzero().get().cast_unsigned();
+    let mut answer = Ok(Answer::Open { thread, refusals: grant.refusals });
     // Whoever gives the jobs has gone when nobody takes the answer.
     while answers.send(answer).is_ok() {
         let Ok(job) = jobs.recv() else { break };

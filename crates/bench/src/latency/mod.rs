@@ -20,9 +20,12 @@ mod session;
 mod settings;
 mod stream;
 mod tcp;
+mod tending;
 mod transports;
 mod turn;
 mod unix_datagram;
+
+use std::thread;
 
 use isochrone_cyclic::{Clock, Monotonic, prepare_process};
 use isochrone_ipc::Participant;
@@ -33,6 +36,7 @@ use isochrone_timing::Warning;
 use crate::{BenchError, Onlooker};
 use series::KeptPace;
 use session::Bench;
+use tending::Tending;
 
 pub use arms::{Arm, Pace, Wait};
 pub use peer::serve as serve_peer;
@@ -59,26 +63,29 @@ pub fn measure(
 ) -> Result<Measured, BenchError> {
     let company = Company::gather("isobench")?;
     let refusals = prepare_process().refusals;
-    let participant = Participant::join("isochrone/latency", company.domain())?;
-    let mut bench = Bench {
-        settings,
-        company: &company,
-        participant: &participant,
-        stop,
-        onlooker,
-        origin_ns: Monotonic.now_ns(),
-        turns: 0,
-        paces: Vec::new(),
-        warnings: refusals.iter().map(isochrone_runtime::warning).collect(),
-    };
-    let mut links = Vec::new();
-    for size in &settings.sizes {
-        if stop.is_due() {
-            break;
+    let participant = Participant::join("isochrone/latency", company.domain())?.for_real_time()?;
+    thread::scope(|scope| {
+        let mut bench = Bench {
+            settings,
+            company: &company,
+            participant: &participant,
+            tending: Tending::start(scope, &participant),
+            stop,
+            onlooker,
+            origin_ns: Monotonic.now_ns(),
+            turns: 0,
+            paces: Vec::new(),
+            warnings: refusals.iter().map(isochrone_runtime::warning).collect(),
+        };
+        let mut links = Vec::new();
+        for size in &settings.sizes {
+            if stop.is_due() {
+                break;
+            }
+            links.extend(bench.measure(size.values, &size.circumstances)?);
         }
-        links.extend(bench.measure(size.values, &size.circumstances)?);
-    }
-    let mut warnings = bench.warnings;
-    warnings.extend(KeptPace::warning(&bench.paces));
-    Ok(Measured { links, warnings })
+        let mut warnings = bench.warnings;
+        warnings.extend(KeptPace::warning(&bench.paces));
+        Ok(Measured { links, warnings })
+    })
 }

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use isochrone_cyclic::EPOCH_OFFSET_NS;
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_ipc::{Depth, FramePublisher, FrameSubscriber, ipc};
+use isochrone_ipc::{Depth, ForRealTime, FramePublisher, FrameSubscriber, ipc};
 use isochrone_timing::Distribution;
 
 use super::end::{End, EndError, Opening, Place};
@@ -59,9 +59,12 @@ pub(super) fn start_ns(earliest_ns: u64, round: usize, rounds: usize) -> u64 {
 }
 
 /// The peer's end: it publishes what the node reads.
-pub(super) fn open_publisher(place: &Place<'_>) -> Result<Opening, EndError> {
-    let publisher = FramePublisher::open(place.participant, INPUT, &layout(1))?.plain();
-    Ok(Box::new(move || Ok(Box::new(NodeInput { publisher }) as Box<dyn End>)))
+pub(super) fn open_publisher(place: &Place<'_>) -> Result<ForRealTime<Opening>, EndError> {
+    let publisher = place.participant.publisher(INPUT, &layout(1))?;
+    Ok(publisher.map(|publisher| {
+        let input = NodeInput { publisher: publisher.plain() };
+        Box::new(move || Ok(Box::new(input) as Box<dyn End>)) as Opening
+    }))
 }
 
 struct NodeInput {
@@ -117,9 +120,9 @@ pub(super) struct NodeOutput {
 }
 
 impl NodeOutput {
-    pub(super) fn open(place: &Place<'_>) -> Result<Self, EndError> {
-        let subscriber = FrameSubscriber::open(place.participant, OUTPUT, 2, Depth::All)?;
-        Ok(Self { subscriber })
+    pub(super) fn open(place: &Place<'_>) -> Result<ForRealTime<Self>, EndError> {
+        let subscriber = place.participant.subscriber(OUTPUT, 2, Depth::All)?;
+        Ok(subscriber.map(|subscriber| Self { subscriber }))
     }
 
     /// Waits until the node sends; what it sends is thrown away.

@@ -7,14 +7,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 
-use isochrone_cyclic::{ThreadRequest, prepare_process, prepare_thread};
-use isochrone_ipc::{Domain, Participant};
-use isochrone_runtime::warning;
+use isochrone_cyclic::{ThreadRequest, prepare_process};
+use isochrone_ipc::{Domain, ForRealTime, Participant};
+use isochrone_runtime::{RealTimeThread, warning};
 use isochrone_timing::Warning;
 use serde::{Deserialize, Serialize};
 
 use super::arms::{Arm, Wait};
-use super::end::{End, Place, Side};
+use super::end::{Place, Side};
+use super::tending::Tending;
 use super::transports;
 use super::turn::{self, Sent, Span, Terms};
 use crate::BenchError;
@@ -93,40 +94,47 @@ fn take_turns(
     let setup: Setup = read(setup)?;
     let mut refusals = prepare_process().refusals;
     let domain = Domain::from_file(&setup.domain_file).map_err(|error| error.to_string())?;
-    let participant =
-        Participant::join("isochrone/latency-peer", &domain).map_err(|error| error.to_string())?;
-    let place = Place {
-        side: Side::Peer,
-        folder: &setup.folder,
-        participant: &participant,
-        prefix: &setup.prefix,
-        values: setup.values,
-        wait: setup.wait,
-    };
-    let open = |arm: &Arm| {
-        let end = transports::open(*arm, &place).and_then(|opening| opening());
-        end.map_err(|error| format!("arm \"{arm}\": {error}"))
-    };
-    let mut ends = setup.arms.iter().map(open).collect::<Result<Vec<Box<dyn End>>, String>>()?;
-    let request = ThreadRequest { priority: setup.priority, cpu: Some(setup.cpu) };
-    refusals.extend(prepare_thread(request).refusals);
-    let ready = Reply::Ready(refusals.iter().map(warning).collect());
-    reply(replies, &ready).map_err(|_| "nobody listens")?;
+    let participant = Participant::join("isochrone/latency-peer", domain)
+        .and_then(Participant::for_real_time)
+        .map_err(|error| error.to_string())?;
+    thread::scope(|scope| {
+        let tending = Tending::start(scope, &participant);
+        let place = Place {
+            side: Side::Peer,
+            folder: &setup.folder,
+            participant: &participant,
+            prefix: &setup.prefix,
+            values: setup.values,
+            wait: setup.wait,
+        };
+        let open = |arm: &Arm| {
+            let opened = transports::open(*arm, &place);
+            let end = opened.and_then(|opening| opening.try_map(|opening| opening()));
+            end.map_err(|error| format!("arm \"{arm}\": {error}"))
+        };
+        let ends = setup.arms.iter().map(open).collect::<Result<ForRealTime<Vec<_>>, String>>()?;
+        let request = ThreadRequest { priority: setup.priority, cpu: Some(setup.cpu) };
+        let (mut ends, grant) = RealTimeThread::prepare(request, ends);
+        refusals.extend(grant.refusals);
+        let ready = Reply::Ready(refusals.iter().map(warning).collect());
+        reply(replies, &ready).map_err(|_| "nobody listens")?;
 
-    let terms = Terms { values: setup.values, wait: setup.wait };
-    while let Ok(line) = lines.recv() {
-        let turn: Turn = read(&line)?;
-        let (Some(end), Some(arm)) = (ends.get_mut(turn.arm), setup.arms.get(turn.arm)) else {
-            return Err(format!("there is no arm {}", turn.arm));
-        };
-        let sent = match turn.period_ns {
-            Some(period_ns) => turn::send_paced(end.as_mut(), &turn.span, period_ns, stop),
-            None => turn::echo(end.as_mut(), &turn.span, terms, stop),
-        };
-        let sent = sent.map_err(|error| format!("arm \"{arm}\", the peer: {error}"))?;
-        reply(replies, &Reply::Done(sent)).map_err(|_| "nobody listens")?;
-    }
-    Ok(())
+        let terms = Terms { values: setup.values, wait: setup.wait };
+        while let Ok(line) = lines.recv() {
+            let turn: Turn = read(&line)?;
+            let (Some(end), Some(arm)) = (ends.get_mut(turn.arm), setup.arms.get(turn.arm)) else {
+                return Err(format!("there is no arm {}", turn.arm));
+            };
+            tending.keep_quiet(&turn.span);
+            let sent = match turn.period_ns {
+                Some(period_ns) => turn::send_paced(end.as_mut(), &turn.span, period_ns, stop),
+                None => turn::echo(end.as_mut(), &turn.span, terms, stop),
+            };
+            let sent = sent.map_err(|error| format!("arm \"{arm}\", the peer: {error}"))?;
+            reply(replies, &Reply::Done(sent)).map_err(|_| "nobody listens")?;
+        }
+        Ok(())
+    })
 }
 
 fn read<T: serde::de::DeserializeOwned>(line: &str) -> Result<T, String> {

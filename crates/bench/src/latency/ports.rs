@@ -1,22 +1,26 @@
 //! This product's ports.
 
-use isochrone_ipc::{Depth, FrameLayout, FramePublisher, FrameSubscriber, SignalSpec, Stamp, ipc};
+use isochrone_ipc::{
+    Depth, ForRealTime, FrameLayout, FramePublisher, FrameSubscriber, SignalSpec, Stamp, ipc,
+};
 
 use super::arms::Arm;
 use super::end::{End, EndError, Opening, Place, Way};
 use super::message::{Header, Message};
 use isochrone_cyclic::{Clock, Monotonic};
 
-pub(super) fn open(place: &Place<'_>) -> Result<Opening, EndError> {
+pub(super) fn open(place: &Place<'_>) -> Result<ForRealTime<Opening>, EndError> {
     let (participant, layout) = (place.participant, layout(place.values));
     let name = |way| place.name(Arm::Ports, way);
-    let publisher = FramePublisher::open(participant, &name(Way::Out), &layout)?.plain();
-    let subscriber = FrameSubscriber::open(participant, &name(Way::In), place.values, Depth::All)?;
-    Ok(Box::new(move || {
-        let mut ports = Ports { publisher, subscriber, now_ns: 0 };
-        ports.prepare();
-        ports.subscriber.maintain();
-        Ok(Box::new(ports) as Box<dyn End>)
+    let publisher = participant.publisher(&name(Way::Out), &layout)?;
+    let subscriber = participant.subscriber(&name(Way::In), place.values, Depth::All)?;
+    Ok(publisher.and(subscriber).map(|(publisher, subscriber)| {
+        let mut ports = Ports { publisher: publisher.plain(), subscriber, now_ns: 0 };
+        Box::new(move || {
+            ports.prepare();
+            ports.subscriber.maintain();
+            Ok(Box::new(ports) as Box<dyn End>)
+        }) as Opening
     }))
 }
 

@@ -9,7 +9,7 @@ use super::end::{End, EndError, Opening, Place, Way};
 use super::message::{Header, Message};
 
 pub(super) fn open(place: &Place<'_>) -> Result<Opening, EndError> {
-    let (participant, values) = (place.participant, place.values);
+    let (participant, values) = (place.participant.ordinary(), place.values);
     let name = |way| place.name(Arm::Raw, way);
     let mut publisher = RawPublisher::open(participant, &name(Way::Out), values)?;
     let mut subscriber = RawSubscriber::open(participant, &name(Way::In), values)?;

@@ -6,7 +6,7 @@ use std::thread;
 use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic, ThreadRequest};
-use isochrone_ipc::{Participant, ipc};
+use isochrone_ipc::{RealTime, ipc};
 use isochrone_processes::{Company, Stop};
 use isochrone_report::{LinkArm, turn_order};
 use isochrone_runtime::warning;
@@ -20,6 +20,7 @@ use super::peer::{Setup, Turn};
 use super::processes::{Node, Peer};
 use super::series::{Disturbed, KeptPace, Series};
 use super::settings::{Circumstance, Settings};
+use super::tending::Tending;
 use super::turn::Span;
 use crate::watch::Watch;
 use crate::{BenchError, Onlooker};
@@ -38,7 +39,8 @@ const GRACE_S: f64 = 15.0;
 pub(super) struct Bench<'a> {
     pub(super) settings: &'a Settings,
     pub(super) company: &'a Company,
-    pub(super) participant: &'a Participant<ipc::Service>,
+    pub(super) participant: &'a RealTime<ipc::Service>,
+    pub(super) tending: Tending,
     pub(super) stop: &'a Stop,
     pub(super) onlooker: &'a dyn Onlooker,
     pub(super) origin_ns: u64,
@@ -187,6 +189,7 @@ impl<'a, 'b> Session<'a, 'b> {
             Watch::begin(Some(cpus.receiver), Some(self.thread)),
         ];
         let period_ns = pace.hz().map(|hz| (1e9 / hz).round() as u64);
+        self.bench.tending.keep_quiet(&span);
         self.peer.begin(&Turn { arm, span, period_ns })?;
         let exchange = match period_ns {
             Some(_) => Exchange::OneWay,

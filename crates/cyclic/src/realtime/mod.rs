@@ -1,16 +1,16 @@
 //! Real-time set-up: what to ask of the system before the first cycle, and what it granted.
 
 mod os;
+mod prepared;
 mod process;
 mod refusal;
 mod thread;
 
 pub(crate) use os::thread_counters;
+pub use prepared::PreparedThread;
 pub use process::{ProcessGrant, prepare_process};
 pub use refusal::Refusal;
-pub use thread::{
-    PREFAULTED_STACK_BYTES, PriorityReturn, ThreadGrant, ThreadRequest, prepare_thread,
-};
+pub use thread::{PREFAULTED_STACK_BYTES, ThreadGrant, ThreadRequest, prepare_thread};
 
 #[cfg(test)]
 mod simulated_os;

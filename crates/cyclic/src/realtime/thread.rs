@@ -63,12 +63,8 @@ fn prepare(os: &impl Os, request: ThreadRequest) -> ThreadGrant {
 }
 
 /// Gives the calling thread's priority back when it is dropped.
-///
-/// What a loop leaves to be done at its end (closing ports, removing files, waiting for others) must not
-/// be done with the loop's priority. Declare it after what is to be dropped without.
 #[derive(Debug, Default)]
-#[must_use = "dropping it gives the priority back"]
-pub struct PriorityReturn {
+pub(super) struct PriorityReturn {
     /// Each thread has its own priority.
     of_this_thread: PhantomData<*const ()>,
 }

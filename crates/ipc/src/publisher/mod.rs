@@ -12,8 +12,9 @@ use iceoryx2::service::port_factory::PortFactory as _;
 
 use isochrone_quality::Flags;
 
+use crate::file_override::Guard;
 use crate::peers::Peers;
-use crate::repair::{Peer, Repair};
+use crate::repair::Peer;
 use crate::service::{self, FrameService, Quality};
 use crate::space::{self, Shortage};
 use crate::{FrameHeader, FrameLayout, OpenError, Participant, Service};
@@ -57,8 +58,8 @@ pub struct PublisherCounters {
     /// or `send` some hundred microseconds. One that left and one that joined between two calls
     /// are not seen, and cost the same.
     pub connects: u64,
-    /// Connections to a subscriber that failed. The subscriber gets nothing until a [`Repair`], or
-    /// the next peer that joins or leaves, makes iceoryx2 try again.
+    /// Connections to a subscriber that failed. The subscriber gets nothing until
+    /// [`Participant::tend`], or the next peer that joins or leaves, makes iceoryx2 try again.
     pub connect_errors: u64,
     /// Frames that reached fewer subscribers than there were, as `prepare` finds out afterwards.
     /// A number that goes on growing means a failed connection.
@@ -81,6 +82,7 @@ pub struct FramePublisher<S: Service> {
     /// How many subscribers the last frame was given to.
     reached: Option<usize>,
     peers: Peers,
+    guard: Guard,
     counters: PublisherCounters,
 }
 
@@ -107,6 +109,24 @@ impl<S: Service> FramePublisher<S> {
         service: &str,
         layout: &FrameLayout,
     ) -> Result<Self, OpenError> {
+        Self::open_guarded(participant, service, layout, Guard::of_ordinary_thread())
+    }
+
+    /// As [`open`](Self::open), for a thread that enters with it.
+    pub(crate) fn open_for_real_time(
+        participant: &Participant<S>,
+        service: &str,
+        layout: &FrameLayout,
+    ) -> Result<Self, OpenError> {
+        Self::open_guarded(participant, service, layout, Guard::Thread)
+    }
+
+    fn open_guarded(
+        participant: &Participant<S>,
+        service: &str,
+        layout: &FrameLayout,
+        guard: Guard,
+    ) -> Result<Self, OpenError> {
         let source = |source| OpenError::Layout { service: service.to_owned(), source };
         layout.check().map_err(source)?;
         let channels = layout.signals.len();
@@ -126,8 +146,11 @@ impl<S: Service> FramePublisher<S> {
             layout: layout.number(),
             reached: None,
             peers,
+            guard,
             counters: PublisherCounters::default(),
         };
+        participant.repairs().adopt(service, Peer::Subscriber, &publisher.peers);
+        let _guarded = Guard::of_ordinary_thread().of_call();
         publisher.prepare();
         tracing::info!("publishes service {service:?} (channels: {channels})");
         Ok(publisher)
@@ -164,6 +187,7 @@ impl<S: Service> FramePublisher<S> {
     /// Connects to subscribers that joined, as [`prepare`](Self::prepare) does; for the end of the
     /// slack. A subscriber that joins later is connected by `send`.
     pub fn maintain(&mut self) {
+        let _guarded = self.guard.of_call();
         // Failures are counted by the handler that the port was given.
         let _ = self.port.update_connections();
     }
@@ -196,6 +220,7 @@ impl<S: Service> FramePublisher<S> {
             term: self.term,
             layout: self.layout,
         };
+        let _guarded = self.guard.of_call();
         header.publish_ns = now_ns();
         match frame.send() {
             Ok(reached) => {
@@ -217,12 +242,6 @@ impl<S: Service> FramePublisher<S> {
             connect_errors: self.peers.failures(),
             ..self.counters
         }
-    }
-
-    /// Retries the port's failed connections; for an ordinary thread.
-    pub fn repair(&self) -> Repair {
-        let service = self.service.name().as_str();
-        Repair::new(service, Peer::Subscriber, &self.peers)
     }
 
     /// How many subscribers the service has now, connected or not.

@@ -12,7 +12,7 @@ use crate::{FrameHeader, Service};
 /// One writer, one that is about to take over, and those of links between machines.
 pub(super) const MAX_PUBLISHERS: usize = 4;
 pub(super) const MAX_SUBSCRIBERS: usize = 16;
-/// For the peer that a [`Repair`](crate::Repair) shows for a moment, also where all others are taken.
+/// For the peer that [`Participant::tend`](crate::Participant::tend) shows for a moment, also where all others are taken.
 pub(super) const SPARE_PLACES: usize = 1;
 pub(super) const MAX_NODES: usize = 40;
 /// Finding the newest frame holds the best so far while it looks at the next.
