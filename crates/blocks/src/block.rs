@@ -186,36 +186,55 @@ pub struct BlockType {
     typical: fn(&mut [f64]),
 }
 
-/// The output by which an instance says that something is wrong.
+/// The output by which an instance says that something is wrong, with its place: among the slots of
+/// the instance, or among the outputs that it was [looked for](Self::among) in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ErrorPin {
-    /// Its slot among those of the instance.
-    pub slot: usize,
-    shows: Shows,
+pub enum Indication {
+    /// `status`, a status word: an error from `16#8000` on.
+    Status(usize),
+    /// `error` of a block without `status`: TRUE is an error.
+    Error(usize),
 }
 
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Shows {
-    /// `status`: a status word.
-    StatusWord,
-    /// `error`: TRUE is an error.
-    Truth,
-}
+impl Indication {
+    /// Looks for it among outputs; `None` if they say nothing of errors.
+    pub const fn among(outputs: &[Pin]) -> Option<Self> {
+        let mut found = None;
+        let mut place = 0;
+        while place < outputs.len() {
+            let Pin { name, pin_type, .. } = outputs[place];
+            if is_status(name) && matches!(pin_type, PinType::Word) {
+                return Some(Self::Status(place));
+            }
+            if matches!((name.as_bytes(), pin_type), (b"error", PinType::Bool)) {
+                found = Some(Self::Error(place));
+            }
+            place += 1;
+        }
+        found
+    }
 
-impl ErrorPin {
+    /// Its place.
+    #[inline]
+    pub const fn place(self) -> usize {
+        match self {
+            Self::Status(place) | Self::Error(place) => place,
+        }
+    }
+
     /// Whether a value of the pin is an error.
     #[inline]
-    pub fn is_error(&self, value: f64) -> bool {
-        match self.shows {
-            Shows::StatusWord => value >= f64::from(status::FIRST_ERROR),
-            Shows::Truth => value != 0.0,
+    pub fn is_error(self, value: f64) -> bool {
+        match self {
+            Self::Status(_) => value >= f64::from(status::FIRST_ERROR),
+            Self::Error(_) => value != 0.0,
         }
     }
 
     /// The status word that a value of the pin is; `None` for a pin that shows no more than whether
     /// there is an error.
-    pub fn status_word(&self, value: f64) -> Option<u16> {
-        matches!(self.shows, Shows::StatusWord).then_some(value as u16)
+    pub fn status_word(self, value: f64) -> Option<u16> {
+        matches!(self, Self::Status(_)).then_some(value as u16)
     }
 }
 
@@ -297,14 +316,16 @@ impl BlockType {
     }
 
     /// The output by which an instance says that something is wrong, which is what
-    /// [`step_bank`](Self::step_bank) counts; `None` if it never does.
-    pub fn error_pin(&self) -> Option<ErrorPin> {
-        let output = |is_it: fn(&str) -> bool| {
-            let output = self.outputs.iter().position(|pin| is_it(pin.name))?;
-            Some(self.inputs.len() + output)
-        };
-        let status = output(is_status).map(|slot| ErrorPin { slot, shows: Shows::StatusWord });
-        status.or_else(|| output(is_error_flag).map(|slot| ErrorPin { slot, shows: Shows::Truth }))
+    /// [`step_bank`](Self::step_bank) counts, with its place among the slots of the instance; `None`
+    /// if it never does.
+    pub const fn indication(&self) -> Option<Indication> {
+        match Indication::among(self.outputs) {
+            Some(Indication::Status(output)) => {
+                Some(Indication::Status(self.inputs.len() + output))
+            }
+            Some(Indication::Error(output)) => Some(Indication::Error(self.inputs.len() + output)),
+            None => None,
+        }
     }
 
     /// Steps every instance of a bank once and returns how many reported an error.
@@ -317,13 +338,8 @@ impl BlockType {
 }
 
 const fn assert_errors_are_reported(words: &[StatusWord], outputs: &[Pin]) {
-    let (mut word, mut output) = (0, 0);
-    let mut has_status = false;
-    while output < outputs.len() {
-        let is_word = matches!(outputs[output].pin_type, PinType::Word);
-        has_status |= is_word && is_status(outputs[output].name);
-        output += 1;
-    }
+    let has_status = matches!(Indication::among(outputs), Some(Indication::Status(_)));
+    let mut word = 0;
     while word < words.len() {
         assert!(
             has_status || !status::is_error(words[word].code),
@@ -334,15 +350,8 @@ const fn assert_errors_are_reported(words: &[StatusWord], outputs: &[Pin]) {
 }
 
 /// Whether an output of this name holds the status word.
-#[doc(hidden)]
-pub const fn is_status(name: &str) -> bool {
+pub(crate) const fn is_status(name: &str) -> bool {
     matches!(name.as_bytes(), b"status")
-}
-
-/// Whether an output of this name says that there is an error.
-#[doc(hidden)]
-pub const fn is_error_flag(name: &str) -> bool {
-    matches!(name.as_bytes(), b"error")
 }
 
 /// A block without state still owns a word, so that image and state divide into the same number of

@@ -157,18 +157,11 @@ macro_rules! block {
 
             #[inline]
             fn is_error(outputs: &Outputs) -> bool {
-                let _ = outputs;
-                const HAS_STATUS: bool = false $(|| $crate::is_status($out_name))*;
-                false $(|| {
-                    let slot = || $crate::Value::into_slot(outputs.$out);
-                    if const { HAS_STATUS && $crate::is_status($out_name) } {
-                        slot() >= $crate::status::FIRST_ERROR as f64
-                    } else if const { !HAS_STATUS && $crate::is_error_flag($out_name) } {
-                        slot() != 0.0
-                    } else {
-                        false
-                    }
-                })*
+                const INDICATION: Option<$crate::Indication> =
+                    $crate::Indication::among(<$Block as $crate::Declaration>::OUTPUTS);
+                let Some(indication) = INDICATION else { return false };
+                let slots = [$($crate::Value::into_slot(outputs.$out)),*];
+                indication.is_error(slots[indication.place()])
             }
         }
     };

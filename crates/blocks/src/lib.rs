@@ -46,11 +46,9 @@ pub mod scale_linear;
 pub mod status;
 
 pub use block::{
-    Block, BlockType, Decision, Declaration, ErrorPin, Origin, Pin, PinDefault, Slots, StatusWord,
-    Words,
+    Block, BlockType, Decision, Declaration, Indication, Origin, Pin, PinDefault, Slots,
+    StatusWord, Words,
 };
-#[doc(hidden)]
-pub use block::{is_error_flag, is_status};
 pub use cycle::{Cycle, is_cyclic_ob};
 pub use value::{Ob, PinType, Value, Word};
 

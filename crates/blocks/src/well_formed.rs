@@ -1,6 +1,7 @@
 //! What holds for every declaration, seen when a block is compiled.
 
-use crate::{Block, Pin, PinType, Slots, is_status};
+use crate::block::is_status;
+use crate::{Block, Pin, PinType, Slots};
 
 /// Fails to compile for a block whose pins could not be named, wired or read.
 pub(crate) const fn assert_well_formed<B: Block>() {

@@ -1,7 +1,8 @@
 //! A block that is declared outside the library.
 
 use isochrone_blocks::{
-    Block, BlockType, Cycle, Decision, Ob, Origin, PinDefault, PinType, StatusWord, Value,
+    Block, BlockType, Cycle, Decision, Indication, Ob, Origin, PinDefault, PinType, StatusWord,
+    Value,
 };
 
 isochrone_blocks::block! {
@@ -110,6 +111,7 @@ fn an_ob_comes_out_of_its_slot_as_it_went_in() {
 #[test]
 fn a_step_is_an_error_exactly_when_the_status_word_says_so() {
     let gain = BlockType::of::<Gain>();
+    assert_eq!(gain.indication(), Some(Indication::Status(5)));
     let mut state = vec![0; 3 * gain.state_words];
     let instance = |x: f64| [x, 2.0, 0.0, 1.0, 0.0, 0.0];
     let mut image = [1.0, f64::INFINITY, f64::NAN].map(instance).concat();
@@ -145,6 +147,7 @@ mod flagged {
 #[test]
 fn without_a_status_word_the_error_flag_says_so() {
     let flagged = BlockType::of::<flagged::Flagged>();
+    assert_eq!(flagged.indication(), Some(Indication::Error(1)));
     assert_eq!((flagged.follows, flagged.status.len(), flagged.state_words), (None, 0, 1));
     let mut state = vec![0; 2 * flagged.state_words];
     let mut image = [1.0, 0.0, -1.0, 0.0];

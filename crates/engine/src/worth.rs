@@ -1,7 +1,7 @@
 //! What values are worth: how old the samples are that they were computed from, and what is to be
 //! said of them.
 
-use isochrone_blocks::ErrorPin;
+use isochrone_blocks::Indication;
 use isochrone_quality::Flags;
 
 use crate::plan::{BankPlan, TaskPlan, Upstream};
@@ -31,7 +31,7 @@ pub(crate) struct Origins {
 /// Instances of a bank that can report errors.
 struct Reporters {
     bank: usize,
-    pin: ErrorPin,
+    indication: Indication,
     /// Slots of the first and of each further instance's pin.
     first_slot: usize,
     stride: usize,
@@ -41,9 +41,9 @@ struct Reporters {
 impl Origins {
     pub(crate) fn of(upstream: &Upstream, task: &TaskPlan) -> Self {
         let reporters = |bank: usize, plan: &BankPlan, range: &std::ops::Range<usize>| {
-            let (pin, stride) = (plan.block_type.error_pin()?, plan.block_type.slots());
-            let first_slot = plan.first_slot + range.start * stride + pin.slot;
-            Some(Reporters { bank, pin, first_slot, stride, count: range.len() })
+            let (indication, stride) = (plan.block_type.indication()?, plan.block_type.slots());
+            let first_slot = plan.first_slot + range.start * stride + indication.place();
+            Some(Reporters { bank, indication, first_slot, stride, count: range.len() })
         };
         let blocks = upstream.blocks.iter();
         let blocks =
@@ -84,6 +84,6 @@ impl Worth<'_> {
         }
         let slots = self.image.get(blocks.first_slot..).unwrap_or_default();
         let mut pins = slots.iter().step_by(blocks.stride).take(blocks.count);
-        pins.any(|value| blocks.pin.is_error(*value))
+        pins.any(|value| blocks.indication.is_error(*value))
     }
 }

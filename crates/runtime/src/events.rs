@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use isochrone_blocks::{BlockType, ErrorPin, PinType, status};
+use isochrone_blocks::{BlockType, Indication, PinType, status};
 use isochrone_engine::config::OnStale;
 use isochrone_engine::{TaskEngine, TaskPlan};
 use rtrb::{Consumer, Producer, RingBuffer};
@@ -51,7 +51,7 @@ pub(crate) struct Events {
 struct Watched {
     instance: usize,
     slot: usize,
-    pin: ErrorPin,
+    indication: Indication,
     told: u16,
 }
 
@@ -61,8 +61,8 @@ const ERROR_WITHOUT_WORD: u16 = u16::MAX;
 impl Watched {
     fn error(&self, image: &[f64]) -> u16 {
         let value = image.get(self.slot).copied().unwrap_or_default();
-        if self.pin.is_error(value) {
-            self.pin.status_word(value).unwrap_or(ERROR_WITHOUT_WORD)
+        if self.indication.is_error(value) {
+            self.indication.status_word(value).unwrap_or(ERROR_WITHOUT_WORD)
         } else {
             status::OK
         }
@@ -124,12 +124,12 @@ pub(crate) fn ends(task: &TaskPlan) -> (Events, Log) {
     let mut watched = Vec::new();
     let mut first = 0;
     for bank in &task.banks {
-        if let Some(pin) = bank.block_type.error_pin() {
-            let slot = bank.first_slot + pin.slot;
+        if let Some(indication) = bank.block_type.indication() {
+            let slot = bank.first_slot + indication.place();
             watched.extend((0..bank.instances.len()).map(|index| Watched {
                 instance: first + index,
                 slot: slot + index * bank.block_type.slots(),
-                pin,
+                indication,
                 told: status::OK,
             }));
         }

@@ -80,9 +80,10 @@ fn first_status(block_type: &BlockType, mut slots: Vec<f64>, cycle: &Cycle<'_>) 
     slots.resize(block_type.slots(), 0.0);
     let mut state = vec![0; block_type.state_words];
     let errors = block_type.step_bank(&mut slots, &mut state, cycle);
-    let status = block_type.outputs.iter().position(|pin| pin.name == "status");
-    let status = status.and_then(|pin| slots.get(block_type.inputs.len() + pin));
-    (errors > 0).then_some(status.map_or(0, |slot| *slot as u16))
+    let shown = block_type.indication().and_then(|indication| {
+        slots.get(indication.place()).and_then(|value| indication.status_word(*value))
+    });
+    (errors > 0).then_some(shown.unwrap_or_default())
 }
 
 fn finding(entry: &Entry<'_>, name: &str, block_type: &BlockType, code: u16) -> Finding {
