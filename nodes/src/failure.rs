@@ -4,13 +4,13 @@ use std::process::ExitCode;
 
 use isochrone_bench::BenchError;
 use isochrone_engine::{Findings, escaped_lines};
-use isochrone_processes::{ChildError, CompanyError, StopError};
+use isochrone_processes::{ChildError, CompanyError, Ending, StopError};
 use miette::{Diagnostic, Report};
 
 /// A verb's failure.
 #[derive(Debug)]
 pub(crate) struct Failure {
-    status: u8,
+    status: Ending,
     /// What to say; nothing where nobody listens.
     report: Option<Report>,
 }
@@ -18,32 +18,32 @@ pub(crate) struct Failure {
 impl Failure {
     /// It ran and found something wrong: exit status 1.
     pub(crate) fn found(what: impl std::fmt::Display) -> Self {
-        Self { status: 1, report: Some(sentence(what)) }
+        Self { status: Ending::Found, report: Some(sentence(what)) }
     }
 
     /// The command line or a file is wrong: exit status 2.
     pub(crate) fn usage(what: impl std::fmt::Display) -> Self {
-        Self { status: 2, report: Some(sentence(what)) }
+        Self { status: Ending::Usage, report: Some(sentence(what)) }
     }
 
     /// A configuration has errors: exit status 2, with each of them shown in the file.
     pub(crate) fn configuration(findings: impl Diagnostic + Send + Sync + 'static) -> Self {
-        Self { status: 2, report: Some(Report::new(findings)) }
+        Self { status: Ending::Usage, report: Some(Report::new(findings)) }
     }
 
     /// There is nothing to talk to: exit status 3.
     pub(crate) fn nobody(what: impl std::fmt::Display) -> Self {
-        Self { status: 3, report: Some(sentence(what)) }
+        Self { status: Ending::Nobody, report: Some(sentence(what)) }
     }
 
     /// The run says too little to judge: exit status 4.
     pub(crate) fn inconclusive(what: impl std::fmt::Display) -> Self {
-        Self { status: 4, report: Some(sentence(what)) }
+        Self { status: Ending::Inconclusive, report: Some(sentence(what)) }
     }
 
     /// Whoever read stdout went away (`| head`): the verb ends in silence, exit status 0.
     pub(crate) fn reader_left() -> Self {
-        Self { status: 0, report: None }
+        Self { status: Ending::Done, report: None }
     }
 
     /// What is wrong with the configuration, if that is the failure.
@@ -58,7 +58,7 @@ impl Failure {
 
     /// The exit status.
     pub(crate) fn status(&self) -> ExitCode {
-        ExitCode::from(self.status)
+        self.status.into()
     }
 }
 

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 
 use rustix::process::{Pid, Signal, kill_process};
 
+use crate::ending::Ending;
 use crate::orphan;
 use crate::running::running;
 
@@ -15,8 +16,6 @@ use crate::running::running;
 /// seconds.
 const PATIENCE: Duration = Duration::from_secs(10);
 const LOOK_INTERVAL: Duration = Duration::from_millis(1);
-/// Exit status of a program of isochrone that had nothing to talk to.
-const NOBODY: i32 = 3;
 
 /// Why an operation on a [`Child`] failed.
 #[derive(Debug, thiserror::Error)]
@@ -196,7 +195,7 @@ impl Child {
     pub fn finish(&mut self) -> Result<(), ChildError> {
         let status = self.end()?;
         let is_told = status.signal() == Some(Signal::TERM.as_raw());
-        if status.success() || status.code() == Some(NOBODY) || is_told {
+        if status.success() || status.code() == Some(Ending::Nobody as i32) || is_told {
             return Ok(());
         }
         Err(ChildError::Failed { name: self.name.clone(), status })

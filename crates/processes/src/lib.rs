@@ -20,11 +20,13 @@
 mod child;
 mod company;
 mod document;
+mod ending;
 mod orphan;
 mod running;
 mod stop;
 
 pub use child::{Child, ChildError};
 pub use company::{Company, CompanyError};
+pub use ending::Ending;
 pub use orphan::end_with_parent;
 pub use stop::{Stop, StopError};
