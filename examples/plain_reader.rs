@@ -35,7 +35,7 @@ struct FrameHeader {
     publish_ns: u64, // when the frame was sent
     source_ns: u64,  // when the oldest sample behind the values was published; 0: none
     missed: u64,     // cycles lost since the publisher started
-    flags: u64,      // 0 in this version
+    flags: u64,      // docs/quality.md; 0: nothing to say
     term: u64,       // when the publisher took over the service, Unix ns; 0: a plain writer
     layout: u64,     // which layout the frame has; 0: not given
 }

@@ -20,7 +20,7 @@ class FrameHeader(ctypes.Structure):
         ("publish_ns", ctypes.c_uint64),  # time just before the frame was sent
         ("source_ns", ctypes.c_uint64),  # publish time of the oldest input sample; 0: none
         ("missed", ctypes.c_uint64),  # releases that the publisher has missed since its start
-        ("flags", ctypes.c_uint64),  # 0 in this version
+        ("flags", ctypes.c_uint64),  # see docs/quality.md; 0: nothing to say
         ("term", ctypes.c_uint64),  # time when the publisher took the service; 0: a plain writer
         ("layout", ctypes.c_uint64),  # number of the announced layout; 0: none announced
     ]

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use isochrone_blocks::BlockType;
 use isochrone_cyclic::{Margin, Wake};
-use isochrone_engine::config::Binding;
+use isochrone_engine::config::{Bad, Binding, OnStale};
 use isochrone_engine::{
     Findings, InputPlan, OutputPlan, Plan, TaskPlan, WirePlan, format_duration_ns, reference,
 };
@@ -171,14 +171,20 @@ fn origin(input: &InputPlan) -> String {
 
 fn fallback(input: &InputPlan) -> String {
     let default = numbers::shown(input.default, input.value_type, numbers::Digits::All);
-    match input.max_age_ns {
-        None => format!("default {default}"),
-        Some(age_ns) => format!(
-            "default {default}, stale after {}: {}",
-            format_duration_ns(age_ns),
-            input.on_stale.as_str()
-        ),
+    let mut text = format!("default {default}");
+    if let Some(age_ns) = input.max_age_ns {
+        text += &format!(", stale after {}", format_duration_ns(age_ns));
     }
+    if input.bad == Bad::Stale {
+        text += ", stale if bad";
+    }
+    if input.max_age_ns.is_some() || input.bad == Bad::Stale {
+        text += &format!(": {}", input.on_stale);
+    }
+    if input.feedback {
+        text += ", feedback";
+    }
+    text
 }
 
 fn signals(output: &OutputPlan) -> String {
@@ -251,7 +257,12 @@ fn document(plan: &Plan) -> Value {
                 },
                 "default": numbers::json(input.default, input.value_type),
                 "max_age_ns": input.max_age_ns,
-                "on_stale": input.on_stale.as_str(),
+                "on_stale": match input.on_stale {
+                    OnStale::Ramp(rate) => json!({"ramp": rate}),
+                    word => json!(word.as_str()),
+                },
+                "bad": input.bad.as_str(),
+                "feedback": input.feedback,
             })).collect::<Vec<_>>(),
             "order": task.banks.iter().flat_map(|bank| bank.instances.iter().map(|name| json!({
                 "block": name,

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use isochrone_blocks::BlockType;
-use isochrone_engine::{Finding, Findings, Plan, PlanError, Rules, Source};
+use isochrone_engine::{Finding, Findings, Plan, PlanError, Problem, Rules, Source};
 use isochrone_ipc::check_service_name;
 
 use crate::failure::Failure;
@@ -55,6 +55,13 @@ pub(crate) fn keep(read: &Path, written: &Path) -> Result<(), Failure> {
 pub(crate) fn note_warnings(plan: &Plan) {
     if !plan.warnings.is_empty() {
         terminal::note_report(&miette::Report::new(warnings(plan)));
+    }
+}
+
+/// Says on stderr which inputs of a node that is to run are never stale.
+pub(crate) fn note_max_age(plan: &Plan) {
+    for note in plan.notes.iter().filter(|note| note.problem == Problem::NoMaxAge) {
+        terminal::note(&format!("note: {note}"));
     }
 }
 

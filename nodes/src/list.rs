@@ -15,9 +15,9 @@ use crate::{domain, stop, terminal};
 
 /// List the nodes and frame services of the domain
 ///
-/// For each service, shows its rate, its publishers and readers, and its signals with type and unit
-/// as the publisher announces them. The rate is the announced one; if none is announced, frames are
-/// counted for half a second.
+/// For each service, shows its rate, the flags of its newest frame if it has any, its publishers and
+/// readers, and its signals with type and unit as the publisher announces them. The rate is the
+/// announced one; if none is announced, frames are counted for half a second.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  isochrone list\n  isochrone list --json | jq '.services[].name'"
@@ -71,7 +71,9 @@ fn text(nodes: &[ListedNode], services: &[Found]) -> String {
     text += &table.draw(2);
     text += &format!("\n{}\n", counted(services.len(), "service"));
     for found in services {
-        text += &format!("  {}  {}\n", escaped(&found.service.name), rate(found.rate));
+        let doubts = found.flags.filter(|flags| !flags.is_empty());
+        let doubts = doubts.map_or_else(String::new, |flags| format!("  [{flags}]"));
+        text += &format!("  {}  {}{doubts}\n", escaped(&found.service.name), rate(found.rate));
         let mut table = Table::default();
         table.row(["from".to_owned(), joined(&found.service.publishers, "nobody")]);
         table.row(["to".to_owned(), joined(&found.service.subscribers, "nobody")]);
@@ -135,6 +137,7 @@ fn document(nodes: &[ListedNode], services: &[Found]) -> Value {
             "subscribers": nodes_of(&found.service.subscribers),
             "rate_hz": rate_hz,
             "rate_is_measured": rate_is_measured,
+            "flags": found.flags.map(|flags| flags.words().collect::<Vec<_>>()),
             "layout": found.announced.as_ref().map(|announced| format!("{:016x}", announced.number)),
             "signals": found.signals(),
         })

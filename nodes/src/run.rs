@@ -60,6 +60,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let plan = configuration::plan_strictly(&args.file, args.strict, catalogue)?;
     require_services(&plan)?;
     configuration::note_warnings(&plan);
+    configuration::note_max_age(&plan);
     if let Some(report) = &args.report {
         configuration::keep(&args.file, report)?;
     }

@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
-use isochrone_blocks::BlockType;
-use isochrone_engine::{BuildError, InputPlan, Plan, TaskEngine};
+use isochrone_blocks::{BlockType, PinType};
+use isochrone_engine::{BuildError, Flags, InputPart, InputPlan, Plan, Reading, TaskEngine};
 use isochrone_timing::units::counted;
 
 use crate::failure::Failure;
@@ -26,7 +26,8 @@ pub(crate) struct Args {
     #[arg(long, required_unless_present = "inputs", allow_negative_numbers = true)]
     cycles: Option<u64>,
     /// CSV with one column per input, by name. Row k applies at cycle k and the last row holds; an
-    /// input without a column keeps its default. The columns `time_s` and `cycle` of a recording
+    /// input without a column keeps its default and is not ok. A column NAME.ok or NAME.age says what
+    /// those are; without one a value is ok and of age 0. The columns `time_s` and `cycle` of a recording
     /// (`subscribe --csv`) are ignored, unless an input has that name
     #[arg(long, value_name = "IN.csv")]
     inputs: Option<PathBuf>,
@@ -59,13 +60,15 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let recording = match &args.inputs {
         None => Recording::default(),
         Some(path) => {
-            let columns: Vec<_> =
-                inputs.iter().map(|input| (input.name.as_str(), input.value_type)).collect();
+            let names: Vec<_> = inputs.iter().flat_map(|input| input_columns(input)).collect();
+            let columns: Vec<_> = names.iter().map(|(name, t)| (name.as_str(), *t)).collect();
             let recording = Recording::of_inputs(path, &columns).map_err(Failure::usage)?;
-            for (name, _) in columns.iter().filter(|(name, _)| recording.column(name).is_none()) {
+            let missing = inputs.iter().filter(|input| recording.column(&input.name).is_none());
+            for input in missing {
                 terminal::note(&format!(
-                    "note: {} has no column \"{name}\"; the input keeps its default",
-                    path.display()
+                    "note: {} has no column \"{}\"; the input keeps its default",
+                    path.display(),
+                    input.name
                 ));
             }
             recording
@@ -120,9 +123,8 @@ impl<'a> Simulation<'a> {
         let inputs = plan.tasks.iter().enumerate().flat_map(|(task, plan)| {
             plan.inputs.iter().enumerate().map(move |(index, input)| (task, index, input))
         });
-        let recorded = inputs.filter_map(|(task, index, input)| {
-            Some(RecordedInput { task, index, column: recording.column(&input.name)? })
-        });
+        let recorded = inputs
+            .filter_map(|(task, index, input)| RecordedInput::find(task, index, input, &recording));
         Ok(Self {
             plan,
             engines,
@@ -188,20 +190,21 @@ impl<'a> Simulation<'a> {
             return;
         }
         let row = self.recording.row(cycle);
-        for input in &self.inputs {
-            let Some(sample) = row.get(input.column) else { continue };
-            if self.engines[input.task].set_input(input.index, *sample, 0) {
-                continue;
+        for input in &mut self.inputs {
+            let plan = &self.plan.tasks[input.task].inputs[input.index];
+            if let Err(reject) = input.read(plan, row) {
+                self.rejects += 1;
+                self.first_reject.get_or_insert_with(|| format!("{reject} (cycle {cycle})"));
             }
-            self.rejects += 1;
-            self.first_reject.get_or_insert_with(|| {
-                let InputPlan { name, value_type, .. } =
-                    &self.plan.tasks[input.task].inputs[input.index];
-                let sample = numbers::format(*sample);
-                format!("{name} is {value_type}, which cannot hold {sample} (cycle {cycle})")
-            });
+            self.engines[input.task].read_input(input.index, &input.reading);
         }
     }
+}
+
+/// The columns that an input may have, and their types.
+fn input_columns(input: &InputPlan) -> [(String, PinType); 3] {
+    InputPart::ALL
+        .map(|part| (format!("{}{}", input.name, part.suffix()), part.pin_type(input.value_type)))
 }
 
 /// An input that has a column in the recording.
@@ -209,7 +212,61 @@ struct RecordedInput {
     task: usize,
     /// Index among the task's inputs.
     index: usize,
-    column: usize,
+    value: Option<usize>,
+    ok: Option<usize>,
+    age: Option<usize>,
+    /// What it read last.
+    reading: Reading,
+}
+
+impl RecordedInput {
+    fn find(task: usize, index: usize, input: &InputPlan, recording: &Recording) -> Option<Self> {
+        let [value, ok, age] = input_columns(input).map(|(name, _)| recording.column(&name));
+        value.or(ok).or(age)?;
+        let (age_s, flags) = (f64::INFINITY, Flags::NONE);
+        let reading = Reading { value: input.default, ok: false, age_s, source_ns: 0, flags };
+        Some(Self { task, index, value, ok, age, reading })
+    }
+
+    /// Reads a row. What a column does not say is so: a value is good and of age 0, none is not ok.
+    fn read(&mut self, input: &InputPlan, row: &[f64]) -> Result<(), String> {
+        let cell = |column: Option<usize>| row.get(column?).copied();
+        let InputPlan { name, value_type, max_age_ns, .. } = input;
+        let cannot = |column: &str, value_type: PinType, value: f64| {
+            let value = numbers::format(value);
+            Err(format!("{column} is {value_type}, which cannot hold {value}"))
+        };
+        if let Some(age_s) = cell(self.age) {
+            if age_s.is_nan() || age_s < 0.0 {
+                let age_s = numbers::format(age_s);
+                return Err(format!("{name}.age is an age in seconds, which cannot be {age_s}"));
+            }
+            self.reading.age_s = age_s;
+        } else if self.value.is_some() {
+            self.reading.age_s = 0.0;
+        }
+        let is_fresh = max_age_ns.is_none_or(|ns| self.reading.age_s <= ns as f64 / 1e9);
+        let is_told = match cell(self.ok) {
+            Some(ok) if !PinType::Bool.holds(ok) => {
+                return cannot(&format!("{name}.ok"), PinType::Bool, ok);
+            }
+            Some(ok) => Some(ok != 0.0),
+            None => None,
+        };
+        let value = cell(self.value);
+        self.reading.ok = is_told.unwrap_or(value.is_some() && is_fresh);
+        match value {
+            Some(value) if !value_type.holds(value) => {
+                self.reading.ok = false;
+                cannot(name, *value_type, value)
+            }
+            Some(value) => {
+                self.reading.value = value;
+                Ok(())
+            }
+            None => Ok(()),
+        }
+    }
 }
 
 /// The rows of the output file.

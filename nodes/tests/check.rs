@@ -159,6 +159,7 @@ fn the_json_has_all_that_the_text_has() {
         json!([{
             "name": "raw", "type": "LREAL", "service": "plant/analog", "channel": 3,
             "default": 2.5, "max_age_ns": 20_000_000, "on_stale": "default",
+            "bad": "ignore", "feedback": false,
         }])
     );
     assert_eq!(
@@ -166,6 +167,7 @@ fn the_json_has_all_that_the_text_has() {
         json!([{
             "name": "switch", "type": "BOOL", "service": null, "channel": 0,
             "default": false, "max_age_ns": null, "on_stale": "hold",
+            "bad": "ignore", "feedback": false,
         }])
     );
     assert_eq!(

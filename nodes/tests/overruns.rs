@@ -98,11 +98,13 @@ fn a_node_that_misses_more_than_its_limit_ends_with_a_last_frame_and_status_1() 
         let missed = domain.json("node.json")["tasks"][0]["missed"].as_u64().unwrap();
         assert!(missed >= 20, "{policy}: {missed}");
         let recorded = domain.read("out.csv");
-        let cycles: Vec<u64> = recorded
+        let mut cycles: Vec<u64> = recorded
             .lines()
             .skip(1)
             .map(|row| row.split(',').nth(1).unwrap().parse().unwrap())
             .collect();
+        // The node says that it ends in another frame of its last cycle.
+        cycles.dedup();
         let [.., before, last] = cycles.as_slice() else { panic!("{cycles:?}") };
         assert!(last - before > 20, "the last frame is that of the late cycle: {cycles:?}");
     }

@@ -77,12 +77,12 @@ fn a_task_with_more_signals_than_telemetry_shows_is_told_so_and_runs() {
     node.wait_for("is running");
     domain.run("subscribe isochrone/seen/telemetry --csv seen.csv --count 3").expect_code(0);
     let ended = node.stop().expect_code(0);
-    // One input, three outputs of the scale, and the saws.
-    let told = "task \"t\" has 2004 signals, and isochrone/seen/telemetry shows the first 1024";
+    // One input with its ok and age, three outputs of the scale, and the saws.
+    let told = "task \"t\" has 2006 signals, and isochrone/seen/telemetry shows the first 1024";
     assert!(ended.stderr.contains(told), "{}", ended.stderr);
     assert_eq!(domain.json("node.json")["warnings"][0]["code"], "telemetry_cut");
     let recording = domain.read("seen.csv");
     // Time and cycle of the frame, six times of the task, and the signals.
     assert_eq!(recording.lines().next().unwrap().split(',').count(), 2 + 6 + 1024);
-    assert!(recording.lines().next().unwrap().ends_with(",saw.1019.value"), "{recording}");
+    assert!(recording.lines().next().unwrap().ends_with(",saw.1017.value"), "{recording}");
 }

@@ -108,6 +108,10 @@ pub struct Input {
     pub max_age_ns: Option<u64>,
     /// What a stale input reads.
     pub on_stale: OnStale,
+    /// What a frame that is in doubt is taken for.
+    pub bad: Bad,
+    /// The input closes a loop of nodes: nothing of what its samples are worth is handed on.
+    pub feedback: Option<Spanned<bool>>,
 }
 
 /// How an input finds its value in a frame.
@@ -130,24 +134,61 @@ impl std::fmt::Display for Binding {
 }
 
 /// What a stale input reads.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum OnStale {
     /// The last value.
     #[default]
     Hold,
     /// The default.
     Default,
+    /// The default, approached at this rate in units per second; and at the same rate it comes back
+    /// to the samples.
+    Ramp(f64),
 }
 
 impl OnStale {
-    /// Both choices.
-    pub const ALL: [Self; 2] = [Self::Hold, Self::Default];
+    /// The choices that are words.
+    pub const WORDS: [Self; 2] = [Self::Hold, Self::Default];
 
-    /// The word in configurations: `hold` or `default`.
+    /// The word in configurations: `hold`, `default`, and `ramp` where a rate belongs to it.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Hold => "hold",
             Self::Default => "default",
+            Self::Ramp(_) => "ramp",
+        }
+    }
+}
+
+impl std::fmt::Display for OnStale {
+    /// As a configuration says it, without quotation marks.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Ramp(rate) => write!(f, "{{ ramp = {rate:?} }}"),
+            word => f.write_str(word.as_str()),
+        }
+    }
+}
+
+/// What a frame that is in doubt is taken for: one with any flag but `FORCED`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Bad {
+    /// A good one: its samples are taken.
+    #[default]
+    Ignore,
+    /// None: the input is stale until a good frame comes.
+    Stale,
+}
+
+impl Bad {
+    /// Both choices.
+    pub const ALL: [Self; 2] = [Self::Ignore, Self::Stale];
+
+    /// The word in configurations: `ignore` or `stale`.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Ignore => "ignore",
+            Self::Stale => "stale",
         }
     }
 }

@@ -39,7 +39,34 @@ pub struct TaskEngine {
 
 struct Input {
     value_type: PinType,
-    default: f64,
+    /// Nothing of what its samples are worth is handed on.
+    feedback: bool,
+    /// What an operator set it to, until that is asked for.
+    given: Option<GivenSample>,
+}
+
+/// A value that an operator set an input to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GivenSample {
+    /// The value.
+    pub value: f64,
+    /// When, in ns.
+    pub source_ns: u64,
+}
+
+/// What an input reads in a cycle, and what that is worth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reading {
+    /// Its value: of the newest sample, or a substitute.
+    pub value: f64,
+    /// Whether that is a sample, fresh and good.
+    pub ok: bool,
+    /// Age of the sample at the start of the cycle, in seconds; infinite before the first one.
+    pub age_s: f64,
+    /// When the oldest sample behind the value was published, in ns; 0: there is none.
+    pub source_ns: u64,
+    /// What is to be said of what is computed from the value.
+    pub flags: Flags,
 }
 
 /// A bank knows where its slots begin; they end where the next bank's begin.
@@ -166,31 +193,46 @@ impl TaskEngine {
         }
     }
 
-    /// Sets an input, by its index in the plan, to a sample that stems from `source_ns`: when the
-    /// oldest sample that it was computed from was published, or it itself. `false`: its type cannot
-    /// hold the sample, and the last good value stays.
-    pub fn set_input(&mut self, input: usize, sample: f64, source_ns: u64) -> bool {
-        let holds = self.inputs.get(input).is_some_and(|input| input.value_type.holds(sample));
-        if holds {
-            self.write_input(input, sample, Source { source_ns, flags: Flags::NONE });
-        }
-        holds
-    }
-
-    /// Sets an input back to its default, as if no sample had come yet.
-    pub fn reset_input(&mut self, input: usize) {
-        if let Some(default) = self.inputs.get(input).map(|input| input.default) {
-            self.write_input(input, default, Source::NO_SAMPLE);
-        }
-    }
-
-    fn write_input(&mut self, input: usize, value: f64, source: Source) {
-        if let Some(slot) = self.place(input) {
-            *slot = value;
+    /// Tells what an input, by its index in the plan, reads in the next step and what that is worth.
+    /// `false`: the input's type cannot hold the value, and nothing has changed.
+    pub fn read_input(&mut self, input: usize, reading: &Reading) -> bool {
+        let Some(known) = self.inputs.get(input).filter(|it| it.value_type.holds(reading.value))
+        else {
+            return false;
+        };
+        let source = Source { source_ns: reading.source_ns, flags: reading.flags };
+        let source = if known.feedback { Source::CONSTANT } else { source };
+        let inputs = self.inputs.len();
+        let parts = [reading.value, f64::from(u8::from(reading.ok)), reading.age_s];
+        for (part, value) in parts.into_iter().enumerate() {
+            if let Some(slot) = self.place(part * inputs + input) {
+                *slot = value;
+            }
         }
         if let Some(known) = self.sources.get_mut(input) {
             *known = source;
         }
+        true
+    }
+
+    /// Gives an input a fresh and good sample that stems from `source_ns`: when the oldest sample that
+    /// it was computed from was published, or it itself; otherwise as [`read_input`](Self::read_input).
+    pub fn set_input(&mut self, input: usize, sample: f64, source_ns: u64) -> bool {
+        let (flags, age_s) = (Flags::NONE, 0.0);
+        self.read_input(input, &Reading { value: sample, ok: true, age_s, source_ns, flags })
+    }
+
+    /// As [`set_input`](Self::set_input), of a sample that somebody gave by hand at `now_ns`.
+    fn give_input(&mut self, input: usize, value: f64, now_ns: u64) {
+        if let Some(known) = self.inputs.get_mut(input) {
+            known.given = Some(GivenSample { value, source_ns: now_ns });
+        }
+        self.set_input(input, value, now_ns);
+    }
+
+    /// What an operator set an input to since this was asked last; `None`: nothing.
+    pub fn take_given(&mut self, input: usize) -> Option<GivenSample> {
+        self.inputs.get_mut(input)?.given.take()
     }
 
     /// Copies an output's signals, by its index in the plan, into a frame.
@@ -312,9 +354,16 @@ impl<'a> Builder<'a> {
         let inputs: Box<[Input]> = task
             .inputs
             .iter()
-            .map(|input| Input { value_type: input.value_type, default: input.default })
+            .map(|input| Input {
+                value_type: input.value_type,
+                feedback: input.feedback,
+                given: None,
+            })
             .collect();
-        let mut sources = vec![Source::NO_SAMPLE; inputs.len()];
+        let source = |input: &Input| {
+            if input.feedback { Source::CONSTANT } else { Source::NO_SAMPLE }
+        };
+        let mut sources: Vec<Source> = inputs.iter().map(source).collect();
         sources.resize(inputs.len() + self.imported, Source::UNKNOWN);
         let values: usize = self.exports.iter().map(|export| export.slots.len()).sum();
         let given = task.outputs.len() + values;

@@ -48,6 +48,8 @@ pub enum Problem {
     NoEffect,
     /// A wire to a pin that is read at certain times only (a note).
     Latched,
+    /// An input that is never stale (a note).
+    NoMaxAge,
 }
 
 impl Problem {
@@ -72,12 +74,13 @@ impl Problem {
             Self::ConstantError => "constant_error",
             Self::NoEffect => "no_effect",
             Self::Latched => "latched",
+            Self::NoMaxAge => "no_max_age",
         }
     }
 
     pub(crate) fn severity(self) -> Severity {
         match self {
-            Self::Latched => Severity::Advice,
+            Self::Latched | Self::NoMaxAge => Severity::Advice,
             Self::ConstantError | Self::NoEffect => Severity::Warning,
             _ => Severity::Error,
         }

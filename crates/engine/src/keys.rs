@@ -4,7 +4,7 @@
 use isochrone_blocks::{PinType, is_cyclic_ob};
 use isochrone_schedule::{Overrun, Wake};
 
-use crate::config::{Control, OnStale};
+use crate::config::{Bad, Control, OnStale};
 
 /// Version that introduced a key. So far, all keys date from the first one.
 const FIRST: &str = "0.1";
@@ -47,6 +47,10 @@ pub enum Form {
     Texts,
     /// One of these words.
     Word(&'static [&'static str]),
+    /// One of these words, or a table of this form.
+    WordOrTable(&'static [&'static str], &'static str),
+    /// `true` or `false`.
+    Truth,
     /// A whole number.
     Integer(Range<i64>),
     /// A number with decimals.
@@ -105,6 +109,8 @@ impl Key {
     pub(crate) fn expected(&self) -> &'static str {
         match self.form {
             Form::Name(_) | Form::Text | Form::Word(_) => "a text",
+            Form::WordOrTable(..) => "a text or a table",
+            Form::Truth => "true or false",
             Form::Texts => "an array of texts",
             Form::Integer(_) => "a whole number",
             Form::Number(_) => "a number such as 0.10",
@@ -119,16 +125,19 @@ impl Key {
     pub fn range(&self) -> String {
         match &self.form {
             Form::Name(rule) => rule.words.into(),
-            Form::Word(words) => {
-                words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ")
-            }
+            Form::Word(words) => words_of(words),
+            Form::WordOrTable(words, table) => format!("{} or `{table}`", words_of(words)),
             Form::Integer(Range { words, .. }) => (*words).into(),
             Form::Number(Range { words, .. }) => (*words).into(),
             Form::Duration(Range { words, .. }) => (*words).into(),
             Form::Value => "what the input's `type` holds; not NaN".into(),
-            Form::Text | Form::Texts | Form::Table | Form::Tables => String::new(),
+            Form::Text | Form::Texts | Form::Truth | Form::Table | Form::Tables => String::new(),
         }
     }
+}
+
+fn words_of(words: &[&str]) -> String {
+    words.iter().map(|word| format!("`{word}`")).collect::<Vec<_>>().join(", ")
 }
 
 const NODE_NAME: NameRule = NameRule {
@@ -175,8 +184,13 @@ const TYPES: [&str; 4] = {
 };
 
 const ON_STALES: [&str; 2] = {
-    let [hold, default] = OnStale::ALL;
+    let [hold, default] = OnStale::WORDS;
     [hold.as_str(), default.as_str()]
+};
+
+const BADS: [&str; 2] = {
+    let [ignore, stale] = Bad::ALL;
+    [ignore.as_str(), stale.as_str()]
 };
 
 const CONTROLS: [&str; 4] = {
@@ -327,8 +341,23 @@ keys! {
         DEFAULT "default": Value, Default("0");
         /// Age above which the value is stale, counted from the publication of the sample.
         MAX_AGE "max_age": duration(|age_ns| age_ns > 0, "longer than 0"), Means("never stale");
-        /// What a stale input reads: `hold` its last value, `default` its `default`.
-        ON_STALE "on_stale": Word(&ON_STALES), Default("\"hold\"");
+        /// What a stale input reads: `hold` its last value, `default` its `default`, `{ ramp = 5.0 }` its `default`, which it approaches at that rate (LREAL only).
+        ON_STALE "on_stale": WordOrTable(&ON_STALES, "{ ramp = 5.0 }"), Default("\"hold\"");
+        /// What a frame with any flag but `FORCED` is taken for: `ignore` takes its samples, `stale` does not, so that the input is stale until a good frame comes. A sender's last frame makes the input stale in any case.
+        BAD "bad": Word(&BADS), Default("\"ignore\"");
+        /// Whether the input closes a loop of nodes that read each other. Its flags and the age of its samples are then not handed on to the outputs, where they would go round for ever.
+        FEEDBACK "feedback": Truth, Default("false");
+    }
+}
+
+keys! {
+    /// A stale input approaches its default: `on_stale = { ramp = 5.0 }`.
+    on_stale "[input.on_stale]" {
+        /// How fast it goes to the default, and back to the samples when they come again; one step in each cycle of the task.
+        RAMP "ramp" ["units/s"]: Number(Range {
+            accepts: |rate| rate > 0.0 && rate.is_finite(),
+            words: "greater than 0",
+        }), Required("5.0");
     }
 }
 
@@ -369,7 +398,7 @@ keys! {
 }
 
 /// Every table of a configuration file, in the order in which a file has them.
-pub static TABLES: [&TableKeys; 10] = [
+pub static TABLES: [&TableKeys; 11] = [
     &file::TABLE,
     &node::TABLE,
     &protect::TABLE,
@@ -377,6 +406,7 @@ pub static TABLES: [&TableKeys; 10] = [
     &task::TABLE,
     &on_overrun::TABLE,
     &input::TABLE,
+    &on_stale::TABLE,
     &block::TABLE,
     &pins::TABLE,
     &output::TABLE,

@@ -43,6 +43,8 @@ fn kind(key: &Key) -> &'static str {
         Form::Text => "text",
         Form::Texts => "array of texts",
         Form::Word(_) => "word",
+        Form::WordOrTable(..) => "word or table",
+        Form::Truth => "`true` or `false`",
         Form::Integer(_) => "whole number",
         Form::Number(_) => "number with decimals",
         Form::Duration(_) => "duration",

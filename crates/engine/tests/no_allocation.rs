@@ -3,7 +3,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use isochrone_engine::{Plan, Rules, Source, TaskEngine};
+use isochrone_engine::{Flags, Plan, Reading, Rules, Source, TaskEngine};
 
 thread_local! {
     /// Calls of the allocator by this thread: the test harness has threads of its own.
@@ -93,7 +93,8 @@ fn stepping_reading_and_writing_do_not_allocate_from_the_first_cycle_on() {
         // Rejected, erroneous and good samples.
         fast.set_input(0, [f64::NAN, -1.0, 2.0, 1e300][cycle as usize % 4], cycle);
         if cycle % 50 == 0 {
-            fast.reset_input(0);
+            let (age_s, source_ns, flags) = (f64::INFINITY, 0, Flags::SUBSTITUTE);
+            fast.read_input(0, &Reading { value: 0.0, ok: false, age_s, source_ns, flags });
         }
         fast.step(cycle);
         if cycle % 10 == 0 {
@@ -101,6 +102,7 @@ fn stepping_reading_and_writing_do_not_allocate_from_the_first_cycle_on() {
             slow.read_output(0, &mut frame);
             std::hint::black_box((
                 slow.output_source_ns(0),
+                slow.output_flags(0),
                 slow.block_errors(),
                 slow.image(),
                 slow.state(),

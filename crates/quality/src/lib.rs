@@ -83,6 +83,11 @@ impl Flags {
         self.0 & other.0 == other.0
     }
 
+    /// These but not those of `other`.
+    pub const fn without(self, other: Self) -> Self {
+        Self(self.0 & !other.0)
+    }
+
     /// Whether values with these flags are in doubt: `STALE`, `SUBSTITUTE`, `REJECTED`, `ERROR` or
     /// `UPSTREAM`.
     pub const fn is_in_doubt(self) -> bool {

@@ -73,6 +73,24 @@ pub enum Alarm {
         /// The layout's number.
         number: u64,
     },
+    /// Fresh frames are computed from a sample that is long past.
+    OldSource {
+        /// The service.
+        service: String,
+        /// How much older than its frame the sample is, in ns.
+        behind_ns: u64,
+    },
+    /// An input was not ok.
+    InputNotOk {
+        /// The input.
+        input: String,
+        /// Whether it was ok in the end.
+        is_ok: bool,
+        /// How often it ceased to be ok.
+        falls: u64,
+        /// How long it was not ok in all, in ns.
+        not_ok_ns: u64,
+    },
     /// A task has more signals than telemetry shows.
     TelemetryCut {
         /// The task.
@@ -98,6 +116,8 @@ impl Alarm {
             Self::MovedChannel { .. } => WarningCode::MovedChannel,
             Self::PlainFrames { .. } => WarningCode::PlainFrames,
             Self::UnknownLayout { .. } => WarningCode::UnknownLayout,
+            Self::OldSource { .. } => WarningCode::OldSource,
+            Self::InputNotOk { .. } => WarningCode::InputNotOk,
             Self::TelemetryCut { .. } => WarningCode::TelemetryCut,
         }
     }
@@ -125,6 +145,14 @@ impl Alarm {
             }
             Self::UnknownLayout { service, .. } => {
                 format!("see that the publisher announces its layout on isochrone/layout/{service}")
+            }
+            Self::OldSource { .. } => {
+                "write feedback = true at the input that closes a loop of nodes, and max_age at the \
+                 inputs of the nodes before"
+                    .into()
+            }
+            Self::InputNotOk { .. } => {
+                "see whether its publisher runs, and how punctually; the log has the cycles".into()
             }
             Self::TelemetryCut { .. } => {
                 "publish what else is to be seen with an [[output]], or run a part of the blocks in \
@@ -191,6 +219,24 @@ impl fmt::Display for Alarm {
                 "the frames of service \"{service}\" have layout {number:016x}, which nobody \
                  announces; its inputs take no sample, and read what their on_stale says"
             ),
+            Self::OldSource { service, behind_ns } => write!(
+                f,
+                "fresh frames of service \"{service}\" are computed from a sample that is {} old: nodes \
+                 that read each other hand it round, or its publisher died and nobody noticed",
+                seconds(*behind_ns)
+            ),
+            Self::InputNotOk { input, is_ok: false, falls: 0, not_ok_ns } => {
+                write!(f, "input \"{input}\" was never ok, for {}", seconds(*not_ok_ns))
+            }
+            Self::InputNotOk { input, is_ok, falls, not_ok_ns } => {
+                let times = if *falls == 1 { "once".into() } else { format!("{falls} times") };
+                let end = if *is_ok { "it was ok in the end" } else { "it was not ok in the end" };
+                let not_ok = seconds(*not_ok_ns);
+                write!(
+                    f,
+                    "input \"{input}\" ceased to be ok {times}, and was not for {not_ok}; {end}"
+                )
+            }
             Self::TelemetryCut { task, signals, shown, service } => write!(
                 f,
                 "task \"{task}\" has {signals} signals, and {service} shows the first {shown} of them"

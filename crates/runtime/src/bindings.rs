@@ -45,6 +45,8 @@ pub(crate) struct Observed {
     pub(crate) ahead_ns: AtomicU64,
     /// How old the newest stamp from the past was, in ns; 0: none came.
     pub(crate) behind_ns: AtomicU64,
+    /// How far behind its frame the oldest sample of a fresh one lay, in ns; 0: not far.
+    pub(crate) old_source_ns: AtomicU64,
 }
 
 /// The end in the cycle.

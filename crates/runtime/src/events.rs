@@ -9,34 +9,19 @@ use isochrone_engine::config::OnStale;
 use isochrone_engine::{TaskEngine, TaskPlan};
 use rtrb::{Consumer, Producer, RingBuffer};
 
+use crate::freshness::InputState;
 use crate::limiter::{Allowed, Limiter};
 
 /// Events that fit between the cycle and the ordinary thread. What finds no room is told later, if it
 /// still holds then.
 const ROOM: usize = 256;
 
-/// What is to be said of an input.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum InputState {
-    /// Its samples are taken, or none has come yet.
-    Fresh,
-    /// Its last sample is older than its `max_age`.
-    Stale,
-    /// Its type cannot hold this sample.
-    Rejected(f64),
-}
-
 #[derive(Debug, Clone, Copy)]
 enum Event {
     /// An instance, in the order of the image, has this error; `OK` for none.
-    Block {
-        instance: usize,
-        status: u16,
-    },
-    Input {
-        input: usize,
-        state: InputState,
-    },
+    Block { instance: usize, status: u16 },
+    /// An input came into this state in a cycle.
+    Input { input: usize, state: InputState, cycle: u64 },
 }
 
 /// The end in the cycle.
@@ -89,8 +74,8 @@ impl Events {
     }
 
     /// Tells what has become of an input; `false` where there is no room.
-    pub(crate) fn tell_input(&mut self, input: usize, state: InputState) -> bool {
-        self.ring.push(Event::Input { input, state }).is_ok()
+    pub(crate) fn tell_input(&mut self, input: usize, state: InputState, cycle: u64) -> bool {
+        self.ring.push(Event::Input { input, state, cycle }).is_ok()
     }
 }
 
@@ -114,8 +99,11 @@ struct Bank {
 
 struct InputWords {
     name: String,
+    service: Option<String>,
     value_type: PinType,
     on_stale: OnStale,
+    /// It was ok before.
+    was_ok: bool,
 }
 
 /// Makes both ends for a task.
@@ -142,8 +130,10 @@ pub(crate) fn ends(task: &TaskPlan) -> (Events, Log) {
     };
     let input = |input: &isochrone_engine::InputPlan| InputWords {
         name: input.name.clone(),
+        service: input.service.clone(),
         value_type: input.value_type,
         on_stale: input.on_stale,
+        was_ok: false,
     };
     let log = Log {
         limiters: std::iter::repeat_with(Limiter::default)
@@ -195,23 +185,25 @@ impl Log {
         }
     }
 
-    fn say(&self, Allowed { message: event, left_out }: Allowed<Event>) {
+    fn say(&mut self, Allowed { message: event, left_out }: Allowed<Event>) {
         let Some(sentence) = self.sentence(event) else { return };
         let sentence = Allowed { message: sentence, left_out };
         match event {
-            Event::Input { state: InputState::Fresh, .. }
+            Event::Input { state: InputState::Good, .. }
             | Event::Block { status: status::OK, .. } => tracing::info!("{sentence}"),
             _ => tracing::warn!("{sentence}"),
         }
     }
 
-    fn sentence(&self, event: Event) -> Option<String> {
+    fn sentence(&mut self, event: Event) -> Option<String> {
         match event {
             Event::Block { instance, status } => {
                 let (bank, name) = self.instance(instance)?;
                 Some(block_sentence(&bank.block_type, name, status))
             }
-            Event::Input { input, state } => Some(self.inputs.get(input)?.sentence(state)),
+            Event::Input { input, state, cycle } => {
+                Some(format!("{} (cycle {cycle})", self.inputs.get_mut(input)?.sentence(state)))
+            }
         }
     }
 
@@ -240,21 +232,42 @@ fn block_sentence(block_type: &BlockType, name: &str, word: u16) -> String {
 }
 
 impl InputWords {
-    fn sentence(&self, state: InputState) -> String {
+    fn sentence(&mut self, state: InputState) -> String {
         let (name, value_type) = (&self.name, self.value_type);
+        let reads = match self.on_stale {
+            OnStale::Hold => "keeps its value",
+            OnStale::Default => "reads its default",
+            OnStale::Ramp(_) => "goes to its default",
+        };
         match state {
-            InputState::Fresh => format!("input \"{name}\" takes samples again"),
+            InputState::Good if std::mem::replace(&mut self.was_ok, true) => {
+                format!("input \"{name}\" takes samples again")
+            }
+            InputState::Good => format!("input \"{name}\" has its first sample"),
+            InputState::Waiting => {
+                let service = self.service.as_deref().unwrap_or_default();
+                format!(
+                    "input \"{name}\" has no sample yet, because service \"{service}\" has sent no frame; \
+                     it reads its default"
+                )
+            }
             InputState::Stale => {
-                let reads = match self.on_stale {
-                    OnStale::Hold => "keeps its value",
-                    OnStale::Default => "reads its default",
-                };
                 format!(
                     "input \"{name}\" is stale: its last sample is older than max_age; it {reads}"
                 )
             }
+            InputState::Stopped => {
+                format!("input \"{name}\" is stale: its publisher has ended; it {reads}")
+            }
+            InputState::Doubted(flags) => {
+                format!("input \"{name}\" is stale: its frames say {flags}; it {reads}")
+            }
             InputState::Rejected(sample) => format!(
                 "input \"{name}\" rejects {sample:?}, which {value_type} cannot hold; it keeps its value"
+            ),
+            InputState::Missing => format!(
+                "input \"{name}\" takes no sample: the frames have none for it, or a layout that is not \
+                 known yet; it keeps its value"
             ),
         }
     }

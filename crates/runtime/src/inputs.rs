@@ -2,20 +2,26 @@
 
 use std::sync::atomic::Ordering;
 
-use isochrone_cyclic::{Clock, Monotonic, thread_allocations};
-use isochrone_engine::config::{self, OnStale};
-use isochrone_engine::{InputPlan, TaskEngine, TaskPlan};
+use isochrone_cyclic::{Clock, Monotonic, Release, thread_allocations};
+use isochrone_engine::config;
+use isochrone_engine::{GivenSample, InputPlan, TaskEngine, TaskPlan};
 use isochrone_ipc::{
-    Binding, Credible, Depth, ForRealTime, FrameSubscriber, OpenError, RealTime, Service, Stamps,
-    Wanted,
+    Binding, Depth, Flags, ForRealTime, FrameHeader, FrameSubscriber, OpenError, RealTime, Service,
+    Stamps, Wanted,
 };
 
 use crate::bindings::{Desk, Observed, Resolved, ends};
-use crate::events::{Events, InputState};
-use crate::outcome::Link;
+use crate::events::Events;
+use crate::freshness::{Freshness, InputState, Sample, Tally};
+use crate::outcome::{InputOutcome, Link};
 
 /// A frame that is older than any wait in this process by so much has a stamp of another clock.
 const CREDIBLE_DELAY_NS: u64 = 1_000_000_000;
+/// How old the oldest sample behind a fresh frame may be before that is an alarm.
+const OLD_SOURCE_NS: u64 = 10_000_000_000;
+/// How long an input may be without its first sample before that is said: publishers announce their
+/// layout within half of it.
+const PATIENCE_NS: u64 = 1_000_000_000;
 /// How many channels a frame is taken for whose signals are bound by name, where this node creates
 /// the service.
 const CHANNELS_BY_NAME: usize = 1_000;
@@ -28,27 +34,47 @@ pub(crate) struct ServiceInputs {
     channels: Vec<Channel>,
 }
 
-/// The services that a task's inputs name.
-pub(crate) fn of_task(task: &TaskPlan) -> Vec<ServiceInputs> {
-    let mut services: Vec<&String> = task.inputs.iter().flat_map(|input| &input.service).collect();
-    services.sort();
-    services.dedup();
-    let inputs_of = |service: &String| {
-        let of_service = |(_, input): &(usize, &InputPlan)| input.service.as_ref() == Some(service);
-        let inputs: Vec<_> = task.inputs.iter().enumerate().filter(of_service).collect();
-        ServiceInputs {
-            service: service.clone(),
-            names: inputs.iter().map(|(_, input)| input.name.clone()).collect(),
-            wanted: inputs.iter().map(|(_, input)| wanted(input)).collect(),
-            channels: inputs.iter().map(|(index, input)| Channel::new(*index, input)).collect(),
-        }
-    };
-    services.into_iter().map(inputs_of).collect()
+/// What a task's inputs are read from.
+pub(crate) struct TaskInputs {
+    services: Vec<ServiceInputs>,
+    set: Vec<Channel>,
+}
+
+impl TaskInputs {
+    /// Of a node that has services: inputs that name none are set by hand.
+    pub(crate) fn of(task: &TaskPlan) -> Self {
+        let all = || task.inputs.iter().enumerate();
+        let mut services: Vec<&String> = all().flat_map(|(_, input)| &input.service).collect();
+        services.sort();
+        services.dedup();
+        let channel = |(index, input): (usize, &InputPlan)| Channel::new(index, input, task);
+        let inputs_of = |service: &String| {
+            let inputs: Vec<_> =
+                all().filter(|(_, input)| input.service.as_ref() == Some(service)).collect();
+            ServiceInputs {
+                service: service.clone(),
+                names: inputs.iter().map(|(_, input)| input.name.clone()).collect(),
+                wanted: inputs.iter().map(|(_, input)| wanted(input)).collect(),
+                channels: inputs.into_iter().map(channel).collect(),
+            }
+        };
+        let set = all().filter(|(_, input)| input.service.is_none()).map(channel).collect();
+        Self { services: services.into_iter().map(inputs_of).collect(), set }
+    }
+
+    /// Of a node without services.
+    pub(crate) fn set_by_hand(task: &TaskPlan) -> Self {
+        let inputs = task.inputs.iter().enumerate();
+        let set = inputs.map(|(index, input)| Channel::new(index, input, task)).collect();
+        Self { services: Vec::new(), set }
+    }
 }
 
 /// The ports of a task's inputs.
 pub(crate) struct InputPorts<S: Service> {
     ports: Vec<InputPort<S>>,
+    /// Inputs that are set by hand.
+    set: Vec<Channel>,
     rejects: u64,
 }
 
@@ -70,13 +96,20 @@ struct InputPort<S: Service> {
 struct Channel {
     /// Index of the input in the plan.
     input: usize,
-    max_age_ns: Option<u64>,
-    on_stale: OnStale,
-    /// From when the age of the last good sample counts.
-    sampled_ns: Option<u64>,
-    /// What is to be said of it, and what was said.
-    state: InputState,
-    told: InputState,
+    name: String,
+    service: Option<String>,
+    freshness: Freshness,
+    /// What was said of it last, and the first cycle in which that was no longer so.
+    told: Option<InputState>,
+    changed: Option<Change>,
+    first_ns: Option<u64>,
+}
+
+/// A change of what is to be said of an input.
+#[derive(Clone, Copy)]
+struct Change {
+    to: InputState,
+    cycle: u64,
 }
 
 impl<S: Service> InputPorts<S> {
@@ -84,11 +117,11 @@ impl<S: Service> InputPorts<S> {
     /// thread.
     pub(crate) fn open(
         participant: &RealTime<S>,
-        services: Vec<ServiceInputs>,
+        inputs: TaskInputs,
     ) -> Result<(ForRealTime<Self>, Vec<Desk>), OpenError> {
         let mut desks = Vec::new();
         let mut ports = Vec::new();
-        for ServiceInputs { service, names, wanted, channels } in services {
+        for ServiceInputs { service, names, wanted, channels } in inputs.services {
             let most = wanted.iter().map(channels_of).max().unwrap_or(1);
             let subscriber = participant.subscriber(&service, most, Depth::Newest)?;
             let (resolved, desk) = ends(&service, names, wanted);
@@ -106,22 +139,34 @@ impl<S: Service> InputPorts<S> {
             }));
         }
         let ports: ForRealTime<Vec<_>> = ports.into_iter().collect();
-        Ok((ports.map(|ports| Self { ports, rejects: 0 }), desks))
+        let set = inputs.set;
+        Ok((ports.map(|ports| Self { ports, set, rejects: 0 }), desks))
     }
 
     /// The inputs of a node without services.
-    pub(crate) fn none() -> Self {
-        Self { ports: Vec::new(), rejects: 0 }
+    pub(crate) fn without_ports(inputs: TaskInputs) -> Self {
+        Self { ports: Vec::new(), set: inputs.set, rejects: 0 }
     }
 
-    /// Reads the newest frame of every service into the image.
-    pub(crate) fn read(&mut self, engine: &mut TaskEngine, now_ns: u64) {
+    /// Reads the newest frame of every service into the image, and what the inputs are worth.
+    pub(crate) fn read(&mut self, engine: &mut TaskEngine, release: &Release) {
+        let now_ns = release.start_ns;
         for port in &mut self.ports {
-            self.rejects += port.read(engine, now_ns);
-            for channel in &mut port.channels {
-                channel.expire(engine, now_ns);
+            self.rejects += port.read(now_ns);
+        }
+        for channel in &mut self.set {
+            if let Some(GivenSample { value, source_ns }) = engine.take_given(channel.input) {
+                let (sampled_ns, flags) = (source_ns, Flags::NONE);
+                channel.freshness.offer(Sample { value, sampled_ns, source_ns, flags });
             }
         }
+        for channel in self.channels_mut() {
+            channel.read(engine, release);
+        }
+    }
+
+    fn channels_mut(&mut self) -> impl Iterator<Item = &mut Channel> {
+        self.ports.iter_mut().flat_map(|port| &mut port.channels).chain(&mut self.set)
     }
 
     /// Connects to publishers that came, and tells the ordinary thread what was seen; for the slack.
@@ -135,11 +180,21 @@ impl<S: Service> InputPorts<S> {
 
     /// Says of each input what has become of it; for the slack.
     pub(crate) fn tell(&mut self, events: &mut Events) {
-        for channel in self.ports.iter_mut().flat_map(|port| &mut port.channels) {
-            if channel.state != channel.told && events.tell_input(channel.input, channel.state) {
-                channel.told = channel.state;
+        for channel in self.channels_mut() {
+            if let Some(Change { to, cycle }) = channel.changed
+                && events.tell_input(channel.input, to, cycle)
+            {
+                channel.told = Some(to);
+                channel.changed = None;
             }
         }
+    }
+
+    /// How often and for how long the inputs were not ok, in the order of the plan.
+    pub(crate) fn outcomes(&mut self) -> Vec<InputOutcome> {
+        let mut outcomes: Vec<_> = self.channels_mut().map(|channel| channel.outcome()).collect();
+        outcomes.sort_by_key(|(input, _)| *input);
+        outcomes.into_iter().map(|(_, outcome)| outcome).collect()
     }
 
     /// Samples that were rejected: their input's type cannot hold them, or the frame has none for it.
@@ -181,8 +236,8 @@ impl<S: Service> InputPorts<S> {
 }
 
 impl<S: Service> InputPort<S> {
-    /// Reads the newest frame, if there is one; returns how many samples were rejected.
-    fn read(&mut self, engine: &mut TaskEngine, now_ns: u64) -> u64 {
+    /// Takes over the newest frame, if there is one; returns how many samples were rejected.
+    fn read(&mut self, now_ns: u64) -> u64 {
         if let Some(period_ns) = self.resolved.update() {
             self.subscriber.set_period(period_ns);
         }
@@ -197,6 +252,7 @@ impl<S: Service> InputPort<S> {
         let Some(bindings) = self.resolved.of(header.layout) else {
             self.unknown_layouts += 1;
             Observed::store(&observed.unknown_layout, header.layout);
+            self.channels.iter_mut().for_each(|channel| channel.freshness.miss(header.flags()));
             return self.channels.len() as u64;
         };
         Observed::store(&observed.unknown_layout, 0);
@@ -204,60 +260,79 @@ impl<S: Service> InputPort<S> {
         let arrival_ns = if header.publish_ns > now_ns { Monotonic.now_ns() } else { now_ns };
         let credible = header.credible(bindings.clock, arrival_ns);
         let age_ns = arrival_ns.saturating_sub(header.publish_ns);
-        if credible.stamps == Stamps::Future {
-            self.future_stamps += 1;
-            Observed::store(&observed.ahead_ns, header.publish_ns.saturating_sub(arrival_ns));
-        } else if credible.stamps == Stamps::Believed
-            && age_ns > waited_ns.saturating_add(CREDIBLE_DELAY_NS)
-        {
-            self.past_stamps += 1;
-            Observed::store(&observed.behind_ns, age_ns);
+        match credible.stamps {
+            Stamps::Future => {
+                self.future_stamps += 1;
+                Observed::store(&observed.ahead_ns, header.publish_ns.saturating_sub(arrival_ns));
+            }
+            Stamps::Believed if age_ns > waited_ns.saturating_add(CREDIBLE_DELAY_NS) => {
+                self.past_stamps += 1;
+                Observed::store(&observed.behind_ns, age_ns);
+            }
+            Stamps::Believed => note_old_source(observed, header),
+            Stamps::Foreign => {}
         }
         let mut rejects = 0;
         for (channel, place) in self.channels.iter_mut().zip(&bindings.places) {
-            let sample = place.and_then(|place| frame.values().get(place));
-            rejects += u64::from(!channel.take(engine, sample, &credible));
+            let value = place.and_then(|place| frame.values().get(place));
+            let is_taken = value.is_some_and(|value| {
+                channel.freshness.offer(Sample {
+                    value: *value,
+                    sampled_ns: credible.sampled_ns,
+                    source_ns: credible.source_ns,
+                    flags: header.flags(),
+                })
+            });
+            if value.is_none() {
+                channel.freshness.miss(header.flags());
+            }
+            rejects += u64::from(!is_taken);
         }
         rejects
     }
 }
 
+/// Samples go round in a loop of nodes, or come from one that nobody notices to be dead.
+fn note_old_source(observed: &Observed, header: &FrameHeader) {
+    let behind_ns = header.publish_ns.saturating_sub(header.source_ns);
+    if header.source_ns > 0 && behind_ns > OLD_SOURCE_NS {
+        Observed::store(&observed.old_source_ns, behind_ns);
+    }
+}
+
 impl Channel {
-    fn new(input: usize, plan: &InputPlan) -> Self {
-        let (state, told) = (InputState::Fresh, InputState::Fresh);
-        let (max_age_ns, on_stale) = (plan.max_age_ns, plan.on_stale);
-        Self { input, max_age_ns, on_stale, sampled_ns: None, state, told }
+    fn new(input: usize, plan: &InputPlan, task: &TaskPlan) -> Self {
+        Self {
+            input,
+            name: plan.name.clone(),
+            service: plan.service.clone(),
+            freshness: Freshness::new(plan, task.schedule.period_ns),
+            // Of one that is set by hand, nobody expects a sample.
+            told: plan.service.is_none().then_some(InputState::Waiting),
+            changed: None,
+            first_ns: None,
+        }
     }
 
-    /// Takes a sample over; `false` if it was rejected.
-    fn take(&mut self, engine: &mut TaskEngine, sample: Option<&f64>, times: &Credible) -> bool {
-        let Some(sample) = sample.copied() else { return false };
-        let taken = engine.set_input(self.input, sample, times.source_ns);
-        if taken {
-            self.sampled_ns = Some(times.sampled_ns);
-            self.state = InputState::Fresh;
-        } else if !matches!(self.state, InputState::Rejected(_)) {
-            // The first of a row is told.
-            self.state = InputState::Rejected(sample);
+    fn read(&mut self, engine: &mut TaskEngine, release: &Release) {
+        engine.read_input(self.input, &self.freshness.read(release.start_ns));
+        let to = self.freshness.state();
+        let first_ns = *self.first_ns.get_or_insert(release.start_ns);
+        let is_start =
+            self.told.is_none() && release.start_ns.saturating_sub(first_ns) < PATIENCE_NS;
+        let is_expected = is_start && matches!(to, InputState::Waiting | InputState::Missing);
+        if is_expected || self.told.is_some_and(|told| told.is_like(to)) {
+            self.changed = None;
+        } else if self.changed.is_none_or(|changed| !changed.to.is_like(to)) {
+            self.changed = Some(Change { to, cycle: release.cycle });
         }
-        taken
     }
 
-    /// Notes that the sample is too old, and falls back to the default if the configuration wants it.
-    fn expire(&mut self, engine: &mut TaskEngine, now_ns: u64) {
-        let (Some(max_age_ns), Some(sampled_ns)) = (self.max_age_ns, self.sampled_ns) else {
-            return;
-        };
-        if now_ns.saturating_sub(sampled_ns) <= max_age_ns {
-            return;
-        }
-        if self.state == InputState::Fresh {
-            self.state = InputState::Stale;
-        }
-        if self.on_stale == OnStale::Default {
-            engine.reset_input(self.input);
-            self.sampled_ns = None;
-        }
+    fn outcome(&self) -> (usize, InputOutcome) {
+        let Tally { falls, not_ok_ns } = self.freshness.tally();
+        let is_ok = self.freshness.state().is_ok();
+        let (name, service) = (self.name.clone(), self.service.clone());
+        (self.input, InputOutcome { name, service, is_ok, falls, not_ok_ns })
     }
 }
 

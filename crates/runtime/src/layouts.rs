@@ -164,6 +164,10 @@ impl<S: Service> Resolver<S> {
             0 => {}
             behind_ns => self.raise_once(Alarm::PastStamps { service: service.clone(), behind_ns }),
         }
+        match observed.old_source_ns.load(Ordering::Relaxed) {
+            0 => {}
+            behind_ns => self.raise_once(Alarm::OldSource { service: service.clone(), behind_ns }),
+        }
         if observed.is_plain.load(Ordering::Relaxed)
             && let Some(input) = self.desk.by_signal().map(str::to_owned)
         {

@@ -60,6 +60,40 @@ pub struct TaskOutcome {
     pub lost_snapshots: u64,
     /// What each of its ports received or sent.
     pub links: Vec<Link>,
+    /// Whether its inputs were ok, in the order of the plan.
+    pub inputs: Vec<InputOutcome>,
+}
+
+/// Whether an input was ok.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct InputOutcome {
+    /// The input.
+    pub name: String,
+    /// Its service; none if it is set by hand.
+    pub service: Option<String>,
+    /// Whether it was ok in the end.
+    pub is_ok: bool,
+    /// How often it ceased to be ok.
+    pub falls: u64,
+    /// How long it was not ok in all, the wait for its first sample included, in ns.
+    pub not_ok_ns: u64,
+}
+
+impl InputOutcome {
+    /// How long the first sample may take to come before that is worth a word.
+    const PATIENCE_NS: u64 = 1_000_000_000;
+
+    pub(crate) fn alarm(&self) -> Option<Alarm> {
+        let Self { falls, not_ok_ns, is_ok, .. } = *self;
+        let never_came = self.service.is_some() && !is_ok && not_ok_ns >= Self::PATIENCE_NS;
+        let input = || self.name.clone();
+        (falls > 0 || never_came).then(|| Alarm::InputNotOk {
+            input: input(),
+            is_ok,
+            falls,
+            not_ok_ns,
+        })
+    }
 }
 
 /// What a thread used, from the end of its [warm-up](isochrone_timing::warm_up_cycles) to its end.

@@ -3,7 +3,8 @@
 use isochrone_cyclic::{Clock, Monotonic, Release, thread_allocations};
 use isochrone_engine::{OutputPlan, SignalPlan, TaskEngine, TaskPlan};
 use isochrone_ipc::{
-    ForRealTime, FrameLayout, FramePublisher, OpenError, RealTime, Service, SignalSpec, Stamp,
+    Flags, ForRealTime, FrameLayout, FramePublisher, OpenError, RealTime, Service, SignalSpec,
+    Stamp,
 };
 
 use crate::outcome::Link;
@@ -35,6 +36,22 @@ pub(crate) struct OutputPorts<S: Service> {
     ports: Vec<OutputPort<S>>,
     /// Of iceoryx2, in the cycle: it connects a subscriber that joined just before.
     allocations: u64,
+}
+
+/// Which of a task's frames.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Frame {
+    /// Another one follows.
+    Next,
+    /// The task ends.
+    Last,
+}
+
+impl Frame {
+    /// Of a task's last cycle, or of another one.
+    pub(crate) fn of(is_last: bool) -> Self {
+        if is_last { Self::Last } else { Self::Next }
+    }
 }
 
 struct OutputPort<S: Service> {
@@ -72,14 +89,18 @@ impl<S: Service> OutputPorts<S> {
     }
 
     /// Sends the frames.
-    pub(crate) fn send(&mut self, engine: &TaskEngine, release: &Release) {
+    pub(crate) fn send(&mut self, engine: &TaskEngine, release: &Release, frame: Frame) {
+        let end = match frame {
+            Frame::Next => Flags::NONE,
+            Frame::Last => Flags::STOPPED,
+        };
         for (output, port) in self.ports.iter_mut().enumerate() {
             let stamp = Stamp {
                 cycle: release.cycle,
                 release_ns: release.release_ns,
                 source_ns: engine.output_source_ns(output),
                 missed: release.missed,
-                ..Stamp::default()
+                flags: engine.output_flags(output) | end,
             };
             // A frame that could not be sent is counted by the port.
             let before = thread_allocations();

@@ -12,7 +12,7 @@ use isochrone_timing::CycleRecord;
 use crate::error::TaskPanicked;
 use crate::layouts::Resolver;
 use crate::orders::Returned;
-use crate::outcome::{End, Outcome, TaskOutcome};
+use crate::outcome::{End, InputOutcome, Outcome, TaskOutcome};
 use crate::parts::Parts;
 use crate::task::Done;
 use crate::threads::Threads;
@@ -160,6 +160,7 @@ impl<S: Service> Running<S> {
             if let Some(last) = &done.last {
                 task.timing.end(last);
             }
+            alarms.extend(done.inputs.iter().filter_map(InputOutcome::alarm));
             match done.stop_reason {
                 Some(StopReason::Overrun) => {
                     end = End::Overrun { task: task.name.clone(), missed: task.timing.missed() };
@@ -249,6 +250,7 @@ fn outcome(
         connect_errors: done.connect_errors,
         lost_snapshots: done.lost_snapshots,
         links: done.links,
+        inputs: done.inputs,
     }
 }
 

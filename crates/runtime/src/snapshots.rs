@@ -1,13 +1,13 @@
 //! Snapshots of a node's signals and of the timing of its cycles: taken in the slack, and read in the
 //! ordinary thread.
 //!
-//! Signals are inputs and outputs of blocks, the first [`MAX_SIGNALS`] of each task. Each snapshot is a
+//! Signals are inputs with their `ok` and `age` and outputs of blocks, the first [`MAX_SIGNALS`] of each task. Each snapshot is a
 //! copy in the slack of a cycle, and shall stay small.
 
 use std::collections::HashMap;
 use std::ops::Range;
 
-use isochrone_engine::{Plan, TaskPlan};
+use isochrone_engine::{InputPart, Plan, TaskPlan};
 use isochrone_ipc::{FrameLayout, SignalSpec};
 use isochrone_timing::CycleRecord;
 use triple_buffer::{Input as Sender, Output as Receiver, TripleBuffer};
@@ -147,10 +147,12 @@ fn watched(task: &TaskPlan) -> impl Iterator<Item = (usize, &'static str)> {
     signals(task).take(MAX_SIGNALS)
 }
 
-/// Slots and types of a task's inputs and of the outputs of its blocks.
+/// Slots and types of a task's inputs, of what those are worth, and of the outputs of its blocks.
 pub(crate) fn signals(task: &TaskPlan) -> impl Iterator<Item = (usize, &'static str)> {
-    let inputs =
-        task.inputs.iter().enumerate().map(|(slot, input)| (slot, input.value_type.as_str()));
+    let inputs = task.inputs.iter().enumerate().flat_map(|(index, input)| {
+        InputPart::ALL
+            .map(|part| (task.input_slot(index, part), part.pin_type(input.value_type).as_str()))
+    });
     let outputs = task.banks.iter().flat_map(|bank| {
         let stride = bank.block_type.slots();
         (0..bank.instances.len()).flat_map(move |instance| {

@@ -15,10 +15,10 @@ use rtrb::Producer;
 
 use crate::bindings::Desk;
 use crate::events::Events;
-use crate::inputs::{InputPorts, ServiceInputs};
+use crate::inputs::{InputPorts, TaskInputs};
 use crate::orders::Applier;
-use crate::outcome::{Allocations, Costs, Link};
-use crate::outputs::{Output, OutputPorts};
+use crate::outcome::{Allocations, Costs, InputOutcome, Link};
+use crate::outputs::{Frame, Output, OutputPorts};
 use crate::real_time_thread::RealTimeThread;
 use crate::snapshots::Tap;
 
@@ -27,6 +27,7 @@ pub(crate) struct Job<S: Service> {
     pub(crate) schedule: Schedule,
     pub(crate) request: ThreadRequest,
     pub(crate) engine: TaskEngine,
+    pub(crate) inputs: TaskInputs,
     pub(crate) services: Option<Services<S>>,
     pub(crate) stop: Arc<AtomicBool>,
     pub(crate) orders: Applier,
@@ -38,10 +39,9 @@ pub(crate) struct Job<S: Service> {
     pub(crate) start: Receiver<Start>,
 }
 
-/// What a task reads and publishes, and who opens its ports.
+/// What a task publishes, and who opens its ports.
 pub(crate) struct Services<S: Service> {
     pub(crate) participant: Arc<RealTime<S>>,
-    pub(crate) inputs: Vec<ServiceInputs>,
     pub(crate) outputs: Vec<Output>,
 }
 
@@ -75,6 +75,7 @@ pub(crate) struct Done {
     pub(crate) connect_errors: u64,
     pub(crate) lost_snapshots: u64,
     pub(crate) links: Vec<Link>,
+    pub(crate) inputs: Vec<InputOutcome>,
 }
 
 /// A task's ports.
@@ -88,7 +89,7 @@ struct Ports<S: Service> {
 pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
     let Job { mut engine, mut orders, mut records, mut tap, mut events, .. } = job;
     let _end = EndOfNode(job.stop.clone());
-    let (ports, desks) = match Ports::open(job.services) {
+    let (ports, desks) = match Ports::open(job.inputs, job.services) {
         Ok(opened) => opened,
         Err(error) => {
             let _ = job.ready.send(Err(error));
@@ -105,16 +106,20 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
     let mut restless = Restless::default();
     let mut cycles = 0;
     let mut last = None;
+    // The release whose frames say that another one follows.
+    let mut followed: Option<Release> = None;
     while wanted.is_none_or(|wanted| cycles < wanted) {
         // Peers that came while the thread slept are connected before the release, not after it.
         let connect = || account.library(|| ports.maintain());
         let Some(release) = cyclic.wait_with(restless.wake_ups(), connect) else { break };
 
         orders.apply(&mut engine, &release);
-        ports.inputs.read(&mut engine, release.start_ns);
+        ports.inputs.read(&mut engine, &release);
         engine.step(release.cycle);
         ports.outputs.copy(&engine);
-        ports.outputs.send(&engine, &release);
+        let is_last = wanted.is_some_and(|wanted| cycles + 1 >= wanted);
+        ports.outputs.send(&engine, &release, Frame::of(is_last));
+        followed = Some(release).filter(|_| !is_last);
         let end_ns = Monotonic.now_ns();
         cyclic.finished(end_ns);
 
@@ -137,6 +142,11 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
             account = Account::open(ports.allocations());
         }
     }
+    if let Some(release) = followed {
+        // Whoever ended the task did not say so before its last cycle.
+        ports.outputs.copy(&engine);
+        ports.outputs.send(&engine, &release, Frame::Last);
+    }
     Some(Done {
         stop_reason: cyclic.stop_reason(),
         last,
@@ -148,13 +158,18 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
         connect_errors: ports.inputs.connect_errors() + ports.outputs.connect_errors(),
         lost_snapshots: tap.lost(),
         links: ports.inputs.links().chain(ports.outputs.links()).collect(),
+        inputs: ports.inputs.outcomes(),
     })
 }
 
 impl<S: Service> Ports<S> {
-    fn open(services: Option<Services<S>>) -> Result<(ForRealTime<Self>, Vec<Desk>), OpenError> {
-        let Some(Services { participant, inputs, outputs }) = services else {
-            let none = |()| Self { inputs: InputPorts::none(), outputs: OutputPorts::none() };
+    fn open(
+        inputs: TaskInputs,
+        services: Option<Services<S>>,
+    ) -> Result<(ForRealTime<Self>, Vec<Desk>), OpenError> {
+        let Some(Services { participant, outputs }) = services else {
+            let inputs = InputPorts::without_ports(inputs);
+            let none = |()| Self { inputs, outputs: OutputPorts::none() };
             return Ok((ForRealTime::nothing().map(none), Vec::new()));
         };
         let (inputs, desks) = InputPorts::open(&participant, inputs)?;

@@ -12,10 +12,11 @@ use isochrone_timing::TaskTiming;
 use rtrb::RingBuffer;
 
 use crate::error::{PrepareError, TaskPanicked};
+use crate::inputs::TaskInputs;
 use crate::parts::{Parts, Task};
 use crate::snapshots::Tap;
 use crate::task::{self, Done, Job, Ready, Services, Start};
-use crate::{events, inputs, orders, outputs};
+use crate::{events, orders, outputs};
 
 /// Records that fit between the cycle and the thread that reads them: 40 ms at the shortest period.
 const RING_RECORDS: usize = 4096;
@@ -47,17 +48,21 @@ impl Threads {
         let (records, consumer) = RingBuffer::new(RING_RECORDS);
         let (applier, sender) = orders::ends();
         let (events, log) = events::ends(task);
-        let services = parts.participant.clone().map(|participant| Services {
-            participant,
-            inputs: inputs::of_task(task),
-            outputs: outputs::of_task(task),
-        });
+        let services = parts
+            .participant
+            .clone()
+            .map(|participant| Services { participant, outputs: outputs::of_task(task) });
+        let inputs = match &services {
+            Some(_) => TaskInputs::of(task),
+            None => TaskInputs::set_by_hand(task),
+        };
         let request =
             ThreadRequest { priority: task.priority, cpu: task.cpu.map(|cpu| cpu as usize) };
         let job = Job {
             schedule: task.schedule,
             request,
             engine,
+            inputs,
             services,
             stop: self.stop.clone(),
             orders: applier,

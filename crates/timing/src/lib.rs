@@ -45,5 +45,5 @@ pub use link_report::LinkReport;
 pub use metric::{Metric, Unit};
 pub use summary::Summary;
 pub use task::{CycleRecord, TaskTiming, warm_up_cycles};
-pub use task_report::TaskReport;
+pub use task_report::{InputReport, TaskReport};
 pub use warning::{Warning, WarningCode};

@@ -33,6 +33,9 @@ pub struct LinkReport {
     /// Frames that could not be read because their layout had not been announced yet.
     #[serde(skip_serializing_if = "is_zero")]
     pub unknown_layouts: u64,
+    /// Frames by their flags: how many had each, for an observer.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub flagged: BTreeMap<String, u64>,
     /// Frames received per second.
     pub rate_hz: Option<f64>,
     /// Receive time minus publish time: the last hop.

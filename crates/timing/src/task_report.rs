@@ -65,6 +65,9 @@ pub struct TaskReport {
     pub block_errors: Option<u64>,
     /// Samples that their declared type could not hold.
     pub input_rejects: Option<u64>,
+    /// Whether its inputs were ok.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub inputs: Vec<InputReport>,
     /// Changes in the number of a port's peers that the task observed. If one peer leaves and
     /// another joins between two checks, the number does not change.
     pub connects: Option<u64>,
@@ -76,6 +79,20 @@ pub struct TaskReport {
     /// The distributions, keyed by the names of their summaries: HdrHistogram's V2 format,
     /// deflated, in base64 (starts with `HISTFAAA`).
     pub histograms: BTreeMap<String, String>,
+}
+
+/// Whether an input of a task was ok, that is, had a fresh and good sample.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct InputReport {
+    /// Name of the input.
+    pub name: String,
+    /// Whether it was ok at the end.
+    pub ok: bool,
+    /// How often it ceased to be ok.
+    pub falls: u64,
+    /// Total time in which it was not ok, including the wait for its first sample.
+    pub not_ok_ns: u64,
 }
 
 impl TaskReport {

@@ -75,6 +75,10 @@ codes! {
     PlainFrames = "plain_frames",
     /// Frames name a layout that nobody announced.
     UnknownLayout = "unknown_layout",
+    /// New frames were computed from a sample more than 10 s older.
+    OldSource = "old_source",
+    /// An input was not ok: its samples were too old, were refused, or did not arrive.
+    InputNotOk = "input_not_ok",
     /// Telemetry omits some signals.
     TelemetryCut = "telemetry_cut",
     /// The program is a debug build.

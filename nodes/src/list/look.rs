@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{
-    Announcement, Depth, FrameSubscriber, LayoutWatcher, ListedService, Participant, SignalSpec,
-    ipc,
+    Announcement, Depth, Flags, FrameSubscriber, LayoutWatcher, ListedService, Participant,
+    SignalSpec, ipc,
 };
 use isochrone_processes::Stop;
 
@@ -14,7 +14,7 @@ use crate::failure::Failure;
 
 /// Whoever announces layouts answers a reader that comes within 20 ms, and repeats it every 500 ms.
 const ANSWER: Duration = Duration::from_secs(1);
-/// How long frames are counted where no period is announced.
+/// How long frames are waited for, and counted where no period is announced.
 const COUNTING: Duration = Duration::from_millis(500);
 const LOOK_INTERVAL: Duration = Duration::from_millis(2);
 
@@ -25,6 +25,8 @@ pub(super) struct Found {
     pub(super) service: ListedService,
     pub(super) announced: Option<Announcement>,
     pub(super) rate: Rate,
+    /// Of the newest frame; `None` if none came while looking.
+    pub(super) flags: Option<Flags>,
 }
 
 /// How often frames come.
@@ -46,7 +48,7 @@ impl Found {
 pub(super) fn look(participant: &Participant<Service>, stop: &Stop) -> Result<Vec<Found>, Failure> {
     let services = participant.frame_services().map_err(Failure::found)?;
     let mut found = announced(participant, services, stop);
-    count(participant, &mut found, stop);
+    take_frames(participant, &mut found, stop);
     Ok(found)
 }
 
@@ -78,7 +80,7 @@ fn announced(
             Some(period_ns) => Rate::Announced { period_ns },
             None => Rate::Unknown,
         };
-        Found { service, announced, rate }
+        Found { service, announced, rate, flags: None }
     });
     found.collect()
 }
@@ -90,25 +92,28 @@ struct Span {
     last: (u64, u64),
 }
 
-/// Measures the rates that nobody announces.
-fn count(participant: &Participant<Service>, found: &mut [Found], stop: &Stop) {
-    let is_open =
-        |found: &Found| matches!(found.rate, Rate::Unknown) && !found.service.publishers.is_empty();
-    let open = |found: &mut Found| {
-        let name = found.service.name.clone();
-        let subscriber = FrameSubscriber::open_existing(participant, &name, Depth::All);
+/// Looks at frames: for their flags, and for the rates that nobody announces.
+fn take_frames(participant: &Participant<Service>, found: &mut [Found], stop: &Stop) {
+    let open = |found: &Found| {
+        let subscriber =
+            FrameSubscriber::open_existing(participant, &found.service.name, Depth::All);
         subscriber.ok().flatten().map(|subscriber| (subscriber, None::<Span>))
     };
     let mut links: Vec<_> = found
         .iter_mut()
-        .filter(|found| is_open(found))
+        .filter(|found| !found.service.publishers.is_empty())
         .filter_map(|found| open(found).map(|link| (found, link)))
         .collect();
     let began = Instant::now();
-    while !links.is_empty() && began.elapsed() < COUNTING && !stop.is_due() {
-        for (_, (subscriber, span)) in &mut links {
+    let wants_more = |found: &Found| found.flags.is_none() || matches!(found.rate, Rate::Unknown);
+    while links.iter().any(|(found, _)| wants_more(found))
+        && began.elapsed() < COUNTING
+        && !stop.is_due()
+    {
+        for (found, (subscriber, span)) in &mut links {
             subscriber.maintain();
             while let Some(frame) = subscriber.next(Monotonic.now_ns()) {
+                found.flags = Some(frame.header().flags());
                 let seen = (frame.header().sequence, frame.header().publish_ns);
                 span.get_or_insert(Span { first: seen, last: seen }).last = seen;
             }
@@ -116,7 +121,7 @@ fn count(participant: &Participant<Service>, found: &mut [Found], stop: &Stop) {
         thread::sleep(LOOK_INTERVAL);
     }
     for (found, (_, span)) in links {
-        if let Some(hz) = span.and_then(Span::hz) {
+        if let (Rate::Unknown, Some(hz)) = (found.rate, span.and_then(Span::hz)) {
             found.rate = Rate::Measured { hz };
         }
     }

@@ -2,8 +2,8 @@
 
 use isochrone_engine::{Plan, TaskPlan};
 use isochrone_report::Report;
-use isochrone_runtime::{Link, Outcome, TaskOutcome};
-use isochrone_timing::{LinkReport, TaskReport};
+use isochrone_runtime::{InputOutcome, Link, Outcome, TaskOutcome};
+use isochrone_timing::{InputReport, LinkReport, TaskReport};
 
 /// Adds what the node did.
 pub(super) fn complete(report: &mut Report, plan: &Plan, outcome: &Outcome) {
@@ -32,11 +32,17 @@ fn task_report(plan: &TaskPlan, task: &TaskOutcome) -> TaskReport {
         involuntary_switches: usage.map(|usage| usage.involuntary_switches),
         block_errors: Some(task.block_errors),
         input_rejects: Some(task.input_rejects),
+        inputs: task.inputs.iter().map(input_report).collect(),
         connects: Some(task.connects),
         connect_errors: Some(task.connect_errors),
         lost_snapshots: Some(task.lost_snapshots),
         ..task.timing.report(&task.name)
     }
+}
+
+fn input_report(input: &InputOutcome) -> InputReport {
+    let InputOutcome { name, is_ok, falls, not_ok_ns, .. } = input;
+    InputReport { name: name.clone(), ok: *is_ok, falls: *falls, not_ok_ns: *not_ok_ns }
 }
 
 fn link_report(link: &Link) -> LinkReport {

@@ -1,11 +1,13 @@
 //! The frames of a service, as a subscriber process takes them.
 
+use std::collections::BTreeMap;
 use std::thread;
 use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{
-    Depth, FrameHeader, FrameSubscriber, LayoutWatcher, Participant, SenderClock, Stamps, ipc,
+    Depth, Flags, FrameHeader, FrameSubscriber, LayoutWatcher, Participant, SenderClock, Stamps,
+    ipc,
 };
 use isochrone_processes::Stop;
 use isochrone_runtime::Alarm;
@@ -34,12 +36,31 @@ pub(super) struct Line<'a> {
     pub(super) watcher: LayoutWatcher<Service>,
     pub(super) timing: LinkTiming,
     past_stamps: u64,
+    flagged: Flagged,
     pub(super) alarms: Vec<Alarm>,
     opened_ns: u64,
     pub(super) now_ns: u64,
     /// When nothing waited to be received.
     idle_ns: u64,
     care_ns: u64,
+}
+
+/// How many frames had each flag.
+struct Flagged([u64; u64::BITS as usize]);
+
+impl Flagged {
+    fn note(&mut self, flags: Flags) {
+        let mut bits = flags.bits();
+        while bits != 0 {
+            self.0[bits.trailing_zeros() as usize] += 1;
+            bits &= bits - 1;
+        }
+    }
+
+    fn by_word(&self) -> BTreeMap<String, u64> {
+        let counted = self.0.iter().enumerate().filter(|(_, frames)| **frames > 0);
+        counted.map(|(bit, frames)| (Flags::from_bits(1 << bit).to_string(), *frames)).collect()
+    }
 }
 
 impl<'a> Line<'a> {
@@ -75,6 +96,7 @@ impl<'a> Line<'a> {
             watcher,
             timing: LinkTiming::new(),
             past_stamps: 0,
+            flagged: Flagged([0; u64::BITS as usize]),
             alarms: Vec::new(),
             opened_ns: now_ns,
             now_ns,
@@ -99,6 +121,7 @@ impl<'a> Line<'a> {
         let values = if is_wanted { frame.values().to_vec() } else { Vec::new() };
         self.now_ns = received_ns;
         let stamps = self.judge(&header);
+        self.flagged.note(header.flags());
         match stamps {
             Stamps::Foreign => self.timing.count(received_ns),
             Stamps::Believed | Stamps::Future => self.timing.record(&FrameRecord {
@@ -172,6 +195,7 @@ impl<'a> Line<'a> {
             restarts: counters.restarts,
             other_writers: counters.other_writers,
             past_stamps: self.past_stamps,
+            flagged: self.flagged.by_word(),
             ..self.timing.report(self.service)
         }
     }

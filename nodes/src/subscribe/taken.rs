@@ -26,6 +26,14 @@ impl Taken {
         }
     }
 
+    /// The flags of the frame behind `before`, in square brackets; nothing if it has none.
+    pub(super) fn doubts(&self, before: &str) -> String {
+        match self.header.flags() {
+            flags if flags.is_empty() => String::new(),
+            flags => format!("{before}[{flags}]"),
+        }
+    }
+
     /// How old a frame was when it came.
     pub(super) fn age(&self) -> String {
         match self.stamps {

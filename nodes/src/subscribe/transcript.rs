@@ -210,7 +210,7 @@ impl Transcript {
                         line += &format!(" {value}")
                     }
                 }
-                terminal::print(&(line + "\n"))
+                terminal::print(&(line + &frame.doubts("  ") + "\n"))
             }
             Sink::Screen(_) => {
                 self.undrawn = Some(frame);
@@ -255,11 +255,12 @@ impl Transcript {
             publisher => format!(" from \"{publisher}\""),
         };
         let title = format!(
-            "\"{}\"{from}: frame {}, cycle {}, age {}",
+            "\"{}\"{from}: frame {}, cycle {}, age {}{}",
             self.service,
             frame.header.sequence,
             frame.header.cycle,
-            frame.age()
+            frame.age(),
+            frame.doubts(", ")
         );
         screen.draw(&title, &self.channels, &frame.values)
     }

@@ -11,7 +11,7 @@ impl TaskEngine {
         match &mut order.work {
             Work::Set { feeds, stores } => {
                 for (input, value) in feeds.iter() {
-                    self.set_input(*input as usize, *value, now_ns);
+                    self.give_input(*input as usize, *value, now_ns);
                 }
                 for store in stores.iter_mut() {
                     if let Some(place) = self.place(store.slot as usize) {

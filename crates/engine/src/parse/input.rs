@@ -6,9 +6,9 @@ use toml::Spanned;
 use super::connection;
 use super::section::Section;
 use crate::Finding;
-use crate::config::{Binding, Connection, Input, OnStale};
+use crate::config::{Bad, Binding, Connection, Input, OnStale};
 use crate::finding::Problem;
-use crate::keys::{INPUT_TYPES, input as keys};
+use crate::keys::{INPUT_TYPES, input as keys, on_stale};
 use crate::time::{TIME_FORMS, parse_time_ms};
 
 pub(super) fn input(section: Section<'_>) -> Input {
@@ -25,10 +25,28 @@ pub(super) fn input(section: Section<'_>) -> Input {
         task: section.string(&keys::TASK),
         default: default_of(&section, value_type),
         max_age_ns: section.duration_ns(&keys::MAX_AGE).map(Spanned::into_inner),
-        on_stale: section
-            .choice(&keys::ON_STALE, &OnStale::ALL)
-            .map_or(OnStale::Hold, Spanned::into_inner),
+        on_stale: on_stale_of(&section, value_type),
+        bad: section.choice(&keys::BAD, &Bad::ALL).map_or(Bad::Ignore, Spanned::into_inner),
+        feedback: section.truth(&keys::FEEDBACK),
     }
+}
+
+/// What a stale input reads: a word, or a ramp, which needs values between others.
+fn on_stale_of(section: &Section<'_>, value_type: Option<PinType>) -> OnStale {
+    let written = section.get(&keys::ON_STALE);
+    let Some(table) = written.filter(|value| value.get_ref().as_table().is_some()) else {
+        let chosen = section.choice(&keys::ON_STALE, &OnStale::WORDS);
+        return chosen.map_or(OnStale::Hold, Spanned::into_inner);
+    };
+    let ramp = section.table(&keys::ON_STALE, &on_stale::TABLE);
+    let rate = ramp.and_then(|ramp| ramp.number(&on_stale::RAMP));
+    if let Some(value_type) = value_type.filter(|value_type| *value_type != PinType::Lreal) {
+        let message = format!("[[input]] on_stale cannot be a ramp for {value_type}");
+        let help = "only an LREAL goes from one value to another in steps; write on_stale = \"default\" \
+                    or \"hold\"";
+        section.report(Finding::new(Problem::Conflict, table.span(), message).help(help));
+    }
+    rate.map_or(OnStale::Hold, |rate| OnStale::Ramp(rate.into_inner()))
 }
 
 /// Where an input's value is: `signal` or `channel`; neither is the first channel.

@@ -199,7 +199,10 @@ impl<'a> Section<'a> {
     /// A number with decimals within the key's range.
     pub(super) fn number(&self, key: &Key) -> Option<Spanned<f64>> {
         self.read(key, |value| {
-            let number = value.as_float().and_then(|float| float.as_str().parse().ok());
+            // A whole number is one with decimals too, where there is no doubt about its type.
+            let whole = value.as_integer().and_then(parse_integer).map(|number| number as f64);
+            let float = || value.as_float().and_then(|float| float.as_str().parse().ok());
+            let number = whole.or_else(float);
             match (&key.form, number) {
                 (Form::Number(range), Some(number)) if (range.accepts)(number) => Ok(number),
                 (Form::Number(range), Some(number)) => {
@@ -236,7 +239,9 @@ impl<'a> Section<'a> {
     pub(super) fn choice<T: Copy>(&self, key: &Key, choices: &[T]) -> Option<Spanned<T>> {
         self.read(key, |value| {
             let text = value.as_str().ok_or(None)?;
-            let Form::Word(words) = &key.form else { return Err(None) };
+            let (Form::Word(words) | Form::WordOrTable(words, _)) = &key.form else {
+                return Err(None);
+            };
             let chosen = words.iter().zip(choices).find(|(word, _)| **word == text);
             chosen.map(|(_, choice)| *choice).ok_or_else(|| {
                 let message = format!("{} {} cannot be \"{text}\"", self.known.title, key.name);
@@ -244,6 +249,11 @@ impl<'a> Section<'a> {
                 Some(finding.did_you_mean(text, words.iter().copied()))
             })
         })
+    }
+
+    /// `true` or `false`.
+    pub(super) fn truth(&self, key: &Key) -> Option<Spanned<bool>> {
+        self.read(key, |value| value.as_bool().ok_or(None))
     }
 
     pub(super) fn out_of_range(&self, key: &Key, written: &str, range: &str) -> Finding {
@@ -353,6 +363,10 @@ fn meant_value(key: &Key, value: &DeValue<'_>) -> Option<String> {
             Some(format!("\"{}\"", plain_duration(number.as_str(), range)?))
         }
         (Form::Texts, DeValue::String(text)) => Some(format!("[\"{text}\"]")),
+        (Form::Truth, DeValue::String(text)) => {
+            let plain = text.trim().to_ascii_lowercase();
+            matches!(&*plain, "true" | "false").then_some(plain)
+        }
         (Form::Integer(_), DeValue::String(text)) => {
             text.trim().parse::<i64>().ok().map(|number| number.to_string())
         }

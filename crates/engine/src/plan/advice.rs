@@ -4,6 +4,7 @@ use std::collections::HashSet;
 
 use super::names::{Entry, Names};
 use super::wires::{Origin, Wiring};
+use super::{LinkPlan, TaskPlan};
 use crate::Finding;
 use crate::config::Config;
 use crate::finding::Problem;
@@ -16,7 +17,7 @@ impl Wiring {
         let read: HashSet<usize> = wires
             .chain(signals)
             .filter_map(|origin| match origin {
-                Origin::Input(input) => Some(input),
+                Origin::Input { input, .. } => Some(input),
                 Origin::Pin { .. } => None,
             })
             .collect();
@@ -53,5 +54,69 @@ impl Wiring {
             Some(Finding::new(Problem::Latched, entry.span.clone(), message).help(help))
         };
         names.entries.iter().zip(&self.constants).filter_map(note).collect()
+    }
+}
+
+/// Notes which inputs would keep the last value of a publisher that died. Those without a service are
+/// run by `simulate` alone, or by a program that sets them.
+pub(super) fn without_max_age(config: &Config) -> Option<Finding> {
+    const SHOWN: usize = 3;
+    let inputs = config.inputs.iter().filter(|i| i.service.is_some() && i.max_age_ns.is_none());
+    let names: Vec<_> = inputs.filter_map(|input| input.name.as_ref()).collect();
+    let shown: Vec<_> = names.iter().take(SHOWN).map(|n| format!("\"{}\"", n.get_ref())).collect();
+    let noun = if names.len() == 1 { "input" } else { "inputs" };
+    let verb = if names.len() == 1 { "runs" } else { "run" };
+    let more = match names.len().saturating_sub(SHOWN) {
+        0 => String::new(),
+        more => format!(" and {more} more"),
+    };
+    let (shown, first) = (shown.join(", "), names.first()?.span());
+    let message = format!(
+        "{noun} {shown}{more} {verb} without max_age: nobody would notice that the publisher died"
+    );
+    let help = "write max_age = \"20ms\" or what its values are good for";
+    Some(Finding::new(Problem::NoMaxAge, first, message).help(help))
+}
+
+/// Warns of inputs that say `feedback = true` and that no output depends on.
+pub(super) fn feedback_without_effect(
+    config: &Config,
+    tasks: &[TaskPlan],
+    links: &[LinkPlan],
+    findings: &mut Vec<Finding>,
+) {
+    let exported = links.iter().flat_map(|link| link.upstream.iter().map(|it| (link.from, it)));
+    let published = tasks.iter().enumerate();
+    let published =
+        published.flat_map(|(t, task)| task.outputs.iter().map(move |o| (t, &o.upstream)));
+    let handed_on: HashSet<(usize, usize)> = exported
+        .chain(published)
+        .flat_map(|(task, upstream)| upstream.sources.iter().map(move |source| (task, *source)))
+        .collect();
+    for (task, plan) in tasks.iter().enumerate() {
+        let useless = plan
+            .inputs
+            .iter()
+            .enumerate()
+            .filter(|(index, input)| input.feedback && !handed_on.contains(&(task, *index)));
+        for (_, input) in useless {
+            let written = config
+                .inputs
+                .iter()
+                .find(|it| it.name.as_ref().is_some_and(|name| *name.get_ref() == input.name));
+            let span = written.and_then(|it| Some(it.feedback.as_ref()?.span()));
+            let message = format!(
+                "feedback of input \"{}\" has no effect: no output is computed from it",
+                input.name
+            );
+            findings.push(
+                Finding::new(
+                    Problem::NoEffect,
+                    span.unwrap_or_else(|| input.span.clone()),
+                    message,
+                )
+                .help("leave it out; it is for an input that closes a loop of nodes"),
+            );
+        }
     }
 }

@@ -27,7 +27,7 @@ pub(super) fn lay_out(
         names,
         wiring,
         tasks: config.tasks.iter().map(task_plan).collect(),
-        input_slots: vec![(0, 0); config.inputs.len()],
+        input_places: vec![(0, 0); config.inputs.len()],
         first_slots: vec![0; names.instances()],
         places: vec![(0, 0); names.instances()],
         links: BTreeMap::new(),
@@ -73,8 +73,8 @@ struct Layout<'a> {
     names: &'a Names<'a>,
     wiring: &'a Wiring,
     tasks: Vec<TaskPlan>,
-    /// Task and slot of every input.
-    input_slots: Vec<(usize, usize)>,
+    /// Task of every input, and its index there.
+    input_places: Vec<(usize, usize)>,
     /// First slot of every instance in its task's image.
     first_slots: Vec<usize>,
     /// Bank of every instance in its task, and its place there.
@@ -91,7 +91,7 @@ impl Layout<'_> {
             let (Some(task), Some(value_type)) = (known.task, known.value_type) else { continue };
             let plan = &mut self.tasks[task];
             let default = input.default.as_ref().map_or(0.0, |default| *default.get_ref());
-            self.input_slots[index] = (task, plan.image.len());
+            self.input_places[index] = (task, plan.inputs.len());
             plan.image.push(default);
             plan.inputs.push(InputPlan {
                 name: name.get_ref().clone(),
@@ -101,6 +101,8 @@ impl Layout<'_> {
                 default,
                 max_age_ns: input.max_age_ns,
                 on_stale: input.on_stale,
+                bad: input.bad,
+                feedback: input.feedback.as_ref().is_some_and(|feedback| *feedback.get_ref()),
                 span: name.span(),
             });
         }
@@ -117,7 +119,7 @@ impl Layout<'_> {
 
     fn task_of_origin(&self, origin: Origin) -> usize {
         match origin {
-            Origin::Input(input) => self.input_slots[input].0,
+            Origin::Input { input, .. } => self.input_places[input].0,
             Origin::Pin { instance, .. } => self.task_of(instance),
         }
     }
@@ -207,7 +209,9 @@ impl Layout<'_> {
             return link.first_slot + link.positions[&origin];
         }
         match origin {
-            Origin::Input(input) => self.input_slots[input].1,
+            Origin::Input { input, part } => {
+                self.tasks[reader].input_slot(self.input_places[input].1, part)
+            }
             Origin::Pin { instance, pin } => self.output_slot(instance, pin),
         }
     }
@@ -275,8 +279,8 @@ impl Layout<'_> {
                 _ if producer != task => {
                     sources.insert(self.tasks[task].import_source(self.slot(origin, task)));
                 }
-                Origin::Input(input) => {
-                    sources.insert(self.input_slots[input].1);
+                Origin::Input { input, .. } => {
+                    sources.insert(self.input_places[input].1);
                 }
                 Origin::Pin { instance, .. } if seen.insert(instance) => {
                     open.extend(self.wiring.wires_to(instance).iter().map(|wire| wire.from));

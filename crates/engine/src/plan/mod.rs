@@ -20,7 +20,7 @@ use isochrone_schedule::Schedule;
 pub(crate) use names::MAX_INSTANCES;
 pub(crate) use probe::first_error;
 
-use crate::config::{Binding, Control, OnStale};
+use crate::config::{Bad, Binding, Control, OnStale};
 use crate::{Finding, Findings, ReadError, Source, config, parse};
 
 /// What a configuration is checked against beside itself.
@@ -134,6 +134,10 @@ pub struct InputPlan {
     pub max_age_ns: Option<u64>,
     /// What it reads when it is stale.
     pub on_stale: OnStale,
+    /// What a frame that is in doubt is taken for.
+    pub bad: Bad,
+    /// It closes a loop of nodes, so that nothing of what its samples are worth is handed on.
+    pub feedback: bool,
     /// Place of its name in the file, for errors that only running can find.
     pub span: std::ops::Range<usize>,
 }
@@ -312,6 +316,7 @@ impl Plan {
         // Only now: what an error keeps from being read is not the reader's choice.
         wiring.report_unread(&config, &mut findings);
         let (tasks, links) = layout::lay_out(&config, &names, &wiring, &depths);
+        advice::feedback_without_effect(&config, &tasks, &links, &mut findings);
         Ok(Self {
             node: config.node.as_ref().map(|node| node.get_ref().clone()).unwrap_or_default(),
             tasks,
@@ -321,7 +326,10 @@ impl Plan {
             protected: config.protected.iter().map(|name| name.get_ref().clone()).collect(),
             limits: config.limits.iter().filter_map(limit).collect(),
             warnings: findings,
-            notes: wiring.latched(&names),
+            notes: advice::without_max_age(&config)
+                .into_iter()
+                .chain(wiring.latched(&names))
+                .collect(),
             source,
         })
     }

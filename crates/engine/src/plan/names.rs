@@ -6,7 +6,7 @@ use std::ops::Range;
 use isochrone_blocks::{BlockType, PinType};
 use toml::Spanned;
 
-use super::Rules;
+use super::{InputPart, Rules};
 use crate::Finding;
 use crate::config::{Block, Config};
 use crate::finding::{Among, Problem};
@@ -85,7 +85,6 @@ impl<'a> Names<'a> {
         }
         ob.check(config.tasks.iter().map(|task| task.ob.as_ref()), findings);
         services(config, rules, findings);
-
         let tasks = Tasks::new(config);
         let mut first = 0;
         let mut entry = |block: &'a Block, findings: &mut Vec<Finding>| {
@@ -107,7 +106,7 @@ impl<'a> Names<'a> {
             let value_type = input.value_type;
             Some((name.get_ref().as_str(), InputName { index, task, value_type }))
         });
-        Self {
+        let names = Self {
             inputs: inputs.collect(),
             blocks: entries.iter().enumerate().map(|(index, entry)| (entry.name, index)).collect(),
             entries,
@@ -129,11 +128,44 @@ impl<'a> Names<'a> {
                     period_ns: task.period_ns.as_ref().map_or(1, |period_ns| *period_ns.get_ref()),
                 })
                 .collect(),
-        }
+        };
+        names.ambiguous(config, findings);
+        names
     }
 
     pub(super) fn obs(&self) -> Vec<(i16, u64)> {
         self.tasks.iter().filter_map(|task| Some((task.ob?, task.period_ns))).collect()
+    }
+
+    /// The input that a signal is of, and which part: `NAME`, `NAME.ok` or `NAME.age`.
+    pub(super) fn input_part(&self, signal: &str) -> Option<(InputName, InputPart)> {
+        InputPart::ALL.into_iter().find_map(|part| {
+            let input = self.inputs.get(signal.strip_suffix(part.suffix())?)?;
+            Some((*input, part))
+        })
+    }
+
+    /// Reports blocks with a pin that is called as an input's `ok` or `age` is.
+    fn ambiguous(&self, config: &Config, findings: &mut Vec<Finding>) {
+        let names = config.inputs.iter().filter_map(|input| input.name.as_ref());
+        for name in names {
+            let block = self.blocks.get(name.get_ref().as_str());
+            let Some(entry) = block.and_then(|block| self.entries.get(*block)) else { continue };
+            let Some(block_type) = entry.block_type.filter(|_| entry.count == 1) else { continue };
+            let pins = || block_type.inputs.iter().chain(block_type.outputs);
+            let parts = [InputPart::Ok, InputPart::Age].map(InputPart::suffix);
+            let taken = parts.into_iter().find(|part| pins().any(|pin| part[1..] == *pin.name));
+            if let Some(part) = taken {
+                let signal = format!("{}{part}", name.get_ref());
+                let message = format!(
+                    "\"{signal}\" would be a signal of this input and a pin of block \"{}\" ({})",
+                    entry.name, block_type.name
+                );
+                let finding = Finding::new(Problem::Duplicate, name.span(), message)
+                    .help("give the input or the block another name");
+                findings.push(Finding { first: Some(entry.span.clone()), ..finding });
+            }
+        }
     }
 
     /// Names of the inputs in file order.

@@ -5,6 +5,7 @@ use std::ops::Range;
 use isochrone_blocks::{BlockType, Pin};
 use toml::Spanned;
 
+use super::InputPart;
 use crate::Finding;
 use crate::finding::Problem;
 use crate::nearest::nearest_name;
@@ -30,6 +31,14 @@ pub(super) fn unknown_output(
         return finding.help(format!("{pin} is an input pin; a wire starts at an output pin"));
     }
     which_pin(finding, pin, block_type.outputs)
+}
+
+/// What an input does not have beside its value.
+pub(super) fn unknown_part(input: &str, part: &str, span: Range<usize>) -> Finding {
+    let message = format!("input \"{input}\" has no \"{part}\"");
+    let parts = InputPart::ALL.map(|part| format!("{input}{}", part.suffix()));
+    Finding::new(Problem::UnknownSource, span, message)
+        .did_you_mean(&format!("{input}.{part}"), parts.iter().map(String::as_str))
 }
 
 /// The pin that is also called so.

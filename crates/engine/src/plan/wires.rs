@@ -6,9 +6,10 @@ use std::ops::Range;
 use isochrone_blocks::{BlockType, Pin, PinDefault, PinType};
 use toml::Spanned;
 
+use super::InputPart;
 use super::constants::constant_slot;
 use super::names::{Entry, Names};
-use super::pins::{meant_pin, unknown_input, unknown_output};
+use super::pins::{meant_pin, unknown_input, unknown_output, unknown_part};
 use crate::Finding;
 use crate::config::{self, Block, Config, Connection};
 use crate::finding::{Among, Problem};
@@ -21,8 +22,8 @@ const PREVIOUS: &str = "@prev";
 /// Where a wire comes from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Origin {
-    /// An input of the node.
-    Input(usize),
+    /// An input of the node, or what that is worth.
+    Input { input: usize, part: InputPart },
     /// An output pin of an instance.
     Pin { instance: usize, pin: usize },
 }
@@ -290,7 +291,7 @@ impl Resolver<'_, '_> {
         text: &str,
         previous: bool,
     ) -> Result<(), Finding> {
-        if previous && matches!(from, Origin::Input(_)) {
+        if previous && matches!(from, Origin::Input { .. }) {
             return Err(Finding::new(Problem::UnknownSource, 0..0, has_no_previous(text))
                 .help("@prev goes behind a block's output pin"));
         }
@@ -309,7 +310,7 @@ impl Resolver<'_, '_> {
             .filter_map(|signal| {
                 let (text, span) = (signal.get_ref().as_str(), signal.span());
                 let current = text.strip_suffix(PREVIOUS);
-                if let Some(input) = current.filter(|name| self.names.inputs.contains_key(name)) {
+                if let Some(input) = current.filter(|name| self.names.input_part(name).is_some()) {
                     let message = has_no_previous(input);
                     let finding = Finding::new(Problem::UnknownSource, span, message);
                     self.report(
@@ -343,12 +344,16 @@ impl Resolver<'_, '_> {
         span: Range<usize>,
         reader: Reader<'_>,
     ) -> Option<(Origin, PinType)> {
+        if let Some((input, part)) = self.names.input_part(text) {
+            let value_type = match part {
+                InputPart::Value => input.value_type?,
+                part => part.pin_type(PinType::Lreal),
+            };
+            return Some((Origin::Input { input: input.index, part }, value_type));
+        }
         let mut parts = text.splitn(2, '.');
         let (name, rest) = (parts.next().unwrap_or_default(), parts.next());
         let Some(rest) = rest else {
-            if let Some(input) = self.names.inputs.get(name) {
-                return Some((Origin::Input(input.index), input.value_type?));
-            }
             let finding =
                 Finding::new(Problem::UnknownSource, span, format!("there is no input \"{name}\""));
             let finding = match self.names.blocks.get(name).and_then(|b| self.names.entries.get(*b))
@@ -367,6 +372,10 @@ impl Resolver<'_, '_> {
         };
         let found = self.names.blocks.get(name).and_then(|block| self.names.entries.get(*block));
         let Some(entry) = found else {
+            if self.names.inputs.contains_key(name) {
+                self.report(unknown_part(name, rest, span));
+                return None;
+            }
             let finding =
                 Finding::new(Problem::UnknownSource, span, format!("there is no block \"{name}\""));
             self.report(match self.without_brackets(name, rest) {

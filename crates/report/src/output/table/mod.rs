@@ -143,6 +143,9 @@ fn link(f: &mut Formatter<'_>, link: &LinkReport) -> Result {
             write!(f, ", {count} {what}")?;
         }
     }
+    for (flag, count) in &link.flagged {
+        write!(f, ", {count} {flag}")?;
+    }
     writeln!(f)?;
     // Who only counts frames, as their sender does, has no latencies.
     let latencies = [("last hop", &link.one_way_ns), ("end to end", &link.end_to_end_ns)];

@@ -1,0 +1,239 @@
+//! What an input reads and what that is worth, from the samples that came. No ports, no clock.
+
+use isochrone_blocks::PinType;
+use isochrone_engine::config::{Bad, OnStale};
+use isochrone_engine::{InputPlan, Reading};
+use isochrone_ipc::Flags;
+
+/// A value as it came, with the times that the reader believes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Sample {
+    pub(crate) value: f64,
+    /// From when its age counts, in ns.
+    pub(crate) sampled_ns: u64,
+    /// Of the oldest sample behind it, in ns.
+    pub(crate) source_ns: u64,
+    /// Of its frame.
+    pub(crate) flags: Flags,
+}
+
+/// Why an input is ok, or why not.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum InputState {
+    /// No sample has come yet.
+    Waiting,
+    /// Its newest sample is fresh and good.
+    Good,
+    /// Its last sample is older than its `max_age`.
+    Stale,
+    /// Its sender said that it ends.
+    Stopped,
+    /// Its newest frame has these flags, for which the configuration takes it for stale.
+    Doubted(Flags),
+    /// Its type cannot hold this sample.
+    Rejected(f64),
+    /// Its newest frame has no value for it, or a layout that is not known yet.
+    Missing,
+}
+
+impl InputState {
+    /// Whether both are for the same reason, with whatever sample or flags.
+    pub(crate) fn is_like(self, other: Self) -> bool {
+        std::mem::discriminant(&self) == std::mem::discriminant(&other)
+    }
+
+    /// Whether the input is ok.
+    pub(crate) fn is_ok(self) -> bool {
+        self == Self::Good
+    }
+}
+
+/// How often and for how long an input was not ok.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Tally {
+    /// How often it ceased to be ok.
+    pub(crate) falls: u64,
+    /// How long it was not ok in all, the wait for its first sample included, in ns.
+    pub(crate) not_ok_ns: u64,
+}
+
+/// One input: the last good sample, and what the newest frame brought.
+#[derive(Debug)]
+pub(crate) struct Freshness {
+    value_type: PinType,
+    default: f64,
+    max_age_ns: Option<u64>,
+    on_stale: OnStale,
+    bad: Bad,
+    /// Step of a ramp in a cycle.
+    step: f64,
+    /// The last sample that was taken.
+    last: Option<Sample>,
+    newest: Newest,
+    /// The sender's last frame came.
+    has_stopped: bool,
+    reads: f64,
+    /// It reads the last sample, neither the default nor a value on the way.
+    is_on_sample: bool,
+    was_ok: bool,
+    read_ns: Option<u64>,
+    tally: Tally,
+}
+
+/// What became of the newest sample.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Newest {
+    Taken,
+    Doubted(Flags),
+    Rejected(f64),
+    Missing,
+}
+
+impl Freshness {
+    /// An input of a task of this period, without a sample.
+    pub(crate) fn new(plan: &InputPlan, period_ns: u64) -> Self {
+        let step = match plan.on_stale {
+            OnStale::Ramp(rate) => rate * (period_ns as f64 / 1e9),
+            OnStale::Hold | OnStale::Default => 0.0,
+        };
+        Self {
+            value_type: plan.value_type,
+            default: plan.default,
+            max_age_ns: plan.max_age_ns,
+            on_stale: plan.on_stale,
+            bad: plan.bad,
+            step,
+            last: None,
+            newest: Newest::Taken,
+            has_stopped: false,
+            reads: plan.default,
+            is_on_sample: false,
+            was_ok: false,
+            read_ns: None,
+            tally: Tally::default(),
+        }
+    }
+
+    /// Takes a sample; `false` if it is rejected, because the type cannot hold it.
+    pub(crate) fn offer(&mut self, sample: Sample) -> bool {
+        let Sample { value, flags, .. } = sample;
+        self.has_stopped = flags.contains(Flags::STOPPED);
+        let is_bad = !flags.without(Flags::FORCED | Flags::STOPPED).is_empty();
+        self.newest = if self.bad == Bad::Stale && is_bad {
+            Newest::Doubted(flags)
+        } else if self.value_type.holds(value) {
+            self.last = Some(sample);
+            Newest::Taken
+        } else {
+            Newest::Rejected(value)
+        };
+        !matches!(self.newest, Newest::Rejected(_))
+    }
+
+    /// Takes note of a frame with these flags that has no value for the input, or a layout that is not
+    /// known yet.
+    pub(crate) fn miss(&mut self, flags: Flags) {
+        self.has_stopped = flags.contains(Flags::STOPPED);
+        self.newest = Newest::Missing;
+    }
+
+    /// What the input reads in the cycle that began at `now_ns`. Once a cycle: a ramp goes one step.
+    pub(crate) fn read(&mut self, now_ns: u64) -> Reading {
+        let is_stale = self.is_stale(now_ns);
+        let sample = self.last.filter(|_| !is_stale || self.on_stale == OnStale::Hold);
+        let target = sample.map_or(self.default, |sample| sample.value);
+        self.reads = match self.on_stale {
+            OnStale::Ramp(_) if sample.is_none() || !self.is_on_sample => {
+                approach(self.reads, target, self.step)
+            }
+            _ => target,
+        };
+        let has_landed = self.reads.to_bits() == target.to_bits();
+        self.is_on_sample = sample.is_some() && has_landed;
+        let is_ok = self.last.is_some() && !is_stale && self.newest == Newest::Taken;
+        self.count(is_ok, now_ns);
+        let age_ns = self.last.map(|last| now_ns.saturating_sub(last.sampled_ns));
+        // Of a default that is all that there is, no sample is the source.
+        let source = self.last.filter(|_| sample.is_some() || !has_landed);
+        Reading {
+            value: self.reads,
+            ok: is_ok,
+            age_s: age_ns.map_or(f64::INFINITY, |age_ns| age_ns as f64 / 1e9),
+            source_ns: source.map_or(0, |source| source.source_ns),
+            flags: self.flags(is_stale, source),
+        }
+    }
+
+    fn is_stale(&self, now_ns: u64) -> bool {
+        let Some(last) = self.last else { return false };
+        let age_ns = now_ns.saturating_sub(last.sampled_ns);
+        self.has_stopped
+            || matches!(self.newest, Newest::Doubted(_))
+            || self.max_age_ns.is_some_and(|max_age_ns| age_ns > max_age_ns)
+    }
+
+    fn flags(&self, is_stale: bool, source: Option<Sample>) -> Flags {
+        let mut flags = source.map_or(Flags::NONE, |source| source.flags.handed_on());
+        if is_stale {
+            flags |= Flags::STALE;
+        }
+        if !self.is_on_sample {
+            flags |= Flags::SUBSTITUTE;
+        }
+        match self.newest {
+            Newest::Taken => {}
+            Newest::Doubted(of_frame) => flags |= of_frame.handed_on() & Flags::UPSTREAM,
+            Newest::Rejected(_) | Newest::Missing => flags |= Flags::REJECTED,
+        }
+        flags
+    }
+
+    fn count(&mut self, is_ok: bool, now_ns: u64) {
+        // The time until now belongs to what was told before.
+        if let Some(read_ns) = self.read_ns.replace(now_ns).filter(|_| !self.was_ok) {
+            let waited_ns = now_ns.saturating_sub(read_ns);
+            self.tally.not_ok_ns = self.tally.not_ok_ns.saturating_add(waited_ns);
+        }
+        self.tally.falls += u64::from(self.was_ok && !is_ok);
+        self.was_ok = is_ok;
+    }
+
+    /// Why the input is ok, or why not, as it was last read.
+    pub(crate) fn state(&self) -> InputState {
+        match self.newest {
+            _ if self.was_ok => InputState::Good,
+            Newest::Rejected(sample) => InputState::Rejected(sample),
+            Newest::Missing => InputState::Missing,
+            Newest::Doubted(flags) => InputState::Doubted(flags),
+            Newest::Taken if self.last.is_none() => InputState::Waiting,
+            Newest::Taken if self.has_stopped => InputState::Stopped,
+            Newest::Taken => InputState::Stale,
+        }
+    }
+
+    /// How often and for how long it was not ok.
+    pub(crate) fn tally(&self) -> Tally {
+        self.tally
+    }
+}
+
+/// One step from a value to another, which is reached exactly.
+fn approach(from: f64, to: f64, step: f64) -> f64 {
+    let distance = to - from;
+    if !from.is_finite() || !to.is_finite() || distance.abs() <= step {
+        return to;
+    }
+    let next = from + step.copysign(distance);
+    if next != from {
+        next
+    } else if distance > 0.0 {
+        // The step is finer than numbers of this size are.
+        from.next_up()
+    } else {
+        from.next_down()
+    }
+}
+
+#[cfg(test)]
+#[path = "freshness_tests.rs"]
+mod tests;
