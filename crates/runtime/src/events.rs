@@ -102,8 +102,8 @@ struct InputWords {
     service: Option<String>,
     value_type: PinType,
     on_stale: OnStale,
-    /// It was ok before.
-    was_ok: bool,
+    /// Something was said of its samples before.
+    is_known: bool,
 }
 
 /// Makes both ends for a task.
@@ -133,7 +133,7 @@ pub(crate) fn ends(task: &TaskPlan) -> (Events, Log) {
         service: input.service.clone(),
         value_type: input.value_type,
         on_stale: input.on_stale,
-        was_ok: false,
+        is_known: false,
     };
     let log = Log {
         limiters: std::iter::repeat_with(Limiter::default)
@@ -233,6 +233,8 @@ fn block_sentence(block_type: &BlockType, name: &str, word: u16) -> String {
 
 impl InputWords {
     fn sentence(&mut self, state: InputState) -> String {
+        let was_known = self.is_known;
+        self.is_known |= !matches!(state, InputState::Waiting);
         let (name, value_type) = (&self.name, self.value_type);
         let reads = match self.on_stale {
             OnStale::Hold => "keeps its value",
@@ -240,9 +242,7 @@ impl InputWords {
             OnStale::Ramp(_) => "goes to its default",
         };
         match state {
-            InputState::Good if std::mem::replace(&mut self.was_ok, true) => {
-                format!("input \"{name}\" takes samples again")
-            }
+            InputState::Good if was_known => format!("input \"{name}\" takes samples again"),
             InputState::Good => format!("input \"{name}\" has its first sample"),
             InputState::Waiting => {
                 let service = self.service.as_deref().unwrap_or_default();

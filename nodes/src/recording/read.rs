@@ -140,7 +140,10 @@ fn columns(
             (TIME | CYCLE, _, _) => Column::Ignored,
             (_, None, _) => Column::Values(None),
             (_, Some(inputs), None) => {
-                let known = known(column, inputs.iter().map(|(name, _)| *name));
+                // What an input is worth may have a column too; the inputs themselves are enough to know.
+                let names = inputs.iter().map(|(name, _)| *name);
+                let names: Vec<&str> = names.filter(|name| !name.contains('.')).collect();
+                let known = known(column, names.iter().copied());
                 let column = quoted(column);
                 return Err(RecordingError::UnknownColumn { path: path(), line, column, known });
             }
