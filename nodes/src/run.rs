@@ -12,7 +12,9 @@ use isochrone_ipc::Participant;
 use isochrone_machine::Environment;
 use isochrone_processes::Stop;
 use isochrone_report::Report;
-use isochrone_runtime::{End, Node, Outcome, POLL_INTERVAL, Running, warning};
+use isochrone_runtime::{
+    End, Node, NodePanicked, Outcome, POLL_INTERVAL, Running, hold_panic_messages, warning,
+};
 use isochrone_timing::Warning;
 
 use crate::domain;
@@ -66,6 +68,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     }
     let report_file = args.report.as_deref().map(ResultFile::open).transpose()?;
     let stop = stop::on_signal(None)?;
+    hold_panic_messages();
 
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
     if plan.tasks.iter().any(|task| task.priority.is_some()) {
@@ -90,7 +93,14 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let node = prepared.start();
     let ahead_ns = node.epoch_ns().saturating_sub(Monotonic.now_ns());
     let stop = stop::after(stop, args.seconds, ahead_ns);
-    let outcome = run_until(node, &plan, &stop)?;
+    let (outcome, panicked) = match run_until(node, &plan, &stop) {
+        Ok(outcome) => (outcome, Ok(())),
+        Err(error) => {
+            let sentences = Failure::found(&error);
+            report.warnings.extend(error.panics.iter().map(Into::into));
+            (*error.outcome, Err(sentences))
+        }
+    };
     report::complete(&mut report, &plan, &outcome);
 
     if let Some(mut file) = report_file {
@@ -101,11 +111,11 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     } else {
         terminal::print(&report.to_string())?
     }
-    verdict(args, &outcome)
+    panicked.and_then(|()| verdict(args, &outcome))
 }
 
 /// Runs the node until it ends or is to end.
-fn run_until(mut node: Running, plan: &Plan, stop: &Stop) -> Result<Outcome, Failure> {
+fn run_until(mut node: Running, plan: &Plan, stop: &Stop) -> Result<Outcome, NodePanicked> {
     let mut service = Service::find(plan, node.epoch_ns());
     loop {
         thread::sleep(POLL_INTERVAL);
@@ -121,7 +131,7 @@ fn run_until(mut node: Running, plan: &Plan, stop: &Stop) -> Result<Outcome, Fai
         service.tell();
         if is_ending {
             service.stopping();
-            return node.finish().map_err(Failure::found);
+            return node.finish();
         }
     }
 }

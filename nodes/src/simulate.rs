@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use isochrone_blocks::{BlockType, PinType};
 use isochrone_engine::{BuildError, Flags, InputPart, InputPlan, Plan, Reading, TaskEngine};
+use isochrone_runtime::{Panic, TaskPanicked, catch_panic, hold_panic_messages};
 use isochrone_timing::units::counted;
 
 use crate::failure::Failure;
@@ -77,13 +78,17 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let cycles = args.cycles.unwrap_or(recording.len() as u64);
     let mut simulation = Simulation::new(&plan, reference, recording).map_err(Failure::found)?;
     let stop = stop::on_signal(None)?;
+    hold_panic_messages();
     let mut output = Output::create(&args.output, &plan)?;
     for cycle in 0..cycles {
         if stop.is_due() {
             terminal::note(&format!("note: stopped after {cycle} of {}", counted(cycles, "cycle")));
             break;
         }
-        simulation.advance(cycle);
+        if let Err(panicked) = simulation.advance(cycle) {
+            output.rows.flush()?;
+            return Err(Failure::found(panicked));
+        }
         output.write(cycle, &simulation)?;
     }
     output.rows.flush()?;
@@ -139,29 +144,30 @@ impl<'a> Simulation<'a> {
     }
 
     /// Runs everything up to and including cycle `cycle` of the reference task.
-    fn advance(&mut self, cycle: u64) {
+    fn advance(&mut self, cycle: u64) -> Result<(), TaskPanicked> {
         let until_ns = self.due_ns(self.reference);
         // Everything before this instant ran on the rows before.
-        self.run_before(until_ns);
+        self.run_before(until_ns)?;
         self.apply(cycle);
         for task in self.order.clone() {
             if self.due_ns(task) == until_ns {
-                self.step(task);
+                self.step(task)?;
             }
             if task == self.reference {
-                return;
+                break;
             }
         }
+        Ok(())
     }
 
     /// Runs every task that is due before an instant, in the order of time.
-    fn run_before(&mut self, until_ns: u128) {
+    fn run_before(&mut self, until_ns: u128) -> Result<(), TaskPanicked> {
         loop {
             // `min_by_key` takes the first of equals, which is the order of execution.
             let next = self.order.iter().copied().min_by_key(|task| self.due_ns(*task));
             match next {
-                Some(task) if self.due_ns(task) < until_ns => self.step(task),
-                _ => return,
+                Some(task) if self.due_ns(task) < until_ns => self.step(task)?,
+                _ => return Ok(()),
             }
         }
     }
@@ -178,9 +184,14 @@ impl<'a> Simulation<'a> {
         (u128::from(cycle) * u128::from(period_ns)) as f64 / 1e9
     }
 
-    fn step(&mut self, task: usize) {
-        self.engines[task].step(self.next[task]);
+    fn step(&mut self, task: usize) -> Result<(), TaskPanicked> {
+        let (engine, cycle) = (&mut self.engines[task], self.next[task]);
         self.next[task] += 1;
+        catch_panic(|| engine.step(cycle)).map_err(|Panic { message, place }| {
+            let plan = &self.plan.tasks[task];
+            let block = engine.stepping().map(|bank| plan.banks[bank].any_block());
+            TaskPanicked { task: plan.name.clone(), block, message, place }
+        })
     }
 
     /// Sets the inputs to the row of a cycle.

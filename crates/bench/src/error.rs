@@ -105,7 +105,9 @@ pub enum BenchError {
         cause: io::Error,
     },
     /// A thread panicked.
-    #[error("{thread} panicked; this is a bug, and stderr says where")]
+    #[error(
+        "{thread} panicked; stderr says where: in a block, which is to be fixed, or in the bench itself"
+    )]
     Panicked {
         /// Which one.
         thread: &'static str,

@@ -272,6 +272,12 @@ impl TaskEngine {
         self.block_errors
     }
 
+    /// The bank, by its index in the plan, whose step did not return: the one with the block that
+    /// panicked. `None` between steps.
+    pub fn stepping(&self) -> Option<usize> {
+        self.bank_errors.iter().position(|errors| *errors == STEPPING)
+    }
+
     /// The process image.
     pub fn image(&self) -> &[f64] {
         &self.image
@@ -306,6 +312,7 @@ fn step_banks(
             }
         }
         hold(bank.first_slot, slots);
+        *errors = STEPPING;
         *errors = bank.block_type.step_bank(slots, words, cycle);
         all_errors += *errors;
         hold(bank.first_slot, slots);
@@ -313,6 +320,9 @@ fn step_banks(
     }
     all_errors
 }
+
+/// Stands for the errors of the bank that is being stepped.
+const STEPPING: u64 = u64::MAX;
 
 #[inline]
 fn read(image: &[f64], slot: u32) -> f64 {

@@ -7,6 +7,8 @@ use isochrone_engine::operate::Refusals;
 use isochrone_ipc::{JoinError, OpenError};
 use thiserror::Error;
 
+use crate::outcome::Outcome;
+
 /// Why a node could not be prepared. Nothing runs then, and nothing is left.
 #[derive(Debug, Error)]
 #[non_exhaustive]
@@ -43,14 +45,34 @@ pub enum PrepareError {
     Panicked(#[from] TaskPanicked),
 }
 
-/// The thread of a task panicked, which only a block can make it do. The node ended with it.
+/// A task panicked, which only a block can make it do. The node ended with it.
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
-#[error("task \"{task}\" panicked: {message}")]
+#[error(
+    "task \"{task}\" panicked{}{}: {message}",
+    .block.as_ref().map(|block| format!(" in block {block}")).unwrap_or_default(),
+    .place.as_ref().map(|place| format!(" at {place}")).unwrap_or_default()
+)]
 pub struct TaskPanicked {
     /// The task.
     pub task: String,
+    /// The block and its type: `"level" (Pid)`. Where blocks of one type are stepped together, those
+    /// that it may have been: `"first" or "second" (Pid)`. `None` if it was in none.
+    pub block: Option<String>,
     /// What the panic said.
     pub message: String,
+    /// File, line and column of the source; `None` unless
+    /// [`hold_panic_messages`](crate::hold_panic_messages) was called.
+    pub place: Option<String>,
+}
+
+/// Tasks of a node panicked, and the node ended with them. `Display` has a line for each.
+#[derive(Debug, Error)]
+#[error("{}", .panics.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n"))]
+pub struct NodePanicked {
+    /// The panics, in the order of the tasks; at least one.
+    pub panics: Vec<TaskPanicked>,
+    /// What all tasks did until then.
+    pub outcome: Box<Outcome>,
 }
 
 /// Why a request was not sent. Nothing happens then.

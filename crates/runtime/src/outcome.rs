@@ -26,6 +26,11 @@ pub enum End {
     Asked,
     /// Its first task ran all its cycles.
     Cycles,
+    /// A block of a task panicked, the first one's if there are several.
+    Panicked {
+        /// The task.
+        task: String,
+    },
     /// A task overran, and its configuration says that this ends the node.
     Overrun {
         /// The task.
@@ -46,7 +51,8 @@ pub struct TaskOutcome {
     pub margin_ns: Option<u64>,
     /// How punctual its cycles were.
     pub timing: TaskTiming,
-    /// What its thread used after the warm-up; `None` if no cycle ran after it.
+    /// What its thread used after the warm-up; `None` if no cycle ran after it, or the task panicked:
+    /// a panic has costs of its own.
     pub costs: Option<Costs>,
     /// Steps of blocks that reported an error.
     pub block_errors: u64,

@@ -30,6 +30,8 @@ pub(crate) struct Parts<S: Service> {
 pub(crate) struct Task<S: Service> {
     pub(crate) name: String,
     pub(crate) schedule: Schedule,
+    /// For each bank the blocks that one of it may be, for messages.
+    pub(crate) banks: Vec<String>,
     pub(crate) timing: TaskTiming,
     pub(crate) records: Consumer<CycleRecord>,
     pub(crate) log: Log,

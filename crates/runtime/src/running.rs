@@ -9,10 +9,11 @@ use isochrone_engine::operate::{Done as Returns, Entry, Reading};
 use isochrone_ipc::{Service, ipc};
 use isochrone_timing::CycleRecord;
 
-use crate::error::TaskPanicked;
+use crate::error::{NodePanicked, TaskPanicked};
 use crate::layouts::Resolver;
 use crate::orders::Returned;
 use crate::outcome::{End, InputOutcome, Outcome, TaskOutcome};
+use crate::panics::Panic;
 use crate::parts::Parts;
 use crate::task::Done;
 use crate::threads::Threads;
@@ -139,8 +140,8 @@ impl<S: Service> Running<S> {
     /// Ends the node if it still runs, and tells what it did.
     ///
     /// # Errors
-    /// A task panicked.
-    pub fn finish(mut self) -> Result<Outcome, TaskPanicked> {
+    /// Tasks panicked; what all tasks did until then is in the error.
+    pub fn finish(mut self) -> Result<Outcome, NodePanicked> {
         self.stop();
         while !self.threads.have_ended() {
             self.poll();
@@ -150,13 +151,26 @@ impl<S: Service> Running<S> {
         self.poll();
         self.parts.tasks.iter_mut().for_each(|task| task.log.finish());
         let Self { threads, mut parts, grants, .. } = self;
-        let done = threads.join()?;
+        let done = threads.join();
+        let mut panics = Vec::new();
         let mut end = End::Asked;
         let mut tasks = Vec::new();
         let mut alarms = parts.alarms;
         for ((task, grant), done) in parts.tasks.iter_mut().zip(grants).zip(done) {
             alarms.extend(task.resolvers.iter_mut().flat_map(Resolver::alarms));
-            let Some(done) = done else { continue };
+            let done = match done {
+                Ok(Some(done)) => done,
+                Ok(None) => continue,
+                Err(panic) => {
+                    panics.push(panic);
+                    continue;
+                }
+            };
+            if let Some((Panic { message, place }, bank)) = &done.panic {
+                let block = bank.and_then(|bank| task.banks.get(bank).cloned());
+                let (task, message, place) = (task.name.clone(), message.clone(), place.clone());
+                panics.push(TaskPanicked { task, block, message, place });
+            }
             if let Some(last) = &done.last {
                 task.timing.end(last);
             }
@@ -165,13 +179,16 @@ impl<S: Service> Running<S> {
                 Some(StopReason::Overrun) => {
                     end = End::Overrun { task: task.name.clone(), missed: task.timing.missed() };
                 }
-                None if end == End::Asked => end = End::Cycles,
+                None if end == End::Asked && done.panic.is_none() => end = End::Cycles,
                 None | Some(StopReason::Requested) => {}
             }
             tasks.push(outcome(&task.name, &task.timing, grant, done));
         }
         let forces = parts.operator.forces().cloned().collect();
-        Ok(Outcome { end, tasks, alarms, forces })
+        let Some(first) = panics.first() else { return Ok(Outcome { end, tasks, alarms, forces }) };
+        let end = End::Panicked { task: first.task.clone() };
+        let outcome = Box::new(Outcome { end, tasks, alarms, forces });
+        Err(NodePanicked { panics, outcome })
     }
 
     fn drain(&mut self) {

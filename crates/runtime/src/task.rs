@@ -19,6 +19,7 @@ use crate::inputs::{InputPorts, TaskInputs};
 use crate::orders::Applier;
 use crate::outcome::{Allocations, Costs, InputOutcome, Link};
 use crate::outputs::{Frame, Output, OutputPorts};
+use crate::panics::{Panic, catch_panic};
 use crate::real_time_thread::RealTimeThread;
 use crate::snapshots::Tap;
 
@@ -65,6 +66,8 @@ pub(crate) struct Start {
 pub(crate) struct Done {
     /// Why its loop ended; `None`: it ran all its cycles.
     pub(crate) stop_reason: Option<StopReason>,
+    /// A panic that ended it, and the bank, by its index in the plan, in which it was.
+    pub(crate) panic: Option<(Panic, Option<usize>)>,
     /// Its last cycle, whose record may have found no room.
     pub(crate) last: Option<CycleRecord>,
     pub(crate) margin_ns: Option<u64>,
@@ -108,50 +111,56 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
     let mut last = None;
     // The release whose frames say that another one follows.
     let mut followed: Option<Release> = None;
-    while wanted.is_none_or(|wanted| cycles < wanted) {
-        // Peers that came while the thread slept are connected before the release, not after it.
-        let connect = || account.library(|| ports.maintain());
-        let Some(release) = cyclic.wait_with(restless.wake_ups(), connect) else { break };
+    let ended = catch_panic(|| {
+        while wanted.is_none_or(|wanted| cycles < wanted) {
+            // Peers that came while the thread slept are connected before the release, not after it.
+            let connect = || account.library(|| ports.maintain());
+            let Some(release) = cyclic.wait_with(restless.wake_ups(), connect) else { break };
 
-        orders.apply(&mut engine, &release);
-        ports.inputs.read(&mut engine, &release);
-        engine.step(release.cycle);
-        ports.outputs.copy(&engine);
-        let is_last = wanted.is_some_and(|wanted| cycles + 1 >= wanted);
-        ports.outputs.send(&engine, &release, Frame::of(is_last));
-        followed = Some(release).filter(|_| !is_last);
-        let end_ns = Monotonic.now_ns();
-        cyclic.finished(end_ns);
+            orders.apply(&mut engine, &release);
+            ports.inputs.read(&mut engine, &release);
+            engine.step(release.cycle);
+            ports.outputs.copy(&engine);
+            let is_last = wanted.is_some_and(|wanted| cycles + 1 >= wanted);
+            ports.outputs.send(&engine, &release, Frame::of(is_last));
+            followed = Some(release).filter(|_| !is_last);
+            let end_ns = Monotonic.now_ns();
+            cyclic.finished(end_ns);
 
-        // The slack: what may take its time, until the next release.
-        account.library(|| {
-            ports.outputs.prepare();
-            ports.inputs.maintain();
-        });
-        restless.note(ports.connects(), end_ns);
-        orders.read(&engine, &release);
-        events.look(&engine);
-        ports.inputs.tell(&mut events);
-        let record = record(&release, end_ns, cyclic.overruns());
-        tap.take(engine.image(), &record);
-        // A full ring drops the record, and the reader of the ring sees the gap.
-        let _ = records.push(record);
-        last = Some(record);
-        cycles += 1;
-        if cycles == warm_up {
-            account = Account::open(ports.allocations());
+            // The slack: what may take its time, until the next release.
+            account.library(|| {
+                ports.outputs.prepare();
+                ports.inputs.maintain();
+            });
+            restless.note(ports.connects(), end_ns);
+            orders.read(&engine, &release);
+            events.look(&engine);
+            ports.inputs.tell(&mut events);
+            let record = record(&release, end_ns, cyclic.overruns());
+            tap.take(engine.image(), &record);
+            // A full ring drops the record, and the reader of the ring sees the gap.
+            let _ = records.push(record);
+            last = Some(record);
+            cycles += 1;
+            if cycles == warm_up {
+                account = Account::open(ports.allocations());
+            }
         }
-    }
-    if let Some(release) = followed {
+    });
+    // The image of a cycle in which a block panicked is neither of that cycle nor of the one before.
+    if let Some(release) = followed.filter(|_| ended.is_ok()) {
         // Whoever ended the task did not say so before its last cycle.
         ports.outputs.copy(&engine);
         ports.outputs.send(&engine, &release, Frame::Last);
     }
+    // What a panic itself allocates and faults is no cost of the cycle.
+    let has_costs = cycles > warm_up && ended.is_ok();
     Some(Done {
         stop_reason: cyclic.stop_reason(),
+        panic: ended.err().map(|panic| (panic, engine.stepping())),
         last,
         margin_ns: cyclic.margin_ns(),
-        costs: (cycles > warm_up).then(|| account.close(ports.allocations())),
+        costs: has_costs.then(|| account.close(ports.allocations())),
         block_errors: engine.block_errors(),
         input_rejects: ports.inputs.rejects(),
         connects: ports.connects(),

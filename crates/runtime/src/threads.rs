@@ -6,13 +6,14 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 
 use isochrone_cyclic::ThreadRequest;
-use isochrone_engine::{TaskEngine, TaskPlan};
+use isochrone_engine::{BankPlan, TaskEngine, TaskPlan};
 use isochrone_ipc::{OpenError, Service};
 use isochrone_timing::TaskTiming;
 use rtrb::RingBuffer;
 
 use crate::error::{PrepareError, TaskPanicked};
 use crate::inputs::TaskInputs;
+use crate::panics;
 use crate::parts::{Parts, Task};
 use crate::snapshots::Tap;
 use crate::task::{self, Done, Job, Ready, Services, Start};
@@ -81,6 +82,7 @@ impl Threads {
         parts.tasks.push(Task {
             name,
             schedule: task.schedule,
+            banks: task.banks.iter().map(BankPlan::any_block).collect(),
             timing: TaskTiming::new(task.schedule.period_ns),
             records: consumer,
             log,
@@ -108,8 +110,8 @@ impl Threads {
     }
 
     /// Ends and awaits the threads, in order.
-    pub(crate) fn join(mut self) -> Result<Vec<Option<Done>>, TaskPanicked> {
-        self.end().into_iter().collect()
+    pub(crate) fn join(mut self) -> Vec<Result<Option<Done>, TaskPanicked>> {
+        self.end()
     }
 
     /// Why a thread ended in its set-up without a word.
@@ -117,7 +119,8 @@ impl Threads {
         let task = self.threads.get(index).map(|thread| thread.task.clone()).unwrap_or_default();
         let panics = self.end().into_iter().filter_map(Result::err);
         let message = "its thread ended during its set-up".into();
-        panics.into_iter().next().unwrap_or(TaskPanicked { task, message })
+        let silent = TaskPanicked { task, block: None, message, place: None };
+        panics.into_iter().next().unwrap_or(silent)
     }
 
     fn end(&mut self) -> Vec<Result<Option<Done>, TaskPanicked>> {
@@ -125,7 +128,10 @@ impl Threads {
         // One that waits for its start ends when nobody can give it any more.
         let handles: Vec<_> = self.threads.drain(..).map(|t| (t.task, t.thread)).collect();
         let join = |(task, thread): (String, JoinHandle<_>)| {
-            thread.join().map_err(|panic| TaskPanicked { task, message: words(&*panic) })
+            thread.join().map_err(|panic| {
+                let message = panics::words(&*panic);
+                TaskPanicked { task, block: None, message, place: None }
+            })
         };
         handles.into_iter().map(join).collect()
     }
@@ -135,10 +141,4 @@ impl Drop for Threads {
     fn drop(&mut self) {
         self.end();
     }
-}
-
-/// What a panic said.
-fn words(panic: &(dyn std::any::Any + Send)) -> String {
-    let text = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
-    text.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_else(|| "no message".into())
 }

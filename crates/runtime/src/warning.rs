@@ -1,9 +1,10 @@
 //! What the machine refused and what came up while a node ran, as a report has it.
 
 use isochrone_cyclic::Refusal;
-use isochrone_timing::Warning;
+use isochrone_timing::{Warning, WarningCode};
 
 use crate::alarms::Alarm;
+use crate::error::TaskPanicked;
 
 /// A refusal as a report has it.
 pub fn warning(refusal: &Refusal) -> Warning {
@@ -16,10 +17,15 @@ impl From<&Alarm> for Warning {
     }
 }
 
+impl From<&TaskPanicked> for Warning {
+    fn from(panic: &TaskPanicked) -> Self {
+        let remedy = "fix the block; what was measured ends with the panic".into();
+        Self { code: WarningCode::Panicked, message: panic.to_string(), remedy }
+    }
+}
+
 #[cfg(test)]
 mod tests {
-    use isochrone_timing::WarningCode;
-
     use super::*;
 
     #[test]

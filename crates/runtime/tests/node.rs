@@ -3,14 +3,11 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use isochrone_blocks::{BlockType, CATALOGUE};
 use isochrone_cyclic::CountingAllocator;
 use isochrone_engine::operate::{Action, Entry, Hold, Refusal, Value};
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_ipc::{Depth, FrameSubscriber, IsolatedDomain, Participant};
-use isochrone_runtime::{
-    End, Node, POLL_INTERVAL, PrepareError, RequestError, Running, TaskPanicked,
-};
+use isochrone_runtime::{End, Node, POLL_INTERVAL, PrepareError, RequestError, Running};
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
@@ -42,38 +39,8 @@ service = "test/out"
 signals = ["ramp.delayedValue"]
 "#;
 
-/// A block that goes wrong when it is told to.
-mod faulty {
-    use isochrone_blocks::{Block, Cycle};
-
-    isochrone_blocks::block! {
-        /// Panics at 1.
-        pub(crate) Faulty {
-            inputs {
-                /// What decides it.
-                "x" => x: f64 = 0.0,
-            }
-            outputs {
-                /// The same.
-                "y" => y: f64,
-            }
-            state { y: f64 }
-            status {}
-        }
-    }
-
-    impl Block for Faulty {
-        fn step(_: &mut State, inputs: &Inputs, _: &Cycle<'_>) -> Outputs {
-            assert!(inputs.x != 1.0, "one is too much");
-            Outputs { y: inputs.x }
-        }
-    }
-}
-
 fn plan(text: &str) -> Plan {
-    let catalogue = [CATALOGUE, &[BlockType::of::<faulty::Faulty>()]].concat();
-    let rules = Rules { catalogue: &catalogue, ..Rules::default() };
-    Plan::new(Source::new("test.toml", text), &rules).unwrap()
+    Plan::new(Source::new("test.toml", text), &Rules::default()).unwrap()
 }
 
 /// Polls until something holds.
@@ -302,18 +269,6 @@ fn a_node_on_local_services_publishes_inside_the_process() {
         out.newest(0).is_some()
     });
     assert!(domain.files().is_empty());
-}
-
-#[test]
-fn a_task_that_panics_ends_its_node_with_an_error_that_names_it() {
-    let text = "[node]\nname = \"n\"\n[[task]]\nname = \"slow\"\nperiod = \"1ms\"\n\
-        [[block]]\nname = \"b\"\ntype = \"Faulty\"\n";
-    let mut node = Node::prepare_alone(&plan(text)).unwrap().start();
-    let sent = node.set([("b.x", 1.0)]).unwrap();
-    assert_eq!(sent.warnings, [""; 0], "a block from outside the library is not tried out");
-    poll_until(&mut node, |node| !node.poll().is_running());
-    let panicked = TaskPanicked { task: "slow".into(), message: "one is too much".into() };
-    assert_eq!(node.finish().unwrap_err(), panicked);
 }
 
 #[test]

@@ -81,6 +81,8 @@ codes! {
     InputNotOk = "input_not_ok",
     /// Telemetry omits some signals.
     TelemetryCut = "telemetry_cut",
+    /// A block panicked, and the node ended with it.
+    Panicked = "panicked",
     /// The program is a debug build.
     DebugBuild = "debug_build",
     /// A spinning arm was measured in short parts because of the kernel's throttling.

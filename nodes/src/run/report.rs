@@ -8,8 +8,10 @@ use isochrone_timing::{InputReport, LinkReport, TaskReport};
 /// Adds what the node did.
 pub(super) fn complete(report: &mut Report, plan: &Plan, outcome: &Outcome) {
     report.warnings.extend(outcome.alarms.iter().map(Into::into));
-    let tasks = plan.tasks.iter().zip(&outcome.tasks);
-    report.tasks.extend(tasks.map(|(plan, task)| task_report(plan, task).into()));
+    for task in &outcome.tasks {
+        let planned = plan.tasks.iter().find(|planned| planned.name == task.name);
+        report.tasks.extend(planned.map(|planned| task_report(planned, task).into()));
+    }
     report
         .links
         .extend(outcome.tasks.iter().flat_map(|task| &task.links).map(link_report).map(Into::into));

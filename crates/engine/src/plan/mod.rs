@@ -200,6 +200,22 @@ pub struct BankPlan {
     pub wires: Vec<WirePlan>,
 }
 
+/// Most blocks of a bank that a message names.
+const MOST_NAMED: usize = 8;
+
+impl BankPlan {
+    /// Its blocks for a message that cannot say which of them is meant: `"first" or "second" (Pid)`.
+    pub fn any_block(&self) -> String {
+        let mut names: Vec<_> =
+            self.instances.iter().take(MOST_NAMED).map(|name| format!("\"{name}\"")).collect();
+        let others = self.instances.len() - names.len();
+        if others > 0 {
+            names.push(format!("{others} more"));
+        }
+        format!("{} ({})", names.join(" or "), self.block_type.name)
+    }
+}
+
 /// A copy of one slot of the image to another.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WirePlan {

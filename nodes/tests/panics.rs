@@ -1,0 +1,129 @@
+//! A program with a block that panics: what its verbs say, and what they still write.
+
+mod domain;
+
+use std::process::{Command, ExitCode};
+
+use domain::{Domain, Ended, Process};
+use isochrone_blocks::{Block, BlockType, Cycle};
+
+isochrone_blocks::block! {
+    /// Panics in its 50th cycle.
+    Faulty {
+        inputs {
+            /// What it passes on.
+            "x" => x: f64 = 0.0,
+        }
+        outputs {
+            /// The same.
+            "y" => y: f64,
+        }
+        state { unused: f64 }
+        status {}
+    }
+}
+
+impl Block for Faulty {
+    fn step(_: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
+        assert!(cycle.index() < 50, "fifty is too much");
+        Outputs { y: inputs.x }
+    }
+}
+
+const NODE: &str = r#"
+[node]
+name = "faulty"
+[[task]]
+name = "good"
+period = "1ms"
+[[task]]
+name = "bad"
+period = "2ms"
+[[block]]
+name = "saw"
+type = "SawTooth"
+task = "good"
+in = { incrementRange = 1, numberSteps = 30000 }
+[[block]]
+name = "level"
+type = "Faulty"
+task = "bad"
+[[output]]
+task = "bad"
+service = "faulty/out"
+signals = ["level.y"]
+"#;
+
+/// Says that this program is to be the command line with the block.
+const AS_PROGRAM: &str = "ISOCHRONE_TEST_PROGRAM";
+
+/// This file has no test harness: the program whose verbs are tested must be this one, as only it has
+/// the block.
+fn main() -> ExitCode {
+    if std::env::var_os(AS_PROGRAM).is_some() {
+        return isochrone_cli::main(&[BlockType::of::<Faulty>()]);
+    }
+    let tests: [(&str, fn()); 2] = [
+        (
+            "a_run_whose_block_panics_reports_what_was_measured_and_names_the_block",
+            a_run_whose_block_panics_reports_what_was_measured_and_names_the_block,
+        ),
+        (
+            "a_simulation_whose_block_panics_names_it_and_keeps_the_cycles_before",
+            a_simulation_whose_block_panics_names_it_and_keeps_the_cycles_before,
+        ),
+    ];
+    for (name, test) in tests {
+        test();
+        println!("test {name} ... ok");
+    }
+    ExitCode::SUCCESS
+}
+
+fn command(domain: &Domain, arguments: &str) -> Command {
+    domain.write("node.toml", NODE);
+    let mut command = Command::new(std::env::current_exe().unwrap());
+    command.args(arguments.split_whitespace()).current_dir(domain.path(""));
+    command.env(AS_PROGRAM, "1").env("ICEORYX2_CONFIG", domain.config_file());
+    command
+}
+
+fn run(domain: &Domain, arguments: &str) -> Ended {
+    Process::start(command(domain, arguments)).finish()
+}
+
+const SENTENCE: &str = "task \"bad\" panicked in block \"level\" (Faulty) at ";
+
+#[track_caller]
+fn assert_names_the_block_once(stderr: &str) {
+    assert_eq!(stderr.matches(SENTENCE).count(), 1, "{stderr}");
+    assert!(stderr.contains("fifty is too much") && stderr.contains("panics.rs:"), "{stderr}");
+    assert!(!stderr.contains("thread '"), "{stderr}");
+}
+
+fn a_run_whose_block_panics_reports_what_was_measured_and_names_the_block() {
+    let domain = Domain::new();
+    domain.write("old.json", "{}");
+    let ended = run(&domain, "run node.toml --report old.json --json").expect_code(1);
+    assert_names_the_block_once(&ended.stderr);
+    let report = domain.json("old.json");
+    assert_eq!(serde_json::from_str::<serde_json::Value>(&ended.stdout).unwrap(), report);
+    let warning = &report["warnings"].as_array().unwrap().last().unwrap();
+    assert_eq!(warning["code"], "panicked", "{report}");
+    assert!(warning["message"].as_str().unwrap().starts_with(SENTENCE), "{report}");
+    let [good, bad] = report["tasks"].as_array().unwrap().as_slice() else { panic!("{report}") };
+    assert_eq!((&good["name"], &bad["name"]), (&"good".into(), &"bad".into()));
+    assert!(good["cycles"].as_u64() > Some(0), "{report}");
+    // It panicked in the cycle of index 50, or in the next one that was not missed.
+    assert!((1..=50).contains(&bad["cycles"].as_u64().unwrap()), "{report}");
+    assert!(bad["allocations"].is_null(), "a panic allocates: {report}");
+    assert!(report["links"][0]["frames"].as_u64() > Some(0), "{report}");
+}
+
+fn a_simulation_whose_block_panics_names_it_and_keeps_the_cycles_before() {
+    let domain = Domain::new();
+    let ended = run(&domain, "simulate node.toml --cycles 200 --output out.csv").expect_code(1);
+    assert_names_the_block_once(&ended.stderr);
+    // Cycle 50 of the task of 2 ms is due with cycle 100 of the rows' task, which runs before it.
+    assert_eq!(domain.read("out.csv").lines().count(), 1 + 101);
+}
