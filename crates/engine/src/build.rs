@@ -61,6 +61,18 @@ pub enum BuildError {
         /// Which of its instances.
         instance: usize,
     },
+    /// A task has no period, so it has no cycles.
+    #[error("task \"{task}\": its period is 0")]
+    NoPeriod {
+        /// Name of the task.
+        task: String,
+    },
+    /// A task has a name that no thread can have.
+    #[error("task {task:?}: its name contains a NUL character")]
+    TaskName {
+        /// Name of the task.
+        task: String,
+    },
     /// A link joins tasks that do not exist.
     #[error("a link leads from task {from} to task {to}, but there are {tasks} tasks")]
     UnknownTask {
@@ -77,6 +89,12 @@ pub enum BuildError {
 pub(crate) fn check(plan: &Plan) -> Result<(), BuildError> {
     plan.links.iter().try_for_each(|link| check_link(plan, link))?;
     for (index, task) in plan.tasks.iter().enumerate() {
+        if task.schedule.period_ns == 0 {
+            return Err(BuildError::NoPeriod { task: task.name.clone() });
+        }
+        if task.name.contains('\0') {
+            return Err(BuildError::TaskName { task: task.name.clone() });
+        }
         let room = Room::of(plan, index, task);
         room.slots("an input", 0, task.input_slots())?;
         let mut free = 0;

@@ -43,6 +43,14 @@ fn refusal(change: impl FnOnce(&mut Plan)) -> BuildError {
 }
 
 #[test]
+fn a_task_without_a_period_or_with_a_name_that_no_thread_can_have_is_refused() {
+    let error = refusal(|plan| plan.tasks[1].schedule.period_ns = 0);
+    assert_eq!(error, BuildError::NoPeriod { task: "slow".into() });
+    let error = refusal(|plan| plan.tasks[0].name.push('\0'));
+    assert_eq!(error.to_string(), r#"task "fast\0": its name contains a NUL character"#);
+}
+
+#[test]
 fn an_image_that_is_too_small_for_its_banks_is_refused_with_the_slot() {
     let error = refusal(|plan| plan.tasks[0].image.truncate(20));
     let sentence = error.to_string();

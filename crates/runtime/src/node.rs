@@ -72,6 +72,7 @@ pub struct Prepared<S: Service = ipc::Service> {
 
 impl<S: Service + 'static> Prepared<S> {
     fn new(plan: &Plan, participant: Option<Arc<RealTime<S>>>) -> Result<Self, PrepareError> {
+        let engines = TaskEngine::build(plan)?;
         let (snapshots, taps) = Snapshots::of(plan);
         let feeds = if participant.is_some() { Feeds::Services } else { Feeds::Program };
         let telemetry = participant.as_deref();
@@ -86,9 +87,8 @@ impl<S: Service + 'static> Prepared<S> {
             alarms: Vec::new(),
             participant,
         };
-        let engines = TaskEngine::build(plan)?.into_iter().zip(taps);
         let mut ready = Vec::new();
-        for (task, (engine, tap)) in plan.tasks.iter().zip(engines) {
+        for (task, (engine, tap)) in plan.tasks.iter().zip(engines.into_iter().zip(taps)) {
             ready.push(threads.spawn(task, engine, tap, &mut parts)?);
         }
         let mut grants = Vec::new();

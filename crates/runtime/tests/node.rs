@@ -307,3 +307,14 @@ fn a_node_ends_by_itself_after_the_cycles_of_its_first_task() {
     assert_eq!((outcome.end, cycles.len()), (End::Cycles, 30));
     assert_eq!(outcome.tasks[0].timing.cycles(), 30);
 }
+
+#[test]
+fn a_plan_that_was_changed_into_one_that_cannot_run_is_refused() {
+    let changes: [fn(&mut Plan); 2] =
+        [|plan| plan.tasks[0].schedule.period_ns = 0, |plan| plan.tasks[0].name.push('\0')];
+    for change in changes {
+        let mut plan = plan(RAMP);
+        change(&mut plan);
+        assert!(matches!(Node::prepare_alone(&plan), Err(PrepareError::Build(_))));
+    }
+}
