@@ -22,6 +22,11 @@ pub(crate) static LOG_LEVEL: OnceLock<()> = OnceLock::new();
 /// Ports stay usable after their participant is dropped; it then ends with the last of them. It
 /// installs no signal handler. A participant can be shared between threads, but ports of
 /// [`ipc::Service`](crate::ipc::Service) stay in the thread that opened them.
+///
+/// Fork only to `exec`: a child that drops a participant or a port removes the files of its parent,
+/// and one that goes on without `exec` must leave the process by `_exit`. The descriptors of iceoryx2
+/// 0.10 are not closed on `exec`; a child inherits them, which costs it descriptors and keeps removed
+/// memory until it ends.
 #[derive(Debug)]
 pub struct Participant<S: Service> {
     node: EndsLocked<Node<S>>,
@@ -79,7 +84,7 @@ impl<S: Service> Participant<S> {
     ) -> Result<Self, JoinError> {
         LOG_LEVEL.get_or_init(|| iceoryx2::prelude::set_log_level(LogLevel::Warn));
         let node_name =
-            NodeName::new(name).map_err(|_| JoinError::Name { name: name.to_owned() })?;
+            NodeName::new(name).map_err(|_| JoinError::Name { name: beginning(name) })?;
         let mut config = domain.config().clone();
         config.global.creation_timeout = creation_timeout;
         // iceoryx2 would clean up on its own when a node is made or dropped and when a service
@@ -173,5 +178,32 @@ impl<S: Service> Participant<S> {
 
     pub(crate) fn domain(&self) -> String {
         self.membership.describe()
+    }
+}
+
+/// Most characters of a name that an error repeats.
+const SHOWN: usize = 160;
+
+/// A name that is too long for a message, cut.
+fn beginning(name: &str) -> String {
+    match name.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{}…", name.get(..end).unwrap_or_default()),
+        None => name.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::{IsolatedDomain, local};
+
+    use super::*;
+
+    #[test]
+    fn a_name_that_is_too_long_is_refused_in_a_message_of_readable_length() {
+        let domain = IsolatedDomain::new("isotest").unwrap();
+        let join = |name: &str| Participant::<local::Service>::join_local(name, &domain).unwrap_err();
+        let message = join(&"x".repeat(100_000)).to_string();
+        assert!(message.len() < 300 && message.contains("at most 128"), "{message}");
+        assert!(join("ä").to_string().contains("\"ä\""));
     }
 }

@@ -60,7 +60,8 @@ impl Node {
     }
 }
 
-/// A node whose ports are open and whose threads wait. Dropping it ends them.
+/// A node whose ports are open and whose threads wait. Dropping it ends them. Like [`Running`], it
+/// stays in the thread that prepared it.
 #[must_use = "dropping it ends its threads"]
 pub struct Prepared<S: Service = ipc::Service> {
     // The threads end before what they use.

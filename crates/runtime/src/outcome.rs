@@ -124,7 +124,7 @@ impl Costs {
 /// How often memory was asked for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Allocations {
-    /// By the node itself: none.
+    /// By the node itself: none, unless a block of the program's own allocates.
     pub cycle: u64,
     /// By iceoryx2: one for each frame, in the slack, and those with which it connects a peer, in the
     /// slack or, for a peer that joined just before the release, as it receives or sends.

@@ -22,6 +22,20 @@ use crate::threads::Threads;
 pub const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
 /// A node that runs. Dropping it ends it.
+///
+/// It stays in the thread that prepared it, as the ports of
+/// [`ipc::Service`](isochrone_ipc::ipc::Service) do (it is not `Send`): prepare, start and poll a node
+/// in one thread, and end it from another by its [`stop_flag`](Self::stop_flag).
+///
+/// Dropping it waits for every task to end its cycle. A block that never returns from its step holds
+/// that up for ever, as it does [`finish`](Self::finish); a thread cannot be ended from outside. A
+/// program that must end all the same asks the node to [`stop`](Self::stop), polls until
+/// [`Poll::is_running`] is false, and after a time limit of its own calls
+/// [`std::process::exit`] without dropping the node. What the process leaves in the domain is removed
+/// by the next one that joins.
+///
+/// In a process that forks, the child has none of the threads and must not touch the node: fork only
+/// to `exec`, as [`std::process::Command`] does.
 #[must_use = "dropping it ends the node"]
 pub struct Running<S: Service = ipc::Service> {
     // The threads end before what they use.
@@ -138,6 +152,9 @@ impl<S: Service> Running<S> {
     }
 
     /// Ends the node if it still runs, and tells what it did.
+    ///
+    /// Waits for every task to end its cycle: for ever, if a block never returns from its step (see
+    /// [`Running`]).
     ///
     /// # Errors
     /// Tasks panicked; what all tasks did until then is in the error.

@@ -47,7 +47,8 @@ pub struct TaskReport {
     pub period_error_ns: Summary,
     /// CPU time of the task's thread per elapsed time, 0 to 1, including time spent spinning.
     pub cpu_fraction: Option<f64>,
-    /// Allocations by the node itself after the warm-up, none of them in a cycle.
+    /// Allocations in the task's thread after the warm-up that are not the IPC library's: 0, unless a
+    /// block of the program's own allocates.
     pub allocations: Option<u64>,
     /// Allocations by the IPC library after the warm-up: one per frame, in the slack, and some for
     /// each peer that it connects.

@@ -128,7 +128,9 @@ fn remove_dead(place: &Path) {
     let entries = fs::read_dir(place).into_iter().flatten().flatten();
     for folder in entries.filter(ours).map(|entry| entry.path()) {
         let maker = folder.join(MAKER);
-        if !maker.is_file() {
+        // The maker's end removes the folder's content one by one: without its lock, what is left is
+        // what an interrupted end left. A folder without a domain may belong to a maker that begins.
+        if !maker.is_file() && !folder.join(ROOT).is_dir() {
             continue;
         }
         let Ok(Some(_dead)) = locked_file::try_lock(&maker) else { continue };
@@ -171,8 +173,11 @@ mod tests {
         fs::write(&segment, "").unwrap();
         let strange = place.path().join("isochrone-strange");
         fs::create_dir(&strange).unwrap();
+        // As one leaves it that is killed while it removes its folder.
+        let half = place.path().join("isochrone-half");
+        fs::create_dir_all(half.join(ROOT).join("nodes")).unwrap();
         let next = IsolatedDomain::within(place.path(), "isonext").unwrap();
-        assert!(!dead.exists() && !segment.exists());
+        assert!(!dead.exists() && !segment.exists() && !half.exists());
         assert!(living.file().exists() && next.file().exists() && strange.exists());
     }
 }

@@ -119,7 +119,7 @@ pub enum JoinError {
     /// The name is longer than 128 bytes or is not ASCII.
     #[error("node name {name:?}: iceoryx2 takes at most 128 ASCII characters")]
     Name {
-        /// The name as given.
+        /// The name as given; of a longer one, its beginning.
         name: String,
     },
     /// The domain belongs to another user or cannot be written.
