@@ -4,7 +4,7 @@ use isochrone_machine::Environment;
 use isochrone_report::{
     Comparison, CostReport, LeftOut, LinkArm, Report, TaskArm, TurnReport, Verdict,
 };
-use isochrone_timing::{LinkReport, Summary, TaskReport, Warning, WarningCode};
+use isochrone_timing::{Direction, LinkReport, Summary, TaskReport, Warning, WarningCode};
 
 fn jitter() -> Summary {
     Summary {
@@ -88,8 +88,10 @@ fn report() -> Report {
         links: vec![LinkArm {
             link: LinkReport {
                 service: "plant/level".to_owned(),
+                direction: Some(Direction::Received),
                 frames: 60_000,
                 lost: 1,
+                restarts: Some(0),
                 rate_hz: Some(999.98),
                 one_way_ns: few(),
                 ..LinkReport::default()
@@ -117,7 +119,7 @@ task fast: period 1 ms, wake hybrid, scheduler fifo:80, CPU 1
   CPU 6.2 %, 0 allocations (60000 more by the IPC library), 3 minor and 0 major faults, 60000 voluntary and 1 involuntary switches
   0 block errors, 0 input rejects, 2 connects (0 failed at first)
 
-link plant/level: 1000 Hz
+link plant/level (received): 1000 Hz
   60000 frames, 1 lost, 0 restarts
                         min      p50      p90      p99    p99.9   p99.99      max
   last hop          1.20 us  1.25 us  10.0 us        -        -        -  1.30 ms
@@ -318,4 +320,21 @@ fn a_comparison_that_is_left_out_says_why_and_how_much_longer_to_run() {
     let says = "\nnot compared\n  hybrid (1 ms, idle) with sleep (1 ms, idle) at p99.9: 900 of 10000 \
         samples; run it 12 times as long\n";
     assert!(report.to_string().contains(says), "{report}");
+}
+
+#[test]
+fn a_link_that_was_sent_says_so_and_nothing_of_what_only_a_receiver_counts() {
+    let link = LinkReport {
+        service: "plant/out".to_owned(),
+        direction: Some(Direction::Sent),
+        frames: 7,
+        ..LinkReport::default()
+    };
+    let links = vec![LinkArm { link, ..LinkArm::default() }];
+    let report = Report { tasks: Vec::new(), links, warnings: Vec::new(), ..report() };
+    let shown = report.to_string();
+    assert!(shown.contains("\nlink plant/out (sent)\n  7 frames, 0 lost\n"), "{shown}");
+    let json = serde_json::to_value(&report).unwrap();
+    assert_eq!(json["links"][0]["direction"], "sent");
+    assert!(json["links"][0]["restarts"].is_null() && json["links"][0]["other_writers"].is_null());
 }

@@ -9,6 +9,7 @@ use isochrone_ipc::{
     Binding, Depth, Flags, ForRealTime, FrameHeader, FrameSubscriber, OpenError, RealTime, Service,
     Stamps, Wanted,
 };
+use isochrone_timing::Direction;
 
 use crate::bindings::{Desk, Observed, Resolved, ends};
 use crate::events::Events;
@@ -223,13 +224,14 @@ impl<S: Service> InputPorts<S> {
             let counters = port.subscriber.counters();
             Link {
                 service: port.service.clone(),
+                direction: Direction::Received,
                 frames: counters.received,
                 lost: counters.lost,
-                restarts: counters.restarts,
-                other_writers: counters.other_writers,
-                future_stamps: port.future_stamps,
-                past_stamps: port.past_stamps,
-                unknown_layouts: port.unknown_layouts,
+                restarts: Some(counters.restarts),
+                other_writers: Some(counters.other_writers),
+                future_stamps: Some(port.future_stamps),
+                past_stamps: Some(port.past_stamps),
+                unknown_layouts: Some(port.unknown_layouts),
             }
         })
     }

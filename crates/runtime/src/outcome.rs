@@ -2,7 +2,7 @@
 
 use isochrone_cyclic::{ThreadGrant, ThreadUsage};
 use isochrone_engine::operate::Forced;
-use isochrone_timing::TaskTiming;
+use isochrone_timing::{Direction, TaskTiming};
 
 use crate::alarms::Alarm;
 
@@ -131,24 +131,27 @@ pub struct Allocations {
     pub library: u64,
 }
 
-/// What a port received or sent. How long that took is for the readers to say.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
+/// What a port received or sent. How long that took is for the readers to say. What only a receiver
+/// can count is `None` for a port that sent.
+#[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Link {
     /// The service.
     pub service: String,
+    /// Whether the port received or sent.
+    pub direction: Direction,
     /// Frames received or sent.
     pub frames: u64,
     /// Frames published and not received, or that could not be sent. A control input reads the newest
     /// frame, so a faster publisher loses by design.
     pub lost: u64,
     /// Times that a publisher began anew, or that another one was followed.
-    pub restarts: u64,
+    pub restarts: Option<u64>,
     /// Frames of other publishers than the one that is followed.
-    pub other_writers: u64,
+    pub other_writers: Option<u64>,
     /// Frames whose stamps lay in the future.
-    pub future_stamps: u64,
+    pub future_stamps: Option<u64>,
     /// Frames that arrived with stamps older than any wait here explains.
-    pub past_stamps: u64,
+    pub past_stamps: Option<u64>,
     /// Frames that could not be read, because nobody had announced their layout yet.
-    pub unknown_layouts: u64,
+    pub unknown_layouts: Option<u64>,
 }

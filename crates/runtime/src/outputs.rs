@@ -6,6 +6,7 @@ use isochrone_ipc::{
     Flags, ForRealTime, FrameLayout, FramePublisher, OpenError, RealTime, Service, SignalSpec,
     Stamp,
 };
+use isochrone_timing::Direction;
 
 use crate::outcome::Link;
 
@@ -143,9 +144,14 @@ impl<S: Service> OutputPorts<S> {
             let counters = port.publisher.counters();
             Link {
                 service: port.service.clone(),
+                direction: Direction::Sent,
                 frames: counters.sent,
                 lost: counters.unsent + counters.send_errors,
-                ..Link::default()
+                restarts: None,
+                other_writers: None,
+                future_stamps: None,
+                past_stamps: None,
+                unknown_layouts: None,
             }
         })
     }

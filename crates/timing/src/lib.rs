@@ -41,7 +41,7 @@ mod warning;
 
 pub use distribution::{DecodeError, Distribution, HIGHEST, encoded};
 pub use link::{FrameRecord, LinkTiming};
-pub use link_report::LinkReport;
+pub use link_report::{Direction, LinkReport};
 pub use metric::{Metric, Unit};
 pub use summary::Summary;
 pub use task::{CycleRecord, TaskTiming, warm_up_cycles};

@@ -1,7 +1,7 @@
 //! The timing of one stream of frames, as its receiver sees it.
 
 use crate::distribution::{Distribution, encoded};
-use crate::link_report::LinkReport;
+use crate::link_report::{Direction, LinkReport};
 use crate::metric::Metric;
 
 /// One received frame; all times in ns of one clock.
@@ -94,7 +94,8 @@ impl LinkTiming {
         LinkReport {
             service: service.into(),
             frames: self.frames,
-            future_stamps: self.future_stamps,
+            direction: Some(Direction::Received),
+            future_stamps: Some(self.future_stamps),
             rate_hz: self.rate_hz(),
             one_way_ns: self.one_way.summary(),
             end_to_end_ns: self.end_to_end.summary(),
@@ -155,7 +156,7 @@ mod tests {
         let link = link([at(1_001), at(u64::MAX), at(1_000)]);
         assert_eq!((link.frames(), link.future_stamps()), (3, 2));
         let report = link.report("plant/level");
-        assert_eq!((report.future_stamps, report.one_way_ns.count), (2, 1));
+        assert_eq!((report.future_stamps, report.one_way_ns.count), (Some(2), 1));
         assert_eq!(report.end_to_end_ns.count, 1);
     }
 

@@ -50,6 +50,7 @@ fn input_report(input: &InputOutcome) -> InputReport {
 fn link_report(link: &Link) -> LinkReport {
     LinkReport {
         service: link.service.clone(),
+        direction: Some(link.direction),
         frames: link.frames,
         lost: link.lost,
         restarts: link.restarts,

@@ -192,9 +192,9 @@ impl<'a> Line<'a> {
         let counters = self.subscriber.counters();
         LinkReport {
             lost: counters.lost,
-            restarts: counters.restarts,
-            other_writers: counters.other_writers,
-            past_stamps: self.past_stamps,
+            restarts: Some(counters.restarts),
+            other_writers: Some(counters.other_writers),
+            past_stamps: Some(self.past_stamps),
             flagged: self.flagged.by_word(),
             ..self.timing.report(self.service)
         }

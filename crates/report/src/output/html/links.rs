@@ -45,9 +45,12 @@ fn summary(page: &mut Page, group: &Group<'_, LinkArm>) {
     ];
     let rows = group.arms.iter().map(|link| {
         let rate = link.link.rate_hz.map(|hz| format!("{} Hz", three_digits(hz)));
-        let counts =
-            [link.link.frames, link.link.lost, link.link.restarts].map(|count| count.to_string());
-        Row::of([link.link.service.clone()].into_iter().chain(counts).chain([section::cell(rate)]))
+        let link = &link.link;
+        let counts = [link.frames, link.lost].map(|count| count.to_string());
+        let restarts = section::cell(link.restarts.map(|count| count.to_string()));
+        Row::of(
+            [link.service.clone()].into_iter().chain(counts).chain([restarts, section::cell(rate)]),
+        )
     });
     page.table("Frames", &columns, rows);
 }

@@ -127,19 +127,24 @@ fn counted_or_unknown(count: Option<u64>, thing: &str) -> String {
 
 fn link(f: &mut Formatter<'_>, link: &LinkReport) -> Result {
     write!(f, "\nlink {}", link.service)?;
+    if let Some(direction) = link.direction {
+        write!(f, " ({})", direction.as_str())?;
+    }
     if let Some(rate_hz) = link.rate_hz {
         write!(f, ": {} Hz", three_digits(rate_hz))?;
     }
     writeln!(f)?;
-    let (frames, restarts) = (counted(link.frames, "frame"), counted(link.restarts, "restart"));
-    write!(f, "  {frames}, {} lost, {restarts}", link.lost)?;
+    write!(f, "  {}, {} lost", counted(link.frames, "frame"), link.lost)?;
+    if let Some(restarts) = link.restarts {
+        write!(f, ", {}", counted(restarts, "restart"))?;
+    }
     for (count, what) in [
         (link.other_writers, "of other writers"),
         (link.future_stamps, "with stamps from the future"),
         (link.past_stamps, "with stamps from the past"),
         (link.unknown_layouts, "of unknown layout"),
     ] {
-        if count > 0 {
+        if let Some(count) = count.filter(|count| *count > 0) {
             write!(f, ", {count} {what}")?;
         }
     }
