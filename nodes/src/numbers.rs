@@ -1,22 +1,10 @@
 //! Values as files, programs and people have them.
 
-use std::fmt::Write;
-
 use isochrone_blocks::PinType;
 
 /// The shortest decimal that reads back to the same value; `NaN`, `inf`, `-inf`.
 pub(crate) fn format(value: f64) -> String {
     format!("{value:?}")
-}
-
-/// Adds a value to a row of a CSV file: as [`format`] has it, but a whole number where the type holds
-/// no other.
-pub(crate) fn write_cell(row: &mut String, value: f64, value_type: PinType) {
-    // Writing to a string cannot fail.
-    let _ = write!(row, "{value:?}");
-    if value_type != PinType::Lreal && row.ends_with(".0") {
-        row.truncate(row.len() - ".0".len());
-    }
 }
 
 /// A value as LGF's documents write it; a TIME is a number of milliseconds there.
@@ -191,26 +179,6 @@ mod tests {
             (-0.5, PinType::Time, "-0.5"),
         ] {
             assert_eq!(shown(value, value_type, Digits::All), expected);
-        }
-    }
-
-    #[test]
-    fn a_cell_is_the_shortest_text_that_reads_back_to_the_same_value() {
-        for (value, value_type, expected) in [
-            (129.0, PinType::Int, "129"),
-            (-0.0, PinType::Int, "-0"),
-            (36608.0, PinType::Word, "36608"),
-            (2_147_483_647.0, PinType::Time, "2147483647"),
-            (1.0, PinType::Bool, "1"),
-            (0.5, PinType::Bool, "0.5"),
-            (f64::NAN, PinType::Word, "NaN"),
-            (129.0, PinType::Lreal, "129.0"),
-        ] {
-            let mut row = String::new();
-            write_cell(&mut row, value, value_type);
-            assert_eq!(row, expected);
-            let read = parse_number(&row).unwrap();
-            assert!(read.to_bits() == value.to_bits() || value.is_nan(), "{row}");
         }
     }
 

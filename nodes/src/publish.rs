@@ -18,6 +18,7 @@ use self::signals::Signals;
 use crate::domain;
 use crate::failure::Failure;
 use crate::numbers;
+use crate::rows;
 use crate::stop;
 use crate::{configuration, terminal};
 
@@ -82,7 +83,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             "publishing {} on \"{}\" at {}. Press Ctrl-C to end it.",
             names.join(", "),
             args.service,
-            said(&pace)
+            said(&pace, args, &signals)
         ));
         // Readers that wait learn first what the frames will be.
         let stop = stop::after(stop, args.seconds, HEAD_START_NS);
@@ -146,11 +147,14 @@ fn pace(args: &Args, signals: &Signals) -> Pace {
 }
 
 /// A pace for people.
-fn said(pace: &Pace) -> String {
+fn said(pace: &Pace, args: &Args, signals: &Signals) -> String {
     let hz = pace
         .period_ns()
         .map(|period_ns| format!("{} Hz", numbers::six_digits(1e9 / period_ns as f64)));
     match (pace, hz) {
+        (Pace::Grid { .. }, Some(hz)) if args.rate.is_none() && signals.recording().is_some() => {
+            format!("{hz}, as the file has no column {}; --rate sets another", rows::TIME)
+        }
         (Pace::Grid { .. }, hz) => hz.unwrap_or_default(),
         (Pace::Recorded { .. }, Some(hz)) => format!("its recorded pace, {hz}"),
         (Pace::Recorded { .. }, None) => "its recorded pace".into(),

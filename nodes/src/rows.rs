@@ -1,11 +1,8 @@
 //! Writing CSV files of values over time: a row of names, then a row for each cycle or frame.
 
 use std::borrow::Cow;
-use std::fmt::Write as _;
 use std::io::{self, BufWriter, ErrorKind, Write};
 use std::path::Path;
-
-use isochrone_blocks::PinType;
 
 use crate::failure::Failure;
 use crate::numbers;
@@ -21,12 +18,11 @@ pub(crate) fn is_reserved(name: &str) -> bool {
     [TIME, CYCLE].contains(&name)
 }
 
-/// A CSV file that is being written: times, cycles and values. Numbers are the shortest decimals that
-/// read back to the same value.
+/// A CSV file that is being written. Numbers are the shortest decimals that read back to the same
+/// value.
 pub(crate) struct Rows {
     name: String,
     out: BufWriter<Box<dyn Write>>,
-    types: Vec<PinType>,
     row: String,
 }
 
@@ -39,44 +35,37 @@ impl Rows {
         } else {
             (path.display().to_string(), Box::new(ResultFile::open(path)?))
         };
-        let out = BufWriter::with_capacity(1 << 16, out);
-        Ok(Self { name, out, types: Vec::new(), row: String::new() })
+        Ok(Self { name, out: BufWriter::with_capacity(1 << 16, out), row: String::new() })
     }
 
-    /// Writes the names of the columns: those of times and cycles, and these of values. A value with
-    /// the name of one of those gets another, so that the file can be read again.
-    pub(crate) fn header(&mut self, values: &[(&str, PinType)]) -> Result<(), Failure> {
-        self.types = values.iter().map(|(_, value_type)| *value_type).collect();
-        let is_taken = |wanted: &str| values.iter().any(|(name, _)| *name == wanted);
-        self.row += TIME;
-        self.row.push(',');
-        self.row += CYCLE;
-        for (name, _) in values {
+    /// Writes the names of the columns: those of times and cycles, and those of the values. A value
+    /// with the name of one of those gets another, so that the file can be read again.
+    pub(crate) fn header(&mut self, own: &[&str], values: &[&str]) -> Result<(), Failure> {
+        own.iter().for_each(|column| self.field(column));
+        for name in values {
             let mut name = Cow::from(*name);
             if is_reserved(&name) {
-                while is_reserved(&name) || is_taken(&name) {
+                while is_reserved(&name) || values.contains(&&*name) {
                     name.to_mut().push('_');
                 }
             }
-            self.row.push(',');
-            self.row += &field(&name);
+            self.field(&field(&name));
         }
         self.end_row()
     }
 
-    /// Writes a row.
+    /// Writes a row: the time where it has one, the cycle, the values.
     pub(crate) fn row(
         &mut self,
-        time_s: f64,
+        time_s: Option<f64>,
         cycle: u64,
         values: impl IntoIterator<Item = f64>,
     ) -> Result<(), Failure> {
-        // Writing to a string cannot fail.
-        let _ = write!(self.row, "{time_s:?},{cycle}");
-        for (value, value_type) in values.into_iter().zip(&self.types) {
-            self.row.push(',');
-            numbers::write_cell(&mut self.row, value, *value_type);
+        if let Some(time_s) = time_s {
+            self.field(&numbers::format(time_s));
         }
+        self.field(&cycle.to_string());
+        values.into_iter().for_each(|value| self.field(&numbers::format(value)));
         self.end_row()
     }
 
@@ -85,7 +74,13 @@ impl Rows {
         self.out.flush().map_err(|error| self.cannot_write(&error))
     }
 
+    fn field(&mut self, text: &str) {
+        self.row += text;
+        self.row.push(',');
+    }
+
     fn end_row(&mut self) -> Result<(), Failure> {
+        self.row.pop();
         self.row.push('\n');
         let written = self.out.write_all(self.row.as_bytes());
         self.row.clear();

@@ -1,6 +1,6 @@
 //! `simulate`: the same engine with no clock and no IPC, as fast as it goes.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use isochrone_blocks::{BlockType, PinType};
 use isochrone_engine::{BuildError, Flags, InputPart, InputPlan, Plan, Reading, TaskEngine};
@@ -9,7 +9,7 @@ use isochrone_timing::units::counted;
 
 use crate::failure::Failure;
 use crate::recording::Recording;
-use crate::rows::Rows;
+use crate::rows::{CYCLE, Rows, TIME};
 use crate::stop;
 use crate::{configuration, meant, numbers, terminal};
 
@@ -32,10 +32,13 @@ pub(crate) struct Args {
     /// (`subscribe --csv`) are ignored, unless an input has that name
     #[arg(long, value_name = "IN.csv")]
     inputs: Option<PathBuf>,
-    /// CSV file to write, "-" for stdout: `time_s` and `cycle` of the task whose cycles are the rows,
-    /// and every signal of every output. `publish --csv` replays it at the simulated pace
+    /// CSV file to write, "-" for stdout: `cycle` and every signal of every output
     #[arg(long, value_name = "OUT.csv", default_value = "-")]
     output: PathBuf,
+    /// Write the column `time_s` first: when each cycle is due, counted from the first. `publish --csv`
+    /// then replays the file at the simulated pace
+    #[arg(long)]
+    times: bool,
     /// Task whose cycles are the rows; default: the first
     #[arg(long)]
     task: Option<String>,
@@ -79,7 +82,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let mut simulation = Simulation::new(&plan, reference, recording).map_err(Failure::found)?;
     let stop = stop::on_signal(None)?;
     hold_panic_messages();
-    let mut output = Output::create(&args.output, &plan)?;
+    let mut output = Output::create(args, &plan)?;
     for cycle in 0..cycles {
         if stop.is_due() {
             terminal::note(&format!("note: stopped after {cycle} of {}", counted(cycles, "cycle")));
@@ -285,6 +288,7 @@ struct Output {
     rows: Rows,
     /// Every output, in the order of the file.
     outputs: Vec<Place>,
+    has_times: bool,
 }
 
 /// Where an output's values come from.
@@ -297,8 +301,8 @@ struct Place {
 }
 
 impl Output {
-    fn create(path: &Path, plan: &Plan) -> Result<Self, Failure> {
-        let mut rows = Rows::create(path)?;
+    fn create(args: &Args, plan: &Plan) -> Result<Self, Failure> {
+        let mut rows = Rows::create(&args.output)?;
         let mut planned: Vec<_> = plan
             .tasks
             .iter()
@@ -309,15 +313,15 @@ impl Output {
             .collect();
         planned.sort_by_key(|(_, _, output)| output.position);
         let signals = planned.iter().flat_map(|(_, _, output)| &output.signals);
-        let columns: Vec<_> =
-            signals.map(|signal| (signal.name.as_str(), signal.value_type)).collect();
-        rows.header(&columns)?;
+        let names: Vec<&str> = signals.map(|signal| signal.name.as_str()).collect();
+        let own: &[&str] = if args.times { &[TIME, CYCLE] } else { &[CYCLE] };
+        rows.header(own, &names)?;
         let outputs = planned.iter().map(|(t, o, plan)| Place {
             task: *t,
             output: *o,
             values: vec![0.0; plan.signals.len()],
         });
-        Ok(Self { outputs: outputs.collect(), rows })
+        Ok(Self { outputs: outputs.collect(), rows, has_times: args.times })
     }
 
     fn write(&mut self, cycle: u64, simulation: &Simulation<'_>) -> Result<(), Failure> {
@@ -325,6 +329,7 @@ impl Output {
             simulation.engines[*task].read_output(*output, values);
         }
         let values = self.outputs.iter().flat_map(|place| &place.values).copied();
-        self.rows.row(simulation.time_s(cycle), cycle, values)
+        let time_s = self.has_times.then(|| simulation.time_s(cycle));
+        self.rows.row(time_s, cycle, values)
     }
 }

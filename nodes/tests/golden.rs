@@ -51,16 +51,9 @@ fn check(case: &Path) -> Result<(), String> {
     compare(&expected, &ran.out).map_err(|difference| format!("{name}:{difference}"))
 }
 
-/// Headers as text, numbers as bits. A case without times is compared without them. `Err` says where the first difference is and how many there are.
+/// Headers as text, numbers as bits. `Err` says where the first difference is and how many there are.
 fn compare(expected: &str, found: &str) -> Result<(), String> {
-    let (expected, mut found) = (program::cells(expected), program::cells(found));
-    let has_times = |rows: &[Vec<&str>]| rows.first().is_some_and(|row| row.contains(&"time_s"));
-    if has_times(&found) && !has_times(&expected) {
-        let times = found[0].iter().position(|name| *name == "time_s").unwrap();
-        for row in found.iter_mut().filter(|row| row.len() > times) {
-            row.remove(times);
-        }
-    }
+    let (expected, found) = (program::cells(expected), program::cells(found));
     let (Some(header), Some(found_header)) = (expected.first(), found.first()) else {
         return Err(format!("1: {} rows expected, {} found", expected.len(), found.len()));
     };
@@ -124,8 +117,6 @@ fn a_case_that_differs_is_reported_with_its_place() {
     for (found, difference) in [
         (expected, None),
         ("cycle,a.y,b.y\n0.0,1e-1,NaN\n1,-0,inf\n", None),
-        ("time_s,cycle,a.y,b.y\n0,0,0.1,NaN\n1,1,-0,inf\n", None),
-        ("time_s,cycle,a.y,b.y\n0,0.1,NaN\n1,1,-0,inf\n", Some("2: 3 values expected, 2 found")),
         ("", Some("1: 3 rows expected, 0 found")),
         ("cycle,a.y,c.y\n0,0.1,NaN\n1,-0.0,inf\n", Some("1: header")),
         ("cycle,a.y,b.y\n0,0.1,NaN\n", Some("3: the last row expected, 2 found")),

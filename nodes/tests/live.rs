@@ -117,9 +117,8 @@ fn a_subscriber_of_a_live_node_receives_exactly_what_simulate_computes() {
         .find_map(|_| record(&domain))
         .expect("one of a dozen runs without a missed release");
 
-    // Times are counted from the first row, which is not the first cycle of what was recorded.
-    let without_times = |row| str::split_once(row, ',').unwrap().1;
-    let mut lines = live.lines().map(without_times);
+    // What was recorded beside the simulation's columns is the time.
+    let mut lines = live.lines().map(|line| line.split_once(',').unwrap().1);
     let header = lines.next().unwrap();
     let rows: Vec<&str> = lines.collect();
     let cycle = |row: &str| row.split(',').next().unwrap().parse::<usize>().unwrap();
@@ -156,7 +155,7 @@ fn a_subscriber_of_a_live_node_receives_exactly_what_simulate_computes() {
     domain.write("seen.csv", &seen);
 
     let simulated = domain.run("simulate node.toml --inputs seen.csv").expect_code(0).stdout;
-    let mut simulated = simulated.lines().map(without_times);
+    let mut simulated = simulated.lines();
     assert_eq!(simulated.next(), Some(header));
     for (live, simulated) in rows.iter().zip(simulated.skip(first)) {
         assert_eq!(*live, simulated);

@@ -53,17 +53,26 @@ service = "there/saw"
 signals = ["saw.value"]
 "#,
     );
-    domain.run("simulate slow.toml --cycles 4 --output first.csv").expect_code(0);
-    let simulated = "time_s,cycle,saw.value\n0.0,0,5\n0.1,1,6\n0.2,2,7\n0.3,3,8\n";
+    domain.run("simulate slow.toml --cycles 4 --times --output first.csv").expect_code(0);
+    let simulated = "time_s,cycle,saw.value\n0.0,0,5.0\n0.1,1,6.0\n0.2,2,7.0\n0.3,3,8.0\n";
     assert_eq!(domain.read("first.csv"), simulated);
     let mut subscriber = domain.start("subscribe there/again --csv second.csv --count 4");
     subscriber.wait_for("waiting for service");
     let published = domain.run("publish there/again --csv first.csv").expect_code(0);
     assert!(published.stderr.contains("its recorded pace, 10 Hz"), "{}", published.stderr);
     subscriber.finish().expect_code(0);
-    // A file has no types, so its values are numbers of any kind when they are published.
-    let of_any_kind = "time_s,cycle,saw.value\n0.0,0,5.0\n0.1,1,6.0\n0.2,2,7.0\n0.3,3,8.0\n";
-    assert_eq!(domain.read("second.csv"), of_any_kind);
+    assert_eq!(domain.read("second.csv"), simulated);
+}
+
+#[test]
+fn a_file_without_times_says_at_which_rate_it_is_published_and_how_to_set_another() {
+    let domain = Domain::new();
+    domain.write("untimed.csv", "cycle,level\n0,1.0\n1,2.0\n");
+    let published = domain.run("publish there/untimed --csv untimed.csv").expect_code(0);
+    let note = "at 1000 Hz, as the file has no column time_s; --rate sets another";
+    assert!(published.stderr.contains(note), "{}", published.stderr);
+    let chosen = domain.run("publish there/untimed --csv untimed.csv --rate 50").expect_code(0);
+    assert!(!chosen.stderr.contains("time_s"), "{}", chosen.stderr);
 }
 
 #[test]

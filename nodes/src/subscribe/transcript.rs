@@ -12,7 +12,7 @@ use super::taken::Taken;
 use crate::failure::Failure;
 use crate::meant;
 use crate::numbers::{Digits, shown, type_of};
-use crate::rows::Rows;
+use crate::rows::{CYCLE, Rows, TIME};
 use crate::terminal;
 
 /// How long a frame waits for its layout before it is shown without names. Whoever announces one does
@@ -155,12 +155,8 @@ impl Transcript {
             }
         }
         if let Sink::Csv(rows) = &mut self.sink {
-            let columns: Vec<_> = self
-                .channels
-                .iter()
-                .map(|channel| (channel.name.as_str(), type_of(&channel.value_type)))
-                .collect();
-            rows.header(&columns)?;
+            let names: Vec<&str> = self.channels.iter().map(|it| it.name.as_str()).collect();
+            rows.header(&[TIME, CYCLE], &names)?;
         }
         Ok(())
     }
@@ -218,7 +214,7 @@ impl Transcript {
             }
             Sink::Csv(rows) => {
                 let time_s = due_ns.wrapping_sub(first_ns).cast_signed() as f64 / 1e9;
-                rows.row(time_s, header.cycle, chosen.map(|(_, value)| value))
+                rows.row(Some(time_s), header.cycle, chosen.map(|(_, value)| value))
             }
         }
     }
