@@ -138,7 +138,7 @@ fn a_list_that_is_ended_early_prints_what_it_has_and_leaves_nothing() {
         node.wait_for("is running");
         // It counts the frames of telemetry for half a second.
         let list = domain.start("list");
-        while !waits_for_signals(list.id()) {
+        while !handles_signals(list.id()) {
             thread::sleep(Duration::from_millis(1));
         }
         list.signal(signal);
@@ -149,11 +149,13 @@ fn a_list_that_is_ended_early_prints_what_it_has_and_leaves_nothing() {
     }
 }
 
-/// Whether a process holds signals back for the thread that waits for them.
-fn waits_for_signals(pid: u32) -> bool {
+/// Whether a process has its handler of SIGHUP, SIGINT and SIGTERM.
+fn handles_signals(pid: u32) -> bool {
+    let awaited = [Signal::HUP, Signal::INT, Signal::TERM];
     let status = std::fs::read_to_string(format!("/proc/{pid}/status")).unwrap();
-    let blocked = status.lines().find_map(|line| line.strip_prefix("SigBlk:")).unwrap();
-    blocked.trim().contains(|digit| digit != '0')
+    let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
+    let caught = u64::from_str_radix(caught.trim(), 16).unwrap();
+    awaited.iter().all(|signal| caught >> (signal.as_raw() - 1) & 1 == 1)
 }
 
 /// Whether a pipe is so full that its writer waits.

@@ -8,6 +8,7 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use nix::sys::signal::{SigSet, Signal};
+use signal_hook::iterator::Signals;
 
 use crate::running;
 
@@ -31,8 +32,8 @@ pub enum StopError {
     /// The program has such a [`Stop`] already.
     #[error("signals are handled already: call Stop::on_signal once and clone what it gives")]
     Taken,
-    /// Signals cannot be held back for the thread that waits for them.
-    #[error("cannot block signals: {cause}")]
+    /// The handler of signals is refused.
+    #[error("cannot handle signals: {cause}; raise the limit of open files (ulimit -n)")]
     Signals {
         /// The system's error.
         cause: io::Error,
@@ -62,8 +63,9 @@ impl Stop {
     /// SIGINT and SIGHUP that the program was started to ignore, as `nohup` does, stay ignored. SIGTERM
     /// ends it even if whoever started it blocks or ignores it.
     ///
-    /// Call it before any thread is started: only threads started later leave the signals to the one
-    /// that waits for them here. Also ends whatever waits for a domain's lock.
+    /// Call it before any thread is started, so that none has SIGTERM blocked. The signals have a handler
+    /// rather than being blocked and waited for: a program that this one starts has them back as they
+    /// are by default, and a tracer sees them. Also ends whatever waits for a domain's lock.
     ///
     /// # Errors
     /// There is no thread to be had, or signals are already handled.
@@ -73,13 +75,15 @@ impl Stop {
             return Err(StopError::Taken);
         }
         let flag = Arc::new(AtomicBool::new(false));
-        let signals = awaited();
-        signals.thread_block().map_err(|cause| StopError::Signals { cause: cause.into() })?;
+        let refused = |cause| StopError::Signals { cause };
+        let terminate = SigSet::from_iter([Signal::SIGTERM]);
+        terminate.thread_unblock().map_err(|cause| refused(cause.into()))?;
+        let mut signals = Signals::new(awaited()).map_err(refused)?;
         let signalled = flag.clone();
         let last_words = Arc::new(last_words);
         let wait = move || {
             let mut first = None;
-            while signals.wait().is_ok() {
+            for _ in signals.forever() {
                 signalled.store(true, Ordering::Relaxed);
                 if first.get_or_insert_with(Instant::now).elapsed() >= ONE_REQUEST {
                     end_at_once(last_words.clone());
@@ -142,16 +146,13 @@ impl Stop {
 }
 
 /// The signals that are a request to end.
-fn awaited() -> SigSet {
+fn awaited() -> impl Iterator<Item = i32> {
     let ignored = std::fs::read_to_string("/proc/self/status").map_or(0, |text| ignored(&text));
-    let mut signals = SigSet::empty();
-    signals.add(Signal::SIGTERM);
-    for signal in [Signal::SIGINT, Signal::SIGHUP] {
-        if ignored >> (signal as u32 - 1) & 1 == 0 {
-            signals.add(signal);
-        }
-    }
-    signals
+    let is_heeded = move |signal: &Signal| {
+        *signal == Signal::SIGTERM || ignored >> (*signal as u32 - 1) & 1 == 0
+    };
+    let signals = [Signal::SIGTERM, Signal::SIGINT, Signal::SIGHUP].into_iter().filter(is_heeded);
+    signals.map(|signal| signal as i32)
 }
 
 /// The mask of ignored signals in the kernel's description of a process.
