@@ -201,7 +201,8 @@ mod tests {
     #[test]
     fn a_name_that_is_too_long_is_refused_in_a_message_of_readable_length() {
         let domain = IsolatedDomain::new("isotest").unwrap();
-        let join = |name: &str| Participant::<local::Service>::join_local(name, &domain).unwrap_err();
+        let join =
+            |name: &str| Participant::<local::Service>::join_local(name, &domain).unwrap_err();
         let message = join(&"x".repeat(100_000)).to_string();
         assert!(message.len() < 300 && message.contains("at most 128"), "{message}");
         assert!(join("ä").to_string().contains("\"ä\""));
