@@ -116,8 +116,9 @@ fn paced_every_arm_has_samples_at_no_more_than_its_pace() {
 fn arms_are_compared_with_the_first_one() {
     let report =
         report("--arms raw,ports --pace back-to-back --values 1 --seconds 0.5 --turn 0.05");
-    let comparisons = report["comparisons"].as_array().unwrap();
-    let medians = comparisons.iter().filter(|comparison| comparison["percentile"] == "p50");
+    // Left out where there is nothing to compare.
+    let comparisons = report["comparisons"].as_array().into_iter().flatten();
+    let medians = comparisons.filter(|comparison| comparison["percentile"] == "p50");
     let pairs: Vec<_> = medians.map(|c| (c["reference"].clone(), c["candidate"].clone())).collect();
     // Where too many turns were disturbed there is nothing to compare.
     let valid = |link: &Value| {

@@ -25,7 +25,7 @@ impl<S: Service> RealTime<S> {
         service: &str,
         layout: &FrameLayout,
     ) -> Result<ForRealTime<FramePublisher<S>>, OpenError> {
-        FramePublisher::open_for_real_time(&self.participant, service, layout).map(ForRealTime::new)
+        FramePublisher::open(&self.participant, service, layout).map(FramePublisher::for_real_time)
     }
 
     /// Opens a service for reading, as [`FrameSubscriber::open`] does.
@@ -38,8 +38,8 @@ impl<S: Service> RealTime<S> {
         channels: usize,
         depth: Depth,
     ) -> Result<ForRealTime<FrameSubscriber<S>>, OpenError> {
-        FrameSubscriber::open_for_real_time(&self.participant, service, channels, depth)
-            .map(ForRealTime::new)
+        FrameSubscriber::open(&self.participant, service, channels, depth)
+            .map(FrameSubscriber::for_real_time)
     }
 
     /// Retries failed connections, as [`Participant::tend`] does.

@@ -11,7 +11,10 @@ use crate::following::{Arrival, Following, Seen, Verdict};
 use crate::peers::Peers;
 use crate::repair::Peer;
 use crate::service::{self, FrameService, Quality, holders};
-use crate::{FrameHeader, FrameRef, OpenError, Participant, Service, give_up_file_override};
+use crate::{
+    ForRealTime, FrameHeader, FrameRef, InRealTime, OpenError, Participant, Service,
+    give_up_file_override,
+};
 
 /// How many frames [`Depth::Newest`] lets wait: with two, a frame that arrives just early does
 /// not push out the one before it, so a reader of the same period can count losses.
@@ -85,18 +88,7 @@ impl<S: Service> FrameSubscriber<S> {
         depth: Depth,
     ) -> Result<Self, OpenError> {
         let opened = service::open_or_create(participant, service, Quality::of_frames(channels))?;
-        Self::connect(participant, service, opened, depth, Guard::of_ordinary_thread())
-    }
-
-    /// As [`open`](Self::open), for a thread that enters with it.
-    pub(crate) fn open_for_real_time(
-        participant: &Participant<S>,
-        service: &str,
-        channels: usize,
-        depth: Depth,
-    ) -> Result<Self, OpenError> {
-        let opened = service::open_or_create(participant, service, Quality::of_frames(channels))?;
-        Self::connect(participant, service, opened, depth, Guard::Thread)
+        Self::connect(participant, service, opened, depth)
     }
 
     /// Opens `service` for reading, whatever its frames contain; `None` if it does not exist.
@@ -111,8 +103,22 @@ impl<S: Service> FrameSubscriber<S> {
         let Some(opened) = service::open_existing(participant, service)? else {
             return Ok(None);
         };
-        let guard = Guard::of_ordinary_thread();
-        Self::connect(participant, service, opened, depth, guard).map(Some)
+        Self::connect(participant, service, opened, depth).map(Some)
+    }
+
+    /// For a thread that enters with it.
+    pub(crate) fn for_real_time(mut self) -> ForRealTime<Self> {
+        self.guard = Guard::Thread;
+        ForRealTime::new(self)
+    }
+
+    /// For a thread that looks for frames all the time.
+    ///
+    /// In a process of root each call that may connect takes root's right to open any file from the
+    /// thread, and gives it back: four system calls. Here the thread is without that right until the
+    /// subscriber ends, and the calls make none.
+    pub fn for_this_thread(self) -> InRealTime<Self> {
+        self.for_real_time().enter()
     }
 
     fn connect(
@@ -120,7 +126,6 @@ impl<S: Service> FrameSubscriber<S> {
         service: &str,
         opened: FrameService<S>,
         depth: Depth,
-        guard: Guard,
     ) -> Result<Self, OpenError> {
         let provided = opened.static_config().subscriber_max_buffer_size();
         let buffer = match depth {
@@ -160,13 +165,12 @@ impl<S: Service> FrameSubscriber<S> {
             port,
             service: opened,
             peers,
-            guard,
+            guard: Guard::of_ordinary_thread(),
             following: Following::new(),
             writers: Vec::with_capacity(publishers),
             receive_errors: 0,
         };
         participant.repairs().adopt(service, Peer::Publisher, &subscriber.peers);
-        let _guarded = Guard::of_ordinary_thread().of_call();
         subscriber.maintain();
         tracing::info!("reads service {service:?} (frames that may wait: {buffer})");
         Ok(subscriber)

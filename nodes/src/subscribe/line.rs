@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{
-    Depth, Flags, FrameHeader, FrameSubscriber, LayoutWatcher, Participant, SenderClock, Stamps,
-    ipc,
+    Depth, Flags, FrameHeader, FrameSubscriber, InRealTime, LayoutWatcher, Participant,
+    SenderClock, Stamps, ipc,
 };
 use isochrone_processes::Stop;
 use isochrone_runtime::Alarm;
@@ -32,7 +32,7 @@ type Service = ipc::Service;
 pub(super) struct Line<'a> {
     participant: &'a Participant<Service>,
     service: &'a str,
-    subscriber: FrameSubscriber<Service>,
+    subscriber: InRealTime<FrameSubscriber<Service>>,
     pub(super) watcher: LayoutWatcher<Service>,
     pub(super) timing: LinkTiming,
     past_stamps: u64,
@@ -75,7 +75,7 @@ impl<'a> Line<'a> {
         let subscriber = loop {
             let found = FrameSubscriber::open_existing(participant, service, Depth::All);
             match found.map_err(Failure::found)? {
-                Some(subscriber) => break subscriber,
+                Some(subscriber) => break subscriber.for_this_thread(),
                 None => {
                     if let Some(say) = say_waiting.take() {
                         say();

@@ -17,7 +17,7 @@ use crate::peers::Peers;
 use crate::repair::Peer;
 use crate::service::{self, FrameService, Quality};
 use crate::space::{self, Shortage};
-use crate::{FrameHeader, FrameLayout, OpenError, Participant, Service};
+use crate::{ForRealTime, FrameHeader, FrameLayout, OpenError, Participant, Service};
 use port::sole_port;
 
 /// The port name by which frame publishers of this crate know each other.
@@ -109,24 +109,6 @@ impl<S: Service> FramePublisher<S> {
         service: &str,
         layout: &FrameLayout,
     ) -> Result<Self, OpenError> {
-        Self::open_guarded(participant, service, layout, Guard::of_ordinary_thread())
-    }
-
-    /// As [`open`](Self::open), for a thread that enters with it.
-    pub(crate) fn open_for_real_time(
-        participant: &Participant<S>,
-        service: &str,
-        layout: &FrameLayout,
-    ) -> Result<Self, OpenError> {
-        Self::open_guarded(participant, service, layout, Guard::Thread)
-    }
-
-    fn open_guarded(
-        participant: &Participant<S>,
-        service: &str,
-        layout: &FrameLayout,
-        guard: Guard,
-    ) -> Result<Self, OpenError> {
         let source = |source| OpenError::Layout { service: service.to_owned(), source };
         layout.check().map_err(source)?;
         let channels = layout.signals.len();
@@ -146,14 +128,19 @@ impl<S: Service> FramePublisher<S> {
             layout: layout.number(),
             reached: None,
             peers,
-            guard,
+            guard: Guard::of_ordinary_thread(),
             counters: PublisherCounters::default(),
         };
         participant.repairs().adopt(service, Peer::Subscriber, &publisher.peers);
-        let _guarded = Guard::of_ordinary_thread().of_call();
         publisher.prepare();
         tracing::info!("publishes service {service:?} (channels: {channels})");
         Ok(publisher)
+    }
+
+    /// For a thread that enters with it.
+    pub(crate) fn for_real_time(mut self) -> ForRealTime<Self> {
+        self.guard = Guard::Thread;
+        ForRealTime::new(self)
     }
 
     /// Sends frames without a layout number: readers find values by channel, and types are not checked.
