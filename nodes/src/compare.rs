@@ -27,6 +27,7 @@ static REPORT: FileKind = FileKind {
 /// worse, 1 something is worse, 2 nothing to compare, 4 too little data on an arm of the first
 /// report.
 #[derive(clap::Args)]
+#[command(after_help = "Examples:\n  isochrone compare before.json after.json")]
 pub(crate) struct Args {
     /// Baseline report
     first: PathBuf,

@@ -74,21 +74,39 @@ struct Cli {
     verbose: u8,
 }
 
-#[derive(Subcommand)]
-enum Verb {
-    Demo(demo::Args),
-    Check(check::Args),
-    Run(run::Args),
-    Simulate(simulate::Args),
-    Publish(publish::Args),
-    Subscribe(subscribe::Args),
-    List(list::Args),
-    Blocks(blocks::Args),
-    Bench(bench::Args),
-    Compare(compare::Args),
-    Doctor(doctor::Args),
-    Completions(completions::Args),
-    Reference(reference::Args),
+/// Declares the verbs: a variant of `Verb` for each, and the module whose `Args` it takes and whose `run`
+/// it calls, with the catalogue if it plans or shows blocks.
+macro_rules! verbs {
+    ($catalogue:ident; $($verb:ident: $($module:ident)::+ ($($with:ident)?),)*) => {
+        #[derive(Subcommand)]
+        enum Verb {
+            $($verb($($module)::+::Args),)*
+        }
+
+        impl Verb {
+            fn run(&self, $catalogue: &[BlockType]) -> Result<(), Failure> {
+                match self {
+                    $(Self::$verb(args) => $($module)::+::run(args $(, $with)?),)*
+                }
+            }
+        }
+    };
+}
+
+verbs! { catalogue;
+    Demo: demo(),
+    Check: check(catalogue),
+    Run: run(catalogue),
+    Simulate: simulate(catalogue),
+    Publish: publish(),
+    Subscribe: subscribe(),
+    List: list(),
+    Blocks: blocks(catalogue),
+    Bench: bench(catalogue),
+    Compare: compare(),
+    Doctor: doctor(),
+    Completions: completions(),
+    Reference: reference(),
 }
 
 /// The command line as a clap command, for everything derived from it.
@@ -118,19 +136,7 @@ pub fn main(blocks: &[BlockType]) -> ExitCode {
     };
     let done = match cli.verb {
         None => demo::run(&demo::Args::default()),
-        Some(Verb::Demo(args)) => demo::run(&args),
-        Some(Verb::Check(args)) => check::run(&args, &catalogue),
-        Some(Verb::Run(args)) => run::run(&args, &catalogue),
-        Some(Verb::Simulate(args)) => simulate::run(&args, &catalogue),
-        Some(Verb::Publish(args)) => publish::run(&args),
-        Some(Verb::Subscribe(args)) => subscribe::run(&args),
-        Some(Verb::List(args)) => list::run(&args),
-        Some(Verb::Blocks(args)) => blocks::run(&args, &catalogue),
-        Some(Verb::Bench(args)) => bench::run(&args, &catalogue),
-        Some(Verb::Compare(args)) => compare::run(&args),
-        Some(Verb::Doctor(args)) => doctor::run(&args),
-        Some(Verb::Completions(args)) => completions::run(&args),
-        Some(Verb::Reference(args)) => reference::run(&args),
+        Some(verb) => verb.run(&catalogue),
     };
     match done {
         Ok(()) => ExitCode::SUCCESS,

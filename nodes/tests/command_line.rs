@@ -101,21 +101,35 @@ fn the_help_of_a_verb_says_all_that_it_needs() {
         ("compare", &["--json", "reports of `bench`"]),
         ("completions", &["<SHELL>", "bash", "zsh", "fish", "Examples:"]),
     ];
-    let tested: Vec<&str> = needs.iter().map(|(verb, _)| *verb).collect();
-    for verb in verbs() {
-        assert!(tested.contains(&verb.as_str()), "say here what the help of {verb} has to say");
-    }
     for (verb, needs) in needs {
+        assert_says(&run(&format!("{verb} --help")).silently(), needs);
+    }
+}
+
+#[test]
+fn the_help_of_every_verb_explains_its_arguments_and_gives_examples() {
+    let program = isochrone_cli::command();
+    for verb in verbs() {
         let help = run(&format!("{verb} --help")).silently();
         assert_says(&help, &[format!("Usage: isochrone {verb}")]);
-        assert_says(&help, needs);
+        let command = program.find_subcommand(&verb).unwrap();
+        for argument in command.get_arguments().filter(|argument| !argument.is_hide_set()) {
+            let explained = argument.get_help().map(ToString::to_string).unwrap_or_default();
+            let words = explained.split_whitespace().count();
+            assert!(words > 2, "{verb}: {} is not explained", argument.get_id());
+            assert_says(&help, argument.get_long().as_slice());
+        }
+        // What needs no argument, or has verbs below it, needs no example.
+        if command.get_positionals().next().is_some() {
+            assert_says(&help, &["Examples:"]);
+        }
         let short = run(&format!("{verb} -h")).silently();
         assert_says(&short, &[format!("Usage: isochrone {verb}")]);
         assert_eq!(run(&format!("help {verb}")).silently(), help);
         let line = run("--help")
             .silently()
             .lines()
-            .find(|line| line.trim().starts_with(verb))
+            .find(|line| line.trim().starts_with(&verb))
             .map(str::to_owned);
         assert!(
             line.is_some_and(|line| line.split_whitespace().count() > 3),
