@@ -5,6 +5,8 @@ use std::io::{self, Read};
 use std::path::Path;
 use std::sync::Arc;
 
+use sha2::{Digest, Sha256};
+
 /// The text of a configuration and the name to show for it.
 #[derive(Clone, Debug)]
 pub struct Source {
@@ -135,6 +137,11 @@ impl Source {
         Self { name: name.into(), text: text.into() }
     }
 
+    /// SHA-256 of the text, as `sha256sum` writes that of the file: 64 hexadecimal digits.
+    pub fn sha256(&self) -> String {
+        Sha256::digest(self.text.as_bytes()).iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
     /// Line and column, both from 1, of a byte offset; columns count characters.
     pub fn position(&self, offset: usize) -> (usize, usize) {
         let before = self.text.get(..offset).unwrap_or(&self.text);
@@ -166,5 +173,17 @@ impl Source {
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         let text = read_text(path, &CONFIGURATION)?;
         Ok(Self { name: path.display().to_string(), text: text.into() })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_hash_of_a_text_is_that_of_its_file() {
+        // printf 'abc' | sha256sum
+        let expected = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad";
+        assert_eq!(Source::new("n.toml", "abc").sha256(), expected);
     }
 }
