@@ -32,6 +32,18 @@ pub const PERCENTILES: [Percentile; 5] = [
 /// Largest fraction of an arm's turns that may be invalid, unless a gate sets another.
 pub(super) const INVALID_ALLOWED: f64 = 0.2;
 
+/// More of an arm's turns are invalid than are allowed.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error(
+    "{:.0} % of the turns are invalid, and {:.0} % are allowed; run it on a quieter machine",
+    100.0 * .part,
+    100.0 * .allowed
+)]
+pub(super) struct TooDisturbed {
+    part: f64,
+    allowed: f64,
+}
+
 /// One measurement of a report.
 #[derive(Debug, Clone)]
 pub struct Measured {
@@ -85,6 +97,13 @@ impl Measured {
     pub fn invalid_part(&self) -> f64 {
         let invalid = self.turns.iter().filter(|turn| turn.invalid.is_some()).count();
         invalid as f64 / self.turns.len().max(1) as f64
+    }
+
+    /// Whether more than this fraction of the turns is invalid, 0 to 1. A longer run on such a
+    /// machine is as disturbed.
+    pub(super) fn too_disturbed(&self, allowed: f64) -> Option<TooDisturbed> {
+        let part = self.invalid_part();
+        (part > allowed).then_some(TooDisturbed { part, allowed })
     }
 }
 
@@ -207,21 +226,24 @@ impl Report {
             };
             let Some(reference) = measured.iter().take(index).find(comparable) else { continue };
             for (percentile, compared) in Comparison::each(reference, candidate, Pairing::Paired) {
-                let left_out = |percentile: &str, why: TooShort| LeftOut {
+                let left_out = |percentile: &str, why: String| LeftOut {
                     metric: reference.metric.key.to_owned(),
                     percentile: percentile.to_owned(),
                     reference: reference.label(),
                     candidate: candidate.label(),
-                    why: why.to_string(),
+                    why,
                 };
                 match compared {
                     Ok(comparison) => self.comparisons.push(comparison),
                     // Too few turns are too few for every percentile.
                     Err(why @ TooShort::Turns { .. }) => {
+                        let disturbed = |arm: &Measured| arm.too_disturbed(INVALID_ALLOWED);
+                        let disturbed = disturbed(reference).or_else(|| disturbed(candidate));
+                        let why = disturbed.map_or_else(|| why.to_string(), |why| why.to_string());
                         self.left_out.push(left_out("", why));
                         break;
                     }
-                    Err(why) => self.left_out.push(left_out(percentile.key, why)),
+                    Err(why) => self.left_out.push(left_out(percentile.key, why.to_string())),
                 }
             }
         }

@@ -3,6 +3,8 @@ use isochrone_timing::{LinkReport, TaskReport};
 
 use super::*;
 use crate::bench::Turns;
+use crate::bench::gate::Bound;
+use crate::bench::made_up::rule;
 use crate::report::{CostReport, LinkArm, TaskArm};
 
 /// Turns of a thousand equal samples; `None`: the turn is invalid, and full of samples that would
@@ -178,6 +180,29 @@ fn too_few_turns_without_disturbance_compare_nothing() {
     let (four, three) = ([Some(5), Some(5), Some(5), Some(5), None], [Some(9); 5]);
     let tasks = vec![task("a", 1_000_000, "", &four), task("b", 1_000_000, "", &three)];
     assert_eq!(pairs(Report { tasks, ..Report::default() }), []);
+}
+
+#[test]
+fn what_a_disturbed_machine_leaves_out_asks_for_a_quieter_one_as_a_gate_does_and_not_for_longer() {
+    let why = |hybrid: &[Option<u64>]| {
+        let sleep = vec![Some(1_000); hybrid.len()];
+        let tasks =
+            vec![task("sleep", 1_000_000, "", &sleep), task("hybrid", 1_000_000, "", hybrid)];
+        let mut report = Report { tasks, ..Report::default() };
+        report.compare_arms();
+        assert_eq!(report.comparisons, []);
+        let rule = rule("p50", Bound::TimesLower { than: "sleep".into(), at_least: 1.0 });
+        (report.left_out.remove(0).why, rule.judge(&report).remove(0).says)
+    };
+    let (table, gate) = why(&[None; 6]);
+    assert_eq!(
+        table,
+        "100 % of the turns are invalid, and 20 % are allowed; run it on a quieter machine"
+    );
+    assert_eq!(gate, format!("hybrid (1 ms): {table}, or raise invalid_turns"));
+    let (table, gate) = why(&[Some(500); 3]);
+    assert_eq!(table, "3 of 5 valid turns; run it 2 times as long");
+    assert!(gate.contains(&table), "{gate}");
 }
 
 #[test]

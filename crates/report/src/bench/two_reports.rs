@@ -46,12 +46,8 @@ pub fn compare_reports(first: &Report, second: &Report) -> Compared {
 
 fn compare_arm(reference: &Measured, candidate: &Measured) -> Result<Vec<Comparison>, String> {
     for (which, measured) in [("first", reference), ("second", candidate)] {
-        let part = measured.invalid_part();
-        if part > INVALID_ALLOWED {
-            return Err(format!(
-                "{:.0} % of its turns are invalid in the {which} report; repeat that run on a quieter machine",
-                100.0 * part
-            ));
+        if let Some(why) = measured.too_disturbed(INVALID_ALLOWED) {
+            return Err(format!("in the {which} report, {why}"));
         }
     }
     let each = Comparison::each(reference, candidate, Pairing::Apart);

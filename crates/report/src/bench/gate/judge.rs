@@ -6,17 +6,17 @@ use crate::bench::measured::{Comparison, Measured, Percentile};
 use crate::bench::wording::{comparison_in_words, interval_in_words, ratio_in_words};
 use crate::report::Report;
 
-/// The result of a rule.
+/// The result of a rule, from the lightest to the gravest: that of a gate is the gravest of its rules.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Outcome {
     /// The rule is not judged on this machine.
     Skipped,
     /// The rule holds.
     Pass,
-    /// The rule is broken.
-    Fail,
     /// The run does not contain enough data to judge the rule.
     Invalid,
+    /// The rule is broken. This outweighs every other result: no further data mends it.
+    Fail,
 }
 
 impl Outcome {
@@ -131,15 +131,8 @@ impl Gate {
     }
 
     fn too_disturbed(&self, arm: &Measured) -> Option<String> {
-        let part = arm.invalid_part();
-        (part > self.invalid_turns).then(|| {
-            format!(
-                "{:.0} % of the turns are invalid, and {:.0} % are allowed; run it on a quieter \
-                 machine, or raise invalid_turns",
-                100.0 * part,
-                100.0 * self.invalid_turns
-            )
-        })
+        let why = arm.too_disturbed(self.invalid_turns)?;
+        Some(format!("{why}, or raise invalid_turns"))
     }
 }
 
