@@ -691,3 +691,102 @@ fn instances_of_a_large_count_are_found_by_name_and_by_place() {
     assert_eq!(all.total(), 100_000);
     assert_eq!(all.page(99_999, 9).map(|s| s.name).collect::<Vec<_>>(), ["b.99999.value"]);
 }
+
+#[test]
+fn a_pin_that_nothing_was_given_reads_nan_and_has_nothing_again_after_an_undo() {
+    let mut hand = Hand::new(NODE);
+    let set = hand.set([("ramp.0.callOB", 35.into())]);
+    hand.step(0);
+    let Some(Done::Applied(entry)) = hand.done.pop() else { panic!("it was applied") };
+    assert!(matches!(entry.changes[0].before, Value::Number(before) if before.is_nan()));
+    let undo = hand.operator.undo(set, Request::default(), &hand.next);
+    hand.send(undo);
+    hand.step(0);
+    assert!(hand.value("ramp.0.callOB").is_nan());
+}
+
+fn bits(image: &[f64]) -> Vec<u64> {
+    image.iter().map(|slot| slot.to_bits()).collect()
+}
+
+#[test]
+fn what_the_journal_tells_can_be_done_again_and_what_was_different_is_told() {
+    let mut hand = Hand::new(NODE);
+    hand.set([("ramp.0.setChangeRate", 20.0.into())]);
+    hand.step(0);
+    hand.force([("scale.y", 7.0.into()), ("raw", 4.into())], Hold::Seconds(0.2));
+    hand.step(0);
+    hand.release("raw");
+    hand.step(0);
+    hand.step(0);
+    let plan = Plan::new(Source::new("level.toml", NODE), &Rules::default()).unwrap();
+    let (replay, mut engine) = (Replay::new(&plan), TaskEngine::build(&plan).unwrap().remove(0));
+    let mut differences = Vec::new();
+    for cycle in 0..4 {
+        engine.expire(cycle, drop);
+        for entry in hand.operator.journal(0).filter(|entry| entry.cycle == cycle) {
+            differences.extend(replay.apply(&entry, &mut engine).unwrap());
+        }
+        // The first cycle had another sample.
+        engine.set_input(0, if cycle == 0 { 5.0 } else { 3.0 }, 1);
+        engine.step(cycle);
+    }
+    let scaled = hand.operator.signals().find("scale.x").unwrap().slot;
+    assert_eq!(bits(&engine.image()[scaled..]), bits(&hand.engines[0].image()[scaled..]));
+    let told: Vec<String> = differences.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        told,
+        [
+            "\"raw\" was 3 before the change, and is 5 here",
+            "\"scale.y\" was 3.0 before the change, and is 5.0 here"
+        ]
+    );
+}
+
+#[test]
+fn an_entry_of_another_node_is_refused_with_all_that_does_not_fit() {
+    let plan = Plan::new(Source::new("level.toml", NODE), &Rules::default()).unwrap();
+    let change = |name: &str, after: Value| {
+        let (name, before) = (name.to_owned(), Value::Number(0.0));
+        Change { name, before, after: Some(after) }
+    };
+    let entry = Entry {
+        sequence: 1,
+        transaction: 1,
+        task: 0,
+        cycle: 3,
+        unix_ns: 0,
+        action: Action::Set,
+        changes: vec![
+            change("rampp.0.setChangeRate", 1.0.into()),
+            change("free.setChangeRate", 1.0.into()),
+            change("guard.setChangeRate", true.into()),
+        ],
+        client: Client::Program,
+        comment: None,
+    };
+    let refused = Replay::new(&plan).check(&entry).unwrap_err();
+    let told: Vec<String> = refused.findings().iter().map(|finding| finding.help()).collect();
+    assert_eq!(told.len(), 3, "{refused}");
+    assert!(told[0].contains("ramp"), "{told:?}");
+    assert_eq!(told[1..], ["it is a signal of task \"slow\"", "write a number"]);
+}
+
+#[test]
+fn nothing_is_changed_while_the_journal_cannot_be_written() {
+    let mut hand = Hand::new(NODE);
+    hand.operator.continue_after(41);
+    assert_eq!(hand.set([("ramp.0.setChangeRate", 20.0.into())]), 42);
+    hand.operator.set_unwritten(Some("the journal j cannot be written (disk full)".into()));
+    let set = [("ramp.0.setChangeRate", 30.0.into())];
+    let refused = hand.operator.set(set, Request::default(), &hand.next).unwrap_err();
+    assert_eq!(refused.kind(), RefusalKind::Forbidden);
+    let told = "nothing can be changed while the journal j cannot be written (disk full)";
+    assert_eq!(refused.findings()[0].to_string(), told);
+    let force =
+        hand.operator.force([("raw", 1.into())], Hold::UntilReleased, Request::default(), &[0, 0]);
+    assert_eq!(refusals(force)[0].to_string(), told);
+    assert!(hand.operator.get(["raw"], 0, 1).is_ok());
+    hand.operator.set_unwritten(None);
+    assert_eq!(hand.set(set), 43);
+}

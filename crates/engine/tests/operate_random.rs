@@ -10,7 +10,9 @@ use std::collections::{HashMap, HashSet};
 
 use graphs::{At, Entry, INPUTS, OBS, PERIODS_NS, configuration, entries, entry_choice};
 use isochrone_blocks::{Cycle, PinType};
-use isochrone_engine::operate::{Feeds, Hold, Inbox, Operator, Prepared, Refusals, Request, Value};
+use isochrone_engine::operate::{
+    Feeds, Hold, Inbox, Operator, Prepared, Refusals, Replay, Request, Value,
+};
 use isochrone_engine::{Flags, Plan, Rules, Source, TaskEngine};
 use proptest::prelude::*;
 
@@ -250,6 +252,21 @@ struct Hand {
     engines: Vec<TaskEngine>,
     inboxes: [Inbox; 2],
     next: [u64; 2],
+    /// What the tasks were given, and what came of it.
+    past: Vec<Past>,
+}
+
+/// A cycle of a task that ran.
+struct Past {
+    task: usize,
+    cycle: u64,
+    samples: Vec<(usize, f64)>,
+    image: Vec<u64>,
+    state: Vec<u64>,
+}
+
+fn bits(image: &[f64]) -> Vec<u64> {
+    image.iter().map(|slot| slot.to_bits()).collect()
 }
 
 impl Hand {
@@ -265,6 +282,38 @@ impl Hand {
         engine.expire(cycle, |ended| drop(operator.expired(task, ended, cycle, 0)));
         self.inboxes[task].apply(engine, cycle, 0, |order| drop(operator.done(task, order, 0)));
         engine.step(cycle);
+        if let Some(past) = self.past.last_mut() {
+            (past.image, past.state) = (bits(engine.image()), engine.state().to_vec());
+        }
+    }
+
+    /// Begins a cycle of a task.
+    fn begin(&mut self, task: usize) {
+        let (cycle, samples, image, state) = (self.next[task], vec![], vec![], vec![]);
+        self.past.push(Past { task, cycle, samples, image, state });
+    }
+
+    /// Runs the cycles of the past again, with what the journal says was done.
+    fn replay(&self, plan: &Plan) -> Result<(), TestCaseError> {
+        let (replay, mut engines) = (Replay::new(plan), TaskEngine::build(plan).unwrap());
+        let journal: Vec<_> = self.operator.journal(0).collect();
+        for Past { task, cycle, samples, image, state } in &self.past {
+            let engine = &mut engines[*task];
+            for (input, sample) in samples {
+                engine.set_input(*input, *sample, 1);
+            }
+            engine.expire(*cycle, drop);
+            let is_due = |entry: &&isochrone_engine::operate::Entry| {
+                (entry.task, entry.cycle) == (*task, *cycle)
+            };
+            for entry in journal.iter().filter(is_due) {
+                prop_assert_eq!(replay.apply(entry, engine).unwrap(), [], "{:?}", entry);
+            }
+            engine.step(*cycle);
+            prop_assert_eq!(&bits(engine.image()), image, "cycle {} of task {}", cycle, task);
+            prop_assert_eq!(engine.state(), &state[..], "cycle {} of task {}", cycle, task);
+        }
+        Ok(())
     }
 
     fn shown(&self, name: &str) -> f64 {
@@ -405,6 +454,7 @@ fn ask(
                 let input = own.clone().position(|(known, ..)| *known == name).unwrap();
                 prop_assert!(pin_type.holds(sample));
                 prop_assert!(hand.engines[task].set_input(input, sample, 1));
+                hand.past.last_mut().unwrap().samples.push((input, sample));
                 reference.given.insert(name, sample);
             }
         }
@@ -429,10 +479,12 @@ proptest! {
             engines: TaskEngine::build(&plan).unwrap(),
             inboxes: [Inbox::new(99), Inbox::new(99)],
             next: [0; 2],
+            past: vec![],
         };
         let mut reference = Reference::new(&entries);
         for action in actions {
             let task = action.task;
+            hand.begin(task);
             ask(&mut hand, &mut reference, &action)?;
             hand.step(task);
             reference.step(task, hand.next[task]);
@@ -450,6 +502,7 @@ proptest! {
             prop_assert_eq!(is_flagged, reference.frame_is_touched(task), "{:?}\n{}", action, text);
             hand.next[task] += 1 + action.skipped;
         }
+        hand.replay(&plan)?;
         let saved = hand.operator.save(&text).unwrap();
         let plan = Plan::new(Source::new("saved.toml", saved.as_str()), &Rules::default());
         prop_assert!(plan.is_ok(), "{:?}\n{saved}", plan.unwrap_err());

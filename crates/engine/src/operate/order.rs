@@ -1,7 +1,8 @@
 //! What an operator sends to a task's cycle: made and freed in an ordinary thread, filled in by the
 //! cycle.
 
-use super::forces::{Ended, Force};
+use super::forces::{AtEnd, Ended, Force};
+use super::signals::{Role, Signals};
 
 /// One box of work for one task. The cycle writes what it found into it, and gives it back.
 #[derive(Debug)]
@@ -65,6 +66,46 @@ pub(crate) struct Store {
     pub(crate) value: f64,
     /// What was there, once it is written.
     pub(crate) before: f64,
+}
+
+impl Work {
+    /// Holds values that are given by slot.
+    pub(super) fn force(
+        signals: &Signals,
+        task: usize,
+        stores: Box<[Store]>,
+        cycles: Option<u64>,
+    ) -> Self {
+        let force = |store: &Store| {
+            let slot = store.slot as usize;
+            let at_end = match signals.at(task, slot).map(|signal| signal.role) {
+                Some(Role::Wired | Role::Output) => AtEnd::Recompute,
+                _ => AtEnd::Restore,
+            };
+            Force {
+                slot: store.slot,
+                at_end,
+                taints: signals.taints(task, slot),
+                ..Force::default()
+            }
+        };
+        let forces = stores.iter().map(force).collect();
+        Self::Force { stores, forces, cycles, again: 0 }
+    }
+
+    /// Lets go of values.
+    pub(super) fn release(mut slots: Vec<u32>) -> Self {
+        slots.sort_unstable();
+        slots.dedup();
+        let ended = Vec::with_capacity(slots.len());
+        Self::Release { slots: slots.into(), ended }
+    }
+}
+
+impl Store {
+    pub(super) fn new(slot: usize, value: f64) -> Self {
+        Self { slot: slot as u32, value, before: value }
+    }
 }
 
 impl Order {

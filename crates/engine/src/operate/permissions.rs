@@ -1,5 +1,7 @@
 //! What operators may do, as the configuration says.
 
+use std::sync::Arc;
+
 use super::refusal::Refusal;
 use super::signals::{Role, Signal};
 use super::{Pattern, Value};
@@ -18,6 +20,8 @@ pub(super) struct Permissions {
     control: Control,
     protected: Vec<(String, Pattern)>,
     limits: Vec<(Pattern, f64, f64)>,
+    /// Why the journal cannot be written, while that is so.
+    pub(super) unwritten: Option<Arc<str>>,
 }
 
 impl Permissions {
@@ -25,7 +29,8 @@ impl Permissions {
         let protected = plan.protected.iter().map(|text| (text.clone(), Pattern::new(text)));
         let limits =
             plan.limits.iter().map(|limit| (Pattern::new(&limit.names), limit.min, limit.max));
-        Self { control: plan.control, protected: protected.collect(), limits: limits.collect() }
+        let (protected, limits) = (protected.collect(), limits.collect());
+        Self { control: plan.control, protected, limits, unwritten: None }
     }
 
     /// Whether requests of this kind are allowed at all.
@@ -34,10 +39,14 @@ impl Permissions {
             Intent::Set => ("set a parameter", Control::Set),
             Intent::Force => ("force a signal", Control::Force),
         };
-        if self.control >= needs {
-            return Ok(());
+        if self.control < needs {
+            let (control, needs) = (self.control.as_str(), needs.as_str());
+            return Err(Refusal::Control { control, action, needs });
         }
-        Err(Refusal::Control { control: self.control.as_str(), action, needs: needs.as_str() })
+        match &self.unwritten {
+            Some(reason) => Err(Refusal::Journal { reason: reason.clone() }),
+            None => Ok(()),
+        }
     }
 
     /// Whether a signal is out of reach.

@@ -1,6 +1,7 @@
 //! Why a request is refused.
 
 use std::fmt;
+use std::sync::Arc;
 
 use isochrone_blocks::PinType;
 
@@ -99,6 +100,12 @@ pub enum Refusal {
         /// The least that would allow it.
         needs: &'static str,
     },
+    /// The journal cannot be written, so nothing may be changed.
+    #[error("nothing can be changed while {reason}")]
+    Journal {
+        /// What is wrong with the journal, as part of a sentence.
+        reason: Arc<str>,
+    },
     /// It is not forced.
     #[error("\"{name}\" is not forced")]
     NotForced {
@@ -175,7 +182,7 @@ pub enum RefusalKind {
     TooLate,
     /// 5: no room; try again.
     Busy,
-    /// 6: the configuration does not allow it.
+    /// 6: the configuration does not allow it, or the journal cannot be written.
     Forbidden,
     /// 9: something was changed since.
     Conflict,
@@ -199,7 +206,9 @@ impl Refusal {
             | Self::Duration { .. } => RefusalKind::WrongValue,
             Self::At { .. } => RefusalKind::TooLate,
             Self::TooMany { .. } => RefusalKind::Busy,
-            Self::Protected { .. } | Self::Control { .. } => RefusalKind::Forbidden,
+            Self::Protected { .. } | Self::Control { .. } | Self::Journal { .. } => {
+                RefusalKind::Forbidden
+            }
             Self::Conflict { .. } => RefusalKind::Conflict,
         }
     }
@@ -220,6 +229,7 @@ impl Refusal {
             | Self::NotForced { name }
             | Self::Conflict { name, .. } => name,
             Self::Control { .. }
+            | Self::Journal { .. }
             | Self::Empty
             | Self::At { .. }
             | Self::Duration { .. }
@@ -250,6 +260,10 @@ impl Refusal {
             Self::Protected { .. } => "take it out of [[protect]] and start the node again".into(),
             Self::Control { needs, .. } => {
                 format!("write control = \"{needs}\" and start the node again")
+            }
+            Self::Journal { .. } => {
+                "make it writable; the node tries again all the time, and changes nothing until then"
+                    .into()
             }
             Self::NotForced { .. } => "release what is forced only".into(),
             Self::Empty => "name at least one".into(),

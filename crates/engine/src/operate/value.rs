@@ -16,9 +16,11 @@ pub enum Value {
 }
 
 impl Value {
-    /// The value that stands in a slot.
+    /// The value that stands in a slot. An input pin that nothing was given, such as an OB's number that
+    /// is not configured, has NaN, whatever its type.
     pub fn of(slot: f64, value_type: PinType) -> Self {
         match value_type {
+            _ if slot.is_nan() => Self::Number(slot),
             PinType::Bool => Self::Bool(slot != 0.0),
             PinType::Lreal => Self::Number(slot),
             PinType::Int | PinType::Time | PinType::Word => Self::Integer(slot as i64),

@@ -175,6 +175,17 @@ impl Operator {
         }
     }
 
+    /// Goes on counting transactions after `last`, the last that the node's journal knows.
+    pub fn continue_after(&mut self, last: u64) {
+        self.next = self.next.max(last.saturating_add(1));
+    }
+
+    /// Refuses all changes while a journal cannot be written, for this reason: part of a sentence,
+    /// such as "the journal log.jsonl cannot be written (disk full)". `None`: it can be written.
+    pub fn set_unwritten(&mut self, reason: Option<Arc<str>>) {
+        self.permissions.unwritten = reason;
+    }
+
     /// The node's names.
     pub fn signals(&self) -> &Signals {
         &self.signals
@@ -425,11 +436,11 @@ impl Operator {
     }
 }
 
-fn changed(slot: u32, before: f64, after: Option<f64>) -> Changed {
+pub(in crate::operate) fn changed(slot: u32, before: f64, after: Option<f64>) -> Changed {
     Changed { slot, before, after, versions: (0, 0) }
 }
 
-fn released(Ended(force): &Ended) -> Changed {
+pub(in crate::operate) fn released(Ended(force): &Ended) -> Changed {
     let after = (force.at_end == AtEnd::Restore).then_some(force.shadow);
     changed(force.slot, force.value, after)
 }

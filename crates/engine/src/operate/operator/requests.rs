@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 
 use super::check::Check;
 use super::{Feeds, Forced, Hold, Kind, Operator, Prepared, Request};
-use crate::operate::forces::{AtEnd, Force, MAX_FORCES};
+use crate::operate::forces::MAX_FORCES;
 use crate::operate::journal::Client;
 use crate::operate::order::{Order, Store, Work};
 use crate::operate::permissions::Intent;
@@ -46,7 +46,7 @@ impl Operator {
             if signal.role == Role::Input {
                 feeds.entry(signal.task).or_default().push((signal.slot as u32, slot));
             } else {
-                stores.entry(signal.task).or_default().push(store(signal.slot, slot));
+                stores.entry(signal.task).or_default().push(Store::new(signal.slot, slot));
             }
         }
         if sets_parameter {
@@ -82,7 +82,6 @@ impl Operator {
             check.findings.push(Refusal::Duration { seconds });
         }
         let mut stores: BTreeMap<usize, Vec<Store>> = BTreeMap::new();
-        let mut roles = HashMap::new();
         for (name, value) in values {
             let Some(signal) = check.find(name) else { continue };
             let allowed = match signal.role {
@@ -91,8 +90,7 @@ impl Operator {
             };
             let found = allowed.and_then(|()| self.permissions.slot(&signal, value));
             let Some(slot) = check.note(found) else { continue };
-            roles.insert((signal.task, signal.slot), signal.role);
-            stores.entry(signal.task).or_default().push(store(signal.slot, slot));
+            stores.entry(signal.task).or_default().push(Store::new(signal.slot, slot));
         }
         for (task, stores) in &stores {
             let Some(known) = self.forces.get(*task) else { continue };
@@ -107,19 +105,8 @@ impl Operator {
         check.end()?;
         let warnings = self.warn(&stores);
         let work = |(task, unsorted)| {
-            let stores: Box<[Store]> = sorted(Some(unsorted));
-            let force = |store: &Store| Force {
-                slot: store.slot,
-                at_end: match roles.get(&(task, store.slot as usize)) {
-                    Some(Role::Wired | Role::Output) => AtEnd::Recompute,
-                    _ => AtEnd::Restore,
-                },
-                taints: self.signals.taints(task, store.slot as usize),
-                ..Force::default()
-            };
-            let forces = stores.iter().map(force).collect();
-            let cycles = self.cycles(task, hold);
-            (task, Work::Force { stores, forces, cycles, again: 0 })
+            let stores = sorted(Some(unsorted));
+            (task, Work::force(&self.signals, task, stores, self.cycles(task, hold)))
         };
         Ok(prepared(stores.into_iter().map(work).collect(), request, Kind::Force, warnings))
     }
@@ -172,12 +159,7 @@ impl Operator {
         }
         self.check_at(&mut check, &request, slots.keys().copied(), next);
         check.end()?;
-        let work = |(task, mut slots): (usize, Vec<u32>)| {
-            slots.sort_unstable();
-            slots.dedup();
-            let ended = Vec::with_capacity(slots.len());
-            (task, Work::Release { slots: slots.into(), ended })
-        };
+        let work = |(task, slots)| (task, Work::release(slots));
         Ok(prepared(slots.into_iter().map(work).collect(), request, Kind::Release, Vec::new()))
     }
 
@@ -213,7 +195,7 @@ impl Operator {
                 }
                 check.note(self.permissions.check_name(&signal));
                 let stores = stores.entry(record.task).or_default();
-                stores.push(store(changed.slot as usize, changed.before));
+                stores.push(Store::new(changed.slot as usize, changed.before));
             }
         }
         // One whose orders have not all come back cannot be taken back whole.
@@ -345,10 +327,6 @@ fn prepared(
 ) -> Prepared {
     let order = |(task, work)| (task, Order::new(0, request.at, work));
     Prepared { orders: work.into_iter().map(order).collect(), request, kind, warnings }
-}
-
-fn store(slot: usize, value: f64) -> Store {
-    Store { slot: slot as u32, value, before: value }
 }
 
 fn sorted(stores: Option<Vec<Store>>) -> Box<[Store]> {
