@@ -26,6 +26,7 @@ mod list;
 mod logging;
 mod meant;
 mod numbers;
+mod operate;
 mod program;
 mod publish;
 mod recording;
@@ -101,6 +102,18 @@ verbs! { catalogue;
     Publish: publish(),
     Subscribe: subscribe(),
     List: list(),
+    Show: operate::show(),
+    Get: operate::get(),
+    Watch: operate::watch(),
+    Set: operate::set(),
+    Undo: operate::undo(),
+    Force: operate::force(),
+    Release: operate::release(),
+    Forces: operate::forces(),
+    Alarms: operate::alarms(),
+    Journal: operate::journal(),
+    Save: operate::save(),
+    Apply: operate::apply(),
     Blocks: blocks(catalogue),
     Bench: bench(catalogue),
     Compare: compare(),

@@ -1,5 +1,6 @@
 //! `list`: who is in the domain, and what they exchange.
 
+mod control;
 mod look;
 
 use isochrone_engine::escaped;
@@ -7,6 +8,7 @@ use isochrone_ipc::{ListedNode, Participant, SignalSpec, ipc};
 use isochrone_timing::units::counted;
 use serde_json::{Value, json};
 
+use self::control::{ControlNode, control_nodes};
 use self::look::{Found, Rate, look};
 use crate::failure::Failure;
 use crate::numbers::six_digits;
@@ -15,6 +17,7 @@ use crate::{domain, stop, terminal};
 
 /// List the nodes and frame services of the domain
 ///
+/// For each control node, shows its tasks with rate, cycle and missed cycles, and what `control` allows.
 /// For each service, shows its rate, the flags of its newest frame if it has any, its publishers and
 /// readers, and its signals with type and unit as the publisher announces them. The rate is the
 /// announced one; if none is announced, frames are counted for half a second.
@@ -29,6 +32,9 @@ pub(crate) struct Args {
     /// Print only the service names, one per line, without counting frames
     #[arg(long, conflicts_with = "json")]
     names: bool,
+    /// Print only the names of control nodes, one per line, as `show`, `set` and the like take them
+    #[arg(long, conflicts_with_all = ["json", "names"])]
+    nodes: bool,
     #[command(flatten)]
     domain: domain::Args,
 }
@@ -43,16 +49,20 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         let names = participant.frame_service_names().map_err(Failure::found)?;
         return terminal::print(&names.iter().map(|name| format!("{name}\n")).collect::<String>());
     }
+    if args.nodes {
+        return terminal::print(&control::names(&participant)?);
+    }
     let nodes = participant.nodes().map_err(Failure::found)?;
+    let control_nodes = control_nodes(&participant, &stop)?;
     let services = look(&participant, &stop)?;
     if args.json {
-        return terminal::print_json(&document(&nodes, &services));
+        return terminal::print_json(&document(&control_nodes, &nodes, &services));
     }
     if nodes.is_empty() && services.is_empty() {
         terminal::note("nothing runs in this domain (-v says which one it is)");
         return Ok(());
     }
-    terminal::print(&text(&nodes, &services))
+    terminal::print(&text(&control_nodes, &nodes, &services))
 }
 
 /// An existing service whose name is close to a missing one.
@@ -62,8 +72,9 @@ pub(crate) fn similar(participant: &Participant<ipc::Service>, service: &str) ->
     isochrone_engine::nearest_name(service, others).map(str::to_owned)
 }
 
-fn text(nodes: &[ListedNode], services: &[Found]) -> String {
-    let mut text = counted(nodes.len(), "node") + "\n";
+fn text(control: &[ControlNode], nodes: &[ListedNode], services: &[Found]) -> String {
+    let mut text = control::text(control);
+    text += &(counted(nodes.len(), "node") + "\n");
     let mut table = Table::default();
     for node in nodes {
         table.row([&*escaped(&node.name), &format!("pid {}", node.pid), &*escaped(&node.program)]);
@@ -121,7 +132,7 @@ fn joined(nodes: &[ListedNode], nobody: &str) -> String {
     if said.is_empty() { nobody.to_owned() } else { said.join(", ") }
 }
 
-fn document(nodes: &[ListedNode], services: &[Found]) -> Value {
+fn document(control: &[ControlNode], nodes: &[ListedNode], services: &[Found]) -> Value {
     let node =
         |node: &ListedNode| json!({"name": node.name, "pid": node.pid, "program": node.program});
     let nodes_of = |nodes: &[ListedNode]| nodes.iter().map(node).collect::<Vec<_>>();
@@ -143,6 +154,7 @@ fn document(nodes: &[ListedNode], services: &[Found]) -> Value {
         })
     };
     json!({
+        "control_nodes": control::document(control),
         "nodes": nodes_of(nodes),
         "services": services.iter().map(service).collect::<Vec<_>>(),
     })

@@ -162,7 +162,7 @@ fn a_program_of_another_name_says_that_name_wherever_it_is_called() {
     assert_says(&run("list --help"), &["  my-plant list"]);
     assert_eq!(run("--version"), concat!("my-plant ", env!("CARGO_PKG_VERSION"), "\n"));
     assert_says(&run("completions bash"), &["_my__plant()", "complete -F _my__plant_and_names"]);
-    assert_says(&run("completions zsh"), &["#compdef my-plant", "(my-plant list --names"]);
+    assert_says(&run("completions zsh"), &["#compdef my-plant", "(my-plant \"$@\""]);
     assert_says(
         &run("completions fish"),
         &["complete -c my-plant", "function __fish_my_plant_services"],

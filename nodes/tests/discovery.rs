@@ -66,7 +66,10 @@ fn where_nothing_runs_the_list_is_empty_and_says_so() {
     let ended = domain.run("list").expect_code(0);
     assert_eq!(ended.stdout, "");
     assert!(ended.stderr.contains("nothing runs in this domain"), "{}", ended.stderr);
-    assert_eq!(listed(&domain), serde_json::json!({"nodes": [], "services": []}));
+    assert_eq!(
+        listed(&domain),
+        serde_json::json!({"control_nodes": [], "nodes": [], "services": []})
+    );
     assert_eq!(domain.leftovers(), Vec::<std::path::PathBuf>::new());
 }
 

@@ -78,4 +78,5 @@ pub use plan::{
 };
 pub use printable::{escaped, escaped_lines};
 pub use source::{FileKind, MAX_BYTES, ReadError, Source, read_text};
+pub use time::parse_time_ms;
 pub use workload::{Workload, WorkloadSize};

@@ -17,7 +17,7 @@ pub(crate) fn is_time(text: &str) -> bool {
 }
 
 /// Parses a TIME constant, with or without `T#`, into milliseconds. `Err` says what is wrong.
-pub(crate) fn parse_time_ms(text: &str) -> Result<i32, String> {
+pub fn parse_time_ms(text: &str) -> Result<i32, String> {
     let written = text.trim();
     let text = written.to_lowercase();
     let body = match text.split_once('#') {

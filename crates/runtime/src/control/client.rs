@@ -2,6 +2,8 @@
 
 use std::collections::BTreeSet;
 use std::hash::{BuildHasher, RandomState};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -75,6 +77,14 @@ pub enum ClientError {
         /// How long it was waited for.
         patience: Duration,
     },
+    /// The flag of [`Client::interrupted_by`] was set before the answer came.
+    #[error(
+        "ended by a signal before node \"{node}\" answered; what was asked for may still be done"
+    )]
+    Interrupted {
+        /// The node.
+        node: String,
+    },
     /// The node refused, and says why.
     #[error("{0}")]
     Refused(Failure),
@@ -138,6 +148,7 @@ pub struct Client<S: Service = ipc::Service> {
     port: RequestClient<S>,
     node: String,
     patience: Duration,
+    interruption: Option<Arc<AtomicBool>>,
     /// What all ids of this client begin with.
     beginning: String,
     requests: u64,
@@ -164,7 +175,13 @@ impl<S: Service> Client<S> {
         let chance = RandomState::new().hash_one(std::process::id());
         let beginning = format!("{}-{chance:016x}", std::process::id());
         let node = node.to_owned();
-        Ok(Self { port, node, patience, beginning, requests: 0, late: 0 })
+        Ok(Self { port, node, patience, interruption: None, beginning, requests: 0, late: 0 })
+    }
+
+    /// The same client, which waits no longer for an answer once the flag is set, as a signal does.
+    #[must_use]
+    pub fn interrupted_by(self, flag: Arc<AtomicBool>) -> Self {
+        Self { interruption: Some(flag), ..self }
     }
 
     /// The node's name.
@@ -269,6 +286,9 @@ impl<S: Service> Client<S> {
                     return Ok(answer);
                 }
                 self.late += 1;
+            }
+            if self.interruption.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed)) {
+                return Err(ClientError::Interrupted { node: self.node.clone() });
             }
             let waited = begin.elapsed();
             if waited >= self.patience {

@@ -1,0 +1,70 @@
+//! `force`: holding signals at values.
+
+use clap::ArgGroup;
+use isochrone_engine::parse_seconds;
+use isochrone_runtime::control::{ForceParams, Hold};
+
+use super::assignment::{self, Assignment};
+use super::node;
+use super::transaction::{Transaction, client};
+use crate::failure::Failure;
+use crate::terminal;
+
+/// Hold signals of a running node at values, against everything
+///
+/// An input is held after it was read, an input pin after its wires were copied, an output pin after
+/// its block stepped. A force ends exactly at its cycle, or when `release` or the node's end ends it.
+/// The node's configuration must say control = "force".
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  isochrone force level level_raw=13824 --seconds 30\n  \
+    isochrone force level level.y=0.5 --hold --comment \"sensor is being changed\"\n\n\
+    A value is true, false, a number such as 5, 0.5 or 16#8F00, or a time such as T#100ms.")]
+#[command(group = ArgGroup::new("duration").args(["seconds", "hold"]).required(true))]
+pub(crate) struct Args {
+    #[command(flatten)]
+    node: node::Args,
+    /// Signals and the values to hold them at
+    #[arg(required = true, value_name = "NAME=VALUE")]
+    assignments: Vec<Assignment>,
+    /// Hold the values for this time: 10, 500ms, 5min
+    #[arg(long, value_name = "TIME", value_parser = parse_seconds, allow_negative_numbers = true)]
+    seconds: Option<f64>,
+    /// Hold the values until `release`
+    #[arg(long)]
+    hold: bool,
+    /// Cycle before which the force begins, at most 10 s ahead; all signals must be of one task. Default:
+    /// the next cycle
+    #[arg(long, value_name = "CYCLE")]
+    at: Option<u64>,
+    /// Reason, for the journal
+    #[arg(long, value_name = "TEXT")]
+    comment: Option<String>,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let mut node = args.node.connect()?;
+    let force = ForceParams {
+        values: assignment::values(&args.assignments),
+        seconds: args.seconds.map_or(Hold::UntilReleased, Hold::Seconds),
+        at: args.at,
+        comment: args.comment.clone(),
+        client: client(),
+    };
+    let result = node.call(&force)?;
+    if args.json {
+        return terminal::print_json(&result);
+    }
+    let transaction = Transaction::from(&result);
+    transaction.warn();
+    let mut text = transaction.text(&force.values);
+    for (task, until) in &result.until {
+        text += &match until {
+            Some(cycle) => format!("until cycle {cycle} of task \"{task}\"\n"),
+            None => format!("until `release {}`\n", node.name()),
+        };
+    }
+    terminal::print(&text)
+}

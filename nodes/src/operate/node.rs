@@ -1,0 +1,202 @@
+//! Asking a node: finding it, and saying why it did not answer or would not do it.
+
+use std::thread;
+use std::time::{Duration, Instant};
+
+use isochrone_engine::nearest_name;
+use isochrone_ipc::{Participant, ipc};
+use isochrone_processes::Stop;
+use isochrone_runtime::control::{
+    ByTask, Client, ClientError, DescribeParams, DescribeResult, GetParams, Params, ReadAt,
+    SignalDescription, Values,
+};
+
+use crate::failure::Failure;
+use crate::{domain, stop};
+
+/// A node answers within some milliseconds, and a transaction that is due within a second when it has
+/// happened. A process that is stopped does not answer.
+const PATIENCE: Duration = Duration::from_secs(5);
+/// Names of one request; far less than a message holds.
+const MAX_NAME_BYTES: usize = 100_000;
+
+/// Which node to operate
+#[derive(Debug, clap::Args)]
+#[group(skip)]
+pub(crate) struct Args {
+    /// Name of the running node, as `[node] name` gives it; `isochrone list --nodes` prints those that run
+    node: String,
+    #[command(flatten)]
+    domain: domain::Args,
+}
+
+/// A running node that answers.
+pub(crate) struct Node {
+    client: Client,
+    // After the client, which has ports of it.
+    participant: Participant<ipc::Service>,
+    stop: Stop,
+}
+
+/// Values, and the cycles that they are of.
+#[derive(serde::Serialize)]
+pub(crate) struct Reading {
+    /// The cycle of each task. A task whose values needed more than one request is missing.
+    pub(crate) tasks: ByTask<ReadAt>,
+    pub(crate) values: Values,
+}
+
+impl Args {
+    /// Finds the node. From here on signals end the verb in order.
+    pub(crate) fn connect(&self) -> Result<Node, Failure> {
+        self.connect_for(None)
+    }
+
+    /// As [`connect`](Self::connect), for a verb that ends by itself after so many seconds.
+    pub(crate) fn connect_for(&self, seconds: Option<f64>) -> Result<Node, Failure> {
+        let stop = stop::on_signal(seconds)?;
+        let participant = self.domain.join("isochrone/operate")?;
+        let client = Client::connect(&participant, &self.node, PATIENCE).map_err(failure)?;
+        let client = client.interrupted_by(stop.flag());
+        Ok(Node { client, participant, stop })
+    }
+}
+
+impl Node {
+    /// Its name.
+    pub(crate) fn name(&self) -> &str {
+        self.client.node()
+    }
+
+    /// What was asked for; `None` if the verb is to end, which may be why there is no answer.
+    pub(crate) fn unless_ended<T>(&self, asked: Result<T, Failure>) -> Result<Option<T>, Failure> {
+        if self.stop.is_due() { Ok(None) } else { asked.map(Some) }
+    }
+
+    /// Waits, but no longer than until the verb is to end.
+    pub(crate) fn sleep_until(&self, due: Instant) {
+        const LOOK_INTERVAL: Duration = Duration::from_millis(50);
+        while !self.stop.is_due() {
+            match due.saturating_duration_since(Instant::now()) {
+                Duration::ZERO => break,
+                left => thread::sleep(left.min(LOOK_INTERVAL)),
+            }
+        }
+    }
+
+    /// The domain that it is in.
+    pub(crate) fn participant(&self) -> &Participant<ipc::Service> {
+        &self.participant
+    }
+
+    /// Asks it.
+    pub(crate) fn call<P: Params>(&mut self, params: &P) -> Result<P::Result, Failure> {
+        self.client.call(params).map_err(failure)
+    }
+
+    /// Its signals, or those that a name or glob matches.
+    pub(crate) fn signals(
+        &mut self,
+        pattern: Option<&str>,
+    ) -> Result<Vec<SignalDescription>, Failure> {
+        self.client.signals(pattern).map_err(failure)
+    }
+
+    /// The text of its configuration with the values of now.
+    pub(crate) fn save(&mut self) -> Result<String, Failure> {
+        self.client.save().map_err(failure)
+    }
+
+    /// The values of names and globs, in their order.
+    pub(crate) fn read(&mut self, names: &[String]) -> Result<Reading, Failure> {
+        let mut reading = Reading { tasks: ByTask::new(), values: Values::default() };
+        let mut mixed = Vec::new();
+        let mut rest = names;
+        while !rest.is_empty() {
+            let mut bytes = 0;
+            let fits = rest.iter().take_while(|name| {
+                bytes += name.len();
+                bytes <= MAX_NAME_BYTES
+            });
+            let (asked, later) = rest.split_at(fits.count().max(1));
+            rest = later;
+            let mut read = 0;
+            loop {
+                let names = asked.to_vec();
+                let page = self.call(&GetParams { names, offset: Some(read), limit: None })?;
+                read += page.values.0.len() as u64;
+                let is_last = page.values.0.is_empty() || read >= page.total;
+                reading.values.0.extend(page.values.0);
+                for (task, at) in page.tasks {
+                    match reading.tasks.get(&task) {
+                        Some(known) if known.cycle != at.cycle => mixed.push(task),
+                        _ => drop(reading.tasks.insert(task, at)),
+                    }
+                }
+                if is_last {
+                    break;
+                }
+            }
+        }
+        reading.tasks.retain(|task, _| !mixed.contains(task));
+        Ok(reading)
+    }
+}
+
+/// What a node says of itself, if it answers soon.
+pub(crate) fn described(
+    participant: &Participant<ipc::Service>,
+    node: &str,
+) -> Option<DescribeResult> {
+    const SOON: Duration = Duration::from_millis(500);
+    Client::connect(participant, node, SOON).ok()?.call(&DescribeParams {}).ok()
+}
+
+fn failure(error: ClientError) -> Failure {
+    match error {
+        ClientError::NoNode { node, running } => Failure::nobody(absent(&node, &running)),
+        ClientError::NotOperated { .. } => Failure::nobody(error),
+        ClientError::Refused(refusal) => {
+            let findings = &refusal.findings;
+            let mut text =
+                format!("the node refuses, and nothing was changed: {}", refusal.message);
+            if findings.len() > 1 {
+                text = "the node refuses, and nothing was changed:".to_owned();
+                findings.iter().for_each(|finding| text += &format!("\n{finding}"));
+            }
+            Failure::found(text)
+        }
+        error => Failure::found(error),
+    }
+}
+
+/// That a node does not run, and which ones do.
+fn absent(node: &str, running: &[String]) -> String {
+    let meant = match nearest_name(node, running.iter().map(String::as_str)) {
+        Some(nearest) => format!("; did you mean \"{nearest}\"?"),
+        None => ".".into(),
+    };
+    let there_are = match running {
+        [] => "No node runs in this domain (-v says which one it is).".into(),
+        running => format!("There is: {}", running.join(", ")),
+    };
+    format!("no node \"{node}\" runs here{meant} {there_are}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whoever_asks_for_a_node_that_does_not_run_is_told_those_that_do() {
+        let running = ["level".to_owned(), "pump".to_owned()];
+        assert_eq!(
+            absent("levle", &running),
+            "no node \"levle\" runs here; did you mean \"level\"? There is: level, pump"
+        );
+        assert_eq!(
+            absent("x", &[]),
+            "no node \"x\" runs here. No node runs in this domain (-v says which one it is)."
+        );
+    }
+}

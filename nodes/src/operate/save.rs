@@ -1,0 +1,86 @@
+//! `save`: the running values as configuration.
+
+use std::path::{Path, PathBuf};
+
+use isochrone_engine::Source;
+use isochrone_runtime::control::{DescribeParams, running_nodes};
+use serde_json::json;
+
+use super::node::{self, Node};
+use super::replacement::replace;
+use crate::failure::Failure;
+use crate::terminal;
+
+/// Save the running values of a node as configuration
+///
+/// The text of the node's configuration with the values of now in place of the constants that were
+/// changed; comments, order and all else stay. Forces are not saved. Prints the text to stdout, or writes it
+/// to a file: whole or not at all, and the old file is kept as FILE.bak.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  isochrone save level | diff level.toml -\n  \
+    isochrone save level --in-place\n  isochrone save level -o tuned.toml")]
+pub(crate) struct Args {
+    #[command(flatten)]
+    node: node::Args,
+    /// Write to this file
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Write to the file that the node was started with
+    #[arg(long, conflicts_with = "output")]
+    in_place: bool,
+    /// Print one JSON document: the text, or the files that were written
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let mut node = args.node.connect()?;
+    let path = match &args.output {
+        Some(path) if path == Path::new("-") => None,
+        Some(path) => Some(path.clone()),
+        None if args.in_place => Some(own_file(&mut node)?),
+        None => None,
+    };
+    let text = node.save()?;
+    let Some(path) = path else {
+        return if args.json {
+            terminal::print_json(&json!({"configuration": text}))
+        } else {
+            terminal::print(&text)
+        };
+    };
+    let backup = replace(&path, &text)?;
+    if args.json {
+        return terminal::print_json(&json!({"file": path, "backup": backup}));
+    }
+    terminal::note(&match backup {
+        Some(backup) => {
+            format!("saved to {}; the old file is {}", path.display(), backup.display())
+        }
+        None => format!("saved to {}", path.display()),
+    });
+    Ok(())
+}
+
+/// The file that the node was started with.
+fn own_file(node: &mut Node) -> Result<PathBuf, Failure> {
+    let origin = node.call(&DescribeParams {})?.configuration;
+    let running = running_nodes(node.participant()).map_err(Failure::found)?;
+    let process = running.into_iter().find(|one| one.name == node.name()).map(|one| one.process);
+    // The name is as it was given to the node, from where it was started.
+    let folder = process.and_then(|pid| std::fs::read_link(format!("/proc/{pid}/cwd")).ok());
+    let file = match folder {
+        Some(folder) => folder.join(&origin.file),
+        None => PathBuf::from(&origin.file),
+    };
+    let found = Source::read(&file).map_err(|error| {
+        Failure::found(format!("{error}; `save -o FILE` writes to a file of your choice"))
+    })?;
+    if found.sha256() != origin.sha256 {
+        terminal::note(&format!(
+            "note: {} is not what the node was started with; what it has now is kept as .bak",
+            file.display()
+        ));
+    }
+    Ok(file)
+}

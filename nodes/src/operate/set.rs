@@ -1,0 +1,50 @@
+//! `set`: new values of parameters.
+
+use isochrone_runtime::control::SetParams;
+
+use super::assignment::{self, Assignment};
+use super::node;
+use super::transaction::{Transaction, client};
+use crate::failure::Failure;
+use crate::terminal;
+
+/// Set parameters of a running node, all of them before one cycle
+///
+/// A parameter is an input pin of a block that no wire leads to. All values of a task take effect
+/// before the same cycle, or none does: if one is refused, nothing is changed, and every reason is
+/// reported. Prints the transaction's number (for `undo`), the cycle, and the values before and after.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  isochrone set level ramp.setChangeRate=5\n  \
+    isochrone set level level.x1=-100 level.x2=27648 --comment \"sensor 3 calibrated\"\n  \
+    isochrone set level ramp.setChangeRate=2 --at 250000\n\n\
+    A value is true, false, a number such as 5, 0.5 or 16#8F00, or a time such as T#100ms.")]
+pub(crate) struct Args {
+    #[command(flatten)]
+    node: node::Args,
+    /// Parameters and their new values
+    #[arg(required = true, value_name = "NAME=VALUE")]
+    parameters: Vec<Assignment>,
+    /// Cycle before which the values take effect, at most 10 s ahead; all must be of one task. Default:
+    /// the next cycle
+    #[arg(long, value_name = "CYCLE")]
+    at: Option<u64>,
+    /// Reason, for the journal
+    #[arg(long, value_name = "TEXT")]
+    comment: Option<String>,
+    /// Print one JSON document
+    #[arg(long)]
+    json: bool,
+}
+
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let mut node = args.node.connect()?;
+    let values = assignment::values(&args.parameters);
+    let set = SetParams { values, at: args.at, comment: args.comment.clone(), client: client() };
+    let result = node.call(&set)?;
+    if args.json {
+        return terminal::print_json(&result);
+    }
+    let transaction = Transaction::from(&result);
+    transaction.warn();
+    terminal::print(&transaction.text(&set.values))
+}
