@@ -379,7 +379,7 @@ fn a_value_that_a_block_refuses_from_then_on_is_warned_of_and_set() {
     let values = [("free.setChangeRate", Value::from(-1.0))];
     let prepared = hand.operator.set(values, Request::default(), &hand.next).unwrap();
     let [warning] = &prepared.warnings[..] else { panic!("{:?}", prepared.warnings) };
-    assert!(warning.starts_with("block \"free\" will report 16#"), "{warning}");
+    assert!(warning.to_string().starts_with("block \"free\" will report 16#"), "{warning}");
     hand.send(Ok(prepared));
     hand.step(1);
     assert_eq!(hand.engines[1].block_errors(), 1);
@@ -620,8 +620,11 @@ fn values_are_read_after_the_blocks_of_one_cycle_have_stepped() {
 #[test]
 fn the_journal_tells_what_was_done_in_order_by_whom_and_why() {
     let mut hand = Hand::new(NODE);
-    let request =
-        Request { client: Client::Named("anna".into()), comment: Some("test".into()), at: None };
+    let request = Request {
+        client: Client::Other { name: Some("anna".into()), process: Some(7) },
+        comment: Some("test".into()),
+        at: None,
+    };
     let prepared = hand.operator.set([("free.value", 1.0.into())], request, &hand.next);
     hand.send(prepared);
     hand.force([("free.value", 2.0.into())], Hold::Seconds(1.0));
@@ -631,7 +634,7 @@ fn the_journal_tells_what_was_done_in_order_by_whom_and_why() {
     let actions: Vec<_> =
         entries.iter().map(|e| (e.sequence, e.action.as_str(), e.cycle)).collect();
     assert_eq!(actions, [(1, "set", 0), (2, "force", 0), (3, "expiry", 1)]);
-    assert_eq!(entries[0].client, Client::Named("anna".into()));
+    assert_eq!(entries[0].client, Client::Other { name: Some("anna".into()), process: Some(7) });
     assert_eq!(entries[0].comment.as_deref(), Some("test"));
     assert_eq!(hand.operator.journal(3).count(), 1);
 }

@@ -40,6 +40,14 @@ pub enum PrepareError {
         /// The system's error.
         source: io::Error,
     },
+    /// The system has no thread to serve the requests of other programs.
+    #[error("cannot start the thread of service \"{service}\": {source}")]
+    ServiceThread {
+        /// The service.
+        service: String,
+        /// The system's error.
+        source: io::Error,
+    },
     /// The thread of a task panicked in its set-up.
     #[error(transparent)]
     Panicked(#[from] TaskPanicked),

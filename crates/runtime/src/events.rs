@@ -1,25 +1,26 @@
-//! What a task's blocks and inputs run into: noticed in the slack of the cycle, and put into words in
-//! the ordinary thread.
+//! What a task's blocks and inputs run into: noticed in the slack of the cycle, and logged in the
+//! ordinary thread.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use isochrone_blocks::{BlockType, Indication, PinType, status};
-use isochrone_engine::config::OnStale;
+use isochrone_blocks::{Indication, status};
 use isochrone_engine::{TaskEngine, TaskPlan};
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use crate::freshness::InputState;
 use crate::limiter::{Allowed, Limiter};
+use crate::words::{ERROR_WITHOUT_WORD, Said, Words};
 
 /// Events that fit between the cycle and the ordinary thread. What finds no room is told later, if it
 /// still holds then.
 const ROOM: usize = 256;
 
+/// What is to be said of a block or an input.
 #[derive(Debug, Clone, Copy)]
-enum Event {
-    /// An instance, in the order of the image, has this error; `OK` for none.
-    Block { instance: usize, status: u16 },
+pub(crate) enum Event {
+    /// An instance, in the order of the image, has this error since a cycle; `OK` for none.
+    Block { instance: usize, status: u16, cycle: u64 },
     /// An input came into this state in a cycle.
     Input { input: usize, state: InputState, cycle: u64 },
 }
@@ -40,9 +41,6 @@ struct Watched {
     told: u16,
 }
 
-/// Stands for a status word where a block has none.
-const ERROR_WITHOUT_WORD: u16 = u16::MAX;
-
 impl Watched {
     fn error(&self, image: &[f64]) -> u16 {
         let value = image.get(self.slot).copied().unwrap_or_default();
@@ -57,7 +55,7 @@ impl Watched {
 impl Events {
     /// Looks for blocks that came into an error or out of one; for the slack. While no block reports
     /// an error, it is a comparison.
-    pub(crate) fn look(&mut self, engine: &TaskEngine) {
+    pub(crate) fn look(&mut self, engine: &TaskEngine, cycle: u64) {
         let errors = engine.block_errors();
         if errors == std::mem::replace(&mut self.errors, errors) && !self.in_error {
             return;
@@ -65,7 +63,7 @@ impl Events {
         self.in_error = false;
         for watched in &mut self.watched {
             let error = watched.error(engine.image());
-            let event = Event::Block { instance: watched.instance, status: error };
+            let event = Event::Block { instance: watched.instance, status: error, cycle };
             if error != watched.told && self.ring.push(event).is_ok() {
                 watched.told = error;
             }
@@ -82,28 +80,16 @@ impl Events {
 /// The end in the ordinary thread.
 pub(crate) struct Log {
     ring: Consumer<Event>,
-    banks: Vec<Bank>,
-    inputs: Vec<InputWords>,
+    words: Arc<Words>,
+    /// Of each input, whether something was said of its samples before.
+    is_known: Box<[bool]>,
+    /// What happened since it was last asked for.
+    happened: Vec<Event>,
     /// One for each instance and then for each input, so that none that changes all the time keeps
     /// the others from being heard.
     limiters: Vec<Limiter<Event>>,
-    instances: usize,
     /// Those of the limiters that hold an event.
     holding: BTreeSet<usize>,
-}
-
-struct Bank {
-    block_type: BlockType,
-    instances: Arc<[String]>,
-}
-
-struct InputWords {
-    name: String,
-    service: Option<String>,
-    value_type: PinType,
-    on_stale: OnStale,
-    /// Something was said of its samples before.
-    is_known: bool,
 }
 
 /// Makes both ends for a task.
@@ -124,26 +110,15 @@ pub(crate) fn ends(task: &TaskPlan) -> (Events, Log) {
         first += bank.instances.len();
     }
     let events = Events { ring: producer, watched: watched.into(), errors: 0, in_error: false };
-    let bank = |bank: &isochrone_engine::BankPlan| Bank {
-        block_type: bank.block_type,
-        instances: bank.instances.clone(),
-    };
-    let input = |input: &isochrone_engine::InputPlan| InputWords {
-        name: input.name.clone(),
-        service: input.service.clone(),
-        value_type: input.value_type,
-        on_stale: input.on_stale,
-        is_known: false,
-    };
     let log = Log {
         limiters: std::iter::repeat_with(Limiter::default)
             .take(first + task.inputs.len())
             .collect(),
-        instances: first,
         holding: BTreeSet::new(),
         ring: consumer,
-        banks: task.banks.iter().map(bank).collect(),
-        inputs: task.inputs.iter().map(input).collect(),
+        words: Arc::new(Words::of(task)),
+        is_known: vec![false; task.inputs.len()].into(),
+        happened: Vec::new(),
     };
     (events, log)
 }
@@ -152,10 +127,8 @@ impl Log {
     /// Logs what happened since the last time.
     pub(crate) fn write(&mut self) {
         while let Ok(event) = self.ring.pop() {
-            let speaker = match event {
-                Event::Block { instance, .. } => instance,
-                Event::Input { input, .. } => self.instances + input,
-            };
+            self.happened.push(event);
+            let speaker = self.words.speaker(&event);
             let Some(limiter) = self.limiters.get_mut(speaker) else { continue };
             match limiter.pass(event) {
                 Some(allowed) => {
@@ -196,79 +169,23 @@ impl Log {
     }
 
     fn sentence(&mut self, event: Event) -> Option<String> {
-        match event {
-            Event::Block { instance, status } => {
-                let (bank, name) = self.instance(instance)?;
-                Some(block_sentence(&bank.block_type, name, status))
-            }
-            Event::Input { input, state, cycle } => {
-                Some(format!("{} (cycle {cycle})", self.inputs.get_mut(input)?.sentence(state)))
-            }
+        let mut was_known = false;
+        if let Event::Input { input, state, .. } = event
+            && let Some(is_known) = self.is_known.get_mut(input)
+        {
+            was_known = *is_known;
+            *is_known |= !matches!(state, InputState::Waiting);
         }
+        self.words.sentence(&event, Said::of(was_known))
     }
 
-    fn instance(&self, mut instance: usize) -> Option<(&Bank, &str)> {
-        for bank in &self.banks {
-            match bank.instances.get(instance) {
-                Some(name) => return Some((bank, name)),
-                None => instance -= bank.instances.len(),
-            }
-        }
-        None
+    /// How what is logged here is put.
+    pub(crate) fn words(&self) -> Arc<Words> {
+        Arc::clone(&self.words)
     }
-}
 
-fn block_sentence(block_type: &BlockType, name: &str, word: u16) -> String {
-    let kind = block_type.name;
-    match block_type.status.iter().find(|known| known.code == word) {
-        _ if word == status::OK => format!("block \"{name}\" ({kind}) reports no error any more"),
-        Some(known) => format!(
-            "block \"{name}\" ({kind}) reports 16#{word:04X} {}: {}",
-            known.name, known.meaning
-        ),
-        None if word == ERROR_WITHOUT_WORD => format!("block \"{name}\" ({kind}) reports an error"),
-        None => format!("block \"{name}\" ({kind}) reports error 16#{word:04X}"),
-    }
-}
-
-impl InputWords {
-    fn sentence(&mut self, state: InputState) -> String {
-        let was_known = self.is_known;
-        self.is_known |= !matches!(state, InputState::Waiting);
-        let (name, value_type) = (&self.name, self.value_type);
-        let reads = match self.on_stale {
-            OnStale::Hold => "keeps its value",
-            OnStale::Default => "reads its default",
-            OnStale::Ramp(_) => "goes to its default",
-        };
-        match state {
-            InputState::Good if was_known => format!("input \"{name}\" takes samples again"),
-            InputState::Good => format!("input \"{name}\" has its first sample"),
-            InputState::Waiting => {
-                let service = self.service.as_deref().unwrap_or_default();
-                format!(
-                    "input \"{name}\" has no sample yet, because service \"{service}\" has sent no frame; \
-                     it reads its default"
-                )
-            }
-            InputState::Stale => {
-                format!(
-                    "input \"{name}\" is stale: its last sample is older than max_age; it {reads}"
-                )
-            }
-            InputState::Stopped => {
-                format!("input \"{name}\" is stale: its publisher has ended; it {reads}")
-            }
-            InputState::Doubted(flags) => {
-                format!("input \"{name}\" is stale: its frames say {flags}; it {reads}")
-            }
-            InputState::Rejected(sample) => format!(
-                "input \"{name}\" rejects {sample:?}, which {value_type} cannot hold; it keeps its value"
-            ),
-            InputState::Missing => format!(
-                "input \"{name}\" takes no sample: the frames have none for it, or a layout that is not \
-                 known yet; it keeps its value"
-            ),
-        }
+    /// What happened since the last time, in its order.
+    pub(crate) fn happened(&mut self) -> Vec<Event> {
+        std::mem::take(&mut self.happened)
     }
 }

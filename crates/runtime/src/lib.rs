@@ -49,16 +49,19 @@
 )]
 
 mod alarms;
+mod attend;
 mod bindings;
 pub mod control;
 mod error;
 mod events;
+mod faults;
 mod freshness;
 mod inputs;
 mod layouts;
 mod limiter;
 mod node;
 mod operate;
+mod operating;
 mod orders;
 mod outcome;
 mod outputs;
@@ -71,12 +74,13 @@ mod task;
 mod telemetry;
 mod threads;
 mod warning;
+mod words;
 
 pub use alarms::Alarm;
 pub use error::{NodePanicked, PrepareError, RequestError, TaskPanicked};
 pub use limiter::{Allowed, Limiter};
 pub use node::{Node, Prepared, next_epoch_ns};
-pub use operate::Sent;
+pub use operating::Sent;
 pub use outcome::{Allocations, Costs, End, InputOutcome, Link, Outcome, TaskOutcome};
 pub use panics::{Panic, catch_panic, hold_panic_messages};
 pub use real_time_thread::RealTimeThread;

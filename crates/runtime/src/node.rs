@@ -3,13 +3,16 @@
 use std::sync::Arc;
 
 use isochrone_cyclic::{Clock, EPOCH_OFFSET_NS, Monotonic, Refusal, ThreadGrant};
+use isochrone_engine::config::Control;
 use isochrone_engine::operate::{Feeds, Operator};
 use isochrone_engine::{Plan, TaskEngine};
 use isochrone_ipc::{LayoutAnnouncer, OpenError, Participant, RealTime, Service, ipc, local};
 
 use crate::alarms::Alarm;
+use crate::attend::Serving;
 use crate::error::PrepareError;
 use crate::layouts::Resolver;
+use crate::operating::Shared;
 use crate::outputs;
 use crate::parts::Parts;
 use crate::running::Running;
@@ -41,6 +44,9 @@ impl Node {
     /// [`Running::set`]. Memory is locked by
     /// [`prepare_process`](isochrone_cyclic::prepare_process), which is the program's to call.
     ///
+    /// Unless the configuration says `control = "off"`, a thread of its own serves the requests of
+    /// other programs ([`control`](crate::control)) from the start to the end of the node.
+    ///
     /// # Errors
     /// A node of this name runs already, or a port or a thread is refused.
     pub fn prepare<S: Service + 'static>(
@@ -65,6 +71,7 @@ impl Node {
 #[must_use = "dropping it ends its threads"]
 pub struct Prepared<S: Service = ipc::Service> {
     // The threads end before what they use.
+    serving: Option<Serving>,
     threads: Threads,
     parts: Parts<S>,
     grants: Vec<ThreadGrant>,
@@ -81,7 +88,7 @@ impl<S: Service + 'static> Prepared<S> {
         let mut threads = Threads::default();
         let mut parts = Parts {
             tasks: Vec::new(),
-            operator: Operator::new(plan, feeds),
+            operating: Shared::new(Operator::new(plan, feeds), &plan.source),
             snapshots,
             telemetry: telemetry.map_err(|error| runs_already(plan, error))?,
             announcers: Vec::new(),
@@ -115,7 +122,10 @@ impl<S: Service + 'static> Prepared<S> {
             parts.announcers = outputs.map(open).collect::<Result<_, _>>()?;
             parts.alarms = cuts(plan).collect();
         }
-        Ok(Self { threads, parts, grants, cycles: None })
+        let serving = parts.participant.clone().filter(|_| plan.control != Control::Off);
+        let serving = serving.map(|participant| Serving::open(participant, plan, &parts.operating));
+        let serving = serving.transpose()?;
+        Ok(Self { serving, threads, parts, grants, cycles: None })
     }
 
     /// Ends the node when its first task has run this many cycles; with `Some(0)`, that is at its start.
@@ -139,10 +149,14 @@ impl<S: Service + 'static> Prepared<S> {
     }
 
     /// Starts all tasks on one grid.
-    pub fn start(self) -> Running<S> {
+    pub fn start(mut self) -> Running<S> {
         let epoch_ns = next_epoch_ns();
         self.threads.start(epoch_ns, self.cycles);
-        Running::new(self.threads, self.parts, self.grants, epoch_ns)
+        self.parts.operating.lock().start(epoch_ns);
+        if let Some(serving) = &mut self.serving {
+            serving.start();
+        }
+        Running::new(self.serving, self.threads, self.parts, self.grants, epoch_ns)
     }
 }
 

@@ -1,5 +1,7 @@
 //! What a program may do to the values of its running node.
 
+use std::sync::Arc;
+
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::operate::{
     Entry, Forced, Hold, Operator, Prepared, Refusals, Request, SaveError, Signals, Value,
@@ -7,19 +9,11 @@ use isochrone_engine::operate::{
 use isochrone_ipc::Service;
 
 use crate::error::RequestError;
+use crate::operating::{Origin, Sent};
 use crate::running::Running;
 
 /// Most values that one [`Running::get`] reads.
 const MAX_READ: usize = 4096;
-
-/// A request that is on its way to its tasks.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Sent {
-    /// Its number, by which [`Poll`](crate::Poll) says what has become of it.
-    pub number: u64,
-    /// What its values will make blocks do: a sentence for each block that will report an error.
-    pub warnings: Vec<String>,
-}
 
 impl<S: Service> Running<S> {
     /// Gives parameters (`"block.pin"`: input pins that nothing is wired to) new values, and inputs
@@ -105,40 +99,31 @@ impl<S: Service> Running<S> {
         &mut self,
         prepare: impl FnOnce(&Operator, &[u64]) -> Result<Prepared, Refusals>,
     ) -> Result<Sent, RequestError> {
-        self.take_back();
-        let next: Vec<u64> = self.next_cycles(Monotonic.now_ns()).collect();
-        let prepared = prepare(&self.parts.operator, &next)?;
+        let mut operating = self.parts.operating.lock();
+        operating.take_back();
+        let next = operating.next_cycles(Monotonic.now_ns());
+        let prepared = prepare(&operating.operator, &next)?;
         if self.threads.have_ended() {
             return Err(RequestError::Ended);
         }
-        for task in prepared.tasks().filter_map(|task| self.parts.tasks.get(task)) {
-            if !task.orders.has_room() {
-                return Err(RequestError::Busy { task: task.name.clone() });
-            }
-        }
-        let warnings = prepared.warnings.clone();
-        let (number, orders) = self.parts.operator.send(prepared);
-        for (task, order) in orders {
-            if let Some(task) = self.parts.tasks.get_mut(task) {
-                task.orders.send(order);
-            }
-        }
-        Ok(Sent { number, warnings })
+        operating.send(Origin::Program, prepared)
     }
 
     /// The node's names.
-    pub fn signals(&self) -> &Signals {
-        self.parts.operator.signals()
+    pub fn signals(&self) -> Arc<Signals> {
+        Arc::clone(self.parts.operating.lock().operator.signals())
     }
 
     /// The forces that are in place, or on their way.
-    pub fn forces(&self) -> impl Iterator<Item = &Forced> {
-        self.parts.operator.forces()
+    pub fn forces(&self) -> impl Iterator<Item = Forced> + use<S> {
+        let forces: Vec<Forced> = self.parts.operating.lock().operator.forces().cloned().collect();
+        forces.into_iter()
     }
 
     /// What was done to the node's values, from a sequence number on.
-    pub fn journal(&self, since: u64) -> impl Iterator<Item = Entry> {
-        self.parts.operator.journal(since)
+    pub fn journal(&self, since: u64) -> impl Iterator<Item = Entry> + use<S> {
+        let entries: Vec<Entry> = self.parts.operating.lock().operator.journal(since).collect();
+        entries.into_iter()
     }
 
     /// The text of the node's configuration with the values of now in place of the constants of
@@ -147,14 +132,7 @@ impl<S: Service> Running<S> {
     /// # Errors
     /// `text` is not the configuration of this node.
     pub fn save(&self, text: &str) -> Result<String, SaveError> {
-        self.parts.operator.save(text)
-    }
-
-    /// The first cycle of each task that has not begun.
-    fn next_cycles(&self, now_ns: u64) -> impl Iterator<Item = u64> {
-        self.parts.tasks.iter().map(move |task| {
-            let first_ns = self.epoch_ns + task.schedule.phase_ns;
-            now_ns.checked_sub(first_ns).map_or(0, |since| since / task.schedule.period_ns + 1)
-        })
+        let changes = self.parts.operating.lock().operator.to_save();
+        changes.save(text)
     }
 }

@@ -2,8 +2,6 @@
 
 use std::sync::Arc;
 
-use isochrone_cyclic::Schedule;
-use isochrone_engine::operate::Operator;
 use isochrone_ipc::{LayoutAnnouncer, RealTime, Service};
 use isochrone_timing::{CycleRecord, TaskTiming};
 use rtrb::Consumer;
@@ -11,14 +9,14 @@ use rtrb::Consumer;
 use crate::alarms::Alarm;
 use crate::events::Log;
 use crate::layouts::Resolver;
-use crate::orders;
+use crate::operating::Shared;
 use crate::snapshots::Snapshots;
 use crate::telemetry::Telemetry;
 
 /// What the ordinary thread has of a node beside its threads; the participant is dropped last.
 pub(crate) struct Parts<S: Service> {
     pub(crate) tasks: Vec<Task<S>>,
-    pub(crate) operator: Operator,
+    pub(crate) operating: Shared,
     pub(crate) snapshots: Snapshots,
     pub(crate) telemetry: Option<Telemetry<S>>,
     pub(crate) announcers: Vec<LayoutAnnouncer<S>>,
@@ -29,12 +27,10 @@ pub(crate) struct Parts<S: Service> {
 /// What the ordinary thread has of a task.
 pub(crate) struct Task<S: Service> {
     pub(crate) name: String,
-    pub(crate) schedule: Schedule,
     /// For each bank the blocks that one of it may be, for messages.
     pub(crate) banks: Vec<String>,
     pub(crate) timing: TaskTiming,
     pub(crate) records: Consumer<CycleRecord>,
     pub(crate) log: Log,
-    pub(crate) orders: orders::Sender,
     pub(crate) resolvers: Vec<Resolver<S>>,
 }

@@ -2,16 +2,17 @@
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use std::time::Duration;
 
 use isochrone_cyclic::{StopReason, ThreadGrant};
-use isochrone_engine::operate::{Done as Returns, Entry, Reading};
+use isochrone_engine::operate::{Entry, Reading};
 use isochrone_ipc::{Service, ipc};
 use isochrone_timing::CycleRecord;
 
+use crate::attend::Serving;
 use crate::error::{NodePanicked, TaskPanicked};
 use crate::layouts::Resolver;
-use crate::orders::Returned;
+use crate::operating::Returns;
 use crate::outcome::{End, InputOutcome, Outcome, TaskOutcome};
 use crate::panics::Panic;
 use crate::parts::Parts;
@@ -39,22 +40,19 @@ pub const POLL_INTERVAL: Duration = Duration::from_millis(20);
 #[must_use = "dropping it ends the node"]
 pub struct Running<S: Service = ipc::Service> {
     // The threads end before what they use.
+    serving: Option<Serving>,
     pub(crate) threads: Threads,
     pub(crate) parts: Parts<S>,
     grants: Vec<ThreadGrant>,
     pub(crate) epoch_ns: u64,
     news: News,
-    /// What came back since the last poll.
-    returned: News,
 }
 
 /// What a poll found.
 #[derive(Debug, Default)]
 struct News {
     records: Vec<(usize, CycleRecord)>,
-    applied: Vec<Entry>,
-    too_late: Vec<u64>,
-    readings: Vec<Reading>,
+    returns: Returns,
 }
 
 /// What came in since the last [`poll`](Running::poll).
@@ -81,33 +79,33 @@ impl<'a> Poll<'a> {
         &self.news.records
     }
 
-    /// What requests changed since the last poll, an entry for each task of a request, and what ended
-    /// by itself.
+    /// What requests changed since the last poll, those of others included: an entry for each task of a
+    /// request, and what ended by itself.
     pub fn applied(&self) -> &'a [Entry] {
-        &self.news.applied
+        &self.news.returns.applied
     }
 
-    /// The requests since the last poll that came too late for the cycle that they named. Nothing
+    /// The program's requests since the last poll that came too late for the cycle that they named. Nothing
     /// happened.
     pub fn too_late(&self) -> &'a [u64] {
-        &self.news.too_late
+        &self.news.returns.too_late
     }
 
     /// The values that came in since the last poll, as [`Running::get`] asked for.
     pub fn readings(&self) -> &'a [Reading] {
-        &self.news.readings
+        &self.news.returns.readings
     }
 }
 
 impl<S: Service> Running<S> {
     pub(crate) fn new(
+        serving: Option<Serving>,
         threads: Threads,
         parts: Parts<S>,
         grants: Vec<ThreadGrant>,
         epoch_ns: u64,
     ) -> Self {
-        let (news, returned) = (News::default(), News::default());
-        Self { threads, parts, grants, epoch_ns, news, returned }
+        Self { serving, threads, parts, grants, epoch_ns, news: News::default() }
     }
 
     /// Takes in what the cycles did, and does what a cycle must not: connects what failed to connect,
@@ -119,6 +117,9 @@ impl<S: Service> Running<S> {
         // Asked first: what a task did before its end is then in its ring.
         let is_running = !self.threads.have_ended();
         self.drain();
+        if !is_running {
+            self.parts.operating.lock().end();
+        }
         self.tend();
         let is_fresh = self.parts.snapshots.update();
         if let (true, Some(telemetry)) = (is_fresh, &mut self.parts.telemetry) {
@@ -166,6 +167,8 @@ impl<S: Service> Running<S> {
         }
         // What the last cycles ran into is still to be logged.
         self.poll();
+        // What the last cycles did is answered yet.
+        drop(self.serving.take());
         self.parts.tasks.iter_mut().for_each(|task| task.log.finish());
         let Self { threads, mut parts, grants, .. } = self;
         let done = threads.join();
@@ -201,7 +204,7 @@ impl<S: Service> Running<S> {
             }
             tasks.push(outcome(&task.name, &task.timing, grant, done));
         }
-        let forces = parts.operator.forces().cloned().collect();
+        let forces = parts.operating.lock().operator.forces().cloned().collect();
         let Some(first) = panics.first() else { return Ok(Outcome { end, tasks, alarms, forces }) };
         let end = End::Panicked { task: first.task.clone() };
         let outcome = Box::new(Outcome { end, tasks, alarms, forces });
@@ -209,42 +212,30 @@ impl<S: Service> Running<S> {
     }
 
     fn drain(&mut self) {
-        self.take_back();
-        self.news = std::mem::take(&mut self.returned);
-        for (index, task) in self.parts.tasks.iter_mut().enumerate() {
+        self.news.records.clear();
+        let mut operating = self.parts.operating.lock();
+        operating.take_back();
+        self.news.returns = operating.returns();
+        for (index, (task, lane)) in
+            self.parts.tasks.iter_mut().zip(&mut operating.lanes).enumerate()
+        {
             while let Ok(record) = task.records.pop() {
                 task.timing.record(&record);
+                lane.last = Some(record);
                 self.news.records.push((index, record));
             }
         }
     }
 
-    /// Takes in and frees what the cycles gave back.
-    pub(crate) fn take_back(&mut self) {
-        let Parts { tasks, operator, .. } = &mut self.parts;
-        for (index, task) in tasks.iter_mut().enumerate() {
-            while let Some(returned) = task.orders.returned() {
-                let unix_ns = unix_ns();
-                match returned {
-                    Returned::Order(order) => match operator.done(index, order, unix_ns) {
-                        Returns::Applied(entry) => self.returned.applied.push(entry),
-                        Returns::TooLate { transaction } => {
-                            self.returned.too_late.push(transaction)
-                        }
-                        Returns::Read(reading) => self.returned.readings.push(reading),
-                    },
-                    Returned::Ended(ended, cycle) => {
-                        self.returned.applied.push(operator.expired(index, ended, cycle, unix_ns));
-                    }
-                }
-            }
-        }
-    }
-
     fn tend(&mut self) {
-        let Parts { tasks, announcers, telemetry, participant, .. } = &mut self.parts;
-        for task in tasks.iter_mut() {
+        let Parts { tasks, operating, announcers, telemetry, participant, .. } = &mut self.parts;
+        for (index, task) in tasks.iter_mut().enumerate() {
             task.log.write();
+            let happened = task.log.happened();
+            if !happened.is_empty() {
+                let lanes = &mut operating.lock().lanes;
+                lanes.get_mut(index).into_iter().for_each(|lane| lane.faults.note(&happened));
+            }
         }
         let Some(participant) = participant.as_deref() else { return };
         participant.tend();
@@ -258,12 +249,6 @@ impl<S: Service> Running<S> {
             telemetry.tend(participant);
         }
     }
-}
-
-/// Now, in ns of UTC since 1970.
-fn unix_ns() -> u64 {
-    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
-    u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
 }
 
 fn outcome(

@@ -134,7 +134,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
             });
             restless.note(ports.connects(), end_ns);
             orders.read(&engine, &release);
-            events.look(&engine);
+            events.look(&engine, release.cycle);
             ports.inputs.tell(&mut events);
             let record = record(&release, end_ns, cyclic.overruns());
             tap.take(engine.image(), &record);

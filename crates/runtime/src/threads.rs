@@ -12,7 +12,9 @@ use isochrone_timing::TaskTiming;
 use rtrb::RingBuffer;
 
 use crate::error::{PrepareError, TaskPanicked};
+use crate::faults::Faults;
 use crate::inputs::TaskInputs;
+use crate::operating::Lane;
 use crate::panics;
 use crate::parts::{Parts, Task};
 use crate::snapshots::Tap;
@@ -79,14 +81,20 @@ impl Threads {
             .spawn(move || task::run(job))
             .map_err(|source| PrepareError::Thread { task: name.clone(), source })?;
         self.threads.push(Thread { task: name.clone(), thread: spawned, start });
+        let lane = Lane {
+            name: name.clone(),
+            schedule: task.schedule,
+            orders: sender,
+            faults: Faults::new(log.words()),
+            last: None,
+        };
+        parts.operating.lock().lanes.push(lane);
         parts.tasks.push(Task {
             name,
-            schedule: task.schedule,
             banks: task.banks.iter().map(BankPlan::any_block).collect(),
             timing: TaskTiming::new(task.schedule.period_ns),
             records: consumer,
             log,
-            orders: sender,
             resolvers: Vec::new(),
         });
         Ok(is_ready)

@@ -75,7 +75,7 @@ fn panicked(pins: &[&str]) -> NodePanicked {
         node.value("ramp.delayedValue").is_some() && node.value("alone.y").is_some()
     });
     let sent = node.set(pins.iter().map(|pin| (*pin, 1.0))).unwrap();
-    assert_eq!(sent.warnings, [""; 0], "a block from outside the library is not tried out");
+    assert!(sent.warnings.is_empty(), "a block from outside the library is not tried out");
     poll_until(&mut node, |node| !node.poll().is_running());
     node.finish().unwrap_err()
 }

@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use isochrone_blocks::PinType;
-use isochrone_engine::parse_time_ms;
+use isochrone_engine::{operate, parse_time_ms};
 use isochrone_runtime::control::{Value, Values};
 
 use crate::numbers::{self, Digits};
@@ -63,7 +63,7 @@ fn parse(text: &str) -> Result<Value, String> {
 
 /// A value of a signal of this type, as PLC programmers write it.
 pub(crate) fn shown(value: Value, value_type: PinType) -> String {
-    match value.to_slot(value_type) {
+    match operate::Value::from(value).slot(value_type) {
         Some(slot) => numbers::shown(slot, value_type, Digits::Six),
         None => value.to_string(),
     }

@@ -109,7 +109,12 @@ fn text(entry: &JournalEntry) -> String {
         let after = change.after.map_or("as computed".to_owned(), |after| after.to_string());
         table.row([change.name.clone(), change.before.to_string(), format!("-> {after}")]);
     }
-    text + "\n" + &table.draw(2)
+    text += "\n";
+    text += &table.draw(2);
+    if entry.left_out > 0 {
+        text += &format!("  and {} more\n", entry.left_out);
+    }
+    text
 }
 
 fn word(action: Action) -> &'static str {
@@ -153,6 +158,7 @@ mod tests {
                 before: Value::Number(0.5),
                 after: None,
             }],
+            left_out: 3,
             client: Some("anna".to_owned()),
             process: Some(42),
             comment: Some("pump test".to_owned()),
@@ -160,7 +166,7 @@ mod tests {
         assert_eq!(
             text(&entry),
             "2023-11-14T22:13:20.123Z  force 12, cycle 4711 of task \"fast\", until cycle 5711, by anna \
-             (pid 42): pump test\n  a.y  0.5  -> as computed\n"
+             (pid 42): pump test\n  a.y  0.5  -> as computed\n  and 3 more\n"
         );
     }
 }

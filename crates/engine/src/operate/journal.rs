@@ -16,8 +16,31 @@ pub enum Client {
     /// The program that runs the node.
     #[default]
     Program,
-    /// Somebody else, as they call themselves.
-    Named(Arc<str>),
+    /// Somebody else.
+    Other {
+        /// As they call themselves, if they do.
+        name: Option<Arc<str>>,
+        /// Their process, where iceoryx2 tells it.
+        process: Option<u32>,
+    },
+}
+
+impl Client {
+    /// As they call themselves, if they do.
+    pub fn name(&self) -> Option<&str> {
+        match self {
+            Self::Program => None,
+            Self::Other { name, .. } => name.as_deref(),
+        }
+    }
+
+    /// Their process, where that is known and another than the node's.
+    pub fn process(&self) -> Option<u32> {
+        match self {
+            Self::Program => None,
+            Self::Other { process, .. } => *process,
+        }
+    }
 }
 
 /// What was done.
@@ -136,7 +159,7 @@ impl Journal {
     }
 
     /// The entries from a number on.
-    pub(super) fn since(&self, sequence: u64) -> impl Iterator<Item = &Record> {
+    pub(super) fn since(&self, sequence: u64) -> impl ExactSizeIterator<Item = &Record> {
         let first = self.records.partition_point(|record| record.sequence < sequence);
         self.records.range(first..)
     }

@@ -64,6 +64,7 @@ pub use pattern::Pattern;
 pub(crate) use pattern::part_matches;
 pub use refusal::{AtRefusal, Refusal, RefusalKind, Refusals};
 pub use replay::{Difference, Replay};
-pub use save::SaveError;
+pub use save::{Changes, SaveError};
 pub use signals::{Matches, Role, Signal, Signals};
 pub use value::Value;
+pub use warnings::Warning;

@@ -26,7 +26,27 @@ pub enum SaveError {
     },
 }
 
+/// The values of now of the parameters that were changed, to be written into the configuration.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Changes(Vec<(String, Value)>);
+
 impl Operator {
+    /// The parameters whose values are other than the configuration's.
+    pub fn to_save(&self) -> Changes {
+        let named = |(signal, value): (Signal<'_>, Value)| (signal.name, value);
+        Changes(self.changed().into_iter().map(named).collect())
+    }
+
+    /// As [`Changes::save`], of what has changed until now.
+    ///
+    /// # Errors
+    /// `text` is not the configuration of this node.
+    pub fn save(&self, text: &str) -> Result<String, SaveError> {
+        self.to_save().save(text)
+    }
+}
+
+impl Changes {
     /// The text of the node's configuration with the values of now in place of the constants of
     /// parameters that were changed. All else, comments and order, is as it was. A parameter of one of
     /// several instances stands in a table of that instance: `[block.in.17]`.
@@ -37,17 +57,17 @@ impl Operator {
         let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| {
             SaveError::Syntax { message: error.to_string() }
         })?;
-        for (signal, value) in self.changed() {
-            if write(&mut document, &signal, value).is_none() {
-                return Err(SaveError::Other { name: signal.name });
+        for (name, value) in &self.0 {
+            if write(&mut document, name, *value).is_none() {
+                return Err(SaveError::Other { name: name.clone() });
             }
         }
         Ok(document.to_string())
     }
 }
 
-fn write(document: &mut DocumentMut, signal: &Signal<'_>, value: Value) -> Option<()> {
-    let (instance, pin) = signal.name.rsplit_once('.')?;
+fn write(document: &mut DocumentMut, name: &str, value: Value) -> Option<()> {
+    let (instance, pin) = name.rsplit_once('.')?;
     let (block, number) = match instance.split_once('.') {
         Some((block, number)) => (block, Some(number)),
         None => (instance, None),

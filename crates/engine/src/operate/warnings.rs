@@ -1,9 +1,28 @@
 //! What blocks will report with values that they are about to get.
 
 use std::collections::HashSet;
+use std::fmt;
 
 use super::signals::Signals;
 use crate::plan::{Plan, first_error};
+
+/// A block that will report an error.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Warning {
+    /// The block.
+    pub block: String,
+    /// Its status word then.
+    pub status: u16,
+    /// What that means.
+    pub meaning: &'static str,
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { block, status, meaning } = self;
+        write!(f, "block \"{block}\" will report 16#{status:04X}: {meaning}")
+    }
+}
 
 /// What is needed to try a block out.
 #[derive(Debug)]
@@ -24,7 +43,7 @@ impl Warnings {
         task: usize,
         slots: impl Iterator<Item = usize>,
         value: impl Fn(u32) -> Option<f64>,
-    ) -> Vec<String> {
+    ) -> Vec<Warning> {
         let mut seen = HashSet::new();
         let mut warning = |slot: usize| {
             let instance = signals.instance_of(task, slot)?;
@@ -38,11 +57,11 @@ impl Warnings {
             };
             let constants: Vec<Option<f64>> = pins.map(constant).collect();
             let period_ns = signals.task(task)?.period_ns;
-            let name = instance.name;
-            let code = first_error(instance.block_type, &constants, period_ns, &self.obs)?;
-            let word = instance.block_type.status.iter().find(|word| word.code == code);
+            let block = instance.name;
+            let status = first_error(instance.block_type, &constants, period_ns, &self.obs)?;
+            let word = instance.block_type.status.iter().find(|word| word.code == status);
             let meaning = word.map_or("an error", |word| word.meaning);
-            Some(format!("block \"{name}\" will report 16#{code:04X}: {meaning}"))
+            Some(Warning { block, status, meaning })
         };
         slots.filter_map(&mut warning).collect()
     }

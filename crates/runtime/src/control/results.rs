@@ -233,6 +233,9 @@ pub struct JournalEntry {
     pub undone: Option<u64>,
     /// The values that it changed.
     pub changes: Vec<Change>,
+    /// How many more values it changed, of an entry that is too long for an answer.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub left_out: u64,
     /// Who asked for it, as they call themselves.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub client: Option<String>,
@@ -242,6 +245,10 @@ pub struct JournalEntry {
     /// What they said of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub comment: Option<String>,
+}
+
+fn is_zero(count: &u64) -> bool {
+    *count == 0
 }
 
 /// What an entry of the journal is about.

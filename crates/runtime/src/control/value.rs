@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use isochrone_blocks::PinType;
+use isochrone_engine::operate;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -20,31 +20,6 @@ pub enum Value {
 }
 
 impl Value {
-    /// What stands in a slot of this type.
-    pub fn of_slot(slot: f64, value_type: PinType) -> Self {
-        match value_type {
-            PinType::Bool => Self::Bool(slot != 0.0),
-            PinType::Lreal => Self::Number(slot),
-            PinType::Int | PinType::Time | PinType::Word => Self::Integer(slot as i64),
-        }
-    }
-
-    /// What stands in a slot of this type for the value; `None` if the type does not have it. An LREAL
-    /// takes the nearest number to an integer beyond 2^53.
-    pub fn to_slot(self, value_type: PinType) -> Option<f64> {
-        match (value_type, self) {
-            (PinType::Bool, Self::Bool(value)) => Some(f64::from(u8::from(value))),
-            (PinType::Bool, _) | (_, Self::Bool(_)) => None,
-            (PinType::Lreal, Self::Number(value)) => Some(value),
-            (PinType::Lreal, Self::Integer(value)) => Some(value as f64),
-            (_, Self::Number(value)) => Some(value).filter(|value| value_type.holds(*value)),
-            (_, Self::Integer(value)) => {
-                // Exact: what is too large for these types is too large as a float as well.
-                Some(value as f64).filter(|value| value_type.holds(*value))
-            }
-        }
-    }
-
     /// Reads one JSON value; `None` if it is none that a signal can have.
     pub(super) fn of_json(text: &str) -> Option<Self> {
         serde_json::from_str(text).ok()
@@ -80,6 +55,26 @@ impl From<i64> for Value {
 impl From<f64> for Value {
     fn from(value: f64) -> Self {
         Self::Number(value)
+    }
+}
+
+impl From<operate::Value> for Value {
+    fn from(value: operate::Value) -> Self {
+        match value {
+            operate::Value::Bool(value) => Self::Bool(value),
+            operate::Value::Integer(value) => Self::Integer(value),
+            operate::Value::Number(value) => Self::Number(value),
+        }
+    }
+}
+
+impl From<Value> for operate::Value {
+    fn from(value: Value) -> Self {
+        match value {
+            Value::Bool(value) => Self::Bool(value),
+            Value::Integer(value) => Self::Integer(value),
+            Value::Number(value) => Self::Number(value),
+        }
     }
 }
 
@@ -239,22 +234,5 @@ mod tests {
     fn a_whole_number_beyond_an_integer_is_the_nearest_number() {
         assert_eq!(Value::of_json("18446744073709551616"), Some(Value::Number(2f64.powi(64))));
         assert_eq!(Value::of_json("9223372036854775808"), Some(Value::Number(2f64.powi(63))));
-    }
-
-    #[test]
-    fn a_slot_takes_what_its_type_has_and_nothing_else() {
-        assert_eq!(Value::Bool(true).to_slot(PinType::Bool), Some(1.0));
-        assert_eq!(Value::Integer(1).to_slot(PinType::Bool), None);
-        assert_eq!(Value::Bool(true).to_slot(PinType::Lreal), None);
-        assert_eq!(Value::Integer(65_535).to_slot(PinType::Word), Some(65_535.0));
-        assert_eq!(Value::Integer(65_536).to_slot(PinType::Word), None);
-        assert_eq!(Value::Integer(i64::MAX).to_slot(PinType::Time), None);
-        assert_eq!(Value::Number(7.0).to_slot(PinType::Int), Some(7.0));
-        assert_eq!(Value::Number(7.5).to_slot(PinType::Int), None);
-        assert_eq!(Value::Number(f64::NAN).to_slot(PinType::Int), None);
-        assert_eq!(Value::Integer(3).to_slot(PinType::Lreal), Some(3.0));
-        assert_eq!(Value::of_slot(3.0, PinType::Lreal), Value::Number(3.0));
-        assert_eq!(Value::of_slot(1.0, PinType::Bool), Value::Bool(true));
-        assert_eq!(Value::of_slot(-3.0, PinType::Time), Value::Integer(-3));
     }
 }

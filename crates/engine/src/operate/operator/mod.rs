@@ -12,7 +12,7 @@ use super::journal::{Action, Change, Changed, Client, Entry, Journal, Record};
 use super::order::{Order, OrderState, Store, Work};
 use super::permissions::Permissions;
 use super::signals::{Signal, Signals};
-use super::warnings::Warnings;
+use super::warnings::{Warning, Warnings};
 use crate::plan::Plan;
 
 /// Who gives the inputs their values.
@@ -51,7 +51,9 @@ pub struct Prepared {
     request: Request,
     kind: Kind,
     /// What the values will make blocks do.
-    pub warnings: Vec<String>,
+    pub warnings: Vec<Warning>,
+    /// Of a reading: the task of each value, in the order of the request.
+    pub read_from: Vec<usize>,
 }
 
 impl Prepared {
@@ -143,7 +145,7 @@ struct Held {
 /// and nothing happens.
 #[derive(Debug)]
 pub struct Operator {
-    signals: Signals,
+    signals: Arc<Signals>,
     permissions: Permissions,
     warnings: Warnings,
     feeds: Feeds,
@@ -162,7 +164,7 @@ impl Operator {
     /// The desk of a node that is about to start.
     pub fn new(plan: &Plan, feeds: Feeds) -> Self {
         Self {
-            signals: Signals::of(plan),
+            signals: Arc::new(Signals::of(plan)),
             permissions: Permissions::of(plan),
             warnings: Warnings::of(plan),
             feeds,
@@ -187,7 +189,7 @@ impl Operator {
     }
 
     /// The node's names.
-    pub fn signals(&self) -> &Signals {
+    pub fn signals(&self) -> &Arc<Signals> {
         &self.signals
     }
 
@@ -332,25 +334,41 @@ impl Operator {
         })
     }
 
+    /// Whether a signal is forced, or about to be.
+    pub fn is_forced(&self, signal: &Signal<'_>) -> bool {
+        let forces = self.forces.get(signal.task);
+        forces.is_some_and(|forces| forces.contains_key(&(signal.slot as u32)))
+    }
+
+    /// Whether a parameter has another value than the configuration gave it.
+    pub fn has_changed(&self) -> bool {
+        self.changes().next().is_some()
+    }
+
     /// The parameters that differ from their constants, in the order of the images.
     pub(super) fn changed(&self) -> Vec<(Signal<'_>, Value)> {
-        let mut values: Vec<_> = self.values.iter().collect();
-        values.sort_unstable_by_key(|(key, _)| **key);
-        let changed = |(&(task, slot), held): (&(usize, u32), &Held)| {
+        let mut changes: Vec<_> = self.changes().collect();
+        changes.sort_unstable_by_key(|(signal, _)| (signal.task, signal.slot));
+        changes
+    }
+
+    fn changes(&self) -> impl Iterator<Item = (Signal<'_>, Value)> {
+        self.values.iter().filter_map(|(&(task, slot), held)| {
             let slot = slot as usize;
-            let signal = self.signals.at(task, slot)?;
             let instance = self.signals.instance_of(task, slot)?;
             let constant = instance.constants.get(slot - instance.first_slot)?;
-            let is_changed = constant.to_bits() != held.value.to_bits();
+            if constant.to_bits() == held.value.to_bits() {
+                return None;
+            }
+            let signal = self.signals.at(task, slot)?;
             let value = Value::of(held.value, signal.value_type);
-            is_changed.then_some((signal, value))
-        };
-        values.into_iter().filter_map(changed).collect()
+            Some((signal, value))
+        })
     }
 
     /// The entries of the journal from a sequence number on: the last 10,000, or fewer if they have
     /// changed more than a million values.
-    pub fn journal(&self, since: u64) -> impl Iterator<Item = Entry> {
+    pub fn journal(&self, since: u64) -> impl ExactSizeIterator<Item = Entry> {
         self.journal.since(since).map(|record| entry(&self.signals, record))
     }
 

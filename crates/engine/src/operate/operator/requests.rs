@@ -10,6 +10,7 @@ use crate::operate::order::{Order, Store, Work};
 use crate::operate::permissions::Intent;
 use crate::operate::refusal::{AtRefusal, Refusal, Refusals};
 use crate::operate::signals::{Role, Signal};
+use crate::operate::warnings::Warning;
 use crate::operate::{Pattern, Value};
 
 /// How far ahead of its cycle a request may come, in ns.
@@ -243,13 +244,15 @@ impl Operator {
             }
         }
         let mut slots: BTreeMap<usize, Vec<(u32, f64)>> = BTreeMap::new();
+        let read_from = page.iter().map(|(task, _)| *task).collect();
         for (task, slot) in page {
             slots.entry(task).or_default().push((slot as u32, 0.0));
         }
         check.end()?;
         let work = |(task, slots): (usize, Vec<_>)| (task, Work::Read(slots.into()));
         let orders = slots.into_iter().map(work).collect();
-        Ok((prepared(orders, Request::default(), Kind::Read, Vec::new()), total))
+        let prepared = prepared(orders, Request::default(), Kind::Read, Vec::new());
+        Ok((Prepared { read_from, ..prepared }, total))
     }
 
     /// Whether a signal can be set at all, by the one who asks.
@@ -296,15 +299,15 @@ impl Operator {
         check.findings.push(Refusal::At { at, why });
     }
 
-    /// How many cycles of a task a force lasts.
-    fn cycles(&self, task: usize, hold: Hold) -> Option<u64> {
+    /// How many cycles of a task a force lasts; `None`: until it is released.
+    pub fn cycles(&self, task: usize, hold: Hold) -> Option<u64> {
         let Hold::Seconds(seconds) = hold else { return None };
         let period_ns = self.signals.task(task).map_or(1, |task| task.period_ns);
         Some(((seconds * 1e9 / period_ns as f64).round() as u64).max(1))
     }
 
     /// What blocks will report with new values at their pins.
-    fn warn(&self, stores: &BTreeMap<usize, Vec<Store>>) -> Vec<String> {
+    fn warn(&self, stores: &BTreeMap<usize, Vec<Store>>) -> Vec<Warning> {
         let mut warnings = Vec::new();
         for (task, stores) in stores {
             let new: HashMap<u32, f64> = stores.iter().map(|s| (s.slot, s.value)).collect();
@@ -323,10 +326,11 @@ fn prepared(
     work: Vec<(usize, Work)>,
     request: Request,
     kind: Kind,
-    warnings: Vec<String>,
+    warnings: Vec<Warning>,
 ) -> Prepared {
     let order = |(task, work)| (task, Order::new(0, request.at, work));
-    Prepared { orders: work.into_iter().map(order).collect(), request, kind, warnings }
+    let orders = work.into_iter().map(order).collect();
+    Prepared { orders, request, kind, warnings, read_from: Vec::new() }
 }
 
 fn sorted(stores: Option<Vec<Store>>) -> Box<[Store]> {

@@ -17,6 +17,24 @@ impl Signals {
         Matches { total: groups.iter().map(Group::len).sum(), signals: self, groups }
     }
 
+    /// All signals.
+    pub fn all(&self) -> Matches<'_> {
+        let inputs = self.tasks.iter().enumerate().map(|(index, task)| {
+            let pins: Vec<usize> =
+                task.matching(&["*"]).chain(task.matching(&["*", "*"])).collect();
+            Group { task: index, first_slot: 0, stride: 0, instances: Instances::One, pins }
+        });
+        let runs = self.runs.iter().map(|run| Group {
+            task: run.task as usize,
+            first_slot: run.first_slot,
+            stride: run.block_type.slots(),
+            instances: Instances::All(run.len),
+            pins: (0..run.block_type.slots()).collect(),
+        });
+        let groups: Vec<Group> = inputs.chain(runs).filter(|group| group.len() > 0).collect();
+        Matches { total: groups.iter().map(Group::len).sum(), signals: self, groups }
+    }
+
     /// The signals of a run that match the parts of a pattern.
     fn group(&self, run: &Run, parts: &[&str]) -> Option<Group> {
         let block = self.blocks.get(run.block as usize)?;

@@ -148,6 +148,14 @@ impl Signals {
         self.tasks.get(task).map_or("", |task| &task.name)
     }
 
+    /// How many parameters a task has.
+    pub fn parameters(&self, task: usize) -> usize {
+        let runs = self.runs.iter().filter(|run| run.task as usize == task);
+        let pins: usize = runs.map(|run| run.len * run.block_type.inputs.len()).sum();
+        // A wire leads to one pin, and no two lead to the same.
+        pins - self.tasks.get(task).map_or(0, |task| task.wires.len())
+    }
+
     pub(super) fn task(&self, task: usize) -> Option<&Task> {
         self.tasks.get(task)
     }

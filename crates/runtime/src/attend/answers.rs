@@ -1,0 +1,201 @@
+//! What a node tells of itself at once.
+
+use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_engine::config::Control;
+use isochrone_engine::operate::{self, Entry, Pattern, Signal};
+
+use crate::control::{
+    Access, Action, ActiveAlarm, AlarmsParams, AlarmsResult, Change, ConfigurationOrigin,
+    DescribeResult, Failure, Force, ForcesParams, ForcesResult, JournalEntry, JournalParams,
+    JournalResult, Reply, Role, Room, SignalDescription, SignalsParams, SignalsResult,
+    TaskDescription,
+};
+use crate::faults::Active;
+use crate::operating::Operating;
+
+use super::Attendant;
+use super::requests::failure;
+
+/// Signals of a page, if the request does not say how many.
+const SIGNALS: u64 = 1000;
+
+impl Attendant {
+    pub(super) fn describe(&self) -> Reply {
+        let operating = self.shared.lock();
+        let next = operating.next_cycles(Monotonic.now_ns());
+        let signals = operating.operator.signals();
+        let task = |(index, next): (usize, u64)| {
+            let lane = operating.lanes.get(index)?;
+            let forces = operating.operator.forces().filter(|forced| forced.task == index);
+            Some(TaskDescription {
+                name: lane.name.clone(),
+                period_ns: lane.schedule.period_ns,
+                phase_ns: lane.schedule.phase_ns,
+                cycle: next.saturating_sub(1),
+                missed: lane.last.map_or(0, |last| last.missed),
+                overruns: lane.last.map_or(0, |last| last.overruns),
+                parameters: signals.parameters(index) as u64,
+                forces: forces.count() as u64,
+            })
+        };
+        Reply::Describe(DescribeResult {
+            node: self.node.clone(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
+            control: match self.control {
+                Control::Off => Access::Off,
+                Control::Read => Access::Read,
+                Control::Set => Access::Set,
+                Control::Force => Access::Force,
+            },
+            configuration: ConfigurationOrigin {
+                file: operating.configuration.source.name.clone(),
+                sha256: operating.configuration.sha256.clone(),
+                changed: operating.operator.has_changed(),
+            },
+            started_unix_ns: self.started_unix_ns,
+            tasks: next.into_iter().enumerate().filter_map(task).collect(),
+        })
+    }
+
+    pub(super) fn signals(&self, params: &SignalsParams) -> Result<Reply, Failure> {
+        // The index is not locked while it is searched.
+        let signals = self.shared.lock().operator.signals().clone();
+        let matches = match &params.pattern {
+            None => signals.all(),
+            Some(pattern) => signals.matching(&Pattern::new(pattern)),
+        };
+        if let (0, Some(pattern)) = (matches.total(), &params.pattern) {
+            signals.find(pattern).map_err(|refusal| failure(refusal.into()))?;
+        }
+        let (offset, limit) = page(params.offset, params.limit.or(Some(SIGNALS)));
+        let operating = self.shared.lock();
+        let describe = |signal: Signal<'_>| SignalDescription {
+            forced: operating.operator.is_forced(&signal),
+            value_type: signal.value_type.to_string(),
+            unit: Some(signal.unit.to_owned()).filter(|unit| !unit.is_empty()),
+            role: role(signal.role),
+            task: signals.task_name(signal.task).to_owned(),
+            doc: signal.doc.to_owned(),
+            name: signal.name,
+        };
+        let page = fitting(matches.page(offset, limit).map(describe));
+        Ok(Reply::Signals(SignalsResult { total: matches.total() as u64, signals: page }))
+    }
+
+    pub(super) fn forces(&self, params: &ForcesParams) -> Reply {
+        let operating = self.shared.lock();
+        let (offset, limit) = page(params.offset, params.limit);
+        // One that is on its way is told when it is there.
+        let in_place = || {
+            let forces = operating.operator.forces();
+            forces.filter_map(|forced| Some((forced.since?, forced)))
+        };
+        let force = |(since_cycle, forced): (u64, &operate::Forced)| Force {
+            name: forced.name.clone(),
+            value: forced.value.into(),
+            since_cycle,
+            until_cycle: forced.until,
+            client: forced.client.name().map(str::to_owned),
+        };
+        let forces = fitting(in_place().skip(offset).take(limit).map(force));
+        Reply::Forces(ForcesResult { total: in_place().count() as u64, forces })
+    }
+
+    pub(super) fn journal(&self, params: &JournalParams) -> Reply {
+        let operating = self.shared.lock();
+        let entries = operating.operator.journal(params.since.unwrap_or_default());
+        let total = entries.len() as u64;
+        let (_, limit) = page(None, params.limit);
+        let mut room = Room::of_answer();
+        let mut page = Vec::new();
+        for mut entry in entries.take(limit).map(|entry| journal_entry(&operating, entry)) {
+            if page.is_empty() {
+                shorten(&mut entry);
+            }
+            if !room.takes(&entry) {
+                break;
+            }
+            page.push(entry);
+        }
+        Reply::Journal(JournalResult { total, entries: page })
+    }
+
+    pub(super) fn alarms(&self, params: &AlarmsParams) -> Reply {
+        let operating = self.shared.lock();
+        let (offset, limit) = page(params.offset, params.limit);
+        let active = operating.lanes.iter().flat_map(|lane| lane.faults.active());
+        let alarm = |active: Active| ActiveAlarm {
+            name: active.name,
+            status: active.status,
+            meaning: active.meaning,
+            since_cycle: active.since_cycle,
+            count: active.count,
+        };
+        let alarms = fitting(active.skip(offset).take(limit).map(alarm));
+        let total: usize = operating.lanes.iter().map(|lane| lane.faults.total()).sum();
+        Reply::Alarms(AlarmsResult { total: total as u64, alarms })
+    }
+}
+
+/// How many to leave out, and most that are wanted.
+fn page(offset: Option<u64>, limit: Option<u64>) -> (usize, usize) {
+    let count = |count: u64| usize::try_from(count).unwrap_or(usize::MAX);
+    (count(offset.unwrap_or_default()), count(limit.unwrap_or(u64::MAX)))
+}
+
+/// The first items, as many as an answer holds.
+fn fitting<T: serde::Serialize>(items: impl Iterator<Item = T>) -> Vec<T> {
+    let mut room = Room::of_answer();
+    items.take_while(|item| room.takes(item)).collect()
+}
+
+/// Takes out as many changes as do not fit into an answer of its own.
+fn shorten(entry: &mut JournalEntry) {
+    let mut room = Room::of_answer();
+    let changes = std::mem::take(&mut entry.changes);
+    let all = changes.len();
+    room.takes(entry);
+    entry.changes = changes.into_iter().take_while(|change| room.takes(change)).collect();
+    entry.left_out = (all - entry.changes.len()) as u64;
+}
+
+fn journal_entry(operating: &Operating, entry: Entry) -> JournalEntry {
+    let (action, until_cycle, undone) = match entry.action {
+        operate::Action::Set => (Action::Set, None, None),
+        operate::Action::Force { until } => (Action::Force, until, None),
+        operate::Action::Release => (Action::Release, None, None),
+        operate::Action::Expiry => (Action::Expiry, None, None),
+        operate::Action::Undo { of } => (Action::Undo, None, Some(of)),
+    };
+    let change = |change: operate::Change| Change {
+        name: change.name,
+        before: change.before.into(),
+        after: change.after.map(Into::into),
+    };
+    JournalEntry {
+        sequence: entry.sequence,
+        transaction: entry.transaction,
+        action,
+        task: operating.lanes.get(entry.task).map_or_else(String::new, |lane| lane.name.clone()),
+        cycle: entry.cycle,
+        unix_ns: entry.unix_ns,
+        until_cycle,
+        undone,
+        changes: entry.changes.into_iter().map(change).collect(),
+        left_out: 0,
+        client: entry.client.name().map(str::to_owned),
+        process: entry.client.process(),
+        comment: entry.comment.map(|comment| comment.to_string()),
+    }
+}
+
+fn role(role: operate::Role) -> Role {
+    match role {
+        operate::Role::Input => Role::Input,
+        operate::Role::Parameter => Role::Parameter,
+        operate::Role::Wired => Role::Wired,
+        operate::Role::Output => Role::Output,
+        operate::Role::Ok => Role::Ok,
+        operate::Role::Age => Role::Age,
+    }
+}

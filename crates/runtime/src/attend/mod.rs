@@ -1,0 +1,226 @@
+//! The requests of other programs to a running node, in threads of their own.
+
+mod answers;
+mod requests;
+mod saving;
+mod under_way;
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use isochrone_engine::Plan;
+use isochrone_engine::config::Control;
+use isochrone_ipc::{OpenError, RealTime, RequestUpkeep, Service};
+
+use crate::control::{
+    Begun, Call, Caller, Code, Desk, Failure, Operated, Outcome, Ticket, service_name,
+};
+use crate::error::PrepareError;
+use crate::operating::{Shared, unix_ns};
+use crate::panics;
+use saving::Saving;
+use under_way::UnderWay;
+
+/// Between two looks for requests, and for what has become of them.
+const PAUSE: Duration = Duration::from_millis(2);
+/// Between two looks for clients that died.
+const UPKEEP_PAUSE: Duration = Duration::from_millis(100);
+
+/// The threads that serve. Dropping it ends them.
+pub(crate) struct Serving {
+    stop: Arc<AtomicBool>,
+    start: Option<Sender<()>>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+impl Serving {
+    /// Opens the service of a node, which is served from the start on.
+    pub(crate) fn open<S: Service + 'static>(
+        participant: Arc<RealTime<S>>,
+        plan: &Plan,
+        shared: &Shared,
+    ) -> Result<Self, PrepareError> {
+        let service = service_name(&plan.node);
+        let stop = Arc::new(AtomicBool::new(false));
+        let (start, started) = channel();
+        let (opened, is_open) = channel();
+        let mut serving = Self { stop: Arc::clone(&stop), start: Some(start), threads: Vec::new() };
+        let attendant = Attendant::new(plan, shared);
+        let ports = Arc::clone(&participant);
+        serving.spawn(&service, "control", move || {
+            serve(&ports, attendant, &stop, &opened, &started);
+        })?;
+        // Without an answer it has panicked, which is reported there.
+        let Ok(upkeep) = is_open.recv() else { return Ok(serving) };
+        let mut upkeep = upkeep?;
+        let stop = Arc::clone(&serving.stop);
+        serving.spawn(&service, "control upkeep", move || {
+            while !stop.load(Ordering::Relaxed) {
+                upkeep.tend(participant.ordinary());
+                thread::park_timeout(UPKEEP_PAUSE);
+            }
+        })?;
+        Ok(serving)
+    }
+
+    /// Begins to answer.
+    pub(crate) fn start(&mut self) {
+        if let Some(start) = self.start.take() {
+            // A thread that panicked takes no start, and has said so.
+            let _ = start.send(());
+        }
+    }
+
+    /// Starts a thread, whose panic is no end of the node.
+    fn spawn(
+        &mut self,
+        service: &str,
+        name: &'static str,
+        work: impl FnOnce() + Send + 'static,
+    ) -> Result<(), PrepareError> {
+        let of = service.to_owned();
+        let work = move || {
+            if let Err(panic) = std::panic::catch_unwind(std::panic::AssertUnwindSafe(work)) {
+                let words = panics::words(&*panic);
+                tracing::error!(
+                    "the thread \"{name}\" of service \"{of}\" panicked: {words}; the node goes on \
+                     without it, and takes no requests until it is started again"
+                );
+            }
+        };
+        let spawned = thread::Builder::new().name(name.to_owned()).spawn(work);
+        let failed = |source| PrepareError::ServiceThread { service: service.to_owned(), source };
+        self.threads.push(spawned.map_err(failed)?);
+        Ok(())
+    }
+}
+
+impl Drop for Serving {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        self.start = None;
+        for thread in self.threads.drain(..) {
+            thread.thread().unpark();
+            // A panic was reported where it was.
+            let _ = thread.join();
+        }
+    }
+}
+
+/// Opens the desk, as ports stay in their thread, and serves from the start to the end of the node.
+fn serve<S: Service>(
+    participant: &RealTime<S>,
+    mut attendant: Attendant,
+    stop: &AtomicBool,
+    opened: &Sender<Result<RequestUpkeep<S>, OpenError>>,
+    started: &Receiver<()>,
+) {
+    let participant = participant.ordinary();
+    let mut desk = match Desk::open(participant, &attendant.node) {
+        Ok(desk) => desk,
+        Err(error) => return drop(opened.send(Err(error))),
+    };
+    let _ = opened.send(Ok(desk.upkeep()));
+    if started.recv().is_err() {
+        return;
+    }
+    attendant.started_unix_ns = unix_ns();
+    while !stop.load(Ordering::Relaxed) {
+        desk.serve(&mut attendant, participant);
+        thread::sleep(PAUSE);
+    }
+    // What the last cycles did is answered yet.
+    desk.serve(&mut attendant, participant);
+}
+
+/// Carries out what is asked for.
+struct Attendant {
+    node: String,
+    control: Control,
+    started_unix_ns: u64,
+    shared: Shared,
+    tickets: u64,
+    under_way: Vec<UnderWay>,
+    saving: Saving,
+    ended: VecDeque<(Ticket, Outcome)>,
+}
+
+impl Attendant {
+    fn new(plan: &Plan, shared: &Shared) -> Self {
+        Self {
+            node: plan.node.clone(),
+            control: plan.control,
+            started_unix_ns: 0,
+            shared: shared.clone(),
+            tickets: 0,
+            under_way: Vec::new(),
+            saving: Saving::default(),
+            ended: VecDeque::new(),
+        }
+    }
+
+    fn ticket(&mut self) -> Ticket {
+        self.tickets += 1;
+        Ticket(self.tickets)
+    }
+
+    /// Takes in what has come of the requests that are under way.
+    fn collect(&mut self) {
+        let mut operating = self.shared.lock();
+        operating.take_back();
+        let came = operating.for_service();
+        let has_ended = operating.has_ended();
+        drop(operating);
+        for done in came {
+            let is_its = |one: &&mut UnderWay| one.is_about(&done);
+            if let Some(one) = self.under_way.iter_mut().find(is_its) {
+                one.take(done);
+            }
+        }
+        let is_over = |one: &mut UnderWay| one.is_complete() || has_ended;
+        for one in self.under_way.extract_if(.., is_over) {
+            let (ticket, outcome) = one.end();
+            self.ended.push_back((ticket, outcome));
+        }
+        self.ended.extend(self.saving.made());
+    }
+}
+
+impl Operated for Attendant {
+    fn begin(&mut self, call: Call, caller: Caller) -> Begun {
+        let outcome = match call {
+            Call::Describe(_) => Ok(self.describe()),
+            Call::Signals(params) => self.signals(&params),
+            Call::Forces(params) => Ok(self.forces(&params)),
+            Call::Journal(params) => Ok(self.journal(&params)),
+            Call::Alarms(params) => Ok(self.alarms(&params)),
+            Call::Get(params) => return self.get(params).unwrap_or_else(refused),
+            Call::Set(params) => return self.set(params, caller).unwrap_or_else(refused),
+            Call::Force(params) => return self.force(params, caller).unwrap_or_else(refused),
+            Call::Release(params) => return self.release(params, caller).unwrap_or_else(refused),
+            Call::Undo(params) => return self.undo(&params, caller).unwrap_or_else(refused),
+            Call::Save(params) => return self.save(&params, caller).unwrap_or_else(refused),
+            Call::Apply(_) => Err(Failure::new(
+                Code::CannotChange,
+                "this version cannot change the configuration of a running node; start the node again \
+                 with the new one",
+            )),
+        };
+        Begun::Ended(outcome)
+    }
+
+    fn ended(&mut self) -> Option<(Ticket, Outcome)> {
+        if self.ended.is_empty() {
+            self.collect();
+        }
+        self.ended.pop_front()
+    }
+}
+
+fn refused(failure: Failure) -> Begun {
+    Begun::Ended(Err(failure))
+}

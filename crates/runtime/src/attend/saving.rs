@@ -1,0 +1,130 @@
+//! The running values as a configuration, made in a thread of its own and handed out in pieces.
+
+use std::thread::{self, JoinHandle};
+
+use isochrone_engine::operate::{Changes, SaveError};
+use isochrone_ipc::{MAX_CLIENTS, MAX_MESSAGE_BYTES};
+
+use crate::control::{
+    Begun, Caller, Code, Failure, Outcome, Reply, SaveParams, SaveResult, Ticket,
+};
+use crate::panics;
+
+use super::Attendant;
+
+/// What a piece leaves to the rest of its answer, in bytes.
+const AROUND: usize = 4096;
+
+/// Texts that are being made, or handed out.
+#[derive(Default)]
+pub(super) struct Saving {
+    making: Vec<Making>,
+    made: Vec<Text>,
+}
+
+struct Making {
+    ticket: Ticket,
+    process: Option<u32>,
+    thread: JoinHandle<Result<String, SaveError>>,
+}
+
+/// A text for one client.
+struct Text {
+    process: Option<u32>,
+    text: String,
+}
+
+impl Attendant {
+    /// A piece of the text, which is made for the first one.
+    pub(super) fn save(&mut self, params: &SaveParams, caller: Caller) -> Result<Begun, Failure> {
+        let offset = params.offset.unwrap_or_default();
+        if offset > 0 {
+            return self.saving.piece(caller.process, offset).map(|reply| Begun::Ended(Ok(reply)));
+        }
+        if self.saving.making.len() >= MAX_CLIENTS {
+            let message = "the configuration is being saved for others; ask again in a second";
+            return Err(Failure::new(Code::Busy, message));
+        }
+        let operating = self.shared.lock();
+        let changes = operating.operator.to_save();
+        let text = operating.configuration.source.text.clone();
+        drop(operating);
+        let ticket = self.ticket();
+        self.saving.make(ticket, caller.process, changes, text).map(|()| Begun::Later(ticket))
+    }
+}
+
+impl Saving {
+    fn make(
+        &mut self,
+        ticket: Ticket,
+        process: Option<u32>,
+        changes: Changes,
+        text: std::sync::Arc<str>,
+    ) -> Result<(), Failure> {
+        // A configuration may have megabytes, and others are not to wait until it is read.
+        let spawned = thread::Builder::new().name("control save".into());
+        let spawned = spawned.spawn(move || changes.save(&text)).map_err(|error| {
+            Failure::new(Code::Internal, format!("cannot start a thread to save in: {error}"))
+        })?;
+        self.making.push(Making { ticket, process, thread: spawned });
+        Ok(())
+    }
+
+    /// The first pieces of the texts that were made since the last time.
+    pub(super) fn made(&mut self) -> Vec<(Ticket, Outcome)> {
+        let is_made = |one: &mut Making| one.thread.is_finished();
+        let made: Vec<Making> = self.making.extract_if(.., is_made).collect();
+        let first = |Making { ticket, process, thread }: Making| {
+            let internal = |why: String| Failure::new(Code::Internal, why);
+            let text = match thread.join() {
+                Ok(text) => text.map_err(|error| internal(error.to_string())),
+                Err(panic) => Err(internal(format!("panicked: {}", panics::words(&*panic)))),
+            };
+            let piece = text.and_then(|text| {
+                self.made.retain(|other| other.process != process);
+                // Clients that gave up half-way leave theirs.
+                if self.made.len() >= MAX_CLIENTS {
+                    self.made.remove(0);
+                }
+                self.made.push(Text { process, text });
+                self.piece(process, 0)
+            });
+            (ticket, piece)
+        };
+        made.into_iter().map(first).collect()
+    }
+
+    fn piece(&mut self, process: Option<u32>, offset: u64) -> Result<Reply, Failure> {
+        let invalid = |message: &str| Failure::new(Code::InvalidParams, message);
+        let index = self.made.iter().position(|text| text.process == process);
+        let found = index.and_then(|index| Some((index, self.made.get(index)?)));
+        let (index, Text { text, .. }) =
+            found.ok_or_else(|| invalid("ask for the text from its beginning (offset 0) first"))?;
+        let rest = usize::try_from(offset).ok().and_then(|offset| text.get(offset..));
+        let rest = rest.ok_or_else(|| {
+            invalid("\"offset\" must be the length of what has come so far, in bytes of UTF-8")
+        })?;
+        let piece = rest.get(..fitting(rest)).unwrap_or_default();
+        let result = SaveResult { total: text.len() as u64, configuration: piece.to_owned() };
+        if piece.len() == rest.len() {
+            self.made.remove(index);
+        }
+        Ok(Reply::Save(result))
+    }
+}
+
+/// How much of a text fits into an answer, as JSON writes it.
+fn fitting(text: &str) -> usize {
+    let mut left = MAX_MESSAGE_BYTES - AROUND;
+    for (offset, c) in text.char_indices() {
+        let bytes = match c {
+            '"' | '\\' | '\n' | '\r' | '\t' => 2,
+            '\0'..='\u{1f}' => 6,
+            c => c.len_utf8(),
+        };
+        let Some(rest) = left.checked_sub(bytes) else { return offset };
+        left = rest;
+    }
+    text.len()
+}

@@ -1,0 +1,153 @@
+//! A request that has been sent to its tasks, until all that are due soon have answered.
+
+use isochrone_engine::operate::{Action, Done, Entry, Reading, Warning};
+
+use crate::control::{
+    ByTask, Code, Failure, Finding, ForceResult, GetResult, Outcome, Part, ReadAt, Reply, Room,
+    SetResult, Ticket, Values,
+};
+
+/// A request under way.
+pub(super) struct UnderWay {
+    pub(super) ticket: Ticket,
+    /// That the operator gave it.
+    pub(super) number: u64,
+    /// Tasks that are still to answer.
+    pub(super) missing: usize,
+    pub(super) work: Work,
+    pub(super) failure: Option<Failure>,
+}
+
+pub(super) enum Work {
+    Change(Change),
+    Read(Read),
+}
+
+/// What a transaction has changed so far.
+#[derive(Default)]
+pub(super) struct Change {
+    pub(super) names: Vec<String>,
+    pub(super) tasks: ByTask<Part>,
+    pub(super) before: Values,
+    pub(super) warnings: Vec<Warning>,
+    /// Of a force.
+    pub(super) until: Option<ByTask<Option<u64>>>,
+}
+
+/// What has been read so far.
+pub(super) struct Read {
+    pub(super) names: Vec<String>,
+    /// When cycle 0 of each task was due, and its period, in ns.
+    pub(super) grids: Vec<(u64, u64)>,
+    pub(super) total: u64,
+    /// The task of each value, in the order of the request.
+    pub(super) order: Vec<usize>,
+    pub(super) readings: Vec<Reading>,
+}
+
+impl UnderWay {
+    pub(super) fn is_about(&self, done: &Done) -> bool {
+        self.number
+            == match done {
+                Done::Applied(entry) => entry.transaction,
+                Done::TooLate { transaction } => *transaction,
+                Done::Read(reading) => reading.number,
+            }
+    }
+
+    pub(super) fn is_complete(&self) -> bool {
+        self.missing == 0
+    }
+
+    /// Takes in what one of its tasks did. One that was too far ahead to be waited for may come early.
+    pub(super) fn take(&mut self, done: Done) {
+        self.missing = self.missing.saturating_sub(1);
+        match (done, &mut self.work) {
+            (Done::Applied(entry), Work::Change(change)) => change.take(entry),
+            (Done::Read(reading), Work::Read(read)) => read.readings.push(reading),
+            (Done::TooLate { .. }, _) => {
+                let message = "the cycle had begun before the request came to it; nothing happened";
+                self.failure = Some(Failure::new(Code::TooLate, message));
+            }
+            _ => {}
+        }
+    }
+
+    /// Its outcome; where tasks are missing, the node has ended.
+    pub(super) fn end(self) -> (Ticket, Outcome) {
+        let outcome = match (self.failure, self.missing) {
+            (Some(failure), _) => Err(failure),
+            (None, 0) => Ok(self.work.reply(self.number)),
+            (None, _) => Err(Failure::new(Code::TooLate, "the node ended before it came to this")),
+        };
+        (self.ticket, outcome)
+    }
+}
+
+impl Work {
+    pub(super) fn reply(self, number: u64) -> Reply {
+        match self {
+            Self::Change(change) => change.reply(number),
+            Self::Read(read) => Reply::Get(read.result()),
+        }
+    }
+}
+
+impl Change {
+    fn take(&mut self, entry: Entry) {
+        let Entry { task, cycle, action, changes, .. } = entry;
+        let Some(name) = self.names.get(task) else { return };
+        self.tasks.insert(name.clone(), Part { cycle, pending: false });
+        if let (Action::Force { until }, Some(all)) = (action, &mut self.until) {
+            all.insert(name.clone(), until);
+        }
+        self.before.0.extend(changes.into_iter().map(|one| (one.name, one.before.into())));
+    }
+
+    fn reply(self, transaction: u64) -> Reply {
+        let Self { tasks, before, warnings, until, .. } = self;
+        let mut room = Room::of_answer();
+        let values = before.0.len();
+        let fits = |(name, value): &(String, _)| room.takes_entry(name, value);
+        let before = Values(before.0.into_iter().take_while(fits).collect());
+        let left_out = values - before.0.len();
+        let long = (left_out > 0).then(|| {
+            Finding::new("", format!("of {values} values before, {left_out} do not fit in here"))
+                .with_help("the journal has them")
+        });
+        let words = |warning: Warning| Finding::new(&*warning.block, warning.to_string());
+        let warnings = long.into_iter().chain(warnings.into_iter().map(words));
+        let warnings = warnings.take_while(|finding| room.takes(finding)).collect();
+        match until {
+            Some(until) => {
+                Reply::Force(ForceResult { transaction, tasks, before, warnings, until })
+            }
+            None => Reply::Set(SetResult { transaction, tasks, before, warnings }),
+        }
+    }
+}
+
+impl Read {
+    fn result(self) -> GetResult {
+        let Self { names, grids, total, order, readings } = self;
+        let read_at = |reading: &Reading| {
+            let name = names.get(reading.task)?.clone();
+            let (first_ns, period_ns) = grids.get(reading.task)?;
+            let release_ns = first_ns.saturating_add(reading.cycle.saturating_mul(*period_ns));
+            Some((name, ReadAt { cycle: reading.cycle, release_ns }))
+        };
+        let tasks = readings.iter().filter_map(read_at).collect();
+        let mut of_tasks: Vec<_> = names.iter().map(|_| Vec::new().into_iter()).collect();
+        for reading in readings {
+            if let Some(values) = of_tasks.get_mut(reading.task) {
+                *values = reading.values.into_iter();
+            }
+        }
+        let mut room = Room::of_answer();
+        let values = order.into_iter().filter_map(|task| of_tasks.get_mut(task)?.next());
+        let values = values
+            .map(|(name, value)| (name, value.into()))
+            .take_while(|(name, value)| room.takes_entry(name, value));
+        GetResult { total, tasks, values: Values(values.collect()) }
+    }
+}

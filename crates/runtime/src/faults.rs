@@ -1,0 +1,79 @@
+//! What is wrong with a task now: blocks that report an error, inputs that are not ok.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use isochrone_blocks::status;
+
+use crate::events::Event;
+use crate::words::Words;
+
+/// The blocks of a task that report an error and its inputs that are not ok, with those that were so
+/// before.
+pub(crate) struct Faults {
+    words: Arc<Words>,
+    /// By the place of who speaks: blocks in the order of the image, then inputs.
+    known: BTreeMap<usize, Fault>,
+    active: usize,
+}
+
+/// Of one block or input.
+struct Fault {
+    /// The last that was said.
+    event: Event,
+    is_active: bool,
+    since_cycle: u64,
+    count: u64,
+}
+
+/// Something that is wrong.
+pub(crate) struct Active {
+    pub(crate) name: String,
+    /// A block's status word, if it has one.
+    pub(crate) status: Option<u16>,
+    pub(crate) meaning: String,
+    pub(crate) since_cycle: u64,
+    pub(crate) count: u64,
+}
+
+impl Faults {
+    pub(crate) fn new(words: Arc<Words>) -> Self {
+        Self { words, known: BTreeMap::new(), active: 0 }
+    }
+
+    /// Takes note of what happened, in its order.
+    pub(crate) fn note(&mut self, events: &[Event]) {
+        for event in events {
+            let (is_active, cycle) = match *event {
+                Event::Block { status, cycle, .. } => (status != status::OK, cycle),
+                Event::Input { state, cycle, .. } => (!state.is_ok(), cycle),
+            };
+            let none = Fault { event: *event, is_active: false, since_cycle: cycle, count: 0 };
+            let fault = self.known.entry(self.words.speaker(event)).or_insert(none);
+            match (fault.is_active, is_active) {
+                (false, true) => {
+                    (fault.since_cycle, fault.count) = (cycle, fault.count + 1);
+                    self.active += 1;
+                }
+                (true, false) => self.active -= 1,
+                _ => {}
+            }
+            (fault.event, fault.is_active) = (*event, is_active);
+        }
+    }
+
+    /// How many there are now.
+    pub(crate) fn total(&self) -> usize {
+        self.active
+    }
+
+    /// Those of now.
+    pub(crate) fn active(&self) -> impl Iterator<Item = Active> {
+        let active = self.known.values().filter(|fault| fault.is_active);
+        active.filter_map(|fault| {
+            let (name, status, meaning) = self.words.explain(&fault.event)?;
+            let Fault { since_cycle, count, .. } = *fault;
+            Some(Active { name, status, meaning, since_cycle, count })
+        })
+    }
+}

@@ -1,0 +1,221 @@
+//! What operators do to a running node: shared by the thread that polls it and the one that serves the
+//! requests of others.
+
+use std::collections::BTreeMap;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use isochrone_cyclic::Schedule;
+use isochrone_engine::Source;
+use isochrone_engine::operate::{Action, Done, Entry, Operator, Prepared, Reading, Warning};
+use isochrone_timing::CycleRecord;
+
+use crate::error::RequestError;
+use crate::faults::Faults;
+use crate::orders::{self, Returned};
+
+/// A request that is on its way to its tasks.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Sent {
+    /// Its number, by which [`Poll`](crate::Poll) says what has become of it.
+    pub number: u64,
+    /// What its values will make blocks do, for each block that will report an error.
+    pub warnings: Vec<Warning>,
+}
+
+/// Who sends a request, and is told what has become of it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Origin {
+    /// The program that runs the node.
+    Program,
+    /// The control service.
+    Service,
+}
+
+/// What came back, for the program. Of what the service asked for, only what was changed is told.
+#[derive(Debug, Default)]
+pub(crate) struct Returns {
+    pub(crate) applied: Vec<Entry>,
+    pub(crate) too_late: Vec<u64>,
+    pub(crate) readings: Vec<Reading>,
+}
+
+/// What a node was made from.
+#[derive(Debug, Clone)]
+pub(crate) struct Configuration {
+    pub(crate) source: Source,
+    pub(crate) sha256: String,
+}
+
+/// The operator of a node, and the ways to and from the cycles of its tasks.
+pub(crate) struct Operating {
+    pub(crate) operator: Operator,
+    pub(crate) configuration: Configuration,
+    pub(crate) lanes: Vec<Lane>,
+    epoch_ns: u64,
+    has_ended: bool,
+    returns: Returns,
+    /// The service's requests, and from how many tasks each has not come back.
+    of_service: BTreeMap<u64, usize>,
+    for_service: Vec<Done>,
+}
+
+/// One task's.
+pub(crate) struct Lane {
+    pub(crate) name: String,
+    pub(crate) schedule: Schedule,
+    pub(crate) orders: orders::Sender,
+    pub(crate) faults: Faults,
+    /// Its last cycle that was seen.
+    pub(crate) last: Option<CycleRecord>,
+}
+
+/// The [`Operating`] of a node. It is locked for short work only, and never by a cycle.
+#[derive(Clone)]
+pub(crate) struct Shared(Arc<Mutex<Operating>>);
+
+impl Shared {
+    pub(crate) fn new(operator: Operator, source: &Source) -> Self {
+        let (source, sha256) = (source.clone(), source.sha256());
+        Self(Arc::new(Mutex::new(Operating {
+            operator,
+            configuration: Configuration { source, sha256 },
+            lanes: Vec::new(),
+            epoch_ns: u64::MAX,
+            has_ended: false,
+            returns: Returns::default(),
+            of_service: BTreeMap::new(),
+            for_service: Vec::new(),
+        })))
+    }
+
+    pub(crate) fn lock(&self) -> MutexGuard<'_, Operating> {
+        // What a thread that panicked had sent is on its way all the same.
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Operating {
+    pub(crate) fn start(&mut self, epoch_ns: u64) {
+        self.epoch_ns = epoch_ns;
+    }
+
+    /// Takes note that no task runs any more.
+    pub(crate) fn end(&mut self) {
+        self.has_ended = true;
+    }
+
+    pub(crate) fn has_ended(&self) -> bool {
+        self.has_ended
+    }
+
+    /// The first cycle of each task that has not begun.
+    pub(crate) fn next_cycles(&self, now_ns: u64) -> Vec<u64> {
+        let next = |lane: &Lane| {
+            let since = now_ns.checked_sub(lane.first_ns(self.epoch_ns));
+            since.map_or(0, |since| since / lane.schedule.period_ns + 1)
+        };
+        self.lanes.iter().map(next).collect()
+    }
+
+    /// When a task's cycle is due, in ns of `CLOCK_MONOTONIC`.
+    pub(crate) fn release_ns(&self, task: usize, cycle: u64) -> u64 {
+        self.lanes.get(task).map_or(0, |lane| {
+            let offset_ns = cycle.saturating_mul(lane.schedule.period_ns);
+            lane.first_ns(self.epoch_ns).saturating_add(offset_ns)
+        })
+    }
+
+    /// Sends a request to its tasks.
+    pub(crate) fn send(
+        &mut self,
+        origin: Origin,
+        prepared: Prepared,
+    ) -> Result<Sent, RequestError> {
+        if self.has_ended {
+            return Err(RequestError::Ended);
+        }
+        let lanes = prepared.tasks().filter_map(|task| self.lanes.get(task));
+        if let Some(full) = lanes.into_iter().find(|lane| !lane.orders.has_room()) {
+            return Err(RequestError::Busy { task: full.name.clone() });
+        }
+        let warnings = prepared.warnings.clone();
+        let (number, orders) = self.operator.send(prepared);
+        if origin == Origin::Service && !orders.is_empty() {
+            self.of_service.insert(number, orders.len());
+        }
+        for (task, order) in orders {
+            if let Some(lane) = self.lanes.get_mut(task) {
+                lane.orders.send(order);
+            }
+        }
+        Ok(Sent { number, warnings })
+    }
+
+    /// Takes in and frees what the cycles gave back.
+    pub(crate) fn take_back(&mut self) {
+        let Self { operator, lanes, .. } = self;
+        let mut came = Vec::new();
+        for (task, lane) in lanes.iter_mut().enumerate() {
+            while let Some(returned) = lane.orders.returned() {
+                came.push(match returned {
+                    Returned::Order(order) => operator.done(task, order, unix_ns()),
+                    Returned::Ended(ended, cycle) => {
+                        Done::Applied(operator.expired(task, ended, cycle, unix_ns()))
+                    }
+                });
+            }
+        }
+        came.into_iter().for_each(|done| self.hand_out(done));
+    }
+
+    fn hand_out(&mut self, done: Done) {
+        let number = match &done {
+            // It is of no request any more.
+            Done::Applied(Entry { action: Action::Expiry, .. }) => None,
+            Done::Applied(entry) => Some(entry.transaction),
+            Done::TooLate { transaction } => Some(*transaction),
+            Done::Read(reading) => Some(reading.number),
+        };
+        let of_service = number.and_then(|number| self.of_service.get_mut(&number));
+        if let Some(missing) = of_service {
+            *missing -= 1;
+            if let (0, Some(number)) = (*missing, number) {
+                self.of_service.remove(&number);
+            }
+            if let Done::Applied(entry) = &done {
+                self.returns.applied.push(entry.clone());
+            }
+            self.for_service.push(done);
+            return;
+        }
+        match done {
+            Done::Applied(entry) => self.returns.applied.push(entry),
+            Done::TooLate { transaction } => self.returns.too_late.push(transaction),
+            Done::Read(reading) => self.returns.readings.push(reading),
+        }
+    }
+
+    /// What the program has not been told yet.
+    pub(crate) fn returns(&mut self) -> Returns {
+        std::mem::take(&mut self.returns)
+    }
+
+    /// What has come of the service's requests since the last time.
+    pub(crate) fn for_service(&mut self) -> Vec<Done> {
+        std::mem::take(&mut self.for_service)
+    }
+}
+
+impl Lane {
+    /// When its first cycle is due.
+    fn first_ns(&self, epoch_ns: u64) -> u64 {
+        epoch_ns.saturating_add(self.schedule.phase_ns)
+    }
+}
+
+/// Now, in ns of UTC since 1970.
+pub(crate) fn unix_ns() -> u64 {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+    u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
+}

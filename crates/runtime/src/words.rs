@@ -1,0 +1,176 @@
+//! How people are told what a task's blocks and inputs run into.
+
+use std::sync::Arc;
+
+use isochrone_blocks::{BlockType, PinType, status};
+use isochrone_engine::config::OnStale;
+use isochrone_engine::{BankPlan, InputPlan, TaskPlan};
+
+use crate::events::Event;
+use crate::freshness::InputState;
+
+/// Stands for a status word where a block has none.
+pub(crate) const ERROR_WITHOUT_WORD: u16 = u16::MAX;
+
+/// Names and types of a task's blocks and inputs.
+pub(crate) struct Words {
+    banks: Vec<Bank>,
+    instances: usize,
+    inputs: Vec<InputWords>,
+}
+
+struct Bank {
+    block_type: BlockType,
+    instances: Arc<[String]>,
+}
+
+struct InputWords {
+    name: String,
+    service: Option<String>,
+    value_type: PinType,
+    on_stale: OnStale,
+}
+
+/// Whether something was said of an input's samples before.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Said {
+    Before,
+    Never,
+}
+
+impl Said {
+    pub(crate) fn of(was_known: bool) -> Self {
+        if was_known { Self::Before } else { Self::Never }
+    }
+}
+
+impl Words {
+    pub(crate) fn of(task: &TaskPlan) -> Self {
+        let bank = |bank: &BankPlan| Bank {
+            block_type: bank.block_type,
+            instances: bank.instances.clone(),
+        };
+        let input = |input: &InputPlan| InputWords {
+            name: input.name.clone(),
+            service: input.service.clone(),
+            value_type: input.value_type,
+            on_stale: input.on_stale,
+        };
+        Self {
+            banks: task.banks.iter().map(bank).collect(),
+            instances: task.banks.iter().map(|bank| bank.instances.len()).sum(),
+            inputs: task.inputs.iter().map(input).collect(),
+        }
+    }
+
+    /// The place of what an event is about: blocks in the order of the image, then inputs.
+    pub(crate) fn speaker(&self, event: &Event) -> usize {
+        match event {
+            Event::Block { instance, .. } => *instance,
+            Event::Input { input, .. } => self.instances + input,
+        }
+    }
+
+    /// What happened, as a log line.
+    pub(crate) fn sentence(&self, event: &Event, said: Said) -> Option<String> {
+        match *event {
+            Event::Block { instance, status, .. } => {
+                let (bank, name) = self.instance(instance)?;
+                Some(block_sentence(&bank.block_type, name, status))
+            }
+            Event::Input { input, state, cycle } => {
+                let sentence = self.inputs.get(input)?.sentence(state, said);
+                Some(format!("{sentence} (cycle {cycle})"))
+            }
+        }
+    }
+
+    /// What is wrong after an event: who, its status word and what that means.
+    pub(crate) fn explain(&self, event: &Event) -> Option<(String, Option<u16>, String)> {
+        match *event {
+            Event::Block { instance, status, .. } => {
+                let (bank, name) = self.instance(instance)?;
+                let known = bank.block_type.status.iter().find(|known| known.code == status);
+                let meaning = known.map_or("the block reports an error", |known| known.meaning);
+                let status = Some(status).filter(|status| *status != ERROR_WITHOUT_WORD);
+                Some((name.to_owned(), status, meaning.to_owned()))
+            }
+            Event::Input { input, state, .. } => {
+                let input = self.inputs.get(input)?;
+                Some((input.name.clone(), None, input.meaning(state)))
+            }
+        }
+    }
+
+    fn instance(&self, mut instance: usize) -> Option<(&Bank, &str)> {
+        for bank in &self.banks {
+            match bank.instances.get(instance) {
+                Some(name) => return Some((bank, name)),
+                None => instance -= bank.instances.len(),
+            }
+        }
+        None
+    }
+}
+
+fn block_sentence(block_type: &BlockType, name: &str, word: u16) -> String {
+    let kind = block_type.name;
+    match block_type.status.iter().find(|known| known.code == word) {
+        _ if word == status::OK => format!("block \"{name}\" ({kind}) reports no error any more"),
+        Some(known) => format!(
+            "block \"{name}\" ({kind}) reports 16#{word:04X} {}: {}",
+            known.name, known.meaning
+        ),
+        None if word == ERROR_WITHOUT_WORD => format!("block \"{name}\" ({kind}) reports an error"),
+        None => format!("block \"{name}\" ({kind}) reports error 16#{word:04X}"),
+    }
+}
+
+impl InputWords {
+    fn sentence(&self, state: InputState, said: Said) -> String {
+        let (name, meaning) = (&self.name, self.meaning(state));
+        match state {
+            InputState::Good if said == Said::Before => {
+                format!("input \"{name}\" takes samples again")
+            }
+            InputState::Good => format!("input \"{name}\" has its first sample"),
+            InputState::Waiting => format!("input \"{name}\" has {meaning}"),
+            InputState::Stale | InputState::Stopped | InputState::Doubted(_) => {
+                format!("input \"{name}\" is {meaning}")
+            }
+            InputState::Rejected(_) | InputState::Missing => format!("input \"{name}\" {meaning}"),
+        }
+    }
+
+    /// Why it is as it is, and what the input reads.
+    fn meaning(&self, state: InputState) -> String {
+        let reads = match self.on_stale {
+            OnStale::Hold => "keeps its value",
+            OnStale::Default => "reads its default",
+            OnStale::Ramp(_) => "goes to its default",
+        };
+        match state {
+            InputState::Good => "ok".into(),
+            InputState::Waiting => {
+                let service = self.service.as_deref().unwrap_or_default();
+                format!(
+                    "no sample yet, because service \"{service}\" has sent no frame; it reads its default"
+                )
+            }
+            InputState::Stale => {
+                format!("stale: its last sample is older than max_age; it {reads}")
+            }
+            InputState::Stopped => format!("stale: its publisher has ended; it {reads}"),
+            InputState::Doubted(flags) => format!("stale: its frames say {flags}; it {reads}"),
+            InputState::Rejected(sample) => format!(
+                "rejects {sample:?}, which {} cannot hold; it keeps its value",
+                self.value_type
+            ),
+            InputState::Missing => {
+                "takes no sample: the frames have none for it, or a layout that is not known yet; it \
+                 keeps its value"
+                    .into()
+            }
+        }
+    }
+}

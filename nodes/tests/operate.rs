@@ -1,0 +1,335 @@
+//! A running node and the programs that ask it, as processes.
+
+mod domain;
+
+use std::time::Duration;
+
+use domain::{Domain, Process};
+use isochrone_ipc::{Participant, ipc};
+use isochrone_runtime::control::{
+    Action, AlarmsParams, Client, ClientError, Code, DescribeParams, Failure, ForceParams,
+    ForcesParams, GetParams, Hold, JournalParams, Params, ReleaseParams, Role, SetParams,
+    UndoParams, Value, Values,
+};
+
+const PATIENCE: Duration = Duration::from_secs(60);
+
+const NODE: &str = r#"
+# The level of a tank.
+[node]
+name = "level"
+control = "force"
+[[protect]]
+names = ["guarded.*"]
+[limits]
+"ramp.setChangeRate" = [0.0, 50.0]
+[[task]]
+name = "fast"
+period = "1ms"
+[[task]]
+name = "slow"
+period = "4ms"
+[[block]]
+name = "ramp"
+type = "LimRateOfChangeCI"
+task = "fast"
+in = { value = 25.0, setChangeRate = 10.0 }  # gently
+[[block]]
+name = "scale"
+type = "ScaleLinear"
+task = "fast"
+in = { x = "ramp.delayedValue", x1 = 0.0, x2 = 10.0, y1 = 0.0, y2 = 100.0, yMin = -1000.0, yMax = 1000.0 }
+[[block]]
+name = "late"
+type = "LimRateOfChangeCI"
+task = "slow"
+in = { value = 1.0, setChangeRate = 1.0 }
+[[block]]
+name = "guarded"
+type = "LimRateOfChangeCI"
+task = "slow"
+in = { value = 1.0, setChangeRate = 1.0 }
+[[output]]
+task = "fast"
+service = "level/out"
+signals = ["scale.y"]
+"#;
+
+struct Node {
+    client: Client<ipc::Service>,
+    participant: Participant<ipc::Service>,
+    process: Process,
+    domain: Domain,
+}
+
+impl Node {
+    fn start(text: &str) -> Self {
+        let domain = Domain::new();
+        domain.write("node.toml", text);
+        let mut process = domain.start("run node.toml");
+        process.wait_for("is running");
+        let participant = domain.join("operator");
+        let client = Client::connect(&participant, "level", PATIENCE).unwrap();
+        Self { client, participant, process, domain }
+    }
+
+    #[track_caller]
+    fn call<P: Params>(&mut self, params: &P) -> P::Result {
+        self.client.call(params).unwrap()
+    }
+
+    #[track_caller]
+    fn refused<P: Params>(&mut self, params: &P) -> Failure
+    where
+        P::Result: std::fmt::Debug,
+    {
+        match self.client.call(params).unwrap_err() {
+            ClientError::Refused(failure) => failure,
+            error => panic!("{error}"),
+        }
+    }
+
+    #[track_caller]
+    fn get(&mut self, names: &[&str]) -> Values {
+        let names = names.iter().map(|name| (*name).to_owned()).collect();
+        self.call(&GetParams { names, ..GetParams::default() }).values
+    }
+
+    /// The cycle that a task is in.
+    fn cycle(&mut self, task: &str) -> u64 {
+        let tasks = self.call(&DescribeParams {}).tasks;
+        tasks.into_iter().find(|found| found.name == task).unwrap().cycle
+    }
+}
+
+fn set<const N: usize>(values: [(&str, f64); N]) -> SetParams {
+    SetParams { values: values.into_iter().collect(), ..SetParams::default() }
+}
+
+fn force<const N: usize>(values: [(&str, f64); N], seconds: Hold) -> ForceParams {
+    ForceParams { values: values.into_iter().collect(), seconds, ..ForceParams::default() }
+}
+
+fn number(value: f64) -> Option<Value> {
+    Some(Value::Number(value))
+}
+
+#[test]
+fn a_node_describes_itself_and_its_signals() {
+    let mut node = Node::start(NODE);
+    let description = node.call(&DescribeParams {});
+    assert_eq!((&*description.node, &*description.configuration.file), ("level", "node.toml"));
+    assert_eq!(description.version, env!("CARGO_PKG_VERSION"));
+    assert_eq!(description.configuration.sha256.len(), 64);
+    assert!(!description.configuration.changed);
+    assert!(description.started_unix_ns > 1_700_000_000_000_000_000);
+    let tasks: Vec<_> = description.tasks.iter().map(|t| (&*t.name, t.period_ns)).collect();
+    assert_eq!(tasks, [("fast", 1_000_000), ("slow", 4_000_000)]);
+    let signals = node.client.signals(None).unwrap();
+    for task in &description.tasks {
+        let parameters = signals
+            .iter()
+            .filter(|signal| signal.task == task.name && signal.role == Role::Parameter);
+        assert_eq!(parameters.count() as u64, task.parameters, "{}", task.name);
+    }
+    let wired: Vec<_> =
+        signals.iter().filter(|s| s.role == Role::Wired).map(|s| &*s.name).collect();
+    assert_eq!(wired, ["scale.x"]);
+    let some = node.client.signals(Some("*.delayedValue")).unwrap();
+    assert_eq!(some.len(), 3);
+    assert!(some.iter().all(|signal| signal.role == Role::Output && !signal.doc.is_empty()));
+    let first = node.cycle("fast");
+    assert!(node.cycle("fast") > first);
+    node.process.stop().expect_code(0);
+}
+
+#[test]
+fn what_is_set_and_forced_is_acknowledged_read_undone_released_and_kept_in_the_journal() {
+    let mut node = Node::start(NODE);
+    let comment = Some("slower".to_owned());
+    let client = Some("anna".to_owned());
+    let values = set([("ramp.setChangeRate", 5.0), ("late.value", 3.0)]);
+    let done = node.call(&SetParams { comment, client, ..values });
+    assert_eq!(done.tasks.keys().collect::<Vec<_>>(), ["fast", "slow"]);
+    assert!(done.tasks.values().all(|part| !part.pending));
+    assert_eq!(done.before.get("ramp.setChangeRate"), number(10.0));
+    assert_eq!(done.before.get("late.value"), number(1.0));
+    assert!(done.warnings.is_empty());
+    let read = node.get(&["late.value", "ramp.setChangeRate"]);
+    let names: Vec<_> = read.iter().map(|(name, _)| name).collect();
+    assert_eq!(names, ["late.value", "ramp.setChangeRate"], "in the order of the request");
+    assert_eq!(read.get("ramp.setChangeRate"), number(5.0));
+    assert!(node.call(&DescribeParams {}).configuration.changed);
+
+    let at = node.cycle("fast") + 500;
+    let later = node.call(&SetParams { at: Some(at), ..set([("ramp.value", 7.0)]) });
+    assert!(later.tasks["fast"].cycle >= at);
+
+    let undone = node.call(&UndoParams { transaction: done.transaction });
+    assert_eq!(undone.before.get("late.value"), number(3.0));
+    assert_eq!(node.get(&["late.value"]).get("late.value"), number(1.0));
+
+    let forced = node.call(&force([("scale.y", 42.0)], Hold::UntilReleased));
+    assert_eq!(forced.until["fast"], None);
+    assert_eq!(node.get(&["scale.y"]).get("scale.y"), number(42.0));
+    let [known] = &node.call(&ForcesParams::default()).forces[..] else { panic!() };
+    assert_eq!((&*known.name, known.since_cycle), ("scale.y", forced.tasks["fast"].cycle));
+    assert!(node.client.signals(Some("scale.y")).unwrap()[0].forced);
+    node.call(&ReleaseParams { names: vec!["*.*".to_owned()] });
+    assert!(node.call(&ForcesParams::default()).forces.is_empty());
+    let short = node.call(&force([("ramp.value", 9.0)], Hold::Seconds(0.05)));
+    let until = short.until["fast"].unwrap();
+    assert_eq!(until, short.tasks["fast"].cycle + 50);
+    while !node.call(&ForcesParams::default()).forces.is_empty() {}
+
+    let journal = node.call(&JournalParams::default());
+    let actions: Vec<_> = journal.entries.iter().map(|entry| entry.action).collect();
+    use Action::{Expiry, Force, Release, Set, Undo};
+    assert_eq!(actions, [Set, Set, Set, Undo, Undo, Force, Release, Force, Expiry]);
+    assert_eq!(journal.total, 9);
+    let first = &journal.entries[0];
+    assert_eq!((first.client.as_deref(), first.comment.as_deref()), (Some("anna"), Some("slower")));
+    assert_eq!(first.process, Some(std::process::id()));
+    let expiry = &journal.entries[8];
+    assert!(expiry.cycle >= until && expiry.transaction == short.transaction);
+    let rest = node.call(&JournalParams { since: Some(9), limit: Some(5) });
+    assert_eq!(rest.entries, journal.entries[8..]);
+    node.process.stop().expect_code(0);
+}
+
+#[test]
+fn the_running_values_are_saved_in_pieces_and_the_rest_of_the_file_stays() {
+    let text = NODE.to_owned() + &"# \"né\"\\\n".repeat(100_000);
+    let mut node = Node::start(&text);
+    node.call(&set([("ramp.setChangeRate", 5.0)]));
+    let saved = node.client.save().unwrap();
+    assert!(saved == text.replace("setChangeRate = 10.0", "setChangeRate = 5.0"));
+    node.domain.write("saved.toml", &saved);
+    node.process.stop().expect_code(0);
+}
+
+#[test]
+fn a_block_in_error_and_an_input_that_is_not_ok_are_alarms_until_they_are_well_again() {
+    let text = NODE.to_owned()
+        + "[[input]]\nname = \"sensor\"\nservice = \"plant/sensor\"\ntask = \"fast\"\nmax_age = \"200ms\"\n";
+    let mut node = Node::start(&text);
+    let done = node.call(&set([("ramp.setChangeRate", 0.0), ("late.setChangeRate", -1.0)]));
+    let [warning] = &done.warnings[..] else { panic!("{done:?}") };
+    assert_eq!(warning.name, "late");
+    let mut alarms = Vec::new();
+    while alarms.len() < 2 {
+        alarms = node.call(&AlarmsParams::default()).alarms;
+    }
+    let [sensor, late] = &alarms[..] else { panic!("{alarms:?}") };
+    assert_eq!((&*sensor.name, sensor.status, sensor.count), ("sensor", None, 1));
+    assert!(sensor.meaning.contains("plant/sensor"), "{sensor:?}");
+    assert_eq!((&*late.name, late.count), ("late", 1));
+    assert!(warning.message.contains(&late.meaning), "{late:?} {warning:?}");
+    assert_eq!(late.since_cycle, done.tasks["slow"].cycle);
+    node.call(&set([("late.setChangeRate", 1.0)]));
+    let mut sensor = node.domain.start("publish plant/sensor --value 1 --rate 100");
+    sensor.wait_for("publishing");
+    while node.call(&AlarmsParams::default()).total > 0 {}
+    sensor.kill();
+    while node.call(&AlarmsParams::default()).total == 0 {}
+    let [sensor] = &node.call(&AlarmsParams::default()).alarms[..] else { panic!() };
+    assert_eq!(sensor.count, 2);
+    node.process.stop().expect_code(0);
+}
+
+#[test]
+fn what_cannot_be_done_is_refused_with_its_code_and_all_findings_and_changes_nothing() {
+    let mut node = Node::start(NODE);
+    let cycle = node.cycle("fast");
+    let at = |at| SetParams { at: Some(at), ..set([("ramp.value", 1.0)]) };
+    for (request, code, help) in [
+        (set([("ramp.valu", 1.0), ("late.value", 2.0)]), Code::UnknownName, "did you mean"),
+        (set([("scale.x", 1.0)]), Code::NotWritable, "ramp.delayedValue"),
+        (set([("scale.y", 1.0)]), Code::NotWritable, "force it"),
+        (set([("guarded.value", 1.0)]), Code::Forbidden, "[[protect]]"),
+        (set([("ramp.setChangeRate", 50.5)]), Code::WrongValue, "[limits]"),
+        (set([("ramp.value", f64::NAN)]), Code::WrongValue, "write a number"),
+        (set([("ramp.value", 1.0), ("ramp.value", 2.0)]), Code::WrongValue, "name it once"),
+        (set([]), Code::WrongValue, "name at least one"),
+        (at(cycle), Code::TooLate, "a later cycle"),
+        (at(cycle + 3_600_000), Code::TooLate, "when it is near"),
+    ] {
+        let failure = node.refused(&request);
+        assert_eq!(failure.code, code, "{failure}");
+        assert!(failure.to_string().contains(help), "{failure}");
+    }
+    let typed = SetParams { values: [("ramp.value", true)].into_iter().collect(), ..set([]) };
+    assert_eq!(node.refused(&typed).code, Code::WrongValue);
+    let all = node.refused(&set([("ramp.x", 1.0), ("guarded.value", 1.0), ("scale.y", 1.0)]));
+    assert_eq!(all.findings.len(), 3, "{all:?}");
+    let names: Vec<String> = (0..10_000).map(|n| format!("nothing.{n}")).collect();
+    let values: Values = names.iter().map(|name| (name.as_str(), 1.0)).collect();
+    let failure = node.refused(&SetParams { values, ..set([]) });
+    assert!(failure.to_string().contains("at most 4096"), "{failure}");
+    let failure = node.refused(&GetParams { names, ..GetParams::default() });
+    assert!(failure.to_string().contains("at most 4096"), "{failure}");
+    let comment = Some("x".repeat(2000));
+    let failure = node.refused(&SetParams { comment, ..set([("ramp.value", 1.0)]) });
+    assert_eq!(failure.code, Code::InvalidParams);
+    let failure = node.refused(&UndoParams { transaction: 17 });
+    assert_eq!(failure.code, Code::UnknownName);
+    let failure = node.refused(&force([("ramp.value", 1.0)], Hold::Seconds(0.0)));
+    assert_eq!(failure.code, Code::WrongValue);
+    assert!(node.call(&JournalParams::default()).entries.is_empty());
+    assert!(!node.call(&DescribeParams {}).configuration.changed);
+    node.process.stop().expect_code(0);
+}
+
+#[test]
+fn what_operators_may_do_is_what_the_configuration_says() {
+    let with = |control: &str| NODE.replace("control = \"force\"", control);
+    let mut node = Node::start(&with("control = \"read\""));
+    assert!(node.get(&["ramp.value"]).get("ramp.value").is_some());
+    assert_eq!(node.refused(&set([("ramp.value", 1.0)])).code, Code::Forbidden);
+    node.process.stop().expect_code(0);
+
+    let mut node = Node::start(&with(""));
+    node.call(&set([("ramp.value", 1.0)]));
+    let failure = node.refused(&force([("ramp.value", 1.0)], Hold::UntilReleased));
+    assert_eq!(failure.code, Code::Forbidden);
+    assert!(failure.to_string().contains("control = \"force\""), "{failure}");
+    node.process.stop().expect_code(0);
+
+    let domain = Domain::new();
+    domain.write("node.toml", &with("control = \"off\""));
+    let mut process = domain.start("run node.toml");
+    process.wait_for("is running");
+    let participant = domain.join("operator");
+    let error = Client::connect(&participant, "level", PATIENCE).unwrap_err();
+    assert!(matches!(error, ClientError::NotOperated { .. }), "{error}");
+    process.stop().expect_code(0);
+}
+
+#[test]
+fn what_is_far_ahead_is_answered_as_pending_and_happens_in_its_cycle() {
+    let mut node = Node::start(NODE);
+    let at = node.cycle("fast") + 3_000;
+    let done = node.call(&SetParams { at: Some(at), ..set([("ramp.value", 7.0)]) });
+    assert_eq!((done.tasks["fast"].cycle, done.tasks["fast"].pending), (at, true));
+    assert!(done.before.0.is_empty());
+    let mut journal = Vec::new();
+    while journal.is_empty() {
+        journal = node.call(&JournalParams::default()).entries;
+    }
+    assert!(journal[0].cycle >= at && journal[0].transaction == done.transaction);
+    let mut others = Vec::new();
+    for _ in 0..100 {
+        let at = Some(node.cycle("fast") + 9_000);
+        match node.client.call(&SetParams { at, ..set([("ramp.value", 7.0)]) }) {
+            Ok(done) => others.push(done),
+            Err(ClientError::Refused(failure)) => {
+                assert_eq!((failure.code, others.len()), (Code::Busy, 64), "{failure}");
+                break;
+            }
+            Err(error) => panic!("{error}"),
+        }
+    }
+    assert_eq!(others.len(), 64);
+    drop(node.participant);
+    node.process.stop().expect_code(0);
+}
