@@ -3,7 +3,8 @@
 
 mod domain;
 
-use std::time::Duration;
+use std::cell::Cell;
+use std::time::{Duration, Instant};
 
 use domain::Domain;
 use isochrone_machine::Disturbance;
@@ -83,15 +84,36 @@ fn arms_run_in_turns_without_their_warm_up_and_are_compared_with_the_first() {
     }
 }
 
+/// The thread of the loop that has its turn.
+fn loop_thread(bench: &domain::Process) -> Option<String> {
+    let threads = std::fs::read_dir(format!("/proc/{}/task", bench.id())).unwrap();
+    let names = threads.flatten().map(|thread| {
+        let name = std::fs::read_to_string(thread.path().join("comm")).unwrap_or_default();
+        (thread.file_name().into_string().unwrap(), name)
+    });
+    let mut of_loop = names.filter(|(_, name)| name.trim() == "bench");
+    of_loop.next().map(|(thread, _)| thread)
+}
+
 #[test]
 fn a_stall_is_counted_as_missed_releases_and_corrected_for_also_across_the_end_of_a_turn() {
     let domain = Domain::new();
-    for stall_at_ms in [1_000, 2_050] {
+    // The turn counts from 0.2 s after its begin to 2.2 s.
+    for (begin_ms, end_ms) in [(700, 1_100), (1_500, 2_700)] {
         let run = "bench jitter --arms sleep --priority 0 --seconds 2 --turn 2 --report out.json";
-        let process = domain.start(run);
-        std::thread::sleep(Duration::from_millis(stall_at_ms));
+        let mut process = domain.start(run);
+        let began = Cell::new(Instant::now());
+        // What keeps the turn from its begin is not counted.
+        process.wait_until_it("begins its turn", |process| {
+            began.set(Instant::now());
+            loop_thread(process).is_some()
+        });
+        let sleep_until = |ms| {
+            std::thread::sleep(Duration::from_millis(ms).saturating_sub(began.get().elapsed()));
+        };
+        sleep_until(begin_ms);
         process.signal(Signal::STOP);
-        std::thread::sleep(Duration::from_millis(400));
+        sleep_until(end_ms);
         process.signal(Signal::CONT);
         process.finish().expect_code(0);
         let report = domain.json("out.json");
@@ -129,7 +151,11 @@ fn ctrl_c_ends_a_bench_early_with_a_report_that_says_so() {
     let domain = Domain::new();
     let arguments = "bench jitter --arms hybrid --priority 0 --seconds 600 --turn 0.2";
     let mut process = domain.start(&format!("{arguments} --report out.json --html page.html"));
-    std::thread::sleep(Duration::from_millis(1_500));
+    let mut first = None;
+    process.wait_until_it("ends its first turn", |process| {
+        first = first.take().or_else(|| loop_thread(process));
+        loop_thread(process).is_some_and(|thread| first.as_ref() != Some(&thread))
+    });
     process.signal(Signal::INT);
     process.wait_for("hybrid");
     process.finish().expect_code(0);

@@ -3,8 +3,6 @@
 mod domain;
 
 use std::collections::HashSet;
-use std::thread;
-use std::time::Duration;
 
 use domain::Domain;
 
@@ -96,8 +94,7 @@ fn record(domain: &Domain) -> Option<String> {
     let publisher = domain.start("publish live/in --csv in.csv --rate 500");
     publisher.finish().expect_code(0);
     node.finish().expect_code(0);
-    // The subscriber looks every 100 us; by now it has seen the last frame.
-    thread::sleep(Duration::from_millis(100));
+    domain.wait_for_cycle("out.csv", CYCLES as u64 - 1);
     subscriber.stop().expect_code(0);
     assert_eq!(domain.leftovers(), Vec::<std::path::PathBuf>::new());
 

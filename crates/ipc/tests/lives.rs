@@ -111,6 +111,8 @@ fn what_is_half_made_in_a_domain_whose_prefix_begins_with_ours_is_left_alone() {
         drop(domain.join::<ipc::Service>());
         assert!(counter.exists(), "{}", counter.display());
         std::fs::remove_file(counter).unwrap();
+        other.remove_leftovers();
+        assert_eq!(other.files(), Vec::<PathBuf>::new());
     }
 }
 

@@ -57,6 +57,29 @@ impl Domain {
         serde_json::from_str(&self.read(name)).unwrap()
     }
 
+    /// Waits until a recording holds the row of a cycle: what has arrived is written at the reader's
+    /// next look.
+    #[track_caller]
+    pub(crate) fn wait_for_cycle(&self, name: &str, cycle: u64) {
+        let is_of_cycle = |row: &str| row.split(',').nth(1) == Some(&cycle.to_string());
+        self.wait_for_recording(name, |text| text.lines().any(is_of_cycle));
+    }
+
+    /// Waits until a recording holds so many rows.
+    #[track_caller]
+    pub(crate) fn wait_for_rows(&self, name: &str, rows: usize) {
+        self.wait_for_recording(name, |text| text.lines().count() > rows);
+    }
+
+    #[track_caller]
+    fn wait_for_recording(&self, name: &str, is_complete: impl Fn(&str) -> bool) {
+        let since = Instant::now();
+        while !std::fs::read_to_string(self.path(name)).is_ok_and(|text| is_complete(&text)) {
+            assert!(since.elapsed() < PATIENCE, "{name}: {}", self.read(name));
+            thread::sleep(Duration::from_millis(2));
+        }
+    }
+
     pub(crate) fn config_file(&self) -> PathBuf {
         self.0.file()
     }
@@ -174,6 +197,17 @@ impl Process {
     #[track_caller]
     pub(crate) fn wait_for(&mut self, text: &str) {
         self.wait_until(text, |stdout, stderr| stdout.contains(text) || stderr.contains(text));
+    }
+
+    /// Waits until something is so of the process.
+    #[track_caller]
+    pub(crate) fn wait_until_it(&mut self, does: &str, mut met: impl FnMut(&Self) -> bool) {
+        let since = Instant::now();
+        while !met(self) {
+            let waits = !self.is_over() && since.elapsed() < PATIENCE;
+            assert!(waits, "waited until it {does}\n{}\n{}", self.stdout.get(), self.stderr.get());
+            thread::sleep(Duration::from_millis(2));
+        }
     }
 
     #[track_caller]
