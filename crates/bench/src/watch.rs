@@ -117,7 +117,7 @@ mod tests {
 
     fn watch(interrupts: &[u64]) -> Watch {
         let look = |(index, count): (usize, &u64)| {
-            (index as u64 * 20, Disturbance { interrupts: *count, ..Disturbance::default() })
+            (index as u64 * 20, Disturbance { interrupts: Some(*count), ..Disturbance::default() })
         };
         let looks = interrupts.iter().enumerate().map(look).collect();
         Watch { machine: Machine::here(), cpu: None, thread: None, looks }
@@ -126,17 +126,17 @@ mod tests {
     #[test]
     fn around_an_instant_is_between_the_looks_before_and_after_it() {
         let watch = watch(&[5, 5, 9, 9]);
-        assert_eq!(watch.around(19).interrupts, 0);
-        assert_eq!(watch.around(20).interrupts, 4);
-        assert_eq!(watch.around(39).interrupts, 4);
-        assert_eq!(watch.around(40).interrupts, 0);
-        assert_eq!(watch.around(99).interrupts, 0, "nobody looked after it");
+        assert_eq!(watch.around(19).interrupts, Some(0));
+        assert_eq!(watch.around(20).interrupts, Some(4));
+        assert_eq!(watch.around(39).interrupts, Some(4));
+        assert_eq!(watch.around(40).interrupts, Some(0));
+        assert_eq!(watch.around(99).interrupts, None, "nobody looked after it");
     }
 
     #[test]
     fn the_warm_up_before_a_look_does_not_count() {
         let watch = watch(&[1, 4, 9, 16]);
-        assert_eq!(watch.since(0).interrupts, 15);
-        assert_eq!(watch.since(45).interrupts, 7);
+        assert_eq!(watch.since(0).interrupts, Some(15));
+        assert_eq!(watch.since(45).interrupts, Some(7));
     }
 }

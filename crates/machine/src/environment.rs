@@ -26,8 +26,8 @@ pub struct Environment {
     /// clock is slow.
     pub clocksource: Option<String>,
     /// Cost of reading `CLOCK_MONOTONIC`: the minimum of 20 000 readings, in ns. Every measured
-    /// time includes it; it is never subtracted. 0 for a machine made of files, which has no clock.
-    pub clock_read_ns: u64,
+    /// time includes it; it is never subtracted.
+    pub clock_read_ns: Option<u64>,
     /// Frequency governors in use, comma-separated; `null` without frequency scaling.
     pub governor: Option<String>,
     /// Isolated CPUs (`isolcpus`), in the kernel's list format.
@@ -55,7 +55,7 @@ impl Environment {
                 Platform::Metal | Platform::Unknown => None,
             },
             clocksource: machine.clock_source(),
-            clock_read_ns: if machine.is_here() { clock_read_ns() } else { 0 },
+            clock_read_ns: machine.is_here().then(clock_read_ns),
             governor: machine.governors(),
             isolated_cpus: machine.isolated().unwrap_or_default(),
             rt_throttling: machine.throttling(),

@@ -21,7 +21,7 @@ mod environment;
 mod machine;
 mod throttling;
 
-pub use disturbance::Disturbance;
+pub use disturbance::{Cause, Disturbance};
 pub use doctor::{Examination, Finding, NoSuchCpu, Severity, examine};
 pub use environment::Environment;
 pub use machine::{CpuList, GroupBudget, Machine};

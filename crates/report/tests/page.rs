@@ -1,6 +1,6 @@
 //! The page of a report.
 
-use isochrone_machine::{Finding, Severity};
+use isochrone_machine::{Cause, Finding, Severity};
 use isochrone_report::{LinkArm, Outlier, Report, TaskArm, TurnReport, hlog, html};
 use isochrone_timing::{LinkReport, Summary, TaskReport, Warning};
 
@@ -91,7 +91,6 @@ fn no_text_of_a_report_becomes_markup() {
             },
             load: bad.clone(),
             turns: vec![TurnReport { invalid: Some(bad.clone()), ..TurnReport::default() }],
-            outliers: vec![Outlier { cause: bad.clone(), ..Outlier::default() }],
             ..made_up::report().tasks.remove(0)
         }],
         links: vec![LinkArm {
@@ -175,7 +174,7 @@ fn the_verdict_and_a_picture_come_before_everything_that_explains_them() {
 
 #[test]
 fn the_releases_of_one_stall_are_one_row_with_its_length_and_their_number() {
-    let late = |at_s, late_ns| Outlier { at_s, late_ns, cause: "steal".to_owned() };
+    let late = |at_s, late_ns| Outlier { at_s, late_ns, cause: Cause::Steal };
     let task = TaskArm {
         task: TaskReport { period_ns: 1_000_000, ..TaskReport::default() },
         outliers: vec![late(2.0, 5_000_000), late(2.001, 4_000_000), late(7.0, 3_000_000)],

@@ -43,7 +43,7 @@ fn report() -> Report {
             cpus: 2,
             hypervisor: some("kvm"),
             clocksource: some("tsc"),
-            clock_read_ns: 42,
+            clock_read_ns: Some(42),
             ..Environment::default()
         },
         warnings: vec![

@@ -50,11 +50,12 @@ impl Turn {
     pub(super) fn new(
         origin_ns: u64,
         turn_ns: u64,
-        clock_read_ns: u64,
+        clock_read_ns: Option<u64>,
         cpu: Option<usize>,
         stop: Stop,
     ) -> Self {
-        let batch_ns = BATCH_NS.max(BATCH_READINGS.saturating_mul(clock_read_ns));
+        let batch_ns =
+            clock_read_ns.map_or(BATCH_NS, |ns| BATCH_NS.max(BATCH_READINGS.saturating_mul(ns)));
         // Batches are found to last twice as long at most. Written to, the memory is there: a page
         // fault would make a turn invalid.
         let room = 2 * turn_ns / batch_ns + 1;

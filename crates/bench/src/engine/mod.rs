@@ -39,7 +39,7 @@ pub struct Measured {
 /// A task cannot be built, or the thread not started.
 pub fn measure(
     settings: &Settings<'_>,
-    clock_read_ns: u64,
+    clock_read_ns: Option<u64>,
     stop: &Stop,
     onlooker: &dyn Onlooker,
 ) -> Result<Measured, BenchError> {
@@ -61,7 +61,7 @@ pub fn measure(
 struct Bench<'a> {
     settings: &'a Settings<'a>,
     stop: &'a Stop,
-    clock_read_ns: u64,
+    clock_read_ns: Option<u64>,
     onlooker: &'a dyn Onlooker,
 }
 

@@ -111,8 +111,8 @@ impl Arm {
         if let Some(counted) = counted {
             let mut disturbance = watch.since(counted.start);
             if let Some(told) = told {
-                disturbance.faults = told.minor_faults + told.major_faults;
-                disturbance.preemptions = told.involuntary_switches;
+                disturbance.faults = Some(told.minor_faults + told.major_faults);
+                disturbance.preemptions = Some(told.involuntary_switches);
             }
             self.timing.turn(&records, counted, disturbance, |at_ns| watch.around(at_ns));
         }

@@ -151,13 +151,9 @@ impl Series {
 
 /// What disturbed either of the two. Both are in one control group, so it was throttled once.
 fn both(sender: Disturbance, receiver: Disturbance, sent: &Sent) -> Disturbance {
-    Disturbance {
-        steal_ns: sender.steal_ns + receiver.steal_ns,
-        throttled_ns: receiver.throttled_ns,
-        faults: receiver.faults + sent.faults,
-        preemptions: receiver.preemptions + sent.preemptions,
-        interrupts: sender.interrupts + receiver.interrupts,
-    }
+    // The other process counts its thread itself.
+    let sender = Disturbance { faults: sent.faults, preemptions: sent.preemptions, ..sender };
+    Disturbance { throttled_ns: receiver.throttled_ns, ..sender.and(receiver) }
 }
 
 #[cfg(test)]
@@ -204,9 +200,9 @@ mod tests {
         let mut samples = Distribution::new();
         samples.record_many(900, 50);
         let taken = Taken { samples, received: Received { messages: 50, lost: 2 }, stages: None };
-        let stolen = Disturbance { steal_ns: 9_000_000, ..Disturbance::default() };
-        for (at_s, sender) in [(0.0, Disturbance::default()), (1.0, stolen)] {
-            let receiver = Disturbance::default();
+        let of = |steal_ns| Disturbance { steal_ns: Some(steal_ns), ..Disturbance::default() };
+        for (at_s, sender) in [(0.0, of(0)), (1.0, of(9_000_000))] {
+            let receiver = of(0);
             let turn = Disturbed { at_s, elapsed_ns: 500_000_000, sender, receiver };
             series.push(&turn, &taken, &Sent { messages: 50, missed: 1, ..Sent::default() });
         }

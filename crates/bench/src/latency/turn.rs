@@ -73,10 +73,10 @@ pub(super) struct Sent {
     pub(super) messages: u64,
     /// Instants of the grid at which it could not send.
     pub(super) missed: u64,
-    /// Page faults of its thread after the warm-up.
-    pub(super) faults: u64,
-    /// Times after the warm-up that its CPU was taken away.
-    pub(super) preemptions: u64,
+    /// Page faults of its thread after the warm-up; `None` if the turn ended before.
+    pub(super) faults: Option<u64>,
+    /// Times after the warm-up that its CPU was taken away; `None` if the turn ended before.
+    pub(super) preemptions: Option<u64>,
 }
 
 /// Finds gaps in the sequence.
@@ -271,10 +271,10 @@ impl Account {
     }
 
     fn close(self, sent: Sent) -> Sent {
-        let used = self.0.map(|before| thread_usage().since(before)).unwrap_or_default();
+        let used = self.0.map(|before| thread_usage().since(before));
         Sent {
-            faults: used.minor_faults + used.major_faults,
-            preemptions: used.involuntary_switches,
+            faults: used.map(|used| used.minor_faults + used.major_faults),
+            preemptions: used.map(|used| used.involuntary_switches),
             ..sent
         }
     }

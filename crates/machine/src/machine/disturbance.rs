@@ -9,16 +9,14 @@ const TICK_NS: u64 = 10_000_000;
 impl Machine {
     /// The kernel's counts so far: steal and interrupts of a CPU (of all CPUs if `cpu` is `None`),
     /// faults and preemptions of a thread of this process, and throttling of its control group.
-    /// Counts that cannot be read are 0.
+    /// Counts that cannot be read are `None`.
     pub fn disturbance(&self, cpu: Option<usize>, thread: Option<u32>) -> Disturbance {
-        let (faults, preemptions) =
-            thread.and_then(|thread| self.thread_counts(thread)).unwrap_or_default();
         Disturbance {
-            steal_ns: self.steal_ns(cpu).unwrap_or_default(),
-            throttled_ns: self.throttled_ns().unwrap_or_default(),
-            faults,
-            preemptions,
-            interrupts: self.interrupt_count(cpu).unwrap_or_default(),
+            steal_ns: self.steal_ns(cpu),
+            throttled_ns: self.throttled_ns(),
+            faults: thread.and_then(|thread| self.faults(thread)),
+            preemptions: thread.and_then(|thread| self.preemptions(thread)),
+            interrupts: self.interrupt_count(cpu),
         }
     }
 
@@ -60,16 +58,21 @@ impl Machine {
         })
     }
 
-    /// Page faults and involuntary switches of a thread.
-    fn thread_counts(&self, thread: u32) -> Option<(u64, u64)> {
+    /// Page faults of a thread.
+    fn faults(&self, thread: u32) -> Option<u64> {
         let stat = self.text(&format!("/proc/self/task/{thread}/stat"))?;
         // The name stands in brackets and may hold anything.
         let (_, fields) = stat.rsplit_once(')')?;
         let field = |index| fields.split_whitespace().nth(index)?.parse::<u64>().ok();
+        Some(field(7)? + field(9)?)
+    }
+
+    /// Involuntary switches of a thread.
+    fn preemptions(&self, thread: u32) -> Option<u64> {
         let status = self.text(&format!("/proc/self/task/{thread}/status"))?;
         let switches =
             status.lines().find_map(|line| line.strip_prefix("nonvoluntary_ctxt_switches:"))?;
-        Some((field(7)? + field(9)?, switches.trim().parse().ok()?))
+        switches.trim().parse().ok()
     }
 }
 
@@ -114,11 +117,11 @@ mod tests {
     fn a_cpu_and_a_thread_have_their_own_counts() {
         let (_root, machine) = machine(&FILES);
         let expected = Disturbance {
-            steal_ns: 50_000_000,
-            throttled_ns: 12_000,
-            faults: 12,
-            preemptions: 4,
-            interrupts: 46,
+            steal_ns: Some(50_000_000),
+            throttled_ns: Some(12_000),
+            faults: Some(12),
+            preemptions: Some(4),
+            interrupts: Some(46),
         };
         assert_eq!(machine.disturbance(Some(1), Some(77)), expected);
     }
@@ -127,7 +130,7 @@ mod tests {
     fn without_a_cpu_all_of_them_count() {
         let (_root, machine) = machine(&FILES);
         let all = machine.disturbance(None, None);
-        assert_eq!((all.steal_ns, all.interrupts, all.faults), (70_000_000, 54, 0));
+        assert_eq!((all.steal_ns, all.interrupts, all.faults), (Some(70_000_000), Some(54), None));
     }
 
     #[test]
@@ -136,7 +139,7 @@ mod tests {
             ("proc/self/cgroup", "4:cpu,cpuacct:/node\n0::/"),
             ("sys/fs/cgroup/cpu,cpuacct/node/cpu.stat", "nr_periods 0\nthrottled_time 345"),
         ]);
-        assert_eq!(machine.disturbance(None, None).throttled_ns, 345);
+        assert_eq!(machine.disturbance(None, None).throttled_ns, Some(345));
     }
 
     #[test]
@@ -149,7 +152,7 @@ mod tests {
     fn the_interrupts_of_this_machine_never_get_fewer() {
         let here = Machine::here();
         let before = here.disturbance(None, None).interrupts;
-        assert!(before > 0);
+        assert!(before > Some(0));
         assert!(here.disturbance(None, None).interrupts >= before);
     }
 }

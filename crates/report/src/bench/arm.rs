@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use isochrone_machine::Disturbance;
+use isochrone_machine::{Cause, Disturbance};
 use isochrone_timing::{CycleRecord, Distribution, Metric, TaskReport, TaskTiming, encoded};
 use serde::{Deserialize, Serialize};
 
@@ -24,9 +24,8 @@ pub struct Outlier {
     pub at_s: f64,
     /// How late the release was, in ns; for a missed release, how late it would have been.
     pub late_ns: u64,
-    /// What the kernel counted around it: `steal`, `throttled`, `fault`, `preempted`, `interrupt`
-    /// or `unknown`.
-    pub cause: String,
+    /// What the kernel counted around it.
+    pub cause: Cause,
 }
 
 /// Collects the turns of a loop.
@@ -113,7 +112,7 @@ impl LoopArm {
         let least_ns = self.outliers.last().map_or(0, |least| least.late_ns);
         if self.outliers.len() < OUTLIERS || late_ns > least_ns {
             let place = self.outliers.partition_point(|kept| kept.late_ns >= late_ns);
-            let (at_s, cause) = (self.at_s(at_ns), around(at_ns).cause().to_owned());
+            let (at_s, cause) = (self.at_s(at_ns), around(at_ns).cause());
             self.outliers.insert(place, Outlier { at_s, late_ns, cause });
             self.outliers.truncate(OUTLIERS);
         }
@@ -176,7 +175,7 @@ mod tests {
 
     fn arm(records: &[CycleRecord], counted: Range<u64>) -> TaskArm {
         let mut arm = LoopArm::new(PERIOD_NS, ORIGIN_NS);
-        let interrupt = Disturbance { interrupts: 1, ..Disturbance::default() };
+        let interrupt = Disturbance { interrupts: Some(1), ..Disturbance::default() };
         let due_ns = |cycle| record(cycle, 0, 0).release_ns;
         let counted = due_ns(counted.start)..due_ns(counted.end);
         arm.turn(records, counted, Disturbance::default(), |_| interrupt);
@@ -240,7 +239,7 @@ mod tests {
         let outliers = arm(&records, 0..5_000).outliers;
         assert_eq!(outliers.len(), OUTLIERS);
         assert!(outliers.windows(2).all(|pair| pair[0].late_ns >= pair[1].late_ns));
-        assert_eq!((outliers[0].late_ns, outliers[0].cause.as_str()), (24_990, "interrupt"));
+        assert_eq!((outliers[0].late_ns, outliers[0].cause), (24_990, Cause::Interrupt));
         assert!((outliers[0].at_s - 5.990).abs() < 1e-3, "{}", outliers[0].at_s);
     }
 

@@ -17,7 +17,7 @@ pub(in crate::bench) fn turns(value: u64, samples: u64, invalid: u64) -> Turns {
         let mut of_turn = Distribution::new();
         of_turn.record_many(value, samples);
         let disturbance =
-            Disturbance { faults: u64::from(turn < invalid), ..Disturbance::default() };
+            Disturbance { faults: Some(u64::from(turn < invalid)), ..Disturbance::default() };
         turns.push(turn as f64, 1_000_000_000, &of_turn, 0, disturbance);
     }
     turns

@@ -16,7 +16,7 @@ fn turns(values: &[Option<u64>]) -> Turns {
         let mut samples = Distribution::new();
         samples.record_many(value.unwrap_or(STRANGE), 1_000);
         let disturbance =
-            Disturbance { faults: u64::from(value.is_none()), ..Disturbance::default() };
+            Disturbance { faults: Some(u64::from(value.is_none())), ..Disturbance::default() };
         turns.push(index as f64, 1_000_000_000, &samples, 0, disturbance);
     }
     turns

@@ -98,9 +98,9 @@ mod tests {
     #[test]
     fn a_disturbed_turn_is_shown_and_left_out_of_what_is_valid() {
         for (disturbance, says) in [
-            (Disturbance { steal_ns: 2_000_000, ..Disturbance::default() }, "0.20 %"),
-            (Disturbance { faults: 3, ..Disturbance::default() }, "3 page faults"),
-            (Disturbance { throttled_ns: 50_000_000, ..Disturbance::default() }, "50000 us"),
+            (Disturbance { steal_ns: Some(2_000_000), ..Disturbance::default() }, "0.20 %"),
+            (Disturbance { faults: Some(3), ..Disturbance::default() }, "3 page faults"),
+            (Disturbance { throttled_ns: Some(50_000_000), ..Disturbance::default() }, "50000 us"),
         ] {
             let mut turns = Turns::default();
             turns.push(0.0, 1_000_000_000, &samples(), 4, disturbance);

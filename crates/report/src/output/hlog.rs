@@ -103,7 +103,7 @@ mod tests {
     }
 
     fn report() -> Report {
-        let fault = Disturbance { faults: 2, ..Disturbance::default() };
+        let fault = Disturbance { faults: Some(2), ..Disturbance::default() };
         Report {
             isochrone: "0.1.0".to_owned(),
             command: vec!["bench".to_owned()],

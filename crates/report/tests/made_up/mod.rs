@@ -50,8 +50,8 @@ fn arm(name: &str, load: &str, typical_ns: f64, turn_of_arm: u64) -> TaskArm {
             cycle += 1;
         }
         let disturbance = match turn {
-            3 => Disturbance { steal_ns: 4_000_000, ..Disturbance::default() },
-            8 => Disturbance { faults: 2, ..Disturbance::default() },
+            3 => Disturbance { steal_ns: Some(4_000_000), ..Disturbance::default() },
+            8 => Disturbance { faults: Some(2), ..Disturbance::default() },
             _ => Disturbance::default(),
         };
         arm.turn(&records, from_ns..u64::MAX, disturbance, |at_ns| cause(at_ns / 1_000 % 9));
@@ -73,11 +73,11 @@ fn arm(name: &str, load: &str, typical_ns: f64, turn_of_arm: u64) -> TaskArm {
 fn cause(kind: u64) -> Disturbance {
     let none = Disturbance::default();
     match kind {
-        0 => Disturbance { steal_ns: 1, ..none },
-        1 => Disturbance { throttled_ns: 1, ..none },
-        2 => Disturbance { faults: 1, ..none },
-        3 | 4 => Disturbance { preemptions: 1, ..none },
-        5 | 6 => Disturbance { interrupts: 1, ..none },
+        0 => Disturbance { steal_ns: Some(1), ..none },
+        1 => Disturbance { throttled_ns: Some(1), ..none },
+        2 => Disturbance { faults: Some(1), ..none },
+        3 | 4 => Disturbance { preemptions: Some(1), ..none },
+        5 | 6 => Disturbance { interrupts: Some(1), ..none },
         _ => none,
     }
 }
@@ -90,7 +90,7 @@ fn turns(typical: f64, offset_s: f64) -> Turns {
         (0..CYCLES).for_each(|_| samples.record(chance.time(typical)));
         let at_s = offset_s + turn as f64 * 3.0;
         let faults = u64::from(turn == 5 && offset_s == 0.0);
-        let disturbance = Disturbance { faults, ..Disturbance::default() };
+        let disturbance = Disturbance { faults: Some(faults), ..Disturbance::default() };
         turns.push(at_s, 1_000_000_000, &samples, 0, disturbance);
     }
     turns
@@ -155,7 +155,7 @@ pub(crate) fn report() -> Report {
             cpus: 2,
             hypervisor: some("kvm"),
             clocksource: some("tsc"),
-            clock_read_ns: 42,
+            clock_read_ns: Some(42),
             rt_throttling: "950000/1000000".parse().ok(),
             ..Environment::default()
         },

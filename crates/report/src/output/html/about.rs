@@ -115,6 +115,9 @@ pub(super) fn machine(page: &mut Page, report: &Report) {
             format!("{both} us (runtime/period; -1 is off){applies}")
         },
     );
+    let clock_reading = here
+        .clock_read_ns
+        .map_or_else(|| UNKNOWN.to_owned(), |ns| format!("{ns} ns, included in every time"));
     page.heading("The machine");
     let facts = [
         ("Kernel", known(&here.kernel)),
@@ -122,7 +125,7 @@ pub(super) fn machine(page: &mut Page, report: &Report) {
         ("CPUs online", here.cpus.to_string()),
         ("Hypervisor", or_none(&here.hypervisor)),
         ("Clock source", known(&here.clocksource)),
-        ("One clock reading", format!("{} ns, included in every time", here.clock_read_ns)),
+        ("One clock reading", clock_reading),
         ("Frequency governor", or_none(&here.governor)),
         ("Isolated CPUs", isolated),
         ("Real-time throttling", throttling),

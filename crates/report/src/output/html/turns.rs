@@ -92,7 +92,7 @@ pub(super) fn outliers(page: &mut Page, report: &Report) {
     let rows = stalls.into_iter().map(|Stall { label, longest, releases }| {
         let Outlier { at_s, late_ns, cause } = longest;
         let (at, late) = (format!("{at_s:.3} s"), duration(*late_ns as f64));
-        Row::of([label, at, late, releases.to_string(), cause.clone()])
+        Row::of([label, at, late, releases.to_string(), cause.as_str().to_owned()])
     });
     page.table("Seconds count from the start of the bench", &columns, rows);
     page.markup("</section>\n");

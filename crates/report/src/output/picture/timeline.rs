@@ -1,6 +1,6 @@
 //! A picture of what happened when.
 
-use isochrone_machine::Disturbance;
+use isochrone_machine::Cause;
 use isochrone_timing::Distribution;
 use plotters::prelude::{BLACK, Color};
 
@@ -24,15 +24,18 @@ pub struct Timeline<'a> {
     pub outliers: &'a [Outlier],
 }
 
-/// The mark of each cause of an outlier.
-const CAUSES: [(&str, Mark); 6] = [
-    ("steal", Mark::Triangle),
-    ("throttled", Mark::Square),
-    ("fault", Mark::Diamond),
-    ("preempted", Mark::Cross),
-    ("interrupt", Mark::Ring),
-    (Disturbance::UNKNOWN, Mark::Dot),
-];
+/// The mark of a cause of an outlier.
+const fn mark(cause: Cause) -> Mark {
+    match cause {
+        Cause::Steal => Mark::Triangle,
+        Cause::Throttled => Mark::Square,
+        Cause::Fault => Mark::Diamond,
+        Cause::Preempted => Mark::Cross,
+        Cause::Interrupt => Mark::Ring,
+        Cause::Unknown => Mark::Dot,
+    }
+}
+
 /// No bench takes longer: 30 years.
 const LONGEST_S: f64 = 1e9;
 const MEDIAN: Form = Form::Bars(4);
@@ -107,17 +110,12 @@ fn bars(arm: usize, of: &Timeline<'_>) -> Vec<Layer> {
 
 /// The outliers, cause by cause.
 fn marks<'a>(arm: usize, of: &'a Timeline<'a>) -> impl Iterator<Item = Layer> + 'a {
-    CAUSES.iter().map(move |(cause, mark)| {
-        let these = of.outliers.iter().filter(|outlier| known(&outlier.cause) == *cause);
+    Cause::ALL.into_iter().map(move |cause| {
+        let these = of.outliers.iter().filter(|outlier| outlier.cause == cause);
         let points =
             these.map(|outlier| (seconds(outlier.at_s), (outlier.late_ns as f64).max(LOWEST_NS)));
-        Layer { points: points.collect(), form: Form::Marks(*mark), ink: Ink::of(arm) }
+        Layer { points: points.collect(), form: Form::Marks(mark(cause)), ink: Ink::of(arm) }
     })
-}
-
-/// A cause that has a mark: one of a later version is unknown to this.
-fn known(cause: &str) -> &str {
-    if CAUSES.iter().any(|(known, _)| *known == cause) { cause } else { Disturbance::UNKNOWN }
 }
 
 fn shades<'a>(of: &'a Timeline<'a>, times: Logarithmic) -> impl Iterator<Item = Layer> + 'a {
@@ -148,9 +146,9 @@ fn legend(arms: &[Timeline<'_>]) -> Vec<Entry> {
         entries.push(Entry::new(LONGEST, grey, "longest of a turn"));
     }
     let outliers = || arms.iter().flat_map(|of| of.outliers);
-    for (cause, mark) in CAUSES {
-        if outliers().any(|outlier| known(&outlier.cause) == cause) {
-            entries.push(Entry::new(Form::Marks(mark), grey, cause));
+    for cause in Cause::ALL {
+        if outliers().any(|outlier| outlier.cause == cause) {
+            entries.push(Entry::new(Form::Marks(mark(cause)), grey, cause.as_str()));
         }
     }
     if arms.iter().flat_map(|of| of.turns).any(|turn| turn.invalid.is_some()) {
@@ -161,6 +159,8 @@ fn legend(arms: &[Timeline<'_>]) -> Vec<Entry> {
 
 #[cfg(test)]
 mod tests {
+    use isochrone_machine::Disturbance;
+
     use super::*;
     use crate::bench::Turns;
 
@@ -175,8 +175,8 @@ mod tests {
         turns.reports().to_vec()
     }
 
-    fn outlier(cause: &str) -> Outlier {
-        Outlier { at_s: 0.5, late_ns: 60_000, cause: cause.to_owned() }
+    fn outlier(cause: Cause) -> Outlier {
+        Outlier { at_s: 0.5, late_ns: 60_000, cause }
     }
 
     fn shown(outliers: &[Outlier], turns: &[TurnReport]) -> String {
@@ -194,36 +194,30 @@ mod tests {
     }
 
     #[test]
-    fn every_cause_that_a_disturbance_names_has_its_mark() {
-        let none = Disturbance::default();
-        let each = [
-            Disturbance { steal_ns: 1, ..none },
-            Disturbance { throttled_ns: 1, ..none },
-            Disturbance { faults: 1, ..none },
-            Disturbance { preemptions: 1, ..none },
-            Disturbance { interrupts: 1, ..none },
-            none,
-        ];
-        let causes = each.map(|disturbance| disturbance.cause());
-        assert_eq!(causes, CAUSES.map(|(cause, _)| cause));
-        for (index, (_, mark)) in CAUSES.iter().enumerate() {
-            assert!(CAUSES[..index].iter().all(|(_, other)| other != mark), "{mark:?}");
-            assert_ne!(Form::Marks(*mark), LONGEST, "what is longest says nothing of a cause");
+    fn every_cause_has_a_mark_of_its_own() {
+        for (index, cause) in Cause::ALL.into_iter().enumerate() {
+            let earlier = &Cause::ALL[..index];
+            assert!(earlier.iter().all(|other| mark(*other) != mark(cause)), "{cause:?}");
+            assert_ne!(
+                Form::Marks(mark(cause)),
+                LONGEST,
+                "what is longest says nothing of a cause"
+            );
         }
     }
 
     #[test]
     fn the_legend_names_the_causes_that_occur_and_no_others() {
         let svg =
-            shown(&[outlier("steal"), outlier("gremlins")], &turns(&[Disturbance::default()]));
+            shown(&[Cause::Steal, Cause::Unknown].map(outlier), &turns(&[Disturbance::default()]));
         assert!(svg.contains(">\nsteal\n<") && svg.contains(">\nunknown\n<"), "{svg}");
-        assert!(!svg.contains("preempted") && !svg.contains("gremlins"), "{svg}");
+        assert!(!svg.contains("preempted"), "{svg}");
         assert!(!svg.contains("invalid") && !svg.contains("longest"), "{svg}");
     }
 
     #[test]
     fn an_invalid_turn_is_shaded_and_one_without_outliers_shows_its_longest() {
-        let fault = Disturbance { faults: 1, ..Disturbance::default() };
+        let fault = Disturbance { faults: Some(1), ..Disturbance::default() };
         let turns = turns(&[Disturbance::default(), fault]);
         let svg = shown(&[], &turns);
         assert!(svg.contains("invalid turn") && svg.contains("longest of a turn"), "{svg}");
@@ -246,10 +240,10 @@ mod tests {
     #[test]
     fn numbers_that_no_bench_writes_still_give_a_picture() {
         for at_s in [-5.0, 1e300, f64::MAX, f64::INFINITY, f64::NAN] {
-            let mut turns = turns(&[Disturbance { faults: 1, ..Disturbance::default() }]);
+            let mut turns = turns(&[Disturbance { faults: Some(1), ..Disturbance::default() }]);
             turns[0].at_s = at_s;
             turns[0].elapsed_ns = u64::MAX;
-            let outliers = [Outlier { at_s, late_ns: u64::MAX, cause: String::new() }];
+            let outliers = [Outlier { at_s, late_ns: u64::MAX, cause: Cause::Unknown }];
             assert!(shown(&outliers, &turns).contains("</svg>"), "{at_s}");
         }
     }

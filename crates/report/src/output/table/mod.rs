@@ -44,15 +44,17 @@ impl Display for Report {
 
 fn environment(f: &mut Formatter<'_>, environment: &Environment) -> Result {
     let known = |value: &Option<String>| value.clone().unwrap_or_else(|| UNKNOWN.to_owned());
+    let reading =
+        environment.clock_read_ns.map_or_else(String::new, |ns| format!(" ({ns} ns per reading)"));
     writeln!(
         f,
-        "kernel {}, preempt {}, {} CPUs, hypervisor {}, clock {} ({} ns per reading)",
+        "kernel {}, preempt {}, {} CPUs, hypervisor {}, clock {}{}",
         known(&environment.kernel),
         known(&environment.preempt),
         environment.cpus,
         known(&environment.hypervisor),
         known(&environment.clocksource),
-        environment.clock_read_ns,
+        reading,
     )
 }
 
