@@ -150,6 +150,50 @@ fn completes_verbs_options_and_services(shell: Shell, domain: &Domain) {
     assert!(!domain.path("pwned").exists(), "a name is not run");
 }
 
+/// What every shell completes of a running node.
+fn completes_nodes_and_signals(shell: Shell) {
+    let domain = Domain::new();
+    domain.write("node.toml", NODE);
+    let mut node = domain.start("run node.toml");
+    node.wait_for("is running");
+    let proposed = |words: &str| {
+        let names = shell.proposes(&domain, words).into_iter();
+        names.map(|name| name.trim_end_matches('=').to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(proposed(&format!("show {CONFIG} ")), ["tank"]);
+    assert_eq!(proposed(&format!("get {CONFIG} ta")), ["tank"]);
+    assert_eq!(proposed(&format!("get {CONFIG} tank r.set")), ["r.setChangeRate"]);
+    assert_eq!(proposed(&format!("watch {CONFIG} --rate 2 tank x.")), ["x.age", "x.ok"]);
+    assert_eq!(proposed(&format!("set {CONFIG} tank r.v")), [""; 0], "it is wired");
+    assert_eq!(proposed(&format!("set {CONFIG} tank r.set")), ["r.setChangeRate"]);
+    assert_eq!(proposed(&format!("force {CONFIG} tank r.value")), ["r.value"]);
+    assert_eq!(proposed(&format!("release {CONFIG} tank ")), [""; 0], "nothing is forced");
+    let forced = domain.run("force tank x=1 --hold").expect_code(0);
+    assert_eq!(forced.stderr, "");
+    assert_eq!(proposed(&format!("release {CONFIG} tank ")), ["x"]);
+    drop(node.stop().expect_code(0));
+}
+
+/// A node with an input, a wired pin and parameters.
+const NODE: &str = r#"
+[node]
+name = "tank"
+control = "force"
+[[task]]
+name = "t"
+period = "2ms"
+[[input]]
+name = "x"
+service = "tank/in"
+[[block]]
+name = "r"
+type = "LimRateOfChangeCI"
+in = { value = "x", setChangeRate = 1.0 }
+[[output]]
+service = "tank/out"
+signals = ["r.delayedValue"]
+"#;
+
 fn end(processes: [Process; 3]) {
     processes.into_iter().for_each(|process| drop(process.stop().expect_code(0)));
 }
@@ -196,4 +240,25 @@ fn fish_completes_verbs_options_files_and_services() {
     let files = Shell::Fish.proposes(&domain, "check ");
     assert!(["domain.toml", "relay.toml"].iter().all(|file| files.contains(&file.to_string())));
     end(processes);
+}
+
+#[test]
+fn bash_completes_nodes_and_signals() {
+    if Shell::Bash.is_there() {
+        completes_nodes_and_signals(Shell::Bash);
+    }
+}
+
+#[test]
+fn zsh_completes_nodes_and_signals() {
+    if Shell::Zsh.is_there() {
+        completes_nodes_and_signals(Shell::Zsh);
+    }
+}
+
+#[test]
+fn fish_completes_nodes_and_signals() {
+    if Shell::Fish.is_there() {
+        completes_nodes_and_signals(Shell::Fish);
+    }
 }

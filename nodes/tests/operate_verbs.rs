@@ -1,0 +1,334 @@
+//! Operating a running node from the command line.
+
+mod domain;
+
+use domain::{Domain, Ended, Process};
+use rustix::process::Signal;
+use serde_json::{Value, json};
+
+/// An input that nobody writes, a ramp that follows it, and one more whose parameters are protected.
+const TANK: &str = r#"
+[node]
+name = "tank"
+control = "force"
+[[protect]]
+names = ["guard.*"]
+[limits]
+"ramp.setChangeRate" = [0.0, 50.0]
+[[task]]
+name = "fast"
+period = "2ms"
+[[input]]
+name = "level"
+service = "tank/in"
+max_age = "50ms"
+# How fast the level may change.
+[[block]]
+name = "ramp"
+type = "LimRateOfChangeCI"
+[block.in]
+value = "level"
+setChangeRate = 10.0      # per second
+[[block]]
+name = "guard"
+type = "ScaleLinear"
+in = { x = "ramp.delayedValue", x1 = 0.0, y1 = 0.0, x2 = 100.0, y2 = 1.0, yMin = 0.0, yMax = 1.0 }
+[[block]]
+name = "beat"
+type = "SawTooth"
+in = { timeRange = "1500ms", incrementRange = 1, numberSteps = 3 }
+[[output]]
+service = "tank/out"
+signals = ["ramp.delayedValue", "guard.y"]
+"#;
+
+/// A domain in which the node runs.
+fn tank() -> (Domain, Process) {
+    let domain = Domain::new();
+    domain.write("tank.toml", TANK);
+    let mut node = domain.start("run tank.toml");
+    node.wait_for("is running");
+    (domain, node)
+}
+
+fn json(ended: Ended) -> Value {
+    serde_json::from_str(&ended.expect_code(0).stdout).unwrap()
+}
+
+fn stdout(domain: &Domain, arguments: &str) -> String {
+    let ended = domain.run(arguments).expect_code(0);
+    assert_eq!(ended.stderr, "", "{arguments}");
+    ended.stdout
+}
+
+#[track_caller]
+fn assert_says(text: &str, parts: &[&str]) {
+    for part in parts {
+        assert!(text.contains(part), "{part:?} is not in:\n{text}");
+    }
+}
+
+/// The line of a signal in what `show` prints, cell by cell.
+fn cells<'t>(table: &'t str, signal: &str) -> Vec<&'t str> {
+    let line = table.lines().find(|line| line.split_whitespace().next() == Some(signal));
+    line.unwrap_or_else(|| panic!("{table}"))
+        .split("  ")
+        .map(str::trim)
+        .filter(|c| !c.is_empty())
+        .collect()
+}
+
+#[test]
+fn show_tells_what_each_signal_is_and_get_prints_values_alone() {
+    let (domain, node) = tank();
+    let table = stdout(&domain, "show tank");
+    assert_eq!(cells(&table, "ramp.setChangeRate")[..2], ["ramp.setChangeRate", "10"]);
+    assert_says(&table, &["parameter", "wired", "output", "age"]);
+    assert_eq!(cells(&table, "level"), ["level", "0", "input", "LREAL", "not ok"]);
+    assert_eq!(cells(&table, "ramp.value"), ["ramp.value", "0", "wired", "LREAL"]);
+    assert_eq!(cells(&table, "beat.timeRange")[1], "T#1s500ms");
+    assert_says(cells(&table, "ramp.status")[1], &["16#"]);
+    let ramp = stdout(&domain, "show tank ramp.*");
+    assert!(!ramp.contains("guard.") && ramp.contains("ramp.delayedValue"), "{ramp}");
+    let parameters = stdout(&domain, "show tank ramp.* --parameters --names");
+    assert!(parameters.lines().any(|name| name == "ramp.setChangeRate"), "{parameters}");
+    assert!(!parameters.contains("ramp.value\n"), "{parameters}");
+
+    assert_eq!(stdout(&domain, "get tank ramp.setChangeRate level.ok"), "10.0\nfalse\n");
+    let got = json(domain.run("get tank beat.timeRange level.ok --json"));
+    assert_eq!(got["values"], json!({"beat.timeRange": 1500, "level.ok": false}));
+    assert!(got["tasks"]["fast"]["cycle"].is_u64(), "{got}");
+    let shown = json(domain.run("show tank level --json"));
+    assert_eq!(shown["signals"][0]["role"], "input");
+    assert_eq!(shown["signals"][0]["ok"], false);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn a_set_tells_its_cycle_and_the_values_before_and_is_undone() {
+    let (domain, node) = tank();
+    let set =
+        ["set", "tank", "ramp.setChangeRate=2.5", "beat.timeRange=T#2s", "--comment", "too fast"];
+    let done = domain.start_with(&set).finish().expect_code(0);
+    assert_eq!(done.stderr, "");
+    assert_says(&done.stdout, &["transaction 1, from cycle ", " of task \"fast\" on\n"]);
+    assert_eq!(cells(&done.stdout, "ramp.setChangeRate"), ["ramp.setChangeRate", "10.0", "-> 2.5"]);
+    assert_eq!(cells(&done.stdout, "beat.timeRange"), ["beat.timeRange", "1500", "-> 2000"]);
+    let values = "get tank ramp.setChangeRate beat.timeRange";
+    assert_eq!(stdout(&domain, values), "2.5\n2000\n");
+    let second = json(domain.run("set tank ramp.setChangeRate=3 --json"));
+    assert_eq!(second["before"], json!({"ramp.setChangeRate": 2.5}));
+
+    let refused = domain.run("undo tank 1").expect_code(1);
+    assert_says(&refused.stderr, &["ramp.setChangeRate", "changed"]);
+    let undone = stdout(&domain, "undo tank");
+    let number = second["transaction"].as_u64().unwrap();
+    let taken_back = format!("transaction {number} is taken back\n");
+    assert_says(&undone, &[&taken_back, "3.0  -> 2.5"]);
+    assert_says(&stdout(&domain, "undo tank"), &["transaction 1 is taken back"]);
+    assert_eq!(stdout(&domain, values), "10.0\n1500\n");
+    assert_says(&domain.run("undo tank").expect_code(1).stderr, &["nothing was set"]);
+
+    let journal = stdout(&domain, "journal tank");
+    assert_says(
+        &journal,
+        &[
+            "set 1, cycle ",
+            ": too fast\n",
+            "undo ",
+            &format!("takes {number} back"),
+            "10.0  -> 2.5",
+        ],
+    );
+    let entries = json(domain.run("journal tank --json"));
+    let actions = entries.as_array().unwrap().iter().map(|entry| entry["action"].as_str().unwrap());
+    assert_eq!(actions.collect::<Vec<_>>(), ["set", "set", "undo", "undo"]);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn a_set_that_names_a_cycle_acts_from_that_cycle_on() {
+    let (domain, node) = tank();
+    let got = json(domain.run("get tank ramp.setChangeRate --json"));
+    let at = got["tasks"]["fast"]["cycle"].as_u64().unwrap() + 2_000;
+    let done = stdout(&domain, &format!("set tank ramp.setChangeRate=2 --at {at}"));
+    assert_says(&done, &[&format!("cycle {at} of task \"fast\"")]);
+    let late = domain.run("set tank ramp.setChangeRate=3 --at 1").expect_code(1);
+    assert_says(&late.stderr, &["cycle 1"]);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn what_cannot_be_set_is_refused_whole_with_every_reason() {
+    let (domain, node) = tank();
+    let set = "set tank ramp.setChangeRate=60 ramp.setChangRate=1 ramp.value=1 guard.x2=1 beat.numberSteps=1.5 ramp.delayedValue=0 guard.y1=NaN";
+    let refused = domain.run(set).expect_code(1);
+    assert_eq!(refused.stdout, "");
+    assert_says(
+        &refused.stderr,
+        &[
+            "nothing was changed",
+            "50",
+            "did you mean \"setChangeRate\"?",
+            "\"ramp.value\"",
+            "[[protect]]",
+            "\"beat.numberSteps\"",
+            "\"ramp.delayedValue\"",
+        ],
+    );
+    assert!(refused.stderr.lines().count() >= 7, "{}", refused.stderr);
+    assert_eq!(stdout(&domain, "get tank ramp.setChangeRate"), "10.0\n");
+    assert_says(&domain.run("set tank ramp.setChangeRate=NaN").expect_code(1).stderr, &["NaN"]);
+    for usage in ["set tank ramp.setChangeRate", "set tank ramp.setChangeRate=fast", "set tank"] {
+        let refused = domain.run(usage).expect_code(2);
+        assert_says(&refused.stderr, &["NAME=VALUE"]);
+    }
+    assert_says(&domain.run("force tank level=1").expect_code(2).stderr, &["--seconds", "--hold"]);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn who_asks_for_a_node_that_does_not_run_is_told_those_that_do() {
+    let (domain, node) = tank();
+    let absent = domain.run("show tnak").expect_code(3);
+    assert_says(&absent.stderr, &["no node \"tnak\" runs here", "\"tank\"?", "There is: tank"]);
+    assert_eq!(stdout(&domain, "list --nodes"), "tank\n");
+    let listed = json(domain.run("list --json"));
+    assert!(listed["control_nodes"][0]["tasks"][0]["missed"].is_u64(), "{listed}");
+    assert_says(&stdout(&domain, "list"), &["1 control node", "control force", "500 Hz", "missed"]);
+    node.stop().expect_code(0);
+    let absent = domain.run("show tank").expect_code(3);
+    assert_says(&absent.stderr, &["No node runs in this domain"]);
+}
+
+#[test]
+fn a_node_that_takes_no_requests_says_why() {
+    let domain = Domain::new();
+    domain.write("tank.toml", &TANK.replace("\"force\"", "\"off\""));
+    let mut node = domain.start("run tank.toml");
+    node.wait_for("is running");
+    let closed = domain.run("get tank level").expect_code(3);
+    assert_says(&closed.stderr, &["takes no requests", "control = \"off\""]);
+    node.stop().expect_code(0);
+    domain.write("tank.toml", &TANK.replace("\"force\"", "\"read\""));
+    let mut node = domain.start("run tank.toml");
+    node.wait_for("is running");
+    stdout(&domain, "get tank level");
+    let refused = domain.run("set tank ramp.setChangeRate=1").expect_code(1);
+    assert_says(&refused.stderr, &["control"]);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn a_force_holds_a_signal_until_it_is_released_or_its_time_is_up() {
+    let (domain, node) = tank();
+    let forced = stdout(&domain, "force tank level=50 ramp.delayedValue=7.5 --hold");
+    assert_says(&forced, &["transaction 1", "-> 50.0", "-> 7.5", "until `release tank`"]);
+    assert_eq!(stdout(&domain, "get tank level ramp.delayedValue"), "50.0\n7.5\n");
+    let table = stdout(&domain, "show tank");
+    assert_eq!(cells(&table, "level").last(), Some(&"forced, not ok"));
+    assert_eq!(cells(&table, "ramp.delayedValue").last(), Some(&"forced"));
+    assert_eq!(stdout(&domain, "forces tank --names"), "level\nramp.delayedValue\n");
+    assert_says(&stdout(&domain, "forces tank"), &["until cycle", "level ", "release"]);
+    let released = stdout(&domain, "release tank level");
+    assert_eq!(cells(&released, "level"), ["level", "50.0", "-> 0.0"]);
+    stdout(&domain, "release tank --all");
+    assert_says(&domain.run("forces tank").expect_code(0).stderr, &["nothing is forced"]);
+    let none = domain.run("release tank --all").expect_code(0);
+    assert_says(&none.stderr, &["nothing is forced"]);
+    assert_says(&domain.run("release tank level").expect_code(1).stderr, &["level"]);
+
+    let mut journal = domain.start("journal tank --follow");
+    let timed = stdout(&domain, "force tank level=1 --seconds 300ms");
+    assert_says(&timed, &["until cycle "]);
+    journal.wait_for("end of force");
+    assert_eq!(stdout(&domain, "get tank level"), "0.0\n");
+    journal.stop().expect_code(0);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn watch_prints_what_changes_and_ends_with_a_signal() {
+    let (domain, node) = tank();
+    let mut watch = domain.start("watch tank ramp.setChangeRate beat.timeRange");
+    watch.wait_for("ramp.setChangeRate=10.0");
+    stdout(&domain, "set tank ramp.setChangeRate=4");
+    watch.wait_for("ramp.setChangeRate=4.0\n");
+    watch.signal(Signal::INT);
+    let watched = watch.finish().expect_code(0).stdout;
+    assert_eq!(watched.matches("beat.timeRange").count(), 1, "it did not change: {watched}");
+    let lines = stdout(&domain, "watch tank level --rate 50 --count 3 --json");
+    let cycles = lines.lines().map(|line| {
+        let line: Value = serde_json::from_str(line).unwrap();
+        assert_eq!(line["values"], json!({"level": 0.0}));
+        line["tasks"]["fast"]["cycle"].as_u64().unwrap()
+    });
+    assert!(cycles.collect::<Vec<_>>().is_sorted(), "{lines}");
+    assert_says(&domain.run("watch tank nothing").expect_code(1).stderr, &["\"nothing\""]);
+    assert_says(&domain.run("watch tank level --rate 0").expect_code(2).stderr, &["50 Hz"]);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn alarms_name_what_is_wrong_and_follow_it() {
+    let (domain, node) = tank();
+    let mut follow = domain.start("alarms tank --follow");
+    follow.wait_for("came   level");
+    let alarms = json(domain.run("alarms tank --json"));
+    assert_eq!(alarms[0]["name"], "level", "{alarms}");
+    let mut publisher = domain.start("publish tank/in --value 20");
+    publisher.wait_for("publishing");
+    follow.wait_for("went   level");
+    publisher.kill();
+    follow.wait_until("it comes again", |out, _| out.matches("came   level").count() == 2);
+    follow.stop().expect_code(0);
+    assert_says(&stdout(&domain, "alarms tank"), &["since cycle", "level"]);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn a_signal_ends_a_verb_that_waits_for_a_node_that_is_stopped() {
+    let (domain, node) = tank();
+    let mut watch = domain.start("watch tank level");
+    watch.wait_for("level=");
+    node.signal(Signal::STOP);
+    let get = domain.start("get tank level");
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    get.signal(Signal::TERM);
+    let ended = get.finish().expect_code(1);
+    assert_says(&ended.stderr, &["ended by a signal"]);
+    assert_eq!(ended.stdout, "");
+    watch.stop().expect_code(0);
+    node.signal(Signal::CONT);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn running_values_are_saved_and_the_old_file_is_kept() {
+    let (domain, node) = tank();
+    stdout(&domain, "set tank ramp.setChangeRate=2.5");
+    let expected = TANK.replace("setChangeRate = 10.0 ", "setChangeRate = 2.5 ");
+    assert_eq!(stdout(&domain, "save tank"), expected);
+    assert_eq!(domain.read("tank.toml"), TANK, "nothing was written");
+    let saved = domain.run("save tank --in-place").expect_code(0);
+    assert_says(&saved.stderr, &["saved to ", "tank.toml.bak"]);
+    assert_eq!(
+        (domain.read("tank.toml"), domain.read("tank.toml.bak")),
+        (expected.clone(), TANK.into())
+    );
+    domain.run("simulate tank.toml --cycles 1").expect_code(0);
+    domain.write("tank.toml", "# mine\n");
+    let noted = domain.run("save tank --in-place").expect_code(0);
+    assert_says(&noted.stderr, &["is not what the node was started with"]);
+    assert_eq!(
+        (domain.read("tank.toml"), domain.read("tank.toml.bak")),
+        (expected.clone(), "# mine\n".into())
+    );
+    domain.run("save tank -o other.toml").expect_code(0);
+    assert_eq!(domain.read("other.toml"), expected);
+    for place in ["/dev/full", "missing/tank.toml", "/proc/tank.toml"] {
+        let failed = domain.run(&format!("save tank -o {place}")).expect_code(1);
+        assert_says(&failed.stderr, &["cannot write", place]);
+    }
+    node.stop().expect_code(0);
+}
