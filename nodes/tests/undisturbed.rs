@@ -8,9 +8,12 @@ mod domain;
 use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::process::Command;
+use std::thread;
+use std::time::Duration;
 
 use domain::{Domain, Process, not_tested};
-use isochrone_ipc::LayoutWatcher;
+use isochrone_ipc::{LayoutWatcher, Participant, ipc};
+use isochrone_runtime::control::{Client, ClientError, SetParams};
 use serde_json::Value;
 
 /// Each of these is two hundred and fifty blocks: a thousand in all.
@@ -20,7 +23,7 @@ const WARM_UP_CYCLES: u64 = 100;
 const EARLY_NS: u64 = 400_000;
 
 fn cycles() -> u64 {
-    std::env::var("ISOCHRONE_TEST_CYCLES").map_or(4_000, |cycles| cycles.parse().unwrap())
+    std::env::var("ISOCHRONE_TEST_CYCLES").map_or(8_000, |cycles| cycles.parse().unwrap())
 }
 
 /// A node with inputs, outputs and a thousand blocks, in a task that would have real time.
@@ -102,8 +105,25 @@ fn number(task: &Value, key: &str) -> u64 {
     task[key].as_u64().unwrap_or_else(|| panic!("{key}: {task}"))
 }
 
+/// Changes parameters of the node a hundred times a second until it ends; returns how often.
+fn write_values(participant: &Participant<ipc::Service>) -> u64 {
+    let mut client = Client::connect(participant, "busy", Duration::from_secs(60)).unwrap();
+    for written in 0.. {
+        let rate = (written % 10) as f64;
+        let parameters = (0..CHAINS).map(|n| (format!("ramp.{n}.setChangeRate"), rate));
+        let set = SetParams { values: parameters.collect(), ..SetParams::default() };
+        match client.call(&set) {
+            Ok(_) => thread::sleep(Duration::from_millis(5)),
+            // What was under way when the node ended.
+            Err(ClientError::Ended { .. } | ClientError::Refused(_)) => return written,
+            Err(error) => panic!("{error}"),
+        }
+    }
+    0
+}
+
 #[test]
-fn a_thousand_blocks_with_inputs_and_outputs_run_without_allocation_fault_or_lock() {
+fn a_thousand_blocks_with_inputs_and_outputs_run_without_allocation_fault_or_lock_while_operated() {
     let (domain, peers) = company();
     // Readers that wait for the node's layouts are no matter of the cycle.
     let readers = domain.join("readers");
@@ -111,6 +131,9 @@ fn a_thousand_blocks_with_inputs_and_outputs_run_without_allocation_fault_or_loc
     let waiting: Vec<_> = (0..8).map(|index| wait(index).unwrap()).collect();
     let run = format!("run node.toml --cycles {} --report node.json", cycles());
     let mut node = domain.start(&run);
+    node.wait_for("is running");
+    let operator = domain.join("operator");
+    let writing = thread::spawn(move || write_values(&operator));
     let waiting = std::cell::RefCell::new(waiting);
     node.wait_until("eight readers to learn their layout", |_, _| {
         // Those that have learned it stay.
@@ -122,6 +145,7 @@ fn a_thousand_blocks_with_inputs_and_outputs_run_without_allocation_fault_or_loc
             == 8
     });
     node.finish().expect_code(0);
+    assert!(writing.join().unwrap() > 0);
     drop((waiting, readers));
     for peer in peers {
         peer.stop().expect_code(0);
@@ -156,10 +180,14 @@ fn the_real_time_thread_makes_no_system_call_but_the_wait() {
     domain.write("node.toml", &node().replace("250us", "4ms"));
     let mut strace = Command::new("strace");
     strace.args(["-f", "-o"]).arg(domain.path("calls"));
-    strace.arg(env!("CARGO_BIN_EXE_isochrone")).args(["run", "node.toml", "--cycles", "500"]);
+    strace.arg(env!("CARGO_BIN_EXE_isochrone")).args(["run", "node.toml", "--cycles", "1000"]);
     strace.arg("--iceoryx2-config").arg(domain.config_file());
     strace.current_dir(domain.path(""));
-    Process::start(strace).finish().expect_code(0);
+    let mut node = Process::start(strace);
+    node.wait_for("is running");
+    let written = write_values(&domain.join("operator"));
+    node.finish().expect_code(0);
+    assert!(written > 0);
     for peer in peers {
         peer.stop().expect_code(0);
     }
