@@ -1,6 +1,7 @@
 //! A task's process image and banks, and the call that steps them.
 
 mod orders;
+mod replacement;
 
 use isochrone_blocks::{BlockType, Cycle, PinType};
 use isochrone_quality::Flags;
@@ -10,6 +11,9 @@ use crate::build::{self, BuildError};
 use crate::operate::Forces;
 use crate::plan::{Plan, TaskPlan, WirePlan};
 use crate::worth::{Origins, Source, Worth};
+
+pub use replacement::Replacement;
+pub(crate) use replacement::{CarriedForce, CarriedValue, Carry, Span};
 
 /// One task, ready to be stepped by the thread that owns it.
 ///
@@ -35,6 +39,8 @@ pub struct TaskEngine {
     has_errors: bool,
     forces: Forces,
     block_errors: u64,
+    /// How many engines stood in its place before.
+    changes: u64,
 }
 
 struct Input {
@@ -115,9 +121,10 @@ impl TaskEngine {
         for link in &plan.links {
             // Until the producer has finished a cycle, its inputs read their defaults here too.
             let image = plan.tasks.get(link.from).map_or(&[][..], |from| &from.image);
-            let values = link.slots.iter().map(|slot| read(image, *slot)).collect();
+            let values: Box<[f64]> = link.slots.iter().map(|slot| read(image, *slot)).collect();
             let sources = vec![Source::UNKNOWN; link.slots.len()].into();
-            let (sender, receiver) = TripleBuffer::new(&Parcel { values, sources }).split();
+            let parcel = Parcel { values: values.clone(), sources };
+            let (sender, receiver) = TripleBuffer::new(&parcel).split();
             if let Some(from) = engines.get_mut(link.from) {
                 let origins = link.upstream.iter();
                 from.exports.push(Export {
@@ -127,6 +134,7 @@ impl TaskEngine {
                 });
             }
             if let Some(to) = engines.get_mut(link.to) {
+                to.initial.push((link.first_slot, values));
                 to.imported += link.slots.len();
                 to.imports.push(Import {
                     first_slot: link.first_slot,
@@ -145,7 +153,11 @@ impl TaskEngine {
     pub fn step(&mut self, cycle: u64) {
         let cycle = Cycle::new(cycle, self.period_ns, &self.obs);
         for import in &mut self.imports {
-            let parcel = import.receiver.read();
+            // What came before stands in the image already.
+            if !import.receiver.update() {
+                continue;
+            }
+            let parcel = import.receiver.output_buffer();
             let slots = self.image.get_mut(import.first_slot..).unwrap_or_default();
             slots.iter_mut().zip(&parcel.values).for_each(|(slot, value)| *slot = *value);
             let sources = self.sources.get_mut(import.first_source..).unwrap_or_default();
@@ -169,6 +181,12 @@ impl TaskEngine {
             })
         };
         self.has_errors = self.block_errors != errors_before;
+        self.publish();
+    }
+
+    /// Gives the other tasks the values that they read.
+    #[inline(always)]
+    fn publish(&mut self) {
         let mut given = self.outputs.len();
         for export in &mut self.exports {
             let parcel = export.sender.input_buffer_mut();
@@ -336,11 +354,14 @@ struct Builder<'a> {
     imports: Vec<Import>,
     imported: usize,
     exports: Vec<Export>,
+    /// First slots and values of what the links bring at first.
+    initial: Vec<(usize, Box<[f64]>)>,
 }
 
 impl<'a> Builder<'a> {
     fn new(task: &'a TaskPlan, obs: Vec<(i16, u64)>) -> Self {
-        Self { task, obs, imports: Vec::new(), imported: 0, exports: Vec::new() }
+        let (imports, exports, initial) = (Vec::new(), Vec::new(), Vec::new());
+        Self { task, obs, imports, imported: 0, exports, initial }
     }
 
     fn finish(self) -> TaskEngine {
@@ -377,10 +398,15 @@ impl<'a> Builder<'a> {
         sources.resize(inputs.len() + self.imported, Source::UNKNOWN);
         let values: usize = self.exports.iter().map(|export| export.slots.len()).sum();
         let given = task.outputs.len() + values;
+        let mut image: Box<[f64]> = task.image.as_slice().into();
+        for (first_slot, values) in &self.initial {
+            let slots = image.get_mut(*first_slot..).unwrap_or_default();
+            slots.iter_mut().zip(values).for_each(|(slot, value)| *slot = *value);
+        }
         TaskEngine {
             period_ns: task.schedule.period_ns,
             obs: self.obs.into(),
-            image: task.image.as_slice().into(),
+            image,
             state: vec![0; banks.iter().map(|bank| bank.state_words).sum()].into(),
             sources: sources.into(),
             inputs,
@@ -400,6 +426,7 @@ impl<'a> Builder<'a> {
             has_errors: false,
             forces: Forces::new(given),
             block_errors: 0,
+            changes: 0,
         }
     }
 }

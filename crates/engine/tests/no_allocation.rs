@@ -3,6 +3,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
+use isochrone_engine::operate::{Feeds, Hold, Inbox, Operator, Request};
 use isochrone_engine::{Flags, Plan, Reading, Rules, Source, TaskEngine};
 
 thread_local! {
@@ -42,6 +43,7 @@ static ALLOCATOR: Counting = Counting;
 const CONFIGURATION: &str = r#"
 [node]
 name = "n"
+control = "force"
 [[task]]
 name = "fast"
 period = "1ms"
@@ -114,4 +116,34 @@ fn stepping_reading_and_writing_do_not_allocate_from_the_first_cycle_on() {
     assert_eq!(calls, 0);
     assert!(before > 0, "the counter counts");
     assert!(fast.block_errors() > 0, "errors were among what was measured");
+}
+
+#[test]
+fn a_new_engine_takes_over_from_the_old_one_without_allocating_or_freeing() {
+    let plan = |text: &str| Plan::new(Source::new("n.toml", text), &Rules::default()).unwrap();
+    let running = plan(CONFIGURATION);
+    let mut engines = TaskEngine::build(&running).unwrap();
+    let mut operator = Operator::new(&running, Feeds::Services);
+    let values = [("ramp.7.setChangeRate", 2.0.into()), ("ramp.9.delayedValue", 3.0.into())];
+    let force = operator.force(values, Hold::UntilReleased, Request::default(), &[0, 0]).unwrap();
+    let mut inbox = Inbox::new(1);
+    let (_, orders) = operator.send(force);
+    orders.into_iter().for_each(|(_, order)| inbox.take(order).unwrap());
+    inbox.apply(&mut engines[0], 0, 0, |order| drop(operator.done(0, order, 0)));
+    engines.iter_mut().for_each(|engine| engine.step(0));
+
+    let text = CONFIGURATION.replace("count = 1000", "count = 1001");
+    let text = text.replace("numberSteps = 9", "numberSteps = 8");
+    let prepared = operator.change(&plan(&text), Request::default()).unwrap();
+    let (_, mut replacements) = operator.send_change(prepared, &[1, 1]).unwrap();
+    assert!(replacements.iter().all(|replacement| replacement.words() > 1000));
+
+    let before = CALLS.get();
+    for (engine, replacement) in engines.iter_mut().zip(&mut replacements) {
+        engine.hand_over(replacement);
+        engine.replace(replacement, 1);
+        engine.step(1);
+    }
+    assert_eq!(CALLS.get() - before, 0);
+    assert_eq!(operator.forces().count(), 2);
 }

@@ -767,6 +767,7 @@ fn an_entry_of_another_node_is_refused_with_all_that_does_not_fit() {
         ],
         client: Client::Program,
         comment: None,
+        configuration: None,
     };
     let refused = Replay::new(&plan).check(&entry).unwrap_err();
     let told: Vec<String> = refused.findings().iter().map(|finding| finding.help()).collect();

@@ -47,9 +47,11 @@ impl TaskEngine {
     /// path.
     pub fn read(&self, order: &mut Order, cycle: u64) {
         order.state = OrderState::Applied { cycle };
+        let is_moved = order.changes != self.changes;
         if let Work::Read(values) = &mut order.work {
-            for (slot, value) in values.iter_mut() {
-                *value = read(&self.image, *slot);
+            for asked in values.iter_mut() {
+                let slot = if is_moved { asked.moved } else { asked.slot };
+                asked.value = read(&self.image, slot);
             }
         }
     }

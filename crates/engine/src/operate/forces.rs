@@ -128,6 +128,17 @@ impl Forces {
         self.note_next();
     }
 
+    /// Goes on with a force of another table: the one of `slot`, if it is still there. `new` says where
+    /// it is here, and stays empty with the caller. By slots in ascending order.
+    pub(crate) fn adopt(&mut self, others: &Self, slot: u32, new: &mut Force) {
+        let found = others.find(slot as usize).ok().and_then(|found| others.table.get(found));
+        let Some(force) = found.filter(|_| self.table.len() < MAX_FORCES) else { return };
+        count(&mut self.tainted, &new.taints, 1);
+        let &Force { value, shadow, until, number, .. } = force;
+        self.table.push(Force { value, shadow, until, number, ..std::mem::take(new) });
+        self.next_until = self.next_until.min(until);
+    }
+
     /// Ends forces, and gives the image what was written meanwhile.
     pub(crate) fn end(
         &mut self,

@@ -3,6 +3,8 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+use isochrone_blocks::PinType;
+
 use super::Value;
 
 /// Most entries that are kept.
@@ -62,10 +64,12 @@ pub enum Action {
         /// The transaction.
         of: u64,
     },
+    /// The configuration was changed. Its changes are the parameters that have a new constant.
+    Apply,
 }
 
 impl Action {
-    /// Its word in a journal: `set`, `force`, `release`, `expiry`, `undo`.
+    /// Its word in a journal: `set`, `force`, `release`, `expiry`, `undo`, `apply`.
     pub const fn as_str(self) -> &'static str {
         match self {
             Self::Set => "set",
@@ -73,6 +77,7 @@ impl Action {
             Self::Release => "release",
             Self::Expiry => "expiry",
             Self::Undo { .. } => "undo",
+            Self::Apply => "apply",
         }
     }
 }
@@ -98,6 +103,8 @@ pub struct Entry {
     pub client: Client,
     /// What they said of it.
     pub comment: Option<Arc<str>>,
+    /// Of a change of the configuration, its text.
+    pub configuration: Option<Arc<str>>,
 }
 
 /// A value that was changed.
@@ -123,12 +130,29 @@ pub(super) struct Record {
     pub(super) changes: Box<[Changed]>,
     pub(super) client: Client,
     pub(super) comment: Option<Arc<str>>,
+    pub(super) configuration: Option<Arc<str>>,
+}
+
+impl Record {
+    /// How many values it takes the place of.
+    fn values(&self) -> usize {
+        let text = self.configuration.as_ref().map_or(0, |text| text.len());
+        self.changes.len() + text / size_of::<Changed>()
+    }
+}
+
+/// Where the signal of a change stands.
+#[derive(Debug, Clone)]
+pub(super) enum Place {
+    Slot(u32),
+    /// The configuration that had it is gone: its name and type.
+    Gone(Box<(String, PinType)>),
 }
 
 /// A change as it is kept.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct Changed {
-    pub(super) slot: u32,
+    pub(super) place: Place,
     pub(super) before: f64,
     pub(super) after: Option<f64>,
     /// The version of the value that this one replaced, and its own.
@@ -145,23 +169,32 @@ pub(super) struct Journal {
 
 impl Journal {
     /// Adds an entry, and gives it its number.
-    pub(super) fn add(&mut self, record: Record) -> &Record {
+    pub(super) fn add(&mut self, record: Record) -> u64 {
         self.sequence += 1;
-        self.values += record.changes.len();
+        self.values += record.values();
         self.records.push_back(Record { sequence: self.sequence, ..record });
         while self.records.len() > 1
             && (self.records.len() > MAX_ENTRIES || self.values > MAX_VALUES)
         {
-            self.values -= self.records.pop_front().map_or(0, |oldest| oldest.changes.len());
+            self.values -= self.records.pop_front().map_or(0, |oldest| oldest.values());
         }
-        let newest = self.records.len() - 1;
-        &self.records[newest]
+        self.sequence
     }
 
     /// The entries from a number on.
     pub(super) fn since(&self, sequence: u64) -> impl ExactSizeIterator<Item = &Record> {
         let first = self.records.partition_point(|record| record.sequence < sequence);
         self.records.range(first..)
+    }
+
+    /// Follows the signals of a task to their places in another configuration.
+    pub(super) fn follow(&mut self, task: usize, place: impl Fn(u32) -> Place) {
+        let records = self.records.iter_mut().filter(|record| record.task == task);
+        for changed in records.flat_map(|record| &mut record.changes) {
+            if let Place::Slot(slot) = changed.place {
+                changed.place = place(slot);
+            }
+        }
     }
 
     /// The entries of a transaction that changed parameters.

@@ -38,6 +38,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+mod fixed;
 mod forces;
 mod inbox;
 mod journal;
@@ -53,13 +54,16 @@ mod taint;
 mod value;
 mod warnings;
 
+pub use crate::engine::Replacement;
 pub use forces::{Ended, MAX_FORCES};
 pub(crate) use forces::{Force, Forces};
 pub use inbox::Inbox;
 pub use journal::{Action, Change, Client, Entry};
-pub use operator::{Done, Feeds, Forced, Hold, Operator, Prepared, Reading, Request};
-pub(crate) use order::Work;
+pub use operator::{
+    ChangeSummary, Done, Feeds, Forced, Hold, Operator, Prepared, PreparedChange, Reading, Request,
+};
 pub use order::{Order, OrderState};
+pub(crate) use order::{Store, Work};
 pub use pattern::Pattern;
 pub(crate) use pattern::part_matches;
 pub use refusal::{AtRefusal, Refusal, RefusalKind, Refusals};

@@ -11,6 +11,8 @@ pub struct Order {
     pub(crate) at: Option<u64>,
     pub(crate) work: Work,
     pub(crate) state: OrderState,
+    /// How often the task's engine had been replaced when the order was made.
+    pub(crate) changes: u64,
 }
 
 /// What has become of an order.
@@ -56,7 +58,22 @@ pub(crate) enum Work {
         ended: Vec<Ended>,
     },
     /// Copy values.
-    Read(Box<[(u32, f64)]>),
+    Read(Box<[Asked]>),
+}
+
+/// A value that is asked for.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Asked {
+    pub(crate) slot: u32,
+    /// Its slot in the engine that is on its way to take the place of this one; [`GONE`](Self::GONE):
+    /// it is not there.
+    pub(crate) moved: u32,
+    pub(crate) value: f64,
+}
+
+impl Asked {
+    /// Stands for no slot.
+    pub(crate) const GONE: u32 = u32::MAX;
 }
 
 /// A value for a slot.
@@ -110,7 +127,7 @@ impl Store {
 
 impl Order {
     pub(super) fn new(number: u64, at: Option<u64>, work: Work) -> Box<Self> {
-        Box::new(Self { number, at, work, state: OrderState::Waiting })
+        Box::new(Self { number, at, work, state: OrderState::Waiting, changes: 0 })
     }
 
     /// Number of its transaction or reading.

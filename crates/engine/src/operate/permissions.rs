@@ -13,6 +13,7 @@ use crate::plan::Plan;
 pub(super) enum Intent {
     Set,
     Force,
+    Apply,
 }
 
 #[derive(Debug)]
@@ -38,6 +39,7 @@ impl Permissions {
         let (action, needs) = match intent {
             Intent::Set => ("set a parameter", Control::Set),
             Intent::Force => ("force a signal", Control::Force),
+            Intent::Apply => ("change the configuration", Control::Force),
         };
         if self.control < needs {
             let (control, needs) = (self.control.as_str(), needs.as_str());
@@ -47,6 +49,11 @@ impl Permissions {
             Some(reason) => Err(Refusal::Journal { reason: reason.clone() }),
             None => Ok(()),
         }
+    }
+
+    /// The patterns of names that are out of reach.
+    pub(super) fn protected(&self) -> impl Iterator<Item = (&str, &Pattern)> {
+        self.protected.iter().map(|(text, pattern)| (text.as_str(), pattern))
     }
 
     /// Whether a signal is out of reach.
@@ -77,12 +84,23 @@ impl Permissions {
             value,
             value_type,
         })?;
+        self.bound(signal, slot, value)
+    }
+
+    /// Whether a value lies within the limits of a signal.
+    pub(super) fn bound(
+        &self,
+        signal: &Signal<'_>,
+        slot: f64,
+        value: Value,
+    ) -> Result<f64, Refusal> {
         let is_outside = |(pattern, min, max): &&(Pattern, f64, f64)| {
             !(*min..=*max).contains(&slot) && pattern.matches(&signal.name)
         };
         match self.limits.iter().find(is_outside) {
             Some(&(_, min, max)) if signal.role == Role::Parameter => {
-                Err(Refusal::Limits { name: name(), value, min, max })
+                let name = signal.name.clone();
+                Err(Refusal::Limits { name, value, min, max })
             }
             _ => Ok(slot),
         }

@@ -137,6 +137,54 @@ pub enum Refusal {
         /// The most that it can have.
         most: usize,
     },
+    /// What stands here cannot be changed while the node runs.
+    #[error("{what} \"{}\" cannot be changed while the node runs: {difference}", escaped(.name))]
+    Fixed {
+        /// What it is: node, task, input or output.
+        what: &'static str,
+        /// Its name.
+        name: String,
+        /// What would be different.
+        difference: String,
+    },
+    /// A signal is forced, and the new configuration does not keep it.
+    #[error("\"{name}\" is forced, and the new configuration does not keep its block")]
+    ForcedGone {
+        /// The name.
+        name: String,
+    },
+    /// The new configuration cannot be built.
+    #[error("the new configuration cannot be built: {why}")]
+    Unfit {
+        /// Why.
+        why: crate::BuildError,
+    },
+    /// The journal says that the configuration was changed, which cannot be done again.
+    #[error("transaction {transaction} changed the configuration, which cannot be done again here")]
+    NotRepeated {
+        /// Its number.
+        transaction: u64,
+    },
+    /// A change of the configuration is on its way to the tasks.
+    #[error("transaction {transaction} changes the configuration at this moment")]
+    Changing {
+        /// Its number.
+        transaction: u64,
+    },
+    /// A request has not come to its cycle, and the configuration cannot be changed before it has.
+    #[error("transaction {transaction} has not been applied yet")]
+    Waiting {
+        /// Its number.
+        transaction: u64,
+    },
+    /// A value cannot be taken back: the configuration was changed, and its signal is gone.
+    #[error("\"{name}\", which transaction {transaction} set, is gone since")]
+    Gone {
+        /// The name.
+        name: String,
+        /// The transaction.
+        transaction: u64,
+    },
     /// There is no such transaction, or none that wrote values.
     #[error("there is no transaction {transaction} that set values and that is still known")]
     UnknownTransaction {
@@ -184,6 +232,8 @@ pub enum RefusalKind {
     Busy,
     /// 6: the configuration does not allow it, or the journal cannot be written.
     Forbidden,
+    /// 7: it cannot be changed while the node runs.
+    CannotChange,
     /// 9: something was changed since.
     Conflict,
 }
@@ -205,11 +255,17 @@ impl Refusal {
             | Self::Empty
             | Self::Duration { .. } => RefusalKind::WrongValue,
             Self::At { .. } => RefusalKind::TooLate,
-            Self::TooMany { .. } => RefusalKind::Busy,
+            Self::TooMany { .. } | Self::Changing { .. } | Self::Waiting { .. } => {
+                RefusalKind::Busy
+            }
+            Self::Fixed { .. }
+            | Self::ForcedGone { .. }
+            | Self::Unfit { .. }
+            | Self::NotRepeated { .. } => RefusalKind::CannotChange,
             Self::Protected { .. } | Self::Control { .. } | Self::Journal { .. } => {
                 RefusalKind::Forbidden
             }
-            Self::Conflict { .. } => RefusalKind::Conflict,
+            Self::Conflict { .. } | Self::Gone { .. } => RefusalKind::Conflict,
         }
     }
 
@@ -227,6 +283,9 @@ impl Refusal {
             | Self::Twice { name }
             | Self::Protected { name, .. }
             | Self::NotForced { name }
+            | Self::Fixed { name, .. }
+            | Self::ForcedGone { name }
+            | Self::Gone { name, .. }
             | Self::Conflict { name, .. } => name,
             Self::Control { .. }
             | Self::Journal { .. }
@@ -234,6 +293,10 @@ impl Refusal {
             | Self::At { .. }
             | Self::Duration { .. }
             | Self::TooMany { .. }
+            | Self::Unfit { .. }
+            | Self::NotRepeated { .. }
+            | Self::Changing { .. }
+            | Self::Waiting { .. }
             | Self::UnknownTransaction { .. } => "",
         }
     }
@@ -275,6 +338,14 @@ impl Refusal {
             .into(),
             Self::Duration { .. } => "write a number of seconds greater than 0".into(),
             Self::TooMany { .. } => "release some of them first".into(),
+            Self::Fixed { .. } | Self::Unfit { .. } => {
+                "leave it as it is, or stop the node and start it with the new configuration".into()
+            }
+            Self::ForcedGone { .. } => "release it first".into(),
+            Self::NotRepeated { .. } => "repeat what was done before it".into(),
+            Self::Changing { .. } => "ask again when it has".into(),
+            Self::Waiting { .. } => "ask again when it has".into(),
+            Self::Gone { .. } => "set what took its place".into(),
             Self::UnknownTransaction { .. } => "the journal lists those that can be undone".into(),
             Self::Conflict { .. } => "undo what changed it first, or set it".into(),
         }

@@ -78,7 +78,11 @@ impl Replay {
         };
         let differs = |change: &Change| {
             let signal = self.signals.find(&change.name).ok()?;
-            let found = done.iter().find(|done| done.slot as usize == signal.slot)?;
+            let slot = |done: &journal::Changed| match done.place {
+                journal::Place::Slot(slot) => Some(slot as usize),
+                journal::Place::Gone(_) => None,
+            };
+            let found = done.iter().find(|done| slot(done) == Some(signal.slot))?;
             let found = Value::of(found.before, signal.value_type);
             let Change { name, before, .. } = change.clone();
             (!is_same(before, found)).then_some(Difference { name, journaled: before, found })
@@ -95,6 +99,10 @@ impl Replay {
         };
         Ok(Some(match entry.action {
             Action::Expiry => return Ok(None),
+            Action::Apply => {
+                let transaction = entry.transaction;
+                return Err(Refusal::NotRepeated { transaction }.into());
+            }
             Action::Release => {
                 Work::release(all(entry.changes.iter().map(|change| self.slot(entry, change)))?)
             }

@@ -118,7 +118,7 @@ pub struct TaskPlan {
 }
 
 /// One value that another process publishes.
-#[derive(Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct InputPlan {
     /// Unique name.
     pub name: String,

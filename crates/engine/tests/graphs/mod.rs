@@ -1,6 +1,6 @@
 //! Random nodes of two tasks, and their configurations.
 
-#![allow(unreachable_pub, reason = "each test binary uses another part")]
+#![allow(dead_code, unreachable_pub, reason = "each test binary uses another part")]
 
 use std::fmt::Write as _;
 
@@ -127,6 +127,11 @@ pub fn entries(choices: Vec<EntryChoice>) -> Vec<Entry> {
 
 /// The graph as a configuration. Task t publishes every pin of its instances as output t.
 pub fn configuration(entries: &[Entry]) -> String {
+    configuration_with(entries, entries.len())
+}
+
+/// As [`configuration`], where pins of the first entries only are published.
+pub fn configuration_with(entries: &[Entry], published: usize) -> String {
     let mut text = String::from("[node]\nname = \"n\"\ncontrol = \"force\"\n");
     for (task, period_ns) in PERIODS_NS.iter().enumerate() {
         let ob = if task == 0 { "ob = 35\n" } else { "" };
@@ -165,7 +170,8 @@ pub fn configuration(entries: &[Entry]) -> String {
     }
     for task in 0..PERIODS_NS.len() {
         let mut signals = vec![];
-        for (index, entry) in entries.iter().enumerate().filter(|(_, entry)| entry.task == task) {
+        let of_task = entries.iter().enumerate().take(published);
+        for (index, entry) in of_task.filter(|(_, entry)| entry.task == task) {
             for instance in 0..entry.count {
                 signals.extend(
                     entry

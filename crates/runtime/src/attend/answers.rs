@@ -166,6 +166,7 @@ fn journal_entry(operating: &Operating, entry: Entry) -> JournalEntry {
         operate::Action::Release => (Action::Release, None, None),
         operate::Action::Expiry => (Action::Expiry, None, None),
         operate::Action::Undo { of } => (Action::Undo, None, Some(of)),
+        operate::Action::Apply => (Action::Apply, None, None),
     };
     let change = |change: operate::Change| Change {
         name: change.name,

@@ -198,6 +198,7 @@ fn code(kind: RefusalKind) -> Code {
         RefusalKind::TooLate => Code::TooLate,
         RefusalKind::Busy => Code::Busy,
         RefusalKind::Forbidden => Code::Forbidden,
+        RefusalKind::CannotChange => Code::CannotChange,
         RefusalKind::Conflict => Code::Conflict,
         _ => Code::Internal,
     }

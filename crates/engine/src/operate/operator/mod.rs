@@ -1,5 +1,6 @@
 //! The desk at which requests are checked, and orders made: for an ordinary thread, without a clock.
 
+mod change;
 mod check;
 mod requests;
 
@@ -7,13 +8,17 @@ use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
 use super::Value;
+use super::fixed::Fixed;
 use super::forces::{AtEnd, Ended};
-use super::journal::{Action, Change, Changed, Client, Entry, Journal, Record};
-use super::order::{Order, OrderState, Store, Work};
+use super::journal::{Action, Change, Changed, Client, Entry, Journal, Place, Record};
+use super::order::{Asked, Order, OrderState, Store, Work};
 use super::permissions::Permissions;
 use super::signals::{Signal, Signals};
 use super::warnings::{Warning, Warnings};
 use crate::plan::Plan;
+
+use change::Next;
+pub use change::{ChangeSummary, PreparedChange};
 
 /// Who gives the inputs their values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -71,6 +76,7 @@ enum Kind {
     Release,
     Undo { of: u64 },
     Read,
+    Change,
 }
 
 /// A transaction whose orders have not all come back.
@@ -148,6 +154,11 @@ pub struct Operator {
     signals: Arc<Signals>,
     permissions: Permissions,
     warnings: Warnings,
+    fixed: Fixed,
+    /// The configuration that is on its way to the tasks.
+    next_plan: Option<Box<Next>>,
+    /// For each task how many changes of the configuration it has behind it.
+    changes: Vec<u64>,
     feeds: Feeds,
     /// For each task its forces by slot: one in place, and those that are on their way.
     forces: Vec<BTreeMap<u32, Vec<Forced>>>,
@@ -156,6 +167,8 @@ pub struct Operator {
     forced_again: Vec<usize>,
     values: HashMap<(usize, u32), Held>,
     sent: BTreeMap<u64, Sent>,
+    /// Requests that write which were sent.
+    writes: u64,
     journal: Journal,
     next: u64,
 }
@@ -167,11 +180,15 @@ impl Operator {
             signals: Arc::new(Signals::of(plan)),
             permissions: Permissions::of(plan),
             warnings: Warnings::of(plan),
+            fixed: Fixed::of(plan),
+            next_plan: None,
+            changes: vec![0; plan.tasks.len()],
             feeds,
             forces: vec![BTreeMap::new(); plan.tasks.len()],
             forced_again: vec![0; plan.tasks.len()],
             values: HashMap::new(),
             sent: BTreeMap::new(),
+            writes: 0,
             journal: Journal::default(),
             next: 1,
         }
@@ -202,6 +219,7 @@ impl Operator {
         let mut writes = HashSet::new();
         for (task, order) in &mut orders {
             order.number = number;
+            order.changes = self.changes.get(*task).copied().unwrap_or_default();
             match &mut order.work {
                 Work::Set { stores, .. } => {
                     writes.extend(stores.iter().map(|store| (*task, store.slot)));
@@ -219,6 +237,12 @@ impl Operator {
                 Work::Release { .. } | Work::Read(_) => {}
             }
         }
+        let is_write = match kind {
+            Kind::Set => !writes.is_empty(),
+            Kind::Force | Kind::Release | Kind::Undo { .. } | Kind::Change => true,
+            Kind::Read => false,
+        };
+        self.writes += u64::from(is_write);
         let Request { client, comment, .. } = request;
         let sent = Sent { kind, client, comment, tasks: orders.len(), writes };
         if sent.tasks > 0 {
@@ -229,7 +253,7 @@ impl Operator {
 
     /// Notes a force that is on its way; whether it takes the place of another.
     fn note_force(&mut self, task: usize, store: &Store, number: u64, client: &Client) -> bool {
-        let Some(signal) = self.signals.at(task, store.slot as usize) else { return false };
+        let Some(signal) = self.signal_at(task, store.slot) else { return false };
         let forced = Forced {
             value: Value::of(store.value, signal.value_type),
             name: signal.name,
@@ -256,7 +280,10 @@ impl Operator {
             return Done::TooLate { transaction: number };
         };
         let (action, changes) = match order.work {
-            Work::Read(values) => return Done::Read(self.reading(number, task, cycle, &values)),
+            Work::Read(values) => {
+                let is_moved = self.changes.get(task).is_some_and(|now| *now != order.changes);
+                return Done::Read(self.reading(number, task, cycle, &values, is_moved));
+            }
             Work::Set { stores, .. } => {
                 let action = match kind {
                     Kind::Undo { of } => Action::Undo { of },
@@ -285,7 +312,7 @@ impl Operator {
                 (Action::Release, ended.iter().map(released).collect())
             }
         };
-        let sequence = 0;
+        let (sequence, configuration) = (0, None);
         let record = Record {
             sequence,
             transaction: number,
@@ -296,12 +323,13 @@ impl Operator {
             changes,
             client,
             comment,
+            configuration,
         };
         // What the program gives to inputs is no operator's doing.
         if record.changes.is_empty() {
-            return Done::Applied(entry(&self.signals, &record));
+            return Done::Applied(self.entry(&record));
         }
-        Done::Applied(entry(&self.signals, self.journal.add(record)))
+        Done::Applied(self.add(record))
     }
 
     /// Takes note of a force that came to its end before `cycle`.
@@ -311,7 +339,7 @@ impl Operator {
         let forced = self.forget(task, [force.slot], force.number);
         let client = forced.map_or(Client::Program, |forced| forced.client);
         let changes = [released(&ended)].into();
-        let (sequence, action, comment) = (0, Action::Expiry, None);
+        let (sequence, action, comment, configuration) = (0, Action::Expiry, None, None);
         let record = Record {
             sequence,
             transaction,
@@ -322,8 +350,9 @@ impl Operator {
             changes,
             client,
             comment,
+            configuration,
         };
-        entry(&self.signals, self.journal.add(record))
+        self.add(record)
     }
 
     /// The forces that are in place, and those that are on their way where none is.
@@ -355,12 +384,13 @@ impl Operator {
     fn changes(&self) -> impl Iterator<Item = (Signal<'_>, Value)> {
         self.values.iter().filter_map(|(&(task, slot), held)| {
             let slot = slot as usize;
-            let instance = self.signals.instance_of(task, slot)?;
+            let signals = self.signals_of(task);
+            let instance = signals.instance_of(task, slot)?;
             let constant = instance.constants.get(slot - instance.first_slot)?;
             if constant.to_bits() == held.value.to_bits() {
                 return None;
             }
-            let signal = self.signals.at(task, slot)?;
+            let signal = signals.at(task, slot)?;
             let value = Value::of(held.value, signal.value_type);
             Some((signal, value))
         })
@@ -369,7 +399,51 @@ impl Operator {
     /// The entries of the journal from a sequence number on: the last 10,000, or fewer if they have
     /// changed more than a million values.
     pub fn journal(&self, since: u64) -> impl ExactSizeIterator<Item = Entry> {
-        self.journal.since(since).map(|record| entry(&self.signals, record))
+        self.journal.since(since).map(|record| self.entry(record))
+    }
+
+    /// The index of a task's names: those of its engine, which may be of another configuration than
+    /// that of the task beside it while a change is on its way.
+    fn signals_of(&self, task: usize) -> &Signals {
+        let next = self.next_plan.as_ref().filter(|next| next.has_returned(task));
+        next.map_or(&self.signals, |next| &next.signals)
+    }
+
+    fn signal_at(&self, task: usize, slot: u32) -> Option<Signal<'_>> {
+        self.signals_of(task).at(task, slot as usize)
+    }
+
+    /// Adds an entry to the journal.
+    fn add(&mut self, record: Record) -> Entry {
+        let entry = self.entry(&record);
+        Entry { sequence: self.journal.add(record), ..entry }
+    }
+
+    fn entry(&self, record: &Record) -> Entry {
+        let change = |changed: &Changed| {
+            let (name, value_type) = match &changed.place {
+                Place::Slot(slot) => {
+                    let signal = self.signal_at(record.task, *slot)?;
+                    (signal.name, signal.value_type)
+                }
+                Place::Gone(signal) => (**signal).clone(),
+            };
+            let value = |slot| Value::of(slot, value_type);
+            let (before, after) = (value(changed.before), changed.after.map(value));
+            Some(Change { name, before, after })
+        };
+        Entry {
+            sequence: record.sequence,
+            transaction: record.transaction,
+            task: record.task,
+            cycle: record.cycle,
+            unix_ns: record.unix_ns,
+            action: record.action,
+            changes: record.changes.iter().filter_map(change).collect(),
+            client: record.client.clone(),
+            comment: record.comment.clone(),
+            configuration: record.configuration.clone(),
+        }
     }
 
     /// Notes that one of a transaction's orders has come back.
@@ -431,7 +505,11 @@ impl Operator {
             Action::Undo { of } => {
                 let records = self.journal.changes_of(of).filter(|record| record.task == task);
                 let changes = records.flat_map(|record| &record.changes);
-                changes.map(|changed| (changed.slot, changed.versions.0)).collect()
+                let restored = |changed: &Changed| match changed.place {
+                    Place::Slot(slot) => Some((slot, changed.versions.0)),
+                    Place::Gone(_) => None,
+                };
+                changes.filter_map(restored).collect()
             }
             _ => HashMap::new(),
         };
@@ -445,40 +523,28 @@ impl Operator {
         stores.iter().map(&mut write).collect()
     }
 
-    fn reading(&self, number: u64, task: usize, cycle: u64, values: &[(u32, f64)]) -> Reading {
-        let value = |(slot, value): &(u32, f64)| {
-            let signal = self.signals.at(task, *slot as usize)?;
-            Some((signal.name, Value::of(*value, signal.value_type)))
+    fn reading(
+        &self,
+        number: u64,
+        task: usize,
+        cycle: u64,
+        values: &[Asked],
+        is_moved: bool,
+    ) -> Reading {
+        let value = |asked: &Asked| {
+            let slot = if is_moved { asked.moved } else { asked.slot };
+            let signal = self.signal_at(task, slot)?;
+            Some((signal.name, Value::of(asked.value, signal.value_type)))
         };
         Reading { number, task, cycle, values: values.iter().filter_map(value).collect() }
     }
 }
 
 pub(in crate::operate) fn changed(slot: u32, before: f64, after: Option<f64>) -> Changed {
-    Changed { slot, before, after, versions: (0, 0) }
+    Changed { place: Place::Slot(slot), before, after, versions: (0, 0) }
 }
 
 pub(in crate::operate) fn released(Ended(force): &Ended) -> Changed {
     let after = (force.at_end == AtEnd::Restore).then_some(force.shadow);
     changed(force.slot, force.value, after)
-}
-
-fn entry(signals: &Signals, record: &Record) -> Entry {
-    let change = |changed: &Changed| {
-        let signal = signals.at(record.task, changed.slot as usize)?;
-        let value = |slot| Value::of(slot, signal.value_type);
-        let (before, after) = (value(changed.before), changed.after.map(value));
-        Some(Change { name: signal.name, before, after })
-    };
-    Entry {
-        sequence: record.sequence,
-        transaction: record.transaction,
-        task: record.task,
-        cycle: record.cycle,
-        unix_ns: record.unix_ns,
-        action: record.action,
-        changes: record.changes.iter().filter_map(change).collect(),
-        client: record.client.clone(),
-        comment: record.comment.clone(),
-    }
 }

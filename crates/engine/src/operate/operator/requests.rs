@@ -5,8 +5,8 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use super::check::Check;
 use super::{Feeds, Forced, Hold, Kind, Operator, Prepared, Request};
 use crate::operate::forces::MAX_FORCES;
-use crate::operate::journal::Client;
-use crate::operate::order::{Order, Store, Work};
+use crate::operate::journal::{Client, Place};
+use crate::operate::order::{Asked, Order, Store, Work};
 use crate::operate::permissions::Intent;
 use crate::operate::refusal::{AtRefusal, Refusal, Refusals};
 use crate::operate::signals::{Role, Signal};
@@ -55,6 +55,9 @@ impl Operator {
         }
         let tasks: BTreeSet<usize> = feeds.keys().chain(stores.keys()).copied().collect();
         self.check_at(&mut check, &request, tasks.iter().copied(), next);
+        if !stores.is_empty() {
+            self.check_settled(&mut check);
+        }
         check.end()?;
         let warnings = self.warn(&stores);
         let work = |task| {
@@ -77,6 +80,7 @@ impl Operator {
     ) -> Result<Prepared, Refusals> {
         let mut check = Check::new(&self.signals);
         check.note(self.permissions.check(Intent::Force));
+        self.check_settled(&mut check);
         if let Hold::Seconds(seconds) = hold
             && !(seconds > 0.0 && seconds <= MAX_SECONDS)
         {
@@ -125,6 +129,7 @@ impl Operator {
     ) -> Result<Prepared, Refusals> {
         let mut check = Check::new(&self.signals);
         check.note(self.permissions.check(Intent::Force));
+        self.check_settled(&mut check);
         let mut slots: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
         for name in names {
             check.is_empty = false;
@@ -177,18 +182,25 @@ impl Operator {
         let mut check = Check::new(&self.signals);
         check.is_empty = false;
         check.note(self.permissions.check(Intent::Set));
+        self.check_settled(&mut check);
         let mut stores: BTreeMap<usize, Vec<Store>> = BTreeMap::new();
         let mut is_known = false;
         for record in self.journal.changes_of(transaction) {
             is_known = true;
             for changed in &record.changes {
-                let key = (record.task, changed.slot);
+                let slot = match &changed.place {
+                    Place::Slot(slot) => *slot,
+                    Place::Gone(signal) => {
+                        let name = signal.0.clone();
+                        check.findings.push(Refusal::Gone { name, transaction });
+                        continue;
+                    }
+                };
+                let key = (record.task, slot);
                 let held = self.values.get(&key);
                 let is_current = held.is_some_and(|held| held.version == changed.versions.1);
                 let is_moving = self.sent.values().any(|sent| sent.writes.contains(&key));
-                let Some(signal) = self.signals.at(record.task, changed.slot as usize) else {
-                    continue;
-                };
+                let Some(signal) = self.signal_at(record.task, slot) else { continue };
                 if !is_current || is_moving {
                     let name = signal.name;
                     check.findings.push(Refusal::Conflict { name, transaction });
@@ -196,7 +208,7 @@ impl Operator {
                 }
                 check.note(self.permissions.check_name(&signal));
                 let stores = stores.entry(record.task).or_default();
-                stores.push(Store::new(changed.slot as usize, changed.before));
+                stores.push(Store::new(slot as usize, changed.before));
             }
         }
         // One whose orders have not all come back cannot be taken back whole.
@@ -243,16 +255,26 @@ impl Operator {
                 total += 1;
             }
         }
-        let mut slots: BTreeMap<usize, Vec<(u32, f64)>> = BTreeMap::new();
+        let mut slots: BTreeMap<usize, Vec<Asked>> = BTreeMap::new();
         let read_from = page.iter().map(|(task, _)| *task).collect();
         for (task, slot) in page {
-            slots.entry(task).or_default().push((slot as u32, 0.0));
+            slots.entry(task).or_default().push(self.asked(task, slot as u32));
         }
         check.end()?;
         let work = |(task, slots): (usize, Vec<_>)| (task, Work::Read(slots.into()));
         let orders = slots.into_iter().map(work).collect();
         let prepared = prepared(orders, Request::default(), Kind::Read, Vec::new());
         Ok((Prepared { read_from, ..prepared }, total))
+    }
+
+    /// Where a value is read that is named as in the configuration before a change that is on its way.
+    fn asked(&self, task: usize, slot: u32) -> Asked {
+        let Some(next) = &self.next_plan else {
+            return Asked { slot, moved: Asked::GONE, value: 0.0 };
+        };
+        let moved = next.slot(task, slot).unwrap_or(Asked::GONE);
+        let slot = if next.has_returned(task) { moved } else { slot };
+        Asked { slot, moved, value: 0.0 }
     }
 
     /// Whether a signal can be set at all, by the one who asks.

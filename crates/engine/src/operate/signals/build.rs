@@ -52,6 +52,8 @@ fn task(plan: &Plan, index: usize, task: &TaskPlan) -> Task {
     let wires = task.banks.iter().flat_map(|bank| &bank.wires).chain(&task.previous);
     let mut wires: Vec<WirePlan> = wires.copied().collect();
     wires.sort_unstable_by_key(|wire| wire.to);
+    let mut delayed: Vec<u32> = task.previous.iter().map(|wire| wire.to).collect();
+    delayed.sort_unstable();
     let incoming = plan.links.iter().filter(|link| link.to == index);
     let import = |link: &LinkPlan| Import {
         first_slot: link.first_slot,
@@ -69,6 +71,7 @@ fn task(plan: &Plan, index: usize, task: &TaskPlan) -> Task {
         inputs: task.inputs.iter().map(input).collect(),
         slots: task.image.len(),
         wires: wires.into(),
+        delayed: delayed.into(),
         imports: incoming.map(import).collect(),
         published: Published::of(plan, index),
     }

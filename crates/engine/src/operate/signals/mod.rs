@@ -1,6 +1,7 @@
 //! The one index of a node's names.
 
 mod build;
+mod kept;
 mod matches;
 
 use isochrone_blocks::{BlockType, Pin, PinType};
@@ -10,6 +11,7 @@ use super::taint;
 use crate::nearest::Known;
 use crate::plan::{InputPart, WirePlan};
 
+pub(super) use kept::{ChangedPin, Kept};
 pub use matches::Matches;
 
 /// Every name of a node: what it stands for, and where its value is.
@@ -34,6 +36,8 @@ pub(super) struct Task {
     pub(super) slots: usize,
     /// All wires, by the slot that they lead to.
     pub(super) wires: Box<[WirePlan]>,
+    /// Where wires of the cycle before lead to, in ascending order.
+    delayed: Box<[u32]>,
     imports: Box<[Import]>,
     /// Slots of each output, then of each value for other tasks.
     pub(super) published: taint::Published,

@@ -1,0 +1,178 @@
+//! A new engine in the place of a task's running one: what it takes over, and when.
+
+use super::TaskEngine;
+use crate::operate::{Force, Store};
+
+/// A task's new engine, and what it takes over from the running one: made and freed in an ordinary
+/// thread.
+///
+/// The task's thread copies in the slack ([`TaskEngine::hand_over`]) and has the new engine in place
+/// with the next cycle ([`TaskEngine::replace`]). The old engine then stands in the box.
+pub struct Replacement {
+    pub(crate) number: u64,
+    pub(crate) at: u64,
+    pub(crate) engine: TaskEngine,
+    pub(crate) carry: Carry,
+    is_ready: bool,
+    pub(crate) cycle: Option<u64>,
+}
+
+/// What of the old engine goes into the new one.
+#[derive(Debug, Default)]
+pub(crate) struct Carry {
+    /// Slots of the image.
+    pub(crate) image: Box<[Span]>,
+    /// Words of private state.
+    pub(crate) state: Box<[Span]>,
+    /// What other tasks gave last.
+    pub(crate) imports: Box<[CarriedValue]>,
+    /// In the order of the new slots.
+    pub(crate) forces: Box<[CarriedForce]>,
+    /// Parameters that have another value from now on.
+    pub(crate) stores: Box<[Store]>,
+}
+
+/// Words that stand one after the other in both engines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Span {
+    pub(crate) from: usize,
+    pub(crate) to: usize,
+    pub(crate) len: usize,
+}
+
+/// A value of another task: which of the old links brings it, its place there, and the slot and the
+/// source that it is in the new engine.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct CarriedValue {
+    pub(crate) import: usize,
+    pub(crate) position: usize,
+    pub(crate) slot: usize,
+    pub(crate) source: usize,
+}
+
+/// A force that goes on.
+#[derive(Debug)]
+pub(crate) struct CarriedForce {
+    /// Its slot in the old engine.
+    pub(crate) from: u32,
+    /// The force in the new engine, but for what only the cycle knows.
+    pub(crate) force: Force,
+}
+
+impl Replacement {
+    pub(crate) fn new(engine: TaskEngine, carry: Carry) -> Self {
+        Self { number: 0, at: 0, engine, carry, is_ready: false, cycle: None }
+    }
+
+    /// Number of its transaction.
+    pub fn number(&self) -> u64 {
+        self.number
+    }
+
+    /// The first cycle that is to have the new engine; if that is missed, it is the next that runs.
+    pub fn at(&self) -> u64 {
+        self.at
+    }
+
+    /// The first cycle that had the new engine; `None`: none had yet.
+    pub fn cycle(&self) -> Option<u64> {
+        self.cycle
+    }
+
+    /// Words that the task's thread copies.
+    pub fn words(&self) -> usize {
+        let spans = self.carry.image.iter().chain(&self.carry.state);
+        spans.map(|span| span.len).sum::<usize>() + self.carry.imports.len()
+    }
+
+    /// Copies as much as [`TaskEngine::hand_over`] will, so that an ordinary thread can see how long
+    /// that takes. Before it is sent.
+    pub fn rehearse(&mut self) {
+        let end = |spans: &[Span]| spans.iter().map(|span| span.from + span.len).max();
+        let image = vec![0.0; end(&self.carry.image).unwrap_or_default()];
+        let state = vec![0; end(&self.carry.state).unwrap_or_default()];
+        copy(&image, &mut self.engine.image, &self.carry.image);
+        copy(&state, &mut self.engine.state, &self.carry.state);
+        self.store();
+    }
+
+    fn store(&mut self) {
+        for store in &mut self.carry.stores {
+            if let Some(place) = self.engine.place(store.slot as usize) {
+                store.before = std::mem::replace(place, store.value);
+            }
+        }
+    }
+}
+
+impl TaskEngine {
+    /// Has a new engine take over what it is to know of this one, which must not be stepped again
+    /// before [`replace`](Self::replace). For the slack before that cycle; allocates and frees nothing.
+    pub fn hand_over(&mut self, replacement: &mut Replacement) {
+        let Replacement { engine: new, carry, .. } = replacement;
+        copy(&self.image, &mut new.image, &carry.image);
+        copy(&self.state, &mut new.state, &carry.state);
+        let inputs = self.inputs.len();
+        if let (Some(from), Some(to)) = (self.sources.get(..inputs), new.sources.get_mut(..inputs))
+        {
+            to.copy_from_slice(from);
+        }
+        for (to, from) in new.inputs.iter_mut().zip(&self.inputs) {
+            to.given = from.given;
+        }
+        for carried in &carry.imports {
+            let Some(import) = self.imports.get_mut(carried.import) else { continue };
+            let parcel = import.receiver.read();
+            let (value, source) =
+                (parcel.values.get(carried.position), parcel.sources.get(carried.position));
+            if let (Some(to), Some(value)) = (new.image.get_mut(carried.slot), value) {
+                *to = *value;
+            }
+            if let (Some(to), Some(source)) = (new.sources.get_mut(carried.source), source) {
+                *to = *source;
+            }
+        }
+        for CarriedForce { from, force } in &mut carry.forces {
+            new.forces.adopt(&self.forces, *from, force);
+        }
+        (new.block_errors, new.changes) = (self.block_errors, self.changes + 1);
+        replacement.store();
+        // Whoever reads them at the same instant finds the last values in the new links. Which banks
+        // have an error, only the blocks can say.
+        let new = &mut replacement.engine;
+        new.has_errors = self.has_errors;
+        new.bank_errors.fill(u64::from(self.has_errors));
+        new.publish();
+        new.bank_errors.fill(0);
+        replacement.is_ready = true;
+    }
+
+    /// Puts the new engine in the place of this one, before a cycle applies orders and reads its
+    /// inputs. What [`hand_over`](Self::hand_over) has not copied by then is copied now.
+    pub fn replace(&mut self, replacement: &mut Replacement, cycle: u64) {
+        if !replacement.is_ready {
+            self.hand_over(replacement);
+        }
+        std::mem::swap(self, &mut replacement.engine);
+        replacement.cycle = Some(cycle);
+    }
+}
+
+fn copy<T: Copy>(from: &[T], to: &mut [T], spans: &[Span]) {
+    for span in spans {
+        let words = from.get(span.from..span.from + span.len);
+        let place = to.get_mut(span.to..span.to + span.len);
+        if let (Some(words), Some(place)) = (words, place) {
+            place.copy_from_slice(words);
+        }
+    }
+}
+
+impl std::fmt::Debug for Replacement {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { number, at, cycle, .. } = self;
+        let mut debug = f.debug_struct("Replacement");
+        debug.field("number", number).field("at", at).field("cycle", cycle);
+        debug.field("words", &self.words()).finish_non_exhaustive()
+    }
+}

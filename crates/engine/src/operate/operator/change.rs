@@ -1,0 +1,344 @@
+//! Another configuration for a node that runs: found right, built, and followed to its place.
+
+use std::collections::{BTreeMap, HashMap};
+use std::sync::Arc;
+
+use super::check::Check;
+use super::{Action, Entry, Held, Kind, Operator, Place, Record, Request, Sent};
+use crate::engine::{CarriedForce, Carry, Replacement};
+use crate::operate::fixed::Fixed;
+use crate::operate::forces::{AtEnd, Force};
+use crate::operate::order::Store;
+use crate::operate::permissions::{Intent, Permissions};
+use crate::operate::refusal::{Refusal, Refusals};
+use crate::operate::signals::{ChangedPin, Kept, Role, Signals};
+use crate::operate::warnings::Warnings;
+use crate::plan::Plan;
+use crate::{Source, TaskEngine};
+
+/// What another configuration changes.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct ChangeSummary {
+    /// Blocks that are new: by their name, or some of a block's instances as `ramp.3 to ramp.7`.
+    pub added: Vec<String>,
+    /// Blocks that are gone.
+    pub removed: Vec<String>,
+    /// Blocks that go on with their state and outputs.
+    pub kept: Vec<String>,
+    /// Input pins of those that have another constant or another wire; `*` stands for all instances of
+    /// a block.
+    pub changed: Vec<String>,
+}
+
+/// Another configuration, found right, with the engine of each task.
+#[derive(Debug)]
+pub struct PreparedChange {
+    replacements: Vec<Replacement>,
+    next: Box<Next>,
+    request: Request,
+    summary: ChangeSummary,
+    /// How many requests that write had been sent when it was prepared.
+    writes: u64,
+}
+
+impl PreparedChange {
+    /// What it changes.
+    pub fn summary(&self) -> &ChangeSummary {
+        &self.summary
+    }
+
+    /// What each task will be sent, in the order of the plan.
+    pub fn replacements_mut(&mut self) -> impl Iterator<Item = &mut Replacement> {
+        self.replacements.iter_mut()
+    }
+}
+
+/// A configuration that is on its way to the tasks.
+#[derive(Debug)]
+pub(super) struct Next {
+    pub(super) signals: Arc<Signals>,
+    permissions: Permissions,
+    warnings: Warnings,
+    fixed: Fixed,
+    kept: Kept,
+    source: Source,
+    number: u64,
+    returned: Vec<bool>,
+}
+
+impl Next {
+    /// Whether a task has its new engine.
+    pub(super) fn has_returned(&self, task: usize) -> bool {
+        self.returned.get(task).copied().unwrap_or_default()
+    }
+
+    /// Where a slot of a task stands in its new engine.
+    pub(super) fn slot(&self, task: usize, slot: u32) -> Option<u32> {
+        self.kept.slot(task, slot as usize).map(|slot| slot as u32)
+    }
+}
+
+impl Operator {
+    /// Prepares to run another configuration: its tasks, inputs and outputs must be those of the
+    /// running one. Blocks of the same name, type and task keep their state and outputs; their
+    /// parameters keep the values that they have now, except where the constants of the two
+    /// configurations differ.
+    ///
+    /// # Errors
+    /// All that keeps the node from running it: something that cannot be changed online, a forced
+    /// signal that it does not have, a change to what is protected, a running value outside of its
+    /// limits, another request that is on its way.
+    pub fn change(&self, plan: &Plan, request: Request) -> Result<PreparedChange, Refusals> {
+        let mut check = Check::new(&self.signals);
+        check.is_empty = false;
+        check.note(self.permissions.check(Intent::Apply));
+        self.check_settled(&mut check);
+        let is_on_its_way = |(_, sent): &(&u64, &Sent)| match sent.kind {
+            Kind::Set => !sent.writes.is_empty(),
+            Kind::Force | Kind::Release | Kind::Undo { .. } => true,
+            Kind::Read | Kind::Change => false,
+        };
+        if let Some((&transaction, _)) = self.sent.iter().find(is_on_its_way) {
+            check.findings.push(Refusal::Waiting { transaction });
+        }
+        let fixed = Fixed::of(plan);
+        let differences = self.fixed.differences(&fixed);
+        if !differences.is_empty() {
+            // What stands where in tasks that differ means nothing.
+            check.findings.extend(differences);
+            return Err(check.end().err().unwrap_or_else(|| Refusal::Empty.into()));
+        }
+        let (signals, permissions) = (Arc::new(Signals::of(plan)), Permissions::of(plan));
+        let kept = Kept::of(&self.signals, &signals);
+        let changed: Vec<Vec<ChangedPin>> =
+            (0..signals.tasks()).map(|task| kept.changed(&self.signals, &signals, task)).collect();
+        self.check_forces(&mut check, &kept);
+        self.check_protected(&mut check, &kept, &signals, &changed);
+        self.check_limits(&mut check, &kept, &signals, &permissions, &changed);
+        let engines = check.note(TaskEngine::build(plan).map_err(|why| Refusal::Unfit { why }));
+        check.end()?;
+        let names = |(task, pins): (usize, &Vec<ChangedPin>)| {
+            let slots: Vec<usize> = pins.iter().map(|pin| pin.slot).collect();
+            signals.pin_names(task, &slots)
+        };
+        let blocks = kept.blocks(&self.signals, &signals);
+        let summary = ChangeSummary {
+            added: blocks.added,
+            removed: blocks.removed,
+            kept: blocks.kept,
+            changed: changed.iter().enumerate().flat_map(names).collect(),
+        };
+        let replacement = |(task, engine): (usize, TaskEngine)| {
+            let pins = changed.get(task).map_or(&[][..], Vec::as_slice);
+            let carry = Carry {
+                image: kept.image(task),
+                state: kept.state(task),
+                imports: kept.imports(&self.signals, &signals, task),
+                forces: self.carried_forces(task, &kept, &signals),
+                stores: pins.iter().filter_map(store).collect(),
+            };
+            Replacement::new(engine, carry)
+        };
+        let engines = engines.unwrap_or_default().into_iter().enumerate();
+        let replacements: Vec<_> = engines.map(replacement).collect();
+        let (number, returned) = (0, vec![false; replacements.len()]);
+        let (warnings, source) = (Warnings::of(plan), plan.source.clone());
+        let next = Next { signals, permissions, warnings, fixed, kept, source, number, returned };
+        let (next, writes) = (Box::new(next), self.writes);
+        Ok(PreparedChange { replacements, next, request, summary, writes })
+    }
+
+    /// Gives a change its number, and the tasks' new engines to the one who hands them to the tasks,
+    /// in the order of the plan. `at` is the first cycle of each that is to have it.
+    ///
+    /// A task gives back what it was sent before in the order in which it was done: values that it
+    /// read with the old engine before the box with the old engine, all else after it.
+    ///
+    /// # Errors
+    /// Another request that writes was sent since it was prepared: prepare it again.
+    pub fn send_change(
+        &mut self,
+        prepared: PreparedChange,
+        at: &[u64],
+    ) -> Result<(u64, Vec<Replacement>), Refusals> {
+        let PreparedChange { mut replacements, mut next, request, writes, .. } = prepared;
+        if writes != self.writes {
+            return Err(Refusal::Waiting { transaction: self.next - 1 }.into());
+        }
+        self.writes += 1;
+        let number = self.next;
+        self.next += 1;
+        for (replacement, at) in replacements.iter_mut().zip(at) {
+            (replacement.number, replacement.at) = (number, *at);
+        }
+        next.number = number;
+        let Request { client, comment, .. } = request;
+        let (kind, tasks, writes) = (Kind::Change, replacements.len(), Default::default());
+        self.sent.insert(number, Sent { kind, client, comment, tasks, writes });
+        self.next_plan = Some(next);
+        Ok((number, replacements))
+    }
+
+    /// Takes back the box of a task that has its new engine. `unix_ns` is now, in ns of UTC since 1970.
+    pub fn replaced(&mut self, task: usize, replacement: Replacement, unix_ns: u64) -> Entry {
+        let Replacement { number, cycle, carry, .. } = replacement;
+        let source = self.follow(task, &carry.stores);
+        let (mut client, mut comment) = (Default::default(), None);
+        if let Some(sent) = self.sent.get_mut(&number) {
+            (client, comment) = (sent.client.clone(), sent.comment.clone());
+            sent.tasks -= 1;
+            if sent.tasks == 0 {
+                self.sent.remove(&number);
+            }
+        }
+        let changed = |store: &Store| super::changed(store.slot, store.before, Some(store.value));
+        let entry = self.add(Record {
+            sequence: 0,
+            transaction: number,
+            task,
+            cycle: cycle.unwrap_or_default(),
+            unix_ns,
+            action: Action::Apply,
+            changes: carry.stores.iter().map(changed).collect(),
+            client,
+            comment,
+            configuration: source.map(|source| source.text),
+        });
+        let is_over = |next: &Next| next.returned.iter().all(|returned| *returned);
+        if let Some(next) = self.next_plan.take_if(|next| is_over(next)) {
+            let Next { signals, mut permissions, warnings, fixed, .. } = *next;
+            permissions.unwritten = self.permissions.unwritten.take();
+            (self.signals, self.permissions) = (signals, permissions);
+            (self.warnings, self.fixed) = (warnings, fixed);
+        }
+        entry
+    }
+
+    /// The change of the configuration that is on its way to the tasks.
+    pub fn changing(&self) -> Option<u64> {
+        self.next_plan.as_ref().map(|next| next.number)
+    }
+
+    /// Finds fault with a request that writes while a change is on its way.
+    pub(super) fn check_settled(&self, check: &mut Check<'_>) {
+        check.findings.extend(self.changing().map(|transaction| Refusal::Changing { transaction }));
+    }
+
+    /// What is known of a task's values follows them to their new slots. Returns the configuration.
+    fn follow(&mut self, task: usize, stores: &[Store]) -> Option<Source> {
+        let Self { signals, next_plan, values, forces, journal, changes, .. } = self;
+        let next = next_plan.as_deref_mut()?;
+        let is_held = |slot: u32| {
+            let is_parameter = |signal: super::Signal<'_>| signal.role == Role::Parameter;
+            next.signals.at(task, slot as usize).is_some_and(is_parameter)
+                && stores.binary_search_by_key(&slot, |store| store.slot).is_err()
+        };
+        let follow = |((of, slot), held): ((usize, u32), Held)| {
+            if of != task {
+                return Some(((of, slot), held));
+            }
+            let slot = next.slot(task, slot).filter(|slot| is_held(*slot))?;
+            Some(((task, slot), held))
+        };
+        *values = std::mem::take(values).into_iter().filter_map(follow).collect::<HashMap<_, _>>();
+        if let Some(forces) = forces.get_mut(task) {
+            let known = std::mem::take(forces).into_iter();
+            *forces = known.filter_map(|(slot, f)| Some((next.slot(task, slot)?, f))).collect();
+        }
+        journal.follow(task, |slot| {
+            let known = || signals.at(task, slot as usize);
+            let gone = || {
+                let signal = known().map(|signal| (signal.name, signal.value_type));
+                signal.map_or(Place::Slot(slot), |signal| Place::Gone(Box::new(signal)))
+            };
+            next.slot(task, slot).map_or_else(gone, Place::Slot)
+        });
+        if let Some(changes) = changes.get_mut(task) {
+            *changes += 1;
+        }
+        if let Some(returned) = next.returned.get_mut(task) {
+            *returned = true;
+        }
+        Some(next.source.clone())
+    }
+
+    fn check_forces(&self, check: &mut Check<'_>, kept: &Kept) {
+        let forces = self.forces.iter().enumerate();
+        let forces = forces.flat_map(|(task, of)| of.iter().map(move |force| (task, force)));
+        for (task, (slot, forced)) in forces {
+            if kept.slot(task, *slot as usize).is_none() {
+                let names = forced.iter().map(|forced| forced.name.clone()).take(1);
+                check.findings.extend(names.map(|name| Refusal::ForcedGone { name }));
+            }
+        }
+    }
+
+    /// What is out of reach stays as it is.
+    fn check_protected(
+        &self,
+        check: &mut Check<'_>,
+        kept: &Kept,
+        signals: &Signals,
+        changed: &[Vec<ChangedPin>],
+    ) {
+        for (text, pattern) in self.permissions.protected() {
+            let matches = self.signals.matching(pattern);
+            let gone = matches.slots(0).find(|(task, slot)| kept.slot(*task, *slot).is_none());
+            let signal = gone.and_then(|(task, slot)| self.signals.at(task, slot));
+            let refusal = |name| Refusal::Protected { name, pattern: text.to_owned() };
+            check.findings.extend(signal.map(|signal| refusal(signal.name)));
+        }
+        let pins = changed.iter().enumerate();
+        let pins = pins.flat_map(|(task, pins)| pins.iter().map(move |pin| (task, pin.slot)));
+        for signal in pins.filter_map(|(task, slot)| signals.at(task, slot)) {
+            check.note(self.permissions.check_name(&signal));
+        }
+    }
+
+    /// Values that were set and stay must lie within the new limits.
+    fn check_limits(
+        &self,
+        check: &mut Check<'_>,
+        kept: &Kept,
+        signals: &Signals,
+        permissions: &Permissions,
+        changed: &[Vec<ChangedPin>],
+    ) {
+        let held: BTreeMap<_, _> = self.values.iter().collect();
+        for (&(task, slot), held) in held {
+            let Some(slot) = kept.slot(task, slot as usize) else { continue };
+            let is_changed = changed
+                .get(task)
+                .is_some_and(|pins| pins.binary_search_by_key(&slot, |pin| pin.slot).is_ok());
+            let Some(signal) = signals.at(task, slot).filter(|_| !is_changed) else { continue };
+            let value = super::Value::of(held.value, signal.value_type);
+            // Where nothing was given, nothing is bounded.
+            if !held.value.is_nan() {
+                check.note(permissions.bound(&signal, held.value, value));
+            }
+        }
+    }
+
+    /// The forces of a task in the order of their new slots.
+    fn carried_forces(&self, task: usize, kept: &Kept, signals: &Signals) -> Box<[CarriedForce]> {
+        let forces = self.forces.get(task).into_iter().flat_map(BTreeMap::keys);
+        let carried = |from: &u32| {
+            let slot = kept.slot(task, *from as usize)?;
+            let at_end = match signals.at(task, slot)?.role {
+                Role::Wired | Role::Output => AtEnd::Recompute,
+                Role::Input | Role::Parameter | Role::Ok | Role::Age => AtEnd::Restore,
+            };
+            let taints = signals.taints(task, slot);
+            let force = Force { slot: slot as u32, at_end, taints, ..Force::default() };
+            Some(CarriedForce { from: *from, force })
+        };
+        let mut carried: Vec<CarriedForce> = forces.filter_map(carried).collect();
+        carried.sort_unstable_by_key(|carried| carried.force.slot);
+        carried.into()
+    }
+}
+
+fn store(pin: &ChangedPin) -> Option<Store> {
+    let value = pin.constant?;
+    Some(Store::new(pin.slot, value))
+}

@@ -1,0 +1,392 @@
+//! What two indexes of a node's names have in common.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use isochrone_blocks::BlockType;
+
+use super::{Run, Signals, Task, split};
+use crate::engine::{CarriedValue, Span};
+use crate::plan::{InputPart, WirePlan};
+
+/// The instances of the same name, type and task in two plans with the same tasks and inputs.
+#[derive(Debug)]
+pub(in crate::operate) struct Kept {
+    tasks: Box<[KeptOfTask]>,
+}
+
+#[derive(Debug)]
+struct KeptOfTask {
+    /// Slots of the inputs, which are the same in both.
+    inputs: usize,
+    /// By slots in the first plan.
+    stretches: Box<[Stretch]>,
+}
+
+/// Instances that follow each other in both plans.
+#[derive(Debug, Clone)]
+pub(in crate::operate) struct Stretch {
+    pub(in crate::operate) from: usize,
+    pub(in crate::operate) to: usize,
+    from_state: usize,
+    to_state: usize,
+    instances: usize,
+    block_type: BlockType,
+    /// Their block in the second plan, and the numbers of theirs.
+    block: usize,
+    numbers: Range<usize>,
+    from_block: usize,
+}
+
+/// An input pin of an instance that is in both plans, and that has another constant or wire.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(in crate::operate) struct ChangedPin {
+    /// In the second plan.
+    pub(in crate::operate) slot: usize,
+    /// Its constant there, if no wire leads to it.
+    pub(in crate::operate) constant: Option<f64>,
+}
+
+/// Blocks by name, and some of a block's instances by their numbers: `ramp.3 to ramp.7`.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub(in crate::operate) struct Blocks {
+    pub(in crate::operate) added: Vec<String>,
+    pub(in crate::operate) removed: Vec<String>,
+    pub(in crate::operate) kept: Vec<String>,
+}
+
+impl Stretch {
+    fn slots(&self) -> usize {
+        self.instances * self.block_type.slots()
+    }
+}
+
+impl Kept {
+    /// What `new` keeps of `old`.
+    pub(in crate::operate) fn of(old: &Signals, new: &Signals) -> Self {
+        let (from_state, to_state) = (old.state_offsets(), new.state_offsets());
+        let mut tasks: Vec<Vec<Stretch>> = old.tasks.iter().map(|_| Vec::new()).collect();
+        for (block, found) in new.blocks.iter().enumerate() {
+            let known = old.blocks.binary_search_by(|known| known.name.cmp(&found.name));
+            let Ok(from_block) = known else { continue };
+            let Some(known) = old.blocks.get(from_block) else { continue };
+            let (mut i, mut j) = (0, 0);
+            // The runs of a block are in the order of their numbers.
+            while let (Some(&a), Some(&b)) = (known.runs.get(i), found.runs.get(j)) {
+                let (Some(from), Some(to)) = (old.runs.get(a as usize), new.runs.get(b as usize))
+                else {
+                    break;
+                };
+                let (of_from, of_to) = (from.numbers(), to.numbers());
+                let both = of_from.start.max(of_to.start)..of_from.end.min(of_to.end);
+                if from.number.is_some() == to.number.is_some()
+                    && from.task == to.task
+                    && !both.is_empty()
+                    && is_same(&from.block_type, &to.block_type)
+                    && let Some(stretches) = tasks.get_mut(to.task as usize)
+                {
+                    let offset = |run: &Run| both.start - run.numbers().start;
+                    let state = |run: u32, offsets: &[usize], of: &Run| {
+                        let first = offsets.get(run as usize).copied().unwrap_or_default();
+                        first + offset(of) * of.block_type.state_words
+                    };
+                    stretches.push(Stretch {
+                        from: from.slot(offset(from), 0),
+                        to: to.slot(offset(to), 0),
+                        from_state: state(a, &from_state, from),
+                        to_state: state(b, &to_state, to),
+                        instances: both.len(),
+                        block_type: to.block_type,
+                        block,
+                        numbers: both,
+                        from_block,
+                    });
+                }
+                i += usize::from(of_from.end <= of_to.end);
+                j += usize::from(of_to.end <= of_from.end);
+            }
+        }
+        let of_task = |(task, mut stretches): (&Task, Vec<Stretch>)| {
+            stretches.sort_unstable_by_key(|stretch| stretch.from);
+            let inputs = InputPart::ALL.len() * task.inputs.len();
+            KeptOfTask { inputs, stretches: stretches.into() }
+        };
+        Self { tasks: old.tasks.iter().zip(tasks).map(of_task).collect() }
+    }
+
+    /// Where a slot of a task stands in the second plan; `None`: it holds another task's value, or is
+    /// not there.
+    pub(in crate::operate) fn slot(&self, task: usize, slot: usize) -> Option<usize> {
+        let found = self.tasks.get(task)?;
+        if slot < found.inputs {
+            return Some(slot);
+        }
+        let next = found.stretches.partition_point(|stretch| stretch.from <= slot);
+        let stretch = found.stretches.get(next.checked_sub(1)?)?;
+        let offset = slot - stretch.from;
+        (offset < stretch.slots()).then(|| stretch.to + offset)
+    }
+
+    fn stretches(&self, task: usize) -> &[Stretch] {
+        self.tasks.get(task).map_or(&[], |found| &found.stretches)
+    }
+
+    /// The slots of a task's image that stand in both plans.
+    pub(in crate::operate) fn image(&self, task: usize) -> Box<[Span]> {
+        let inputs = self.tasks.get(task).map_or(0, |found| found.inputs);
+        let inputs = Span { from: 0, to: 0, len: inputs };
+        let pins = self.stretches(task).iter();
+        let pins = pins.map(|one| Span { from: one.from, to: one.to, len: one.slots() });
+        joined(std::iter::once(inputs).chain(pins))
+    }
+
+    /// The private state of a task that stands in both plans.
+    pub(in crate::operate) fn state(&self, task: usize) -> Box<[Span]> {
+        joined(self.stretches(task).iter().map(|one| {
+            let len = one.instances * one.block_type.state_words;
+            Span { from: one.from_state, to: one.to_state, len }
+        }))
+    }
+
+    /// The values of other tasks that a task reads in both plans.
+    pub(in crate::operate) fn imports(
+        &self,
+        old: &Signals,
+        new: &Signals,
+        task: usize,
+    ) -> Box<[CarriedValue]> {
+        let places = new.imported(task);
+        let (Some(from), Some(to)) = (old.tasks.get(task), new.tasks.get(task)) else {
+            return [].into();
+        };
+        let behind_inputs = InputPart::ALL.len() * to.inputs.len();
+        let mut carried = Vec::new();
+        for (import, known) in from.imports.iter().enumerate() {
+            for (position, slot) in known.slots.iter().enumerate() {
+                let kept = self.slot(known.from, *slot as usize);
+                let Some(&slot) = kept.and_then(|kept| places.get(&(known.from, kept))) else {
+                    continue;
+                };
+                let source = slot - behind_inputs + to.inputs.len();
+                carried.push(CarriedValue { import, position, slot, source });
+            }
+        }
+        carried.into()
+    }
+
+    /// The input pins of a task that have another constant or wire, in the order of the new image.
+    pub(in crate::operate) fn changed(
+        &self,
+        old: &Signals,
+        new: &Signals,
+        task: usize,
+    ) -> Vec<ChangedPin> {
+        let (Some(of_old), Some(of_new)) = (old.tasks.get(task), new.tasks.get(task)) else {
+            return Vec::new();
+        };
+        let places = new.imported(task);
+        let origin = |wire: WirePlan| {
+            let from = wire.from as usize;
+            self.slot(task, from).or_else(|| {
+                let (from, slot) = of_old.import_at(from)?;
+                places.get(&(from, self.slot(from, slot)?)).copied()
+            })
+        };
+        let mut changed = Vec::new();
+        for stretch in self.stretches(task) {
+            let (Some((from, ..)), Some((to, ..))) =
+                (old.pin_at(task, stretch.from), new.pin_at(task, stretch.to))
+            else {
+                continue;
+            };
+            let (stride, inputs) = (stretch.block_type.slots(), stretch.block_type.inputs.len());
+            for instance in 0..stretch.instances {
+                for pin in 0..inputs {
+                    let offset = instance * stride + pin;
+                    let (known, slot) = (stretch.from + offset, stretch.to + offset);
+                    let constant = to.constants.get(pin).copied().unwrap_or_default();
+                    let is_same = match (of_old.wire_to(known), of_new.wire_to(slot)) {
+                        (None, None) => {
+                            let before = from.constants.get(pin).copied().unwrap_or_default();
+                            before.to_bits() == constant.to_bits()
+                        }
+                        (Some(before), Some(now)) => {
+                            origin(before) == Some(now.from as usize)
+                                && of_old.is_delayed(known) == of_new.is_delayed(slot)
+                        }
+                        _ => false,
+                    };
+                    if !is_same {
+                        let constant = of_new.wire_to(slot).is_none().then_some(constant);
+                        changed.push(ChangedPin { slot, constant });
+                    }
+                }
+            }
+        }
+        changed.sort_unstable_by_key(|pin| pin.slot);
+        changed
+    }
+
+    /// The blocks that are new, gone and kept.
+    pub(in crate::operate) fn blocks(&self, old: &Signals, new: &Signals) -> Blocks {
+        let mut by_new: HashMap<usize, Vec<Range<usize>>> = HashMap::new();
+        let mut by_old: HashMap<usize, Vec<Range<usize>>> = HashMap::new();
+        for stretch in self.tasks.iter().flat_map(|task| &task.stretches) {
+            by_new.entry(stretch.block).or_default().push(stretch.numbers.clone());
+            by_old.entry(stretch.from_block).or_default().push(stretch.numbers.clone());
+        }
+        let mut blocks = Blocks::default();
+        for (index, block) in new.blocks.iter().enumerate() {
+            let kept = merged(by_new.remove(&index).unwrap_or_default());
+            let is_numbered = new.is_numbered(block);
+            let name = |range| name(&block.name, range, block.count, is_numbered);
+            let others = complement(&kept, block.count);
+            blocks.kept.extend(kept.into_iter().map(name));
+            blocks.added.extend(others.into_iter().map(name));
+        }
+        for (index, block) in old.blocks.iter().enumerate() {
+            let kept = merged(by_old.remove(&index).unwrap_or_default());
+            let is_numbered = old.is_numbered(block);
+            let gone = complement(&kept, block.count).into_iter();
+            let name = |range| name(&block.name, range, block.count, is_numbered);
+            blocks.removed.extend(gone.map(name));
+        }
+        blocks
+    }
+}
+
+impl Signals {
+    /// For each run the first word of private state of its first instance.
+    fn state_offsets(&self) -> Vec<usize> {
+        let (mut task, mut next) = (0, 0);
+        let offset = |run: &Run| {
+            if run.task != task {
+                (task, next) = (run.task, 0);
+            }
+            let first = next;
+            next += run.len * run.block_type.state_words;
+            first
+        };
+        self.runs.iter().map(offset).collect()
+    }
+
+    /// Slots of a task by the task and slot that another task's value comes from.
+    fn imported(&self, task: usize) -> HashMap<(usize, usize), usize> {
+        let imports = self.tasks.get(task).map_or(&[][..], |task| &task.imports);
+        let of_import = |import: &super::Import| {
+            let (from, first) = (import.from, import.first_slot);
+            let slots = import.slots.iter().enumerate();
+            slots.map(move |(index, slot)| ((from, *slot as usize), first + index)).collect()
+        };
+        imports.iter().flat_map(|import| -> Vec<_> { of_import(import) }).collect()
+    }
+
+    fn is_numbered(&self, block: &super::Block) -> bool {
+        let first = block.runs.first().and_then(|run| self.runs.get(*run as usize));
+        first.is_some_and(|run| run.number.is_some())
+    }
+
+    /// Names of pins by their slots; one that stands for all instances of a block has a `*`.
+    pub(in crate::operate) fn pin_names(&self, task: usize, slots: &[usize]) -> Vec<String> {
+        let mut order = Vec::new();
+        let mut pins: HashMap<(u32, usize), Vec<usize>> = HashMap::new();
+        for &slot in slots {
+            let Some((run, _, pin)) = self.pin_at(task, slot) else { continue };
+            let of_pin = pins.entry((run.block, pin)).or_default();
+            if of_pin.is_empty() {
+                order.push((run.block, pin));
+            }
+            of_pin.push(slot);
+        }
+        let mut names = Vec::new();
+        for key in order {
+            let slots = pins.remove(&key).unwrap_or_default();
+            let count = self.blocks.get(key.0 as usize).map_or(0, |block| block.count);
+            let mut signals = slots.iter().filter_map(|slot| self.at(task, *slot));
+            if slots.len() == count && count > 1 {
+                let parts = signals.next().and_then(|signal| {
+                    let (instance, pin) = signal.name.rsplit_once('.')?;
+                    Some(format!("{}.*.{pin}", split(instance)?.0))
+                });
+                names.extend(parts);
+            } else {
+                names.extend(signals.map(|signal| signal.name));
+            }
+        }
+        names
+    }
+}
+
+impl Run {
+    /// The numbers of its instances; a block without any is number 0.
+    fn numbers(&self) -> Range<usize> {
+        let first = self.number.unwrap_or_default() as usize;
+        first..first + self.len
+    }
+}
+
+impl Task {
+    /// Whether the wire to a slot is of the cycle before.
+    fn is_delayed(&self, slot: usize) -> bool {
+        self.delayed.binary_search_by_key(&slot, |to| *to as usize).is_ok()
+    }
+
+    /// The task and slot that another task's value comes from.
+    fn import_at(&self, slot: usize) -> Option<(usize, usize)> {
+        self.imports.iter().find_map(|import| {
+            let from = *import.slots.get(slot.checked_sub(import.first_slot)?)?;
+            Some((import.from, from as usize))
+        })
+    }
+}
+
+/// Whether two types have the same pins and state, so that one's state is the other's.
+fn is_same(a: &BlockType, b: &BlockType) -> bool {
+    let pins = |of: &BlockType| {
+        let pins = of.inputs.iter().chain(of.outputs);
+        pins.map(|pin| (pin.name, pin.pin_type)).collect::<Vec<_>>()
+    };
+    (a.name, a.state_words, a.inputs.len()) == (b.name, b.state_words, b.inputs.len())
+        && pins(a) == pins(b)
+}
+
+/// Spans, where each that goes on with the one before is one with it.
+fn joined(spans: impl Iterator<Item = Span>) -> Box<[Span]> {
+    let mut joined: Vec<Span> = Vec::new();
+    for span in spans.filter(|span| span.len > 0) {
+        match joined.last_mut() {
+            Some(last) if last.from + last.len == span.from && last.to + last.len == span.to => {
+                last.len += span.len;
+            }
+            _ => joined.push(span),
+        }
+    }
+    joined.into()
+}
+
+fn merged(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
+    ranges.sort_unstable_by_key(|range| range.start);
+    let mut merged: Vec<Range<usize>> = Vec::new();
+    for range in ranges {
+        match merged.last_mut() {
+            Some(last) if last.end == range.start => last.end = range.end,
+            _ => merged.push(range),
+        }
+    }
+    merged
+}
+
+/// What is left of `0..count`.
+fn complement(ranges: &[Range<usize>], count: usize) -> Vec<Range<usize>> {
+    let starts = std::iter::once(0).chain(ranges.iter().map(|range| range.end));
+    let ends = ranges.iter().map(|range| range.start).chain(std::iter::once(count));
+    starts.zip(ends).map(|(start, end)| start..end).filter(|range| !range.is_empty()).collect()
+}
+
+fn name(block: &str, range: Range<usize>, count: usize, is_numbered: bool) -> String {
+    match range.len() {
+        len if len == count || !is_numbered => block.to_owned(),
+        1 => format!("{block}.{}", range.start),
+        _ => format!("{block}.{} to {block}.{}", range.start, range.end - 1),
+    }
+}

@@ -1,0 +1,432 @@
+//! Another configuration for a node that runs.
+
+use isochrone_engine::operate::*;
+use isochrone_engine::{Flags, Plan, Rules, Source, TaskEngine};
+
+const NODE: &str = r#"
+[node]
+name = "level"
+control = "force"
+
+[[protect]]
+names = ["guard.*"]
+
+[limits]
+"ramp.*.setChangeRate" = [0.0, 50.0]
+
+[[task]]
+name = "fast"
+period = "100ms"
+
+[[task]]
+name = "slow"
+period = "1s"
+
+[[input]]
+name = "raw"
+service = "plant/raw"
+task = "fast"
+default = 3.0
+
+[[block]]
+name = "ramp"
+type = "LimRateOfChangeCI"
+task = "fast"
+count = 3
+in = { value = 25.0, setChangeRate = 10.0 }
+
+[[block]]
+name = "guard"
+type = "LimRateOfChangeCI"
+task = "fast"
+in = { value = "raw", setChangeRate = 10.0 }
+
+[[block]]
+name = "after"
+type = "LimRateOfChangeCI"
+task = "slow"
+in = { value = "ramp.0.delayedValue", setChangeRate = 1000.0 }
+
+[[output]]
+service = "plant/ramp"
+task = "fast"
+signals = ["ramp.0.delayedValue"]
+
+[[output]]
+service = "plant/after"
+task = "slow"
+signals = ["after.delayedValue"]
+"#;
+
+/// A node whose cycles are stepped by hand.
+struct Hand {
+    operator: Operator,
+    engines: Vec<TaskEngine>,
+    inboxes: Vec<Inbox>,
+    next: Vec<u64>,
+    replacements: Vec<Option<Replacement>>,
+}
+
+fn plan(text: &str) -> Plan {
+    Plan::new(Source::new("level.toml", text), &Rules::default()).unwrap()
+}
+
+impl Hand {
+    fn new(text: &str) -> Self {
+        let plan = plan(text);
+        let engines = TaskEngine::build(&plan).unwrap();
+        Self {
+            operator: Operator::new(&plan, Feeds::Services),
+            inboxes: engines.iter().map(|_| Inbox::new(64)).collect(),
+            next: vec![0; engines.len()],
+            replacements: engines.iter().map(|_| None).collect(),
+            engines,
+        }
+    }
+
+    fn send(&mut self, prepared: Result<Prepared, Refusals>) -> u64 {
+        let (number, orders) = self.operator.send(prepared.unwrap());
+        orders.into_iter().for_each(|(task, order)| self.inboxes[task].take(order).unwrap());
+        number
+    }
+
+    fn set(&mut self, name: &str, value: f64) -> u64 {
+        let values = [(name, value.into())];
+        self.send(self.operator.set(values, Request::default(), &self.next))
+    }
+
+    fn force(&mut self, name: &str, value: f64) -> u64 {
+        let (values, hold) = ([(name, value.into())], Hold::UntilReleased);
+        self.send(self.operator.force(values, hold, Request::default(), &self.next))
+    }
+
+    /// Sends another configuration, for the next cycle of each task.
+    fn change(&mut self, text: &str) -> ChangeSummary {
+        let prepared = self.operator.change(&plan(text), Request::default()).unwrap();
+        let summary = prepared.summary().clone();
+        let (_, replacements) = self.operator.send_change(prepared, &self.next).unwrap();
+        self.replacements = replacements.into_iter().map(Some).collect();
+        summary
+    }
+
+    fn refused(&self, text: &str) -> Vec<String> {
+        let refusals = self.operator.change(&plan(text), Request::default()).unwrap_err();
+        refusals.findings().iter().map(ToString::to_string).collect()
+    }
+
+    fn step(&mut self, task: usize) -> Vec<Entry> {
+        let (engine, cycle) = (&mut self.engines[task], self.next[task]);
+        let operator = &mut self.operator;
+        let mut entries = Vec::new();
+        if let Some(mut replacement) = self.replacements[task].take() {
+            engine.replace(&mut replacement, cycle);
+            entries.push(operator.replaced(task, replacement, 7));
+        }
+        self.inboxes[task].apply(engine, cycle, 0, |order| {
+            if let Done::Applied(entry) = operator.done(task, order, 7) {
+                entries.push(entry);
+            }
+        });
+        engine.step(cycle);
+        self.next[task] += 1;
+        entries
+    }
+
+    fn steps(&mut self, cycles: usize) {
+        for _ in 0..cycles {
+            self.step(0);
+            self.step(1);
+        }
+    }
+
+    fn value(&self, name: &str) -> f64 {
+        let signal = self.operator.signals().find(name).unwrap();
+        self.engines[signal.task].image()[signal.slot]
+    }
+}
+
+#[test]
+fn a_kept_block_goes_on_where_it_was_and_a_new_one_starts_from_rest() {
+    let mut hand = Hand::new(NODE);
+    hand.steps(5);
+    assert_eq!(hand.value("ramp.0.delayedValue"), 5.0);
+    let fresh = NODE.replace(
+        "[[block]]\nname = \"guard\"",
+        "[[block]]\nname = \"fresh\"\ntype = \"LimRateOfChangeCI\"\ntask = \"fast\"\n\
+         in = { value = 25.0, setChangeRate = 10.0 }\n[[block]]\nname = \"guard\"",
+    );
+    let summary = hand.change(&fresh);
+    assert_eq!(summary.added, ["fresh"]);
+    assert_eq!(summary.kept, ["after", "guard", "ramp"]);
+    assert!(summary.removed.is_empty() && summary.changed.is_empty(), "{summary:?}");
+    hand.steps(1);
+    assert_eq!(hand.value("ramp.0.delayedValue"), 6.0);
+    assert_eq!(hand.value("fresh.delayedValue"), 1.0);
+}
+
+#[test]
+fn instances_come_and_go_with_the_count() {
+    let mut hand = Hand::new(NODE);
+    hand.steps(5);
+    let summary = hand.change(&NODE.replace("count = 3", "count = 5"));
+    assert_eq!(summary.added, ["ramp.3 to ramp.4"]);
+    assert_eq!(summary.kept, ["after", "guard", "ramp.0 to ramp.2"]);
+    hand.steps(1);
+    assert_eq!((hand.value("ramp.2.delayedValue"), hand.value("ramp.4.delayedValue")), (6.0, 1.0));
+    let summary = hand.change(&NODE.replace("count = 3", "count = 2"));
+    assert_eq!(summary.removed, ["ramp.2 to ramp.4"]);
+    hand.steps(1);
+    assert_eq!(hand.value("ramp.1.delayedValue"), 7.0);
+    assert!(hand.operator.signals().find("ramp.2.delayedValue").is_err());
+}
+
+#[test]
+fn a_block_of_another_type_or_task_starts_from_rest_under_its_old_name() {
+    let mut hand = Hand::new(NODE);
+    hand.steps(5);
+    let moved = NODE.replace("task = \"slow\"\nin = { value", "task = \"fast\"\nin = { value");
+    let summary = hand.change(&moved);
+    assert_eq!((summary.added, summary.removed), (vec!["after".into()], vec!["after".into()]));
+    hand.steps(1);
+    assert_eq!(hand.value("after.delayedValue"), 6.0, "at 1000 a second it is where its value is");
+}
+
+#[test]
+fn a_constant_that_differs_between_the_files_replaces_what_was_set_and_no_other_does() {
+    let mut hand = Hand::new(NODE);
+    hand.set("ramp.0.setChangeRate", 20.0);
+    hand.set("ramp.1.value", 12.0);
+    hand.steps(1);
+    let summary = hand.change(&NODE.replace(
+        "setChangeRate = 10.0 }\n\n[[block]]\nname = \"guard\"",
+        "setChangeRate = 40.0 }\n\n[[block]]\nname = \"guard\"",
+    ));
+    assert_eq!(summary.changed, ["ramp.*.setChangeRate"]);
+    let entries = hand.step(0);
+    let [entry] = &entries[..] else { panic!("{entries:?}") };
+    assert_eq!((entry.action, entry.cycle, entry.unix_ns), (Action::Apply, 1, 7));
+    let changes: Vec<_> =
+        entry.changes.iter().map(|c| (c.name.as_str(), c.before, c.after)).collect();
+    let now = Some(Value::Number(40.0));
+    assert_eq!(
+        changes,
+        [
+            ("ramp.0.setChangeRate", Value::Number(20.0), now),
+            ("ramp.1.setChangeRate", Value::Number(10.0), now),
+            ("ramp.2.setChangeRate", Value::Number(10.0), now),
+        ]
+    );
+    assert!(entry.configuration.as_ref().unwrap().contains("setChangeRate = 40.0"));
+    hand.step(1);
+    assert_eq!((hand.value("ramp.0.delayedValue"), hand.value("ramp.1.value")), (6.0, 12.0));
+}
+
+#[test]
+fn what_a_change_has_overtaken_cannot_be_taken_back_and_the_rest_can() {
+    let mut hand = Hand::new(NODE);
+    let rate = hand.set("ramp.0.setChangeRate", 20.0);
+    let value = hand.set("ramp.1.value", 12.0);
+    let gone = hand.set("ramp.2.value", 12.0);
+    hand.steps(1);
+    let text = NODE.replace("count = 3", "count = 2").replacen("Rate = 10.0", "Rate = 40.0", 1);
+    hand.change(&text);
+    hand.steps(1);
+    let undo = |hand: &Hand, number| hand.operator.undo(number, Request::default(), &hand.next);
+    let refused = undo(&hand, rate).unwrap_err();
+    assert!(matches!(refused.findings()[..], [Refusal::Conflict { .. }]), "{refused}");
+    let refused = undo(&hand, gone).unwrap_err();
+    assert!(matches!(refused.findings()[..], [Refusal::Gone { .. }]), "{refused}");
+    assert_eq!(refused.kind(), RefusalKind::Conflict);
+    let journal: Vec<Entry> = hand.operator.journal(0).collect();
+    let named = journal.iter().flat_map(|entry| &entry.changes).map(|change| change.name.as_str());
+    assert!(named.clone().any(|name| name == "ramp.2.value"), "{journal:?}");
+    hand.send(undo(&hand, value));
+    hand.steps(1);
+    assert_eq!(hand.value("ramp.1.value"), 25.0);
+}
+
+#[test]
+fn a_force_goes_on_with_its_end_and_its_flag() {
+    let mut hand = Hand::new(NODE);
+    let values = [("ramp.0.value", 2.0.into())];
+    let hold = Hold::Seconds(0.5);
+    hand.send(hand.operator.force(values, hold, Request::default(), &hand.next));
+    hand.set("ramp.0.value", 30.0);
+    hand.steps(3);
+    assert_eq!(hand.value("ramp.0.delayedValue"), 2.0);
+    hand.change(&NODE.replace("count = 3", "count = 4"));
+    hand.steps(1);
+    assert_eq!(hand.value("ramp.0.value"), 2.0);
+    assert!(hand.engines[0].output_flags(0).contains(Flags::FORCED));
+    let forced: Vec<_> = hand.operator.forces().map(|f| (f.name.clone(), f.until)).collect();
+    assert_eq!(forced, [("ramp.0.value".into(), Some(5))]);
+    hand.steps(1);
+    let mut ended = Vec::new();
+    hand.engines[0].expire(5, |end| ended.push(end));
+    let entry = hand.operator.expired(0, ended.remove(0), 5, 0);
+    assert_eq!(entry.changes[0].name, "ramp.0.value");
+    assert_eq!(entry.changes[0].after, Some(Value::Number(30.0)));
+    hand.steps(1);
+    assert_eq!(hand.value("ramp.0.value"), 30.0);
+}
+
+#[test]
+fn a_forced_signal_must_be_in_the_new_configuration() {
+    let mut hand = Hand::new(NODE);
+    hand.force("ramp.2.delayedValue", 2.0);
+    hand.steps(1);
+    let text = NODE.replace("count = 3", "count = 2");
+    assert_eq!(
+        hand.refused(&text),
+        ["\"ramp.2.delayedValue\" is forced, and the new configuration does not keep its block"]
+    );
+    let refusals = hand.operator.change(&plan(&text), Request::default()).unwrap_err();
+    assert_eq!(refusals.kind(), RefusalKind::CannotChange);
+}
+
+#[test]
+fn each_thing_that_cannot_be_changed_online_is_named() {
+    let hand = Hand::new(NODE);
+    let rows = [
+        ("name = \"level\"", "name = \"other\"", "node \"level\"", "its name would be \"other\""),
+        ("\"force\"", "\"set\"", "node \"level\"", "its control is \"force\" and would be \"set\""),
+        ("[\"guard.*\"]", "[\"ramp.*.*\"]", "node \"level\"", "its [[protect]] would change"),
+        ("\"100ms\"", "\"50ms\"", "task \"fast\"", "its period is 100ms and would be 50ms"),
+        (
+            "\"1s\"\n",
+            "\"1s\"\nphase = \"1ms\"\n",
+            "task \"slow\"",
+            "its phase is 0ns and would be 1ms",
+        ),
+        ("\"1s\"\n", "\"1s\"\npriority = 7\n", "task \"slow\"", "its priority would change"),
+        ("\"plant/raw\"", "\"plant/x\"", "input \"raw\"", "its service would change"),
+        ("default = 3.0", "default = 4.0", "input \"raw\"", "its default would change"),
+        (
+            "default = 3.0",
+            "max_age = \"20ms\"\ndefault = 3.0",
+            "input \"raw\"",
+            "its max_age would change",
+        ),
+        (
+            "[\"ramp.0.delayedValue\"]",
+            "[\"ramp.1.delayedValue\"]",
+            "output \"plant/ramp\"",
+            "its signals would change",
+        ),
+        ("\"plant/after\"", "\"plant/b\"", "output \"plant/after\"", "it would be gone"),
+    ];
+    for (from, to, what, difference) in rows {
+        assert!(NODE.contains(from), "{from}");
+        let findings = hand.refused(&NODE.replace(from, to));
+        let expected = format!("{what} cannot be changed while the node runs: {difference}");
+        assert!(findings.contains(&expected), "{expected}: {findings:?}");
+    }
+    let both = NODE.replace("\"100ms\"", "\"50ms\"").replace("\"plant/after\"", "\"plant/b\"");
+    assert_eq!(hand.refused(&both).len(), 3, "all of them are named");
+    let new = hand.refused(&format!("{NODE}\n[[task]]\nname = \"third\"\nperiod = \"1s\"\n"));
+    assert_eq!(new, ["task \"third\" cannot be changed while the node runs: it would be new"]);
+}
+
+#[test]
+fn what_is_protected_stays_as_it_is() {
+    let hand = Hand::new(NODE);
+    let protected = |text: &str| {
+        let refusals = hand.operator.change(&plan(text), Request::default()).unwrap_err();
+        assert_eq!(refusals.kind(), RefusalKind::Forbidden);
+        refusals.findings()[0].name().to_owned()
+    };
+    let raw = "value = \"raw\", setChangeRate = 10.0";
+    assert_eq!(
+        protected(&NODE.replace(raw, "value = \"raw\", setChangeRate = 9.0")),
+        "guard.setChangeRate"
+    );
+    assert_eq!(protected(&NODE.replace(raw, "value = 1.0, setChangeRate = 10.0")), "guard.value");
+}
+
+#[test]
+fn only_a_node_that_may_be_forced_can_be_changed() {
+    let hand = Hand::new(&NODE.replace("control = \"force\"", "control = \"set\""));
+    let text = NODE.replace("control = \"force\"", "control = \"set\"");
+    let refusals = hand.operator.change(&plan(&text), Request::default()).unwrap_err();
+    assert_eq!(refusals.kind(), RefusalKind::Forbidden);
+    assert!(refusals.to_string().contains("change the configuration"), "{refusals}");
+}
+
+#[test]
+fn a_value_that_stays_must_lie_within_the_new_limits() {
+    let mut hand = Hand::new(NODE);
+    hand.set("ramp.0.setChangeRate", 40.0);
+    hand.steps(1);
+    let findings = hand.refused(&NODE.replace("[0.0, 50.0]", "[0.0, 30.0]"));
+    assert_eq!(
+        findings,
+        ["40.0 is outside of the limits of \"ramp.0.setChangeRate\", 0.0 to 30.0"]
+    );
+}
+
+#[test]
+fn one_request_at_a_time_changes_the_node() {
+    let mut hand = Hand::new(NODE);
+    hand.set("ramp.0.value", 1.0);
+    let refusals = hand.operator.change(&plan(NODE), Request::default()).unwrap_err();
+    assert!(matches!(refusals.findings()[..], [Refusal::Waiting { .. }]), "{refusals}");
+    hand.steps(1);
+    let early = hand.operator.change(&plan(NODE), Request::default()).unwrap();
+    hand.change(NODE);
+    hand.step(0);
+    for value in ["ramp.0.value", "after.setChangeRate"] {
+        let values = [(value, 1.0.into())];
+        let refused = hand.operator.set(values, Request::default(), &hand.next).unwrap_err();
+        assert_eq!(refused.kind(), RefusalKind::Busy);
+    }
+    let (names, next) = (hand.operator.get(["ramp.0.value"], 0, 9), hand.next.clone());
+    assert!(names.is_ok(), "values are read all the time");
+    assert!(hand.operator.change(&plan(NODE), Request::default()).is_err());
+    hand.step(1);
+    assert!(
+        hand.operator.send_change(early, &next).is_err(),
+        "it knows nothing of the one between"
+    );
+    hand.set("ramp.0.value", 2.0);
+    hand.steps(1);
+    assert_eq!(hand.value("ramp.0.value"), 2.0);
+}
+
+#[test]
+fn a_task_that_changes_first_finds_the_last_value_of_the_other_and_gives_its_own() {
+    let mut hand = Hand::new(NODE);
+    hand.steps(5);
+    let text = NODE.replace("setChangeRate = 1000.0", "setChangeRate = 500.0");
+    hand.change(&text);
+    // The slow one is first: the other has not handed anything over.
+    hand.step(1);
+    assert_eq!(hand.value("after.value"), 5.0);
+    hand.step(0);
+    hand.step(1);
+    assert_eq!(hand.value("after.value"), 6.0);
+    hand.change(NODE);
+    // The fast one has its new engine; the slow one reads what it has handed over.
+    let mut handed = hand.replacements[0].take().unwrap();
+    hand.engines[0].hand_over(&mut handed);
+    hand.step(1);
+    assert_eq!(hand.value("after.value"), 6.0);
+    assert!(hand.engines[1].output_flags(0).is_empty(), "{:?}", hand.engines[1].output_flags(0));
+}
+
+#[test]
+fn what_an_input_is_worth_and_the_errors_of_blocks_go_on() {
+    let text =
+        NODE.replace("value = 25.0, setChangeRate = 10.0", "value = \"raw\", setChangeRate = 10.0");
+    let mut hand = Hand::new(&text);
+    assert!(hand.engines[0].set_input(0, 8.0, 77));
+    hand.set("ramp.1.callOB", 36.0);
+    hand.steps(2);
+    let errors = hand.engines[0].block_errors();
+    assert!(errors > 0, "there is no OB of this number");
+    hand.change(&text.replace("count = 3", "count = 4"));
+    hand.steps(1);
+    assert_eq!(hand.engines[0].output_source_ns(0), 77);
+    assert_eq!(hand.engines[1].output_source_ns(0), 77);
+    assert_eq!((hand.value("raw"), hand.value("raw.ok")), (8.0, 1.0));
+    assert!(hand.engines[0].block_errors() > errors);
+}
