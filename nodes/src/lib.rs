@@ -41,6 +41,7 @@ mod subscribe;
 mod table;
 mod terminal;
 mod throttling;
+mod top;
 mod wave;
 
 use std::process::ExitCode;
@@ -102,6 +103,7 @@ verbs! { catalogue;
     Publish: publish(),
     Subscribe: subscribe(),
     List: list(),
+    Top: top(),
     Show: operate::show(),
     Get: operate::get(),
     Watch: operate::watch(),

@@ -1,10 +1,10 @@
 //! Logs: ours and iceoryx2's, to stderr.
 
-use std::io;
-
 use isochrone_ipc::{LogLevel, set_log_level};
 use tracing::level_filters::LevelFilter;
 use tracing_subscriber::EnvFilter;
+
+use crate::terminal;
 
 /// The target of what iceoryx2 says: a line is a dump of a structure, thousands of characters long,
 /// and whatever matters of it comes as an error.
@@ -43,10 +43,10 @@ pub(crate) fn set_up(verbosity: u8) {
         _ => LogLevel::Trace,
     });
     tracing_subscriber::fmt()
-        .with_writer(io::stderr)
+        .with_writer(terminal::notes)
         // Modules of the program are for those who choose among them.
         .with_target(!is_ours_alone)
-        .with_ansi(crate::terminal::stderr_has_colour())
+        .with_ansi(terminal::stderr_has_colour())
         .with_env_filter(filter)
         .init();
 }

@@ -17,4 +17,7 @@ mod transaction;
 pub(crate) mod undo;
 pub(crate) mod watch;
 
-pub(crate) use node::described;
+pub(crate) use assignment::{parse, shown};
+pub(crate) use node::{Args as NodeArgs, described, failure, refusal};
+pub(crate) use show::{ok_of, role};
+pub(crate) use transaction::client;

@@ -10,7 +10,16 @@ use crate::terminal;
 /// The flag that a signal sets; it also falls due after so many seconds, if they are given. A program
 /// that another signal ends at once says so.
 pub(crate) fn on_signal(seconds: Option<f64>) -> Result<Stop, Failure> {
-    let stop = Stop::on_signal(|| {
+    on_signal_after(seconds, || {})
+}
+
+/// The same; a program that another signal ends at once calls `first` before it says so.
+pub(crate) fn on_signal_after(
+    seconds: Option<f64>,
+    first: impl Fn() + Send + Sync + 'static,
+) -> Result<Stop, Failure> {
+    let stop = Stop::on_signal(move || {
+        first();
         terminal::note(
             "ended at once by another signal, not in order: what it would have said is lost, and \
              files may be left",

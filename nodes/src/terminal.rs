@@ -2,6 +2,7 @@
 //! come from files and from other processes, so nothing in them reaches a terminal as a command.
 
 use std::io::{self, ErrorKind, IsTerminal, Write};
+use std::sync::{Mutex, PoisonError};
 
 use isochrone_engine::escaped_lines;
 use miette::Report;
@@ -21,7 +22,50 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
 
 /// Writes a note for people to stderr. There is no one to tell if that fails.
 pub(crate) fn note(text: &str) {
-    let _ = writeln!(io::stderr(), "{}", escaped_lines(text.trim_end()));
+    let _ = writeln!(notes(), "{}", escaped_lines(text.trim_end()));
+}
+
+/// What is kept of the notes while they are held.
+const MOST_HELD: usize = 64 * 1024;
+/// Notes and logs that wait until the terminal is free; `None` while nothing is held.
+static HELD: Mutex<Option<Vec<u8>>> = Mutex::new(None);
+
+/// Where notes and logs go: stderr.
+pub(crate) fn notes() -> Notes {
+    Notes
+}
+
+/// Writes to stderr, or keeps what is written while notes are held.
+pub(crate) struct Notes;
+
+impl Write for Notes {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        match &mut *HELD.lock().unwrap_or_else(PoisonError::into_inner) {
+            Some(held) => {
+                let room = MOST_HELD.saturating_sub(held.len());
+                held.extend_from_slice(bytes.get(..room).unwrap_or(bytes));
+                Ok(bytes.len())
+            }
+            None => io::stderr().write(bytes),
+        }
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        io::stderr().flush()
+    }
+}
+
+/// Holds notes and logs back where stderr is a terminal: a program draws on all of it.
+pub(crate) fn hold_notes() {
+    if io::stderr().is_terminal() {
+        HELD.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert_default();
+    }
+}
+
+/// Writes what was held.
+pub(crate) fn release_notes() {
+    let held = HELD.lock().unwrap_or_else(PoisonError::into_inner).take();
+    let _ = io::stderr().write_all(&held.unwrap_or_default());
 }
 
 /// Writes why a verb failed to stderr.

@@ -33,7 +33,7 @@ pub(crate) fn values(assignments: &[Assignment]) -> Values {
 }
 
 /// Reads a value as `show` writes it, or as a configuration has it.
-fn parse(text: &str) -> Result<Value, String> {
+pub(crate) fn parse(text: &str) -> Result<Value, String> {
     if let Some(value) = numbers::parse_bool(text) {
         return Ok(Value::Bool(value));
     }

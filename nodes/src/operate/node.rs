@@ -7,7 +7,7 @@ use isochrone_engine::nearest_name;
 use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::Stop;
 use isochrone_runtime::control::{
-    ByTask, Client, ClientError, DescribeParams, DescribeResult, GetParams, Params, ReadAt,
+    self, ByTask, Client, ClientError, DescribeParams, DescribeResult, GetParams, Params, ReadAt,
     SignalDescription, Values,
 };
 
@@ -21,13 +21,13 @@ const PATIENCE: Duration = Duration::from_secs(5);
 const MAX_NAME_BYTES: usize = 100_000;
 
 /// Which node to operate
-#[derive(Debug, clap::Args)]
+#[derive(Debug, Clone, clap::Args)]
 #[group(skip)]
 pub(crate) struct Args {
     /// Name of the running node, as `[node] name` gives it; `isochrone list --nodes` prints those that run
-    node: String,
+    pub(crate) node: String,
     #[command(flatten)]
-    domain: domain::Args,
+    pub(crate) domain: domain::Args,
 }
 
 /// A running node that answers.
@@ -152,22 +152,24 @@ pub(crate) fn described(
     Client::connect(participant, node, SOON).ok()?.call(&DescribeParams {}).ok()
 }
 
-fn failure(error: ClientError) -> Failure {
+/// How a verb ends that a node did not answer, or whose request it refused.
+pub(crate) fn failure(error: ClientError) -> Failure {
     match error {
         ClientError::NoNode { node, running } => Failure::nobody(absent(&node, &running)),
         ClientError::NotOperated { .. } => Failure::nobody(error),
-        ClientError::Refused(refusal) => {
-            let findings = &refusal.findings;
-            let mut text =
-                format!("the node refuses, and nothing was changed: {}", refusal.message);
-            if findings.len() > 1 {
-                text = "the node refuses, and nothing was changed:".to_owned();
-                findings.iter().for_each(|finding| text += &format!("\n{finding}"));
-            }
-            Failure::found(text)
-        }
+        ClientError::Refused(failure) => Failure::found(refusal(&failure)),
         error => Failure::found(error),
     }
+}
+
+/// Everything that a node has against a request.
+pub(crate) fn refusal(failure: &control::Failure) -> String {
+    let mut text = "the node refuses, and nothing was changed:".to_owned();
+    match &failure.findings[..] {
+        [] | [_] => text += &format!(" {}", failure.message),
+        findings => findings.iter().for_each(|finding| text += &format!("\n{finding}")),
+    }
+    text
 }
 
 /// That a node does not run, and which ones do.

@@ -82,7 +82,8 @@ fn read(node: &mut Node, signals: &[SignalDescription]) -> Result<Reading, Failu
     node.read(&names)
 }
 
-fn ok_of(input: &str) -> String {
+/// The signal that says whether an input is ok.
+pub(crate) fn ok_of(input: &str) -> String {
     format!("{input}.ok")
 }
 
@@ -111,7 +112,8 @@ fn document(signal: &SignalDescription, values: &HashMap<&str, Value>) -> serde_
     })
 }
 
-fn role(role: Role) -> &'static str {
+/// A role in a word.
+pub(crate) fn role(role: Role) -> &'static str {
     match role {
         Role::Input => "input",
         Role::Parameter => "parameter",

@@ -66,7 +66,7 @@ fn alike(after: Value, before: Value) -> String {
 }
 
 /// Who asks, for the journal.
-pub(super) fn client() -> Option<String> {
+pub(crate) fn client() -> Option<String> {
     let user = ["USER", "LOGNAME"].into_iter().find_map(|name| std::env::var(name).ok());
     Some(user.filter(|user| !user.is_empty()).unwrap_or_else(crate::program::name))
 }

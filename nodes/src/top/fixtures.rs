@@ -1,0 +1,67 @@
+//! Descriptions of things that tests of the screen show.
+
+use isochrone_runtime::control::{
+    Access, ActiveAlarm, ConfigurationOrigin, DescribeResult, Force, Role, SignalDescription,
+    TaskDescription, Value,
+};
+
+use super::news::Sample;
+
+pub(super) fn signal(name: &str, role: Role, value_type: &str) -> SignalDescription {
+    SignalDescription {
+        name: name.into(),
+        value_type: value_type.into(),
+        unit: (value_type == "LREAL").then(|| "m/s".into()),
+        role,
+        task: "fast".into(),
+        forced: false,
+        doc: format!("what {name} is for"),
+    }
+}
+
+pub(super) fn force(name: &str, value: impl Into<Value>) -> Force {
+    let (name, value) = (name.to_owned(), value.into());
+    Force { name, value, since_cycle: 100, until_cycle: Some(5100), client: Some("ann".into()) }
+}
+
+pub(super) fn alarm(name: &str, status: Option<u16>) -> ActiveAlarm {
+    let meaning = format!("what is wrong with {name}");
+    ActiveAlarm { name: name.into(), status, meaning, since_cycle: 42, count: 3 }
+}
+
+pub(super) fn node(started_unix_ns: u64) -> DescribeResult {
+    let task = |name: &str, period_ns| TaskDescription {
+        name: name.into(),
+        period_ns,
+        phase_ns: 0,
+        cycle: 123_456,
+        missed: 2,
+        overruns: 1,
+        parameters: 7,
+        forces: 1,
+    };
+    DescribeResult {
+        node: "tank".into(),
+        version: "0.1.0".into(),
+        control: Access::Force,
+        configuration: ConfigurationOrigin {
+            file: "tank.toml".into(),
+            sha256: "00".into(),
+            changed: false,
+        },
+        started_unix_ns,
+        tasks: vec![task("fast", 1_000_000), task("slow", 100_000_000)],
+    }
+}
+
+/// Every twentieth cycle of "fast" within the last minute before `now_ns`.
+pub(super) fn a_minute_of_samples(now_ns: u64) -> Vec<Sample> {
+    let sample = |number: u64| Sample {
+        task: "fast".into(),
+        cycle: number * 20,
+        at_ns: now_ns - 60_000_000_000 + number * 20_000_000,
+        release_jitter_ns: 1_000 + number,
+        execution_ns: 250_000,
+    };
+    (0..3000).map(sample).collect()
+}

@@ -1,0 +1,353 @@
+//! What the screen knows of the node, and what it is doing with it.
+
+use std::collections::HashMap;
+
+use isochrone_runtime::control::{ActiveAlarm, DescribeResult, Force, Role};
+use isochrone_timing::Distribution;
+
+use super::cursor::{Cursor, Motion};
+use super::dialog::{Asks, Dialog, Next, Question, Target};
+use super::input::{Action, Focus, Page};
+use super::news::{Done, News, Order};
+use super::signals::Signals;
+use super::timing::{TaskSamples, Windows};
+use super::view::message_lines;
+
+/// Between two looks at percentiles: digits that change faster cannot be read.
+const TIMING_INTERVAL_NS: u64 = 1_000_000_000;
+
+/// A node that answers is heard at least once a second.
+const SILENCE_NS: u64 = 1_500_000_000;
+
+/// The state of the screen.
+#[derive(Debug, Default)]
+pub(super) struct Model {
+    /// As it last described itself; `None` until it did.
+    pub(super) node: Option<DescribeResult>,
+    /// Why it does not answer at the moment.
+    pub(super) lost: Option<String>,
+    pub(super) page: Page,
+    pub(super) signals: Signals,
+    pub(super) alarms: Vec<ActiveAlarm>,
+    pub(super) alarm_cursor: Cursor,
+    pub(super) forces: Vec<Force>,
+    pub(super) force_cursor: Cursor,
+    pub(super) task_cursor: Cursor,
+    pub(super) dialog: Option<Dialog>,
+    /// What was searched for before the search that is being typed.
+    searched: Option<String>,
+    /// What happened last.
+    pub(super) note: String,
+    /// The last transaction that this screen made and that can be undone.
+    last_set: Option<u64>,
+    samples: HashMap<String, TaskSamples>,
+    windows: HashMap<String, Windows>,
+    windows_due_ns: u64,
+    /// Whether there were news since the last tick, and when there last were.
+    has_heard: bool,
+    heard_ns: u64,
+    now_ns: u64,
+    message_space: Space,
+}
+
+impl Model {
+    /// Takes in what the session has to tell.
+    pub(super) fn take(&mut self, news: News) {
+        self.has_heard = true;
+        match news {
+            News::Joined { node, signals } => {
+                if self.lost.take().is_some() {
+                    self.note = format!("node \"{}\" answers again", node.node);
+                }
+                self.describe(node);
+                self.signals.set_all(signals);
+            }
+            News::Described(node) => self.describe(node),
+            News::Values(values) => self.signals.read(&values),
+            News::Alarms(alarms) => {
+                self.signals.set_alarmed(alarms.iter().map(|alarm| alarm.name.clone()));
+                self.alarms = alarms;
+                self.alarm_cursor.set_len(self.alarms.len());
+            }
+            News::Forces(forces) => {
+                self.signals.set_forced(&forces);
+                self.forces = forces;
+                self.force_cursor.set_len(self.forces.len());
+            }
+            News::Timing(samples) => {
+                for sample in samples {
+                    self.samples.entry(sample.task.clone()).or_default().take(sample);
+                }
+            }
+            News::Done(done) => self.note_done(&done),
+            News::Refused { order, why } => {
+                let title = format!("Not done: {order}");
+                self.dialog = Some(Dialog::Message { title, text: why, first: 0 });
+            }
+            News::Lost(why) => {
+                self.lost = Some(why);
+                self.signals.forget_values();
+            }
+        }
+    }
+
+    fn describe(&mut self, node: DescribeResult) {
+        let has_restarted =
+            self.node.as_ref().is_some_and(|known| known.started_unix_ns != node.started_unix_ns);
+        if has_restarted {
+            // Its numbers are those of another run.
+            self.last_set = None;
+            self.samples.clear();
+            self.windows.clear();
+        }
+        self.task_cursor.set_len(node.tasks.len());
+        self.node = Some(node);
+    }
+
+    fn note_done(&mut self, done: &Done) {
+        let cycles = done.cycles.iter().map(|(task, cycle)| format!("{task} cycle {cycle}"));
+        let before = done.before.iter().map(|(_, value)| value.to_string());
+        let (cycles, before) = (joined(cycles), joined(before));
+        self.note = format!("#{} from {cycles}: {} (was {before})", done.transaction, done.order);
+        if matches!(done.order, Order::Set { .. }) {
+            self.last_set = Some(done.transaction);
+        }
+        if !done.warnings.is_empty() {
+            let title = format!("Done, with a warning: {}", done.order);
+            let text = done.warnings.join("\n");
+            self.dialog = Some(Dialog::Message { title, text, first: 0 });
+        }
+    }
+
+    /// Time goes on.
+    pub(super) fn tick(&mut self, now_ns: u64) {
+        self.now_ns = now_ns;
+        if std::mem::take(&mut self.has_heard) {
+            self.heard_ns = now_ns;
+        }
+        if now_ns < self.windows_due_ns {
+            return;
+        }
+        self.windows_due_ns = now_ns + TIMING_INTERVAL_NS;
+        let mut scratch = Distribution::new();
+        let windows = self
+            .samples
+            .iter_mut()
+            .map(|(task, samples)| (task.clone(), samples.windows(now_ns, &mut scratch)));
+        self.windows = windows.collect();
+    }
+
+    /// Why what is shown is not that of now.
+    pub(super) fn doubt(&self) -> Option<String> {
+        if let Some(why) = &self.lost {
+            return Some(format!("{why}; looking for it …"));
+        }
+        let silent_ns = self.now_ns.saturating_sub(self.heard_ns);
+        let seconds = silent_ns as f64 / 1e9;
+        (silent_ns > SILENCE_NS && self.node.is_some())
+            .then(|| format!("no answer for {seconds:.1} s: the values are old"))
+    }
+
+    /// The timing of a task.
+    pub(super) fn windows(&self, task: &str) -> Windows {
+        self.windows.get(task).copied().unwrap_or_default()
+    }
+
+    /// A page of a list has so many lines.
+    pub(super) fn set_rows(&mut self, rows: Rows) {
+        self.signals.set_rows(rows.signals);
+        self.task_cursor.set_rows(rows.tasks);
+        self.alarm_cursor.set_rows(rows.others);
+        self.force_cursor.set_rows(rows.others);
+        self.message_space = rows.message;
+    }
+
+    /// The signals whose values are wanted.
+    pub(super) fn watched(&self) -> Vec<String> {
+        match self.page {
+            Page::Signals => self.signals.watched(),
+            Page::Tasks | Page::Alarms | Page::Forces => Vec::new(),
+        }
+    }
+
+    /// Whose the keyboard is.
+    pub(super) fn focus(&self) -> Focus {
+        match &self.dialog {
+            Some(Dialog::Help | Dialog::Message { .. }) => Focus::Message,
+            Some(Dialog::Question(Question { asks: Asks::Confirm(_), .. })) => Focus::Confirmation,
+            Some(Dialog::Question(_)) => Focus::Answer,
+            None if self.searched.is_some() => Focus::Search,
+            None => Focus::List,
+        }
+    }
+
+    /// Does what a key asks for; returns what the node shall do.
+    pub(super) fn act(&mut self, action: Action) -> Option<Order> {
+        match action {
+            // Those concern the program.
+            Action::Quit | Action::Redraw => {}
+            Action::Help => self.dialog = Some(Dialog::Help),
+            Action::Show(page) => self.page = page,
+            Action::NextPage => self.turn(1),
+            Action::PreviousPage => self.turn(Page::ALL.len() - 1),
+            Action::Go(motion) => self.go(motion),
+            Action::List(filter) => {
+                self.page = Page::Signals;
+                self.signals.set_filter(filter);
+            }
+            Action::Search => {
+                self.page = Page::Signals;
+                self.searched = Some(self.signals.search().to_owned());
+            }
+            Action::Set => self.ask_for_value(),
+            Action::Force => self.ask_for_force(),
+            Action::Release => self.ask_for_release(),
+            Action::Undo => {
+                let mut question = Question::new(Asks::Transaction);
+                question.input = self.last_set.map(|it| it.to_string()).unwrap_or_default();
+                self.dialog = Some(Dialog::Question(question));
+            }
+            Action::Type(character) => self.edit(|text| text.push(character)),
+            Action::Erase => self.edit(|text| {
+                text.pop();
+            }),
+            Action::EraseAll => self.edit(String::clear),
+            Action::Accept => return self.accept(),
+            Action::Cancel => self.cancel(),
+        }
+        None
+    }
+
+    fn turn(&mut self, by: usize) {
+        let place = Page::ALL.iter().position(|page| *page == self.page).unwrap_or_default();
+        self.page = Page::ALL[(place + by) % Page::ALL.len()];
+    }
+
+    fn go(&mut self, motion: Motion) {
+        match &mut self.dialog {
+            Some(Dialog::Message { title, text, first }) => {
+                let lines = message_lines(title, text, self.message_space).len();
+                let last = lines.saturating_sub(self.message_space.lines);
+                *first = match motion {
+                    Motion::Up => first.saturating_sub(1),
+                    Motion::Down => *first + 1,
+                    Motion::PageUp | Motion::First => 0,
+                    Motion::PageDown | Motion::Last => last,
+                }
+                .min(last);
+            }
+            Some(_) => {}
+            None => match self.page {
+                Page::Signals => self.signals.go(motion),
+                Page::Tasks => self.task_cursor.go(motion),
+                Page::Alarms => self.alarm_cursor.go(motion),
+                Page::Forces => self.force_cursor.go(motion),
+            },
+        }
+    }
+
+    fn target(&mut self) -> Option<(Target, Role)> {
+        let signal = match self.page {
+            Page::Signals => self.signals.selected(),
+            Page::Forces => {
+                let force = self.forces.get(self.force_cursor.selected());
+                force.and_then(|force| self.signals.find(&force.name))
+            }
+            Page::Tasks | Page::Alarms => None,
+        };
+        let target = signal
+            .map(|signal| (Target::new(signal, self.signals.value(&signal.name)), signal.role));
+        if target.is_none() {
+            self.note = "select a signal first (page 1)".into();
+        }
+        target
+    }
+
+    fn ask(&mut self, asks: Asks) {
+        self.dialog = Some(Dialog::Question(Question::new(asks)));
+    }
+
+    fn ask_for_value(&mut self) {
+        match self.target() {
+            Some((target, Role::Parameter)) => self.ask(Asks::NewValue(target)),
+            Some((target, _)) => {
+                self.note = format!("{} is no parameter; f forces it", target.name);
+            }
+            None => {}
+        }
+    }
+
+    fn ask_for_force(&mut self) {
+        if let Some((target, _)) = self.target() {
+            self.ask(Asks::ForcedValue(target));
+        }
+    }
+
+    fn ask_for_release(&mut self) {
+        let Some((target, _)) = self.target() else { return };
+        if self.forces.iter().any(|force| force.name == target.name) {
+            self.ask(Asks::Confirm(Order::Release { name: target.name }));
+        } else {
+            self.note = format!("{} is not forced", target.name);
+        }
+    }
+
+    fn edit(&mut self, change: impl FnOnce(&mut String)) {
+        match &mut self.dialog {
+            Some(Dialog::Question(question)) => change(&mut question.input),
+            Some(_) => {}
+            None if self.searched.is_some() => {
+                let mut search = self.signals.search().to_owned();
+                change(&mut search);
+                self.signals.set_search(search);
+            }
+            None => {}
+        }
+    }
+
+    fn accept(&mut self) -> Option<Order> {
+        match self.dialog.take() {
+            Some(Dialog::Question(question)) => match question.answer() {
+                Next::Ask(question) => self.dialog = Some(Dialog::Question(question)),
+                Next::Send(order) => {
+                    self.note = format!("asked to {order} …");
+                    return Some(order);
+                }
+            },
+            Some(_) => {}
+            None => self.searched = None,
+        }
+        None
+    }
+
+    fn cancel(&mut self) {
+        if self.dialog.take().is_some() {
+            return;
+        }
+        match self.searched.take() {
+            Some(before) => self.signals.set_search(before),
+            // Out of a search that was accepted.
+            None => self.signals.set_search(String::new()),
+        }
+    }
+}
+
+fn joined(parts: impl Iterator<Item = String>) -> String {
+    parts.collect::<Vec<_>>().join(", ")
+}
+
+/// How many lines the lists have on the screen.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Rows {
+    pub(super) signals: usize,
+    pub(super) tasks: usize,
+    pub(super) others: usize,
+    pub(super) message: Space,
+}
+
+/// Room for a text.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Space {
+    pub(super) columns: usize,
+    pub(super) lines: usize,
+}

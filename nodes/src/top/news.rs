@@ -1,0 +1,85 @@
+//! What the screen and the session that asks the node tell each other.
+
+use isochrone_runtime::control::{
+    ActiveAlarm, DescribeResult, Force, Hold, SignalDescription, Value, Values,
+};
+
+/// From the session to the screen.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum News {
+    /// The node answers: for the first time, again, or with another configuration.
+    Joined {
+        node: DescribeResult,
+        signals: Vec<SignalDescription>,
+    },
+    Described(DescribeResult),
+    Values(Values),
+    Alarms(Vec<ActiveAlarm>),
+    Forces(Vec<Force>),
+    /// Cycles that telemetry shows.
+    Timing(Vec<Sample>),
+    Done(Done),
+    /// An order that the node did not carry out.
+    Refused {
+        order: Order,
+        why: String,
+    },
+    /// The node does not answer any more; it is looked for.
+    Lost(String),
+}
+
+/// The timing of one cycle of a task.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Sample {
+    pub(super) task: String,
+    pub(super) cycle: u64,
+    /// When it was received, ns of `CLOCK_MONOTONIC`.
+    pub(super) at_ns: u64,
+    pub(super) release_jitter_ns: u64,
+    pub(super) execution_ns: u64,
+}
+
+/// An order that the node carried out.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Done {
+    pub(super) order: Order,
+    pub(super) transaction: u64,
+    pub(super) before: Values,
+    /// The first cycle of each task with it.
+    pub(super) cycles: Vec<(String, u64)>,
+    pub(super) warnings: Vec<String>,
+}
+
+/// From the screen to the session.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Wish {
+    /// The signals whose values are wanted from now on.
+    Watch(Vec<String>),
+    Order(Order),
+}
+
+/// Something that the node is to do.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum Order {
+    Set { name: String, value: Value },
+    Force { name: String, value: Value, hold: Hold },
+    Release { name: String },
+    Undo { transaction: u64 },
+}
+
+/// As people read it.
+impl std::fmt::Display for Order {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Set { name, value } => write!(f, "set {name} to {value}"),
+            Self::Force { name, value, hold: Hold::Seconds(seconds) } => {
+                write!(f, "force {name} to {value} for {seconds} s")
+            }
+            Self::Force { name, value, hold: Hold::UntilReleased } => {
+                write!(f, "force {name} to {value} until it is released")
+            }
+            Self::Release { name } => write!(f, "release {name}"),
+            Self::Undo { transaction } => write!(f, "undo transaction {transaction}"),
+        }
+    }
+}

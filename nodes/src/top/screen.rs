@@ -1,0 +1,71 @@
+//! The terminal while the screen has it, and giving it back however the program ends.
+
+use std::io::{self, IsTerminal, Stdout, stdout};
+use std::panic;
+
+use ratatui::Terminal;
+use ratatui::backend::CrosstermBackend;
+use ratatui::crossterm::cursor::Show;
+use ratatui::crossterm::execute;
+use ratatui::crossterm::terminal::{
+    EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode,
+};
+
+use crate::failure::Failure;
+use crate::terminal;
+
+/// The terminal. It is given back when this is dropped, and before the message of a panic in any thread.
+pub(super) struct Screen {
+    pub(super) terminal: Terminal<CrosstermBackend<Stdout>>,
+}
+
+impl Screen {
+    /// Says what else there is where stdout is no terminal that can show a screen.
+    pub(super) fn check() -> Result<(), Failure> {
+        let is_dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
+        if stdout().is_terminal() && !is_dumb {
+            return Ok(());
+        }
+        let what = if is_dumb { "the terminal is \"dumb\"" } else { "stdout is no terminal" };
+        Err(Failure::usage(format!(
+            "top needs a terminal, and {what}; `isochrone show NODE` prints the signals once, and `isochrone watch NODE NAME…` prints them as they change"
+        )))
+    }
+
+    /// Takes the terminal.
+    pub(super) fn open() -> Result<Self, Failure> {
+        let before = panic::take_hook();
+        panic::set_hook(Box::new(move |panic| {
+            restore();
+            before(panic);
+        }));
+        Self::enter().map_err(|error| {
+            restore();
+            Failure::found(format!("cannot use the terminal: {error}"))
+        })
+    }
+
+    fn enter() -> io::Result<Self> {
+        enable_raw_mode()?;
+        terminal::hold_notes();
+        execute!(stdout(), EnterAlternateScreen)?;
+        Ok(Self { terminal: Terminal::new(CrosstermBackend::new(stdout()))? })
+    }
+}
+
+impl Drop for Screen {
+    fn drop(&mut self) {
+        restore();
+        // The hook of the screen has nothing left to do.
+        if !std::thread::panicking() {
+            drop(panic::take_hook());
+        }
+    }
+}
+
+/// Gives the terminal back; twice does no harm. There is no one to tell if that fails.
+pub(super) fn restore() {
+    let _ = disable_raw_mode();
+    let _ = execute!(stdout(), LeaveAlternateScreen, Show);
+    terminal::release_notes();
+}

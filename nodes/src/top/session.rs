@@ -1,0 +1,338 @@
+//! The thread that asks the node, so that the screen waits for nobody.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use isochrone_ipc::{Participant, ipc};
+use isochrone_runtime::control::{
+    AlarmsParams, Client, ClientError, Code, DescribeParams, ForceParams, ForcesParams, GetParams,
+    Params, ReleaseParams, SetParams, SetResult, UndoParams, Values,
+};
+
+use super::news::{Done, News, Order, Wish};
+use super::telemetry::Telemetry;
+use crate::failure::Failure;
+use crate::operate::{NodeArgs, client, failure, refusal};
+
+type Service = ipc::Service;
+
+/// How long an answer is waited for. A node answers within milliseconds.
+const PATIENCE: Duration = Duration::from_secs(2);
+/// Between two looks for what the screen wants, and for telemetry.
+const TURN: Duration = Duration::from_millis(10);
+/// Between two looks at values: as often as eyes can follow digits.
+const VALUES_INTERVAL: Duration = Duration::from_millis(200);
+/// Between two looks at all else.
+const STATE_INTERVAL: Duration = Duration::from_millis(1000);
+/// Between two looks for a node that is gone.
+const SEARCH_INTERVAL: Duration = Duration::from_millis(500);
+
+/// The thread, and both ways to it. It ends when this is dropped.
+pub(super) struct Session {
+    wishes: Sender<Wish>,
+    news: Receiver<News>,
+    is_over: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Session {
+    /// Starts asking a node; returns when it has answered for the first time.
+    pub(super) fn start(args: NodeArgs) -> Result<Self, Failure> {
+        let (wishes, wished) = channel();
+        let (told, news) = channel();
+        let (started, has_started) = channel();
+        let is_over = Arc::new(AtomicBool::new(false));
+        let ends = is_over.clone();
+        let serve = move || match join(&args, &ends) {
+            Ok((participant, link)) => {
+                let _ = started.send(Ok(()));
+                let mut asking = Asking {
+                    participant,
+                    node: args.node,
+                    news: told,
+                    wished,
+                    watched: Vec::new(),
+                };
+                asking.until(&ends, link);
+            }
+            Err(failure) => drop(started.send(Err(failure))),
+        };
+        let thread = thread::Builder::new().name("top".into()).spawn(serve);
+        let thread = thread.map_err(|cause| {
+            Failure::found(format!(
+                "cannot start a thread: {cause}; raise the limit of processes (ulimit -u)"
+            ))
+        })?;
+        let session = Self { wishes, news, is_over, thread: Some(thread) };
+        match has_started.recv() {
+            Ok(started) => started.map(|()| session),
+            Err(_) => Err(session.ended()),
+        }
+    }
+
+    /// What there is to tell, without waiting; an error if the thread has ended.
+    pub(super) fn news(&self) -> Result<Option<News>, Failure> {
+        use std::sync::mpsc::TryRecvError;
+        match self.news.try_recv() {
+            Ok(news) => Ok(Some(news)),
+            Err(TryRecvError::Empty) => Ok(None),
+            Err(TryRecvError::Disconnected) => Err(self.ended()),
+        }
+    }
+
+    pub(super) fn wish(&self, wish: Wish) {
+        // One that has ended is noticed with the next news.
+        let _ = self.wishes.send(wish);
+    }
+
+    fn ended(&self) -> Failure {
+        Failure::found("the thread that asks the node has ended; its panic message says why")
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        self.is_over.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            // Its panic has been reported.
+            let _ = thread.join();
+        }
+    }
+}
+
+fn join(
+    args: &NodeArgs,
+    is_over: &Arc<AtomicBool>,
+) -> Result<(Participant<Service>, Link), Failure> {
+    let participant = args.domain.join("isochrone/top")?;
+    let link = Link::open(&participant, &args.node, is_over).map_err(failure)?;
+    Ok((participant, link))
+}
+
+/// What the thread holds as long as it lives.
+struct Asking {
+    participant: Participant<Service>,
+    node: String,
+    news: Sender<News>,
+    wished: Receiver<Wish>,
+    watched: Vec<String>,
+}
+
+impl Asking {
+    fn until(&mut self, is_over: &Arc<AtomicBool>, link: Link) {
+        let mut link = Some(link);
+        let mut search = Instant::now();
+        while !is_over.load(Ordering::Relaxed) {
+            self.participant.tend();
+            if link.is_none() && Instant::now() >= search {
+                search = Instant::now() + SEARCH_INTERVAL;
+                match Link::open(&self.participant, &self.node, is_over) {
+                    Ok(open) => link = Some(open),
+                    Err(error) => self.tell(News::Lost(error.to_string())),
+                }
+            }
+            let orders = self.read_wishes();
+            match &mut link {
+                Some(open) => {
+                    if let Err(error) = self.turn(open, orders) {
+                        self.tell(News::Lost(error.to_string()));
+                        link = None;
+                        search = Instant::now() + SEARCH_INTERVAL;
+                    }
+                }
+                None => {
+                    for order in orders {
+                        let why = format!("node \"{}\" does not answer at the moment", self.node);
+                        self.tell(News::Refused { order, why });
+                    }
+                }
+            }
+            thread::sleep(TURN);
+        }
+    }
+
+    fn tell(&self, news: News) {
+        // The screen that would take it is gone only when this ends too.
+        let _ = self.news.send(news);
+    }
+
+    fn read_wishes(&mut self) -> Vec<Order> {
+        let mut orders = Vec::new();
+        for wish in self.wished.try_iter() {
+            match wish {
+                Wish::Watch(names) => self.watched = names,
+                Wish::Order(order) => orders.push(order),
+            }
+        }
+        orders
+    }
+
+    /// Asks for what is due; an error if the node does not answer.
+    fn turn(&mut self, link: &mut Link, orders: Vec<Order>) -> Result<(), ClientError> {
+        if let Some(telemetry) = &mut link.telemetry {
+            let samples = telemetry.take(&self.participant);
+            if !samples.is_empty() {
+                self.tell(News::Timing(samples));
+            }
+        }
+        let mut orders = orders.into_iter();
+        while let Some(order) = orders.next() {
+            match link.give(&order) {
+                Ok(done) => self.tell(News::Done(done)),
+                Err(error) => {
+                    self.tell(News::Refused { order, why: whole(&error) });
+                    if !matches!(error, ClientError::Refused(_)) {
+                        for order in orders {
+                            self.tell(News::Refused { order, why: "it was not asked for".into() });
+                        }
+                        return Err(error);
+                    }
+                }
+            }
+            link.state_due = Instant::now();
+        }
+        let now = Instant::now();
+        if now >= link.state_due {
+            link.state_due = now + STATE_INTERVAL;
+            self.ask_for_state(link)?;
+        }
+        if now >= link.values_due || link.watched != self.watched {
+            link.values_due = now + VALUES_INTERVAL;
+            link.watched.clone_from(&self.watched);
+            self.ask_for_values(link)?;
+        }
+        Ok(())
+    }
+
+    fn ask_for_state(&self, link: &mut Link) -> Result<(), ClientError> {
+        let node = link.client.call(&DescribeParams {})?;
+        let identity = (node.started_unix_ns, node.configuration.sha256.clone());
+        if link.identity.as_ref() == Some(&identity) {
+            self.tell(News::Described(node));
+        } else {
+            link.identity = Some(identity);
+            let signals = link.client.signals(None)?;
+            self.tell(News::Joined { node, signals });
+        }
+        self.tell(News::Alarms(link.pages(
+            |offset| AlarmsParams { offset: Some(offset), limit: None },
+            |page| (page.total, page.alarms),
+        )?));
+        self.tell(News::Forces(link.pages(
+            |offset| ForcesParams { offset: Some(offset), limit: None },
+            |page| (page.total, page.forces),
+        )?));
+        Ok(())
+    }
+
+    fn ask_for_values(&self, link: &mut Link) -> Result<(), ClientError> {
+        if link.watched.is_empty() {
+            return Ok(());
+        }
+        let names = link.watched.clone();
+        match link.client.call(&GetParams { names, offset: None, limit: None }) {
+            Ok(page) => self.tell(News::Values(page.values)),
+            Err(ClientError::Refused(failure)) if failure.code == Code::UnknownName => {
+                // The configuration was changed: the signals are others now.
+                link.identity = None;
+            }
+            Err(ClientError::Refused(failure)) if failure.code == Code::Busy => {}
+            Err(error) => return Err(error),
+        }
+        Ok(())
+    }
+}
+
+/// A node that answers.
+struct Link {
+    client: Client<Service>,
+    telemetry: Option<Telemetry>,
+    /// When the node started and what it was made from; its signals are known of that.
+    identity: Option<(u64, String)>,
+    watched: Vec<String>,
+    state_due: Instant,
+    values_due: Instant,
+}
+
+impl Link {
+    fn open(
+        participant: &Participant<Service>,
+        node: &str,
+        is_over: &Arc<AtomicBool>,
+    ) -> Result<Self, ClientError> {
+        let client = Client::connect(participant, node, PATIENCE)?;
+        let client = client.interrupted_by(is_over.clone());
+        let telemetry = Telemetry::open(participant, node)?;
+        let now = Instant::now();
+        Ok(Self {
+            client,
+            telemetry,
+            identity: None,
+            watched: Vec::new(),
+            state_due: now,
+            values_due: now,
+        })
+    }
+
+    /// All pages of a result.
+    fn pages<P: Params, T>(
+        &mut self,
+        params: impl Fn(u64) -> P,
+        items: impl Fn(P::Result) -> (u64, Vec<T>),
+    ) -> Result<Vec<T>, ClientError> {
+        let mut all = Vec::new();
+        loop {
+            let (total, page) = items(self.client.call(&params(all.len() as u64))?);
+            let is_last = page.is_empty();
+            all.extend(page);
+            if is_last || all.len() as u64 >= total {
+                return Ok(all);
+            }
+        }
+    }
+
+    fn give(&mut self, order: &Order) -> Result<Done, ClientError> {
+        let result = match order.clone() {
+            Order::Set { name, value } => {
+                let values = Values(vec![(name, value)]);
+                self.client.call(&SetParams { values, client: client(), ..SetParams::default() })?
+            }
+            Order::Force { name, value, hold } => {
+                let values = Values(vec![(name, value)]);
+                let params = ForceParams {
+                    values,
+                    seconds: hold,
+                    client: client(),
+                    ..ForceParams::default()
+                };
+                let forced = self.client.call(&params)?;
+                SetResult {
+                    transaction: forced.transaction,
+                    tasks: forced.tasks,
+                    before: forced.before,
+                    warnings: forced.warnings,
+                }
+            }
+            Order::Release { name } => self.client.call(&ReleaseParams { names: vec![name] })?,
+            Order::Undo { transaction } => self.client.call(&UndoParams { transaction })?,
+        };
+        Ok(Done {
+            order: order.clone(),
+            transaction: result.transaction,
+            before: result.before,
+            cycles: result.tasks.into_iter().map(|(task, part)| (task, part.cycle)).collect(),
+            warnings: result.warnings.iter().map(|it| format!("{}: {it}", it.name)).collect(),
+        })
+    }
+}
+
+/// Why an order was not carried out.
+fn whole(error: &ClientError) -> String {
+    match error {
+        ClientError::Refused(failure) => refusal(failure),
+        error => error.to_string(),
+    }
+}

@@ -1,0 +1,328 @@
+//! The signals of a node: which are listed, and what is known of them.
+
+use std::collections::{HashMap, HashSet};
+
+use isochrone_runtime::control::{Force, Role, SignalDescription, Value, Values};
+
+use super::cursor::{Cursor, Motion};
+use super::trace::Trace;
+use crate::operate::ok_of;
+
+/// Which signals are listed.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) enum Filter {
+    #[default]
+    All,
+    /// Inputs, with their `ok` and `age`.
+    Inputs,
+    Parameters,
+    Wired,
+    Outputs,
+}
+
+impl Filter {
+    pub(super) const ALL: [Self; 5] =
+        [Self::All, Self::Inputs, Self::Parameters, Self::Wired, Self::Outputs];
+
+    pub(super) fn as_str(self) -> &'static str {
+        match self {
+            Self::All => "all",
+            Self::Inputs => "inputs",
+            Self::Parameters => "parameters",
+            Self::Wired => "wired",
+            Self::Outputs => "outputs",
+        }
+    }
+
+    /// The key that chooses it.
+    pub(super) fn key(self) -> char {
+        match self {
+            Self::All => 'a',
+            Self::Inputs => 'i',
+            Self::Parameters => 'p',
+            Self::Wired => 'w',
+            Self::Outputs => 'o',
+        }
+    }
+
+    fn shows(self, role: Role) -> bool {
+        match self {
+            Self::All => true,
+            Self::Inputs => matches!(role, Role::Input | Role::Ok | Role::Age),
+            Self::Parameters => role == Role::Parameter,
+            Self::Wired => role == Role::Wired,
+            Self::Outputs => role == Role::Output,
+        }
+    }
+}
+
+/// What is to be said of a signal besides its value.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(super) struct Marks {
+    pub(super) forced: bool,
+    /// An input that is not ok, or a pin of a block that reports an error.
+    pub(super) bad: bool,
+}
+
+/// All signals, and those of them that are listed.
+#[derive(Debug, Default)]
+pub(super) struct Signals {
+    all: Vec<SignalDescription>,
+    /// Places in `all`.
+    listed: Vec<usize>,
+    filter: Filter,
+    search: String,
+    cursor: Cursor,
+    readings: HashMap<String, Value>,
+    traces: HashMap<String, Trace>,
+    forced: HashSet<String>,
+    /// Blocks that report an error and inputs that are not ok.
+    alarmed: HashSet<String>,
+}
+
+impl Signals {
+    /// The node has these signals now. The selected one stays selected if there still is one of its name.
+    pub(super) fn set_all(&mut self, all: Vec<SignalDescription>) {
+        let selected = self.selected().map(|signal| signal.name.clone());
+        self.all = all;
+        self.readings.clear();
+        self.traces.clear();
+        self.list(selected.as_deref());
+    }
+
+    pub(super) fn total(&self) -> usize {
+        self.all.len()
+    }
+
+    pub(super) fn listed(&self) -> usize {
+        self.listed.len()
+    }
+
+    pub(super) fn filter(&self) -> Filter {
+        self.filter
+    }
+
+    pub(super) fn search(&self) -> &str {
+        &self.search
+    }
+
+    pub(super) fn set_filter(&mut self, filter: Filter) {
+        self.filter = filter;
+        self.list_again();
+    }
+
+    /// Lists only names that contain this, in capitals or not.
+    pub(super) fn set_search(&mut self, search: String) {
+        self.search = search;
+        self.list_again();
+    }
+
+    fn list_again(&mut self) {
+        let selected = self.selected().map(|signal| signal.name.clone());
+        self.list(selected.as_deref());
+    }
+
+    fn list(&mut self, selected: Option<&str>) {
+        let search = self.search.to_lowercase();
+        let is_listed = |signal: &SignalDescription| {
+            self.filter.shows(signal.role) && signal.name.to_lowercase().contains(&search)
+        };
+        let listed = self.all.iter().enumerate().filter(|(_, signal)| is_listed(signal));
+        self.listed = listed.map(|(place, _)| place).collect();
+        self.cursor.set_len(self.listed.len());
+        let is_selected = |place: &usize| {
+            self.all.get(*place).is_some_and(|signal| Some(signal.name.as_str()) == selected)
+        };
+        self.cursor.select(self.listed.iter().position(is_selected).unwrap_or_default());
+    }
+
+    pub(super) fn set_rows(&mut self, rows: usize) {
+        self.cursor.set_rows(rows);
+    }
+
+    pub(super) fn go(&mut self, motion: Motion) {
+        self.cursor.go(motion);
+    }
+
+    /// The signal of a name.
+    pub(super) fn find(&self, name: &str) -> Option<&SignalDescription> {
+        self.all.iter().find(|signal| signal.name == name)
+    }
+
+    pub(super) fn selected(&self) -> Option<&SignalDescription> {
+        self.all.get(*self.listed.get(self.cursor.selected())?)
+    }
+
+    /// The signals on the screen, and whether each is the selected one.
+    pub(super) fn on_screen(&self) -> impl Iterator<Item = (&SignalDescription, bool)> {
+        let window = self.cursor.window();
+        let places = self.listed.get(window.clone()).unwrap_or_default();
+        let lines = window.zip(places);
+        lines.filter_map(|(line, place)| {
+            self.all.get(*place).map(|signal| (signal, line == self.cursor.selected()))
+        })
+    }
+
+    /// The names whose values the screen needs: those on it, and what its inputs are worth.
+    pub(super) fn watched(&self) -> Vec<String> {
+        let mut names = Vec::new();
+        for (signal, _) in self.on_screen() {
+            names.push(signal.name.clone());
+            if signal.role == Role::Input {
+                names.push(ok_of(&signal.name));
+            }
+        }
+        // A name that is asked for twice would be answered once.
+        let mut asked = HashSet::new();
+        names.retain(|name| asked.insert(name.clone()));
+        names
+    }
+
+    /// Takes values in. What is not among them is not known any more.
+    pub(super) fn read(&mut self, values: &Values) {
+        let mut traces = std::mem::take(&mut self.traces);
+        for (name, value) in values.iter() {
+            let mut trace = traces.remove(name).unwrap_or_default();
+            trace.push(number(value));
+            self.traces.insert(name.to_owned(), trace);
+        }
+        self.readings = values.0.iter().cloned().collect();
+    }
+
+    /// Forgets all values: they are no news any more.
+    pub(super) fn forget_values(&mut self) {
+        self.readings.clear();
+        self.traces.clear();
+    }
+
+    pub(super) fn value(&self, name: &str) -> Option<Value> {
+        self.readings.get(name).copied()
+    }
+
+    pub(super) fn trace(&self, name: &str, width: usize) -> String {
+        self.traces.get(name).map_or_else(String::new, |trace| trace.draw(width))
+    }
+
+    pub(super) fn set_forced(&mut self, forces: &[Force]) {
+        self.forced = forces.iter().map(|force| force.name.clone()).collect();
+    }
+
+    /// These blocks report an error, and these inputs are not ok.
+    pub(super) fn set_alarmed(&mut self, names: impl IntoIterator<Item = String>) {
+        self.alarmed = names.into_iter().collect();
+    }
+
+    pub(super) fn marks(&self, signal: &SignalDescription) -> Marks {
+        let name = &signal.name;
+        // Alarms are asked for less often than values.
+        let is_not_ok = signal.role == Role::Input
+            && self
+                .readings
+                .get(&ok_of(name))
+                .map_or_else(|| self.alarmed.contains(name), |ok| *ok == Value::Bool(false));
+        let is_of_failed_block =
+            matches!(signal.role, Role::Parameter | Role::Wired | Role::Output)
+                && name.rsplit_once('.').is_some_and(|(block, _)| self.alarmed.contains(block));
+        Marks { forced: self.forced.contains(name), bad: is_not_ok || is_of_failed_block }
+    }
+}
+
+fn number(value: Value) -> f64 {
+    match value {
+        Value::Bool(value) => f64::from(u8::from(value)),
+        Value::Integer(value) => value as f64,
+        Value::Number(value) => value,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::top::fixtures::{force, signal};
+
+    fn plant() -> Signals {
+        let mut signals = Signals::default();
+        let mut all = vec![
+            signal("level", Role::Input, "LREAL"),
+            signal("level.ok", Role::Ok, "BOOL"),
+            signal("level.age", Role::Age, "LREAL"),
+            signal("ramp.value", Role::Wired, "LREAL"),
+            signal("ramp.setChangeRate", Role::Parameter, "LREAL"),
+            signal("ramp.delayedValue", Role::Output, "LREAL"),
+        ];
+        all.extend((0..5000).map(|n| signal(&format!("bank.{n}.y"), Role::Output, "LREAL")));
+        signals.set_all(all);
+        signals.set_rows(20);
+        signals
+    }
+
+    fn names(signals: &Signals) -> Vec<&str> {
+        signals.on_screen().map(|(signal, _)| signal.name.as_str()).collect()
+    }
+
+    #[test]
+    fn a_filter_and_a_search_together_say_what_is_listed() {
+        let mut signals = plant();
+        signals.set_filter(Filter::Outputs);
+        signals.set_search("RAMP".into());
+        assert_eq!(names(&signals), ["ramp.delayedValue"]);
+        signals.set_filter(Filter::Inputs);
+        assert_eq!((names(&signals).len(), signals.listed()), (0, 0));
+        assert_eq!(signals.selected(), None);
+        signals.set_search(String::new());
+        assert_eq!(names(&signals), ["level", "level.ok", "level.age"]);
+    }
+
+    #[test]
+    fn the_selected_signal_stays_selected_while_it_is_listed() {
+        let mut signals = plant();
+        signals.go(Motion::Last);
+        let last = "bank.4999.y";
+        signals.set_filter(Filter::Outputs);
+        assert_eq!(signals.selected().unwrap().name, last);
+        signals.set_search("49".into());
+        assert_eq!(signals.selected().unwrap().name, last);
+        assert!(names(&signals).contains(&last));
+        signals.set_search("48".into());
+        assert_eq!(signals.selected().unwrap().name, "bank.48.y");
+    }
+
+    #[test]
+    fn of_thousands_of_signals_only_those_on_the_screen_are_asked_for_and_what_inputs_are_worth() {
+        let mut signals = plant();
+        assert_eq!(signals.watched().len(), 20);
+        signals.go(Motion::Last);
+        let watched = signals.watched();
+        assert_eq!((watched.len(), watched[19].as_str()), (20, "bank.4999.y"));
+        signals.set_filter(Filter::All);
+        signals.set_search("level".into());
+        assert_eq!(signals.watched(), ["level", "level.ok", "level.age"]);
+        signals.set_rows(1);
+        assert_eq!(signals.watched(), ["level", "level.ok"]);
+    }
+
+    #[test]
+    fn a_value_that_is_not_asked_for_any_more_is_not_shown_as_if_it_were_new() {
+        let mut signals = plant();
+        signals.read(&[("level", 1.5)].into_iter().collect());
+        assert_eq!(signals.value("level"), Some(Value::Number(1.5)));
+        signals.read(&[("ramp.value", 2.0)].into_iter().collect());
+        assert_eq!((signals.value("level"), signals.trace("level", 9)), (None, String::new()));
+        assert_eq!(signals.trace("ramp.value", 9).chars().count(), 1);
+    }
+
+    #[test]
+    fn an_input_that_is_not_ok_a_pin_of_a_failed_block_and_a_forced_signal_are_marked() {
+        let mut signals = plant();
+        signals.set_forced(&[force("ramp.delayedValue", 1.0)]);
+        signals.set_alarmed(["ramp".to_owned(), "bank.7".to_owned()]);
+        signals.read(&[("level.ok", false)].into_iter().collect());
+        let marks = |name: &str| signals.marks(signals.find(name).unwrap());
+        assert_eq!(marks("level"), Marks { bad: true, forced: false });
+        assert_eq!(marks("level.ok"), Marks::default());
+        assert_eq!(marks("ramp.delayedValue"), Marks { bad: true, forced: true });
+        assert_eq!(marks("ramp.value"), Marks { bad: true, forced: false });
+        assert_eq!(marks("bank.7.y"), Marks { bad: true, forced: false });
+        assert_eq!(marks("bank.8.y"), Marks::default());
+    }
+}

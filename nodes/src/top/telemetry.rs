@@ -1,0 +1,130 @@
+//! The timing of cycles, as a node's telemetry shows it.
+
+use std::collections::HashMap;
+
+use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_ipc::{
+    Depth, FrameLayout, FrameSubscriber, LayoutWatcher, OpenError, Participant, ipc,
+};
+
+use super::news::Sample;
+
+type Service = ipc::Service;
+
+/// Reads the telemetry of one node.
+pub(super) struct Telemetry {
+    subscriber: FrameSubscriber<Service>,
+    watcher: LayoutWatcher<Service>,
+    /// Of the frames with this number.
+    channels: Option<(u64, Vec<TaskChannels>)>,
+}
+
+/// Where the timing of a task stands in a frame.
+#[derive(Debug, PartialEq)]
+struct TaskChannels {
+    task: String,
+    cycle: usize,
+    release_jitter_ns: usize,
+    execution_ns: usize,
+}
+
+impl Telemetry {
+    /// Opens the telemetry of a node; `None` if it has none.
+    pub(super) fn open(
+        participant: &Participant<Service>,
+        node: &str,
+    ) -> Result<Option<Self>, OpenError> {
+        let service = format!("isochrone/{node}/telemetry");
+        let Some(subscriber) = FrameSubscriber::open_existing(participant, &service, Depth::All)?
+        else {
+            return Ok(None);
+        };
+        let watcher = LayoutWatcher::open(participant, &service)?;
+        Ok(Some(Self { subscriber, watcher, channels: None }))
+    }
+
+    /// The cycles that came since the last call.
+    pub(super) fn take(&mut self, participant: &Participant<Service>) -> Vec<Sample> {
+        self.subscriber.maintain();
+        self.watcher.look(participant);
+        let mut samples = Vec::new();
+        let now_ns = Monotonic.now_ns();
+        while let Some(frame) = self.subscriber.next(now_ns) {
+            let number = frame.header().layout;
+            if self.channels.as_ref().is_none_or(|(known, _)| *known != number) {
+                let announced = self.watcher.find(number);
+                self.channels = announced.map(|it| (number, channels(&it.layout)));
+            }
+            let Some((_, channels)) = &self.channels else { continue };
+            samples.extend(channels.iter().filter_map(|it| it.sample(frame.values(), now_ns)));
+        }
+        samples
+    }
+}
+
+impl TaskChannels {
+    /// What a frame says of the task; `None` while it has not run.
+    fn sample(&self, values: &[f64], at_ns: u64) -> Option<Sample> {
+        let value = |place: usize| {
+            let value = values.get(place).filter(|value| value.is_finite() && **value >= 0.0);
+            value.map(|value| *value as u64)
+        };
+        Some(Sample {
+            task: self.task.clone(),
+            cycle: value(self.cycle)?,
+            at_ns,
+            release_jitter_ns: value(self.release_jitter_ns)?,
+            execution_ns: value(self.execution_ns)?,
+        })
+    }
+}
+
+/// Finds `task.NAME.cycle` and its like.
+fn channels(layout: &FrameLayout) -> Vec<TaskChannels> {
+    let names = layout.signals.iter().enumerate();
+    let places: HashMap<&str, usize> =
+        names.map(|(place, signal)| (signal.name.as_str(), place)).collect();
+    let tasks = layout.signals.iter().filter_map(|signal| {
+        let task = signal.name.strip_prefix("task.")?.strip_suffix(".cycle")?;
+        let place = |what: &str| places.get(format!("task.{task}.{what}").as_str()).copied();
+        Some(TaskChannels {
+            task: task.to_owned(),
+            cycle: place("cycle")?,
+            release_jitter_ns: place("release_jitter_ns")?,
+            execution_ns: place("execution_ns")?,
+        })
+    });
+    tasks.collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use isochrone_ipc::SignalSpec;
+
+    use super::*;
+
+    #[test]
+    fn a_task_that_has_not_run_has_no_timing_and_no_signal_is_taken_for_one() {
+        let names = [
+            "task.fast.cycle",
+            "task.fast.release_jitter_ns",
+            "task.fast.execution_ns",
+            "level",
+            "task.slow.cycle",
+            "task.slow.release_jitter_ns",
+            "task.slow.execution_ns",
+            "task.cycle",
+        ];
+        let signals = names.map(|name| SignalSpec::new(name, "LREAL")).to_vec();
+        let layout = FrameLayout { signals, period_ns: None };
+        let nan = f64::NAN;
+        let values = [7.0, 1500.0, 250.0, 1.0, nan, nan, nan, 3.0];
+        let channels = channels(&layout);
+        let samples: Vec<_> = channels.iter().filter_map(|it| it.sample(&values, 9)).collect();
+        let task = "fast".to_owned();
+        let expected =
+            Sample { task, cycle: 7, at_ns: 9, release_jitter_ns: 1500, execution_ns: 250 };
+        assert_eq!(samples, [expected]);
+        assert!(channels.iter().all(|it| it.sample(&[], 9).is_none()), "a shorter frame");
+    }
+}

@@ -1,0 +1,148 @@
+//! The timing of a task's cycles over the last second and the last minute.
+
+use std::collections::VecDeque;
+
+use isochrone_timing::{Distribution, Summary};
+
+use super::news::Sample;
+
+const SECOND_NS: u64 = 1_000_000_000;
+const MINUTE_NS: u64 = 60 * SECOND_NS;
+
+/// The cycles of a task that telemetry showed within the last minute.
+#[derive(Debug, Default)]
+pub(super) struct TaskSamples {
+    samples: VecDeque<Sample>,
+}
+
+/// What the samples of some time say.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Window {
+    /// Cycles that telemetry showed.
+    pub(super) shown: u64,
+    /// Cycles that there were from the first to the last of them.
+    pub(super) cycles: u64,
+    /// Release jitter of those that were shown, ns.
+    pub(super) jitter: Summary,
+    /// Mean execution time of those that were shown, ns; `None` where none was.
+    pub(super) execution_ns: Option<f64>,
+}
+
+/// Both times.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(super) struct Windows {
+    pub(super) second: Window,
+    pub(super) minute: Window,
+}
+
+impl TaskSamples {
+    /// Takes a cycle in. Telemetry repeats the newest cycle of a task until there is a newer one.
+    pub(super) fn take(&mut self, sample: Sample) {
+        let newest = self.samples.back().map(|newest| newest.cycle);
+        if newest == Some(sample.cycle) {
+            return;
+        }
+        if newest > Some(sample.cycle) {
+            // The node was started again.
+            self.samples.clear();
+        }
+        self.samples.push_back(sample);
+    }
+
+    /// What the last second and the last minute before `now_ns` say; older samples are forgotten.
+    pub(super) fn windows(&mut self, now_ns: u64, scratch: &mut Distribution) -> Windows {
+        let is_old = |sample: &Sample| sample.at_ns.saturating_add(MINUTE_NS) < now_ns;
+        while self.samples.front().is_some_and(is_old) {
+            self.samples.pop_front();
+        }
+        Windows {
+            second: self.window(now_ns.saturating_sub(SECOND_NS), scratch),
+            minute: self.window(0, scratch),
+        }
+    }
+
+    fn window(&self, since_ns: u64, scratch: &mut Distribution) -> Window {
+        let first = self.samples.partition_point(|sample| sample.at_ns < since_ns);
+        let samples = self.samples.range(first..);
+        let cycles = match (samples.clone().next(), self.samples.back()) {
+            (Some(first), Some(last)) => last.cycle - first.cycle + 1,
+            _ => 0,
+        };
+        scratch.clear();
+        let mut execution_ns = 0;
+        for sample in samples {
+            scratch.record(sample.release_jitter_ns);
+            execution_ns += sample.execution_ns;
+        }
+        let shown = scratch.count();
+        Window {
+            shown,
+            cycles,
+            jitter: scratch.summary(),
+            execution_ns: (shown > 0).then(|| execution_ns as f64 / shown as f64),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sample(cycle: u64, at_ns: u64, release_jitter_ns: u64) -> Sample {
+        Sample { task: "t".into(), cycle, at_ns, release_jitter_ns, execution_ns: 500 }
+    }
+
+    /// One of twenty cycles of 1 ms is shown, for ninety seconds; its jitter is its number.
+    fn ninety_seconds() -> TaskSamples {
+        let mut samples = TaskSamples::default();
+        for number in 0..90 * 50 {
+            samples.take(sample(number * 20, number * 20_000_000, number));
+        }
+        samples
+    }
+
+    #[test]
+    fn a_window_has_the_cycles_of_its_time_alone_and_says_how_many_those_are_of_how_many() {
+        let mut samples = ninety_seconds();
+        let now_ns = 90 * SECOND_NS;
+        let windows = samples.windows(now_ns, &mut Distribution::new());
+        assert_eq!((windows.second.shown, windows.second.cycles), (50, 981));
+        assert_eq!(
+            (windows.second.jitter.min, windows.second.jitter.max),
+            (Some(4450), Some(4499))
+        );
+        assert_eq!((windows.minute.shown, windows.minute.cycles), (3000, 59_981));
+        assert_eq!(windows.minute.jitter.min, Some(1500));
+        assert_eq!(windows.second.execution_ns, Some(500.0));
+    }
+
+    #[test]
+    fn a_percentile_that_too_few_samples_support_is_none() {
+        let windows = ninety_seconds().windows(90 * SECOND_NS, &mut Distribution::new());
+        assert!(windows.second.jitter.p50.is_some() && windows.second.jitter.p99.is_none());
+        assert!(windows.minute.jitter.p99.is_some());
+    }
+
+    #[test]
+    fn a_node_that_says_nothing_any_more_has_no_timing() {
+        let mut samples = ninety_seconds();
+        let mut scratch = Distribution::new();
+        let later = samples.windows(100 * SECOND_NS, &mut scratch);
+        assert_eq!(later.second, Window::default());
+        assert_eq!(later.minute.shown, 2500);
+        assert_eq!(samples.windows(200 * SECOND_NS, &mut scratch), Windows::default());
+    }
+
+    #[test]
+    fn a_cycle_that_telemetry_repeats_counts_once_and_a_new_start_forgets_what_was_before() {
+        let mut samples = TaskSamples::default();
+        for (cycle, at_ns) in [(7, 1), (7, 2), (7, 3), (8, 4)] {
+            samples.take(sample(cycle, at_ns, 1));
+        }
+        let mut scratch = Distribution::new();
+        assert_eq!(samples.windows(5, &mut scratch).minute.shown, 2);
+        samples.take(sample(0, 6, 9));
+        let windows = samples.windows(7, &mut scratch);
+        assert_eq!((windows.minute.shown, windows.minute.jitter.max), (1, Some(9)));
+    }
+}

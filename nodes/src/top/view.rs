@@ -1,0 +1,137 @@
+//! The screen as it looks.
+
+mod dialogs;
+mod lists;
+mod tasks;
+mod text;
+
+use isochrone_runtime::control::Access;
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::text::{Line, Span};
+
+pub(super) use self::dialogs::message_lines;
+use self::text::plain;
+use super::input::{Focus, Page};
+use super::model::{Model, Rows};
+use super::palette::Palette;
+
+/// From this height on, tasks stand below the signals as well.
+const TALL: u16 = 34;
+
+/// The parts of the screen.
+struct Regions {
+    header: Rect,
+    pages: Rect,
+    body: Rect,
+    /// The tasks below the signals; empty where there is no room.
+    tasks: Rect,
+    note: Rect,
+    keys: Rect,
+}
+
+fn regions(area: Rect, model: &Model) -> Regions {
+    let has_tasks = area.height >= TALL && model.page == Page::Signals;
+    let tasks = if has_tasks { tasks::height_below(model, area.height) } else { 0 };
+    let [header, pages, body, tasks, note, keys] = Layout::vertical([
+        Constraint::Length(1),
+        Constraint::Length(1),
+        Constraint::Min(0),
+        Constraint::Length(tasks),
+        Constraint::Length(1),
+        Constraint::Length(1),
+    ])
+    .areas(area);
+    Regions { header, pages, body, tasks, note, keys }
+}
+
+/// How many lines the lists have on a screen of this size.
+pub(super) fn rows(area: Rect, model: &Model) -> Rows {
+    let body = regions(area, model).body;
+    Rows {
+        signals: lists::signal_rows(body),
+        tasks: tasks::rows(body),
+        others: lists::other_rows(body),
+        message: dialogs::message_space(area),
+    }
+}
+
+/// Draws everything.
+pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, palette: Palette) {
+    let area = frame.area();
+    let regions = regions(area, model);
+    frame.render_widget(header(model, palette), regions.header);
+    frame.render_widget(pages(model, palette), regions.pages);
+    match model.page {
+        Page::Signals => lists::draw_signals(frame, regions.body, model, palette),
+        Page::Tasks => tasks::draw(frame, regions.body, model, palette),
+        Page::Alarms => lists::draw_alarms(frame, regions.body, model, palette),
+        Page::Forces => lists::draw_forces(frame, regions.body, model, palette),
+    }
+    if regions.tasks.height > 0 {
+        tasks::draw_jitter(frame, regions.tasks, model, palette);
+    }
+    frame.render_widget(note(model, palette), regions.note);
+    frame.render_widget(keys(model), regions.keys);
+    if let Some(dialog) = &model.dialog {
+        dialogs::draw(frame, area, dialog, palette);
+    }
+}
+
+fn header<'a>(model: &'a Model, palette: Palette) -> Line<'a> {
+    let Some(node) = &model.node else { return Line::default() };
+    let changed = if node.configuration.changed { ", changed since" } else { "" };
+    let access = match node.control {
+        Access::Off | Access::Read => "read only (control = \"read\")",
+        Access::Set => "set (control = \"set\": no forces)",
+        Access::Force => "set and force",
+    };
+    Line::from(vec![
+        Span::styled(plain(&node.node), palette.heading()),
+        Span::raw(format!("  {}{changed}  {access}", plain(&node.configuration.file))),
+    ])
+}
+
+fn pages(model: &Model, palette: Palette) -> Line<'static> {
+    let alarms = if model.alarms.is_empty() { palette.heading() } else { palette.bad() };
+    let forces = if model.forces.is_empty() { palette.heading() } else { palette.forced() };
+    let count = |count: usize| if count == 0 { String::new() } else { format!(" ({count})") };
+    let page = |page: Page| match page {
+        Page::Signals => ("1 Signals".to_owned(), palette.heading()),
+        Page::Tasks => ("2 Tasks".to_owned(), palette.heading()),
+        Page::Alarms => (format!("3 Alarms{}", count(model.alarms.len())), alarms),
+        Page::Forces => (format!("4 Forces{}", count(model.forces.len())), forces),
+    };
+    let spans = Page::ALL.into_iter().flat_map(|it| {
+        let (title, style) = page(it);
+        let style = if it == model.page { style.patch(palette.selected()) } else { style };
+        [Span::styled(format!(" {title} "), style), Span::raw(" ")]
+    });
+    Line::from(spans.collect::<Vec<_>>())
+}
+
+fn note(model: &Model, palette: Palette) -> Line<'static> {
+    match model.doubt() {
+        Some(doubt) => Line::styled(plain(&doubt).into_owned(), palette.bad()),
+        None => Line::raw(plain(&model.note).into_owned()),
+    }
+}
+
+fn keys(model: &Model) -> Line<'static> {
+    Line::raw(match (model.focus(), model.page) {
+        (Focus::Search, _) => "type a part of a name   Enter keep   Esc leave",
+        (Focus::Answer, _) => "Enter next   Esc leave   Ctrl-U erase",
+        (Focus::Confirmation, _) => "Enter or y do it   Esc or n leave",
+        (Focus::Message, _) => "Enter close   Up and Down scroll",
+        (Focus::List, Page::Signals) => {
+            "Enter set  f force  r release  u undo  / search  a i p w o list  ? help  q quit"
+        }
+        (Focus::List, Page::Forces) => {
+            "f force again  r release  u undo  Tab next page  ? help  q quit"
+        }
+        (Focus::List, Page::Tasks | Page::Alarms) => "u undo  Tab next page  ? help  q quit",
+    })
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,143 @@
+//! Tasks and the timing of their cycles.
+
+use isochrone_runtime::control::TaskDescription;
+use isochrone_timing::Summary;
+use isochrone_timing::units::{duration, period, three_digits};
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Rect};
+use ratatui::text::Line;
+use ratatui::widgets::{Cell, Row};
+
+use super::lists::{right, table};
+use super::text::{NONE, plain};
+use crate::top::model::Model;
+use crate::top::palette::Palette;
+use crate::top::timing::Window;
+
+const NAME_WIDTH: u16 = 13;
+/// Of a count of cycles and of how many they are.
+const SHOWN_WIDTH: u16 = 12;
+/// Of a time with three digits and its unit.
+const TIME_WIDTH: u16 = 8;
+/// The page's lines besides those of tasks: two headings, two blank ones, one above the columns of
+/// the jitter, and two of explanation.
+const OTHER_LINES: u16 = 7;
+
+/// What the timing is of, and what it is not.
+const EXPLANATION: [&str; 2] = [
+    "Jitter and CPU are of the shown cycles: telemetry shows at most 50 a second of",
+    "each task, and nothing of those between. \"-\": too few cycles, or none so far.",
+];
+
+/// Lines of tasks on their page, which has each task twice.
+pub(super) fn rows(body: Rect) -> usize {
+    usize::from(body.height.saturating_sub(OTHER_LINES) / 2).max(1)
+}
+
+/// Height of the tasks below the signals.
+pub(super) fn height_below(model: &Model, height: u16) -> u16 {
+    let tasks = model.node.as_ref().map_or(0, |node| node.tasks.len());
+    let wanted = u16::try_from(tasks).unwrap_or(u16::MAX).saturating_add(3);
+    if tasks == 0 { 0 } else { wanted.min(height / 4) }
+}
+
+pub(super) fn draw(frame: &mut Frame<'_>, body: Rect, model: &Model, palette: Palette) {
+    let shown = shown(model).len();
+    let shown = u16::try_from(shown).unwrap_or(u16::MAX);
+    let areas = Layout::vertical([
+        Constraint::Length(shown + 2),
+        Constraint::Length(shown + 3),
+        Constraint::Length(2),
+    ]);
+    let [counts, jitter, explanation] = areas.areas(body);
+    draw_counts(frame, counts, model, palette);
+    draw_jitter(frame, jitter, model, palette);
+    frame
+        .render_widget(ratatui::text::Text::from(EXPLANATION.map(Line::raw).to_vec()), explanation);
+}
+
+fn shown(model: &Model) -> &[TaskDescription] {
+    let tasks = model.node.as_ref().map_or(&[][..], |node| &node.tasks);
+    tasks.get(model.task_cursor.window()).unwrap_or(tasks)
+}
+
+fn draw_counts(frame: &mut Frame<'_>, area: Rect, model: &Model, palette: Palette) {
+    let rows = shown(model).iter().map(|task| {
+        let window = model.windows(&task.name).second;
+        let count = |count: u64| {
+            let cell = right(count.to_string());
+            if count > 0 { cell.style(palette.bad()) } else { cell }
+        };
+        Row::new([
+            Cell::from(plain(&task.name)),
+            right(period(task.period_ns)),
+            right(task.cycle.to_string()),
+            count(task.missed),
+            count(task.overruns),
+            right(task.forces.to_string()),
+            right(cpu(&window, task.period_ns)),
+            right(shown_of(&window)),
+        ])
+    });
+    let heading = [
+        "task".into(),
+        right("period"),
+        right("cycle"),
+        right("missed"),
+        right("overruns"),
+        right("forces"),
+        right("CPU"),
+        right("shown, 1 s"),
+    ];
+    let widths = [NAME_WIDTH, TIME_WIDTH, 12, 7, 8, 6, 6, SHOWN_WIDTH].map(Constraint::Length);
+    frame.render_widget(table(heading, rows, widths, palette), area);
+}
+
+/// The jitter of each task's releases.
+pub(super) fn draw_jitter(frame: &mut Frame<'_>, area: Rect, model: &Model, palette: Palette) {
+    let [title, list] = Layout::vertical([Constraint::Length(1), Constraint::Min(0)]).areas(area);
+    let columns = usize::from(TIME_WIDTH) * 3 + 2;
+    let (second, minute) = ("1 s of shown cycles", "1 min of shown cycles");
+    let text = format!(
+        "{:<width$} {second:^columns$} {minute:^columns$}",
+        "jitter",
+        width = NAME_WIDTH.into()
+    );
+    frame.render_widget(Line::styled(text, palette.heading()), title);
+    let rows = shown(model).iter().map(|task| {
+        let windows = model.windows(&task.name);
+        let times = |jitter: Summary| {
+            [jitter.p50, jitter.p99, jitter.max]
+                .map(|ns| right(ns.map_or(NONE.into(), |ns| duration(ns as f64))))
+        };
+        let name = Cell::from(plain(&task.name));
+        let cells = [name].into_iter().chain(times(windows.second.jitter));
+        let cells = cells.chain(times(windows.minute.jitter));
+        Row::new(cells.chain([right(shown_of(&windows.minute))]))
+    });
+    let heading = [
+        "task".into(),
+        right("p50"),
+        right("p99"),
+        right("max"),
+        right("p50"),
+        right("p99"),
+        right("max"),
+        right("shown, 1 min"),
+    ];
+    let [second, minute] = [[TIME_WIDTH; 3]; 2];
+    let widths = [[NAME_WIDTH].as_slice(), &second, &minute, &[SHOWN_WIDTH]].concat();
+    let widths: [u16; 8] = widths.try_into().unwrap_or_default();
+    frame.render_widget(table(heading, rows, widths.map(Constraint::Length), palette), list);
+}
+
+/// The part of its period that a task's cycles take.
+fn cpu(window: &Window, period_ns: u64) -> String {
+    let part = window.execution_ns.filter(|_| period_ns > 0).map(|ns| ns / period_ns as f64);
+    part.map_or(NONE.into(), |part| format!("{}%", three_digits(part * 100.0)))
+}
+
+/// How many cycles the figures rest on, of how many there were.
+fn shown_of(window: &Window) -> String {
+    if window.shown == 0 { NONE.into() } else { format!("{}/{}", window.shown, window.cycles) }
+}

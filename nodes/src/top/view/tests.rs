@@ -1,0 +1,302 @@
+use isochrone_runtime::control::{Hold, Role, Value, Values};
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::buffer::Buffer;
+use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
+use ratatui::style::Color;
+
+use super::*;
+use crate::top::fixtures::{a_minute_of_samples, alarm, force, node, signal};
+use crate::top::input::action;
+use crate::top::news::{Done, News, Order};
+
+const NOW_NS: u64 = 100_000_000_000;
+
+/// A node with an input that is not ok, a forced output, an alarm and a few hundred signals more.
+fn plant() -> Model {
+    let mut model = Model::default();
+    let mut signals = vec![
+        signal("level", Role::Input, "LREAL"),
+        signal("ramp.setChangeRate", Role::Parameter, "LREAL"),
+        signal("ramp.delayedValue", Role::Output, "LREAL"),
+        signal("ramp.status", Role::Output, "WORD"),
+    ];
+    signals.extend((0..300).map(|n| signal(&format!("bank.{n}.y"), Role::Output, "LREAL")));
+    model.take(News::Joined { node: node(1), signals });
+    model.take(News::Alarms(vec![alarm("level", None), alarm("scale", Some(0x8203))]));
+    model.take(News::Forces(vec![force("ramp.delayedValue", 1.25)]));
+    model.take(News::Timing(a_minute_of_samples(NOW_NS)));
+    model.tick(NOW_NS);
+    for value in [1.0, 2.0, 4.0] {
+        let values = [
+            ("level", Value::Number(value)),
+            ("level.ok", Value::Bool(false)),
+            ("ramp.setChangeRate", Value::Number(5.0)),
+            ("ramp.delayedValue", Value::Number(1.25)),
+            ("ramp.status", Value::Integer(0x8203)),
+        ];
+        model.take(News::Values(values.into_iter().collect()));
+    }
+    model
+}
+
+fn buffer(model: &mut Model, size: (u16, u16), palette: Palette) -> Buffer {
+    let mut terminal = Terminal::new(TestBackend::new(size.0, size.1)).unwrap();
+    model.set_rows(rows(Rect::new(0, 0, size.0, size.1), model));
+    terminal.draw(|frame| draw(frame, model, palette)).unwrap();
+    terminal.backend().buffer().clone()
+}
+
+fn lines(model: &mut Model, size: (u16, u16)) -> Vec<String> {
+    let buffer = buffer(model, size, Palette::Plain);
+    let line = |y| (0..size.0).map(|x| buffer[(x, y)].symbol()).collect::<String>();
+    (0..size.1).map(|y| line(y).trim_end().to_owned()).collect()
+}
+
+fn shown(model: &mut Model) -> String {
+    lines(model, (80, 24)).join("\n")
+}
+
+#[track_caller]
+fn assert_shows(model: &mut Model, texts: &[&str]) {
+    let shown = shown(model);
+    for text in texts {
+        assert!(shown.contains(text), "{text}\n{shown}");
+    }
+}
+
+/// Presses keys; returns the last order that this gave.
+fn press(model: &mut Model, keys: &str) -> Option<Order> {
+    let mut order = None;
+    for key in keys.chars() {
+        let code = match key {
+            '\n' => KeyCode::Enter,
+            '\u{1b}' => KeyCode::Esc,
+            '\u{8}' => KeyCode::Backspace,
+            '\t' => KeyCode::Tab,
+            '↓' => KeyCode::Down,
+            key => KeyCode::Char(key),
+        };
+        let action = action(model.focus(), KeyEvent::new(code, KeyModifiers::NONE));
+        order = action.and_then(|action| model.act(action));
+    }
+    order
+}
+
+#[test]
+fn signals_have_marks_roles_values_units_and_a_trend() {
+    let lines = lines(&mut plant(), (80, 24));
+    assert!(lines[0].starts_with("tank  tank.toml  set and force"), "{lines:#?}");
+    assert_eq!(lines[1], " 1 Signals   2 Tasks   3 Alarms (2)   4 Forces (1)");
+    let row = |name: &str| {
+        let row = lines.iter().find(|line| line.get(3..).is_some_and(|it| it.starts_with(name)));
+        row.unwrap_or_else(|| panic!("{name}\n{lines:#?}")).split_whitespace().collect::<Vec<_>>()
+    };
+    assert_eq!(row("level"), ["!", "level", "input", "4", "m/s", "▁▃█"]);
+    assert_eq!(row("ramp.setChange"), ["ramp.setChangeRate", "parameter", "5", "m/s", "▁▁▁"]);
+    assert_eq!(row("ramp.delayed"), ["F", "ramp.delayedValue", "output", "1.25", "m/s", "▁▁▁"]);
+    assert_eq!(row("ramp.status")[2], "16#8203");
+    assert_eq!(row("bank.0.y"), ["bank.0.y", "output", "-", "m/s"], "not known is no 0");
+    assert!(lines[21].contains("level  not ok  LREAL  task fast  what level is for"), "{lines:#?}");
+}
+
+#[test]
+fn nothing_is_drawn_with_a_colour_where_none_is_wanted_and_never_with_a_background() {
+    for page in Page::ALL {
+        let mut model = plant();
+        model.page = page;
+        let plain = buffer(&mut model, (80, 24), Palette::Plain);
+        assert!(plain.content().iter().all(|cell| cell.fg == Color::Reset), "{page:?}");
+        let colour = buffer(&mut model, (80, 24), Palette::Colour);
+        assert!(colour.content().iter().all(|cell| cell.bg == Color::Reset), "{page:?}");
+        assert!(colour.content().iter().any(|cell| cell.fg == Color::Red), "{page:?}");
+        let text = |buffer: &Buffer| {
+            buffer.content().iter().map(|cell| cell.symbol().to_owned()).collect::<String>()
+        };
+        assert_eq!(text(&plain), text(&colour), "colour says nothing that a letter does not");
+    }
+}
+
+#[test]
+fn tasks_show_their_counts_and_the_jitter_of_the_cycles_that_telemetry_shows() {
+    let mut model = plant();
+    model.page = Page::Tasks;
+    let lines = lines(&mut model, (80, 24));
+    let rows = |name: &str| {
+        let rows = lines.iter().filter(|line| line.starts_with(name));
+        rows.map(|row| row.split_whitespace().collect::<Vec<_>>()).collect::<Vec<_>>()
+    };
+    let [counts, jitter] = &rows("fast ")[..] else { panic!("{lines:#?}") };
+    assert_eq!(counts[1..], ["1", "ms", "123456", "2", "1", "1", "25.0%", "50/981"]);
+    // p50 and maximum of a second of fifty samples, which say nothing of a p99.
+    assert_eq!(jitter[1..6], ["3.98", "us", "-", "4.00", "us"], "{lines:#?}");
+    assert_eq!(jitter[6..], ["2.50", "us", "3.97", "us", "4.00", "us", "3000/59981"]);
+    let [counts, jitter] = &rows("slow ")[..] else { panic!("{lines:#?}") };
+    assert_eq!(counts[7..], ["-", "-"], "a task of which nothing is known has no CPU of 0");
+    assert_eq!(jitter[1..], ["-"; 7], "{lines:#?}");
+    assert!(lines.iter().any(|line| line.contains("1 min of shown cycles")), "{lines:#?}");
+    assert!(lines.iter().any(|line| line.contains("telemetry shows at most 50 a second")));
+}
+
+#[test]
+fn alarms_and_forces_have_pages_of_their_own() {
+    let mut model = plant();
+    press(&mut model, "3");
+    assert_shows(&mut model, &["scale", "16#8203", "what is wrong with scale", "since cycle"]);
+    press(&mut model, "\t");
+    assert_shows(&mut model, &["ramp.delayedValue", "1.25", "100", "5100", "ann"]);
+    model.take(News::Alarms(Vec::new()));
+    model.take(News::Forces(Vec::new()));
+    assert_shows(&mut model, &["nothing is forced", " 3 Alarms   4 Forces"]);
+    press(&mut model, "3");
+    assert_shows(&mut model, &["no block reports an error, and every input is ok"]);
+}
+
+#[test]
+fn a_parameter_is_set_with_enter_a_value_and_a_confirmation() {
+    let mut model = plant();
+    assert_eq!(press(&mut model, "p\n"), None);
+    assert_shows(&mut model, &["Set a parameter", "ramp.setChangeRate (LREAL), now 5 m/s", "> "]);
+    assert_eq!(press(&mut model, "fast\n"), None);
+    assert_shows(&mut model, &["> fast", "a value is true, false, a number"]);
+    assert_eq!(press(&mut model, "\u{8}\u{8}\u{8}\u{8}7.5\n"), None);
+    assert_shows(&mut model, &["Do this?", "set ramp.setChangeRate to 7.5", "now 5 m/s"]);
+    let order = Order::Set { name: "ramp.setChangeRate".into(), value: Value::Number(7.5) };
+    assert_eq!(press(&mut model, "\n"), Some(order.clone()));
+    assert_shows(&mut model, &["asked to set ramp.setChangeRate to 7.5"]);
+    let before: Values = [("ramp.setChangeRate", 5.0)].into_iter().collect();
+    let cycles = vec![("fast".to_owned(), 777)];
+    model.take(News::Done(Done { order, transaction: 12, before, cycles, warnings: vec![] }));
+    assert_shows(&mut model, &["#12 from fast cycle 777: set ramp.setChangeRate to 7.5 (was 5.0)"]);
+    // Undo begins with the last set.
+    press(&mut model, "u");
+    assert_shows(&mut model, &["Undo which transaction?", "> 12"]);
+    assert_eq!(press(&mut model, "\ny"), Some(Order::Undo { transaction: 12 }));
+}
+
+#[test]
+fn a_dialog_that_is_left_gives_no_order() {
+    let mut model = plant();
+    for keys in ["p\n\u{1b}", "p\n7\n\u{1b}", "p\n7\nn", "f1\n\u{1b}", "f1\n5\nn"] {
+        assert_eq!(press(&mut model, keys), None, "{keys:?}");
+        assert_eq!((model.focus(), &model.dialog), (Focus::List, &None), "{keys:?}");
+    }
+}
+
+#[test]
+fn a_force_has_a_time_and_is_released_where_it_is_listed() {
+    let mut model = plant();
+    assert_eq!(press(&mut model, "i\nf"), None);
+    assert_shows(&mut model, &["Force a signal", "level (LREAL), now 4 m/s"]);
+    press(&mut model, "1.5\n");
+    assert_shows(&mut model, &["Force for how long?", "level to 1.5", "until it is released"]);
+    press(&mut model, "30\n");
+    assert_shows(&mut model, &["force level to 1.5 for 30 s"]);
+    let order = press(&mut model, "\n");
+    let (name, value) = ("level".to_owned(), Value::Number(1.5));
+    assert_eq!(order, Some(Order::Force { name, value, hold: Hold::Seconds(30.0) }));
+    press(&mut model, "r");
+    assert_shows(&mut model, &["level is not forced"]);
+    let name = "ramp.delayedValue".to_owned();
+    assert_eq!(press(&mut model, "4r\n"), Some(Order::Release { name }));
+}
+
+#[test]
+fn only_parameters_are_set() {
+    let mut model = plant();
+    assert_eq!(press(&mut model, "i\n"), None);
+    assert_shows(&mut model, &["level is no parameter; f forces it"]);
+    press(&mut model, "2f");
+    assert_shows(&mut model, &["select a signal first"]);
+}
+
+#[test]
+fn an_error_of_the_node_is_shown_whole_and_can_be_scrolled() {
+    let mut model = plant();
+    let order = Order::Undo { transaction: 3 };
+    let why: String = (0..60).map(|n| format!("finding {n} is wrong in some way\n")).collect();
+    model.take(News::Refused { order, why });
+    assert_shows(&mut model, &["The node says", "Not done: undo transaction 3", "finding 0 "]);
+    press(&mut model, &"↓".repeat(500));
+    assert_shows(&mut model, &["finding 59 "]);
+    press(&mut model, "\n");
+    assert!(!shown(&mut model).contains("finding"));
+}
+
+#[test]
+fn a_search_lists_what_contains_it_while_it_is_typed_and_escape_takes_it_back() {
+    let mut model = plant();
+    press(&mut model, "/BANK.29");
+    assert_shows(&mut model, &["/BANK.29", "11 of 304 listed", "bank.299.y"]);
+    press(&mut model, "\n");
+    assert_eq!(model.focus(), Focus::List);
+    press(&mut model, "/9");
+    assert_shows(&mut model, &["/BANK.299", "1 of 304 listed"]);
+    press(&mut model, "\u{1b}");
+    assert_shows(&mut model, &["/BANK.29", "11 of 304 listed"]);
+    press(&mut model, "\u{1b}");
+    assert_shows(&mut model, &["304 of 304 listed"]);
+}
+
+#[test]
+fn a_node_that_is_gone_is_said_and_its_last_values_are_not_shown_as_new() {
+    let mut model = plant();
+    model.take(News::Lost("node \"tank\" ended before it answered".into()));
+    let text = shown(&mut model);
+    assert!(text.contains("ended before it answered; looking for it"), "{text}");
+    assert!(!text.contains("1.25"), "{text}");
+    model.take(News::Joined { node: node(2), signals: vec![signal("new", Role::Input, "INT")] });
+    assert_shows(&mut model, &["node \"tank\" answers again", "new", "1 of 1 listed"]);
+    model.page = Page::Tasks;
+    model.tick(NOW_NS * 2);
+    assert!(!shown(&mut model).contains("25.0%"), "the timing was that of another run");
+}
+
+#[test]
+fn values_that_are_old_because_the_node_is_silent_are_said_to_be() {
+    let mut model = plant();
+    model.tick(NOW_NS + 1_000_000_000);
+    model.tick(NOW_NS + 1_900_000_000);
+    assert!(!shown(&mut model).contains("no answer"));
+    model.tick(NOW_NS + 4_000_000_000);
+    assert_shows(&mut model, &["no answer for 3.0 s: the values are old"]);
+    model.take(News::Described(node(1)));
+    model.tick(NOW_NS + 5_000_000_000);
+    assert!(!shown(&mut model).contains("no answer"));
+}
+
+#[test]
+fn a_large_screen_shows_the_tasks_below_the_signals() {
+    let mut model = plant();
+    let lines = lines(&mut model, (140, 40));
+    assert!(lines.iter().any(|line| line.contains("bank.20.y")), "{lines:#?}");
+    assert!(lines.iter().any(|line| line.contains("1 min of shown cycles")), "{lines:#?}");
+    assert!(lines.iter().any(|line| line.starts_with("slow")), "{lines:#?}");
+}
+
+#[test]
+fn names_that_command_a_terminal_are_shown_as_text() {
+    let mut model = Model::default();
+    let signals = vec![signal("a\u{1b}[2Jb", Role::Output, "LREAL")];
+    model.take(News::Joined { node: node(1), signals });
+    assert_shows(&mut model, &[r"a\u001b[2Jb"]);
+}
+
+#[test]
+fn everything_can_be_drawn_on_a_screen_of_any_size() {
+    let mut model = plant();
+    let why = "a long reason ".repeat(50);
+    for keys in ["", "2", "3", "4", "?", "\u{1b}1p\n", "1", "\n"] {
+        press(&mut model, keys);
+        for width in [1, 7, 39, 80, 200] {
+            for height in [1, 3, 9, 24, 50] {
+                buffer(&mut model, (width, height), Palette::Colour);
+            }
+        }
+    }
+    model.take(News::Refused { order: Order::Undo { transaction: 1 }, why });
+    for size in [(1, 1), (5, 3), (80, 4)] {
+        press(&mut model, "↓");
+        buffer(&mut model, size, Palette::Plain);
+    }
+}
