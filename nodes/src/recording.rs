@@ -4,4 +4,5 @@ mod error;
 mod read;
 mod values;
 
+pub(crate) use read::RowsAre;
 pub(crate) use values::Recording;

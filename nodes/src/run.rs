@@ -2,7 +2,7 @@
 
 mod report;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::thread;
 
 use isochrone_blocks::BlockType;
@@ -12,6 +12,7 @@ use isochrone_ipc::Participant;
 use isochrone_machine::Environment;
 use isochrone_processes::Stop;
 use isochrone_report::Report;
+use isochrone_runtime::journal::Journal;
 use isochrone_runtime::{
     End, Node, NodePanicked, Outcome, POLL_INTERVAL, Running, hold_panic_messages, warning,
 };
@@ -45,6 +46,11 @@ pub(crate) struct Args {
     /// Write the report (JSON) to this file at the end
     #[arg(long, value_name = "FILE.json")]
     report: Option<PathBuf>,
+    /// Add to this file what is set, forced, released and undone, with the values before and after, and
+    /// which cycles were missed: `simulate --journal` repeats the run. While it cannot be written, changes
+    /// are refused
+    #[arg(long, value_name = "FILE.jsonl")]
+    journal: Option<PathBuf>,
     /// Print the report as JSON instead of the table
     #[arg(long)]
     json: bool,
@@ -67,6 +73,8 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         configuration::keep(&args.file, report)?;
     }
     let report_file = args.report.as_deref().map(ResultFile::open).transpose()?;
+    let journal =
+        args.journal.as_deref().map(|file| open_journal(file, args, &plan)).transpose()?;
     let stop = stop::on_signal(None)?;
     hold_panic_messages();
 
@@ -90,6 +98,10 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         &plan,
         report.warnings.iter().cloned().chain(prepared.alarms().iter().map(Into::into)),
     );
+    let prepared = match journal {
+        Some(journal) => prepared.with_journal(journal).map_err(Failure::usage)?,
+        None => prepared,
+    };
     let node = prepared.start();
     let ahead_ns = node.epoch_ns().saturating_sub(Monotonic.now_ns());
     let stop = stop::after(stop, args.seconds, ahead_ns);
@@ -112,6 +124,21 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         terminal::print(&report.to_string())?
     }
     panicked.and_then(|()| verdict(args, &outcome))
+}
+
+/// Opens the journal, and says if a node was killed while it wrote there.
+fn open_journal(path: &Path, args: &Args, plan: &Plan) -> Result<Journal, Failure> {
+    for other in [Some(&args.file), args.report.as_ref()].into_iter().flatten() {
+        configuration::keep(other, path)?;
+    }
+    let journal = Journal::open(path, plan).map_err(Failure::usage)?;
+    if journal.had_cut_line() {
+        terminal::note(&format!(
+            "note: {}: its last line was incomplete and is removed: a node was killed while it wrote",
+            path.display()
+        ));
+    }
+    Ok(journal)
 }
 
 /// Runs the node until it ends or is to end.

@@ -1,15 +1,20 @@
 //! `simulate`: the same engine with no clock and no IPC, as fast as it goes.
 
+mod past;
+mod recorded_input;
+
 use std::path::PathBuf;
 
-use isochrone_blocks::{BlockType, PinType};
-use isochrone_engine::{BuildError, Flags, InputPart, InputPlan, Plan, Reading, TaskEngine};
+use isochrone_blocks::BlockType;
+use isochrone_engine::{BuildError, Plan, TaskEngine, TaskPlan};
 use isochrone_runtime::{Panic, TaskPanicked, catch_panic, hold_panic_messages};
 use isochrone_timing::units::counted;
 
 use crate::failure::Failure;
-use crate::recording::Recording;
+use crate::recording::{Recording, RowsAre};
 use crate::rows::{CYCLE, Rows, TIME};
+use crate::simulate::past::Past;
+use crate::simulate::recorded_input::{RecordedInput, columns};
 use crate::stop;
 use crate::{configuration, meant, numbers, terminal};
 
@@ -19,11 +24,12 @@ use crate::{configuration, meant, numbers, terminal};
 /// descending priority, then in file order.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone simulate examples/level.toml --cycles 1000\n  \
-    isochrone simulate level.toml --cycles 5000 --inputs in.csv --output out.csv")]
+    isochrone simulate level.toml --cycles 5000 --inputs in.csv --output out.csv\n  \
+    isochrone simulate level.toml --inputs in.csv --journal level.jsonl --run 3")]
 pub(crate) struct Args {
     /// Configuration file (TOML)
     file: PathBuf,
-    /// Number of cycles; default: the number of rows of --inputs
+    /// Number of cycles; default: up to the last row of --inputs
     #[arg(long, required_unless_present = "inputs", allow_negative_numbers = true)]
     cycles: Option<u64>,
     /// CSV with one column per input, by name. Row k applies at cycle k and the last row holds; an
@@ -39,6 +45,15 @@ pub(crate) struct Args {
     /// then replays the file at the simulated pace
     #[arg(long)]
     times: bool,
+    /// Repeat a run: do what this journal of `run --journal` says was done, in the same cycles, and skip
+    /// the cycles that were missed. Given the inputs of the run in each cycle, the outputs of every task
+    /// that no other task's wire enters are those of the run, bit for bit. A column `cycle` of --inputs
+    /// then says which cycle a row is for
+    #[arg(long, value_name = "FILE.jsonl")]
+    journal: Option<PathBuf>,
+    /// Run of the journal, from 1; default: the last
+    #[arg(long, value_name = "N", requires = "journal", value_parser = numbers::parse_count, allow_negative_numbers = true)]
+    run: Option<u64>,
     /// Task whose cycles are the rows; default: the first
     #[arg(long)]
     task: Option<String>,
@@ -57,16 +72,19 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
             Failure::usage(format!("{file} has no task \"{name}\"; it has: {names}{question}"))
         })?,
     };
-    for source in [Some(&args.file), args.inputs.as_ref()].into_iter().flatten() {
+    for source in
+        [Some(&args.file), args.inputs.as_ref(), args.journal.as_ref()].into_iter().flatten()
+    {
         configuration::keep(source, &args.output)?;
     }
     let inputs: Vec<_> = plan.tasks.iter().flat_map(|task| &task.inputs).collect();
     let recording = match &args.inputs {
         None => Recording::default(),
         Some(path) => {
-            let names: Vec<_> = inputs.iter().flat_map(|input| input_columns(input)).collect();
+            let names: Vec<_> = inputs.iter().flat_map(|input| columns(input)).collect();
             let columns: Vec<_> = names.iter().map(|(name, t)| (name.as_str(), *t)).collect();
-            let recording = Recording::of_inputs(path, &columns).map_err(Failure::usage)?;
+            let rows = args.journal.as_ref().map_or(RowsAre::Numbered, |_| RowsAre::OfCycles);
+            let recording = Recording::of_inputs(path, &columns, rows).map_err(Failure::usage)?;
             let missing = inputs.iter().filter(|input| recording.column(&input.name).is_none());
             for input in missing {
                 terminal::note(&format!(
@@ -78,8 +96,10 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
             recording
         }
     };
-    let cycles = args.cycles.unwrap_or(recording.len() as u64);
-    let mut simulation = Simulation::new(&plan, reference, recording).map_err(Failure::found)?;
+    let past = args.journal.as_deref().map(|file| Past::read(file, args.run, &plan)).transpose()?;
+    let cycles = args.cycles.unwrap_or(recording.end());
+    let mut simulation =
+        Simulation::new(&plan, reference, recording, past).map_err(Failure::found)?;
     let stop = stop::on_signal(None)?;
     hold_panic_messages();
     let mut output = Output::create(args, &plan)?;
@@ -88,11 +108,14 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
             terminal::note(&format!("note: stopped after {cycle} of {}", counted(cycles, "cycle")));
             break;
         }
-        if let Err(panicked) = simulation.advance(cycle) {
-            output.rows.flush()?;
-            return Err(Failure::found(panicked));
+        match simulation.advance(cycle) {
+            Ok(Advance::Stepped) => output.write(cycle, &simulation)?,
+            Ok(Advance::Missed) => {}
+            Err(panicked) => {
+                output.rows.flush()?;
+                return Err(Failure::found(panicked));
+            }
         }
-        output.write(cycle, &simulation)?;
     }
     output.rows.flush()?;
     if let Some(first) = &simulation.first_reject {
@@ -104,7 +127,17 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
             "note: {samples} rejected, and the input kept its value; the first: {first}"
         ));
     }
+    if let Some(past) = &simulation.past {
+        past.note_end();
+    }
     Ok(())
+}
+
+/// What became of a cycle of the reference task.
+enum Advance {
+    Stepped,
+    /// It was missed in the run that is repeated.
+    Missed,
 }
 
 /// All tasks of a plan on their common grid.
@@ -117,41 +150,52 @@ struct Simulation<'a> {
     next: Vec<u64>,
     reference: usize,
     recording: Recording,
-    inputs: Vec<RecordedInput>,
+    /// Of each task those of its inputs that have columns.
+    inputs: Vec<Vec<RecordedInput>>,
+    /// The run that is repeated.
+    past: Option<Past>,
     /// Samples that their input's type cannot hold, each counted once.
     rejects: u64,
     first_reject: Option<String>,
 }
 
 impl<'a> Simulation<'a> {
-    fn new(plan: &'a Plan, reference: usize, recording: Recording) -> Result<Self, BuildError> {
+    fn new(
+        plan: &'a Plan,
+        reference: usize,
+        recording: Recording,
+        past: Option<Past>,
+    ) -> Result<Self, BuildError> {
         let engines = TaskEngine::build(plan)?;
         let mut order: Vec<usize> = (0..plan.tasks.len()).collect();
         order.sort_by_key(|task| std::cmp::Reverse(plan.tasks[*task].priority.unwrap_or(0)));
-        let inputs = plan.tasks.iter().enumerate().flat_map(|(task, plan)| {
-            plan.inputs.iter().enumerate().map(move |(index, input)| (task, index, input))
-        });
-        let recorded = inputs
-            .filter_map(|(task, index, input)| RecordedInput::find(task, index, input, &recording));
+        let recorded = |task: &TaskPlan| {
+            let inputs = task.inputs.iter().enumerate();
+            inputs
+                .filter_map(|(index, input)| RecordedInput::find(index, input, &recording))
+                .collect()
+        };
+        let inputs = plan.tasks.iter().map(recorded).collect();
         Ok(Self {
             plan,
             engines,
             order,
             next: vec![0; plan.tasks.len()],
             reference,
-            inputs: recorded.collect(),
+            inputs,
             recording,
+            past,
             rejects: 0,
             first_reject: None,
         })
     }
 
     /// Runs everything up to and including cycle `cycle` of the reference task.
-    fn advance(&mut self, cycle: u64) -> Result<(), TaskPanicked> {
+    fn advance(&mut self, cycle: u64) -> Result<Advance, TaskPanicked> {
         let until_ns = self.due_ns(self.reference);
         // Everything before this instant ran on the rows before.
         self.run_before(until_ns)?;
-        self.apply(cycle);
+        self.read(cycle);
         for task in self.order.clone() {
             if self.due_ns(task) == until_ns {
                 self.step(task)?;
@@ -160,7 +204,9 @@ impl<'a> Simulation<'a> {
                 break;
             }
         }
-        Ok(())
+        let is_missed = |past: &Past| past.is_missed(self.reference, cycle);
+        let is_missed = self.past.as_ref().is_some_and(is_missed);
+        Ok(if is_missed { Advance::Missed } else { Advance::Stepped })
     }
 
     /// Runs every task that is due before an instant, in the order of time.
@@ -190,6 +236,15 @@ impl<'a> Simulation<'a> {
     fn step(&mut self, task: usize) -> Result<(), TaskPanicked> {
         let (engine, cycle) = (&mut self.engines[task], self.next[task]);
         self.next[task] += 1;
+        if let Some(past) = &mut self.past {
+            if past.is_missed(task, cycle) {
+                return Ok(());
+            }
+            past.apply(task, cycle, engine);
+        }
+        for input in &self.inputs[task] {
+            engine.read_input(input.index, &input.reading);
+        }
         catch_panic(|| engine.step(cycle)).map_err(|Panic { message, place }| {
             let plan = &self.plan.tasks[task];
             let block = engine.stepping().map(|bank| plan.banks[bank].any_block());
@@ -197,88 +252,22 @@ impl<'a> Simulation<'a> {
         })
     }
 
-    /// Sets the inputs to the row of a cycle.
-    fn apply(&mut self, cycle: u64) {
-        // Rows after the end are the last row again.
-        if cycle >= self.recording.len() as u64 {
+    /// Reads the row of a cycle; what has none holds.
+    fn read(&mut self, cycle: u64) {
+        let Some(row) = self.recording.row_of(cycle) else {
+            if let (true, Some(past)) = (self.recording.has_cycles(), &mut self.past) {
+                past.note_unrecorded(self.reference, cycle);
+            }
             return;
-        }
-        let row = self.recording.row(cycle);
-        for input in &mut self.inputs {
-            let plan = &self.plan.tasks[input.task].inputs[input.index];
-            if let Err(reject) = input.read(plan, row) {
-                self.rejects += 1;
-                self.first_reject.get_or_insert_with(|| format!("{reject} (cycle {cycle})"));
-            }
-            self.engines[input.task].read_input(input.index, &input.reading);
-        }
-    }
-}
-
-/// The columns that an input may have, and their types.
-fn input_columns(input: &InputPlan) -> [(String, PinType); 3] {
-    InputPart::ALL
-        .map(|part| (format!("{}{}", input.name, part.suffix()), part.pin_type(input.value_type)))
-}
-
-/// An input that has a column in the recording.
-struct RecordedInput {
-    task: usize,
-    /// Index among the task's inputs.
-    index: usize,
-    value: Option<usize>,
-    ok: Option<usize>,
-    age: Option<usize>,
-    /// What it read last.
-    reading: Reading,
-}
-
-impl RecordedInput {
-    fn find(task: usize, index: usize, input: &InputPlan, recording: &Recording) -> Option<Self> {
-        let [value, ok, age] = input_columns(input).map(|(name, _)| recording.column(&name));
-        value.or(ok).or(age)?;
-        let (age_s, flags) = (f64::INFINITY, Flags::NONE);
-        let reading = Reading { value: input.default, ok: false, age_s, source_ns: 0, flags };
-        Some(Self { task, index, value, ok, age, reading })
-    }
-
-    /// Reads a row. What a column does not say is so: a value is good and of age 0, none is not ok.
-    fn read(&mut self, input: &InputPlan, row: &[f64]) -> Result<(), String> {
-        let cell = |column: Option<usize>| row.get(column?).copied();
-        let InputPlan { name, value_type, max_age_ns, .. } = input;
-        let cannot = |column: &str, value_type: PinType, value: f64| {
-            let value = numbers::format(value);
-            Err(format!("{column} is {value_type}, which cannot hold {value}"))
         };
-        if let Some(age_s) = cell(self.age) {
-            if age_s.is_nan() || age_s < 0.0 {
-                let age_s = numbers::format(age_s);
-                return Err(format!("{name}.age is an age in seconds, which cannot be {age_s}"));
+        for (task, inputs) in self.inputs.iter_mut().enumerate() {
+            for input in inputs {
+                let plan = &self.plan.tasks[task].inputs[input.index];
+                if let Err(reject) = input.read(plan, row) {
+                    self.rejects += 1;
+                    self.first_reject.get_or_insert_with(|| format!("{reject} (cycle {cycle})"));
+                }
             }
-            self.reading.age_s = age_s;
-        } else if self.value.is_some() {
-            self.reading.age_s = 0.0;
-        }
-        let is_fresh = max_age_ns.is_none_or(|ns| self.reading.age_s <= ns as f64 / 1e9);
-        let is_told = match cell(self.ok) {
-            Some(ok) if !PinType::Bool.holds(ok) => {
-                return cannot(&format!("{name}.ok"), PinType::Bool, ok);
-            }
-            Some(ok) => Some(ok != 0.0),
-            None => None,
-        };
-        let value = cell(self.value);
-        self.reading.ok = is_told.unwrap_or(value.is_some() && is_fresh);
-        match value {
-            Some(value) if !value_type.holds(value) => {
-                self.reading.ok = false;
-                cannot(name, *value_type, value)
-            }
-            Some(value) => {
-                self.reading.value = value;
-                Ok(())
-            }
-            None => Ok(()),
         }
     }
 }

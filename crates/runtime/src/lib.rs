@@ -57,6 +57,7 @@ mod events;
 mod faults;
 mod freshness;
 mod inputs;
+pub mod journal;
 mod layouts;
 mod limiter;
 mod node;

@@ -11,8 +11,9 @@ use isochrone_ipc::{LayoutAnnouncer, OpenError, Participant, RealTime, Service, 
 use crate::alarms::Alarm;
 use crate::attend::Serving;
 use crate::error::PrepareError;
+use crate::journal::{Journal, JournalError};
 use crate::layouts::Resolver;
-use crate::operating::Shared;
+use crate::operating::{Shared, unix_ns};
 use crate::outputs;
 use crate::parts::Parts;
 use crate::running::Running;
@@ -131,6 +132,17 @@ impl<S: Service + 'static> Prepared<S> {
     /// Ends the node when its first task has run this many cycles; with `Some(0)`, that is at its start.
     pub fn with_cycles(self, cycles: Option<u64>) -> Self {
         Self { cycles, ..self }
+    }
+
+    /// Writes what is done to the node's values into a journal, from its start to its end. Transactions
+    /// are counted on from the last run in it, and while it cannot be written, changes are refused.
+    ///
+    /// # Errors
+    /// The journal cannot be written.
+    pub fn with_journal(self, mut journal: Journal) -> Result<Self, JournalError> {
+        journal.begin(unix_ns())?;
+        self.parts.operating.lock().keep(journal);
+        Ok(self)
     }
 
     /// What the machine granted each task, by its name.

@@ -12,6 +12,7 @@ use isochrone_timing::CycleRecord;
 
 use crate::error::RequestError;
 use crate::faults::Faults;
+use crate::journal::Journal;
 use crate::orders::{self, Returned};
 
 /// A request that is on its way to its tasks.
@@ -52,6 +53,7 @@ pub(crate) struct Operating {
     pub(crate) operator: Operator,
     pub(crate) configuration: Configuration,
     pub(crate) lanes: Vec<Lane>,
+    journal: Option<Journal>,
     epoch_ns: u64,
     has_ended: bool,
     returns: Returns,
@@ -81,6 +83,7 @@ impl Shared {
             operator,
             configuration: Configuration { source, sha256 },
             lanes: Vec::new(),
+            journal: None,
             epoch_ns: u64::MAX,
             has_ended: false,
             returns: Returns::default(),
@@ -166,7 +169,38 @@ impl Operating {
                 });
             }
         }
+        // What is acknowledged has been written.
+        for done in &came {
+            let Done::Applied(entry) = done else { continue };
+            if let (Some(journal), Some(lane)) = (&mut self.journal, self.lanes.get(entry.task)) {
+                journal.note(entry, &lane.name);
+            }
+        }
+        self.flush_journal();
         came.into_iter().for_each(|done| self.hand_out(done));
+    }
+
+    /// Writes what is done from now on into a journal that has begun.
+    pub(crate) fn keep(&mut self, journal: Journal) {
+        self.operator.continue_after(journal.last_transaction());
+        self.journal = Some(journal);
+    }
+
+    /// Takes note of a cycle of a task.
+    pub(crate) fn note_cycle(&mut self, task: usize, record: &CycleRecord) {
+        let Some(lane) = self.lanes.get_mut(task) else { return };
+        lane.last = Some(*record);
+        if let Some(journal) = &mut self.journal {
+            journal.note_cycle(task, &lane.name, record);
+        }
+    }
+
+    /// Writes what waits for the journal; while that cannot be, changes are refused.
+    pub(crate) fn flush_journal(&mut self) {
+        if let Some(journal) = &mut self.journal {
+            journal.flush();
+            self.operator.set_unwritten(journal.unwritten().cloned());
+        }
     }
 
     fn hand_out(&mut self, done: Done) {

@@ -216,15 +216,14 @@ impl<S: Service> Running<S> {
         let mut operating = self.parts.operating.lock();
         operating.take_back();
         self.news.returns = operating.returns();
-        for (index, (task, lane)) in
-            self.parts.tasks.iter_mut().zip(&mut operating.lanes).enumerate()
-        {
+        for (index, task) in self.parts.tasks.iter_mut().enumerate() {
             while let Ok(record) = task.records.pop() {
                 task.timing.record(&record);
-                lane.last = Some(record);
+                operating.note_cycle(index, &record);
                 self.news.records.push((index, record));
             }
         }
+        operating.flush_journal();
     }
 
     fn tend(&mut self) {

@@ -162,6 +162,7 @@ mod tests {
             client: Some("anna".to_owned()),
             process: Some(42),
             comment: Some("pump test".to_owned()),
+            configuration: None,
         };
         assert_eq!(
             text(&entry),

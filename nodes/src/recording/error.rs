@@ -70,6 +70,11 @@ pub(crate) enum RecordingError {
     /// Text where a number should be.
     #[error("{path}:{line}: column \"{column}\": \"{text}\" is {expected}")]
     NotANumber { path: String, line: usize, column: String, text: String, expected: &'static str },
+    /// A cycle before that of the row before, or none that a row can have.
+    #[error(
+        "{path}:{line}: column \"cycle\": \"{text}\" is no cycle, or one before that of the row before; with --journal it says which cycle of a run a row is for"
+    )]
+    Cycle { path: String, line: usize, text: String },
     /// A time before that of the row before, or none that a row can have.
     #[error(
         "{path}:{line}: column \"time_s\": \"{text}\" is no time after that of the row before; times are seconds, and never go back (--rate publishes without them)"

@@ -19,6 +19,8 @@ pub(super) const MAX_COLUMNS: usize = 65_536 + 2;
 enum Column {
     /// Times in seconds.
     Time,
+    /// The cycles that the rows are for.
+    Cycle,
     /// Nothing that is a value.
     Ignored,
     /// Values of this type, or of any.
@@ -28,19 +30,33 @@ enum Column {
 impl Recording {
     /// Reads a file whose columns may have any name.
     pub(crate) fn read(path: &Path) -> Result<Self, RecordingError> {
-        read(path, None)
+        read(path, None, RowsAre::Numbered)
     }
 
     /// Reads a file whose columns are among `inputs`, in any order.
     pub(crate) fn of_inputs(
         path: &Path,
         inputs: &[(&str, PinType)],
+        rows: RowsAre,
     ) -> Result<Self, RecordingError> {
-        read(path, Some(inputs))
+        read(path, Some(inputs), rows)
     }
 }
 
-fn read(path: &Path, inputs: Option<&[(&str, PinType)]>) -> Result<Recording, RecordingError> {
+/// Which cycle a row is for.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum RowsAre {
+    /// Row k is for cycle k.
+    Numbered,
+    /// The cycle that the column `cycle` says, if there is one.
+    OfCycles,
+}
+
+fn read(
+    path: &Path,
+    inputs: Option<&[(&str, PinType)]>,
+    rows: RowsAre,
+) -> Result<Recording, RecordingError> {
     let name = || path.display().to_string();
     let text = text_of(path)?;
     let mut reader =
@@ -48,7 +64,7 @@ fn read(path: &Path, inputs: Option<&[(&str, PinType)]>) -> Result<Recording, Re
     let refused = |source| RecordingError::Csv { path: name(), source };
     let header = reader.headers().map_err(refused)?.clone();
     let line_of = |row: &csv::StringRecord| line_at(text.as_bytes(), start(&text, row));
-    let columns = columns(&header, inputs, &name(), line_of(&header))?;
+    let columns = columns(&header, inputs, rows, &name(), line_of(&header))?;
     let of_values = |column: &Column| matches!(column, Column::Values(_));
     let names = header.iter().zip(&columns).filter(|(_, column)| of_values(column));
     let mut recording = Recording::new(name(), names.map(|(name, _)| name.to_owned()).collect());
@@ -69,6 +85,16 @@ fn read(path: &Path, inputs: Option<&[(&str, PinType)]>) -> Result<Recording, Re
         for ((cell, column), header) in row.iter().zip(&columns).zip(&header) {
             match column {
                 Column::Ignored => {}
+                Column::Cycle => {
+                    let before = recording.cycles.last();
+                    let cycle =
+                        cell.parse().ok().filter(|cycle| before.is_none_or(|it| it <= cycle));
+                    recording.cycles.push(cycle.ok_or_else(|| RecordingError::Cycle {
+                        path: name(),
+                        line: line_of(&row),
+                        text: quoted(cell),
+                    })?);
+                }
                 Column::Time => {
                     let before_ns = recording.times_ns.last().copied().unwrap_or_default();
                     let after_ns = after_ns(cell, &mut first_s, before_ns);
@@ -103,6 +129,7 @@ fn read(path: &Path, inputs: Option<&[(&str, PinType)]>) -> Result<Recording, Re
 fn columns(
     header: &csv::StringRecord,
     inputs: Option<&[(&str, PinType)]>,
+    rows: RowsAre,
     path: &str,
     line: usize,
 ) -> Result<Vec<Column>, RecordingError> {
@@ -136,6 +163,7 @@ fn columns(
         columns.push(match (column, inputs, types.get(column)) {
             (_, _, Some(value_type)) => Column::Values(Some(*value_type)),
             (TIME, None, _) => Column::Time,
+            (CYCLE, Some(_), _) if rows == RowsAre::OfCycles => Column::Cycle,
             // An input has its row at each cycle, whenever that was recorded.
             (TIME | CYCLE, _, _) => Column::Ignored,
             (_, None, _) => Column::Values(None),

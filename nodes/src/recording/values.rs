@@ -16,6 +16,8 @@ pub(crate) struct Recording {
     pub(super) values: Vec<f64>,
     /// Of each row, nanoseconds after the first; empty where the file does not say.
     pub(super) times_ns: Vec<u64>,
+    /// Of each row, the cycle that it is for; empty where row k is for cycle k.
+    pub(super) cycles: Vec<u64>,
     pub(super) rows: usize,
 }
 
@@ -41,6 +43,26 @@ impl Recording {
         let row = usize::try_from(row).unwrap_or(usize::MAX).min(self.rows.saturating_sub(1));
         let first = row * self.columns.len();
         self.values.get(first..first + self.columns.len()).unwrap_or_default()
+    }
+
+    /// The values of the row for a cycle, if it has one.
+    pub(crate) fn row_of(&self, cycle: u64) -> Option<&[f64]> {
+        if self.cycles.is_empty() {
+            return (cycle < self.rows as u64).then(|| self.row(cycle));
+        }
+        // A node that was ended sends its last frame again.
+        let row = self.cycles.partition_point(|of| *of <= cycle).checked_sub(1)?;
+        (self.cycles.get(row) == Some(&cycle)).then(|| self.row(row as u64))
+    }
+
+    /// Whether it says which cycle each row is for.
+    pub(crate) fn has_cycles(&self) -> bool {
+        !self.cycles.is_empty()
+    }
+
+    /// The first cycle after the last row's.
+    pub(crate) fn end(&self) -> u64 {
+        self.cycles.last().map_or(self.rows as u64, |last| last.saturating_add(1))
     }
 
     /// Of each row, nanoseconds after the first, if the file says.
@@ -70,6 +92,12 @@ impl Recording {
         let values = rows.flat_map(|row| places.iter().filter_map(|place| row.get(*place)));
         let values = values.copied().collect();
         let selected = Self::new(self.path, names.to_vec());
-        Ok(Self { values, times_ns: self.times_ns, rows: self.rows, ..selected })
+        Ok(Self {
+            values,
+            times_ns: self.times_ns,
+            cycles: self.cycles,
+            rows: self.rows,
+            ..selected
+        })
     }
 }

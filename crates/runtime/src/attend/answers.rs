@@ -2,16 +2,14 @@
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::config::Control;
-use isochrone_engine::operate::{self, Entry, Pattern, Signal};
+use isochrone_engine::operate::{self, Pattern, Signal};
 
 use crate::control::{
-    Access, Action, ActiveAlarm, AlarmsParams, AlarmsResult, Change, ConfigurationOrigin,
-    DescribeResult, Failure, Force, ForcesParams, ForcesResult, JournalEntry, JournalParams,
-    JournalResult, Reply, Role, Room, SignalDescription, SignalsParams, SignalsResult,
-    TaskDescription,
+    Access, ActiveAlarm, AlarmsParams, AlarmsResult, ConfigurationOrigin, DescribeResult, Failure,
+    Force, ForcesParams, ForcesResult, JournalEntry, JournalParams, JournalResult, Reply, Role,
+    Room, SignalDescription, SignalsParams, SignalsResult, TaskDescription,
 };
 use crate::faults::Active;
-use crate::operating::Operating;
 
 use super::Attendant;
 use super::requests::failure;
@@ -108,7 +106,9 @@ impl Attendant {
         let (_, limit) = page(None, params.limit);
         let mut room = Room::of_answer();
         let mut page = Vec::new();
-        for mut entry in entries.take(limit).map(|entry| journal_entry(&operating, entry)) {
+        let task = |index: usize| operating.lanes.get(index).map_or("", |lane| &lane.name);
+        for entry in entries.take(limit) {
+            let mut entry = JournalEntry::of(&entry, task(entry.task));
             if page.is_empty() {
                 shorten(&mut entry);
             }
@@ -157,37 +157,6 @@ fn shorten(entry: &mut JournalEntry) {
     room.takes(entry);
     entry.changes = changes.into_iter().take_while(|change| room.takes(change)).collect();
     entry.left_out = (all - entry.changes.len()) as u64;
-}
-
-fn journal_entry(operating: &Operating, entry: Entry) -> JournalEntry {
-    let (action, until_cycle, undone) = match entry.action {
-        operate::Action::Set => (Action::Set, None, None),
-        operate::Action::Force { until } => (Action::Force, until, None),
-        operate::Action::Release => (Action::Release, None, None),
-        operate::Action::Expiry => (Action::Expiry, None, None),
-        operate::Action::Undo { of } => (Action::Undo, None, Some(of)),
-        operate::Action::Apply => (Action::Apply, None, None),
-    };
-    let change = |change: operate::Change| Change {
-        name: change.name,
-        before: change.before.into(),
-        after: change.after.map(Into::into),
-    };
-    JournalEntry {
-        sequence: entry.sequence,
-        transaction: entry.transaction,
-        action,
-        task: operating.lanes.get(entry.task).map_or_else(String::new, |lane| lane.name.clone()),
-        cycle: entry.cycle,
-        unix_ns: entry.unix_ns,
-        until_cycle,
-        undone,
-        changes: entry.changes.into_iter().map(change).collect(),
-        left_out: 0,
-        client: entry.client.name().map(str::to_owned),
-        process: entry.client.process(),
-        comment: entry.comment.map(|comment| comment.to_string()),
-    }
 }
 
 fn role(role: operate::Role) -> Role {

@@ -245,6 +245,9 @@ pub struct JournalEntry {
     /// What they said of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub comment: Option<String>,
+    /// Of an online change, in a journal file: the new configuration.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub configuration: Option<String>,
 }
 
 fn is_zero(count: &u64) -> bool {

@@ -1,0 +1,78 @@
+//! Entries as the engine has them, and as files and answers do.
+
+use isochrone_engine::operate::{self, Client, Entry};
+
+use crate::control::{Action, Change, JournalEntry};
+
+impl JournalEntry {
+    /// What was done to a task of this name.
+    pub(crate) fn of(entry: &Entry, task: &str) -> Self {
+        let (action, until_cycle, undone) = match entry.action {
+            operate::Action::Set => (Action::Set, None, None),
+            operate::Action::Force { until } => (Action::Force, until, None),
+            operate::Action::Release => (Action::Release, None, None),
+            operate::Action::Expiry => (Action::Expiry, None, None),
+            operate::Action::Undo { of } => (Action::Undo, None, Some(of)),
+            operate::Action::Apply => (Action::Apply, None, None),
+        };
+        let change = |change: &operate::Change| Change {
+            name: change.name.clone(),
+            before: change.before.into(),
+            after: change.after.map(Into::into),
+        };
+        Self {
+            sequence: entry.sequence,
+            transaction: entry.transaction,
+            action,
+            task: task.to_owned(),
+            cycle: entry.cycle,
+            unix_ns: entry.unix_ns,
+            until_cycle,
+            undone,
+            changes: entry.changes.iter().map(change).collect(),
+            left_out: 0,
+            client: entry.client.name().map(str::to_owned),
+            process: entry.client.process(),
+            comment: entry.comment.as_deref().map(str::to_owned),
+            configuration: None,
+        }
+    }
+
+    /// The same as the engine has it, for a task of this index.
+    ///
+    /// # Errors
+    /// It is none that a node of this version can have written; why, as part of a sentence.
+    pub(super) fn to_entry(&self, task: usize) -> Result<Entry, String> {
+        let action = match self.action {
+            Action::Set => operate::Action::Set,
+            Action::Force => operate::Action::Force { until: self.until_cycle },
+            Action::Release => operate::Action::Release,
+            Action::Expiry => operate::Action::Expiry,
+            Action::Undo => operate::Action::Undo { of: self.undone.unwrap_or_default() },
+            Action::Apply => operate::Action::Apply,
+        };
+        if self.left_out > 0 {
+            return Err("an entry without all of its values".into());
+        }
+        if self.until_cycle.is_some_and(|until| until <= self.cycle) {
+            return Err("a force that ends before it begins".into());
+        }
+        let change = |change: &Change| operate::Change {
+            name: change.name.clone(),
+            before: change.before.into(),
+            after: change.after.map(Into::into),
+        };
+        Ok(Entry {
+            sequence: self.sequence,
+            transaction: self.transaction,
+            task,
+            cycle: self.cycle,
+            unix_ns: self.unix_ns,
+            action,
+            changes: self.changes.iter().map(change).collect(),
+            client: Client::Program,
+            comment: self.comment.as_deref().map(Into::into),
+            configuration: self.configuration.as_deref().map(Into::into),
+        })
+    }
+}

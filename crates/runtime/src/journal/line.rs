@@ -1,0 +1,66 @@
+//! The lines of a journal file.
+
+use serde::{Deserialize, Serialize};
+
+use crate::control::JournalEntry;
+
+/// The format that is written, and the only one that is read.
+pub const FORMAT: u32 = 1;
+
+/// A line of a journal file: an object with one member, which says what it is.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase", deny_unknown_fields)]
+pub enum Line {
+    /// A run begins.
+    Run(RunHeader),
+    /// Something was done to a task's values.
+    Entry(JournalEntry),
+    /// Cycles did not run.
+    Missed(Missed),
+    /// Cycles did not run, and it is not known which.
+    Unclear(Unclear),
+}
+
+/// What a run is of.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RunHeader {
+    /// [`FORMAT`] of the lines that follow.
+    pub format: u32,
+    /// Number of the run in the file, from 1.
+    pub run: u64,
+    /// Name of the node.
+    pub node: String,
+    /// Version of the program that wrote it.
+    pub version: String,
+    /// File of the configuration, as the node was started with.
+    pub file: String,
+    /// SHA-256 of the configuration's text: 64 hexadecimal digits.
+    pub sha256: String,
+    /// When the node was started, in ns of UTC since 1970.
+    pub started_unix_ns: u64,
+}
+
+/// Cycles of a task that did not run.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Missed {
+    /// The task.
+    pub task: String,
+    /// The first.
+    pub first: u64,
+    /// The last.
+    pub last: u64,
+}
+
+/// Cycles of a task of which some did not run, and nobody took note which: the node's ordinary thread
+/// stood still for so long that records of cycles were lost, or the journal could not be written.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Unclear {
+    /// The task.
+    pub task: String,
+    /// The first that may have been missed.
+    pub first: u64,
+    /// The last that may have been missed.
+    pub last: u64,
+    /// How many were missed.
+    pub missed: u64,
+}

@@ -1,0 +1,21 @@
+//! **The journal of a node in a file**: what was done to its values, run after run, so that `simulate`
+//! can do it again.
+//!
+//! The file has one JSON object a line ([`Line`]). Each run begins with a line `{"run": {…}}`; then each
+//! `{"entry": {…}}` is what was done to one task before one of its cycles, and each `{"missed": {…}}` a
+//! range of cycles that did not run. Lines are only ever added.
+//!
+//! A [`Journal`] is what a node writes to ([`Prepared::with_journal`](crate::Prepared::with_journal)),
+//! and [`JournalFile::read`] reads one.
+
+mod entry;
+mod error;
+mod line;
+mod missed;
+mod read;
+mod write;
+
+pub use error::JournalError;
+pub use line::{FORMAT, Line, Missed, RunHeader, Unclear};
+pub use read::{JournalFile, JournaledRun, Numbered};
+pub use write::Journal;

@@ -1,0 +1,202 @@
+//! Reading a journal file.
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+
+use isochrone_engine::Plan;
+use isochrone_engine::operate::{Entry, Replay};
+use serde_json::Value;
+
+use super::error::JournalError;
+use super::line::{FORMAT, Line, Missed, RunHeader, Unclear};
+use crate::control::JournalEntry;
+
+/// A journal file that was read.
+#[derive(Debug, Default)]
+pub struct JournalFile {
+    path: String,
+    /// Its runs, in the order in which they were written; at least one.
+    pub runs: Vec<JournaledRun>,
+    /// Line of an incomplete last line, from 1: the node was killed while it wrote.
+    pub cut_line: Option<usize>,
+}
+
+/// A run of a node, as its journal tells.
+#[derive(Debug, Clone)]
+pub struct JournaledRun {
+    /// What it is of.
+    pub header: Numbered<RunHeader>,
+    /// What was done, in order.
+    pub entries: Vec<Numbered<JournalEntry>>,
+    /// Ranges of cycles that did not run.
+    pub missed: Vec<Numbered<Missed>>,
+    /// Ranges of cycles of which some did not run.
+    pub unclear: Vec<Numbered<Unclear>>,
+}
+
+/// What stands in a line.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Numbered<T> {
+    /// The line, from 1.
+    pub line: usize,
+    /// What stands there.
+    pub content: T,
+}
+
+impl JournalFile {
+    /// Reads all runs of a file.
+    ///
+    /// # Errors
+    /// It cannot be read, is no journal, is of another format, or has no runs.
+    pub fn read(path: &Path) -> Result<Self, JournalError> {
+        let mut file = Self { path: path.display().to_string(), ..Self::default() };
+        let end = scan(path, |line, content| {
+            let run = file.runs.last_mut();
+            match (content, run) {
+                (Line::Run(header), _) => file.runs.push(JournaledRun {
+                    header: Numbered { line, content: header },
+                    entries: Vec::new(),
+                    missed: Vec::new(),
+                    unclear: Vec::new(),
+                }),
+                (Line::Entry(content), Some(run)) => run.entries.push(Numbered { line, content }),
+                (Line::Missed(content), Some(run)) => run.missed.push(Numbered { line, content }),
+                (Line::Unclear(content), Some(run)) => run.unclear.push(Numbered { line, content }),
+                // The first line is that of a run.
+                (_, None) => {}
+            }
+        })?;
+        file.cut_line = end.cut_line;
+        if file.runs.is_empty() {
+            return Err(JournalError::Empty { path: file.path });
+        }
+        Ok(file)
+    }
+
+    /// The run of a number; `None`: the last.
+    ///
+    /// # Errors
+    /// There is none of this number.
+    pub fn run(&self, number: Option<u64>) -> Result<&JournaledRun, JournalError> {
+        let of_number =
+            |run: &&JournaledRun| number.is_none_or(|number| run.header.content.run == number);
+        let numbers = || self.runs.iter().map(|run| run.header.content.run);
+        self.runs.iter().rev().find(of_number).ok_or_else(|| JournalError::NoRun {
+            path: self.path.clone(),
+            run: number.unwrap_or_default(),
+            first: numbers().min().unwrap_or_default(),
+            last: numbers().max().unwrap_or_default(),
+        })
+    }
+
+    /// What was done in a run to the tasks of its configuration, by task and cycle, in order.
+    ///
+    /// # Errors
+    /// The run is of another configuration, or an entry does not fit it.
+    pub fn entries(
+        &self,
+        run: &JournaledRun,
+        plan: &Plan,
+    ) -> Result<BTreeMap<(usize, u64), Vec<Entry>>, JournalError> {
+        let sha256 = plan.source.sha256();
+        let Numbered { line, content: header } = &run.header;
+        if header.sha256 != sha256 {
+            return Err(JournalError::OtherConfiguration {
+                path: self.path.clone(),
+                line: *line,
+                header: Box::new(header.clone()),
+                found: plan.source.name.clone(),
+                sha256,
+            });
+        }
+        let replay = Replay::new(plan);
+        let mut entries: BTreeMap<_, Vec<Entry>> = BTreeMap::new();
+        for Numbered { line, content } in &run.entries {
+            let bad =
+                |reason| JournalError::BadLine { path: self.path.clone(), line: *line, reason };
+            let task = plan.task_index(&content.task);
+            let task = task.ok_or_else(|| bad(format!("there is no task \"{}\"", content.task)))?;
+            let entry = content.to_entry(task).map_err(bad)?;
+            replay.check(&entry).map_err(|refusals| JournalError::Unfit {
+                path: self.path.clone(),
+                line: *line,
+                refusals,
+            })?;
+            entries.entry((task, entry.cycle)).or_default().push(entry);
+        }
+        Ok(entries)
+    }
+}
+
+/// Where a file ends.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct End {
+    /// Length of its complete lines, in bytes.
+    pub(super) bytes: u64,
+    /// Whether the last of them lacks its end of line.
+    pub(super) is_open: bool,
+    /// The line after them, if it is incomplete.
+    pub(super) cut_line: Option<usize>,
+}
+
+/// Reads a file line by line. What a node that was killed has begun to write is left out.
+pub(super) fn scan(path: &Path, mut take: impl FnMut(usize, Line)) -> Result<End, JournalError> {
+    let name = || path.display().to_string();
+    let io = |source| JournalError::Read { path: name(), source };
+    let mut reader = BufReader::new(File::open(path).map_err(io)?);
+    let (mut bytes, mut end, mut has_run) = (Vec::new(), End::default(), false);
+    for line in 1.. {
+        bytes.clear();
+        if reader.read_until(b'\n', &mut bytes).map_err(io)? == 0 {
+            break;
+        }
+        let is_open = !bytes.ends_with(b"\n");
+        let bad = |reason| JournalError::BadLine { path: name(), line, reason };
+        match serde_json::from_slice(&bytes) {
+            Ok(Line::Run(header)) if header.format != FORMAT => {
+                return Err(
+                    other_format(&name(), line, &bytes).unwrap_or_else(|| bad(String::new()))
+                );
+            }
+            Ok(content) => {
+                has_run |= matches!(content, Line::Run(_));
+                if !has_run {
+                    return Err(bad("the first line must be that of a run".into()));
+                }
+                take(line, content);
+            }
+            Err(_) if is_open && has_run => {
+                end.cut_line = Some(line);
+                break;
+            }
+            Err(error) => {
+                return Err(other_format(&name(), line, &bytes)
+                    .unwrap_or_else(|| bad(without_place(&error.to_string()))));
+            }
+        }
+        end.bytes += bytes.len() as u64;
+        end.is_open = is_open;
+    }
+    Ok(end)
+}
+
+/// The error for the first line of a run that another version wrote, if it is one.
+fn other_format(path: &str, line: usize, bytes: &[u8]) -> Option<JournalError> {
+    let value: Value = serde_json::from_slice(bytes).ok()?;
+    let header = value.get("run")?;
+    let format = header.get("format")?.as_u64()?;
+    (format != u64::from(FORMAT)).then(|| JournalError::OtherFormat {
+        path: path.to_owned(),
+        line,
+        run: header.get("run").and_then(Value::as_u64).unwrap_or_default(),
+        format,
+        version: header.get("version").and_then(Value::as_str).unwrap_or("unknown").to_owned(),
+    })
+}
+
+/// What a parser says, without the line and column that it counts within the line.
+fn without_place(message: &str) -> String {
+    message.split(" at line ").next().unwrap_or(message).to_owned()
+}

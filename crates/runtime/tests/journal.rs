@@ -1,0 +1,221 @@
+//! A journal file: what a node writes, and what is read again.
+
+use std::fs;
+use std::io::Write;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use isochrone_engine::operate::{Action, Entry, Hold};
+use isochrone_engine::{Plan, Rules, Source};
+use isochrone_ipc::local;
+use isochrone_runtime::journal::{Journal, JournalError, JournalFile};
+use isochrone_runtime::{Node, Running};
+
+const NODE: &str = r#"
+[node]
+name = "level"
+control = "force"
+[[task]]
+name = "fast"
+period = "1ms"
+[[input]]
+name = "raw"
+[[block]]
+name = "ramp"
+type = "LimRateOfChangeCI"
+in = { value = "raw", setChangeRate = 10.0 }
+"#;
+
+fn plan(text: &str) -> Plan {
+    Plan::new(Source::new("level.toml", text), &Rules::default()).unwrap()
+}
+
+fn folder() -> tempfile::TempDir {
+    tempfile::tempdir().unwrap()
+}
+
+fn start(path: &Path) -> Running<local::Service> {
+    let plan = plan(NODE);
+    let journal = Journal::open(path, &plan).unwrap();
+    Node::prepare_alone(&plan).unwrap().with_journal(journal).unwrap().start()
+}
+
+/// Waits until something is in the journal of a running node.
+fn await_entry(node: &mut Running<local::Service>, is_it: impl Fn(&Entry) -> bool) -> Entry {
+    let since = Instant::now();
+    loop {
+        node.poll();
+        if let Some(entry) = node.journal(0).find(&is_it) {
+            return entry;
+        }
+        assert!(since.elapsed() < Duration::from_secs(60), "it does not happen");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+/// Runs a node that is set once; returns the transaction's number.
+fn run_once(path: &Path) -> u64 {
+    let mut node = start(path);
+    let number = node.set([("ramp.setChangeRate", 2.5)]).unwrap().number;
+    await_entry(&mut node, |entry| entry.transaction == number);
+    node.finish().unwrap();
+    number
+}
+
+fn refused(path: &Path) -> String {
+    Journal::open(path, &plan(NODE)).unwrap_err().to_string()
+}
+
+#[test]
+fn what_is_done_is_read_again_as_it_was_with_who_and_when() {
+    let folder = folder();
+    let path = folder.path().join("j.jsonl");
+    let mut node = start(&path);
+    let set = node.set([("ramp.setChangeRate", 2.5)]).unwrap().number;
+    node.set([("raw", 4.0)]).unwrap();
+    let force = node.force([("raw", 7.0)], Hold::Seconds(0.003)).unwrap().number;
+    let undo = node.undo(set);
+    await_entry(&mut node, |entry| entry.action == Action::Expiry);
+    let undo = undo.or_else(|_| node.undo(set)).unwrap().number;
+    await_entry(&mut node, |entry| entry.transaction == undo);
+    let written: Vec<Entry> = node.journal(0).collect();
+    node.finish().unwrap();
+
+    let file = JournalFile::read(&path).unwrap();
+    let run = file.run(None).unwrap();
+    assert_eq!((file.runs.len(), run.header.content.run, file.cut_line), (1, 1, None));
+    assert_eq!(run.header.content.sha256, plan(NODE).source.sha256());
+    let read = file.entries(run, &plan(NODE)).unwrap();
+    let read: Vec<Entry> = read.into_values().flatten().collect();
+    assert_eq!(read.len(), written.len());
+    for entry in &written {
+        assert!(read.contains(entry), "{entry:?}\nis not in\n{read:?}");
+    }
+    let actions: Vec<_> = run.entries.iter().map(|entry| entry.content.transaction).collect();
+    assert_eq!(actions, [set, force, force, undo], "what the program feeds is no operation");
+}
+
+#[test]
+fn runs_follow_each_other_in_a_file_and_transactions_are_counted_on() {
+    let folder = folder();
+    let path = folder.path().join("j.jsonl");
+    let numbers = [run_once(&path), run_once(&path), run_once(&path)];
+    assert!(numbers.is_sorted_by(|a, b| a < b), "{numbers:?}");
+    let file = JournalFile::read(&path).unwrap();
+    let of_run = |run: u64| {
+        let run = file.run(Some(run)).unwrap();
+        run.entries.iter().map(|entry| entry.content.transaction).collect::<Vec<_>>()
+    };
+    assert_eq!([of_run(1), of_run(2), of_run(3)], numbers.map(|number| vec![number]));
+    assert_eq!(file.run(None).unwrap().header.content.run, 3);
+    let told = file.run(Some(4)).unwrap_err().to_string();
+    assert!(told.ends_with("has no run 4; its runs are 1 to 3"), "{told}");
+}
+
+#[test]
+fn a_line_that_a_killed_node_has_not_finished_is_left_out_and_taken_away() {
+    let folder = folder();
+    let path = folder.path().join("j.jsonl");
+    run_once(&path);
+    let whole = fs::read(&path).unwrap();
+    let add = |text: &[u8]| {
+        fs::OpenOptions::new().append(true).open(&path).unwrap().write_all(text).unwrap();
+    };
+    add(b"{\"entry\":{\"sequence\":2,\"transa");
+    let file = JournalFile::read(&path).unwrap();
+    assert_eq!((file.cut_line, file.runs[0].entries.len()), (Some(3), 1));
+    let journal = Journal::open(&path, &plan(NODE)).unwrap();
+    assert!(journal.had_cut_line());
+    assert_eq!(journal.run(), 2);
+    drop(journal);
+    assert_eq!(fs::read(&path).unwrap(), whole);
+    run_once(&path);
+    assert_eq!(JournalFile::read(&path).unwrap().runs.len(), 2);
+    // A last line that lacks nothing but its end is a line.
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(&path, text.trim_end()).unwrap();
+    run_once(&path);
+    assert_eq!(JournalFile::read(&path).unwrap().runs.len(), 3);
+}
+
+#[test]
+fn a_file_that_is_no_journal_is_neither_read_nor_written_to() {
+    let folder = folder();
+    let path = folder.path().join("level.toml");
+    for (text, told) in [
+        (NODE, ":1: no line of a journal: "),
+        (
+            "{\"missed\":{\"task\":\"fast\",\"first\":1,\"last\":2}}\n",
+            ":1: no line of a journal: the first line must be that of a run",
+        ),
+        (
+            "{\"run\":{\"format\":2,\"run\":7,\"version\":\"9.0.0\"}}\n",
+            ":1: run 7 has format 2, and this program knows format 1; use the version that wrote it, 9.0.0, or begin another file",
+        ),
+    ] {
+        fs::write(&path, text).unwrap();
+        let read = JournalFile::read(&path).unwrap_err().to_string();
+        assert!(read.contains(told), "{read}");
+        assert_eq!(refused(&path), read);
+        assert_eq!(fs::read_to_string(&path).unwrap(), text);
+    }
+    fs::write(&path, "").unwrap();
+    let told = JournalFile::read(&path).unwrap_err().to_string();
+    assert!(told.contains("has no runs"), "{told}");
+}
+
+#[test]
+fn a_line_in_the_middle_that_is_broken_is_named() {
+    let folder = folder();
+    let path = folder.path().join("j.jsonl");
+    run_once(&path);
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(&path, text.replace("{\"entry\"", "{\"enrty\"")).unwrap();
+    let told = JournalFile::read(&path).unwrap_err().to_string();
+    assert!(told.contains("j.jsonl:2: no line of a journal: unknown variant `enrty`"), "{told}");
+}
+
+#[test]
+fn a_run_of_another_configuration_or_with_edited_entries_is_not_repeated() {
+    let folder = folder();
+    let path = folder.path().join("j.jsonl");
+    run_once(&path);
+    let file = JournalFile::read(&path).unwrap();
+    let other = plan(&NODE.replace("10.0", "11.0"));
+    let told = file.entries(&file.runs[0], &other).unwrap_err();
+    assert!(matches!(told, JournalError::OtherConfiguration { line: 1, .. }), "{told}");
+    let text = fs::read_to_string(&path).unwrap();
+    fs::write(&path, text.replace("ramp.setChangeRate", "ramp.setChangeRat")).unwrap();
+    let file = JournalFile::read(&path).unwrap();
+    let told = file.entries(&file.runs[0], &plan(NODE)).unwrap_err().to_string();
+    assert!(told.contains("j.jsonl:2: ") && told.contains("did you mean"), "{told}");
+}
+
+#[test]
+fn a_journal_has_one_writer_at_a_time() {
+    let folder = folder();
+    let path = folder.path().join("j.jsonl");
+    let node = start(&path);
+    assert!(refused(&path).contains("another node writes the journal"));
+    node.finish().unwrap();
+    Journal::open(&path, &plan(NODE)).unwrap();
+}
+
+#[test]
+fn a_journal_that_no_node_has_begun_leaves_nothing() {
+    let folder = folder();
+    let path = folder.path().join("j.jsonl");
+    drop(Journal::open(&path, &plan(NODE)).unwrap());
+    assert!(!path.exists());
+}
+
+#[test]
+fn a_place_that_cannot_be_written_is_refused_before_the_node_starts() {
+    let folder = folder();
+    assert!(refused(folder.path()).starts_with("cannot write the journal"));
+    assert!(refused(&folder.path().join("none/j.jsonl")).contains("No such file"));
+    let full = Journal::open(Path::new("/dev/full"), &plan(NODE)).unwrap();
+    let prepared = Node::prepare_alone(&plan(NODE)).unwrap();
+    let told = prepared.with_journal(full).unwrap_err().to_string();
+    assert!(told.contains("/dev/full") && told.contains("No space left"), "{told}");
+}

@@ -1,0 +1,153 @@
+//! A run that is repeated: what its journal says was done and missed.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use isochrone_engine::operate::{Entry, Replay};
+use isochrone_engine::{Plan, TaskEngine};
+use isochrone_runtime::journal::{JournalFile, JournaledRun, Missed, Unclear};
+use isochrone_timing::units::counted;
+
+use crate::failure::Failure;
+use crate::terminal;
+
+/// What was done and missed in a run.
+pub(super) struct Past {
+    replay: Replay,
+    /// By task and cycle.
+    entries: BTreeMap<(usize, u64), Vec<Entry>>,
+    /// Of each task its missed cycles, in order: first and last.
+    missed: Vec<Vec<(u64, u64)>>,
+    /// Values that were not what the journal says they were.
+    differences: Tally,
+    /// Cycles without a row of inputs.
+    unrecorded: Tally,
+}
+
+/// How often something happened, and the first time in words.
+#[derive(Default)]
+struct Tally {
+    count: u64,
+    first: String,
+}
+
+impl Tally {
+    fn add(&mut self, what: impl FnOnce() -> String) {
+        if self.count == 0 {
+            self.first = what();
+        }
+        self.count += 1;
+    }
+}
+
+impl Past {
+    /// Reads a run of a journal; without a number, the last. Notes what is to be known of it.
+    pub(super) fn read(path: &Path, run: Option<u64>, plan: &Plan) -> Result<Self, Failure> {
+        let file = JournalFile::read(path).map_err(Failure::usage)?;
+        let run = file.run(run).map_err(Failure::usage)?;
+        let entries = file.entries(run, plan).map_err(Failure::usage)?;
+        note_run(path, &file, run, plan);
+        let mut missed = vec![Vec::new(); plan.tasks.len()];
+        for range in &run.missed {
+            let Missed { task, first, last } = &range.content;
+            let of_task = plan.task_index(task).and_then(|task| missed.get_mut(task));
+            of_task.into_iter().for_each(|ranges| ranges.push((*first, *last)));
+        }
+        missed.iter_mut().for_each(|ranges| ranges.sort_unstable());
+        let (differences, unrecorded) = (Tally::default(), Tally::default());
+        Ok(Self { replay: Replay::new(plan), entries, missed, differences, unrecorded })
+    }
+
+    /// Whether a cycle did not run.
+    pub(super) fn is_missed(&self, task: usize, cycle: u64) -> bool {
+        let Some(ranges) = self.missed.get(task) else { return false };
+        let before = ranges.partition_point(|(first, _)| *first <= cycle);
+        before.checked_sub(1).is_some_and(|range| ranges[range].1 >= cycle)
+    }
+
+    /// Does what was done before a cycle.
+    pub(super) fn apply(&mut self, task: usize, cycle: u64, engine: &mut TaskEngine) {
+        engine.expire(cycle, drop);
+        for entry in self.entries.remove(&(task, cycle)).unwrap_or_default() {
+            // That it fits was checked when it was read.
+            for difference in self.replay.apply(&entry, engine).unwrap_or_default() {
+                self.differences.add(|| format!("{difference} (cycle {cycle})"));
+            }
+        }
+    }
+
+    /// Notes that the recorded inputs have no row for a cycle of a task.
+    pub(super) fn note_unrecorded(&mut self, task: usize, cycle: u64) {
+        if !self.is_missed(task, cycle) {
+            self.unrecorded.add(|| cycle.to_string());
+        }
+    }
+
+    /// Says what in the simulation was not as in the run.
+    pub(super) fn note_end(&self) {
+        let left: usize = self.entries.values().map(Vec::len).sum();
+        if left > 0 {
+            let left = counted(left as u64, "change");
+            terminal::note(&format!("note: {left} of the run lie outside of the simulated cycles"));
+        }
+        let Tally { count, first } = &self.unrecorded;
+        if *count > 0 {
+            let cycles = counted(*count, "cycle");
+            terminal::note(&format!(
+                "note: the inputs have no row for {cycles}, which read the row before; the first: {first}"
+            ));
+        }
+        let Tally { count, first } = &self.differences;
+        if *count > 0 {
+            let values = counted(*count, "value");
+            terminal::note(&format!(
+                "warning: {values} differed from the run, so its inputs are not those of the run; the \
+                 first: {first}"
+            ));
+        }
+    }
+}
+
+/// Says which run is repeated, and for which tasks it is exact.
+fn note_run(path: &Path, file: &JournalFile, run: &JournaledRun, plan: &Plan) {
+    let (path, header) = (path.display(), &run.header.content);
+    if let Some(line) = file.cut_line {
+        terminal::note(&format!(
+            "note: {path}:{line}: the last line is incomplete and left out: the node was killed"
+        ));
+    }
+    if header.version != env!("CARGO_PKG_VERSION") {
+        terminal::note(&format!(
+            "warning: run {} was made by version {}, and this is {}; what blocks compute may differ",
+            header.run,
+            header.version,
+            env!("CARGO_PKG_VERSION")
+        ));
+    }
+    let changes = counted(run.entries.len() as u64, "change");
+    let length = |range: &Missed| range.last.saturating_sub(range.first).saturating_add(1);
+    let missed = run.missed.iter().map(|range| length(&range.content));
+    let missed = counted(missed.fold(0, u64::saturating_add), "missed cycle");
+    let depends = |task: &usize| plan.links.iter().any(|link| link.to == *task);
+    let (open, exact): (Vec<usize>, Vec<usize>) = (0..plan.tasks.len()).partition(depends);
+    let names = |tasks: &[usize]| {
+        let names: Vec<_> = tasks.iter().map(|task| plan.tasks[*task].name.as_str()).collect();
+        names.join(", ")
+    };
+    let mut note = format!("note: run {} of {path}: {changes}, {missed}", header.run);
+    if !exact.is_empty() {
+        note += &format!("; with the inputs of the run, exact for: {}", names(&exact));
+    }
+    if !open.is_empty() {
+        note += &format!("; not for: {} (values of other tasks enter)", names(&open));
+    }
+    terminal::note(&note);
+    for range in &run.unclear {
+        let Unclear { task, first, last, missed } = &range.content;
+        terminal::note(&format!(
+            "warning: {path}:{}: {missed} of cycles {first} to {last} of task \"{task}\" were missed, and \
+             it is not known which; the simulation runs them all",
+            range.line
+        ));
+    }
+}

@@ -1,0 +1,74 @@
+//! What a recording says of an input.
+
+use isochrone_blocks::PinType;
+use isochrone_engine::{Flags, InputPart, InputPlan, Reading};
+
+use crate::numbers;
+use crate::recording::Recording;
+
+/// The columns that an input may have, and their types.
+pub(super) fn columns(input: &InputPlan) -> [(String, PinType); 3] {
+    InputPart::ALL
+        .map(|part| (format!("{}{}", input.name, part.suffix()), part.pin_type(input.value_type)))
+}
+
+/// An input that has a column in the recording.
+pub(super) struct RecordedInput {
+    /// Index among the task's inputs.
+    pub(super) index: usize,
+    value: Option<usize>,
+    ok: Option<usize>,
+    age: Option<usize>,
+    /// What it read last.
+    pub(super) reading: Reading,
+}
+
+impl RecordedInput {
+    pub(super) fn find(index: usize, input: &InputPlan, recording: &Recording) -> Option<Self> {
+        let [value, ok, age] = columns(input).map(|(name, _)| recording.column(&name));
+        value.or(ok).or(age)?;
+        let (age_s, flags) = (f64::INFINITY, Flags::NONE);
+        let reading = Reading { value: input.default, ok: false, age_s, source_ns: 0, flags };
+        Some(Self { index, value, ok, age, reading })
+    }
+
+    /// Reads a row. What a column does not say is so: a value is good and of age 0, none is not ok.
+    pub(super) fn read(&mut self, input: &InputPlan, row: &[f64]) -> Result<(), String> {
+        let cell = |column: Option<usize>| row.get(column?).copied();
+        let InputPlan { name, value_type, max_age_ns, .. } = input;
+        let cannot = |column: &str, value_type: PinType, value: f64| {
+            let value = numbers::format(value);
+            Err(format!("{column} is {value_type}, which cannot hold {value}"))
+        };
+        if let Some(age_s) = cell(self.age) {
+            if age_s.is_nan() || age_s < 0.0 {
+                let age_s = numbers::format(age_s);
+                return Err(format!("{name}.age is an age in seconds, which cannot be {age_s}"));
+            }
+            self.reading.age_s = age_s;
+        } else if self.value.is_some() {
+            self.reading.age_s = 0.0;
+        }
+        let is_fresh = max_age_ns.is_none_or(|ns| self.reading.age_s <= ns as f64 / 1e9);
+        let is_told = match cell(self.ok) {
+            Some(ok) if !PinType::Bool.holds(ok) => {
+                return cannot(&format!("{name}.ok"), PinType::Bool, ok);
+            }
+            Some(ok) => Some(ok != 0.0),
+            None => None,
+        };
+        let value = cell(self.value);
+        self.reading.ok = is_told.unwrap_or(value.is_some() && is_fresh);
+        match value {
+            Some(value) if !value_type.holds(value) => {
+                self.reading.ok = false;
+                cannot(name, *value_type, value)
+            }
+            Some(value) => {
+                self.reading.value = value;
+                Ok(())
+            }
+            None => Ok(()),
+        }
+    }
+}
