@@ -23,13 +23,29 @@ fn keys(value: &Value, into: &mut Vec<String>) {
     }
 }
 
+/// The table of the codes, as the page has it.
+fn warning_codes() -> String {
+    let row = |code: &WarningCode| {
+        let remedy = if code.remedy().is_empty() { "none" } else { code.remedy() };
+        format!("| `{code}` | {} | {remedy} |\n", code.meaning())
+    };
+    let rows = WarningCode::ALL.iter().map(row).collect::<String>();
+    format!("| Code | Meaning | Usual remedy |\n|---|---|---|\n{rows}")
+}
+
 #[test]
-fn the_reference_names_every_key_of_a_report_and_every_warning_code() {
+fn the_page_has_the_meaning_and_the_remedy_of_every_warning_code() {
+    let page = std::fs::read_to_string(PAGE).unwrap();
+    let (_, table) = page.split_once("## Warning codes\n\n").unwrap();
+    assert_eq!(table, warning_codes(), "put this table there:\n{}", warning_codes());
+}
+
+#[test]
+fn the_reference_names_every_key_of_a_report() {
     let page = std::fs::read_to_string(PAGE).unwrap();
     let mut words = Vec::new();
     keys(&serde_json::to_value(made_up::report()).unwrap(), &mut words);
     assert!(words.len() > 100);
-    words.extend(WarningCode::ALL.iter().map(|code| code.as_str().to_owned()));
     for word in words {
         assert!(page.contains(&format!("| `{word}` |")), "docs/report.md says nothing of `{word}`");
     }

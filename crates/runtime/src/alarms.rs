@@ -105,7 +105,7 @@ pub enum Alarm {
 }
 
 impl Alarm {
-    /// Its code in reports.
+    /// Its code in reports, which has the remedy.
     pub fn code(&self) -> WarningCode {
         match self {
             Self::OtherWriter { .. } => WarningCode::OtherWriter,
@@ -122,49 +122,9 @@ impl Alarm {
         }
     }
 
-    /// What to do about it, in one line; empty if there is nothing to do.
-    pub fn remedy(&self) -> String {
-        match self {
-            Self::OtherWriter { .. } => {
-                "end one of the two; `iox2 service details` lists the publishers of a service".into()
-            }
-            Self::FutureStamps { .. } | Self::PastStamps { .. } => {
-                "run both processes in one time namespace, and have publish_ns read from \
-                 CLOCK_MONOTONIC"
-                    .into()
-            }
-            Self::ForeignHost { .. } => String::new(),
-            Self::UnfitInput { .. } => {
-                "correct the input's signal, channel or type, or what the publisher sends".into()
-            }
-            Self::MovedChannel { before, .. } => {
-                format!("write signal = \"{before}\" to follow the signal wherever it stands")
-            }
-            Self::PlainFrames { .. } => {
-                "bind the input by channel, or have the publisher announce its layout".into()
-            }
-            Self::UnknownLayout { service, .. } => {
-                format!("see that the publisher announces its layout on isochrone/layout/{service}")
-            }
-            Self::OldSource { .. } => {
-                "write feedback = true at the input that closes a loop of nodes, and max_age at the \
-                 inputs of the nodes before"
-                    .into()
-            }
-            Self::InputNotOk { .. } => {
-                "see whether its publisher runs, and how punctually; the log has the cycles".into()
-            }
-            Self::TelemetryCut { .. } => {
-                "publish what else is to be seen with an [[output]], or run a part of the blocks in \
-                 another task"
-                    .into()
-            }
-        }
-    }
-
     /// What happened and what to do about it, as a log line.
     pub fn sentence(&self) -> String {
-        match self.remedy().as_str() {
+        match self.code().remedy() {
             "" => self.to_string(),
             remedy => format!("{self}; {remedy}"),
         }

@@ -13,14 +13,13 @@ pub fn warning(refusal: &Refusal) -> Warning {
 
 impl From<&Alarm> for Warning {
     fn from(alarm: &Alarm) -> Self {
-        Self { code: alarm.code(), message: alarm.to_string(), remedy: alarm.remedy() }
+        Self::new(alarm.code(), alarm.to_string())
     }
 }
 
 impl From<&TaskPanicked> for Warning {
     fn from(panic: &TaskPanicked) -> Self {
-        let remedy = "fix the block; what was measured ends with the panic".into();
-        Self { code: WarningCode::Panicked, message: panic.to_string(), remedy }
+        Self::new(WarningCode::Panicked, panic.to_string())
     }
 }
 

@@ -16,14 +16,15 @@ pub struct Warning {
     pub remedy: String,
 }
 
-/// Declares [`WarningCode`] with the word that each code has in a report.
+/// Declares [`WarningCode`]: of each code its meaning, the word that it has in a report, and the usual
+/// remedy.
 macro_rules! codes {
-    ($($(#[$doc:meta])+ $name:ident = $word:literal,)+) => {
+    ($($(#[doc = $meaning:literal])+ $name:ident = $word:literal, $remedy:literal;)+) => {
         /// Kind of a [`Warning`]; a word in reports, such as `rt_denied`.
         #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
         #[serde(from = "String", into = "String")]
         pub enum WarningCode {
-            $($(#[$doc])+ $name,)+
+            $($(#[doc = $meaning])+ $name,)+
             /// A code that another version wrote.
             Unknown(String),
         }
@@ -37,6 +38,23 @@ macro_rules! codes {
                 match self {
                     $(Self::$name => $word,)+
                     Self::Unknown(word) => word,
+                }
+            }
+
+            /// What it stands for, as a sentence; empty for a code of another version.
+            pub fn meaning(&self) -> &'static str {
+                match self {
+                    $(Self::$name => concat!($($meaning),+).trim_ascii(),)+
+                    Self::Unknown(_) => "",
+                }
+            }
+
+            /// What to do about it, in one line, unless the message says more; empty if there is
+            /// nothing to do.
+            pub fn remedy(&self) -> &'static str {
+                match self {
+                    $(Self::$name => $remedy,)+
+                    Self::Unknown(_) => "",
                 }
             }
         }
@@ -55,42 +73,69 @@ macro_rules! codes {
 codes! {
     /// The kernel refused the real-time priority.
     RtDenied = "rt_denied",
+        "run as root, or grant the program CAP_SYS_NICE, or set rtprio in /etc/security/limits.conf";
     /// The task could not be pinned to its CPU.
     CpuDenied = "cpu_denied",
+        "set the task's cpu to one that the process may use, or widen the cpuset";
     /// Memory could not be locked.
     LockDenied = "lock_denied",
+        "run as root, or grant the program CAP_IPC_LOCK, or set memlock unlimited in /etc/security/limits.conf";
     /// A second publisher sends on the service.
     OtherWriter = "other_writer",
+        "end one of the two publishers; `iox2 service details` lists those of a service";
     /// Time stamps are in the receiver's future.
     FutureStamps = "future_stamps",
+        "run both processes in one time namespace, and have publish_ns read from CLOCK_MONOTONIC";
     /// Time stamps are older than any wait explains.
     PastStamps = "past_stamps",
+        "run both processes in one time namespace, and have publish_ns read from CLOCK_MONOTONIC";
     /// A publisher runs on another machine.
     ForeignHost = "foreign_host",
+        "";
     /// An input does not match the frames of its service.
     UnfitInput = "unfit_input",
+        "correct the input's signal, channel or type, or what the publisher sends";
     /// A channel carries a different signal than before.
     MovedChannel = "moved_channel",
+        "select the signal by name: signal = \"...\" follows it wherever it stands";
     /// Frames have no announced layout, so channels are selected by number.
     PlainFrames = "plain_frames",
+        "select the input's signal by channel, or have the publisher announce its layout";
     /// Frames name a layout that nobody announced.
     UnknownLayout = "unknown_layout",
+        "see that the publisher announces the layout on isochrone/layout/<service>";
     /// New frames were computed from a sample more than 10 s older.
     OldSource = "old_source",
+        "write feedback = true at the input that closes a loop of nodes, and max_age at the inputs of the nodes before";
     /// An input was not ok: its samples were too old, were refused, or did not arrive.
     InputNotOk = "input_not_ok",
+        "see whether its publisher runs, and how punctually; the log has the cycles";
     /// Telemetry omits some signals.
     TelemetryCut = "telemetry_cut",
+        "publish what else is to be seen with an [[output]], or move a part of the blocks to another task";
     /// A block panicked, and the node ended with it.
     Panicked = "panicked",
+        "fix the block that the message names; what was measured ends with the panic";
     /// The program is a debug build.
     DebugBuild = "debug_build",
+        "run a release build: cargo run --release, or cargo install";
     /// A spinning arm was measured in short parts because of the kernel's throttling.
     SpinInBursts = "spin_in_bursts",
+        "sysctl -w kernel.sched_rt_runtime_us=-1";
     /// The arm `sleep` is no substitute for cyclictest in this run.
     SleepDiffers = "sleep_differs",
+        "run it longer, or on a quieter machine; otherwise compare with the arm cyclictest itself";
     /// A paced sender missed more than 1 % of its send times.
     PaceNotKept = "pace_not_kept",
+        "lower --pace or --values, or use a machine with less to do";
+}
+
+impl Warning {
+    /// A warning with the usual remedy of its code.
+    pub fn new(code: WarningCode, message: impl Into<String>) -> Self {
+        let remedy = code.remedy().to_owned();
+        Self { code, message: message.into(), remedy }
+    }
 }
 
 impl Default for WarningCode {
@@ -127,6 +172,18 @@ mod tests {
             assert_eq!(&WarningCode::from(code.as_str()), code);
             assert!(WarningCode::ALL[..index].iter().all(|other| other.as_str() != code.as_str()));
         }
+    }
+
+    #[test]
+    fn every_code_has_a_meaning_and_its_remedy_is_one_line() {
+        for code in WarningCode::ALL {
+            assert!(code.meaning().ends_with('.') && !code.meaning().starts_with(' '), "{code}");
+            assert!(
+                !code.remedy().contains(['\n', '|']) && !code.remedy().ends_with('.'),
+                "{code}"
+            );
+        }
+        assert_eq!(WarningCode::RtDenied.meaning(), "The kernel refused the real-time priority.");
     }
 
     #[test]

@@ -99,13 +99,10 @@ impl Outputs {
     /// keeps nothing else from being written, nor the gate from being judged.
     pub(crate) fn write(mut self, report: &mut Report) -> Result<(), Failure> {
         if cfg!(debug_assertions) {
-            report.warnings.push(Warning {
-                code: WarningCode::DebugBuild,
-                message:
-                    "this program was built for debugging; its figures are not those of a release"
-                        .into(),
-                remedy: "cargo run --release, or cargo install".into(),
-            });
+            report.warnings.push(Warning::new(
+                WarningCode::DebugBuild,
+                "this program was built for debugging; its figures are not those of a release",
+            ));
         }
         report.compare_arms();
         let judged =

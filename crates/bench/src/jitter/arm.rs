@@ -143,15 +143,14 @@ impl Arm {
 
     fn spins_in_bursts(&self, counted: Duration) -> Option<Warning> {
         let Kind::Loop { longest: Some(longest), .. } = self.kind else { return None };
-        (longest < counted && self.is_real_time()).then(|| Warning {
-            code: WarningCode::SpinInBursts,
-            message: format!(
+        (longest < counted && self.is_real_time()).then(|| Warning::new(
+            WarningCode::SpinInBursts,
+            format!(
                 "{} counts only {} ms of a turn: the kernel stops real-time threads that never sleep",
                 self.name,
                 longest.as_millis()
             ),
-            remedy: "sysctl -w kernel.sched_rt_runtime_us=-1".into(),
-        })
+        ))
     }
 
     /// Whether the kernel granted a priority; before the first turn, whether one is asked for.

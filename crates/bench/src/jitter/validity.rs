@@ -34,9 +34,9 @@ fn differences(sleep: &Measured, real: &Measured) -> Vec<Warning> {
     let difference = |Limit { percentile, quantile, part: limit }: &Limit| {
         let at = |arm: &Measured| arm.distribution.quantile(*quantile) as f64;
         let part = at(sleep) / at(real).max(1.0) - 1.0;
-        (part.abs() > *limit).then(|| Warning {
-            code: WarningCode::SleepDiffers,
-            message: format!(
+        (part.abs() > *limit).then(|| Warning::new(
+            WarningCode::SleepDiffers,
+            format!(
                 "{percentile} of the arm sleep is {:.0} % {} that of cyclictest ({}); within {:.0} % it \
                  stands for it",
                 100.0 * part.abs(),
@@ -44,9 +44,7 @@ fn differences(sleep: &Measured, real: &Measured) -> Vec<Warning> {
                 sleep.circumstances,
                 100.0 * limit
             ),
-            remedy: "run it longer, or on a quieter machine; else compare with the arm cyclictest"
-                .into(),
-        })
+        ))
     };
     LIMITS.iter().filter(supported).filter_map(difference).collect()
 }

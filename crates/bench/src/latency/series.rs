@@ -52,9 +52,9 @@ impl KeptPace {
         const TOLERATED: f64 = 0.01;
         let late = || all.iter().filter(|pace| pace.missed_part() > TOLERATED);
         let worst = late().max_by(|a, b| a.missed_part().total_cmp(&b.missed_part()))?;
-        Some(Warning {
-            code: WarningCode::PaceNotKept,
-            message: format!(
+        Some(Warning::new(
+            WarningCode::PaceNotKept,
+            format!(
                 "{} of {} times the sender could not keep its pace and sent fewer messages; worst: {}, \
                  {} of {} instants missed",
                 late().count(),
@@ -63,8 +63,7 @@ impl KeptPace {
                 worst.missed,
                 worst.asked
             ),
-            remedy: "a slower --pace, fewer --values, or a machine with less to do".into(),
-        })
+        ))
     }
 }
 
