@@ -1,5 +1,6 @@
 //! `run`: the control node.
 
+mod ending;
 mod report;
 
 use std::path::{Path, PathBuf};
@@ -158,6 +159,7 @@ fn run_until(mut node: Running, plan: &Plan, stop: &Stop) -> Result<Outcome, Nod
         service.tell();
         if is_ending {
             service.stopping();
+            ending::await_end(&plan.node, &mut node);
             return node.finish();
         }
     }

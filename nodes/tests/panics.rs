@@ -1,4 +1,5 @@
-//! A program with a block that panics: what its verbs say, and what they still write.
+//! A program with a block that panics, and one that hangs: what its verbs say, and what they still
+//! write.
 
 mod domain;
 
@@ -6,6 +7,7 @@ use std::process::{Command, ExitCode};
 
 use domain::{Domain, Ended, Process};
 use isochrone_blocks::{Block, BlockType, Cycle};
+use rustix::process::Signal;
 
 isochrone_blocks::block! {
     /// Panics in its 50th cycle.
@@ -27,6 +29,36 @@ impl Block for Faulty {
     fn step(_: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
         assert!(cycle.index() < 50, "fifty is too much");
         Outputs { y: inputs.x }
+    }
+}
+
+mod hung {
+    use isochrone_blocks::{Block, Cycle};
+
+    isochrone_blocks::block! {
+        /// Never ends its 50th cycle.
+        pub Hung {
+            inputs {
+                /// What it passes on.
+                "x" => x: f64 = 0.0,
+            }
+            outputs {
+                /// The same.
+                "y" => y: f64,
+            }
+            state { unused: f64 }
+            status {}
+        }
+    }
+
+    impl Block for Hung {
+        fn step(_: &mut State, inputs: &Inputs, cycle: &Cycle<'_>) -> Outputs {
+            if cycle.index() >= 50 {
+                eprintln!("it hangs");
+                std::thread::sleep(std::time::Duration::MAX);
+            }
+            Outputs { y: inputs.x }
+        }
     }
 }
 
@@ -61,9 +93,9 @@ const AS_PROGRAM: &str = "ISOCHRONE_TEST_PROGRAM";
 /// the block.
 fn main() -> ExitCode {
     if std::env::var_os(AS_PROGRAM).is_some() {
-        return isochrone_cli::main(&[BlockType::of::<Faulty>()]);
+        return isochrone_cli::main(&[BlockType::of::<Faulty>(), BlockType::of::<hung::Hung>()]);
     }
-    let tests: [(&str, fn()); 2] = [
+    let tests: [(&str, fn()); 4] = [
         (
             "a_run_whose_block_panics_reports_what_was_measured_and_names_the_block",
             a_run_whose_block_panics_reports_what_was_measured_and_names_the_block,
@@ -71,6 +103,14 @@ fn main() -> ExitCode {
         (
             "a_simulation_whose_block_panics_names_it_and_keeps_the_cycles_before",
             a_simulation_whose_block_panics_names_it_and_keeps_the_cycles_before,
+        ),
+        (
+            "a_bench_whose_block_panics_names_the_arm_and_the_place",
+            a_bench_whose_block_panics_names_the_arm_and_the_place,
+        ),
+        (
+            "a_node_whose_block_hangs_says_which_task_it_waits_for_and_ends_on_another_signal",
+            a_node_whose_block_hangs_says_which_task_it_waits_for_and_ends_on_another_signal,
         ),
     ];
     for (name, test) in tests {
@@ -126,4 +166,30 @@ fn a_simulation_whose_block_panics_names_it_and_keeps_the_cycles_before() {
     assert_names_the_block_once(&ended.stderr);
     // Cycle 50 of the task of 2 ms is due with cycle 100 of the rows' task, which runs before it.
     assert_eq!(domain.read("out.csv").lines().count(), 1 + 101);
+}
+
+fn a_bench_whose_block_panics_names_the_arm_and_the_place() {
+    let domain = Domain::new();
+    let ended =
+        run(&domain, "bench engine --arms Faulty --instances 1 --seconds 0.1").expect_code(1);
+    let says = "arm \"Faulty\": a block panicked at ";
+    assert_eq!(ended.stderr.matches(says).count(), 1, "{}", ended.stderr);
+    for part in ["panics.rs:", "fifty is too much", "leave the arm out"] {
+        assert!(ended.stderr.contains(part), "{}", ended.stderr);
+    }
+    assert!(!ended.stderr.contains("thread '"), "{}", ended.stderr);
+}
+
+fn a_node_whose_block_hangs_says_which_task_it_waits_for_and_ends_on_another_signal() {
+    let domain = Domain::new();
+    let command = command(&domain, "run node.toml");
+    domain.write("node.toml", &NODE.replace("\"Faulty\"", "\"Hung\""));
+    let mut node = Process::start(command);
+    node.wait_for("it hangs");
+    node.signal(Signal::TERM);
+    node.wait_for("node \"faulty\" waits for task \"bad\" to end its cycle");
+    node.signal(Signal::INT);
+    let ended = node.finish().expect_code(1);
+    assert!(ended.stderr.contains("Another signal (Ctrl-C) ends the program"), "{}", ended.stderr);
+    assert!(ended.stderr.contains("ended at once by another signal"), "{}", ended.stderr);
 }

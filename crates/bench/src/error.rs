@@ -105,12 +105,24 @@ pub enum BenchError {
         cause: io::Error,
     },
     /// A thread panicked.
-    #[error(
-        "{thread} panicked; stderr says where: in a block, which is to be fixed, or in the bench itself"
-    )]
+    #[error("{thread} panicked; this is a bug of the bench, and stderr says where")]
     Panicked {
         /// Which one.
         thread: &'static str,
+    },
+    /// A block of an arm panicked.
+    #[error(
+        "arm \"{arm}\": a block panicked{}: {message}; fix the block, or leave the arm out (--arms)",
+        .place.as_ref().map(|place| format!(" at {place}")).unwrap_or_default()
+    )]
+    BlockPanicked {
+        /// The arm: the block's type.
+        arm: String,
+        /// What the panic said.
+        message: String,
+        /// File, line and column of the source; `None` unless
+        /// [`hold_panic_messages`](isochrone_runtime::hold_panic_messages) was called.
+        place: Option<String>,
     },
     /// A configuration has errors.
     #[error("the configuration has errors")]

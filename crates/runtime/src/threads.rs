@@ -17,6 +17,7 @@ use crate::inputs::TaskInputs;
 use crate::operating::Lane;
 use crate::panics;
 use crate::parts::{Parts, Task};
+use crate::running::Running;
 use crate::snapshots::Tap;
 use crate::task::{self, Done, Job, Ready, Services, Start};
 use crate::{events, orders, outputs};
@@ -142,6 +143,15 @@ impl Threads {
             })
         };
         handles.into_iter().map(join).collect()
+    }
+}
+
+impl<S: Service> Running<S> {
+    /// The names of the tasks that run. Of a node that was asked to [`stop`](Self::stop) 200 ms ago or
+    /// earlier, those whose cycle takes long or hangs.
+    pub fn unfinished_tasks(&self) -> impl Iterator<Item = &str> {
+        let runs = |thread: &&Thread| !thread.thread.is_finished();
+        self.threads.threads.iter().filter(runs).map(|thread| thread.task.as_str())
     }
 }
 

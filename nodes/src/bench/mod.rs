@@ -8,6 +8,7 @@ mod outputs;
 mod times;
 
 use isochrone_blocks::BlockType;
+use isochrone_runtime::hold_panic_messages;
 
 use crate::failure::Failure;
 
@@ -31,6 +32,7 @@ enum What {
 }
 
 pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
+    hold_panic_messages();
     match &args.what {
         What::Jitter(args) => jitter::run(args, catalogue),
         What::Latency(args) => latency::run(args),

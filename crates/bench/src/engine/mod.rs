@@ -11,6 +11,7 @@ use isochrone_cyclic::{Clock, Monotonic, ThreadRequest, prepare_process, prepare
 use isochrone_engine::Workload;
 use isochrone_processes::Stop;
 use isochrone_report::{CostReport, turn_order};
+use isochrone_runtime::catch_panic;
 use isochrone_timing::Warning;
 
 use self::arm::{Arm, Turn};
@@ -84,7 +85,11 @@ impl Bench<'_> {
             for (_, place) in turn_order(rounds, arms.len()) {
                 let Some(arm) = arms.get_mut(place) else { continue };
                 let began_ns = Monotonic.now_ns();
-                arm.take(&mut turn);
+                catch_panic(|| arm.take(&mut turn)).map_err(|panic| BenchError::BlockPanicked {
+                    arm: arm.name().to_owned(),
+                    message: panic.message,
+                    place: panic.place,
+                })?;
                 if let Some(line) = names.iter().position(|name| *name == arm.name()) {
                     view.say(line, &|| arm.so_far());
                 }

@@ -1,0 +1,38 @@
+//! The end of a node: it waits until every task has ended the cycle that it is in.
+
+use std::thread;
+use std::time::{Duration, Instant};
+
+use isochrone_runtime::{POLL_INTERVAL, Running};
+
+use crate::terminal;
+
+/// A task whose cycle lasts longer than this after the end was asked for is named. Tasks that wait
+/// for a release end within 200 ms.
+const IN_SILENCE: Duration = Duration::from_secs(1);
+
+/// Ends a node, and waits until no task of it runs. Names those that do not end.
+pub(super) fn await_end(name: &str, node: &mut Running) {
+    node.stop();
+    let since = Instant::now();
+    let mut is_told = false;
+    while node.poll().is_running() {
+        if !is_told && since.elapsed() >= IN_SILENCE {
+            is_told = true;
+            terminal::note(&sentence(name, node));
+        }
+        thread::sleep(POLL_INTERVAL);
+    }
+}
+
+fn sentence(name: &str, node: &Running) -> String {
+    let tasks: Vec<String> = node.unfinished_tasks().map(|task| format!("\"{task}\"")).collect();
+    let (tasks, cycles) = match tasks.as_slice() {
+        [task] => (format!("task {task}"), "its cycle"),
+        tasks => (format!("tasks {}", tasks.join(", ")), "their cycles"),
+    };
+    format!(
+        "node \"{name}\" waits for {tasks} to end {cycles}: a block takes long, or hangs. Another \
+         signal (Ctrl-C) ends the program at once, without a report."
+    )
+}
