@@ -140,7 +140,7 @@ impl Model {
     /// Why what is shown is not that of now.
     pub(super) fn doubt(&self) -> Option<String> {
         if let Some(why) = &self.lost {
-            return Some(format!("{why}; looking for it …"));
+            return Some(format!("looking for the node: {why}"));
         }
         let silent_ns = self.now_ns.saturating_sub(self.heard_ns);
         let seconds = silent_ns as f64 / 1e9;

@@ -69,3 +69,47 @@ pub(super) fn restore() {
     let _ = execute!(stdout(), LeaveAlternateScreen, Show);
     terminal::release_notes();
 }
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write;
+    use std::process::Command;
+
+    use super::*;
+
+    /// Run by the next test, on a terminal of its own.
+    #[test]
+    #[ignore = "takes the terminal and panics"]
+    fn a_panic_on_the_screen() {
+        let _screen = Screen::open().map_err(|_| "no terminal").unwrap();
+        crate::terminal::note("noted while the screen was shown");
+        panic!("in the middle of it");
+    }
+
+    #[test]
+    fn a_panic_gives_the_terminal_back_before_its_message() {
+        let folder = tempfile::tempdir().unwrap();
+        let this = std::env::current_exe().unwrap();
+        let command = format!(
+            "cd '{}'; stty -a > before; '{}' --ignored --nocapture a_panic_on_the_screen; stty -a > after",
+            folder.path().display(),
+            this.display()
+        );
+        let script = Command::new("script").args(["-qec", &command, "/dev/null"]).output();
+        let Ok(written) = script else {
+            assert!(std::env::var_os("CI").is_none(), "`script` is not installed");
+            // Past the test harness, which keeps what tests that pass print to itself.
+            let _ = writeln!(io::stderr(), "NOT TESTED: a panic on the screen: no `script`");
+            return;
+        };
+        let written = String::from_utf8(written.stdout).unwrap();
+        let place = |text: &str| {
+            written.find(text).unwrap_or_else(|| panic!("{text:?} is not in {written:?}"))
+        };
+        let (taken, given_back) = (place("\u{1b}[?1049h"), place("\u{1b}[?1049l"));
+        assert!(taken < given_back && given_back < place("in the middle of it"), "{written:?}");
+        assert!(given_back < place("noted while the screen was shown"), "{written:?}");
+        let read = |name| std::fs::read_to_string(folder.path().join(name)).unwrap();
+        assert_eq!(read("after"), read("before"));
+    }
+}

@@ -19,8 +19,9 @@ use crate::operate::{NodeArgs, client, failure, refusal};
 
 type Service = ipc::Service;
 
-/// How long an answer is waited for. A node answers within milliseconds.
-const PATIENCE: Duration = Duration::from_secs(2);
+/// How long an answer is waited for. A node answers within milliseconds; the screen says before when it
+/// does not.
+const PATIENCE: Duration = Duration::from_secs(5);
 /// Between two looks for what the screen wants, and for telemetry.
 const TURN: Duration = Duration::from_millis(10);
 /// Between two looks at values: as often as eyes can follow digits.
@@ -129,6 +130,8 @@ impl Asking {
             self.participant.tend();
             if link.is_none() && Instant::now() >= search {
                 search = Instant::now() + SEARCH_INTERVAL;
+                // One that was killed would go on being waited for.
+                self.participant.clean_up();
                 match Link::open(&self.participant, &self.node, is_over) {
                     Ok(open) => link = Some(open),
                     Err(error) => self.tell(News::Lost(error.to_string())),

@@ -243,7 +243,7 @@ fn a_node_that_is_gone_is_said_and_its_last_values_are_not_shown_as_new() {
     let mut model = plant();
     model.take(News::Lost("node \"tank\" ended before it answered".into()));
     let text = shown(&mut model);
-    assert!(text.contains("ended before it answered; looking for it"), "{text}");
+    assert!(text.contains("looking for the node: node \"tank\" ended"), "{text}");
     assert!(!text.contains("1.25"), "{text}");
     model.take(News::Joined { node: node(2), signals: vec![signal("new", Role::Input, "INT")] });
     assert_shows(&mut model, &["node \"tank\" answers again", "new", "1 of 1 listed"]);

@@ -1,0 +1,256 @@
+//! `top` as a user has it: on a terminal, which tmux is.
+
+mod domain;
+
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use domain::{Domain, Process, not_tested};
+
+const PATIENCE: Duration = Duration::from_secs(60);
+
+const NODE: &str = r#"
+[node]
+name = "tank"
+control = "force"
+[limits]
+"ramp.setChangeRate" = [0.0, 50.0]
+[[task]]
+name = "fast"
+period = "5ms"
+[[input]]
+name = "level"
+service = "tank/in"
+max_age = "200ms"
+[[block]]
+name = "ramp"
+type = "LimRateOfChangeCI"
+in = { value = "level", setChangeRate = 10.0 }
+[[block]]
+name = "saw"
+type = "SawTooth"
+count = 2000
+in = { incrementRange = 1, numberSteps = 30 }
+"#;
+
+/// A terminal of 80 columns and 24 lines, which ends with the test.
+struct Tmux {
+    socket: PathBuf,
+}
+
+impl Tmux {
+    /// Has a shell run the program with these arguments, and then say how it ended. `None` where there is
+    /// no tmux.
+    fn start(domain: &Domain, environment: &str, arguments: &str) -> Option<Self> {
+        if Command::new("tmux").arg("-V").stdout(Stdio::null()).status().is_err() {
+            assert!(std::env::var_os("CI").is_none(), "tmux is not installed");
+            not_tested("the screen of a running node", "tmux is not installed");
+            return None;
+        }
+        let tmux = Self { socket: domain.path("tmux") };
+        let program = env!("CARGO_BIN_EXE_isochrone");
+        let (config, folder) = (domain.config_file(), domain.folder().display());
+        let script = format!(
+            "cd '{folder}'; stty -a > before\n\
+             env {environment} '{program}' {arguments} --iceoryx2-config '{}'\n\
+             echo \"ended with $?\"; stty -a > after; echo compared; sleep 600\n",
+            config.display()
+        );
+        let script = domain.write("on_the_terminal.sh", &script);
+        let new = ["new-session", "-d", "-x", "80", "-y", "24", "sh"];
+        let started = tmux.command().args(new).arg(script).output().unwrap();
+        assert!(started.status.success(), "{}", String::from_utf8_lossy(&started.stderr));
+        Some(tmux)
+    }
+
+    fn command(&self) -> Command {
+        let mut command = Command::new("tmux");
+        command.args(["-u", "-f", "/dev/null", "-S"]).arg(&self.socket);
+        command.env("LC_ALL", "C.UTF-8").env("SHELL", "/bin/sh").env_remove("TMUX");
+        command.stdin(Stdio::null());
+        command
+    }
+
+    fn run(&self, arguments: &[&str]) -> String {
+        let output = self.command().args(arguments).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    fn shown(&self) -> String {
+        self.run(&["capture-pane", "-p"])
+    }
+
+    /// Presses keys by the names that tmux has for them.
+    fn press(&self, keys: &[&str]) {
+        self.run(&[&["send-keys"], keys].concat());
+    }
+
+    /// Waits until the screen shows a text.
+    #[track_caller]
+    fn wait_for(&self, text: &str) {
+        self.wait_until(text, |shown| shown.contains(text));
+    }
+
+    #[track_caller]
+    fn wait_until(&self, what: &str, met: impl Fn(&str) -> bool) {
+        let since = Instant::now();
+        loop {
+            let shown = self.shown();
+            if met(&shown) {
+                return;
+            }
+            assert!(since.elapsed() < PATIENCE, "waited for {what}\n{shown}");
+            thread::sleep(Duration::from_millis(20));
+        }
+    }
+
+    /// The process of the program.
+    fn program(&self) -> String {
+        let shell = self.run(&["display-message", "-p", "#{pane_pid}"]);
+        let children = Command::new("pgrep").arg("-P").arg(shell.trim()).output().unwrap();
+        String::from_utf8(children.stdout).unwrap().trim().to_owned()
+    }
+
+    /// The terminal is as it was before the program: its settings, and what stood on it.
+    #[track_caller]
+    fn expect_given_back(&self, domain: &Domain, code: i32) {
+        self.wait_for("compared");
+        assert!(self.shown().contains(&format!("ended with {code}")), "{}", self.shown());
+        assert!(!self.shown().contains("1 Signals"), "{}", self.shown());
+        assert_eq!(self.run(&["display-message", "-p", "#{cursor_flag}"]).trim(), "1");
+        assert_eq!(domain.read("after"), domain.read("before"));
+    }
+}
+
+impl Drop for Tmux {
+    fn drop(&mut self) {
+        let _ = self.command().arg("kill-server").output();
+    }
+}
+
+fn node(domain: &Domain) -> Process {
+    domain.write("tank.toml", NODE);
+    let mut node = domain.start("run tank.toml");
+    node.wait_for("is running");
+    node
+}
+
+fn value(domain: &Domain, name: &str) -> String {
+    domain.run(&format!("get tank {name}")).expect_code(0).stdout.trim().to_owned()
+}
+
+#[test]
+fn a_parameter_is_set_on_the_screen_and_set_back_and_what_the_node_refuses_is_shown() {
+    let domain = Domain::new();
+    let node = node(&domain);
+    let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
+    tmux.wait_for("14012 of 14012 listed");
+    tmux.press(&["/", "setChangeRate", "Enter"]);
+    tmux.wait_for("1 of 14012 listed");
+    tmux.wait_for("parameter             10 1/s");
+    tmux.press(&["Enter", "60", "Enter", "Enter"]);
+    tmux.wait_for("0.0 to 50.0");
+    tmux.press(&["Enter", "Enter", "7.5", "Enter", "y"]);
+    tmux.wait_for("set ramp.setChangeRate to 7.5 (was 10.0)");
+    tmux.wait_for("parameter            7.5 1/s");
+    assert_eq!(value(&domain, "ramp.setChangeRate"), "7.5");
+    tmux.press(&["u", "Enter", "Enter"]);
+    tmux.wait_for("undo transaction");
+    tmux.wait_for("parameter             10 1/s");
+    assert_eq!(value(&domain, "ramp.setChangeRate"), "10.0");
+    tmux.press(&["q"]);
+    tmux.expect_given_back(&domain, 0);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn a_force_is_marked_listed_and_released_and_a_dead_sensor_is_an_alarm() {
+    let domain = Domain::new();
+    let node = node(&domain);
+    let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
+    // The input has had no sample.
+    tmux.wait_for("! level");
+    tmux.wait_for("3 Alarms (1)");
+    let publisher = domain.start("publish tank/in --value 1.5 --rate 100");
+    tmux.wait_until("an input that is ok", |shown| !shown.contains("! level"));
+    publisher.stop().expect_code(0);
+    tmux.wait_for("! level");
+    tmux.press(&["f", "42", "Enter", "hold", "Enter", "Enter"]);
+    tmux.wait_for("F! level");
+    tmux.wait_for("4 Forces (1)");
+    assert_eq!(value(&domain, "level"), "42.0");
+    tmux.press(&["4", "r", "Enter"]);
+    tmux.wait_for("nothing is forced");
+    assert_eq!(value(&domain, "level"), "1.5");
+    tmux.press(&["3"]);
+    tmux.wait_for("since cycle");
+    tmux.press(&["2"]);
+    tmux.wait_until("a cycle that telemetry shows", |shown| {
+        let mut rows = shown.lines().filter(|line| line.starts_with("fast"));
+        rows.nth(1).is_some_and(|row| row.contains(" us") || row.contains(" ms"))
+    });
+    tmux.press(&["C-c"]);
+    tmux.expect_given_back(&domain, 0);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn the_last_of_thousands_of_signals_has_its_value_also_after_a_resize() {
+    let domain = Domain::new();
+    let node = node(&domain);
+    let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
+    tmux.wait_for("14012 of 14012 listed");
+    tmux.press(&["End"]);
+    let has_value = |shown: &str| {
+        let row = shown.lines().find(|line| line.contains("saw.1999.value "));
+        row.is_some_and(|row| row.split_whitespace().nth(2).is_some_and(|value| value != "-"))
+    };
+    tmux.wait_until("the value of the last signal", has_value);
+    tmux.run(&["resize-window", "-x", "140", "-y", "40"]);
+    tmux.wait_for("1 min of shown cycles");
+    tmux.wait_until("the value of the last signal", has_value);
+    tmux.run(&["resize-window", "-x", "40", "-y", "10"]);
+    tmux.wait_until("a small screen", |shown| {
+        shown.contains("saw.1999.value") && shown.lines().count() == 10
+    });
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn a_node_that_is_killed_is_said_to_be_gone_and_comes_back() {
+    let domain = Domain::new();
+    let first = node(&domain);
+    let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
+    tmux.wait_for("14012 of 14012 listed");
+    first.kill();
+    tmux.wait_for("looking for the node");
+    // Its values are no news.
+    tmux.wait_until("no values", |shown| {
+        let row = shown.lines().find(|line| line.contains("ramp.setChangeRate"));
+        row.is_some_and(|row| row.trim_end().ends_with("- 1/s"))
+    });
+    let second = node(&domain);
+    tmux.wait_for("node \"tank\" answers again");
+    tmux.wait_for("parameter             10 1/s");
+    second.stop().expect_code(0);
+    tmux.wait_for("looking for the node");
+    Command::new("kill").arg(tmux.program()).status().unwrap();
+    tmux.expect_given_back(&domain, 0);
+}
+
+#[test]
+fn top_without_a_node_or_without_a_terminal_says_what_there_is() {
+    let domain = Domain::new();
+    let node = node(&domain);
+    let piped = domain.run("top tank").expect_code(2);
+    for way_out in ["isochrone show", "isochrone watch"] {
+        assert!(piped.stderr.contains(way_out), "{}", piped.stderr);
+    }
+    let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tnak") else { return };
+    tmux.wait_for("did you mean \"tank\"?");
+    tmux.expect_given_back(&domain, 3);
+    node.stop().expect_code(0);
+}
