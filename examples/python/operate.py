@@ -156,8 +156,12 @@ def main(arguments):
                     return usage()
                 params["seconds"] = seconds
             done = node.call(verb, **params)
-            cycles = ", ".join(f"{task} {part['cycle']}" for task, part in done["tasks"].items())
-            print(f"transaction {done['transaction']} in cycle: {cycles}")
+            tasks = done["tasks"].items()
+            cycles = (
+                f"{task} {part['cycle']}" + (" (to come)" if part.get("pending") else "")
+                for task, part in tasks
+            )
+            print(f"transaction {done['transaction']} in cycle: {', '.join(cycles)}")
             for signal, before in done["before"].items():
                 print(f"{signal}: {before} -> {params['values'][signal]}")
     except Refused as refused:

@@ -1,4 +1,4 @@
-//! The reader and the writer in Python, against real processes.
+//! The programs in Python, against real processes.
 //!
 //! They need `pip install iceoryx2==0.10.0`, in `target/python` (as `.ci/run` makes it) or for the
 //! `python3` on the path. Without it the tests skip themselves, but not where `CI` is set.
@@ -43,7 +43,7 @@ fn python() -> Option<PathBuf> {
     let why = "no python3 has the package iceoryx2; pip install iceoryx2==0.10.0";
     if found.is_none() {
         assert!(std::env::var_os("CI").is_none(), "{why}");
-        not_tested("the reader and the writer in Python", why);
+        not_tested("the programs in Python", why);
     }
     found
 }
@@ -144,4 +144,47 @@ fn a_signal_ends_a_writer_in_python_in_order() {
         let left = domain.leftovers();
         assert!(left.iter().all(is_counter), "both tidied up: {left:?}");
     }
+}
+
+#[test]
+fn a_client_in_python_lists_reads_sets_at_a_cycle_and_forces_and_is_refused_in_words() {
+    let Some(python) = python() else { return };
+    let domain = Domain::new();
+    let ramp = "[[block]]\nname = \"ramp\"\ntype = \"LimRateOfChangeCI\"\nin = { value = \"wave\", setChangeRate = 10.0 }\n";
+    let force = NODE.replace("[node]", "[node]\ncontrol = \"force\"") + ramp;
+    domain.write("node.toml", &force);
+    let mut node = domain.start("run node.toml");
+    node.wait_for("is running");
+    let ask = |code: i32, arguments: &str| {
+        let arguments: Vec<&str> = arguments.split(' ').collect();
+        let ended = start(&domain, &python, "operate.py", &arguments).finish().expect_code(code);
+        if code == 0 { ended.stdout } else { ended.stderr }
+    };
+    let list = ask(0, "reader list");
+    assert!(list.starts_with("wave LREAL input\n"), "{list}");
+    assert!(list.contains("\nramp.value LREAL wired\n"), "{list}");
+    assert_eq!(ask(0, "reader list ramp.set*"), "ramp.setChangeRate LREAL parameter\n");
+
+    let done = ask(0, "reader set ramp.setChangeRate=0.1");
+    let cycle = done.strip_prefix("transaction 1 in cycle: t ").unwrap().lines().next().unwrap();
+    assert!(done.ends_with("\nramp.setChangeRate: 10.0 -> 0.1\n"), "{done}");
+    assert_eq!(ask(0, "reader get ramp.setChangeRate"), "ramp.setChangeRate=0.1\n");
+    let late = ask(1, &format!("reader set ramp.setChangeRate=1 --at {cycle}"));
+    assert!(late.starts_with("refused (4): ") && late.contains("it has begun"), "{late}");
+    // Starting Python takes a good part of a second; the cycles are 5 ms long.
+    let at = cycle.parse::<u64>().unwrap() + 1900;
+    let done = ask(0, &format!("reader set ramp.setChangeRate=1.0 --at {at}"));
+    assert_eq!(done, format!("transaction 2 in cycle: t {at} (to come)\n"));
+
+    let done = ask(0, "reader force ramp.value=7.5 n=3 --seconds 60");
+    assert!(done.contains("\nn: 0 -> 3\n"), "{done}");
+    assert_eq!(ask(0, "reader get ramp.value n"), "ramp.value=7.5\nn=3\n");
+    assert_eq!(ask(0, "reader list n"), "n INT input forced\n");
+
+    let refused = ask(1, "reader set n=1 ramp.x=2");
+    assert!(refused.starts_with("refused (2): \"n\" is an input"), "{refused}");
+    assert!(refused.contains("there is no signal \"ramp.x\""), "{refused}");
+    assert!(ask(1, "reader set ramp.setChangeRate=1 --at soon").contains("give a whole number"));
+    assert!(ask(3, "nobody get n").contains("no node \"nobody\" takes requests here"));
+    node.stop().expect_code(0);
 }

@@ -171,6 +171,8 @@ pub struct Operator {
     writes: u64,
     journal: Journal,
     next: u64,
+    /// Readings count down from the top, so that transactions are numbered without gaps.
+    next_reading: u64,
 }
 
 impl Operator {
@@ -191,6 +193,7 @@ impl Operator {
             writes: 0,
             journal: Journal::default(),
             next: 1,
+            next_reading: u64::MAX,
         }
     }
 
@@ -214,8 +217,16 @@ impl Operator {
     /// be room for all of them.
     pub fn send(&mut self, prepared: Prepared) -> (u64, Vec<(usize, Box<Order>)>) {
         let Prepared { mut orders, request, kind, .. } = prepared;
-        let number = self.next;
-        self.next += 1;
+        let number = match kind {
+            Kind::Read => {
+                self.next_reading -= 1;
+                self.next_reading
+            }
+            _ => {
+                self.next += 1;
+                self.next - 1
+            }
+        };
         let mut writes = HashSet::new();
         for (task, order) in &mut orders {
             order.number = number;
