@@ -73,8 +73,8 @@ pub use findings::Findings;
 pub use isochrone_quality::Flags;
 pub use nearest::nearest_name;
 pub use plan::{
-    BankPlan, InputPart, InputPlan, Instances, LimitPlan, LinkPlan, OutputPlan, Plan, PlanError,
-    Rules, SignalPlan, TaskPlan, Upstream, WirePlan,
+    BankPlan, InputPart, InputPlan, Instances, LimitPlan, LinkPlan, OutputPlan, OwnedRules, Plan,
+    PlanError, Rules, SignalPlan, TaskPlan, Upstream, WirePlan,
 };
 pub use printable::{escaped, escaped_lines};
 pub use source::{FileKind, MAX_BYTES, ReadError, Source, read_text};

@@ -3,7 +3,7 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use isochrone_engine::operate::{Feeds, Hold, Inbox, Operator, Request};
+use isochrone_engine::operate::{Draft, Feeds, Hold, Inbox, Operator, Request};
 use isochrone_engine::{Flags, Plan, Reading, Rules, Source, TaskEngine};
 
 thread_local! {
@@ -134,7 +134,7 @@ fn a_new_engine_takes_over_from_the_old_one_without_allocating_or_freeing() {
 
     let text = CONFIGURATION.replace("count = 1000", "count = 1001");
     let text = text.replace("numberSteps = 9", "numberSteps = 8");
-    let prepared = operator.change(&plan(&text), Request::default()).unwrap();
+    let prepared = operator.change(Draft::new(&plan(&text)).unwrap(), Request::default()).unwrap();
     let (_, mut replacements) = operator.send_change(prepared, &[1, 1]).unwrap();
     assert!(replacements.iter().all(|replacement| replacement.words() > 1000));
 

@@ -71,6 +71,10 @@ fn plan(text: &str) -> Plan {
     Plan::new(Source::new("level.toml", text), &Rules::default()).unwrap()
 }
 
+fn draft(text: &str) -> Draft {
+    Draft::new(&plan(text)).unwrap()
+}
+
 impl Hand {
     fn new(text: &str) -> Self {
         let plan = plan(text);
@@ -102,7 +106,7 @@ impl Hand {
 
     /// Sends another configuration, for the next cycle of each task.
     fn change(&mut self, text: &str) -> ChangeSummary {
-        let prepared = self.operator.change(&plan(text), Request::default()).unwrap();
+        let prepared = self.operator.change(draft(text), Request::default()).unwrap();
         let summary = prepared.summary().clone();
         let (_, replacements) = self.operator.send_change(prepared, &self.next).unwrap();
         self.replacements = replacements.into_iter().map(Some).collect();
@@ -110,7 +114,7 @@ impl Hand {
     }
 
     fn refused(&self, text: &str) -> Vec<String> {
-        let refusals = self.operator.change(&plan(text), Request::default()).unwrap_err();
+        let refusals = self.operator.change(draft(text), Request::default()).unwrap_err();
         refusals.findings().iter().map(ToString::to_string).collect()
     }
 
@@ -280,7 +284,7 @@ fn a_forced_signal_must_be_in_the_new_configuration() {
         hand.refused(&text),
         ["\"ramp.2.delayedValue\" is forced, and the new configuration does not keep its block"]
     );
-    let refusals = hand.operator.change(&plan(&text), Request::default()).unwrap_err();
+    let refusals = hand.operator.change(draft(&text), Request::default()).unwrap_err();
     assert_eq!(refusals.kind(), RefusalKind::CannotChange);
 }
 
@@ -331,7 +335,7 @@ fn each_thing_that_cannot_be_changed_online_is_named() {
 fn what_is_protected_stays_as_it_is() {
     let hand = Hand::new(NODE);
     let protected = |text: &str| {
-        let refusals = hand.operator.change(&plan(text), Request::default()).unwrap_err();
+        let refusals = hand.operator.change(draft(text), Request::default()).unwrap_err();
         assert_eq!(refusals.kind(), RefusalKind::Forbidden);
         refusals.findings()[0].name().to_owned()
     };
@@ -347,7 +351,7 @@ fn what_is_protected_stays_as_it_is() {
 fn only_a_node_that_may_be_forced_can_be_changed() {
     let hand = Hand::new(&NODE.replace("control = \"force\"", "control = \"set\""));
     let text = NODE.replace("control = \"force\"", "control = \"set\"");
-    let refusals = hand.operator.change(&plan(&text), Request::default()).unwrap_err();
+    let refusals = hand.operator.change(draft(&text), Request::default()).unwrap_err();
     assert_eq!(refusals.kind(), RefusalKind::Forbidden);
     assert!(refusals.to_string().contains("change the configuration"), "{refusals}");
 }
@@ -368,10 +372,10 @@ fn a_value_that_stays_must_lie_within_the_new_limits() {
 fn one_request_at_a_time_changes_the_node() {
     let mut hand = Hand::new(NODE);
     hand.set("ramp.0.value", 1.0);
-    let refusals = hand.operator.change(&plan(NODE), Request::default()).unwrap_err();
+    let refusals = hand.operator.change(draft(NODE), Request::default()).unwrap_err();
     assert!(matches!(refusals.findings()[..], [Refusal::Waiting { .. }]), "{refusals}");
     hand.steps(1);
-    let early = hand.operator.change(&plan(NODE), Request::default()).unwrap();
+    let early = hand.operator.change(draft(NODE), Request::default()).unwrap();
     hand.change(NODE);
     hand.step(0);
     for value in ["ramp.0.value", "after.setChangeRate"] {
@@ -381,7 +385,7 @@ fn one_request_at_a_time_changes_the_node() {
     }
     let (names, next) = (hand.operator.get(["ramp.0.value"], 0, 9), hand.next.clone());
     assert!(names.is_ok(), "values are read all the time");
-    assert!(hand.operator.change(&plan(NODE), Request::default()).is_err());
+    assert!(hand.operator.change(draft(NODE), Request::default()).is_err());
     hand.step(1);
     assert!(
         hand.operator.send_change(early, &next).is_err(),

@@ -8,8 +8,8 @@ use std::rc::Rc;
 use graphs::{EntryChoice, INPUTS, PERIODS_NS, configuration_with, entries, entry_choice};
 use isochrone_blocks::PinType;
 use isochrone_engine::operate::{
-    Done, Feeds, Hold, Inbox, Operator, Prepared, Refusals, Replacement, Replay, Request, Signals,
-    Value,
+    Done, Draft, Feeds, Hold, Inbox, Operator, Prepared, Refusals, Replacement, Replay, Request,
+    Signals, Value,
 };
 use isochrone_engine::{Flags, Plan, Rules, Source, TaskEngine};
 use proptest::prelude::*;
@@ -306,7 +306,7 @@ fn change(
     let entries = Rc::new(entries(choices.clone()));
     let text = configuration_with(&entries, PUBLISHED);
     let plan = plan(&text)?;
-    let prepared = hand.operator.change(&plan, Request::default());
+    let prepared = hand.operator.change(Draft::new(&plan).unwrap(), Request::default());
     let may_change = hand.operator.changing().is_none() && reference.may_change(&entries);
     prop_assert_eq!(prepared.is_ok(), may_change, "{:?}\n{}\n{}", prepared, hand.text, text);
     let Ok(mut prepared) = prepared else { return Ok(()) };

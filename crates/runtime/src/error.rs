@@ -2,8 +2,8 @@
 
 use std::io;
 
-use isochrone_engine::BuildError;
 use isochrone_engine::operate::Refusals;
+use isochrone_engine::{BuildError, Findings};
 use isochrone_ipc::{JoinError, OpenError};
 use thiserror::Error;
 
@@ -81,6 +81,51 @@ pub struct NodePanicked {
     pub panics: Vec<TaskPanicked>,
     /// What all tasks did until then.
     pub outcome: Box<Outcome>,
+}
+
+/// Why a node does not run another configuration. Nothing happens then.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ApplyError {
+    /// The configuration has errors; all that are found.
+    #[error(transparent)]
+    Configuration(#[from] Findings),
+    /// Its parts do not fit together.
+    #[error(transparent)]
+    Build(#[from] BuildError),
+    /// The running node does not allow it; all that is in the way.
+    #[error(transparent)]
+    Refused(#[from] Refusals),
+    /// It would take a task too much of the time between two cycles.
+    #[error(
+        "task \"{task}\" has {slack_ns} ns left in its longest cycle and may spend half of them on the \
+         change, which takes {cost_ns} ns; allow missed cycles, or stop the node for it"
+    )]
+    NoSlack {
+        /// The task.
+        task: String,
+        /// What its longest cycle of the last second leaves of the period, in ns.
+        slack_ns: u64,
+        /// What the change takes, in ns.
+        cost_ns: u64,
+    },
+    /// No cycle of a task has been seen, so nobody knows what time it has. Try again after the next
+    /// [`poll`](crate::Running::poll), or allow missed cycles.
+    #[error("no cycle of task \"{task}\" has been seen yet; ask again when it has run")]
+    NotMeasured {
+        /// The task.
+        task: String,
+    },
+    /// A task has not yet applied the requests before. Try again after the next
+    /// [`poll`](crate::Running::poll).
+    #[error("task \"{task}\" has not applied the requests before this one; ask again in a moment")]
+    Busy {
+        /// The task.
+        task: String,
+    },
+    /// The node has ended.
+    #[error("the node has ended")]
+    Ended,
 }
 
 /// Why a request was not sent. Nothing happens then.

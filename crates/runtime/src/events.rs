@@ -1,8 +1,9 @@
 //! What a task's blocks and inputs run into: noticed in the slack of the cycle, and logged in the
 //! ordinary thread.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, channel};
 
 use isochrone_blocks::{Indication, status};
 use isochrone_engine::{TaskEngine, TaskPlan};
@@ -10,7 +11,7 @@ use rtrb::{Consumer, Producer, RingBuffer};
 
 use crate::freshness::InputState;
 use crate::limiter::{Allowed, Limiter};
-use crate::words::{ERROR_WITHOUT_WORD, Said, Words};
+use crate::words::{ERROR_WITHOUT_WORD, Moved, Said, Words};
 
 /// Events that fit between the cycle and the ordinary thread. What finds no room is told later, if it
 /// still holds then.
@@ -19,6 +20,8 @@ const ROOM: usize = 256;
 /// What is to be said of a block or an input.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Event {
+    /// From here on, blocks are those of another configuration.
+    Changed,
     /// An instance, in the order of the image, has this error since a cycle; `OK` for none.
     Block { instance: usize, status: u16, cycle: u64 },
     /// An input came into this state in a cycle.
@@ -31,9 +34,34 @@ pub(crate) struct Events {
     watched: Box<[Watched]>,
     errors: u64,
     in_error: bool,
+    /// Another configuration is in place, which has not been told.
+    has_changed: bool,
+}
+
+/// The instances of another configuration, and those of the one before whose errors were told.
+#[derive(Debug)]
+pub(crate) struct Watch {
+    watched: Box<[Watched]>,
+    /// Places among those that were watched, and among these.
+    kept: Box<[(usize, usize)]>,
+}
+
+impl Watch {
+    /// The instances of a task that come after others.
+    pub(crate) fn following(task: &TaskPlan, old: &Words, moved: &Moved) -> Self {
+        let watched = watched(task);
+        let of_instance = |(place, watched): (usize, &Watched)| (watched.instance, place);
+        let places: HashMap<_, _> = watched.iter().enumerate().map(of_instance).collect();
+        let kept = old
+            .watched()
+            .enumerate()
+            .filter_map(|(place, instance)| Some((place, *places.get(&moved.place(instance)?)?)));
+        Self { kept: kept.collect(), watched }
+    }
 }
 
 /// An instance that can report errors.
+#[derive(Debug)]
 struct Watched {
     instance: usize,
     slot: usize,
@@ -56,6 +84,9 @@ impl Events {
     /// Looks for blocks that came into an error or out of one; for the slack. While no block reports
     /// an error, it is a comparison.
     pub(crate) fn look(&mut self, engine: &TaskEngine, cycle: u64) {
+        if !self.tells_change() {
+            return;
+        }
         let errors = engine.block_errors();
         if errors == std::mem::replace(&mut self.errors, errors) && !self.in_error {
             return;
@@ -73,7 +104,25 @@ impl Events {
 
     /// Tells what has become of an input; `false` where there is no room.
     pub(crate) fn tell_input(&mut self, input: usize, state: InputState, cycle: u64) -> bool {
-        self.ring.push(Event::Input { input, state, cycle }).is_ok()
+        self.tells_change() && self.ring.push(Event::Input { input, state, cycle }).is_ok()
+    }
+
+    /// Goes on with the instances of another configuration, and leaves its own in their place.
+    pub(crate) fn change(&mut self, watch: &mut Watch) {
+        for (from, to) in &watch.kept {
+            if let (Some(from), Some(to)) = (self.watched.get(*from), watch.watched.get_mut(*to)) {
+                to.told = from.told;
+            }
+        }
+        std::mem::swap(&mut self.watched, &mut watch.watched);
+        self.has_changed = true;
+    }
+
+    /// Whether it was told that the configuration is another, if it is; what comes after would be taken
+    /// for what came before.
+    fn tells_change(&mut self) -> bool {
+        self.has_changed = self.has_changed && self.ring.push(Event::Changed).is_err();
+        !self.has_changed
     }
 }
 
@@ -81,6 +130,8 @@ impl Events {
 pub(crate) struct Log {
     ring: Consumer<Event>,
     words: Arc<Words>,
+    /// The words of the configurations to come.
+    next_words: Receiver<Arc<Words>>,
     /// Of each input, whether something was said of its samples before.
     is_known: Box<[bool]>,
     /// What happened since it was last asked for.
@@ -92,9 +143,8 @@ pub(crate) struct Log {
     holding: BTreeSet<usize>,
 }
 
-/// Makes both ends for a task.
-pub(crate) fn ends(task: &TaskPlan) -> (Events, Log) {
-    let (producer, consumer) = RingBuffer::new(ROOM);
+/// The instances of a task that can report errors.
+fn watched(task: &TaskPlan) -> Box<[Watched]> {
     let mut watched = Vec::new();
     let mut first = 0;
     for bank in &task.banks {
@@ -109,18 +159,30 @@ pub(crate) fn ends(task: &TaskPlan) -> (Events, Log) {
         }
         first += bank.instances.len();
     }
-    let events = Events { ring: producer, watched: watched.into(), errors: 0, in_error: false };
+    watched.into()
+}
+
+/// Makes both ends for a task, and the end that the words of other configurations are sent by.
+pub(crate) fn ends(task: &TaskPlan) -> (Events, Log, Sender<Arc<Words>>) {
+    let (producer, consumer) = RingBuffer::new(ROOM);
+    let (send_words, next_words) = channel();
+    let (watched, has_changed) = (watched(task), false);
+    let events = Events { ring: producer, watched, errors: 0, in_error: false, has_changed };
+    let words = Arc::new(Words::of(task));
     let log = Log {
-        limiters: std::iter::repeat_with(Limiter::default)
-            .take(first + task.inputs.len())
-            .collect(),
+        limiters: limiters(&words),
         holding: BTreeSet::new(),
         ring: consumer,
-        words: Arc::new(Words::of(task)),
+        words,
+        next_words,
         is_known: vec![false; task.inputs.len()].into(),
         happened: Vec::new(),
     };
-    (events, log)
+    (events, log, send_words)
+}
+
+fn limiters(words: &Words) -> Vec<Limiter<Event>> {
+    std::iter::repeat_with(Limiter::default).take(words.speakers()).collect()
 }
 
 impl Log {
@@ -128,6 +190,9 @@ impl Log {
     pub(crate) fn write(&mut self) {
         while let Ok(event) = self.ring.pop() {
             self.happened.push(event);
+            if matches!(event, Event::Changed) {
+                self.change();
+            }
             let speaker = self.words.speaker(&event);
             let Some(limiter) = self.limiters.get_mut(speaker) else { continue };
             match limiter.pass(event) {
@@ -141,6 +206,16 @@ impl Log {
             }
         }
         self.say_held(Limiter::held);
+    }
+
+    /// Goes on with the blocks of another configuration.
+    fn change(&mut self) {
+        // What is held is of those before.
+        self.say_held(Limiter::take_held);
+        if let Ok(words) = self.next_words.try_recv() {
+            (self.limiters, self.holding) = (limiters(&words), BTreeSet::new());
+            self.words = words;
+        }
     }
 
     /// As [`write`](Self::write), and what became of each in the end, though its pause is not over.

@@ -1,12 +1,12 @@
 //! What is wrong with a task now: blocks that report an error, inputs that are not ok.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use isochrone_blocks::status;
 
 use crate::events::Event;
-use crate::words::Words;
+use crate::words::{Moved, Words};
 
 /// The blocks of a task that report an error and its inputs that are not ok, with those that were so
 /// before.
@@ -15,6 +15,8 @@ pub(crate) struct Faults {
     /// By the place of who speaks: blocks in the order of the image, then inputs.
     known: BTreeMap<usize, Fault>,
     active: usize,
+    /// Other configurations that are on their way.
+    next: VecDeque<(Arc<Words>, Arc<Moved>)>,
 }
 
 /// Of one block or input.
@@ -38,7 +40,7 @@ pub(crate) struct Active {
 
 impl Faults {
     pub(crate) fn new(words: Arc<Words>) -> Self {
-        Self { words, known: BTreeMap::new(), active: 0 }
+        Self { words, known: BTreeMap::new(), active: 0, next: VecDeque::new() }
     }
 
     /// Takes note of what happened, in its order.
@@ -47,6 +49,10 @@ impl Faults {
             let (is_active, cycle) = match *event {
                 Event::Block { status, cycle, .. } => (status != status::OK, cycle),
                 Event::Input { state, cycle, .. } => (!state.is_ok(), cycle),
+                Event::Changed => {
+                    self.change();
+                    continue;
+                }
             };
             let none = Fault { event: *event, is_active: false, since_cycle: cycle, count: 0 };
             let fault = self.known.entry(self.words.speaker(event)).or_insert(none);
@@ -60,6 +66,32 @@ impl Faults {
             }
             (fault.event, fault.is_active) = (*event, is_active);
         }
+    }
+
+    /// Who is spoken of here.
+    pub(crate) fn words(&self) -> Arc<Words> {
+        Arc::clone(&self.words)
+    }
+
+    /// Takes note of another configuration, which is gone by as soon as its first event comes.
+    pub(crate) fn expect(&mut self, words: Arc<Words>, moved: Arc<Moved>) {
+        self.next.push_back((words, moved));
+    }
+
+    fn change(&mut self) {
+        let Some((words, moved)) = self.next.pop_front() else { return };
+        let known = std::mem::take(&mut self.known).into_iter();
+        self.known = known
+            .filter_map(|(speaker, mut fault)| {
+                let place = moved.place(speaker)?;
+                if let Event::Block { instance, .. } = &mut fault.event {
+                    *instance = place;
+                }
+                Some((place, fault))
+            })
+            .collect();
+        self.active = self.known.values().filter(|fault| fault.is_active).count();
+        self.words = words;
     }
 
     /// How many there are now.

@@ -49,8 +49,10 @@
 )]
 
 mod alarms;
+mod apply;
 mod attend;
 mod bindings;
+mod busiest;
 pub mod control;
 mod error;
 mod events;
@@ -78,7 +80,8 @@ mod warning;
 mod words;
 
 pub use alarms::Alarm;
-pub use error::{NodePanicked, PrepareError, RequestError, TaskPanicked};
+pub use apply::{Applying, IfMissed, PreparedApply};
+pub use error::{ApplyError, NodePanicked, PrepareError, RequestError, TaskPanicked};
 pub use limiter::{Allowed, Limiter};
 pub use node::{Node, Prepared, next_epoch_ns};
 pub use operating::Sent;

@@ -88,8 +88,9 @@ impl<S: Service + 'static> Prepared<S> {
         let telemetry = telemetry.map(|p| Telemetry::open(p, &plan.node, &snapshots)).transpose();
         let mut threads = Threads::default();
         let mut parts = Parts {
+            node: plan.node.clone(),
             tasks: Vec::new(),
-            operating: Shared::new(Operator::new(plan, feeds), &plan.source),
+            operating: Shared::new(Operator::new(plan, feeds), plan),
             snapshots,
             telemetry: telemetry.map_err(|error| runs_already(plan, error))?,
             announcers: Vec::new(),

@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::operate::{
-    Entry, Forced, Hold, Operator, Prepared, Refusals, Request, SaveError, Signals, Value,
+    Client, Entry, Forced, Hold, Operator, Prepared, Refusals, Request, SaveError, Signals, Value,
 };
 use isochrone_ipc::Service;
 
-use crate::error::RequestError;
+use crate::apply::{Applying, IfMissed, PreparedApply};
+use crate::error::{ApplyError, RequestError};
 use crate::operating::{Origin, Sent};
 use crate::running::Running;
 
@@ -88,6 +89,44 @@ impl<S: Service> Running<S> {
         names: impl IntoIterator<Item = &'a str>,
     ) -> Result<Sent, RequestError> {
         self.send(|operator, _| Ok(operator.get(names, 0, MAX_READ)?.0))
+    }
+
+    /// Prepares another configuration for the running node, and says what it would change and cost. Its
+    /// tasks, inputs and outputs must be those of the running one; its blocks, wires and constants may
+    /// be others.
+    ///
+    /// # Errors
+    /// It has errors, or it cannot take the place of the running one; all that is wrong.
+    pub fn prepare_apply(
+        &self,
+        configuration: &str,
+        client: Client,
+        comment: Option<Arc<str>>,
+    ) -> Result<PreparedApply, ApplyError> {
+        let request = Request { client, comment, ..Request::default() };
+        PreparedApply::new(&self.parts.operating, configuration, request)
+    }
+
+    /// Runs another configuration without a stop. Blocks of the same name, type and task go on with
+    /// their state and outputs, new ones start from rest. A parameter whose constant differs between
+    /// the two configurations takes the new one; all others keep the values that they have now.
+    ///
+    /// Each task has it from its first cycle on that is released at or after one instant, a period of
+    /// the slowest task and 20 ms from now. Until all have it, other changes are refused.
+    ///
+    /// # Errors
+    /// As [`prepare_apply`](Self::prepare_apply), or something was changed since, or the tasks have no
+    /// time for it between two cycles.
+    pub fn apply(
+        &mut self,
+        prepared: PreparedApply,
+        if_missed: IfMissed,
+    ) -> Result<Applying, ApplyError> {
+        let mut operating = self.parts.operating.lock();
+        if if_missed == IfMissed::Refuse {
+            operating.check_slack(&prepared)?;
+        }
+        operating.send_change(Origin::Program, prepared, Monotonic.now_ns())
     }
 
     /// Sends what the node's operator prepares, which is told the first cycle of each task that has not

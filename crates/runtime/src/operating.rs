@@ -2,18 +2,22 @@
 //! requests of others.
 
 use std::collections::BTreeMap;
+use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use isochrone_cyclic::Schedule;
-use isochrone_engine::Source;
 use isochrone_engine::operate::{Action, Done, Entry, Operator, Prepared, Reading, Warning};
+use isochrone_engine::{OwnedRules, Plan, Source};
 use isochrone_timing::CycleRecord;
 
+use crate::apply::NewParts;
+use crate::busiest::Busiest;
 use crate::error::RequestError;
 use crate::faults::Faults;
 use crate::journal::Journal;
-use crate::orders::{self, Returned};
+use crate::orders::{self, Changeover, Returned};
+use crate::words::Words;
 
 /// A request that is on its way to its tasks.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -46,6 +50,10 @@ pub(crate) struct Returns {
 pub(crate) struct Configuration {
     pub(crate) source: Source,
     pub(crate) sha256: String,
+    /// What it was checked against.
+    pub(crate) rules: OwnedRules,
+    /// Whether it is another one than at the start.
+    pub(crate) is_changed: bool,
 }
 
 /// The operator of a node, and the ways to and from the cycles of its tasks.
@@ -60,6 +68,10 @@ pub(crate) struct Operating {
     /// The service's requests, and from how many tasks each has not come back.
     of_service: BTreeMap<u64, usize>,
     for_service: Vec<Done>,
+    /// What goes with a configuration that is on its way to the tasks.
+    expected: Option<NewParts>,
+    /// What goes with one that all tasks have since the program was told last.
+    arrived: Option<NewParts>,
 }
 
 /// One task's.
@@ -68,8 +80,11 @@ pub(crate) struct Lane {
     pub(crate) schedule: Schedule,
     pub(crate) orders: orders::Sender,
     pub(crate) faults: Faults,
+    /// To the log.
+    pub(crate) words: Sender<Arc<Words>>,
     /// Its last cycle that was seen.
     pub(crate) last: Option<CycleRecord>,
+    pub(crate) busiest: Busiest,
 }
 
 /// The [`Operating`] of a node. It is locked for short work only, and never by a cycle.
@@ -77,11 +92,12 @@ pub(crate) struct Lane {
 pub(crate) struct Shared(Arc<Mutex<Operating>>);
 
 impl Shared {
-    pub(crate) fn new(operator: Operator, source: &Source) -> Self {
-        let (source, sha256) = (source.clone(), source.sha256());
+    pub(crate) fn new(operator: Operator, plan: &Plan) -> Self {
+        let Plan { source, rules, .. } = plan;
+        let (source, sha256, rules) = (source.clone(), source.sha256(), rules.clone());
         Self(Arc::new(Mutex::new(Operating {
             operator,
-            configuration: Configuration { source, sha256 },
+            configuration: Configuration { source, sha256, rules, is_changed: false },
             lanes: Vec::new(),
             journal: None,
             epoch_ns: u64::MAX,
@@ -89,6 +105,8 @@ impl Shared {
             returns: Returns::default(),
             of_service: BTreeMap::new(),
             for_service: Vec::new(),
+            expected: None,
+            arrived: None,
         })))
     }
 
@@ -121,6 +139,15 @@ impl Operating {
         self.lanes.iter().map(next).collect()
     }
 
+    /// The first cycle of each task that is due at an instant or later.
+    pub(crate) fn first_cycles(&self, instant_ns: u64) -> Vec<u64> {
+        let first = |lane: &Lane| {
+            let since_ns = instant_ns.saturating_sub(lane.first_ns(self.epoch_ns));
+            since_ns.div_ceil(lane.schedule.period_ns)
+        };
+        self.lanes.iter().map(first).collect()
+    }
+
     /// When a task's cycle is due, in ns of `CLOCK_MONOTONIC`.
     pub(crate) fn release_ns(&self, task: usize, cycle: u64) -> u64 {
         self.lanes.get(task).map_or(0, |lane| {
@@ -144,15 +171,30 @@ impl Operating {
         }
         let warnings = prepared.warnings.clone();
         let (number, orders) = self.operator.send(prepared);
-        if origin == Origin::Service && !orders.is_empty() {
-            self.of_service.insert(number, orders.len());
-        }
+        self.note_sent(origin, number, orders.len());
         for (task, order) in orders {
             if let Some(lane) = self.lanes.get_mut(task) {
                 lane.orders.send(order);
             }
         }
         Ok(Sent { number, warnings })
+    }
+
+    /// Takes note of a request that was sent to so many tasks.
+    pub(crate) fn note_sent(&mut self, origin: Origin, number: u64, tasks: usize) {
+        if origin == Origin::Service && tasks > 0 {
+            self.of_service.insert(number, tasks);
+        }
+    }
+
+    /// Takes note of what goes with a configuration that is on its way.
+    pub(crate) fn expect(&mut self, parts: NewParts) {
+        self.expected = Some(parts);
+    }
+
+    /// What goes with another configuration that all tasks have since the last time.
+    pub(crate) fn arrived(&mut self) -> Option<NewParts> {
+        self.arrived.take()
     }
 
     /// Takes in and frees what the cycles gave back.
@@ -163,6 +205,10 @@ impl Operating {
             while let Some(returned) = lane.orders.returned() {
                 came.push(match returned {
                     Returned::Order(order) => operator.done(task, order, unix_ns()),
+                    Returned::Changed(changeover) => {
+                        let Changeover { replacement, .. } = *changeover;
+                        Done::Applied(operator.replaced(task, replacement, unix_ns()))
+                    }
                     Returned::Ended(ended, cycle) => {
                         Done::Applied(operator.expired(task, ended, cycle, unix_ns()))
                     }
@@ -177,6 +223,14 @@ impl Operating {
             }
         }
         self.flush_journal();
+        if self.operator.changing().is_none()
+            && let Some(parts) = self.expected.take()
+        {
+            let Configuration { source, sha256, is_changed, .. } = &mut self.configuration;
+            (*source, *sha256) = (parts.source.clone(), parts.source.sha256());
+            *is_changed = true;
+            self.arrived = Some(parts);
+        }
         came.into_iter().for_each(|done| self.hand_out(done));
     }
 
@@ -190,6 +244,7 @@ impl Operating {
     pub(crate) fn note_cycle(&mut self, task: usize, record: &CycleRecord) {
         let Some(lane) = self.lanes.get_mut(task) else { return };
         lane.last = Some(*record);
+        lane.busiest.note(record);
         if let Some(journal) = &mut self.journal {
             journal.note_cycle(task, &lane.name, record);
         }

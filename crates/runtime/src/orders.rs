@@ -3,8 +3,11 @@
 
 use isochrone_cyclic::Release;
 use isochrone_engine::TaskEngine;
-use isochrone_engine::operate::{Ended, Inbox, MAX_FORCES, Order};
+use isochrone_engine::operate::{Ended, Inbox, MAX_FORCES, Order, Replacement};
 use rtrb::{Consumer, Producer, RingBuffer};
+
+use crate::events::{Events, Watch};
+use crate::snapshots::Tap;
 
 /// Orders that may be on their way to a task.
 const ROOM: usize = 64;
@@ -12,8 +15,23 @@ const ROOM: usize = 64;
 /// end by themselves, each of which may have taken the place of another.
 const ROOM_BACK: usize = ROOM + 2 * MAX_FORCES;
 
+/// What a cycle is given.
+enum Given {
+    Order(Box<Order>),
+    Changeover(Box<Changeover>),
+}
+
+/// Another configuration for a task, with what its cycle tells of it.
+pub(crate) struct Changeover {
+    pub(crate) replacement: Replacement,
+    pub(crate) tap: Tap,
+    pub(crate) watch: Watch,
+}
+
 /// What a cycle gives back.
 pub(crate) enum Returned {
+    /// The task has another configuration; the one before is in the box.
+    Changed(Box<Changeover>),
     /// An order that it is done with.
     Order(Box<Order>),
     /// A force that came to its end, and the first cycle without it.
@@ -22,14 +40,16 @@ pub(crate) enum Returned {
 
 /// The end in the cycle.
 pub(crate) struct Applier {
-    new: Consumer<Box<Order>>,
+    new: Consumer<Given>,
     back: Producer<Returned>,
     inbox: Inbox,
+    /// There is one at a time.
+    changeover: Option<Box<Changeover>>,
 }
 
 /// The end in the ordinary thread.
 pub(crate) struct Sender {
-    new: Producer<Box<Order>>,
+    new: Producer<Given>,
     back: Consumer<Returned>,
     on_their_way: usize,
 }
@@ -38,23 +58,62 @@ pub(crate) struct Sender {
 pub(crate) fn ends() -> (Applier, Sender) {
     let (send, new) = RingBuffer::new(ROOM);
     let (back, receive) = RingBuffer::new(ROOM_BACK);
-    let applier = Applier { new, back, inbox: Inbox::new(ROOM) };
+    let applier = Applier { new, back, inbox: Inbox::new(ROOM), changeover: None };
     (applier, Sender { new: send, back: receive, on_their_way: 0 })
 }
 
 impl Applier {
+    /// Takes what was sent, and puts another configuration in its place whose cycle has come; before
+    /// [`apply`](Self::apply). Frees nothing.
+    #[inline]
+    pub(crate) fn change(
+        &mut self,
+        engine: &mut TaskEngine,
+        tap: &mut Tap,
+        events: &mut Events,
+        release: &Release,
+    ) {
+        self.receive();
+        let is_due =
+            |changeover: &mut Box<Changeover>| release.cycle >= changeover.replacement.at();
+        if let Some(mut changeover) = self.changeover.take_if(is_due) {
+            engine.replace(&mut changeover.replacement, release.cycle);
+            tap.change(&mut changeover.tap);
+            events.change(&mut changeover.watch);
+            let _ = self.back.push(Returned::Changed(changeover));
+        }
+    }
+
+    /// Copies what another configuration takes over that is due with the next cycle; for the end of
+    /// the slack.
+    #[inline]
+    pub(crate) fn prepare(&mut self, engine: &mut TaskEngine, release: &Release) {
+        let due = self.changeover.as_mut().map(|changeover| &mut changeover.replacement);
+        if let Some(replacement) = due.filter(|due| release.cycle + 1 >= due.at()) {
+            engine.hand_over(replacement);
+        }
+    }
+
+    #[inline]
+    fn receive(&mut self) {
+        while let Ok(given) = self.new.pop() {
+            match given {
+                Given::Order(order) => drop(self.inbox.take(order)),
+                Given::Changeover(changeover) => self.changeover = Some(changeover),
+            }
+        }
+    }
+
     /// Ends the forces whose time has come, and applies what was sent for this cycle. Frees nothing;
     /// while nothing was sent or is forced, it is one look at the ring.
     #[inline]
     pub(crate) fn apply(&mut self, engine: &mut TaskEngine, release: &Release) {
-        let Self { new, back, inbox } = self;
+        self.receive();
+        let Self { back, inbox, .. } = self;
         // There is always room to give something back: no more is on its way than the ring holds.
         engine.expire(release.cycle, |ended| {
             let _ = back.push(Returned::Ended(ended, release.cycle));
         });
-        while let Ok(order) = new.pop() {
-            let _ = inbox.take(order);
-        }
         inbox.apply(engine, release.cycle, release.start_ns, |order| {
             let _ = back.push(Returned::Order(order));
         });
@@ -78,7 +137,16 @@ impl Sender {
 
     /// Sends an order, for which there is room.
     pub(crate) fn send(&mut self, order: Box<Order>) {
-        if self.new.push(order).is_ok() {
+        self.give(Given::Order(order));
+    }
+
+    /// Sends another configuration, for which there is room; the next when it has come back.
+    pub(crate) fn send_change(&mut self, changeover: Box<Changeover>) {
+        self.give(Given::Changeover(changeover));
+    }
+
+    fn give(&mut self, given: Given) {
+        if self.new.push(given).is_ok() {
             self.on_their_way += 1;
         }
     }
@@ -86,7 +154,7 @@ impl Sender {
     /// The next thing that came back.
     pub(crate) fn returned(&mut self) -> Option<Returned> {
         let returned = self.back.pop().ok()?;
-        self.on_their_way -= usize::from(matches!(returned, Returned::Order(_)));
+        self.on_their_way -= usize::from(!matches!(returned, Returned::Ended(..)));
         Some(returned)
     }
 }
@@ -123,7 +191,7 @@ mod tests {
     fn returned(sender: &mut Sender) -> Option<OrderState> {
         sender.returned().map(|returned| match returned {
             Returned::Order(order) => order.state(),
-            Returned::Ended(..) => panic!("nothing was forced"),
+            Returned::Ended(..) | Returned::Changed(_) => panic!("nothing else was sent"),
         })
     }
 

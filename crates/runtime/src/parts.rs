@@ -15,6 +15,7 @@ use crate::telemetry::Telemetry;
 
 /// What the ordinary thread has of a node beside its threads; the participant is dropped last.
 pub(crate) struct Parts<S: Service> {
+    pub(crate) node: String,
     pub(crate) tasks: Vec<Task<S>>,
     pub(crate) operating: Shared,
     pub(crate) snapshots: Snapshots,

@@ -9,6 +9,7 @@ use isochrone_engine::operate::{Entry, Reading};
 use isochrone_ipc::{Service, ipc};
 use isochrone_timing::CycleRecord;
 
+use crate::apply::NewParts;
 use crate::attend::Serving;
 use crate::error::{NodePanicked, TaskPanicked};
 use crate::layouts::Resolver;
@@ -17,6 +18,7 @@ use crate::outcome::{End, InputOutcome, Outcome, TaskOutcome};
 use crate::panics::Panic;
 use crate::parts::Parts;
 use crate::task::Done;
+use crate::telemetry::Telemetry;
 use crate::threads::Threads;
 
 /// How often to [poll](Running::poll): the rings of the cycles hold 40 ms at the shortest period.
@@ -120,6 +122,7 @@ impl<S: Service> Running<S> {
         if !is_running {
             self.parts.operating.lock().end();
         }
+        self.change_over();
         self.tend();
         let is_fresh = self.parts.snapshots.update();
         if let (true, Some(telemetry)) = (is_fresh, &mut self.parts.telemetry) {
@@ -224,6 +227,40 @@ impl<S: Service> Running<S> {
             }
         }
         operating.flush_journal();
+    }
+
+    /// Goes by another configuration that all tasks have.
+    fn change_over(&mut self) {
+        let Some(new) = self.parts.operating.lock().arrived() else { return };
+        let NewParts { banks, snapshots, cuts, .. } = new;
+        for (task, banks) in self.parts.tasks.iter_mut().zip(banks) {
+            task.banks = banks;
+        }
+        let is_same = snapshots.layout() == self.parts.snapshots.layout();
+        self.parts.snapshots = snapshots;
+        for cut in cuts {
+            if !self.parts.alarms.contains(&cut) {
+                tracing::warn!("{cut}");
+                self.parts.alarms.push(cut);
+            }
+        }
+        let Parts { telemetry, participant: Some(participant), snapshots, node, .. } =
+            &mut self.parts
+        else {
+            return;
+        };
+        if is_same || telemetry.is_none() {
+            return;
+        }
+        // A service has one publisher at a time.
+        *telemetry = None;
+        *telemetry = Telemetry::open(participant, node, snapshots)
+            .inspect_err(|error| {
+                tracing::error!(
+                    "the node goes on without telemetry of its new configuration: {error}"
+                );
+            })
+            .ok();
     }
 
     fn tend(&mut self) {

@@ -51,6 +51,12 @@ impl Tap {
         self.lost += u64::from(self.sender.publish());
     }
 
+    /// Goes on with the signals of another configuration, and leaves its own in its place.
+    pub(crate) fn change(&mut self, new: &mut Self) {
+        (new.cycles, new.lost) = (self.cycles, self.lost);
+        std::mem::swap(self, new);
+    }
+
     /// Snapshots that were lost.
     pub(crate) fn lost(&self) -> u64 {
         self.lost

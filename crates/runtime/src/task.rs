@@ -117,6 +117,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
             let connect = || account.library(|| ports.maintain());
             let Some(release) = cyclic.wait_with(restless.wake_ups(), connect) else { break };
 
+            orders.change(&mut engine, &mut tap, &mut events, &release);
             orders.apply(&mut engine, &release);
             ports.inputs.read(&mut engine, &release);
             engine.step(release.cycle);
@@ -141,6 +142,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
             // A full ring drops the record, and the reader of the ring sees the gap.
             let _ = records.push(record);
             last = Some(record);
+            orders.prepare(&mut engine, &release);
             cycles += 1;
             if cycles == warm_up {
                 account = Account::open(ports.allocations());

@@ -11,6 +11,7 @@ use isochrone_ipc::{OpenError, Service};
 use isochrone_timing::TaskTiming;
 use rtrb::RingBuffer;
 
+use crate::busiest::Busiest;
 use crate::error::{PrepareError, TaskPanicked};
 use crate::faults::Faults;
 use crate::inputs::TaskInputs;
@@ -51,7 +52,7 @@ impl Threads {
         let (start, started) = channel();
         let (records, consumer) = RingBuffer::new(RING_RECORDS);
         let (applier, sender) = orders::ends();
-        let (events, log) = events::ends(task);
+        let (events, log, words) = events::ends(task);
         let services = parts
             .participant
             .clone()
@@ -87,7 +88,9 @@ impl Threads {
             schedule: task.schedule,
             orders: sender,
             faults: Faults::new(log.words()),
+            words,
             last: None,
+            busiest: Busiest::default(),
         };
         parts.operating.lock().lanes.push(lane);
         parts.tasks.push(Task {

@@ -1,5 +1,6 @@
 //! How people are told what a task's blocks and inputs run into.
 
+use std::collections::HashMap;
 use std::sync::Arc;
 
 use isochrone_blocks::{BlockType, PinType, status};
@@ -44,6 +45,33 @@ impl Said {
     }
 }
 
+/// Where the blocks and inputs of a task stand in another configuration.
+#[derive(Debug)]
+pub(crate) struct Moved {
+    /// For each block its new place, if one of its name and type is there.
+    blocks: Box<[Option<usize>]>,
+    new_blocks: usize,
+}
+
+impl Moved {
+    pub(crate) fn of(old: &Words, new: &Words) -> Self {
+        let places = new.blocks().enumerate();
+        let places: HashMap<_, _> =
+            places.map(|(place, (name, block_type))| ((name, block_type.name), place)).collect();
+        let place =
+            |(name, block_type): (&str, &BlockType)| places.get(&(name, block_type.name)).copied();
+        Self { blocks: old.blocks().map(place).collect(), new_blocks: new.instances }
+    }
+
+    /// The new place of a block or an input.
+    pub(crate) fn place(&self, speaker: usize) -> Option<usize> {
+        match speaker.checked_sub(self.blocks.len()) {
+            Some(input) => Some(self.new_blocks + input),
+            None => self.blocks.get(speaker).copied().flatten(),
+        }
+    }
+}
+
 impl Words {
     pub(crate) fn of(task: &TaskPlan) -> Self {
         let bank = |bank: &BankPlan| Bank {
@@ -68,6 +96,7 @@ impl Words {
         match event {
             Event::Block { instance, .. } => *instance,
             Event::Input { input, .. } => self.instances + input,
+            Event::Changed => self.speakers(),
         }
     }
 
@@ -82,6 +111,7 @@ impl Words {
                 let sentence = self.inputs.get(input)?.sentence(state, said);
                 Some(format!("{sentence} (cycle {cycle})"))
             }
+            Event::Changed => None,
         }
     }
 
@@ -99,7 +129,26 @@ impl Words {
                 let input = self.inputs.get(input)?;
                 Some((input.name.clone(), None, input.meaning(state)))
             }
+            Event::Changed => None,
         }
+    }
+
+    /// How many blocks and inputs there are.
+    pub(crate) fn speakers(&self) -> usize {
+        self.instances + self.inputs.len()
+    }
+
+    /// Names and types of the blocks, in the order of the image.
+    fn blocks(&self) -> impl Iterator<Item = (&str, &BlockType)> {
+        self.banks.iter().flat_map(|bank| {
+            bank.instances.iter().map(move |name| (name.as_str(), &bank.block_type))
+        })
+    }
+
+    /// The blocks that can report errors: their places in the order of the image.
+    pub(crate) fn watched(&self) -> impl Iterator<Item = usize> {
+        let blocks = self.blocks().enumerate();
+        blocks.filter(|(_, (_, block_type))| block_type.indication().is_some()).map(|(at, _)| at)
     }
 
     fn instance(&self, mut instance: usize) -> Option<(&Bank, &str)> {

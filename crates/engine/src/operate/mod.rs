@@ -60,7 +60,8 @@ pub(crate) use forces::{Force, Forces};
 pub use inbox::Inbox;
 pub use journal::{Action, Change, Client, Entry};
 pub use operator::{
-    ChangeSummary, Done, Feeds, Forced, Hold, Operator, Prepared, PreparedChange, Reading, Request,
+    ChangeSummary, Done, Draft, Feeds, Forced, Hold, Operator, Prepared, PreparedChange, Reading,
+    Request,
 };
 pub use order::{Order, OrderState};
 pub(crate) use order::{Store, Work};

@@ -153,12 +153,6 @@ pub enum Refusal {
         /// The name.
         name: String,
     },
-    /// The new configuration cannot be built.
-    #[error("the new configuration cannot be built: {why}")]
-    Unfit {
-        /// Why.
-        why: crate::BuildError,
-    },
     /// The journal says that the configuration was changed, which cannot be done again.
     #[error("transaction {transaction} changed the configuration, which cannot be done again here")]
     NotRepeated {
@@ -258,10 +252,9 @@ impl Refusal {
             Self::TooMany { .. } | Self::Changing { .. } | Self::Waiting { .. } => {
                 RefusalKind::Busy
             }
-            Self::Fixed { .. }
-            | Self::ForcedGone { .. }
-            | Self::Unfit { .. }
-            | Self::NotRepeated { .. } => RefusalKind::CannotChange,
+            Self::Fixed { .. } | Self::ForcedGone { .. } | Self::NotRepeated { .. } => {
+                RefusalKind::CannotChange
+            }
             Self::Protected { .. } | Self::Control { .. } | Self::Journal { .. } => {
                 RefusalKind::Forbidden
             }
@@ -293,7 +286,6 @@ impl Refusal {
             | Self::At { .. }
             | Self::Duration { .. }
             | Self::TooMany { .. }
-            | Self::Unfit { .. }
             | Self::NotRepeated { .. }
             | Self::Changing { .. }
             | Self::Waiting { .. }
@@ -338,7 +330,7 @@ impl Refusal {
             .into(),
             Self::Duration { .. } => "write a number of seconds greater than 0".into(),
             Self::TooMany { .. } => "release some of them first".into(),
-            Self::Fixed { .. } | Self::Unfit { .. } => {
+            Self::Fixed { .. } => {
                 "leave it as it is, or stop the node and start it with the new configuration".into()
             }
             Self::ForcedGone { .. } => "release it first".into(),

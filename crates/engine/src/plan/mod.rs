@@ -44,6 +44,28 @@ impl Default for Rules<'_> {
     }
 }
 
+/// The rules that a plan was checked against, for another one that takes its place.
+#[derive(Clone, Debug)]
+pub struct OwnedRules {
+    catalogue: Arc<[BlockType]>,
+    service_name: fn(&str) -> Result<(), String>,
+}
+
+impl OwnedRules {
+    fn of(rules: &Rules<'_>) -> Self {
+        Self { catalogue: rules.catalogue.into(), service_name: rules.service_name }
+    }
+
+    /// As [`Plan::new`] with these rules.
+    ///
+    /// # Errors
+    /// The configuration has errors, all of which are found together.
+    pub fn plan(&self, source: Source) -> Result<Plan, Findings> {
+        let (catalogue, service_name) = (&*self.catalogue, self.service_name);
+        Plan::new(source, &Rules { catalogue, service_name })
+    }
+}
+
 /// Why there is no plan.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -79,6 +101,8 @@ pub struct Plan {
     pub notes: Vec<Finding>,
     /// Where it was read from.
     pub source: Source,
+    /// What it was checked against.
+    pub rules: OwnedRules,
 }
 
 /// Bounds of parameters that are set or forced.
@@ -347,6 +371,7 @@ impl Plan {
                 .chain(wiring.latched(&names))
                 .collect(),
             source,
+            rules: OwnedRules::of(rules),
         })
     }
 

@@ -48,7 +48,7 @@ impl Attendant {
             configuration: ConfigurationOrigin {
                 file: operating.configuration.source.name.clone(),
                 sha256: operating.configuration.sha256.clone(),
-                changed: operating.operator.has_changed(),
+                changed: operating.configuration.is_changed || operating.operator.has_changed(),
             },
             started_unix_ns: self.started_unix_ns,
             tasks: next.into_iter().enumerate().filter_map(task).collect(),

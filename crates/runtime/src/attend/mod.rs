@@ -1,6 +1,7 @@
 //! The requests of other programs to a running node, in threads of their own.
 
 mod answers;
+mod applying;
 mod requests;
 mod saving;
 mod under_way;
@@ -16,12 +17,11 @@ use isochrone_engine::Plan;
 use isochrone_engine::config::Control;
 use isochrone_ipc::{OpenError, RealTime, RequestUpkeep, Service};
 
-use crate::control::{
-    Begun, Call, Caller, Code, Desk, Failure, Operated, Outcome, Ticket, service_name,
-};
+use crate::control::{Begun, Call, Caller, Desk, Failure, Operated, Outcome, Ticket, service_name};
 use crate::error::PrepareError;
 use crate::operating::{Shared, unix_ns};
 use crate::panics;
+use applying::Making;
 use saving::Saving;
 use under_way::UnderWay;
 
@@ -146,6 +146,7 @@ struct Attendant {
     tickets: u64,
     under_way: Vec<UnderWay>,
     saving: Saving,
+    making: Option<Making>,
     ended: VecDeque<(Ticket, Outcome)>,
 }
 
@@ -159,6 +160,7 @@ impl Attendant {
             tickets: 0,
             under_way: Vec::new(),
             saving: Saving::default(),
+            making: None,
             ended: VecDeque::new(),
         }
     }
@@ -187,6 +189,7 @@ impl Attendant {
             self.ended.push_back((ticket, outcome));
         }
         self.ended.extend(self.saving.made());
+        self.send_made();
     }
 }
 
@@ -204,11 +207,7 @@ impl Operated for Attendant {
             Call::Release(params) => return self.release(params, caller).unwrap_or_else(refused),
             Call::Undo(params) => return self.undo(&params, caller).unwrap_or_else(refused),
             Call::Save(params) => return self.save(&params, caller).unwrap_or_else(refused),
-            Call::Apply(_) => Err(Failure::new(
-                Code::CannotChange,
-                "this version cannot change the configuration of a running node; start the node again \
-                 with the new one",
-            )),
+            Call::Apply(params) => return self.apply(params, caller).unwrap_or_else(refused),
         };
         Begun::Ended(outcome)
     }

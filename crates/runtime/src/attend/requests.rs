@@ -24,7 +24,7 @@ const MAX_COMMENT_BYTES: usize = 1000;
 /// Longest name of a client, in bytes.
 const MAX_CLIENT_BYTES: usize = 100;
 /// What is due later than this is answered before it happens.
-const PATIENCE_NS: u64 = 1_000_000_000;
+pub(super) const PATIENCE_NS: u64 = 1_000_000_000;
 
 /// What a request says beside its values.
 #[derive(Default)]

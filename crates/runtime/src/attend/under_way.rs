@@ -7,6 +7,8 @@ use crate::control::{
     SetResult, Ticket, Values,
 };
 
+use super::applying::Applied;
+
 /// A request under way.
 pub(super) struct UnderWay {
     pub(super) ticket: Ticket,
@@ -20,6 +22,7 @@ pub(super) struct UnderWay {
 
 pub(super) enum Work {
     Change(Change),
+    Apply(Applied),
     Read(Read),
 }
 
@@ -64,6 +67,7 @@ impl UnderWay {
         self.missing = self.missing.saturating_sub(1);
         match (done, &mut self.work) {
             (Done::Applied(entry), Work::Change(change)) => change.take(entry),
+            (Done::Applied(entry), Work::Apply(applied)) => applied.take(&entry),
             (Done::Read(reading), Work::Read(read)) => read.readings.push(reading),
             (Done::TooLate { .. }, _) => {
                 let message = "the cycle had begun before the request came to it; nothing happened";
@@ -88,6 +92,7 @@ impl Work {
     pub(super) fn reply(self, number: u64) -> Reply {
         match self {
             Self::Change(change) => change.reply(number),
+            Self::Apply(applied) => applied.reply(),
             Self::Read(read) => Reply::Get(read.result()),
         }
     }

@@ -14,7 +14,7 @@ use crate::operate::refusal::{Refusal, Refusals};
 use crate::operate::signals::{ChangedPin, Kept, Role, Signals};
 use crate::operate::warnings::Warnings;
 use crate::plan::Plan;
-use crate::{Source, TaskEngine};
+use crate::{BuildError, Source, TaskEngine};
 
 /// What another configuration changes.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -28,6 +28,33 @@ pub struct ChangeSummary {
     /// Input pins of those that have another constant or another wire; `*` stands for all instances of
     /// a block.
     pub changed: Vec<String>,
+}
+
+/// Another configuration with the engines of its tasks, made without a look at the running one.
+pub struct Draft {
+    signals: Arc<Signals>,
+    permissions: Permissions,
+    warnings: Warnings,
+    fixed: Fixed,
+    source: Source,
+    engines: Vec<TaskEngine>,
+}
+
+impl Draft {
+    /// Builds the engines of a plan.
+    ///
+    /// # Errors
+    /// As [`TaskEngine::build`].
+    pub fn new(plan: &Plan) -> Result<Self, BuildError> {
+        Ok(Self {
+            engines: TaskEngine::build(plan)?,
+            signals: Arc::new(Signals::of(plan)),
+            permissions: Permissions::of(plan),
+            warnings: Warnings::of(plan),
+            fixed: Fixed::of(plan),
+            source: plan.source.clone(),
+        })
+    }
 }
 
 /// Another configuration, found right, with the engine of each task.
@@ -88,7 +115,7 @@ impl Operator {
     /// All that keeps the node from running it: something that cannot be changed online, a forced
     /// signal that it does not have, a change to what is protected, a running value outside of its
     /// limits, another request that is on its way.
-    pub fn change(&self, plan: &Plan, request: Request) -> Result<PreparedChange, Refusals> {
+    pub fn change(&self, draft: Draft, request: Request) -> Result<PreparedChange, Refusals> {
         let mut check = Check::new(&self.signals);
         check.is_empty = false;
         check.note(self.permissions.check(Intent::Apply));
@@ -101,21 +128,19 @@ impl Operator {
         if let Some((&transaction, _)) = self.sent.iter().find(is_on_its_way) {
             check.findings.push(Refusal::Waiting { transaction });
         }
-        let fixed = Fixed::of(plan);
+        let Draft { signals, permissions, warnings, fixed, source, engines } = draft;
         let differences = self.fixed.differences(&fixed);
         if !differences.is_empty() {
             // What stands where in tasks that differ means nothing.
             check.findings.extend(differences);
             return Err(check.end().err().unwrap_or_else(|| Refusal::Empty.into()));
         }
-        let (signals, permissions) = (Arc::new(Signals::of(plan)), Permissions::of(plan));
         let kept = Kept::of(&self.signals, &signals);
         let changed: Vec<Vec<ChangedPin>> =
             (0..signals.tasks()).map(|task| kept.changed(&self.signals, &signals, task)).collect();
         self.check_forces(&mut check, &kept);
         self.check_protected(&mut check, &kept, &signals, &changed);
         self.check_limits(&mut check, &kept, &signals, &permissions, &changed);
-        let engines = check.note(TaskEngine::build(plan).map_err(|why| Refusal::Unfit { why }));
         check.end()?;
         let names = |(task, pins): (usize, &Vec<ChangedPin>)| {
             let slots: Vec<usize> = pins.iter().map(|pin| pin.slot).collect();
@@ -139,10 +164,9 @@ impl Operator {
             };
             Replacement::new(engine, carry)
         };
-        let engines = engines.unwrap_or_default().into_iter().enumerate();
+        let engines = engines.into_iter().enumerate();
         let replacements: Vec<_> = engines.map(replacement).collect();
         let (number, returned) = (0, vec![false; replacements.len()]);
-        let (warnings, source) = (Warnings::of(plan), plan.source.clone());
         let next = Next { signals, permissions, warnings, fixed, kept, source, number, returned };
         let (next, writes) = (Box::new(next), self.writes);
         Ok(PreparedChange { replacements, next, request, summary, writes })
@@ -341,4 +365,10 @@ impl Operator {
 fn store(pin: &ChangedPin) -> Option<Store> {
     let value = pin.constant?;
     Some(Store::new(pin.slot, value))
+}
+
+impl std::fmt::Debug for Draft {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Draft").field("source", &self.source.name).finish_non_exhaustive()
+    }
 }

@@ -18,7 +18,7 @@ use super::warnings::{Warning, Warnings};
 use crate::plan::Plan;
 
 use change::Next;
-pub use change::{ChangeSummary, PreparedChange};
+pub use change::{ChangeSummary, Draft, PreparedChange};
 
 /// Who gives the inputs their values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

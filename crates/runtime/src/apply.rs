@@ -1,0 +1,180 @@
+//! Another configuration for a node that runs: made and checked in an ordinary thread, put in its place
+//! by the tasks.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use isochrone_engine::operate::{ChangeSummary, Draft, PreparedChange, Request};
+use isochrone_engine::{BankPlan, Plan, Source};
+
+use crate::alarms::Alarm;
+use crate::error::ApplyError;
+use crate::events::Watch;
+use crate::operating::{Operating, Origin, Shared};
+use crate::orders::Changeover;
+use crate::snapshots::{Snapshots, Tap};
+use crate::telemetry::cuts;
+use crate::words::{Moved, Words};
+
+/// Least time from the order to the change, in ns: it is on its way by then.
+const LEAD_NS: u64 = 20_000_000;
+/// Rehearsals of which the longest counts.
+const REHEARSALS: usize = 3;
+
+/// Whether a change may cost cycles.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub enum IfMissed {
+    /// What does not fit between two cycles is refused.
+    #[default]
+    Refuse,
+    /// Cycles may be missed for it.
+    Allow,
+}
+
+/// A change of the configuration that is on its way to the tasks.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Applying {
+    /// Its number: [`Poll::applied`](crate::Poll::applied) has an entry of
+    /// [`Action::Apply`](isochrone_engine::operate::Action::Apply) for each task that has changed.
+    pub number: u64,
+    /// The first cycle of each task that is to have it; if that is missed, it is the next that runs.
+    pub cycles: Vec<u64>,
+}
+
+/// Another configuration, found right for the running node, that has not been sent.
+pub struct PreparedApply {
+    prepared: PreparedChange,
+    source: Source,
+    tasks: Vec<NewTask>,
+    snapshots: Snapshots,
+    cuts: Vec<Alarm>,
+    costs_ns: Vec<u64>,
+}
+
+/// What a task gets beside its engine.
+struct NewTask {
+    tap: Tap,
+    watch: Watch,
+    words: Arc<Words>,
+    moved: Arc<Moved>,
+    banks: Vec<String>,
+}
+
+/// What the ordinary thread needs to go by another configuration when all tasks have it.
+pub(crate) struct NewParts {
+    pub(crate) source: Source,
+    pub(crate) banks: Vec<Vec<String>>,
+    pub(crate) snapshots: Snapshots,
+    pub(crate) cuts: Vec<Alarm>,
+}
+
+impl PreparedApply {
+    /// Makes everything that another configuration needs. The lock is held for what only the operator
+    /// knows.
+    pub(crate) fn new(shared: &Shared, text: &str, request: Request) -> Result<Self, ApplyError> {
+        let configuration = shared.lock().configuration.clone();
+        let source = Source::new(configuration.source.name, text);
+        let plan = configuration.rules.plan(source)?;
+        let draft = Draft::new(&plan)?;
+        let operating = shared.lock();
+        let mut prepared = operating.operator.change(draft, request)?;
+        let words: Vec<Arc<Words>> =
+            operating.lanes.iter().map(|lane| lane.faults.words()).collect();
+        drop(operating);
+        let costs_ns = rehearse(&mut prepared);
+        let (snapshots, taps) = Snapshots::of(&plan);
+        let tasks = plan.tasks.iter().zip(taps).zip(&words).map(|((task, tap), old)| {
+            let words = Arc::new(Words::of(task));
+            let moved = Arc::new(Moved::of(old, &words));
+            let banks = task.banks.iter().map(BankPlan::any_block).collect();
+            NewTask { tap, watch: Watch::following(task, old, &moved), words, moved, banks }
+        });
+        let tasks = tasks.collect();
+        let (cuts, Plan { source, .. }) = (cuts(&plan).collect(), plan);
+        Ok(Self { prepared, source, tasks, snapshots, cuts, costs_ns })
+    }
+
+    /// What it changes.
+    pub fn summary(&self) -> &ChangeSummary {
+        self.prepared.summary()
+    }
+
+    /// How long the task that copies most takes for it, in ns, as measured by copying as much in an
+    /// ordinary thread.
+    pub fn cost_ns(&self) -> u64 {
+        self.costs_ns.iter().copied().max().unwrap_or_default()
+    }
+}
+
+impl std::fmt::Debug for PreparedApply {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let mut debug = f.debug_struct("PreparedApply");
+        debug.field("summary", self.summary()).field("costs_ns", &self.costs_ns);
+        debug.finish_non_exhaustive()
+    }
+}
+
+/// Copies what the tasks will copy; returns how long that took for each, in ns.
+fn rehearse(prepared: &mut PreparedChange) -> Vec<u64> {
+    let mut longest_ns = Vec::new();
+    for replacement in prepared.replacements_mut() {
+        let mut copy = || {
+            let start = Instant::now();
+            replacement.rehearse();
+            u64::try_from(start.elapsed().as_nanos()).unwrap_or(u64::MAX)
+        };
+        longest_ns.push((0..REHEARSALS).map(|_| copy()).max().unwrap_or_default());
+    }
+    longest_ns
+}
+
+impl Operating {
+    /// Whether the tasks have time for a change between two cycles. Half of it is left to what the
+    /// slack is for, and to caches that are colder there.
+    pub(crate) fn check_slack(&self, prepared: &PreparedApply) -> Result<(), ApplyError> {
+        for (lane, cost_ns) in self.lanes.iter().zip(&prepared.costs_ns) {
+            let task = || lane.name.clone();
+            let Some(longest_ns) = lane.busiest.longest_ns() else {
+                return Err(ApplyError::NotMeasured { task: task() });
+            };
+            let slack_ns = lane.schedule.period_ns.saturating_sub(longest_ns);
+            if *cost_ns > slack_ns / 2 {
+                return Err(ApplyError::NoSlack { task: task(), slack_ns, cost_ns: *cost_ns });
+            }
+        }
+        Ok(())
+    }
+
+    /// Sends a change to the tasks, for one instant.
+    pub(crate) fn send_change(
+        &mut self,
+        origin: Origin,
+        prepared: PreparedApply,
+        now_ns: u64,
+    ) -> Result<Applying, ApplyError> {
+        if self.has_ended() {
+            return Err(ApplyError::Ended);
+        }
+        if let Some(full) = self.lanes.iter().find(|lane| !lane.orders.has_room()) {
+            return Err(ApplyError::Busy { task: full.name.clone() });
+        }
+        let PreparedApply { prepared, source, tasks, snapshots, cuts, .. } = prepared;
+        // Each task begins a cycle before then, and has the change in its slack.
+        let longest_ns = self.lanes.iter().map(|lane| lane.schedule.period_ns).max();
+        let instant_ns = now_ns.saturating_add(longest_ns.unwrap_or_default() + LEAD_NS);
+        let cycles = self.first_cycles(instant_ns);
+        let (number, replacements) = self.operator.send_change(prepared, &cycles)?;
+        self.note_sent(origin, number, replacements.len());
+        let mut banks = Vec::new();
+        for ((lane, replacement), new) in self.lanes.iter_mut().zip(replacements).zip(tasks) {
+            let NewTask { tap, watch, words, moved, banks: of_task } = new;
+            banks.push(of_task);
+            lane.faults.expect(Arc::clone(&words), moved);
+            // Nobody logs any more where the other end is gone.
+            let _ = lane.words.send(words);
+            lane.orders.send_change(Box::new(Changeover { replacement, tap, watch }));
+        }
+        self.expect(NewParts { source, banks, snapshots, cuts });
+        Ok(Applying { number, cycles })
+    }
+}

@@ -1,0 +1,164 @@
+//! Another configuration, as a client asks for it: made in a thread of its own.
+
+use std::thread::{self, JoinHandle};
+
+use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_engine::Findings;
+use isochrone_engine::operate::{ChangeSummary, Client, Entry, Request};
+
+use crate::apply::PreparedApply;
+use crate::control::{
+    ApplyParams, ApplyResult, Begun, ByTask, Caller, Code, Failure, Finding, Part, Reply, Room,
+    Ticket,
+};
+use crate::error::ApplyError;
+use crate::operating::Origin;
+use crate::panics;
+
+use super::Attendant;
+use super::requests::{PATIENCE_NS, failure};
+use super::under_way::{UnderWay, Work};
+
+/// A configuration that is being made.
+pub(super) struct Making {
+    ticket: Ticket,
+    is_dry: bool,
+    allow_missed: bool,
+    thread: JoinHandle<Result<PreparedApply, ApplyError>>,
+}
+
+/// What another configuration changes, and which tasks have it.
+pub(super) struct Applied {
+    names: Vec<String>,
+    tasks: ByTask<Part>,
+    summary: ChangeSummary,
+    cost_ns: u64,
+}
+
+impl Attendant {
+    pub(super) fn apply(&mut self, params: ApplyParams, caller: Caller) -> Result<Begun, Failure> {
+        if self.making.is_some() {
+            let message = "another configuration is being checked; ask again in a second";
+            return Err(Failure::new(Code::Busy, message));
+        }
+        let ApplyParams { configuration, dry_run, allow_missed } = params;
+        let client = Client::Other { name: None, process: caller.process };
+        let request = Request { client, ..Request::default() };
+        let shared = self.shared.clone();
+        // A configuration of thousands of blocks takes its time, and others are not to wait for it.
+        let work = move || PreparedApply::new(&shared, &configuration, request);
+        let spawned = thread::Builder::new().name("control apply".into()).spawn(work);
+        let thread = spawned.map_err(|error| {
+            let message = format!("cannot start a thread to check the configuration in: {error}");
+            Failure::new(Code::Internal, message)
+        })?;
+        let ticket = self.ticket();
+        let (is_dry, allow_missed) =
+            (dry_run.unwrap_or_default(), allow_missed.unwrap_or_default());
+        self.making = Some(Making { ticket, is_dry, allow_missed, thread });
+        Ok(Begun::Later(ticket))
+    }
+
+    /// Sends what has been made since the last time.
+    pub(super) fn send_made(&mut self) {
+        let Some(made) = self.making.take_if(|making| making.thread.is_finished()) else { return };
+        let ticket = made.ticket;
+        match self.send_change(made) {
+            Ok(under_way) if under_way.is_complete() => self.ended.push_back(under_way.end()),
+            Ok(under_way) => self.under_way.push(under_way),
+            Err(failure) => self.ended.push_back((ticket, Err(failure))),
+        }
+    }
+
+    fn send_change(&mut self, made: Making) -> Result<UnderWay, Failure> {
+        let Making { ticket, is_dry, allow_missed, thread } = made;
+        let prepared = thread.join().map_err(|panic| {
+            Failure::new(Code::Internal, format!("panicked: {}", panics::words(&*panic)))
+        })?;
+        let prepared = prepared.map_err(unapplied)?;
+        let (summary, cost_ns) = (prepared.summary().clone(), prepared.cost_ns());
+        let mut operating = self.shared.lock();
+        let names = operating.lanes.iter().map(|lane| lane.name.clone()).collect();
+        let mut applied = Applied { names, tasks: ByTask::new(), summary, cost_ns };
+        if is_dry {
+            let work = Work::Apply(applied);
+            return Ok(UnderWay { ticket, number: 0, missing: 0, work, failure: None });
+        }
+        if !allow_missed {
+            operating.check_slack(&prepared).map_err(unapplied)?;
+        }
+        let now_ns = Monotonic.now_ns();
+        let sent = operating.send_change(Origin::Service, prepared, now_ns).map_err(unapplied)?;
+        let mut missing = 0;
+        for (task, &cycle) in sent.cycles.iter().enumerate() {
+            if operating.release_ns(task, cycle) <= now_ns.saturating_add(PATIENCE_NS) {
+                missing += 1;
+            } else if let Some(name) = applied.names.get(task) {
+                applied.tasks.insert(name.clone(), Part { cycle, pending: true });
+            }
+        }
+        let (number, work) = (sent.number, Work::Apply(applied));
+        Ok(UnderWay { ticket, number, missing, work, failure: None })
+    }
+}
+
+impl Applied {
+    pub(super) fn take(&mut self, entry: &Entry) {
+        if let Some(name) = self.names.get(entry.task) {
+            self.tasks.insert(name.clone(), Part { cycle: entry.cycle, pending: false });
+        }
+    }
+
+    pub(super) fn reply(self) -> Reply {
+        let Self { tasks, summary, cost_ns, .. } = self;
+        let ChangeSummary { added, removed, kept, changed } = summary;
+        let mut room = Room::of_answer();
+        // What has changed is worth more than what has not.
+        let [removed, added, changed, kept] =
+            [removed, added, changed, kept].map(|names| fitting(names, &mut room));
+        Reply::Apply(ApplyResult { tasks, added, removed, kept, changed, cost_ns })
+    }
+}
+
+/// The first names, as many as fit; the last then says how many are left out.
+fn fitting(names: Vec<String>, room: &mut Room) -> Vec<String> {
+    /// For the words.
+    const LEFT_OUT: &str = "and 1000000 more";
+    let all = names.len();
+    let has_words = room.takes(LEFT_OUT);
+    let mut page: Vec<String> = names.into_iter().take_while(|name| room.takes(name)).collect();
+    let left_out = all - page.len();
+    if left_out > 0 && has_words {
+        page.push(format!("and {left_out} more"));
+    }
+    page
+}
+
+fn unapplied(error: ApplyError) -> Failure {
+    match error {
+        ApplyError::Configuration(findings) => configuration(&findings),
+        ApplyError::Refused(refusals) => failure(refusals),
+        error @ (ApplyError::Busy { .. } | ApplyError::NotMeasured { .. }) => {
+            Failure::new(Code::Busy, error.to_string())
+        }
+        error @ ApplyError::NoSlack { .. } => Failure::new(Code::CannotChange, error.to_string()),
+        error @ ApplyError::Ended => Failure::new(Code::TooLate, error.to_string()),
+        error @ ApplyError::Build(_) => Failure::new(Code::Internal, error.to_string()),
+    }
+}
+
+/// The findings of a check, each at its line and column.
+fn configuration(findings: &Findings) -> Failure {
+    let starts = findings.findings.iter().map(|finding| finding.span.start);
+    let places = findings.source.positions(starts);
+    let finding = |(finding, (line, column)): (&isochrone_engine::Finding, (usize, usize))| {
+        let told = Finding::new(format!("{line}:{column}"), finding.to_string());
+        match &finding.help {
+            Some(help) => told.with_help(help.clone()),
+            None => told,
+        }
+    };
+    let all = findings.findings.iter().zip(places);
+    let errors = all.filter(|(finding, _)| !finding.is_warning());
+    Failure::of(Code::Configuration, errors.map(finding).collect())
+}

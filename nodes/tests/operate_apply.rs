@@ -1,0 +1,221 @@
+//! Another configuration for a node that runs, as processes.
+
+mod domain;
+
+use std::fmt::Write as _;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use domain::{Domain, Process};
+use isochrone_ipc::{Depth, FrameSubscriber, Participant, ipc};
+use isochrone_runtime::control::{
+    Action, AlarmsParams, ApplyParams, ApplyResult, Client, ClientError, Code, DescribeParams,
+    Failure, ForceParams, GetParams, Hold, JournalParams, Params, ReleaseParams, SetParams, Value,
+};
+
+const PATIENCE: Duration = Duration::from_secs(60);
+
+const NODE: &str = r#"
+[node]
+name = "level"
+control = "force"
+[[task]]
+name = "fast"
+period = "2ms"
+[[task]]
+name = "slow"
+period = "10ms"
+[[block]]
+name = "ramp"
+type = "LimRateOfChangeCI"
+task = "fast"
+in = { value = 1e9, setChangeRate = 1000.0 }
+[[block]]
+name = "late"
+type = "LimRateOfChangeCI"
+task = "slow"
+in = { value = "ramp.delayedValue", setChangeRate = 1e9 }
+[[output]]
+task = "fast"
+service = "level/out"
+signals = ["ramp.delayedValue"]
+"#;
+
+struct Node {
+    client: Client<ipc::Service>,
+    participant: Participant<ipc::Service>,
+    process: Process,
+    domain: Domain,
+}
+
+impl Node {
+    fn start(text: &str) -> Self {
+        let domain = Domain::new();
+        domain.write("node.toml", text);
+        let mut process = domain.start("run node.toml");
+        process.wait_for("is running");
+        let participant = domain.join("operator");
+        let client = Client::connect(&participant, "level", PATIENCE).unwrap();
+        Self { client, participant, process, domain }
+    }
+
+    #[track_caller]
+    fn call<P: Params>(&mut self, params: &P) -> P::Result {
+        self.client.call(params).unwrap()
+    }
+
+    #[track_caller]
+    fn refused(&mut self, configuration: &str) -> Failure {
+        let configuration = configuration.to_owned();
+        let params = ApplyParams { configuration, ..ApplyParams::default() };
+        match self.client.call(&params).unwrap_err() {
+            ClientError::Refused(failure) => failure,
+            error => panic!("{error}"),
+        }
+    }
+
+    /// Cycles may be missed: the machine is busy with other tests.
+    #[track_caller]
+    fn apply(&mut self, configuration: &str) -> ApplyResult {
+        self.call(&ApplyParams {
+            configuration: configuration.to_owned(),
+            allow_missed: Some(true),
+            dry_run: None,
+        })
+    }
+
+    #[track_caller]
+    fn get(&mut self, name: &str) -> Option<Value> {
+        let names = vec![name.to_owned()];
+        let values = self.call(&GetParams { names, ..GetParams::default() }).values;
+        values.0.first().map(|(_, value)| *value)
+    }
+}
+
+/// With more blocks.
+fn with_blocks(count: usize) -> String {
+    let mut text = NODE.to_owned();
+    write!(
+        text,
+        "[[block]]\nname = \"more\"\ntype = \"LimRateOfChangeCI\"\ntask = \"fast\"\n\
+         count = {count}\nin = {{ value = 5.0, setChangeRate = 1000.0 }}\n"
+    )
+    .unwrap();
+    text
+}
+
+/// How much a ramp is ahead of what the cycles that ran make of it, in each frame of some time.
+fn offsets(frames: &mut FrameSubscriber<ipc::Service>, seen: &mut Vec<f64>) {
+    while let Some(frame) = frames.next(0) {
+        let ran = frame.header().cycle - frame.header().missed;
+        seen.push(frame.values()[0] - 2.0 * ran as f64);
+    }
+}
+
+#[test]
+fn a_ramp_goes_on_without_a_bump_while_a_thousand_blocks_come_and_go() {
+    let mut node = Node::start(NODE);
+    let mut frames = FrameSubscriber::open(&node.participant, "level/out", 1, Depth::All).unwrap();
+    let mut seen = Vec::new();
+    for turn in 0..6 {
+        let result = match turn % 2 {
+            0 => node.apply(&with_blocks(1000)),
+            _ => node.apply(NODE),
+        };
+        let which = if turn % 2 == 0 { &result.added } else { &result.removed };
+        assert_eq!(*which, ["more"]);
+        assert_eq!(result.kept, ["late", "ramp"]);
+        assert!(result.cost_ns > 0);
+        assert_eq!(result.tasks.len(), 2, "{:?}", result.tasks);
+        offsets(&mut frames, &mut seen);
+    }
+    assert!(seen.len() > 10);
+    assert!(seen.iter().all(|offset| (offset - seen[0]).abs() < 1e-6), "{seen:?}");
+    let description = node.call(&DescribeParams {});
+    assert!(description.configuration.changed);
+    let entries = node.call(&JournalParams::default()).entries;
+    let applied = entries.iter().filter(|entry| entry.action == Action::Apply);
+    assert_eq!(applied.count(), 12, "one for each task");
+    assert_eq!(node.call(&AlarmsParams::default()).total, 0);
+    node.process.stop().expect_code(0);
+}
+
+#[test]
+fn a_dry_run_says_what_would_change_and_changes_nothing() {
+    let mut node = Node::start(NODE);
+    let dry_run = Some(true);
+    let configuration = with_blocks(3).replace("value = 1e9", "value = 1e8");
+    let result = node.call(&ApplyParams { configuration, dry_run, allow_missed: None });
+    assert!(result.tasks.is_empty(), "{result:?}");
+    assert_eq!((result.added, result.changed), (vec!["more".into()], vec!["ramp.value".into()]));
+    assert!(node.call(&JournalParams::default()).entries.is_empty());
+    assert_eq!(node.get("ramp.value"), Some(Value::Number(1e9)));
+    node.process.stop().expect_code(0);
+}
+
+#[test]
+fn what_is_wrong_with_a_configuration_is_said_and_changes_nothing() {
+    let mut node = Node::start(NODE);
+    let failure = node.refused("[node\nname = 3");
+    assert_eq!(failure.code, Code::Configuration);
+    assert!(failure.findings[0].name.starts_with("1:"), "{failure:?}");
+    let wrong = NODE
+        .replace("value = 1e9", "valeu = 1e9")
+        .replace("ramp.delayedValue\", set", "ramp.x\", set");
+    let failure = node.refused(&wrong);
+    assert_eq!(failure.code, Code::Configuration);
+    assert!(failure.findings.len() > 1, "{failure:?}");
+    let other = NODE.replace("\"10ms\"", "\"20ms\"").replace("level/out", "level/other");
+    let failure = node.refused(&other);
+    assert_eq!(failure.code, Code::CannotChange);
+    let names: Vec<&str> = failure.findings.iter().map(|finding| &*finding.name).collect();
+    assert_eq!(names, ["slow", "level/out", "level/other"]);
+    let values = [("late.delayedValue", 3.0)].into_iter().collect();
+    let seconds = Hold::UntilReleased;
+    node.call(&ForceParams { values, seconds, ..ForceParams::default() });
+    let failure = node.refused(&NODE.replace("\"late\"", "\"later\""));
+    assert_eq!(
+        (failure.code, &*failure.findings[0].name),
+        (Code::CannotChange, "late.delayedValue")
+    );
+    node.call(&ReleaseParams { names: vec!["late.*".into()] });
+    let entries = node.call(&JournalParams::default()).entries;
+    assert!(entries.iter().all(|entry| entry.action != Action::Apply));
+    let result = node.apply(&NODE.replace("\"late\"", "\"later\""));
+    assert_eq!((result.added, result.removed), (vec!["later".into()], vec!["late".into()]));
+    node.process.stop().expect_code(0);
+}
+
+#[test]
+fn what_was_set_stays_and_what_differs_between_the_files_is_taken() {
+    let mut node = Node::start(NODE);
+    let values = [("ramp.value", 2e9), ("late.setChangeRate", 2e9)].into_iter().collect();
+    node.call(&SetParams { values, ..SetParams::default() });
+    let result = node.apply(&NODE.replace("setChangeRate = 1e9", "setChangeRate = 3e9"));
+    assert_eq!(result.changed, ["late.setChangeRate"]);
+    assert_eq!(node.get("ramp.value"), Some(Value::Number(2e9)));
+    assert_eq!(node.get("late.setChangeRate"), Some(Value::Number(3e9)));
+    let entries = node.call(&JournalParams::default()).entries;
+    let changes = entries.iter().filter(|e| e.action == Action::Apply).flat_map(|e| &e.changes);
+    let befores: Vec<_> = changes.map(|change| (&*change.name, change.before)).collect();
+    assert_eq!(befores, [("late.setChangeRate", Value::Number(2e9))]);
+    node.process.stop().expect_code(0);
+}
+
+#[test]
+fn telemetry_follows_to_the_names_of_the_new_configuration() {
+    let mut node = Node::start(NODE);
+    node.apply(&with_blocks(2));
+    let since = Instant::now();
+    loop {
+        let subscribe = "subscribe isochrone/level/telemetry --csv seen.csv --count 3";
+        node.domain.run(subscribe).expect_code(0);
+        let seen = node.domain.read("seen.csv");
+        if seen.contains("more.1.delayedValue") {
+            break;
+        }
+        assert!(since.elapsed() < PATIENCE, "{}", seen);
+        thread::sleep(Duration::from_millis(20));
+    }
+    node.process.stop().expect_code(0);
+}
