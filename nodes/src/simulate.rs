@@ -240,10 +240,11 @@ impl<'a> Simulation<'a> {
             if past.is_missed(task, cycle) {
                 return Ok(());
             }
+            // As in a node: first what was sent, then the inputs.
             past.apply(task, cycle, engine);
-        }
-        for input in &self.inputs[task] {
-            engine.read_input(input.index, &input.reading);
+            for input in &self.inputs[task] {
+                engine.read_input(input.index, &input.reading);
+            }
         }
         catch_panic(|| engine.step(cycle)).map_err(|Panic { message, place }| {
             let plan = &self.plan.tasks[task];
@@ -266,6 +267,9 @@ impl<'a> Simulation<'a> {
                 if let Err(reject) = input.read(plan, row) {
                     self.rejects += 1;
                     self.first_reject.get_or_insert_with(|| format!("{reject} (cycle {cycle})"));
+                }
+                if self.past.is_none() {
+                    self.engines[task].read_input(input.index, &input.reading);
                 }
             }
         }

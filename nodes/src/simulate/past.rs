@@ -87,8 +87,9 @@ impl Past {
     pub(super) fn note_end(&self) {
         let left: usize = self.entries.values().map(Vec::len).sum();
         if left > 0 {
-            let left = counted(left as u64, "change");
-            terminal::note(&format!("note: {left} of the run lie outside of the simulated cycles"));
+            terminal::note(&format!(
+                "note: changes of the run outside of the simulated cycles: {left}"
+            ));
         }
         let Tally { count, first } = &self.unrecorded;
         if *count > 0 {
