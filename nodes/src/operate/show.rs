@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use isochrone_blocks::PinType;
 use isochrone_runtime::control::{Role, SignalDescription, Value};
 use serde_json::json;
 
@@ -60,10 +61,12 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     for signal in &signals {
         let value_type = type_of(&signal.value_type);
         let value = values.get(signal.name.as_str());
+        // A time is written with its unit.
+        let unit = signal.unit.as_deref().filter(|_| value_type != PinType::Time);
         table.row([
             &*signal.name,
             &value.map_or_else(String::new, |value| shown(*value, value_type)),
-            signal.unit.as_deref().unwrap_or_default(),
+            unit.unwrap_or_default(),
             role(signal.role),
             &signal.value_type,
             &marks(signal, &values).join(", "),
