@@ -115,6 +115,13 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         }
     };
     report::complete(&mut report, &plan, &outcome);
+    for force in &outcome.forces {
+        let by = force.client.name().map_or_else(String::new, |name| format!(", by {name}"));
+        terminal::note(&format!(
+            "note: \"{}\" was still forced to {} when the node ended{by}",
+            force.name, force.value
+        ));
+    }
 
     if let Some(mut file) = report_file {
         file.write_report(&report)?;

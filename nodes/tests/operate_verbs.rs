@@ -244,7 +244,9 @@ fn a_force_holds_a_signal_until_it_is_released_or_its_time_is_up() {
     journal.wait_for("end of force");
     assert_eq!(stdout(&domain, "get tank level"), "0.0\n");
     journal.stop().expect_code(0);
-    node.stop().expect_code(0);
+    stdout(&domain, "force tank level=3 --hold");
+    let said = node.stop().expect_code(0).stderr;
+    assert_says(&said, &["\"level\" was still forced to 3.0 when the node ended"]);
 }
 
 #[test]
