@@ -7,8 +7,8 @@
 
 use std::collections::VecDeque;
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -18,6 +18,7 @@ use isochrone_benches::crash_points::{
     spread,
 };
 use isochrone_benches::{Failure, Profile, build};
+use isochrone_processes::Stop;
 use serde_json::json;
 
 /// Kill or stop a publisher, a node and a subscriber at system calls of their start and end, and see
@@ -81,10 +82,8 @@ fn main() -> Result<ExitCode, Failure> {
         Some(program) => std::path::absolute(program)?,
         None => build(Profile::own())?,
     };
-    let interrupted = Arc::new(AtomicBool::new(false));
-    let flag = interrupted.clone();
     // What was started has process groups of its own: Ctrl-C does not reach it, dropping ends it.
-    ctrlc::set_handler(move || flag.store(true, Ordering::Relaxed))?;
+    let stop = Stop::on_signal(|| eprintln!("ended at once by another signal; files may be left"))?;
     let stage = Stage::new(program, Duration::from_secs_f64(args.within))?;
     let points = points(&args, &stage)?;
     if args.list {
@@ -94,7 +93,7 @@ fn main() -> Result<ExitCode, Failure> {
     if args.pile {
         return pile(&stage, &points);
     }
-    let outcomes = scan(&args, &stage, &points, &interrupted)?;
+    let outcomes = scan(&args, &stage, &points, &stop)?;
     if outcomes.len() < points.len() {
         eprintln!("interrupted: {} points were not tried", points.len() - outcomes.len());
     }
@@ -122,14 +121,14 @@ fn scan(
     args: &Args,
     stage: &Stage,
     points: &[Point],
-    interrupted: &AtomicBool,
+    stop: &Stop,
 ) -> Result<Vec<Outcome>, Failure> {
     let left = Mutex::new(points.iter().copied().collect::<VecDeque<Point>>());
     let next = || left.lock().unwrap_or_else(PoisonError::into_inner).pop_front();
     let (since, done) = (Instant::now(), AtomicUsize::new(0));
     let work = || {
         let mut outcomes = Vec::new();
-        while let Some(point) = next().filter(|_| !interrupted.load(Ordering::Relaxed)) {
+        while let Some(point) = next().filter(|_| !stop.is_due()) {
             let outcome = stage.strike(point, args.signal);
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
             let (all, seconds) = (points.len(), since.elapsed().as_secs());
