@@ -46,7 +46,8 @@ impl IsolatedDomain {
     /// number.
     ///
     /// # Errors
-    /// The folder cannot be created, or its path or `word` is too long for iceoryx2.
+    /// The folder cannot be created, its path or `word` is too long for iceoryx2, or `word` has other
+    /// characters than ASCII letters, digits, `-` and `_`.
     pub fn new(word: &str) -> Result<Self, DomainError> {
         Self::within(&std::env::temp_dir(), word)
     }
@@ -57,6 +58,11 @@ impl IsolatedDomain {
     /// As `new`.
     pub fn within(place: &Path, word: &str) -> Result<Self, DomainError> {
         static NEXT: AtomicU32 = AtomicU32::new(0);
+        let stands_in_names =
+            |letter: u8| letter.is_ascii_alphanumeric() || b"-_".contains(&letter);
+        if !word.bytes().all(stands_in_names) {
+            return Err(DomainError::Word { word: word.to_owned() });
+        }
         let number = NEXT.fetch_add(1, Ordering::Relaxed);
         let no_folder = |error: io::Error| DomainError::NoFolder {
             place: place.display().to_string(),
@@ -157,6 +163,17 @@ fn config_in(folder: &Path) -> Option<Config> {
 mod tests {
     use super::super::segment;
     use super::*;
+
+    #[test]
+    fn a_word_that_cannot_stand_in_the_name_of_a_file_is_refused_and_leaves_nothing() {
+        let place = tempfile::tempdir().unwrap();
+        for word in ["\u{e4}", "a/b", "a b", "\u{1b}[31m"] {
+            let error = IsolatedDomain::within(place.path(), word).unwrap_err();
+            assert_eq!(error, DomainError::Word { word: word.to_owned() });
+            assert!(error.to_string().contains("ASCII letters, digits, - and _"), "{error}");
+        }
+        assert_eq!(fs::read_dir(place.path()).unwrap().count(), 0);
+    }
 
     #[test]
     fn what_a_killed_maker_left_is_removed_and_what_lives_stays() {

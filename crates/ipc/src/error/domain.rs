@@ -59,6 +59,14 @@ pub enum DomainError {
         /// The path as given.
         path: String,
     },
+    /// The word that an isolated domain's prefix begins with cannot stand in the names of files.
+    #[error(
+        "isolated domain {word:?}: the word begins the names of its files; write it with ASCII letters, digits, - and _"
+    )]
+    Word {
+        /// The word as given.
+        word: String,
+    },
     /// The file is empty, so iceoryx2 would use its defaults for everything.
     #[error(
         "iceoryx2 configuration {path}: empty; write [global] with a root-path and a prefix, or give no file for the defaults"
