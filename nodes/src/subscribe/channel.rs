@@ -13,6 +13,9 @@ pub(super) struct Channel {
     pub(super) unit: String,
 }
 
+/// Stands where a frame has no value for a signal.
+pub(super) const NO_VALUE: &str = "-";
+
 /// Names as a line for people.
 pub(super) fn listed(channels: &[Channel]) -> String {
     const SHOWN: usize = 64;

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use rustix::termios::tcgetwinsize;
 
-use super::channel::Channel;
+use super::channel::{Channel, NO_VALUE};
 use crate::failure::Failure;
 use crate::numbers::{Digits, shown, type_of};
 use crate::table::Table;
@@ -73,8 +73,11 @@ impl Screen {
 }
 
 fn value(channel: &Channel, values: &[f64]) -> String {
-    let value = values.get(channel.place).copied().unwrap_or(f64::NAN);
-    shown(value, type_of(&channel.value_type), Digits::Six)
+    let value = values.get(channel.place);
+    value.map_or_else(
+        || NO_VALUE.to_owned(),
+        |value| shown(*value, type_of(&channel.value_type), Digits::Six),
+    )
 }
 
 /// Columns and lines of the terminal.

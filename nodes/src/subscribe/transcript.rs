@@ -6,7 +6,7 @@ use isochrone_ipc::{Announcement, LayoutWatcher, ipc};
 use isochrone_runtime::Limiter;
 use isochrone_timing::units::counted;
 
-use super::channel::{Channel, channels_of, listed};
+use super::channel::{Channel, NO_VALUE, channels_of, listed};
 use super::screen::Screen;
 use super::taken::Taken;
 use crate::failure::Failure;
@@ -187,10 +187,8 @@ impl Transcript {
         let Taken { header, values, .. } = &frame;
         let due_ns = frame.due_ns();
         let first_ns = *self.first_ns.get_or_insert(due_ns);
-        let chosen = self.channels.iter().map(|channel| {
-            let value = values.get(channel.place).copied().unwrap_or(f64::NAN);
-            (channel, value)
-        });
+        let chosen =
+            self.channels.iter().map(|channel| (channel, values.get(channel.place).copied()));
         match &mut self.sink {
             Sink::Count => Ok(()),
             Sink::Lines => {
@@ -199,7 +197,10 @@ impl Transcript {
                 // What nobody named stands by its place.
                 let is_named = self.shown.is_some_and(|shown| shown.is_announced);
                 for (channel, value) in chosen {
-                    let value = shown(value, type_of(&channel.value_type), Digits::All);
+                    let value = value.map_or_else(
+                        || NO_VALUE.to_owned(),
+                        |value| shown(value, type_of(&channel.value_type), Digits::All),
+                    );
                     if is_named {
                         line += &format!(" {}={value}", channel.name)
                     } else {
@@ -214,7 +215,11 @@ impl Transcript {
             }
             Sink::Csv(rows) => {
                 let time_s = due_ns.wrapping_sub(first_ns).cast_signed() as f64 / 1e9;
-                rows.row(Some(time_s), header.cycle, chosen.map(|(_, value)| value))
+                rows.row(
+                    Some(time_s),
+                    header.cycle,
+                    chosen.map(|(_, value)| value.unwrap_or(f64::NAN)),
+                )
             }
         }
     }

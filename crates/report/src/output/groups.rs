@@ -53,14 +53,36 @@ pub(super) fn groups<'a, R: Reported>(
     groups
 }
 
+/// Which releases a distribution of release jitter is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Releases {
+    /// Those of the cycles that ran.
+    Raw,
+    /// With those that were missed.
+    Corrected,
+    /// With those that were missed, of the valid turns only.
+    Valid,
+}
+
+impl Releases {
+    /// What tables call them.
+    pub(super) const fn as_str(self) -> &'static str {
+        match self {
+            Self::Raw => "raw",
+            Self::Corrected => "corrected",
+            Self::Valid => "valid",
+        }
+    }
+}
+
 /// The release jitter of a task: of all cycles, and where that says something else, with the
 /// releases that were missed and without the invalid turns.
-pub(super) fn release_jitter(task: &TaskArm) -> Vec<(&'static str, &Summary)> {
+pub(super) fn release_jitter(task: &TaskArm) -> Vec<(Releases, &Summary)> {
     let corrected = task.release_jitter_corrected_ns.as_ref().filter(|_| task.task.missed > 0);
     let valid = task.release_jitter_valid_ns.as_ref().filter(|_| invalid_turns(task) > 0);
-    let further = [("corrected", corrected), ("valid", valid)];
-    let further = further.into_iter().filter_map(|(name, summary)| Some((name, summary?)));
-    std::iter::once(("raw", &task.task.release_jitter_ns)).chain(further).collect()
+    let further = [(Releases::Corrected, corrected), (Releases::Valid, valid)];
+    let further = further.into_iter().filter_map(|(of, summary)| Some((of, summary?)));
+    std::iter::once((Releases::Raw, &task.task.release_jitter_ns)).chain(further).collect()
 }
 
 /// How old the value was at every stage of its way through a node; empty where there was no node.
@@ -173,7 +195,7 @@ mod tests {
     #[test]
     fn corrected_and_valid_are_shown_where_they_differ_from_raw() {
         let kinds = |task: &TaskArm| -> Vec<&str> {
-            release_jitter(task).into_iter().map(|(kind, _)| kind).collect()
+            release_jitter(task).into_iter().map(|(releases, _)| releases.as_str()).collect()
         };
         let mut task = TaskArm {
             release_jitter_corrected_ns: Some(Summary::default()),

@@ -35,8 +35,9 @@ fn summary(page: &mut Page, group: &Group<'_, TaskArm>) {
     columns.extend(percentile_columns());
     columns.extend(["missed", "CPU"].map(Column::Number));
     let rows = group.arms.iter().flat_map(|task| {
-        release_jitter(task).into_iter().enumerate().map(|(index, (kind, summary))| {
-            let cells = [task.task.name.clone(), kind.to_owned(), summary.count.to_string()];
+        release_jitter(task).into_iter().enumerate().map(|(index, (releases, summary))| {
+            let releases = releases.as_str().to_owned();
+            let cells = [task.task.name.clone(), releases, summary.count.to_string()];
             let cells = cells.into_iter().chain(percentiles(summary));
             match index {
                 0 => Row::of(cells.chain([

@@ -9,7 +9,7 @@ use super::grid::Grid;
 use super::{UNKNOWN, time};
 use crate::bench::{Comparison, LeftOut, Reported, interval_in_words, ratio_in_words};
 use crate::output::groups::{
-    COLUMNS, Group, arm_of, columns, groups, invalid_turns, latency_columns, percent,
+    COLUMNS, Group, Releases, arm_of, columns, groups, invalid_turns, latency_columns, percent,
     percentile_name, release_jitter, sentence, stages,
 };
 use crate::report::{CostReport, LinkArm, Report, TaskArm};
@@ -51,14 +51,17 @@ fn loops(group: &Group<'_, TaskArm>) -> Grid {
         "invalid turns",
     ]));
     for task in &group.arms {
-        for (kind, summary) in release_jitter(task) {
-            match kind {
-                "raw" => grid.row(cells(&task.task.name, summary.count, summary).chain([
+        for (releases, summary) in release_jitter(task) {
+            match releases {
+                Releases::Raw => grid.row(cells(&task.task.name, summary.count, summary).chain([
                     percent(task.task.cpu_fraction).unwrap_or_else(|| UNKNOWN.to_owned()),
                     task.task.missed.to_string(),
                     invalid(*task),
                 ])),
-                kind => grid.row(cells(&format!("  {kind}"), summary.count, summary)),
+                Releases::Corrected | Releases::Valid => {
+                    let label = format!("  {}", releases.as_str());
+                    grid.row(cells(&label, summary.count, summary));
+                }
             }
         }
     }
