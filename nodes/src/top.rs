@@ -5,6 +5,7 @@ mod dialog;
 #[cfg(test)]
 mod fixtures;
 mod input;
+mod link;
 mod model;
 mod news;
 mod palette;
@@ -55,11 +56,12 @@ const DRAW_INTERVAL: Duration = Duration::from_millis(200);
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     Screen::check()?;
     let stop = stop::on_signal_after(None, screen::restore)?;
-    // Dropped after the screen: the node may take its time for the last answer.
     let session = Session::start(args.node.clone())?;
     let mut screen = Screen::open()?;
     let shown = show(&mut screen, &session, &stop);
     drop(screen);
+    // The session may be waiting for the domain's lock.
+    stop.request();
     shown
 }
 

@@ -1,20 +1,14 @@
 //! What the screen knows of the node, and what it is doing with it.
 
-use std::collections::HashMap;
-
 use isochrone_runtime::control::{ActiveAlarm, DescribeResult, Force, Role};
-use isochrone_timing::Distribution;
 
 use super::cursor::{Cursor, Motion};
 use super::dialog::{Asks, Dialog, Next, Question, Target};
 use super::input::{Action, Focus, Page};
 use super::news::{Done, News, Order};
 use super::signals::Signals;
-use super::timing::{TaskSamples, Windows};
+use super::timing::{Timings, Windows};
 use super::view::message_lines;
-
-/// Between two looks at percentiles: digits that change faster cannot be read.
-const TIMING_INTERVAL_NS: u64 = 1_000_000_000;
 
 /// A node that answers is heard at least once a second.
 const SILENCE_NS: u64 = 1_500_000_000;
@@ -40,9 +34,7 @@ pub(super) struct Model {
     pub(super) note: String,
     /// The last transaction that this screen made and that can be undone.
     last_set: Option<u64>,
-    samples: HashMap<String, TaskSamples>,
-    windows: HashMap<String, Windows>,
-    windows_due_ns: u64,
+    timings: Timings,
     /// Whether there were news since the last tick, and when there last were.
     has_heard: bool,
     heard_ns: u64,
@@ -74,11 +66,7 @@ impl Model {
                 self.forces = forces;
                 self.force_cursor.set_len(self.forces.len());
             }
-            News::Timing(samples) => {
-                for sample in samples {
-                    self.samples.entry(sample.task.clone()).or_default().take(sample);
-                }
-            }
+            News::Timing(samples) => self.timings.take(samples),
             News::Done(done) => self.note_done(&done),
             News::Refused { order, why } => {
                 let title = format!("Not done: {order}");
@@ -97,8 +85,7 @@ impl Model {
         if has_restarted {
             // Its numbers are those of another run.
             self.last_set = None;
-            self.samples.clear();
-            self.windows.clear();
+            self.timings = Timings::default();
         }
         self.task_cursor.set_len(node.tasks.len());
         self.node = Some(node);
@@ -125,16 +112,7 @@ impl Model {
         if std::mem::take(&mut self.has_heard) {
             self.heard_ns = now_ns;
         }
-        if now_ns < self.windows_due_ns {
-            return;
-        }
-        self.windows_due_ns = now_ns + TIMING_INTERVAL_NS;
-        let mut scratch = Distribution::new();
-        let windows = self
-            .samples
-            .iter_mut()
-            .map(|(task, samples)| (task.clone(), samples.windows(now_ns, &mut scratch)));
-        self.windows = windows.collect();
+        self.timings.tick(now_ns);
     }
 
     /// Why what is shown is not that of now.
@@ -150,7 +128,7 @@ impl Model {
 
     /// The timing of a task.
     pub(super) fn windows(&self, task: &str) -> Windows {
-        self.windows.get(task).copied().unwrap_or_default()
+        self.timings.windows(task)
     }
 
     /// A page of a list has so many lines.

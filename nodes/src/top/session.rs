@@ -8,20 +8,16 @@ use std::time::{Duration, Instant};
 
 use isochrone_ipc::{Participant, ipc};
 use isochrone_runtime::control::{
-    AlarmsParams, Client, ClientError, Code, DescribeParams, ForceParams, ForcesParams, GetParams,
-    Params, ReleaseParams, SetParams, SetResult, UndoParams, Values,
+    AlarmsParams, ClientError, Code, DescribeParams, ForcesParams, GetParams,
 };
 
-use super::news::{Done, News, Order, Wish};
-use super::telemetry::Telemetry;
+use super::link::{Link, whole};
+use super::news::{News, Order, Wish};
 use crate::failure::Failure;
-use crate::operate::{NodeArgs, client, failure, refusal};
+use crate::operate::{NodeArgs, failure};
 
 type Service = ipc::Service;
 
-/// How long an answer is waited for. A node answers within milliseconds; the screen says before when it
-/// does not.
-const PATIENCE: Duration = Duration::from_secs(5);
 /// Between two looks for what the screen wants, and for telemetry.
 const TURN: Duration = Duration::from_millis(10);
 /// Between two looks at values: as often as eyes can follow digits.
@@ -246,96 +242,5 @@ impl Asking {
             Err(error) => return Err(error),
         }
         Ok(())
-    }
-}
-
-/// A node that answers.
-struct Link {
-    client: Client<Service>,
-    telemetry: Option<Telemetry>,
-    /// When the node started and what it was made from; its signals are known of that.
-    identity: Option<(u64, String)>,
-    watched: Vec<String>,
-    state_due: Instant,
-    values_due: Instant,
-}
-
-impl Link {
-    fn open(
-        participant: &Participant<Service>,
-        node: &str,
-        is_over: &Arc<AtomicBool>,
-    ) -> Result<Self, ClientError> {
-        let client = Client::connect(participant, node, PATIENCE)?;
-        let client = client.interrupted_by(is_over.clone());
-        let telemetry = Telemetry::open(participant, node)?;
-        let now = Instant::now();
-        Ok(Self {
-            client,
-            telemetry,
-            identity: None,
-            watched: Vec::new(),
-            state_due: now,
-            values_due: now,
-        })
-    }
-
-    /// All pages of a result.
-    fn pages<P: Params, T>(
-        &mut self,
-        params: impl Fn(u64) -> P,
-        items: impl Fn(P::Result) -> (u64, Vec<T>),
-    ) -> Result<Vec<T>, ClientError> {
-        let mut all = Vec::new();
-        loop {
-            let (total, page) = items(self.client.call(&params(all.len() as u64))?);
-            let is_last = page.is_empty();
-            all.extend(page);
-            if is_last || all.len() as u64 >= total {
-                return Ok(all);
-            }
-        }
-    }
-
-    fn give(&mut self, order: &Order) -> Result<Done, ClientError> {
-        let result = match order.clone() {
-            Order::Set { name, value } => {
-                let values = Values(vec![(name, value)]);
-                self.client.call(&SetParams { values, client: client(), ..SetParams::default() })?
-            }
-            Order::Force { name, value, hold } => {
-                let values = Values(vec![(name, value)]);
-                let params = ForceParams {
-                    values,
-                    seconds: hold,
-                    client: client(),
-                    ..ForceParams::default()
-                };
-                let forced = self.client.call(&params)?;
-                SetResult {
-                    transaction: forced.transaction,
-                    tasks: forced.tasks,
-                    before: forced.before,
-                    warnings: forced.warnings,
-                }
-            }
-            Order::Release { name } => self.client.call(&ReleaseParams { names: vec![name] })?,
-            Order::Undo { transaction } => self.client.call(&UndoParams { transaction })?,
-        };
-        Ok(Done {
-            order: order.clone(),
-            transaction: result.transaction,
-            before: result.before,
-            cycles: result.tasks.into_iter().map(|(task, part)| (task, part.cycle)).collect(),
-            warnings: result.warnings.iter().map(|it| format!("{}: {it}", it.name)).collect(),
-        })
-    }
-}
-
-/// Why an order was not carried out.
-fn whole(error: &ClientError) -> String {
-    match error {
-        ClientError::Refused(failure) => refusal(failure),
-        error => error.to_string(),
     }
 }

@@ -1,6 +1,6 @@
 //! The timing of a task's cycles over the last second and the last minute.
 
-use std::collections::VecDeque;
+use std::collections::{HashMap, VecDeque};
 
 use isochrone_timing::{Distribution, Summary};
 
@@ -9,9 +9,46 @@ use super::news::Sample;
 const SECOND_NS: u64 = 1_000_000_000;
 const MINUTE_NS: u64 = 60 * SECOND_NS;
 
+/// Between two looks at percentiles: digits that change faster cannot be read.
+const INTERVAL_NS: u64 = 1_000_000_000;
+
+/// The timing of all tasks.
+#[derive(Debug, Default)]
+pub(super) struct Timings {
+    samples: HashMap<String, TaskSamples>,
+    windows: HashMap<String, Windows>,
+    due_ns: u64,
+}
+
+impl Timings {
+    pub(super) fn take(&mut self, samples: Vec<Sample>) {
+        for sample in samples {
+            self.samples.entry(sample.task.clone()).or_default().take(sample);
+        }
+    }
+
+    /// Time goes on.
+    pub(super) fn tick(&mut self, now_ns: u64) {
+        if now_ns < self.due_ns {
+            return;
+        }
+        self.due_ns = now_ns + INTERVAL_NS;
+        let mut scratch = Distribution::new();
+        let tasks = self.samples.iter_mut();
+        let windows =
+            tasks.map(|(task, samples)| (task.clone(), samples.windows(now_ns, &mut scratch)));
+        self.windows = windows.collect();
+    }
+
+    /// What is known of a task.
+    pub(super) fn windows(&self, task: &str) -> Windows {
+        self.windows.get(task).copied().unwrap_or_default()
+    }
+}
+
 /// The cycles of a task that telemetry showed within the last minute.
 #[derive(Debug, Default)]
-pub(super) struct TaskSamples {
+struct TaskSamples {
     samples: VecDeque<Sample>,
 }
 
@@ -37,7 +74,7 @@ pub(super) struct Windows {
 
 impl TaskSamples {
     /// Takes a cycle in. Telemetry repeats the newest cycle of a task until there is a newer one.
-    pub(super) fn take(&mut self, sample: Sample) {
+    fn take(&mut self, sample: Sample) {
         let newest = self.samples.back().map(|newest| newest.cycle);
         if newest == Some(sample.cycle) {
             return;
@@ -50,7 +87,7 @@ impl TaskSamples {
     }
 
     /// What the last second and the last minute before `now_ns` say; older samples are forgotten.
-    pub(super) fn windows(&mut self, now_ns: u64, scratch: &mut Distribution) -> Windows {
+    fn windows(&mut self, now_ns: u64, scratch: &mut Distribution) -> Windows {
         let is_old = |sample: &Sample| sample.at_ns.saturating_add(MINUTE_NS) < now_ns;
         while self.samples.front().is_some_and(is_old) {
             self.samples.pop_front();

@@ -1,0 +1,112 @@
+//! A node that answers, and what it is asked for.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Duration, Instant};
+
+use isochrone_ipc::{Participant, ipc};
+use isochrone_runtime::control::{
+    Client, ClientError, ForceParams, Params, ReleaseParams, SetParams, SetResult, UndoParams,
+    Values,
+};
+
+use super::news::{Done, Order};
+use super::telemetry::Telemetry;
+use crate::operate::{client, refusal};
+
+type Service = ipc::Service;
+
+/// How long an answer is waited for. A node answers within milliseconds; the screen says before when it
+/// does not.
+const PATIENCE: Duration = Duration::from_secs(5);
+
+/// A node that answers.
+pub(super) struct Link {
+    pub(super) client: Client<Service>,
+    pub(super) telemetry: Option<Telemetry>,
+    /// When the node started and what it was made from; its signals are known of that.
+    pub(super) identity: Option<(u64, String)>,
+    pub(super) watched: Vec<String>,
+    pub(super) state_due: Instant,
+    pub(super) values_due: Instant,
+}
+
+impl Link {
+    pub(super) fn open(
+        participant: &Participant<Service>,
+        node: &str,
+        is_over: &Arc<AtomicBool>,
+    ) -> Result<Self, ClientError> {
+        let client = Client::connect(participant, node, PATIENCE)?;
+        let client = client.interrupted_by(is_over.clone());
+        let telemetry = Telemetry::open(participant, node)?;
+        let now = Instant::now();
+        Ok(Self {
+            client,
+            telemetry,
+            identity: None,
+            watched: Vec::new(),
+            state_due: now,
+            values_due: now,
+        })
+    }
+
+    /// All pages of a result.
+    pub(super) fn pages<P: Params, T>(
+        &mut self,
+        params: impl Fn(u64) -> P,
+        items: impl Fn(P::Result) -> (u64, Vec<T>),
+    ) -> Result<Vec<T>, ClientError> {
+        let mut all = Vec::new();
+        loop {
+            let (total, page) = items(self.client.call(&params(all.len() as u64))?);
+            let is_last = page.is_empty();
+            all.extend(page);
+            if is_last || all.len() as u64 >= total {
+                return Ok(all);
+            }
+        }
+    }
+
+    pub(super) fn give(&mut self, order: &Order) -> Result<Done, ClientError> {
+        let result = match order.clone() {
+            Order::Set { name, value } => {
+                let values = Values(vec![(name, value)]);
+                self.client.call(&SetParams { values, client: client(), ..SetParams::default() })?
+            }
+            Order::Force { name, value, hold } => {
+                let values = Values(vec![(name, value)]);
+                let params = ForceParams {
+                    values,
+                    seconds: hold,
+                    client: client(),
+                    ..ForceParams::default()
+                };
+                let forced = self.client.call(&params)?;
+                SetResult {
+                    transaction: forced.transaction,
+                    tasks: forced.tasks,
+                    before: forced.before,
+                    warnings: forced.warnings,
+                }
+            }
+            Order::Release { name } => self.client.call(&ReleaseParams { names: vec![name] })?,
+            Order::Undo { transaction } => self.client.call(&UndoParams { transaction })?,
+        };
+        Ok(Done {
+            order: order.clone(),
+            transaction: result.transaction,
+            before: result.before,
+            cycles: result.tasks.into_iter().map(|(task, part)| (task, part.cycle)).collect(),
+            warnings: result.warnings.iter().map(|it| format!("{}: {it}", it.name)).collect(),
+        })
+    }
+}
+
+/// Why an order was not carried out.
+pub(super) fn whole(error: &ClientError) -> String {
+    match error {
+        ClientError::Refused(failure) => refusal(failure),
+        error => error.to_string(),
+    }
+}
