@@ -5,11 +5,11 @@ use std::io::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-use isochrone_engine::operate::{Action, Entry, Hold};
+use isochrone_engine::operate::{Action, Client, Entry, Hold};
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_ipc::local;
 use isochrone_runtime::journal::{Journal, JournalError, JournalFile};
-use isochrone_runtime::{Node, Running};
+use isochrone_runtime::{IfMissed, Node, Running};
 
 const NODE: &str = r#"
 [node]
@@ -218,4 +218,22 @@ fn a_place_that_cannot_be_written_is_refused_before_the_node_starts() {
     let prepared = Node::prepare_alone(&plan(NODE)).unwrap();
     let told = prepared.with_journal(full).unwrap_err().to_string();
     assert!(told.contains("/dev/full") && told.contains("No space left"), "{told}");
+}
+
+#[test]
+fn a_change_of_the_configuration_is_written_with_its_text_and_not_repeated() {
+    let folder = folder();
+    let path = folder.path().join("j.jsonl");
+    let mut node = start(&path);
+    let next = NODE.replace("10.0", "11.0");
+    let prepared = node.prepare_apply(&next, Client::Program, None).unwrap();
+    node.apply(prepared, IfMissed::Allow).unwrap();
+    await_entry(&mut node, |entry| entry.action == Action::Apply);
+    node.finish().unwrap();
+    let file = JournalFile::read(&path).unwrap();
+    let entries = &file.runs[0].entries;
+    assert_eq!(entries.len(), 1);
+    assert_eq!(entries[0].content.configuration.as_deref(), Some(next.as_str()));
+    let told = file.entries(&file.runs[0], &plan(NODE)).unwrap_err().to_string();
+    assert!(told.contains("j.jsonl:2: transaction 1 changed the configuration"), "{told}");
 }
