@@ -723,7 +723,8 @@ fn what_the_journal_tells_can_be_done_again_and_what_was_different_is_told() {
     hand.step(0);
     hand.step(0);
     let plan = Plan::new(Source::new("level.toml", NODE), &Rules::default()).unwrap();
-    let (replay, mut engine) = (Replay::new(&plan), TaskEngine::build(&plan).unwrap().remove(0));
+    let (mut replay, mut engine) =
+        (Replay::new(&plan), TaskEngine::build(&plan).unwrap().remove(0));
     let mut differences = Vec::new();
     for cycle in 0..4 {
         engine.expire(cycle, drop);

@@ -31,6 +31,12 @@ struct Hand {
     replacements: [Option<(Replacement, Rc<Signals>)>; 2],
     text: String,
     choices: Vec<EntryChoice>,
+    /// Whether wires of the other task enter a task, in one of its configurations.
+    is_entered: [bool; 2],
+}
+
+fn is_entered(plan: &Plan) -> [bool; 2] {
+    [0, 1].map(|task| plan.links.iter().any(|link| link.to == task))
 }
 
 /// A cycle of a task that ran.
@@ -95,8 +101,8 @@ impl Hand {
     }
 
     /// Runs the cycles of the past again, with what the journal says was done.
-    fn replay(&self, plan: &Plan) -> Result<(), TestCaseError> {
-        let (replay, mut engines) = (Replay::new(plan), TaskEngine::build(plan).unwrap());
+    fn replay(&self, plan: &Plan, has_changed: bool) -> Result<(), TestCaseError> {
+        let (mut replay, mut engines) = (Replay::new(plan), TaskEngine::build(plan).unwrap());
         let journal: Vec<_> = self.operator.journal(0).collect();
         for Past { task, cycle, samples, image, state } in &self.past {
             let engine = &mut engines[*task];
@@ -107,10 +113,16 @@ impl Hand {
             let is_due = |entry: &&isochrone_engine::operate::Entry| {
                 (entry.task, entry.cycle) == (*task, *cycle)
             };
+            // When a task that changes gives the other one its values is not in the journal.
+            let is_exact = !has_changed || !self.is_entered[*task];
             for entry in journal.iter().filter(is_due) {
-                prop_assert_eq!(replay.apply(entry, engine).unwrap(), [], "{:?}", entry);
+                let differences = replay.apply(entry, engine).unwrap();
+                prop_assert!(!is_exact || differences.is_empty(), "{:?}: {:?}", entry, differences);
             }
             engine.step(*cycle);
+            if !is_exact {
+                continue;
+            }
             prop_assert_eq!(&bits(engine.image()), image, "cycle {} of task {}", cycle, task);
             prop_assert_eq!(engine.state(), &state[..], "cycle {} of task {}", cycle, task);
         }
@@ -321,6 +333,7 @@ fn change(
     }
     reference.change(entries, at);
     (hand.text, hand.choices) = (text, choices);
+    hand.is_entered = [0, 1].map(|task| hand.is_entered[task] || is_entered(&plan)[task]);
     Ok(())
 }
 
@@ -355,6 +368,7 @@ proptest! {
             replacements: [None, None],
             text,
             choices,
+            is_entered: is_entered(&plan),
         };
         let mut reference = Reference::new(entries);
         let mut has_changed = false;
@@ -390,9 +404,7 @@ proptest! {
             reference.hand_over(task, hand.next[task] + 1);
             hand.next[task] += 1 + action.skipped;
         }
-        if !has_changed {
-            hand.replay(&plan)?;
-        }
+        hand.replay(&plan, has_changed)?;
         if hand.operator.changing().is_some() {
             return Ok(());
         }

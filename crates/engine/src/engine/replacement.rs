@@ -147,6 +147,11 @@ impl TaskEngine {
         replacement.is_ready = true;
     }
 
+    /// The slots that are forced.
+    pub(crate) fn forced(&self) -> impl Iterator<Item = u32> {
+        self.forces.slots()
+    }
+
     /// Puts the new engine in the place of this one, before a cycle applies orders and reads its
     /// inputs. What [`hand_over`](Self::hand_over) has not copied by then is copied now.
     pub fn replace(&mut self, replacement: &mut Replacement, cycle: u64) {

@@ -158,6 +158,11 @@ impl Forces {
         self.note_next();
     }
 
+    /// The slots that are forced, in ascending order.
+    pub(crate) fn slots(&self) -> impl Iterator<Item = u32> {
+        self.table.iter().map(|force| force.slot)
+    }
+
     /// Whether a force ends at a cycle.
     #[inline]
     pub(crate) fn is_due(&self, cycle: u64) -> bool {

@@ -153,11 +153,13 @@ pub enum Refusal {
         /// The name.
         name: String,
     },
-    /// The journal says that the configuration was changed, which cannot be done again.
-    #[error("transaction {transaction} changed the configuration, which cannot be done again here")]
+    /// The journal says that the configuration was changed, and that cannot be done again.
+    #[error("transaction {transaction} changed the configuration, and {why}")]
     NotRepeated {
         /// Its number.
         transaction: u64,
+        /// What is in the way.
+        why: String,
     },
     /// A change of the configuration is on its way to the tasks.
     #[error("transaction {transaction} changes the configuration at this moment")]

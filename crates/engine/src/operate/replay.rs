@@ -1,16 +1,21 @@
 //! What a journal says was done, done again.
 
 use std::fmt;
+use std::sync::Arc;
 
+use isochrone_blocks::PinType;
+
+use super::fixed::Fixed;
 use super::forces::Ended;
 use super::journal::{Action, Change, Entry};
-use super::operator::{changed, released};
+use super::operator::{carry, changed, released};
 use super::order::{Order, Store, Work};
 use super::refusal::{Refusal, Refusals};
-use super::signals::Signals;
+use super::signals::{Kept, Signals};
 use super::{Value, journal};
-use crate::TaskEngine;
-use crate::plan::Plan;
+use crate::engine::Replacement;
+use crate::plan::{OwnedRules, Plan};
+use crate::{Source, TaskEngine};
 
 /// Does to the tasks of a plan what a journal says was done to them, in the cycles that it says. Given
 /// the same inputs in each cycle, a task that no other task's wire enters then computes bit for bit what
@@ -19,7 +24,19 @@ use crate::plan::Plan;
 /// Nothing is asked of `control`, `[[protect]]` and `[limits]`: what was done was allowed.
 #[derive(Debug)]
 pub struct Replay {
-    signals: Signals,
+    /// The names of each task's engine.
+    signals: Vec<Arc<Signals>>,
+    fixed: Fixed,
+    rules: OwnedRules,
+    file: String,
+    next: Option<Next>,
+}
+
+/// Another configuration, until the next comes.
+struct Next {
+    transaction: u64,
+    signals: Arc<Signals>,
+    engines: Vec<Option<TaskEngine>>,
 }
 
 /// A value that was not what the journal says it was: the inputs, or the node, are others.
@@ -43,15 +60,83 @@ impl fmt::Display for Difference {
 impl Replay {
     /// For the tasks of a plan.
     pub fn new(plan: &Plan) -> Self {
-        Self { signals: Signals::of(plan) }
+        let signals = Arc::new(Signals::of(plan));
+        Self {
+            signals: vec![signals; plan.tasks.len()],
+            fixed: Fixed::of(plan),
+            rules: plan.rules.clone(),
+            file: plan.source.name.clone(),
+            next: None,
+        }
     }
 
-    /// Whether what an entry says can be done.
+    /// Whether what an entry says can be done, after those before it.
     ///
     /// # Errors
-    /// A signal is not there, is of another task, or cannot have the value; all that is wrong.
-    pub fn check(&self, entry: &Entry) -> Result<(), Refusals> {
-        self.work(entry).map(drop)
+    /// A signal is not there, is of another task, or cannot have the value, or another configuration
+    /// cannot take the place of the one before; all that is wrong.
+    pub fn check(&mut self, entry: &Entry) -> Result<(), Refusals> {
+        if entry.action != Action::Apply {
+            return self.work(entry).map(drop);
+        }
+        let signals = self.next(entry)?.signals.clone();
+        self.enter(entry.task, signals);
+        Ok(())
+    }
+
+    /// The configuration of an entry.
+    fn next(&mut self, entry: &Entry) -> Result<&mut Next, Refusals> {
+        let transaction = entry.transaction;
+        let next = match self.next.take_if(|next| next.transaction == transaction) {
+            Some(next) => next,
+            None => {
+                let refused = |why: String| Refusal::NotRepeated { transaction, why };
+                let text = entry.configuration.clone();
+                let text =
+                    text.ok_or_else(|| refused("the journal does not say to what".into()))?;
+                let source = Source { name: self.file.clone(), text };
+                let plan = self
+                    .rules
+                    .plan(source)
+                    .map_err(|findings| refused(format!("that has errors: {findings}")))?;
+                Refusals::check(self.fixed.differences(&Fixed::of(&plan)))?;
+                let engines = TaskEngine::build(&plan);
+                let engines = engines.map_err(|error| refused(error.to_string()))?;
+                let signals = Arc::new(Signals::of(&plan));
+                Next { transaction, signals, engines: engines.into_iter().map(Some).collect() }
+            }
+        };
+        Ok(self.next.insert(next))
+    }
+
+    fn enter(&mut self, task: usize, signals: Arc<Signals>) {
+        if let Some(of_task) = self.signals.get_mut(task) {
+            *of_task = signals;
+        }
+    }
+
+    /// Puts the engine of another configuration in its place; returns the parameters that it set.
+    fn replace(
+        &mut self,
+        entry: &Entry,
+        engine: &mut TaskEngine,
+    ) -> Result<Vec<journal::Changed>, Refusals> {
+        let task = entry.task;
+        let next = self.next(entry)?;
+        let (signals, new) = (next.signals.clone(), next.engines.get_mut(task));
+        let new = new.and_then(Option::take).ok_or_else(|| Refusal::NotRepeated {
+            transaction: entry.transaction,
+            why: "the journal says so twice of one task".into(),
+        })?;
+        let Some(old) = self.signals.get(task) else { return Ok(Vec::new()) };
+        let kept = Kept::of(old, &signals);
+        let changed = kept.changed(old, &signals, task);
+        let carry = carry(task, (old, &signals), &kept, &changed, engine.forced());
+        let mut replacement = Replacement::new(new, carry);
+        engine.replace(&mut replacement, entry.cycle);
+        self.enter(task, signals);
+        let stores = replacement.carry.stores.iter();
+        Ok(stores.map(|store| self::changed(store.slot, store.before, None)).collect())
     }
 
     /// Does what an entry says, before the cycle that it names reads its inputs; entries of one cycle
@@ -60,24 +145,17 @@ impl Replay {
     /// # Errors
     /// As [`check`](Self::check).
     pub fn apply(
-        &self,
+        &mut self,
         entry: &Entry,
         engine: &mut TaskEngine,
     ) -> Result<Vec<Difference>, Refusals> {
-        let Some(work) = self.work(entry)? else { return Ok(Vec::new()) };
-        let mut order = Order::new(entry.transaction, None, work);
-        engine.apply(&mut order, entry.cycle, 0);
-        let done: Vec<journal::Changed> = match &order.work {
-            Work::Set { stores, .. } | Work::Force { stores, .. } => {
-                stores.iter().map(|store| changed(store.slot, store.before, None)).collect()
-            }
-            Work::Release { ended, .. } => {
-                ended.iter().map(|ended: &Ended| released(ended)).collect()
-            }
-            Work::Read(_) => Vec::new(),
+        let done = match entry.action {
+            Action::Apply => self.replace(entry, engine)?,
+            _ => self.order(entry, engine)?,
         };
+        let Some(signals) = self.signals.get(entry.task) else { return Ok(Vec::new()) };
         let differs = |change: &Change| {
-            let signal = self.signals.find(&change.name).ok()?;
+            let signal = signals.find(&change.name).ok()?;
             let slot = |done: &journal::Changed| match done.place {
                 journal::Place::Slot(slot) => Some(slot as usize),
                 journal::Place::Gone(_) => None,
@@ -90,6 +168,26 @@ impl Replay {
         Ok(entry.changes.iter().filter_map(differs).collect())
     }
 
+    /// Does what an entry says by an order; returns what it changed.
+    fn order(
+        &self,
+        entry: &Entry,
+        engine: &mut TaskEngine,
+    ) -> Result<Vec<journal::Changed>, Refusals> {
+        let Some(work) = self.work(entry)? else { return Ok(Vec::new()) };
+        let mut order = Order::new(entry.transaction, None, work);
+        engine.apply(&mut order, entry.cycle, 0);
+        Ok(match &order.work {
+            Work::Set { stores, .. } | Work::Force { stores, .. } => {
+                stores.iter().map(|store| changed(store.slot, store.before, None)).collect()
+            }
+            Work::Release { ended, .. } => {
+                ended.iter().map(|ended: &Ended| released(ended)).collect()
+            }
+            Work::Read(_) => Vec::new(),
+        })
+    }
+
     /// `None`: forces end by themselves.
     fn work(&self, entry: &Entry) -> Result<Option<Work>, Refusals> {
         let stores = || {
@@ -98,34 +196,36 @@ impl Replay {
             Ok::<Box<[Store]>, Refusals>(stores.into())
         };
         Ok(Some(match entry.action {
-            Action::Expiry => return Ok(None),
-            Action::Apply => {
-                let transaction = entry.transaction;
-                return Err(Refusal::NotRepeated { transaction }.into());
-            }
+            Action::Expiry | Action::Apply => return Ok(None),
             Action::Release => {
                 Work::release(all(entry.changes.iter().map(|change| self.slot(entry, change)))?)
             }
             Action::Set | Action::Undo { .. } => Work::Set { feeds: [].into(), stores: stores()? },
             Action::Force { until } => {
                 let cycles = until.map(|until| until.saturating_sub(entry.cycle));
-                Work::force(&self.signals, entry.task, stores()?, cycles)
+                let Some(signals) = self.signals.get(entry.task) else { return Ok(None) };
+                Work::force(signals, entry.task, stores()?, cycles)
             }
         }))
     }
 
     fn slot(&self, entry: &Entry, change: &Change) -> Result<u32, Refusal> {
-        let signal = self.signals.find(&change.name)?;
+        let unknown = |help: String| Refusal::Unknown { name: change.name.clone(), help };
+        let signals = self.signals.get(entry.task);
+        let signals = signals.ok_or_else(|| unknown("there is no such task".into()))?;
+        let signal = signals.find(&change.name)?;
         if signal.task == entry.task {
             return Ok(signal.slot as u32);
         }
-        let help = format!("it is a signal of task \"{}\"", self.signals.task_name(signal.task));
+        let help = format!("it is a signal of task \"{}\"", signals.task_name(signal.task));
         Err(Refusal::Unknown { name: change.name.clone(), help })
     }
 
     fn store(&self, entry: &Entry, change: &Change) -> Result<Store, Refusal> {
         let slot = self.slot(entry, change)?;
-        let value_type = self.signals.find(&change.name)?.value_type;
+        let of_task = self.signals.get(entry.task);
+        let signal = of_task.and_then(|signals| signals.at(entry.task, slot as usize));
+        let value_type = signal.map_or(PinType::Lreal, |signal| signal.value_type);
         // A value that is missing cannot be had by a signal either.
         let value = change.after.unwrap_or(Value::Number(f64::NAN));
         match value.slot(value_type) {
@@ -155,5 +255,11 @@ fn is_same(a: Value, b: Value) -> bool {
             a as f64 == b
         }
         (a, b) => a == b,
+    }
+}
+
+impl fmt::Debug for Next {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Next").field("transaction", &self.transaction).finish_non_exhaustive()
     }
 }

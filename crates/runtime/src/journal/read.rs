@@ -111,7 +111,7 @@ impl JournalFile {
                 sha256,
             });
         }
-        let replay = Replay::new(plan);
+        let mut replay = Replay::new(plan);
         let mut entries: BTreeMap<_, Vec<Entry>> = BTreeMap::new();
         for Numbered { line, content } in &run.entries {
             let bad =

@@ -155,14 +155,9 @@ impl Operator {
         };
         let replacement = |(task, engine): (usize, TaskEngine)| {
             let pins = changed.get(task).map_or(&[][..], Vec::as_slice);
-            let carry = Carry {
-                image: kept.image(task),
-                state: kept.state(task),
-                imports: kept.imports(&self.signals, &signals, task),
-                forces: self.carried_forces(task, &kept, &signals),
-                stores: pins.iter().filter_map(store).collect(),
-            };
-            Replacement::new(engine, carry)
+            let forced = self.forces.get(task).into_iter().flat_map(BTreeMap::keys).copied();
+            let indexes = (&*self.signals, &*signals);
+            Replacement::new(engine, carry(task, indexes, &kept, pins, forced))
         };
         let engines = engines.into_iter().enumerate();
         let replacements: Vec<_> = engines.map(replacement).collect();
@@ -342,23 +337,35 @@ impl Operator {
             }
         }
     }
+}
 
-    /// The forces of a task in the order of their new slots.
-    fn carried_forces(&self, task: usize, kept: &Kept, signals: &Signals) -> Box<[CarriedForce]> {
-        let forces = self.forces.get(task).into_iter().flat_map(BTreeMap::keys);
-        let carried = |from: &u32| {
-            let slot = kept.slot(task, *from as usize)?;
-            let at_end = match signals.at(task, slot)?.role {
-                Role::Wired | Role::Output => AtEnd::Recompute,
-                Role::Input | Role::Parameter | Role::Ok | Role::Age => AtEnd::Restore,
-            };
-            let taints = signals.taints(task, slot);
-            let force = Force { slot: slot as u32, at_end, taints, ..Force::default() };
-            Some(CarriedForce { from: *from, force })
+/// What of a task's old engine goes into the new one: of the old and the new index, what both have and
+/// what has changed, and the slots that are forced in the old one.
+pub(in crate::operate) fn carry(
+    task: usize,
+    (old, new): (&Signals, &Signals),
+    kept: &Kept,
+    changed: &[ChangedPin],
+    forced: impl Iterator<Item = u32>,
+) -> Carry {
+    let carried = |from: u32| {
+        let slot = kept.slot(task, from as usize)?;
+        let at_end = match new.at(task, slot)?.role {
+            Role::Wired | Role::Output => AtEnd::Recompute,
+            Role::Input | Role::Parameter | Role::Ok | Role::Age => AtEnd::Restore,
         };
-        let mut carried: Vec<CarriedForce> = forces.filter_map(carried).collect();
-        carried.sort_unstable_by_key(|carried| carried.force.slot);
-        carried.into()
+        let taints = new.taints(task, slot);
+        let force = Force { slot: slot as u32, at_end, taints, ..Force::default() };
+        Some(CarriedForce { from, force })
+    };
+    let mut forces: Vec<CarriedForce> = forced.filter_map(carried).collect();
+    forces.sort_unstable_by_key(|carried| carried.force.slot);
+    Carry {
+        image: kept.image(task),
+        state: kept.state(task),
+        imports: kept.imports(old, new, task),
+        forces: forces.into(),
+        stores: changed.iter().filter_map(store).collect(),
     }
 }
 

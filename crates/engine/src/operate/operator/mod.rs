@@ -18,6 +18,7 @@ use super::warnings::{Warning, Warnings};
 use crate::plan::Plan;
 
 use change::Next;
+pub(in crate::operate) use change::carry;
 pub use change::{ChangeSummary, Draft, PreparedChange};
 
 /// Who gives the inputs their values.
