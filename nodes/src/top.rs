@@ -28,7 +28,7 @@ use self::input::{Action, action};
 use self::model::Model;
 use self::news::Wish;
 use self::palette::Palette;
-use self::screen::Screen;
+use self::screen::{Screen, Wait};
 use self::session::Session;
 use crate::failure::Failure;
 use crate::operate::NodeArgs;
@@ -89,7 +89,10 @@ fn show(screen: &mut Screen, session: &Session, stop: &Stop) -> Result<(), Failu
             watched.clone_from(&wanted);
             session.wish(Wish::Watch(wanted));
         }
-        let mut waiting = event::poll(TURN).map_err(failed)?;
+        if screen::wait(TURN).map_err(failed)? == Wait::HungUp {
+            return Ok(());
+        }
+        let mut waiting = event::poll(Duration::ZERO).map_err(failed)?;
         while waiting {
             // A new size is drawn as a key's effect is: at once.
             next_draw = Instant::now();

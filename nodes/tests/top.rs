@@ -110,8 +110,9 @@ impl Tmux {
     /// The process of the program.
     fn program(&self) -> String {
         let shell = self.run(&["display-message", "-p", "#{pane_pid}"]);
-        let children = Command::new("pgrep").arg("-P").arg(shell.trim()).output().unwrap();
-        String::from_utf8(children.stdout).unwrap().trim().to_owned()
+        let shell = shell.trim();
+        let children = format!("/proc/{shell}/task/{shell}/children");
+        std::fs::read_to_string(children).unwrap().trim().to_owned()
     }
 
     /// The terminal is as it was before the program: its settings, and what stood on it.
@@ -239,6 +240,22 @@ fn a_node_that_is_killed_is_said_to_be_gone_and_comes_back() {
     tmux.wait_for("looking for the node");
     Command::new("kill").arg(tmux.program()).status().unwrap();
     tmux.expect_given_back(&domain, 0);
+}
+
+#[test]
+fn top_ends_with_its_terminal() {
+    let domain = Domain::new();
+    let _node = node(&domain);
+    let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
+    tmux.wait_for("1 Signals");
+    let program = PathBuf::from(format!("/proc/{}", tmux.program()));
+    assert!(program.exists());
+    drop(tmux);
+    let since = Instant::now();
+    while program.exists() {
+        assert!(since.elapsed() < PATIENCE, "it goes on without a terminal");
+        thread::sleep(Duration::from_millis(20));
+    }
 }
 
 #[test]

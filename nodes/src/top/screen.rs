@@ -2,6 +2,7 @@
 
 use std::io::{self, IsTerminal, Stdout, stdout};
 use std::panic;
+use std::time::Duration;
 
 use ratatui::Terminal;
 use ratatui::backend::CrosstermBackend;
@@ -10,6 +11,8 @@ use ratatui::crossterm::execute;
 use ratatui::crossterm::terminal::{
     EnterAlternateScreen, LeaveAlternateScreen, disable_raw_mode, enable_raw_mode,
 };
+use rustix::event::{PollFd, PollFlags, Timespec, poll};
+use rustix::io::Errno;
 
 use crate::failure::Failure;
 use crate::terminal;
@@ -61,6 +64,29 @@ impl Drop for Screen {
             drop(panic::take_hook());
         }
     }
+}
+
+/// What a wait for the terminal ended with.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Wait {
+    /// A key, or the time is over.
+    Over,
+    /// The terminal is gone: its window was closed.
+    HungUp,
+}
+
+/// Waits for a key. Of a terminal that is gone crossterm would read the end for ever.
+pub(super) fn wait(time: Duration) -> io::Result<Wait> {
+    let stdout = stdout();
+    let mut terminal = [PollFd::new(&stdout, PollFlags::IN)];
+    let time = Timespec::try_from(time).map_err(io::Error::other)?;
+    match poll(&mut terminal, Some(&time)) {
+        Ok(_) | Err(Errno::INTR) => {}
+        Err(error) => return Err(error.into()),
+    }
+    let [terminal] = terminal;
+    let gone = PollFlags::HUP | PollFlags::ERR | PollFlags::NVAL;
+    Ok(if terminal.revents().intersects(gone) { Wait::HungUp } else { Wait::Over })
 }
 
 /// Gives the terminal back; twice does no harm. There is no one to tell if that fails.
