@@ -6,6 +6,7 @@ mod dialog;
 mod fixtures;
 mod input;
 mod link;
+mod message;
 mod model;
 mod news;
 mod palette;

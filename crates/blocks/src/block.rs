@@ -203,7 +203,7 @@ impl Indication {
         let mut place = 0;
         while place < outputs.len() {
             let Pin { name, pin_type, .. } = outputs[place];
-            if is_status(name) && matches!(pin_type, PinType::Word) {
+            if status::is_status(name) && matches!(pin_type, PinType::Word) {
                 return Some(Self::Status(place));
             }
             if matches!((name.as_bytes(), pin_type), (b"error", PinType::Bool)) {
@@ -347,11 +347,6 @@ const fn assert_errors_are_reported(words: &[StatusWord], outputs: &[Pin]) {
         );
         word += 1;
     }
-}
-
-/// Whether an output of this name holds the status word.
-pub(crate) const fn is_status(name: &str) -> bool {
-    matches!(name.as_bytes(), b"status")
 }
 
 /// A block without state still owns a word, so that image and state divide into the same number of

@@ -52,3 +52,8 @@ pub(crate) fn first(ob: Result<f64, u16>, findings: [(bool, u16); 3]) -> u16 {
 pub(crate) const fn subfunction(status: u16) -> u16 {
     if status == QRY_CINT { WRONG_OB_NUMBER } else { OK }
 }
+
+/// Whether an output of this name holds the status word.
+pub(crate) const fn is_status(name: &str) -> bool {
+    matches!(name.as_bytes(), b"status")
+}

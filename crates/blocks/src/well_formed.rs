@@ -1,6 +1,6 @@
 //! What holds for every declaration, seen when a block is compiled.
 
-use crate::block::is_status;
+use crate::status::is_status;
 use crate::{Block, Pin, PinType, Slots};
 
 /// Fails to compile for a block whose pins could not be named, wired or read.

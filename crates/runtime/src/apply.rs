@@ -10,6 +10,7 @@ use isochrone_engine::{BankPlan, Plan, Source};
 use crate::alarms::Alarm;
 use crate::error::ApplyError;
 use crate::events::Watch;
+use crate::new_parts::NewParts;
 use crate::operating::{Operating, Origin, Shared};
 use crate::orders::Changeover;
 use crate::snapshots::{Snapshots, Tap};
@@ -58,14 +59,6 @@ struct NewTask {
     words: Arc<Words>,
     moved: Arc<Moved>,
     banks: Vec<String>,
-}
-
-/// What the ordinary thread needs to go by another configuration when all tasks have it.
-pub(crate) struct NewParts {
-    pub(crate) source: Source,
-    pub(crate) banks: Vec<Vec<String>>,
-    pub(crate) snapshots: Snapshots,
-    pub(crate) cuts: Vec<Alarm>,
 }
 
 impl PreparedApply {

@@ -9,6 +9,7 @@ use isochrone_blocks::{Indication, status};
 use isochrone_engine::{TaskEngine, TaskPlan};
 use rtrb::{Consumer, Producer, RingBuffer};
 
+use crate::event::Event;
 use crate::freshness::InputState;
 use crate::limiter::{Allowed, Limiter};
 use crate::words::{ERROR_WITHOUT_WORD, Moved, Said, Words};
@@ -16,17 +17,6 @@ use crate::words::{ERROR_WITHOUT_WORD, Moved, Said, Words};
 /// Events that fit between the cycle and the ordinary thread. What finds no room is told later, if it
 /// still holds then.
 const ROOM: usize = 256;
-
-/// What is to be said of a block or an input.
-#[derive(Debug, Clone, Copy)]
-pub(crate) enum Event {
-    /// From here on, blocks are those of another configuration.
-    Changed,
-    /// An instance, in the order of the image, has this error since a cycle; `OK` for none.
-    Block { instance: usize, status: u16, cycle: u64 },
-    /// An input came into this state in a cycle.
-    Input { input: usize, state: InputState, cycle: u64 },
-}
 
 /// The end in the cycle.
 pub(crate) struct Events {

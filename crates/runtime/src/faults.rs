@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use isochrone_blocks::status;
 
-use crate::events::Event;
+use crate::event::Event;
 use crate::words::{Moved, Words};
 
 /// The blocks of a task that report an error and its inputs that are not ok, with those that were so

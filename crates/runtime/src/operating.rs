@@ -11,11 +11,11 @@ use isochrone_engine::operate::{Action, Done, Entry, Operator, Prepared, Reading
 use isochrone_engine::{OwnedRules, Plan, Source};
 use isochrone_timing::CycleRecord;
 
-use crate::apply::NewParts;
 use crate::busiest::Busiest;
 use crate::error::RequestError;
 use crate::faults::Faults;
 use crate::journal::Journal;
+use crate::new_parts::NewParts;
 use crate::orders::{self, Changeover, Returned};
 use crate::words::Words;
 

@@ -9,10 +9,10 @@ use isochrone_engine::operate::{Entry, Reading};
 use isochrone_ipc::{Service, ipc};
 use isochrone_timing::CycleRecord;
 
-use crate::apply::NewParts;
 use crate::attend::Serving;
 use crate::error::{NodePanicked, TaskPanicked};
 use crate::layouts::Resolver;
+use crate::new_parts::NewParts;
 use crate::operating::Returns;
 use crate::outcome::{End, InputOutcome, Outcome, TaskOutcome};
 use crate::panics::Panic;
@@ -135,6 +135,12 @@ impl<S: Service> Running<S> {
     /// Asks all tasks to end, which they do within 200 ms; go on polling until none runs.
     pub fn stop(&self) {
         self.threads.stop();
+    }
+
+    /// The names of the tasks that run. Of a node that was asked to [`stop`](Self::stop) 200 ms ago or
+    /// earlier, those whose cycle takes long or hangs.
+    pub fn unfinished_tasks(&self) -> impl Iterator<Item = &str> {
+        self.threads.unfinished()
     }
 
     /// The flag that ends the node when it is set, for another thread or a signal's handler.

@@ -18,7 +18,6 @@ use crate::inputs::TaskInputs;
 use crate::operating::Lane;
 use crate::panics;
 use crate::parts::{Parts, Task};
-use crate::running::Running;
 use crate::snapshots::Tap;
 use crate::task::{self, Done, Job, Ready, Services, Start};
 use crate::{events, orders, outputs};
@@ -117,6 +116,12 @@ impl Threads {
         self.stop.store(true, Ordering::Relaxed);
     }
 
+    /// The names of the tasks that run.
+    pub(crate) fn unfinished(&self) -> impl Iterator<Item = &str> {
+        let runs = |thread: &&Thread| !thread.thread.is_finished();
+        self.threads.iter().filter(runs).map(|thread| thread.task.as_str())
+    }
+
     pub(crate) fn have_ended(&self) -> bool {
         self.threads.iter().all(|thread| thread.thread.is_finished())
     }
@@ -146,15 +151,6 @@ impl Threads {
             })
         };
         handles.into_iter().map(join).collect()
-    }
-}
-
-impl<S: Service> Running<S> {
-    /// The names of the tasks that run. Of a node that was asked to [`stop`](Self::stop) 200 ms ago or
-    /// earlier, those whose cycle takes long or hangs.
-    pub fn unfinished_tasks(&self) -> impl Iterator<Item = &str> {
-        let runs = |thread: &&Thread| !thread.thread.is_finished();
-        self.threads.threads.iter().filter(runs).map(|thread| thread.task.as_str())
     }
 }
 

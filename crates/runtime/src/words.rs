@@ -7,7 +7,7 @@ use isochrone_blocks::{BlockType, PinType, status};
 use isochrone_engine::config::OnStale;
 use isochrone_engine::{BankPlan, InputPlan, TaskPlan};
 
-use crate::events::Event;
+use crate::event::Event;
 use crate::freshness::InputState;
 
 /// Stands for a status word where a block has none.

@@ -5,10 +5,10 @@ use isochrone_runtime::control::{ActiveAlarm, DescribeResult, Force, Role};
 use super::cursor::{Cursor, Motion};
 use super::dialog::{Asks, Dialog, Next, Question, Target};
 use super::input::{Action, Focus, Page};
+use super::message::{Space, message_lines};
 use super::news::{Done, News, Order};
 use super::signals::Signals;
 use super::timing::{Timings, Windows};
-use super::view::message_lines;
 
 /// A node that answers is heard at least once a second.
 const SILENCE_NS: u64 = 1_500_000_000;
@@ -321,11 +321,4 @@ pub(super) struct Rows {
     pub(super) tasks: usize,
     pub(super) others: usize,
     pub(super) message: Space,
-}
-
-/// Room for a text.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct Space {
-    pub(super) columns: usize,
-    pub(super) lines: usize,
 }

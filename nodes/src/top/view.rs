@@ -10,7 +10,6 @@ use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::text::{Line, Span};
 
-pub(super) use self::dialogs::message_lines;
 use self::text::plain;
 use super::input::{Focus, Page};
 use super::model::{Model, Rows};

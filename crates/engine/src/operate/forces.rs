@@ -2,7 +2,7 @@
 
 use isochrone_quality::Flags;
 
-use super::order::Store;
+use super::store::Store;
 
 /// Most signals of a task that can be forced at a time.
 pub const MAX_FORCES: usize = 1024;

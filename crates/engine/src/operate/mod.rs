@@ -50,6 +50,7 @@ mod refusal;
 mod replay;
 mod save;
 mod signals;
+mod store;
 mod taint;
 mod value;
 mod warnings;
@@ -63,13 +64,14 @@ pub use operator::{
     ChangeSummary, Done, Draft, Feeds, Forced, Hold, Operator, Prepared, PreparedChange, Reading,
     Request,
 };
+pub(crate) use order::Work;
 pub use order::{Order, OrderState};
-pub(crate) use order::{Store, Work};
 pub use pattern::Pattern;
 pub(crate) use pattern::part_matches;
 pub use refusal::{AtRefusal, Refusal, RefusalKind, Refusals};
 pub use replay::{Difference, Replay};
 pub use save::{Changes, SaveError};
 pub use signals::{Matches, Role, Signal, Signals};
+pub(crate) use store::Store;
 pub use value::Value;
 pub use warnings::Warning;

@@ -3,6 +3,7 @@
 
 use super::forces::{AtEnd, Ended, Force};
 use super::signals::{Role, Signals};
+use super::store::Store;
 
 /// One box of work for one task. The cycle writes what it found into it, and gives it back.
 #[derive(Debug)]
@@ -76,15 +77,6 @@ impl Asked {
     pub(crate) const GONE: u32 = u32::MAX;
 }
 
-/// A value for a slot.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Store {
-    pub(crate) slot: u32,
-    pub(crate) value: f64,
-    /// What was there, once it is written.
-    pub(crate) before: f64,
-}
-
 impl Work {
     /// Holds values that are given by slot.
     pub(super) fn force(
@@ -116,12 +108,6 @@ impl Work {
         slots.dedup();
         let ended = Vec::with_capacity(slots.len());
         Self::Release { slots: slots.into(), ended }
-    }
-}
-
-impl Store {
-    pub(super) fn new(slot: usize, value: f64) -> Self {
-        Self { slot: slot as u32, value, before: value }
     }
 }
 

@@ -1,6 +1,6 @@
 //! What a check says, in the order in which it is thought: how bad, what, from where, so what.
 
-use super::{Finding, Severity};
+use super::finding::{Finding, Severity};
 
 /// A finding that does not have its code yet.
 #[derive(Debug)]

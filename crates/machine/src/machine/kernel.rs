@@ -6,30 +6,10 @@ use std::io::Read;
 use flate2::read::GzDecoder;
 
 use super::Machine;
+use super::kernel_config::KernelConfig;
 
 /// More than any kernel configuration has.
 const CONFIG_BYTES: u64 = 16 << 20;
-
-/// How the kernel was built.
-#[derive(Debug)]
-pub(crate) struct KernelConfig {
-    /// The file it was read from.
-    pub(crate) source: String,
-    text: String,
-}
-
-impl KernelConfig {
-    /// The value of `CONFIG_<name>`; `None` if it is not set.
-    pub(crate) fn value(&self, name: &str) -> Option<&str> {
-        self.text
-            .lines()
-            .find_map(|line| line.strip_prefix("CONFIG_")?.strip_prefix(name)?.strip_prefix('='))
-    }
-
-    pub(crate) fn is_set(&self, name: &str) -> bool {
-        self.value(name).is_some_and(|value| value != "n")
-    }
-}
 
 /// What the kernel lets run in place of its own code, and how this was found out.
 #[derive(Debug, PartialEq, Eq)]
@@ -146,19 +126,5 @@ impl Machine {
             Some((built_in, source)) => found(built_in, true, false, source),
             None => found("dynamic", true, false, "/proc/version"),
         }
-    }
-}
-
-impl KernelConfig {
-    /// The model it was built with, which is what a dynamic kernel starts with.
-    fn preemption(&self) -> Option<&'static str> {
-        let models = [
-            ("PREEMPT_RT", "rt"),
-            ("PREEMPT_NONE", "none"),
-            ("PREEMPT_VOLUNTARY", "voluntary"),
-            ("PREEMPT_LAZY", "lazy"),
-            ("PREEMPT", "full"),
-        ];
-        models.into_iter().find_map(|(name, model)| self.is_set(name).then_some(model))
     }
 }

@@ -7,6 +7,7 @@ mod cpus;
 mod disturbance;
 mod interrupts;
 mod kernel;
+mod kernel_config;
 mod memory;
 mod platform;
 mod process;
@@ -17,7 +18,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 pub use cpu_list::CpuList;
-use kernel::KernelConfig;
+use kernel_config::KernelConfig;
 pub(crate) use platform::{Container, Platform};
 pub use process::GroupBudget;
 pub(crate) use process::{Capability, Limit};

@@ -4,18 +4,16 @@ use std::thread::{self, JoinHandle};
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::Findings;
-use isochrone_engine::operate::{ChangeSummary, Client, Entry, Request};
+use isochrone_engine::operate::{Client, Request};
 
 use crate::apply::PreparedApply;
-use crate::control::{
-    ApplyParams, ApplyResult, Begun, ByTask, Caller, Code, Failure, Finding, Part, Reply, Room,
-    Ticket,
-};
+use crate::control::{ApplyParams, Begun, ByTask, Caller, Code, Failure, Finding, Part, Ticket};
 use crate::error::ApplyError;
 use crate::operating::Origin;
 use crate::panics;
 
 use super::Attendant;
+use super::applied::Applied;
 use super::requests::{PATIENCE_NS, failure};
 use super::under_way::{UnderWay, Work};
 
@@ -25,14 +23,6 @@ pub(super) struct Making {
     is_dry: bool,
     allow_missed: bool,
     thread: JoinHandle<Result<PreparedApply, ApplyError>>,
-}
-
-/// What another configuration changes, and which tasks have it.
-pub(super) struct Applied {
-    names: Vec<String>,
-    tasks: ByTask<Part>,
-    summary: ChangeSummary,
-    cost_ns: u64,
 }
 
 impl Attendant {
@@ -100,38 +90,6 @@ impl Attendant {
         let (number, work) = (sent.number, Work::Apply(applied));
         Ok(UnderWay { ticket, number, missing, work, failure: None })
     }
-}
-
-impl Applied {
-    pub(super) fn take(&mut self, entry: &Entry) {
-        if let Some(name) = self.names.get(entry.task) {
-            self.tasks.insert(name.clone(), Part { cycle: entry.cycle, pending: false });
-        }
-    }
-
-    pub(super) fn reply(self) -> Reply {
-        let Self { tasks, summary, cost_ns, .. } = self;
-        let ChangeSummary { added, removed, kept, changed } = summary;
-        let mut room = Room::of_answer();
-        // What has changed is worth more than what has not.
-        let [removed, added, changed, kept] =
-            [removed, added, changed, kept].map(|names| fitting(names, &mut room));
-        Reply::Apply(ApplyResult { tasks, added, removed, kept, changed, cost_ns })
-    }
-}
-
-/// The first names, as many as fit; the last then says how many are left out.
-fn fitting(names: Vec<String>, room: &mut Room) -> Vec<String> {
-    /// For the words.
-    const LEFT_OUT: &str = "and 1000000 more";
-    let all = names.len();
-    let has_words = room.takes(LEFT_OUT);
-    let mut page: Vec<String> = names.into_iter().take_while(|name| room.takes(name)).collect();
-    let left_out = all - page.len();
-    if left_out > 0 && has_words {
-        page.push(format!("and {left_out} more"));
-    }
-    page
 }
 
 fn unapplied(error: ApplyError) -> Failure {

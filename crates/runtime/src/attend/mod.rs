@@ -1,6 +1,7 @@
 //! The requests of other programs to a running node, in threads of their own.
 
 mod answers;
+mod applied;
 mod applying;
 mod requests;
 mod saving;

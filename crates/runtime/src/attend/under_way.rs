@@ -7,7 +7,7 @@ use crate::control::{
     SetResult, Ticket, Values,
 };
 
-use super::applying::Applied;
+use super::applied::Applied;
 
 /// A request under way.
 pub(super) struct UnderWay {

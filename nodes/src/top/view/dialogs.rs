@@ -6,9 +6,9 @@ use ratatui::layout::{Constraint, Rect};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Padding, Paragraph};
 
-use super::text::{plain, value, wrapped};
+use super::text::{plain, value};
 use crate::top::dialog::{Asks, Dialog, Question};
-use crate::top::model::Space;
+use crate::top::message::{Space, message_lines, wrapped};
 use crate::top::palette::Palette;
 
 /// As wide as reads well.
@@ -62,13 +62,6 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, dialog: &Dialog, palette: 
 }
 
 const NOTICE: &str = "The node says";
-
-/// The lines of a message, its title among them: an order can be longer than a title has room for.
-pub(in crate::top) fn message_lines(title: &str, text: &str, space: Space) -> Vec<String> {
-    let title = wrapped(&escaped_lines(title), space.columns);
-    let text = wrapped(&escaped_lines(text), space.columns);
-    [title, vec![String::new()], text].concat()
-}
 
 fn title_of(question: &Question) -> &'static str {
     match question.asks {

@@ -11,9 +11,10 @@ use super::Value;
 use super::fixed::Fixed;
 use super::forces::{AtEnd, Ended};
 use super::journal::{Action, Change, Changed, Client, Entry, Journal, Place, Record};
-use super::order::{Asked, Order, OrderState, Store, Work};
+use super::order::{Asked, Order, OrderState, Work};
 use super::permissions::Permissions;
 use super::signals::{Signal, Signals};
+use super::store::Store;
 use super::warnings::{Warning, Warnings};
 use crate::plan::Plan;
 

@@ -6,10 +6,11 @@ use super::check::Check;
 use super::{Feeds, Forced, Hold, Kind, Operator, Prepared, Request};
 use crate::operate::forces::MAX_FORCES;
 use crate::operate::journal::{Client, Place};
-use crate::operate::order::{Asked, Order, Store, Work};
+use crate::operate::order::{Asked, Order, Work};
 use crate::operate::permissions::Intent;
 use crate::operate::refusal::{AtRefusal, Refusal, Refusals};
 use crate::operate::signals::{Role, Signal};
+use crate::operate::store::Store;
 use crate::operate::warnings::Warning;
 use crate::operate::{Pattern, Value};
 

@@ -1,7 +1,7 @@
 //! The index of a plan's names.
 
+use super::published::Published;
 use super::{Block, Import, Input, Run, Signals, Task, split};
-use crate::operate::taint::Published;
 use crate::plan::{InputPlan, LinkPlan, Plan, TaskPlan, WirePlan};
 
 impl Signals {

@@ -3,16 +3,17 @@
 mod build;
 mod kept;
 mod matches;
+mod published;
 
 use isochrone_blocks::{BlockType, Pin, PinType};
 
 use super::refusal::Refusal;
-use super::taint;
 use crate::nearest::Known;
 use crate::plan::{InputPart, WirePlan};
 
 pub(super) use kept::{ChangedPin, Kept};
 pub use matches::Matches;
+use published::Published;
 
 /// Every name of a node: what it stands for, and where its value is.
 ///
@@ -40,7 +41,7 @@ pub(super) struct Task {
     delayed: Box<[u32]>,
     imports: Box<[Import]>,
     /// Slots of each output, then of each value for other tasks.
-    pub(super) published: taint::Published,
+    pub(super) published: Published,
 }
 
 /// What another task gives.

@@ -1,0 +1,45 @@
+//! What has become of another configuration.
+
+use isochrone_engine::operate::{ChangeSummary, Entry};
+
+use crate::control::{ApplyResult, ByTask, Part, Reply, Room};
+
+/// What another configuration changes, and which tasks have it.
+pub(super) struct Applied {
+    pub(super) names: Vec<String>,
+    pub(super) tasks: ByTask<Part>,
+    pub(super) summary: ChangeSummary,
+    pub(super) cost_ns: u64,
+}
+
+impl Applied {
+    pub(super) fn take(&mut self, entry: &Entry) {
+        if let Some(name) = self.names.get(entry.task) {
+            self.tasks.insert(name.clone(), Part { cycle: entry.cycle, pending: false });
+        }
+    }
+
+    pub(super) fn reply(self) -> Reply {
+        let Self { tasks, summary, cost_ns, .. } = self;
+        let ChangeSummary { added, removed, kept, changed } = summary;
+        let mut room = Room::of_answer();
+        // What has changed is worth more than what has not.
+        let [removed, added, changed, kept] =
+            [removed, added, changed, kept].map(|names| fitting(names, &mut room));
+        Reply::Apply(ApplyResult { tasks, added, removed, kept, changed, cost_ns })
+    }
+}
+
+/// The first names, as many as fit; the last then says how many are left out.
+fn fitting(names: Vec<String>, room: &mut Room) -> Vec<String> {
+    /// For the words.
+    const LEFT_OUT: &str = "and 1000000 more";
+    let all = names.len();
+    let has_words = room.takes(LEFT_OUT);
+    let mut page: Vec<String> = names.into_iter().take_while(|name| room.takes(name)).collect();
+    let left_out = all - page.len();
+    if left_out > 0 && has_words {
+        page.push(format!("and {left_out} more"));
+    }
+    page
+}
