@@ -1,4 +1,6 @@
-//! What peers cost the cycle: eight that watch its telemetry, and twenty a second that come and go.
+//! What peers cost the cycle: eight that watch its telemetry, twenty a second that come and go, and those
+//! who operate the node: eight that ask for values 50 times a second each, one that sets 100 times a
+//! second, and one that changes the configuration once a second.
 //!
 //! The arms take turns, forth and back. `quiet` and `quiet again` are the same thing twice: what lies
 //! between them is noise. Peers run on another CPU than the node, so that they meet it in shared
@@ -6,16 +8,21 @@
 //!
 //! ```text
 //! cargo bench -p isochrone-benches --bench peers -- --rounds 10 --seconds 6
+//! cargo bench -p isochrone-benches --bench peers -- --arms quiet,pollers,setter,changes --instances 1000
 //! ```
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use clap::Parser;
 use isochrone_benches::{Bench, Failure, take_turns, us};
+use isochrone_ipc::Participant;
+use isochrone_machine::CpuList;
 use isochrone_processes::Child;
+use isochrone_runtime::control::{ApplyParams, Client, ClientError, SetParams};
 use isochrone_timing::{Distribution, TaskReport};
+use rustix::thread::CpuSet;
 
 #[derive(Parser)]
 struct Args {
@@ -32,8 +39,15 @@ struct Args {
     #[arg(long, default_value = "0")]
     peer_cpus: String,
     /// Arms, by name
-    #[arg(long, value_delimiter = ',', default_value = "quiet,quiet again,observers,storm")]
+    #[arg(
+        long,
+        value_delimiter = ',',
+        default_value = "quiet,quiet again,observers,storm,pollers,setter,changes"
+    )]
     arms: Vec<String>,
+    /// Ramps that the node runs beside the one that is asked for
+    #[arg(long, default_value_t = 1)]
+    instances: usize,
     /// Only see whether every arm runs
     #[arg(long)]
     test: bool,
@@ -45,6 +59,12 @@ struct Args {
 const OBSERVERS: usize = 8;
 /// Twenty a second.
 const STORM_INTERVAL: Duration = Duration::from_millis(50);
+/// Between two looks of a poller, two transactions of the setter, and two changes.
+const POLL_HZ: u32 = 50;
+const SET_INTERVAL: Duration = Duration::from_millis(10);
+const CHANGE_INTERVAL: Duration = Duration::from_secs(1);
+/// How long an operator waits for an answer.
+const PATIENCE: Duration = Duration::from_secs(5);
 /// How long the node and its observers need to start, and how long a peer of the storm stays.
 const SETTLING: Duration = Duration::from_millis(300);
 const STAY: Duration = Duration::from_millis(120);
@@ -52,6 +72,7 @@ const STAY: Duration = Duration::from_millis(120);
 const NODE: &str = r#"
 [node]
 name = "bench"
+control = "force"
 [[task]]
 name = "bench"
 period = "1ms"
@@ -65,7 +86,12 @@ name = "ramp"
 type = "LimRateOfChangeCI"
 [block.in]
 value = "raw"
-setChangeRate = 1.0
+setChangeRate = RATE
+[[block]]
+name = "more"
+type = "LimRateOfChangeCI"
+count = INSTANCES
+in = { value = "raw", setChangeRate = RATE }
 [[output]]
 service = "bench/out"
 signals = ["ramp.delayedValue"]
@@ -80,6 +106,15 @@ struct Arm {
     missed: u64,
     connects: u64,
     connect_errors: u64,
+    operated: Operated,
+}
+
+/// What operators did, and how long each waited for the answer.
+#[derive(Default)]
+struct Operated {
+    requests: u64,
+    refused: u64,
+    wait: Distribution,
 }
 
 fn main() -> Result<(), Failure> {
@@ -90,7 +125,10 @@ fn main() -> Result<(), Failure> {
     let bench = Bench::new()?;
     let named = |name: &String| Arm { name: name.clone(), ..Arm::default() };
     let mut arms: Vec<Arm> = args.arms.iter().map(named).collect();
-    take_turns(args.rounds, &mut arms, |arm| arm.take(&turn(&bench, &args, &arm.name)?))?;
+    take_turns(args.rounds, &mut arms, |arm| {
+        let task = turn(&bench, &args, &arm.name, &mut arm.operated)?;
+        arm.take(&task)
+    })?;
     print(&args, &arms);
     Ok(())
 }
@@ -113,8 +151,13 @@ impl Arm {
 }
 
 /// Runs the node once, among the arm's peers.
-fn turn(bench: &Bench, args: &Args, arm: &str) -> Result<TaskReport, Failure> {
-    let node = bench.start(&[], &NODE.replace("CPU", &args.cpu.to_string()), args.seconds)?;
+fn turn(
+    bench: &Bench,
+    args: &Args,
+    arm: &str,
+    operated: &mut Operated,
+) -> Result<TaskReport, Failure> {
+    let node = bench.start(&[], &configuration(args, 1.0), args.seconds)?;
     thread::sleep(SETTLING);
     let peers = Peers { bench, cpus: &args.peer_cpus };
     let over = AtomicBool::new(false);
@@ -123,10 +166,18 @@ fn turn(bench: &Bench, args: &Args, arm: &str) -> Result<TaskReport, Failure> {
             "quiet" | "quiet again" => Ok(()),
             "observers" => peers.watch(&over),
             "storm" => peers.storm(&over),
-            other => {
-                Err(format!("no arm \"{other}\"; there are: quiet, quiet again, observers, storm")
-                    .into())
-            }
+            "pollers" => peers.poll(&over),
+            "setter" => peers.operate(&over, SET_INTERVAL, operated, |client, round| {
+                let rate = 1.0 + (round % 2) as f64;
+                let values = [("ramp.setChangeRate", rate)].into_iter().collect();
+                client.call(&SetParams { values, ..SetParams::default() }).map(drop)
+            }),
+            "changes" => peers.operate(&over, CHANGE_INTERVAL, operated, |client, round| {
+                let rate = 2.0 - (round % 2) as f64;
+                let configuration = configuration(args, rate);
+                client.call(&ApplyParams { configuration, ..ApplyParams::default() }).map(drop)
+            }),
+            other => Err(format!("no arm \"{other}\"; the default names all").into()),
         });
         let report = node.report();
         over.store(true, Ordering::Relaxed);
@@ -139,6 +190,12 @@ fn turn(bench: &Bench, args: &Args, arm: &str) -> Result<TaskReport, Failure> {
         .next()
         .map(|arm| arm.task)
         .ok_or_else(|| "the report has no task".into())
+}
+
+fn configuration(args: &Args, rate: f64) -> String {
+    NODE.replace("CPU", &args.cpu.to_string())
+        .replace("INSTANCES", &args.instances.to_string())
+        .replace("RATE", &format!("{rate:?}"))
 }
 
 struct Peers<'a> {
@@ -158,6 +215,48 @@ impl Peers<'_> {
         let _observers = (0..OBSERVERS).map(observe).collect::<Result<Vec<Peer>, Failure>>()?;
         while !over.load(Ordering::Relaxed) {
             thread::sleep(STORM_INTERVAL);
+        }
+        Ok(())
+    }
+
+    /// Asks for values from several processes until it is over.
+    fn poll(&self, over: &AtomicBool) -> Result<(), Failure> {
+        let watch = format!("watch bench ramp.delayedValue --rate {POLL_HZ}");
+        let poll = |_| self.start(&watch);
+        let _pollers = (0..OBSERVERS).map(poll).collect::<Result<Vec<Peer>, Failure>>()?;
+        while !over.load(Ordering::Relaxed) {
+            thread::sleep(STORM_INTERVAL);
+        }
+        Ok(())
+    }
+
+    /// Does something to the node again and again, on the CPUs of the peers, until it is over.
+    fn operate(
+        &self,
+        over: &AtomicBool,
+        interval: Duration,
+        operated: &mut Operated,
+        ask: impl Fn(&mut Client, u64) -> Result<(), ClientError>,
+    ) -> Result<(), Failure> {
+        rustix::thread::sched_setaffinity(None, &cpus(self.cpus)?)?;
+        let participant = Participant::join("operator", self.bench.domain())?;
+        let mut client = Client::connect(&participant, "bench", PATIENCE)?;
+        for round in 0.. {
+            if over.load(Ordering::Relaxed) {
+                break;
+            }
+            let begin = Instant::now();
+            match ask(&mut client, round) {
+                Ok(()) => {
+                    operated.requests += 1;
+                    let waited = begin.elapsed().as_nanos();
+                    operated.wait.record(u64::try_from(waited).unwrap_or(u64::MAX));
+                }
+                Err(ClientError::Refused(_)) => operated.refused += 1,
+                // The node has ended.
+                Err(_) => break,
+            }
+            thread::sleep(interval.saturating_sub(begin.elapsed()));
         }
         Ok(())
     }
@@ -205,6 +304,14 @@ impl Drop for Peer {
     }
 }
 
+/// A list of CPUs as an affinity.
+fn cpus(list: &str) -> Result<CpuSet, Failure> {
+    let list = CpuList::parse(list).ok_or_else(|| format!("\"{list}\" is no list of CPUs"))?;
+    let mut set = CpuSet::new();
+    (0..CpuSet::MAX_CPU).filter(|cpu| list.contains(*cpu)).for_each(|cpu| set.set(cpu));
+    Ok(set)
+}
+
 fn print(args: &Args, arms: &[Arm]) {
     println!(
         "in us, period 1 ms, {} turns of {} s each, alternating; {OBSERVERS} observers, {} peers a second",
@@ -244,6 +351,14 @@ fn print(args: &Args, arms: &[Arm]) {
             execution(0.5),
             execution(0.99),
             execution(0.999)
+        );
+    }
+    for arm in arms.iter().filter(|arm| arm.operated.requests + arm.operated.refused > 0) {
+        let Operated { requests, refused, wait } = &arm.operated;
+        let [p50, p99, max] = [0.5, 0.99, 1.0].map(|quantile| us(wait.quantile(quantile)));
+        println!(
+            "{}: {requests} answered, {refused} refused; request to answer p50 {p50}, p99 {p99}, max {max}",
+            arm.name
         );
     }
 }

@@ -39,6 +39,11 @@ impl Bench {
         Ok(Self { program: build(Profile::Release)?, domain: IsolatedDomain::new("bench")? })
     }
 
+    /// The domain of the bench.
+    pub fn domain(&self) -> &IsolatedDomain {
+        &self.domain
+    }
+
     /// A file in the bench's folder.
     pub fn path(&self, name: &str) -> PathBuf {
         self.domain.folder().join(name)

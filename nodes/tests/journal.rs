@@ -54,6 +54,22 @@ task = "fast"
 signals = ["ramp.delayedValue", "scale.y"]
 "#;
 
+/// A ramp that is put between the ramp and the scale.
+const MORE: &str = r#"[[block]]
+name = "more"
+type = "LimRateOfChangeCI"
+task = "fast"
+in = { value = "ramp.delayedValue", setChangeRate = 100.0 }
+"#;
+
+/// The configuration with another block, another wire and another constant.
+fn changed() -> String {
+    let scale = "[[block]]\nname = \"scale\"";
+    TANK.replace(scale, &format!("{MORE}{scale}"))
+        .replace("x = \"ramp.delayedValue\"", "x = \"more.delayedValue\"")
+        .replace("y2 = 1.0", "y2 = 3.0")
+}
+
 /// A subscriber that writes down every frame.
 fn record(domain: &Domain, service: &str, file: &str) -> Process {
     let mut subscriber = domain.start(&format!("subscribe {service} --csv {file}"));
@@ -96,7 +112,7 @@ fn simulate(domain: &Domain, more: &str) -> Ended {
 }
 
 #[test]
-fn a_run_with_sets_forces_and_undos_is_simulated_bit_for_bit() {
+fn a_run_with_sets_forces_undos_and_an_online_change_is_simulated_bit_for_bit() {
     let domain = Domain::new();
     domain.write("tank.toml", TANK);
     // A run before it, whose transactions and forces are not this one's.
@@ -113,6 +129,9 @@ fn a_run_with_sets_forces_and_undos_is_simulated_bit_for_bit() {
     operate(&domain, "force tank level=7.25 --seconds 0.2");
     operate(&domain, "force tank level.ok=false scale.x=3.125 --seconds 0.1");
     operate(&domain, "set tank ramp.setChangeRate=12 after.setChangeRate=0.1");
+    domain.write("changed.toml", &changed());
+    operate(&domain, "apply tank changed.toml");
+    operate(&domain, "set tank more.setChangeRate=4.5");
     operate(&domain, "force tank ramp.delayedValue=-4 --hold");
     // The input goes to its default meanwhile.
     publisher.kill();
