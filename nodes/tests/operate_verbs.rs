@@ -169,7 +169,7 @@ fn what_cannot_be_set_is_refused_whole_with_every_reason() {
         &[
             "nothing was changed",
             "50",
-            "did you mean \"setChangeRate\"?",
+            "did you mean \"ramp.setChangeRate\"?",
             "\"ramp.value\"",
             "[[protect]]",
             "\"beat.numberSteps\"",

@@ -185,13 +185,13 @@ fn every_name_of_a_node_is_found_with_its_role() {
 fn a_name_that_is_not_there_is_answered_with_the_one_that_was_meant() {
     let hand = Hand::new(NODE);
     let rows = [
-        ("rmp.0.value", "did you mean \"ramp\"?"),
-        ("ramp.0.valu", "did you mean \"value\"?"),
+        ("rmp.0.value", "did you mean \"ramp.0.value\"?"),
+        ("ramp.0.valu", "did you mean \"ramp.0.value\"?"),
         ("ramp.2.value", "the instances of ramp are ramp.0 to ramp.1"),
         ("ramp.value", "the instances of ramp are ramp.0 to ramp.1"),
         ("ramp.00.value", "the instances of ramp are ramp.0 to ramp.1"),
         ("scale.0.x", "scale is a single block: \"scale.x\""),
-        ("raw.oky", "did you mean \"ok\"?"),
+        ("raw.oky", "did you mean \"raw.ok\"?"),
         ("rw", "did you mean \"raw\"?"),
         ("", "there is: raw, "),
         ("zzz.zzz.zzz.zzz", "there is: raw, "),
@@ -240,7 +240,7 @@ fn a_request_is_answered_with_all_that_is_wrong_with_it() {
     let found = messages(hand.operator.set(values, Request::default(), &[0, 0]));
     let expected = [
         "\"free.value\" stands twice",
-        "there is no signal \"fre.value\"; did you mean \"free\"?",
+        "there is no signal \"fre.value\"; did you mean \"free.value\"?",
         "\"scale.x\" is wired to \"raw\"",
         "\"scale.y\" is an output pin",
         "\"raw\" is an input, which is read from service \"plant/raw\"; publish",
@@ -500,7 +500,7 @@ fn only_what_is_forced_can_be_released_by_name_or_by_pattern() {
     };
     assert!(release(&hand, "free.value").starts_with("\"free.value\" is not forced"));
     assert!(release(&hand, "ramp.*.value").starts_with("\"ramp.*.value\" is not forced"));
-    assert!(release(&hand, "rmp.*.value").contains("did you mean \"ramp\"?"));
+    assert!(release(&hand, "rmp.*.value").contains("did you mean \"ramp.*.value\"?"));
     hand.force([("ramp.0.value", 1.0.into()), ("ramp.1.value", 2.0.into())], Hold::UntilReleased);
     hand.step(0);
     assert_eq!(hand.operator.forces().count(), 2);

@@ -190,9 +190,9 @@ fn a_value_that_cannot_be_set_is_refused_with_the_way_out_and_nothing_is_written
         refusals.to_string()
     };
     let error = refused("ramp.setChangeRat", 1.0);
-    assert!(error.contains("did you mean \"setChangeRate\"?"), "{error}");
+    assert!(error.contains("did you mean \"ramp.setChangeRate\"?"), "{error}");
     let error = refused("rmp.setChangeRate", 1.0);
-    assert!(error.contains("did you mean \"ramp\"?"), "{error}");
+    assert!(error.contains("did you mean \"ramp.setChangeRate\"?"), "{error}");
     assert!(refused("ramp.value", 1.0).contains("is wired to \"wanted\""));
     assert!(refused("ramp.delayedValue", 1.0).contains("is an output pin"));
     for value in [0.5, 40_000.0, f64::NAN] {

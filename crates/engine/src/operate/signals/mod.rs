@@ -293,10 +293,12 @@ impl Signals {
         let (owner, pin) = name.rsplit_once('.').unwrap_or((name, ""));
         if let Some((run, _)) = self.instance(owner) {
             let pins = run.block_type.inputs.iter().chain(run.block_type.outputs);
-            return Known::new(pins.map(|pin| pin.name)).suggestion(pin);
+            let known = Known::new(pins.map(|pin| pin.name));
+            return suggestion(&known, pin, |pin| format!("{owner}.{pin}"));
         }
         if self.input(owner).is_some() {
-            return Known::new(["ok", "age"]).suggestion(pin);
+            let known = Known::new(["ok", "age"]);
+            return suggestion(&known, pin, |pin| format!("{owner}.{pin}"));
         }
         let base = name.split('.').next().unwrap_or_default();
         if let Some(block) = self.block(base) {
@@ -309,7 +311,9 @@ impl Signals {
             Some(&*self.tasks.get(*task as usize)?.inputs.get(*input as usize)?.name)
         });
         let blocks = self.blocks.iter().map(|block| &*block.name);
-        Known::new(inputs.chain(blocks)).suggestion(base)
+        let known = Known::new(inputs.chain(blocks));
+        let rest = name.strip_prefix(base).unwrap_or_default();
+        suggestion(&known, base, |base| format!("{base}{rest}"))
     }
 
     fn block(&self, name: &str) -> Option<&Block> {
@@ -386,5 +390,13 @@ fn split(instance: &str) -> Option<(&str, Option<u32>)> {
             let is_written_so = number == "0" || !number.starts_with(['0', '+']);
             is_written_so.then_some((base, Some(parsed)))
         }
+    }
+}
+
+/// The name that was probably meant, whole, so that it can be copied; or else those that exist.
+fn suggestion(known: &Known<'_>, written: &str, whole: impl Fn(&str) -> String) -> String {
+    match known.nearest(written) {
+        Some(near) => format!("did you mean \"{}\"?", whole(near)),
+        None => known.listing(),
     }
 }
