@@ -175,7 +175,8 @@ fn what_is_set_and_forced_is_acknowledged_read_undone_released_and_kept_in_the_j
     let later = node.call(&SetParams { at: Some(at), ..set([("ramp.value", 7.0)]) });
     assert!(later.tasks["fast"].cycle >= at);
 
-    let undone = node.call(&UndoParams { transaction: done.transaction });
+    let bert = Some("bert".to_owned());
+    let undone = node.call(&UndoParams { transaction: done.transaction, client: bert.clone() });
     assert_eq!(undone.before.get("late.value"), number(3.0));
     assert_eq!(node.get(&["late.value"]).get("late.value"), number(1.0));
 
@@ -185,7 +186,7 @@ fn what_is_set_and_forced_is_acknowledged_read_undone_released_and_kept_in_the_j
     let [known] = &node.call(&ForcesParams::default()).forces[..] else { panic!() };
     assert_eq!((&*known.name, known.since_cycle), ("scale.y", forced.tasks["fast"].cycle));
     assert!(node.client.signals(Some("scale.y")).unwrap()[0].forced);
-    node.call(&ReleaseParams { names: vec!["*.*".to_owned()] });
+    node.call(&ReleaseParams { names: vec!["*.*".to_owned()], client: bert });
     assert!(node.call(&ForcesParams::default()).forces.is_empty());
     let short = node.call(&force([("ramp.value", 9.0)], Hold::Seconds(0.05)));
     let until = short.until["fast"].unwrap();
@@ -199,6 +200,9 @@ fn what_is_set_and_forced_is_acknowledged_read_undone_released_and_kept_in_the_j
     assert_eq!(journal.total, 9);
     let first = &journal.entries[0];
     assert_eq!((first.client.as_deref(), first.comment.as_deref()), (Some("anna"), Some("slower")));
+    for entry in journal.entries.iter().filter(|one| matches!(one.action, Undo | Release)) {
+        assert_eq!(entry.client.as_deref(), Some("bert"), "{entry:?}");
+    }
     assert_eq!(first.process, Some(std::process::id()));
     let expiry = &journal.entries[8];
     assert!(expiry.cycle >= until && expiry.transaction == short.transaction);
@@ -281,8 +285,13 @@ fn what_cannot_be_done_is_refused_with_its_code_and_all_findings_and_changes_not
     let comment = Some("x".repeat(2000));
     let failure = node.refused(&SetParams { comment, ..set([("ramp.value", 1.0)]) });
     assert_eq!(failure.code, Code::InvalidParams);
-    let failure = node.refused(&UndoParams { transaction: 17 });
+    let failure = node.refused(&UndoParams { transaction: 17, client: None });
     assert_eq!(failure.code, Code::UnknownName);
+    let long = Some("x".repeat(101));
+    let failure = node.refused(&UndoParams { transaction: 17, client: long.clone() });
+    assert_eq!(failure.code, Code::InvalidParams);
+    let failure = node.refused(&ReleaseParams { names: vec!["*".to_owned()], client: long });
+    assert_eq!(failure.code, Code::InvalidParams);
     let failure = node.refused(&force([("ramp.value", 1.0)], Hold::Seconds(0.0)));
     assert_eq!(failure.code, Code::WrongValue);
     assert!(node.call(&JournalParams::default()).entries.is_empty());

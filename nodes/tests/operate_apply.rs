@@ -80,7 +80,8 @@ impl Node {
         self.call(&ApplyParams {
             configuration: configuration.to_owned(),
             allow_missed: Some(true),
-            dry_run: None,
+            client: Some("anna".to_owned()),
+            ..ApplyParams::default()
         })
     }
 
@@ -134,8 +135,9 @@ fn a_ramp_goes_on_without_a_bump_while_a_thousand_blocks_come_and_go() {
     let description = node.call(&DescribeParams {});
     assert!(description.configuration.changed);
     let entries = node.call(&JournalParams::default()).entries;
-    let applied = entries.iter().filter(|entry| entry.action == Action::Apply);
-    assert_eq!(applied.count(), 12, "one for each task");
+    let applied: Vec<_> = entries.iter().filter(|entry| entry.action == Action::Apply).collect();
+    assert_eq!(applied.len(), 12, "one for each task");
+    assert!(applied.iter().all(|entry| entry.client.as_deref() == Some("anna")), "{applied:?}");
     assert_eq!(node.call(&AlarmsParams::default()).total, 0);
     node.process.stop().expect_code(0);
 }
@@ -145,7 +147,7 @@ fn a_dry_run_says_what_would_change_and_changes_nothing() {
     let mut node = Node::start(NODE);
     let dry_run = Some(true);
     let configuration = with_blocks(3).replace("value = 1e9", "value = 1e8");
-    let result = node.call(&ApplyParams { configuration, dry_run, allow_missed: None });
+    let result = node.call(&ApplyParams { configuration, dry_run, ..ApplyParams::default() });
     assert!(result.tasks.is_empty(), "{result:?}");
     assert_eq!((result.added, result.changed), (vec!["more".into()], vec!["ramp.value".into()]));
     assert!(node.call(&JournalParams::default()).entries.is_empty());
@@ -178,7 +180,7 @@ fn what_is_wrong_with_a_configuration_is_said_and_changes_nothing() {
         (failure.code, &*failure.findings[0].name),
         (Code::CannotChange, "late.delayedValue")
     );
-    node.call(&ReleaseParams { names: vec!["late.*".into()] });
+    node.call(&ReleaseParams { names: vec!["late.*".into()], client: None });
     let entries = node.call(&JournalParams::default()).entries;
     assert!(entries.iter().all(|entry| entry.action != Action::Apply));
     let result = node.apply(&NODE.replace("\"late\"", "\"later\""));

@@ -55,8 +55,9 @@ fn what_a_client_writes_is_what_a_node_reads() {
     check(signals.clone(), Call::Signals(signals));
     let journal = JournalParams { since: Some(u64::MAX), limit: None };
     check(journal.clone(), Call::Journal(journal));
-    check(UndoParams { transaction: 3 }, Call::Undo(UndoParams { transaction: 3 }));
-    let release = ReleaseParams { names: vec!["*".into()] };
+    let undo = UndoParams { transaction: 3, client: Some("anna".into()) };
+    check(undo.clone(), Call::Undo(undo));
+    let release = ReleaseParams { names: vec!["*".into()], client: Some("anna".into()) };
     check(release.clone(), Call::Release(release));
     let apply = ApplyParams { configuration: "[node]\n".into(), ..ApplyParams::default() };
     check(apply.clone(), Call::Apply(apply));

@@ -1,7 +1,5 @@
 //! `alarms`: what is wrong now.
 
-use std::time::{Duration, Instant};
-
 use isochrone_runtime::control::{ActiveAlarm, AlarmsParams};
 use serde_json::json;
 
@@ -9,9 +7,6 @@ use super::node::{self, Node};
 use crate::failure::Failure;
 use crate::table::Table;
 use crate::terminal;
-
-/// As soon as people notice.
-const LOOK_INTERVAL: Duration = Duration::from_millis(100);
 
 /// List what is wrong in a running node now
 ///
@@ -57,8 +52,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 
 fn follow(node: &mut Node, first: Vec<ActiveAlarm>, json: bool) -> Result<(), Failure> {
     let mut known: Vec<ActiveAlarm> = Vec::new();
-    let mut now = first;
-    loop {
+    let tell = |now: Vec<ActiveAlarm>| {
         for (alarm, change) in changes(&known, &now) {
             terminal::print(&if json {
                 terminal::json_line(&json!({"change": change.word(), "alarm": alarm}))?
@@ -73,13 +67,9 @@ fn follow(node: &mut Node, first: Vec<ActiveAlarm>, json: bool) -> Result<(), Fa
             })?;
         }
         known = now;
-        node.sleep_until(Instant::now() + LOOK_INTERVAL);
-        let read = of(node);
-        match node.unless_ended(read)? {
-            Some(alarms) => now = alarms,
-            None => return Ok(()),
-        }
-    }
+        Ok(())
+    };
+    node.follow(first, tell, of)
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,15 +109,10 @@ fn status(alarm: &ActiveAlarm) -> String {
 
 /// All alarms of a node.
 fn of(node: &mut Node) -> Result<Vec<ActiveAlarm>, Failure> {
-    let mut alarms = Vec::new();
-    loop {
-        let page = node.call(&AlarmsParams { offset: Some(alarms.len() as u64), limit: None })?;
-        let is_last = page.alarms.is_empty();
-        alarms.extend(page.alarms);
-        if is_last || alarms.len() as u64 >= page.total {
-            return Ok(alarms);
-        }
-    }
+    node.pages(
+        |offset| AlarmsParams { offset: Some(offset), limit: None },
+        |page| (page.total, page.alarms),
+    )
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use isochrone_runtime::control::{ApplyParams, ApplyResult};
 use isochrone_timing::units::counted;
 
 use super::node;
-use super::transaction::since;
+use super::transaction::{client, since};
 use crate::failure::Failure;
 use crate::table::Table;
 use crate::terminal;
@@ -44,6 +44,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         configuration: source.text.to_string(),
         dry_run: Some(args.dry_run),
         allow_missed: Some(args.allow_missed),
+        client: client(),
     })?;
     if args.json {
         return terminal::print_json(&result);

@@ -51,13 +51,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 
 /// All forces of a node.
 pub(super) fn of(node: &mut Node) -> Result<Vec<Force>, Failure> {
-    let mut forces = Vec::new();
-    loop {
-        let page = node.call(&ForcesParams { offset: Some(forces.len() as u64), limit: None })?;
-        let is_last = page.forces.is_empty();
-        forces.extend(page.forces);
-        if is_last || forces.len() as u64 >= page.total {
-            return Ok(forces);
-        }
-    }
+    node.pages(
+        |offset| ForcesParams { offset: Some(offset), limit: None },
+        |page| (page.total, page.forces),
+    )
 }

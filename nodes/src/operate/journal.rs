@@ -1,6 +1,6 @@
 //! `journal`: what operators did.
 
-use std::time::{Duration, Instant};
+use std::cell::Cell;
 
 use isochrone_runtime::control::{Action, JournalEntry, JournalParams};
 use jiff::Timestamp;
@@ -9,9 +9,6 @@ use super::node::{self, Node};
 use crate::failure::Failure;
 use crate::table::Table;
 use crate::terminal;
-
-/// As soon as people notice.
-const LOOK_INTERVAL: Duration = Duration::from_millis(100);
 
 /// List what operators did to a running node
 ///
@@ -50,20 +47,15 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 }
 
 fn follow(node: &mut Node, first: Vec<JournalEntry>, json: bool) -> Result<(), Failure> {
-    let mut entries = first;
-    let mut next = None;
-    loop {
+    let next = Cell::new(None);
+    let tell = |entries: Vec<JournalEntry>| {
         for entry in entries {
             terminal::print(&if json { terminal::json_line(&entry)? } else { text(&entry) })?;
-            next = Some(entry.sequence + 1);
+            next.set(Some(entry.sequence + 1));
         }
-        node.sleep_until(Instant::now() + LOOK_INTERVAL);
-        let read = since(node, next);
-        match node.unless_ended(read)? {
-            Some(more) => entries = more,
-            None => return Ok(()),
-        }
-    }
+        Ok(())
+    };
+    node.follow(first, tell, |node| since(node, next.get()))
 }
 
 /// The entries from a sequence number on, or all.

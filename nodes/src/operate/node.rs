@@ -94,6 +94,36 @@ impl Node {
         self.client.call(params).map_err(failure)
     }
 
+    /// Asks it for all items of a result, as [`Client::pages`] does.
+    pub(super) fn pages<P: Params, T>(
+        &mut self,
+        params: impl Fn(u64) -> P,
+        items: impl FnMut(P::Result) -> (u64, Vec<T>),
+    ) -> Result<Vec<T>, Failure> {
+        self.client.pages(params, items).map_err(failure)
+    }
+
+    /// Tells what was read first, then reads and tells what there is now, until the verb is to end.
+    pub(super) fn follow<T>(
+        &mut self,
+        first: T,
+        mut tell: impl FnMut(T) -> Result<(), Failure>,
+        mut read: impl FnMut(&mut Self) -> Result<T, Failure>,
+    ) -> Result<(), Failure> {
+        /// As soon as people notice.
+        const INTERVAL: Duration = Duration::from_millis(100);
+        let mut now = first;
+        loop {
+            tell(now)?;
+            self.sleep_until(Instant::now() + INTERVAL);
+            let read = read(self);
+            match self.unless_ended(read)? {
+                Some(next) => now = next,
+                None => return Ok(()),
+            }
+        }
+    }
+
     /// Its signals, or those that a name or glob matches.
     pub(crate) fn signals(
         &mut self,
@@ -120,23 +150,17 @@ impl Node {
             });
             let (asked, later) = rest.split_at(fits.count().max(1));
             rest = later;
-            let mut read = 0;
-            loop {
-                let names = asked.to_vec();
-                let page = self.call(&GetParams { names, offset: Some(read), limit: None })?;
-                read += page.values.0.len() as u64;
-                let is_last = page.values.0.is_empty() || read >= page.total;
-                reading.values.0.extend(page.values.0);
+            let params =
+                |offset| GetParams { names: asked.to_vec(), offset: Some(offset), limit: None };
+            reading.values.0.extend(self.pages(params, |page| {
                 for (task, at) in page.tasks {
                     match reading.tasks.get(&task) {
                         Some(known) if known.cycle != at.cycle => mixed.push(task),
                         _ => drop(reading.tasks.insert(task, at)),
                     }
                 }
-                if is_last {
-                    break;
-                }
-            }
+                (page.total, page.values.0)
+            })?);
         }
         reading.tasks.retain(|task, _| !mixed.contains(task));
         Ok(reading)

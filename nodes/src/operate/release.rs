@@ -2,7 +2,7 @@
 
 use isochrone_runtime::control::ReleaseParams;
 
-use super::transaction::Transaction;
+use super::transaction::{Transaction, client};
 use super::{forces, node};
 use crate::failure::Failure;
 use crate::terminal;
@@ -38,7 +38,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             return if args.json { terminal::print_json(&()) } else { Ok(()) };
         }
     }
-    let result = node.call(&ReleaseParams { names })?;
+    let result = node.call(&ReleaseParams { names, client: client() })?;
     if args.json {
         return terminal::print_json(&result);
     }

@@ -6,7 +6,7 @@ use isochrone_runtime::control::{Action, UndoParams};
 
 use super::journal;
 use super::node::{self, Node};
-use super::transaction::Transaction;
+use super::transaction::{Transaction, client};
 use crate::failure::Failure;
 use crate::terminal;
 
@@ -33,7 +33,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         Some(transaction) => transaction,
         None => last_set(&mut node)?,
     };
-    let result = node.call(&UndoParams { transaction })?;
+    let result = node.call(&UndoParams { transaction, client: client() })?;
     if args.json {
         return terminal::print_json(&result);
     }

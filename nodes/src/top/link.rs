@@ -6,8 +6,7 @@ use std::time::{Duration, Instant};
 
 use isochrone_ipc::{Participant, ipc};
 use isochrone_runtime::control::{
-    Client, ClientError, ForceParams, Params, ReleaseParams, SetParams, SetResult, UndoParams,
-    Values,
+    Client, ClientError, ForceParams, ReleaseParams, SetParams, SetResult, UndoParams, Values,
 };
 
 use super::news::{Done, Order};
@@ -51,23 +50,6 @@ impl Link {
         })
     }
 
-    /// All pages of a result.
-    pub(super) fn pages<P: Params, T>(
-        &mut self,
-        params: impl Fn(u64) -> P,
-        items: impl Fn(P::Result) -> (u64, Vec<T>),
-    ) -> Result<Vec<T>, ClientError> {
-        let mut all = Vec::new();
-        loop {
-            let (total, page) = items(self.client.call(&params(all.len() as u64))?);
-            let is_last = page.is_empty();
-            all.extend(page);
-            if is_last || all.len() as u64 >= total {
-                return Ok(all);
-            }
-        }
-    }
-
     pub(super) fn give(&mut self, order: &Order) -> Result<Done, ClientError> {
         let result = match order.clone() {
             Order::Set { name, value } => {
@@ -90,8 +72,12 @@ impl Link {
                     warnings: forced.warnings,
                 }
             }
-            Order::Release { name } => self.client.call(&ReleaseParams { names: vec![name] })?,
-            Order::Undo { transaction } => self.client.call(&UndoParams { transaction })?,
+            Order::Release { name } => {
+                self.client.call(&ReleaseParams { names: vec![name], client: client() })?
+            }
+            Order::Undo { transaction } => {
+                self.client.call(&UndoParams { transaction, client: client() })?
+            }
         };
         Ok(Done {
             order: order.clone(),

@@ -216,11 +216,11 @@ impl Asking {
             let signals = link.client.signals(None)?;
             self.tell(News::Joined { node, signals });
         }
-        self.tell(News::Alarms(link.pages(
+        self.tell(News::Alarms(link.client.pages(
             |offset| AlarmsParams { offset: Some(offset), limit: None },
             |page| (page.total, page.alarms),
         )?));
-        self.tell(News::Forces(link.pages(
+        self.tell(News::Forces(link.client.pages(
             |offset| ForcesParams { offset: Some(offset), limit: None },
             |page| (page.total, page.forces),
         )?));

@@ -4,7 +4,6 @@ use std::thread::{self, JoinHandle};
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::Findings;
-use isochrone_engine::operate::{Client, Request};
 
 use crate::apply::PreparedApply;
 use crate::control::{ApplyParams, Begun, ByTask, Caller, Code, Failure, Finding, Part, Ticket};
@@ -14,7 +13,7 @@ use crate::panics;
 
 use super::Attendant;
 use super::applied::Applied;
-use super::requests::{PATIENCE_NS, failure};
+use super::requests::{Beside, PATIENCE_NS, failure};
 use super::under_way::{UnderWay, Work};
 
 /// A configuration that is being made.
@@ -31,9 +30,8 @@ impl Attendant {
             let message = "another configuration is being checked; ask again in a second";
             return Err(Failure::new(Code::Busy, message));
         }
-        let ApplyParams { configuration, dry_run, allow_missed } = params;
-        let client = Client::Other { name: None, process: caller.process };
-        let request = Request { client, ..Request::default() };
+        let ApplyParams { configuration, dry_run, allow_missed, client } = params;
+        let request = Beside::by(client).request(caller)?;
         let shared = self.shared.clone();
         // A configuration of thousands of blocks takes its time, and others are not to wait for it.
         let work = move || PreparedApply::new(&shared, &configuration, request);

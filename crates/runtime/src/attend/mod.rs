@@ -206,7 +206,7 @@ impl Operated for Attendant {
             Call::Set(params) => return self.set(params, caller).unwrap_or_else(refused),
             Call::Force(params) => return self.force(params, caller).unwrap_or_else(refused),
             Call::Release(params) => return self.release(params, caller).unwrap_or_else(refused),
-            Call::Undo(params) => return self.undo(&params, caller).unwrap_or_else(refused),
+            Call::Undo(params) => return self.undo(params, caller).unwrap_or_else(refused),
             Call::Save(params) => return self.save(&params, caller).unwrap_or_else(refused),
             Call::Apply(params) => return self.apply(params, caller).unwrap_or_else(refused),
         };

@@ -28,7 +28,7 @@ pub(super) const PATIENCE_NS: u64 = 1_000_000_000;
 
 /// What a request says beside its values.
 #[derive(Default)]
-struct Beside {
+pub(super) struct Beside {
     at: Option<u64>,
     client: Option<String>,
     comment: Option<String>,
@@ -61,14 +61,14 @@ impl Attendant {
         caller: Caller,
     ) -> Result<Begun, Failure> {
         check_count("names", params.names.len())?;
-        let request = Beside::default().request(caller)?;
+        let request = Beside::by(params.client).request(caller)?;
         let names = params.names.iter().map(String::as_str);
         self.change(None, None, |operator, next| operator.release(names, request, next))
     }
 
-    pub(super) fn undo(&mut self, params: &UndoParams, caller: Caller) -> Result<Begun, Failure> {
-        let request = Beside::default().request(caller)?;
-        let transaction = params.transaction;
+    pub(super) fn undo(&mut self, params: UndoParams, caller: Caller) -> Result<Begun, Failure> {
+        let UndoParams { transaction, client } = params;
+        let request = Beside::by(client).request(caller)?;
         self.change(None, None, |operator, next| operator.undo(transaction, request, next))
     }
 
@@ -144,7 +144,12 @@ impl Attendant {
 }
 
 impl Beside {
-    fn request(self, caller: Caller) -> Result<Request, Failure> {
+    /// No more than who asks.
+    pub(super) fn by(client: Option<String>) -> Self {
+        Self { client, ..Self::default() }
+    }
+
+    pub(super) fn request(self, caller: Caller) -> Result<Request, Failure> {
         let mut findings = Vec::new();
         let lengths = [
             ("client", &self.client, MAX_CLIENT_BYTES),

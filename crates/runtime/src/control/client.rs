@@ -205,6 +205,28 @@ impl<S: Service> Client<S> {
         serde_json::from_str(result.get()).map_err(|cause| self.misunderstood(cause))
     }
 
+    /// All items of a result that comes in pages; as many requests as that needs. `params` says how to ask
+    /// for those after the first so many, `items` takes a page apart: how many there are in all, and
+    /// those of the page.
+    ///
+    /// # Errors
+    /// As [`call`](Self::call).
+    pub fn pages<P: Params, T>(
+        &mut self,
+        params: impl Fn(u64) -> P,
+        mut items: impl FnMut(P::Result) -> (u64, Vec<T>),
+    ) -> Result<Vec<T>, ClientError> {
+        let mut all = Vec::new();
+        loop {
+            let (total, page) = items(self.call(&params(all.len() as u64))?);
+            let is_last = page.is_empty();
+            all.extend(page);
+            if is_last || all.len() as u64 >= total {
+                return Ok(all);
+            }
+        }
+    }
+
     /// All signals that a name or a glob matches, or all there are; as many requests as that needs.
     ///
     /// # Errors
@@ -213,17 +235,11 @@ impl<S: Service> Client<S> {
         &mut self,
         pattern: Option<&str>,
     ) -> Result<Vec<SignalDescription>, ClientError> {
-        let mut signals = Vec::new();
-        loop {
-            let pattern = pattern.map(str::to_owned);
-            let offset = Some(signals.len() as u64);
-            let page = self.call(&SignalsParams { pattern, offset, limit: None })?;
-            let is_last = page.signals.is_empty();
-            signals.extend(page.signals);
-            if is_last || signals.len() as u64 >= page.total {
-                return Ok(signals);
-            }
-        }
+        let pattern = pattern.map(str::to_owned);
+        self.pages(
+            |offset| SignalsParams { pattern: pattern.clone(), offset: Some(offset), limit: None },
+            |page| (page.total, page.signals),
+        )
     }
 
     /// The values of names and globs; as many requests as that needs. Where it is more than one, the
@@ -232,17 +248,12 @@ impl<S: Service> Client<S> {
     /// # Errors
     /// As [`call`](Self::call).
     pub fn values(&mut self, names: &[&str]) -> Result<Values, ClientError> {
-        let mut values = Values::default();
-        loop {
-            let names = names.iter().map(|name| (*name).to_owned()).collect();
-            let offset = Some(values.0.len() as u64);
-            let page = self.call(&GetParams { names, offset, limit: None })?;
-            let is_last = page.values.0.is_empty();
-            values.0.extend(page.values.0);
-            if is_last || values.0.len() as u64 >= page.total {
-                return Ok(values);
-            }
-        }
+        let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
+        let values = self.pages(
+            |offset| GetParams { names: names.clone(), offset: Some(offset), limit: None },
+            |page| (page.total, page.values.0),
+        )?;
+        Ok(Values(values))
     }
 
     /// The configuration with the values of now; as many requests as that needs. The node makes the

@@ -111,6 +111,8 @@ params! {
     Release, ReleaseParams -> SetResult {
         /// Names and globs.
         required names "names": Vec<String>,
+        /// Who; for the journal.
+        optional client "client": Option<String>,
     }
 
     /// Of `forces`: which page.
@@ -125,6 +127,8 @@ params! {
     Undo, UndoParams -> SetResult {
         /// The number of a `set`.
         required transaction "transaction": u64,
+        /// Who; for the journal.
+        optional client "client": Option<String>,
     }
 
     /// Of `journal`: which entries.
@@ -157,6 +161,8 @@ params! {
         optional dry_run "dry_run": Option<bool>,
         /// Also if it costs cycles.
         optional allow_missed "allow_missed": Option<bool>,
+        /// Who; for the journal.
+        optional client "client": Option<String>,
     }
 }
 
