@@ -107,6 +107,9 @@ impl<S: Service + 'static> Prepared<S> {
                 return Err(threads.lost(index).into());
             };
             let Ready { grant, desks } = ready?;
+            if let Some(lane) = parts.operating.lock().lanes.get_mut(index) {
+                lane.grant = Some(grant.clone());
+            }
             grants.push(grant);
             let (Some(participant), Some(task)) = (&parts.participant, parts.tasks.get_mut(index))
             else {

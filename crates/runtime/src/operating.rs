@@ -6,17 +6,19 @@ use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use isochrone_cyclic::Schedule;
+use isochrone_cyclic::{Schedule, ThreadGrant};
 use isochrone_engine::operate::{Action, Done, Entry, Operator, Prepared, Reading, Warning};
 use isochrone_engine::{OwnedRules, Plan, Source};
 use isochrone_timing::CycleRecord;
 
 use crate::busiest::Busiest;
+use crate::control::Placement;
 use crate::error::RequestError;
 use crate::faults::Faults;
 use crate::journal::Journal;
 use crate::new_parts::NewParts;
 use crate::orders::{self, Changeover, Returned};
+use crate::responses::Responses;
 use crate::words::Words;
 
 /// A request that is on its way to its tasks.
@@ -85,6 +87,9 @@ pub(crate) struct Lane {
     /// Its last cycle that was seen.
     pub(crate) last: Option<CycleRecord>,
     pub(crate) busiest: Busiest,
+    pub(crate) responses: Responses,
+    /// What the machine granted its thread; `None` while that is set up.
+    pub(crate) grant: Option<ThreadGrant>,
 }
 
 /// The [`Operating`] of a node. It is locked for short work only, and never by a cycle.
@@ -153,6 +158,20 @@ impl Operating {
         self.lanes.get(task).map_or(0, |lane| {
             let offset_ns = cycle.saturating_mul(lane.schedule.period_ns);
             lane.first_ns(self.epoch_ns).saturating_add(offset_ns)
+        })
+    }
+
+    /// When a task needs which CPU; `None` before its start.
+    pub(crate) fn placement(&self, task: usize) -> Option<Placement> {
+        let lane = self.lanes.get(task)?;
+        let grant = lane.grant.as_ref()?;
+        Some(Placement {
+            cpu: grant.cpu.and_then(|cpu| u32::try_from(cpu).ok()),
+            scheduler: grant.scheduler.clone(),
+            wake: lane.schedule.wake.as_str().to_owned(),
+            first_release_ns: lane.first_ns(self.epoch_ns),
+            longest_watch_ns: lane.schedule.longest_watch_ns(),
+            response_ns: lane.responses.median_ns(),
         })
     }
 
@@ -245,6 +264,7 @@ impl Operating {
         let Some(lane) = self.lanes.get_mut(task) else { return };
         lane.last = Some(*record);
         lane.busiest.note(record);
+        lane.responses.note(record);
         if let Some(journal) = &mut self.journal {
             journal.note_cycle(task, &lane.name, record);
         }

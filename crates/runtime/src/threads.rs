@@ -18,6 +18,7 @@ use crate::inputs::TaskInputs;
 use crate::operating::Lane;
 use crate::panics;
 use crate::parts::{Parts, Task};
+use crate::responses::Responses;
 use crate::snapshots::Tap;
 use crate::task::{self, Done, Job, Ready, Services, Start};
 use crate::{events, orders, outputs};
@@ -90,6 +91,8 @@ impl Threads {
             words,
             last: None,
             busiest: Busiest::default(),
+            responses: Responses::default(),
+            grant: None,
         };
         parts.operating.lock().lanes.push(lane);
         parts.tasks.push(Task {

@@ -37,6 +37,7 @@ pub(super) fn node(started_unix_ns: u64) -> DescribeResult {
         cycle: 123_456,
         missed: 2,
         overruns: 1,
+        placement: None,
         parameters: 7,
         forces: 1,
     };

@@ -34,6 +34,7 @@ impl Attendant {
                 overruns: lane.last.map_or(0, |last| last.overruns),
                 parameters: signals.parameters(index) as u64,
                 forces: forces.count() as u64,
+                placement: operating.placement(index),
             })
         };
         Reply::Describe(DescribeResult {

@@ -38,7 +38,8 @@ pub use params::{
 pub use results::{
     Access, Action, ActiveAlarm, AlarmsResult, ApplyResult, ByTask, Change, ConfigurationOrigin,
     DescribeResult, Force, ForceResult, ForcesResult, GetResult, JournalEntry, JournalResult, Part,
-    ReadAt, Role, SaveResult, SetResult, SignalDescription, SignalsResult, TaskDescription,
+    Placement, ReadAt, Role, SaveResult, SetResult, SignalDescription, SignalsResult,
+    TaskDescription,
 };
 pub use texts::{Room, answer, request};
 pub use value::{Value, Values};

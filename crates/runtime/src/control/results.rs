@@ -70,6 +70,26 @@ pub struct TaskDescription {
     pub parameters: u64,
     /// How many of its signals are forced.
     pub forces: u64,
+    /// When it needs which CPU; `None`: the node's version does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub placement: Option<Placement>,
+}
+
+/// When a task needs which CPU. Times in ns.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Placement {
+    /// The CPU that it is pinned to; `None`: it may move.
+    pub cpu: Option<u32>,
+    /// What the kernel granted: `other`, or `fifo:80` with real-time priority 80.
+    pub scheduler: String,
+    /// How it waits for a release: `sleep`, `hybrid` or `spin`.
+    pub wake: String,
+    /// When its first cycle was due, on `CLOCK_MONOTONIC`.
+    pub first_release_ns: u64,
+    /// The longest that it watches the clock before a release.
+    pub longest_watch_ns: u64,
+    /// From a release to the end of its cycle, median of the last 63 cycles; `None`: no cycle was seen yet.
+    pub response_ns: Option<u64>,
 }
 
 /// Of `signals`: a page of them.

@@ -1,0 +1,97 @@
+//! What runs on this machine already: the tasks of other nodes, and when they need which CPU.
+
+use std::time::Duration;
+
+use isochrone_ipc::{OpenError, Participant, Service};
+
+use crate::control::{Client, DescribeParams, Placement, TaskDescription, running_nodes};
+
+/// How long a node is waited for that does not answer.
+const PATIENCE: Duration = Duration::from_millis(500);
+
+/// A task of another node.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Neighbour {
+    /// Its node.
+    pub node: String,
+    /// Its name.
+    pub task: String,
+    /// From release to release, ns.
+    pub period_ns: u64,
+    /// When it needs which CPU.
+    pub placement: Placement,
+}
+
+/// What runs in a participant's domain.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Neighbours {
+    /// The tasks of the nodes that told, by node, then in the order of its configuration.
+    pub tasks: Vec<Neighbour>,
+    /// Nodes that did not tell: they take no requests, are just starting, or are of an older version.
+    pub silent: Vec<String>,
+}
+
+impl Neighbours {
+    /// Asks all nodes of a participant's domain, except the one of this name. Nodes of other domains are
+    /// not found.
+    ///
+    /// Touches many files, waits for the domain's lock and up to half a second for each node that does not
+    /// answer; never call it in a cycle.
+    ///
+    /// # Errors
+    /// The domain cannot be locked or read.
+    pub fn find<S: Service>(participant: &Participant<S>, except: &str) -> Result<Self, OpenError> {
+        let mut found = Self::default();
+        for node in running_nodes(participant)?.into_iter().filter(|node| node.name != except) {
+            let client = Client::connect(participant, &node.name, PATIENCE);
+            let described = client.and_then(|mut client| client.call(&DescribeParams {}));
+            match described {
+                Ok(described) => found.add(&node.name, &described.tasks),
+                Err(_) => found.silent.push(node.name),
+            }
+        }
+        Ok(found)
+    }
+
+    /// Adds what a node says of its tasks.
+    pub fn add(&mut self, node: &str, tasks: &[TaskDescription]) {
+        for task in tasks {
+            let Some(placement) = task.placement.clone() else {
+                self.silent.push(node.to_owned());
+                return;
+            };
+            let (node, period_ns) = (node.to_owned(), task.period_ns);
+            self.tasks.push(Neighbour { node, task: task.name.clone(), period_ns, placement });
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_node_of_a_version_that_does_not_tell_is_silent() {
+        let task = |text: &str| serde_json::from_str::<TaskDescription>(text).unwrap();
+        let without = task(
+            r#"{"name": "fast", "period_ns": 1000000, "phase_ns": 0, "cycle": 7, "missed": 0,
+                "overruns": 0, "parameters": 1, "forces": 0}"#,
+        );
+        let placement = Placement {
+            cpu: Some(1),
+            scheduler: "fifo:80".into(),
+            wake: "hybrid".into(),
+            first_release_ns: 500_000,
+            longest_watch_ns: 200_000,
+            response_ns: None,
+        };
+        let with = TaskDescription { placement: Some(placement.clone()), ..without.clone() };
+        let mut neighbours = Neighbours::default();
+        neighbours.add("old", &[without]);
+        neighbours.add("new", &[with]);
+        assert_eq!(neighbours.silent, ["old"]);
+        let expected =
+            Neighbour { node: "new".into(), task: "fast".into(), period_ns: 1_000_000, placement };
+        assert_eq!(neighbours.tasks, [expected]);
+    }
+}
