@@ -1,7 +1,7 @@
 //! Where the common grid of a node's tasks lies between the ticks of the kernel.
 
 /// The kernel's ticks come at whole milliseconds of the clock.
-const TICK_NS: u64 = 1_000_000;
+pub(crate) const TICK_NS: u64 = 1_000_000;
 
 /// Where the common grid of a node's tasks begins, in ns behind a whole millisecond of the clock:
 /// between two of the kernel's ticks.
@@ -17,7 +17,7 @@ pub const fn phase_between_ticks_ns(period_ns: u64) -> u64 {
     (grid_ns + grid_ns / 2 - EPOCH_OFFSET_NS % grid_ns) % grid_ns
 }
 
-const fn greatest_common_divisor(a: u64, b: u64) -> u64 {
+pub(crate) const fn greatest_common_divisor(a: u64, b: u64) -> u64 {
     if b == 0 { a } else { greatest_common_divisor(b, a % b) }
 }
 

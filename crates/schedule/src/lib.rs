@@ -15,11 +15,17 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
+extern crate alloc;
+
+mod clear_phase;
 mod grid;
+mod need;
 mod overrun;
 mod wake;
 
+pub use clear_phase::{ClearPhase, clear_phase_ns};
 pub use grid::{EPOCH_OFFSET_NS, phase_between_ticks_ns};
+pub use need::{Meeting, Need};
 pub use overrun::{MissLimit, Overrun};
 pub use wake::{LONGEST_ADAPTIVE_MARGIN_NS, Margin, Wake};
 

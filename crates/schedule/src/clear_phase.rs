@@ -1,0 +1,254 @@
+//! Choosing a phase that keeps clear of the kernel's ticks and of other tasks.
+
+use alloc::vec::Vec;
+
+use crate::grid::{TICK_NS, greatest_common_divisor};
+use crate::{Need, phase_between_ticks_ns};
+
+/// Most needs of others that are looked at, which bounds the time that a choice takes.
+const MOST_NEEDS: u64 = 65_536;
+/// A free time that is too short for anything, in ns.
+const TOO_SHORT_NS: u64 = 2_000;
+/// Phases are whole multiples of this where there is room, so that people can read them; in ns.
+const ROUND_NS: u64 = 1_000;
+
+/// A phase that was chosen for a task. Times in ns.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct ClearPhase {
+    /// The phase, less than the period.
+    pub phase_ns: u64,
+    /// Free time on both sides of what the task needs, until others need the CPU; `None`: there are no
+    /// others, or they leave no time free, and the phase keeps clear of the ticks alone.
+    pub clear_ns: Option<u64>,
+}
+
+/// The phase that keeps as clear as possible of what other tasks need of the task's CPU and of the kernel's
+/// ticks; the first of several that are equally good. Without others, it is [`phase_between_ticks_ns`].
+///
+/// The `release_ns` of the task is where the common grid of its node begins: the release with phase 0.
+///
+/// ```
+/// use isochrone_schedule::{EPOCH_OFFSET_NS, Need, clear_phase_ns};
+///
+/// let runs = Need { period_ns: 1_000_000, release_ns: EPOCH_OFFSET_NS, before_ns: 200_000, after_ns: 0 };
+/// let chosen = clear_phase_ns(&runs, &[runs]);
+/// assert_eq!(chosen.phase_ns, 350_000, "between that task and the tick after it");
+/// assert_eq!(chosen.clear_ns, Some(149_999));
+/// ```
+pub fn clear_phase_ns(task: &Need, others: &[Need]) -> ClearPhase {
+    // What is in the way at every phase has no say in which one is best.
+    let mut taken: Vec<Taken> = others.iter().filter_map(|other| Taken::of(task, other)).collect();
+    let of_others = taken.len();
+    taken.extend(Taken::of_ticks(task));
+    // Where others leave no time but at a tick, the tick does less harm than they.
+    let choices = [taken.as_slice(), taken.get(..of_others).unwrap_or_default()];
+    let gap = choices.iter().filter(|_| of_others > 0).find_map(|taken| widest_gap(taken));
+    match gap {
+        Some((phase_ns, clear_ns)) => ClearPhase { phase_ns, clear_ns: Some(clear_ns) },
+        None => {
+            let phase_ns = phase_between_ticks_ns(task.period_ns.max(1));
+            ClearPhase { phase_ns, clear_ns: None }
+        }
+    }
+}
+
+/// Phases at which a task would meet another one: the same ones a step later, again and again.
+#[derive(Debug, Clone, Copy)]
+struct Taken {
+    step_ns: u64,
+    /// Less than a step.
+    first_ns: u64,
+    length_ns: u64,
+}
+
+impl Taken {
+    /// `None`: there is no phase at which the tasks do not meet.
+    fn of(task: &Need, other: &Need) -> Option<Self> {
+        let length_ns = [other.before_ns, other.after_ns(), task.before_ns, task.after_ns()];
+        let length_ns = length_ns.into_iter().fold(0, u64::saturating_add);
+        let first_ns = i128::from(other.release_ns)
+            - i128::from(other.before_ns)
+            - i128::from(task.after_ns())
+            - i128::from(task.release_ns);
+        Self::new(task.step_ns(other), first_ns, length_ns)
+    }
+
+    /// Phases at which a tick would fall into the task's cycle. One that falls into its wait is over by the
+    /// release.
+    fn of_ticks(task: &Need) -> Option<Self> {
+        let step_ns = greatest_common_divisor(TICK_NS, task.period_ns.max(1));
+        let first_ns = -i128::from(task.after_ns()) - i128::from(task.release_ns);
+        Self::new(step_ns, first_ns, task.after_ns())
+    }
+
+    fn new(step_ns: u64, first_ns: i128, length_ns: u64) -> Option<Self> {
+        let first_ns = u64::try_from(first_ns.rem_euclid(i128::from(step_ns))).ok()?;
+        let has_gap = length_ns.saturating_add(TOO_SHORT_NS) <= step_ns;
+        has_gap.then_some(Self { step_ns, first_ns, length_ns })
+    }
+
+    /// All that begin before an end, in order, and the one before 0.
+    fn until(self, end_ns: u64) -> impl Iterator<Item = (u64, u64)> {
+        let Self { step_ns, first_ns, length_ns } = self;
+        let before = (first_ns + length_ns).checked_sub(step_ns).map(|ends_ns| (0, ends_ns));
+        let starts = (0..).map_while(move |n: u64| {
+            let start_ns = n.checked_mul(step_ns)?.checked_add(first_ns)?;
+            (start_ns < end_ns).then_some(start_ns)
+        });
+        before.into_iter().chain(starts.map(move |start| (start, start.saturating_add(length_ns))))
+    }
+}
+
+/// The middle of the widest gap between phases that are taken, and what is free on both sides of it; the
+/// first of the widest.
+fn widest_gap(taken: &[Taken]) -> Option<(u64, u64)> {
+    let shortest_ns = taken.iter().map(|taken| taken.step_ns).min()?;
+    let most_ns = (MOST_NEEDS / taken.len() as u64).max(1).saturating_mul(shortest_ns);
+    let repeat_ns =
+        taken.iter().try_fold(1, |all, taken| least_common_multiple(all, taken.step_ns));
+    // All gaps there are stand whole in two repetitions. Where that is too long to look at, a part of it has
+    // to do; its gaps are gaps all the same.
+    let repeat_ns = repeat_ns.filter(|repeat_ns| *repeat_ns <= most_ns / 2);
+    let end_ns = repeat_ns.map_or(most_ns, |repeat_ns| 2 * repeat_ns);
+    let mut spans: Vec<(u64, u64)> = taken.iter().flat_map(|taken| taken.until(end_ns)).collect();
+    spans.sort_unstable();
+    let mut free_from_ns = 0;
+    let mut widest: Option<(u64, u64)> = None;
+    for (start_ns, stop_ns) in spans.into_iter().chain([(end_ns, end_ns)]) {
+        let width_ns = start_ns.min(end_ns).saturating_sub(free_from_ns);
+        let half_ns = width_ns / 2;
+        let middle_ns = free_from_ns + half_ns;
+        let middle_ns = middle_ns % repeat_ns.unwrap_or(u64::MAX);
+        let is_wider = widest.is_none_or(|(phase_ns, widest_ns)| {
+            half_ns > widest_ns || (half_ns == widest_ns && middle_ns < phase_ns)
+        });
+        if is_wider && width_ns >= TOO_SHORT_NS {
+            widest = Some((middle_ns, half_ns));
+        }
+        free_from_ns = free_from_ns.max(stop_ns);
+    }
+    let (phase_ns, clear_ns) = widest?;
+    let off_ns = phase_ns % ROUND_NS;
+    let has_room = clear_ns >= 10 * ROUND_NS;
+    Some(if has_room { (phase_ns - off_ns, clear_ns - off_ns) } else { (phase_ns, clear_ns) })
+}
+
+fn least_common_multiple(a: u64, b: u64) -> Option<u64> {
+    (a / greatest_common_divisor(a, b)).checked_mul(b)
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::EPOCH_OFFSET_NS;
+
+    const US: u64 = 1_000;
+    const MS: u64 = 1_000 * US;
+
+    fn need(period_ns: u64, release_ns: u64, before_ns: u64, after_ns: u64) -> Need {
+        Need { period_ns, release_ns, before_ns, after_ns }
+    }
+
+    #[test]
+    fn without_others_the_phase_is_the_one_between_the_ticks() {
+        for period_ns in [100 * US, MS, 5 * MS / 2, 1_001 * US] {
+            let task = need(period_ns, EPOCH_OFFSET_NS, 200 * US, 0);
+            let phase_ns = phase_between_ticks_ns(period_ns);
+            assert_eq!(clear_phase_ns(&task, &[]), ClearPhase { phase_ns, clear_ns: None });
+        }
+    }
+
+    #[test]
+    fn a_third_task_finds_its_place_between_two() {
+        let first = need(MS, EPOCH_OFFSET_NS, 100 * US, 10 * US);
+        let task = Need { after_ns: 0, ..first };
+        let second_ns = clear_phase_ns(&task, &[first]).phase_ns;
+        let second = Need { release_ns: EPOCH_OFFSET_NS + second_ns, ..first };
+        let third_ns = clear_phase_ns(&task, &[first, second]).phase_ns;
+        let third = Need { release_ns: EPOCH_OFFSET_NS + third_ns, ..first };
+        assert!(second.meeting(&first).is_none() && third.meeting(&first).is_none());
+        assert!(third.meeting(&second).is_none());
+    }
+
+    #[test]
+    fn a_task_that_is_always_in_the_way_does_not_count() {
+        let task = need(MS, EPOCH_OFFSET_NS, 200 * US, 0);
+        let spins = need(MS, 0, MS, 10 * US);
+        let drifts = need(MS + 1, 0, 200 * US, 10 * US);
+        assert_eq!(clear_phase_ns(&task, &[spins, drifts]), clear_phase_ns(&task, &[]));
+    }
+
+    #[test]
+    fn where_only_a_tick_is_free_the_task_stands_on_it() {
+        let task = need(MS, EPOCH_OFFSET_NS, 0, 20 * US);
+        let busy = need(MS, 15 * US, 0, 970 * US);
+        let chosen = clear_phase_ns(&task, &[busy]);
+        assert_eq!((EPOCH_OFFSET_NS + chosen.phase_ns) % MS, 990 * US);
+        assert_eq!(chosen.clear_ns, Some(5 * US));
+    }
+
+    #[test]
+    fn tasks_of_an_hour_are_placed_as_fast_as_others() {
+        const HOUR: u64 = 3_600_000 * MS;
+        let task = need(HOUR, EPOCH_OFFSET_NS, 0, 50 * MS);
+        let others = [need(HOUR, EPOCH_OFFSET_NS, 0, 20 * MS), need(100 * MS, 0, 200 * US, MS)];
+        let chosen = clear_phase_ns(&task, &others);
+        let placed = Need { release_ns: EPOCH_OFFSET_NS + chosen.phase_ns, ..task };
+        assert!(others.iter().all(|other| placed.meeting(other).is_none()), "{chosen:?}");
+    }
+
+    /// Free time around a release at a phase, in us, by looking at every release of the others.
+    fn clear_us(task: &Need, others: &[Need], phase_us: i64) -> i64 {
+        let us = |ns: u64| i64::try_from(ns / US).unwrap();
+        let (before, after) = (us(task.before_ns), us(task.after_ns));
+        let mut clear = i64::MAX;
+        for cycle in -1..=us(40 * MS) / us(task.period_ns) {
+            let release = us(task.release_ns) + phase_us + cycle * us(task.period_ns);
+            for other in others {
+                for n in -24..us(44 * MS) / us(other.period_ns) {
+                    let theirs = us(other.release_ns) + n * us(other.period_ns);
+                    let ahead = (theirs - us(other.before_ns)) - (release + after);
+                    let behind = (release - before) - (theirs + us(other.after_ns));
+                    clear = clear.min(ahead.max(behind));
+                }
+            }
+            let to_tick = -(release + after).rem_euclid(-us(MS));
+            let from_tick = release.rem_euclid(us(MS));
+            let in_cycle = from_tick + to_tick + after > us(MS);
+            clear = clear.min(if in_cycle { 0 } else { to_tick.min(from_tick) });
+        }
+        clear
+    }
+
+    fn others() -> impl Strategy<Value = Need> {
+        let period = prop::sample::select(&[1_u64, 2, 4, 5, 10][..]);
+        (period, 0..10_000_u64, 0..200_u64, 1..100_u64).prop_map(
+            |(period_ms, release_us, before_us, after_us)| {
+                need(period_ms * MS, release_us * US, before_us * US, after_us * US)
+            },
+        )
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(24))]
+        #[test]
+        fn no_phase_is_clearer_than_the_one_that_is_chosen(
+            task in others(),
+            others in prop::collection::vec(others(), 1..4),
+        ) {
+            let task = need(task.period_ns, EPOCH_OFFSET_NS, task.before_ns, task.after_ns);
+            let chosen = clear_phase_ns(&task, &others);
+            prop_assert!(chosen.phase_ns < task.period_ns);
+            let placed = Need { release_ns: task.release_ns + chosen.phase_ns, ..task };
+            if chosen.clear_ns.is_some() {
+                prop_assert!(others.iter().all(|other| placed.meeting(other).is_none()));
+            }
+            let phases = 0..i64::try_from(task.period_ns / US).unwrap();
+            let best_us = phases.step_by(7).map(|us| clear_us(&task, &others, us)).max().unwrap();
+            let clear_us = chosen.clear_ns.map_or(0, |ns| i64::try_from(ns / US).unwrap());
+            prop_assert!(clear_us + 2 >= best_us, "{clear_us} us, and {best_us} us were possible");
+        }
+    }
+}

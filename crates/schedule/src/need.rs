@@ -1,0 +1,200 @@
+//! Where tasks that share a CPU get into each other's way.
+
+use crate::grid::greatest_common_divisor;
+
+/// When a task needs its CPU: around each of its releases. All times in ns of one clock.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Need {
+    /// From release to release. Zero counts as 1.
+    pub period_ns: u64,
+    /// One of its releases.
+    pub release_ns: u64,
+    /// How long before each release it needs the CPU, to watch the clock.
+    pub before_ns: u64,
+    /// How long after each release it needs the CPU, to run its cycle. Zero counts as 1.
+    pub after_ns: u64,
+}
+
+/// Two tasks that need their CPU at the same time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Meeting {
+    /// How many releases of the first task meet the second ...
+    pub met: u64,
+    /// ... of this many, after which everything repeats.
+    pub of: u64,
+    /// The shortest time between a release of one and a release of the other, in ns.
+    pub apart_ns: u64,
+    /// How long both need the CPU at most, in ns.
+    pub overlap_ns: u64,
+}
+
+impl Need {
+    /// How two tasks on one CPU meet; `None`: they never do.
+    pub fn meeting(&self, other: &Self) -> Option<Meeting> {
+        let Distance { step_ns, later_ns, after_ns, before_ns } = self.distance(other);
+        let earlier_ns = step_ns - later_ns;
+        if later_ns >= after_ns && earlier_ns >= before_ns {
+            return None;
+        }
+        // Relative to the releases of the first task, those of the second fall on all instants a step
+        // apart, within one period of the second: on each the same number of times.
+        let of = other.period_ns.max(1) / step_ns;
+        let behind = after_ns.saturating_sub(later_ns).div_ceil(step_ns);
+        let ahead = (before_ns + later_ns).saturating_sub(1) / step_ns;
+        Some(Meeting {
+            met: of.min(behind.saturating_add(ahead)),
+            of,
+            apart_ns: later_ns.min(earlier_ns),
+            overlap_ns: self.longest_overlap_ns(other, step_ns, later_ns),
+        })
+    }
+
+    /// How often relative positions repeat: the greatest common divisor of the periods, in ns.
+    pub fn step_ns(&self, other: &Self) -> u64 {
+        greatest_common_divisor(self.period_ns.max(1), other.period_ns.max(1))
+    }
+
+    pub(crate) fn after_ns(&self) -> u64 {
+        self.after_ns.max(1)
+    }
+
+    /// How long both need the CPU at most, if the releases of the second come so much later than those of
+    /// the first, and on all steps before and after that.
+    fn longest_overlap_ns(&self, other: &Self, step_ns: u64, later_ns: u64) -> u64 {
+        let [before, after, others_before, others_after, step, later] =
+            [self.before_ns, self.after_ns(), other.before_ns, other.after_ns(), step_ns, later_ns]
+                .map(i128::from);
+        let overlap =
+            |later: i128| after.min(later + others_after) - (-before).max(later - others_before);
+        // It grows up to here and shrinks from here on.
+        let middle = (after + others_before - others_after - before).div_euclid(2);
+        let below = middle - (middle - later).rem_euclid(step);
+        let longest = overlap(below).max(overlap(below + step)).max(0);
+        u64::try_from(longest).unwrap_or(u64::MAX)
+    }
+
+    fn distance(&self, other: &Self) -> Distance {
+        let step_ns = self.step_ns(other);
+        let (first_ns, second_ns) = (self.release_ns % step_ns, other.release_ns % step_ns);
+        // Beyond a few periods nothing changes any more; this keeps the sums small.
+        let most_ns = |ns: u64| ns.min(u64::MAX / 8);
+        Distance {
+            step_ns,
+            later_ns: (second_ns + (step_ns - first_ns)) % step_ns,
+            after_ns: most_ns(self.after_ns()) + most_ns(other.before_ns),
+            before_ns: most_ns(other.after_ns()) + most_ns(self.before_ns),
+        }
+    }
+}
+
+/// How two tasks lie to each other.
+struct Distance {
+    step_ns: u64,
+    /// The next release of the second task after one of the first, at the least: 0 to a step.
+    later_ns: u64,
+    /// How much later a release of the second must be, to be clear of the first.
+    after_ns: u64,
+    /// How much earlier.
+    before_ns: u64,
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    const MS: u64 = 1_000_000;
+
+    fn hybrid(period_ns: u64, release_ns: u64) -> Need {
+        Need { period_ns, release_ns, before_ns: 200_000, after_ns: 2_000 }
+    }
+
+    #[test]
+    fn two_tasks_of_one_period_meet_at_each_release_or_never() {
+        let first = hybrid(MS, 20 * MS + 500_000);
+        assert_eq!(
+            first.meeting(&hybrid(MS, 500_000)),
+            Some(Meeting { met: 1, of: 1, apart_ns: 0, overlap_ns: 202_000 })
+        );
+        assert_eq!(
+            first.meeting(&hybrid(MS, 600_000)),
+            Some(Meeting { met: 1, of: 1, apart_ns: 100_000, overlap_ns: 102_000 })
+        );
+        assert_eq!(first.meeting(&hybrid(MS, 0)), None);
+        assert_eq!(first.meeting(&hybrid(MS, 702_000)), None);
+    }
+
+    #[test]
+    fn a_slow_task_meets_some_of_the_releases_of_a_fast_one() {
+        let (fast, slow) = (hybrid(MS, 0), hybrid(10 * MS, 3 * MS));
+        let meeting = Meeting { met: 1, of: 10, apart_ns: 0, overlap_ns: 202_000 };
+        assert_eq!(fast.meeting(&slow), Some(meeting));
+        assert_eq!(slow.meeting(&fast), Some(Meeting { of: 1, ..meeting }));
+    }
+
+    #[test]
+    fn periods_that_have_little_in_common_meet_whatever_their_phases_are() {
+        for release_ns in [0, 123_457, 500_000] {
+            assert!(hybrid(MS, 0).meeting(&hybrid(MS + 1, release_ns)).is_some());
+        }
+    }
+
+    #[test]
+    fn releases_at_the_same_instant_meet_however_short_the_cycles_are() {
+        let need = Need { period_ns: MS, release_ns: 7, before_ns: 0, after_ns: 0 };
+        assert_eq!(
+            need.meeting(&Need { release_ns: 7 + MS, ..need }),
+            Some(Meeting { met: 1, of: 1, apart_ns: 0, overlap_ns: 1 })
+        );
+        assert_eq!(need.meeting(&Need { release_ns: 8, ..need }), None);
+    }
+
+    fn needs() -> impl Strategy<Value = Need> {
+        (1..40_u64, 0..200_u64, 0..30_u64, 0..30_u64).prop_map(
+            |(period_ns, release_ns, before_ns, after_ns)| Need {
+                period_ns,
+                release_ns,
+                before_ns,
+                after_ns,
+            },
+        )
+    }
+
+    /// From when to when the need of a release lasts.
+    fn span(need: &Need, release_ns: i64) -> (i64, i64) {
+        let before_ns = i64::try_from(need.before_ns).unwrap();
+        (release_ns - before_ns, release_ns + i64::try_from(need.after_ns.max(1)).unwrap())
+    }
+
+    /// All releases far around those of a first task.
+    fn releases(need: &Need, around_ns: i64) -> impl Iterator<Item = i64> + use<> {
+        let (period_ns, release_ns) =
+            (i64::try_from(need.period_ns).unwrap(), i64::try_from(need.release_ns).unwrap());
+        let first_ns = (release_ns - around_ns).rem_euclid(period_ns) + around_ns - 4 * period_ns;
+        (-40..60).map(move |n| first_ns + n * period_ns)
+    }
+
+    proptest! {
+        #[test]
+        fn meetings_are_those_that_all_releases_of_a_hyperperiod_show(a in needs(), b in needs()) {
+            let of = b.period_ns / a.step_ns(&b);
+            let (mut met, mut apart_ns, mut overlap_ns) = (0, u64::MAX, 0);
+            for cycle in 0..of {
+                let release_ns = i64::try_from(a.release_ns + cycle * a.period_ns).unwrap();
+                let ours = span(&a, release_ns);
+                let mut meets = false;
+                for theirs_ns in releases(&b, release_ns) {
+                    let theirs = span(&b, theirs_ns);
+                    let shared = ours.1.min(theirs.1) - ours.0.max(theirs.0);
+                    meets |= shared > 0;
+                    overlap_ns = overlap_ns.max(u64::try_from(shared).unwrap_or(0));
+                    apart_ns = apart_ns.min(theirs_ns.abs_diff(release_ns));
+                }
+                met += u64::from(meets);
+            }
+            let expected = (met > 0).then_some(Meeting { met, of, apart_ns, overlap_ns });
+            prop_assert_eq!(a.meeting(&b), expected);
+        }
+    }
+}
