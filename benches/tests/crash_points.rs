@@ -11,8 +11,9 @@ use isochrone_benches::crash_points::{
 };
 use isochrone_benches::{Profile, find};
 
-/// What is promised; the processes of another test would be in the way.
-const WITHIN: Duration = Duration::from_secs(2);
+/// Whoever is held up by the dead is held up for good. How soon others work is measured by the program,
+/// on a machine that does nothing else.
+const WITHIN: Duration = Duration::from_secs(20);
 
 /// A stage for one test at a time, or nothing where this process may not trace others.
 fn stage() -> Option<(MutexGuard<'static, ()>, Stage)> {

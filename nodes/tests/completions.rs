@@ -169,7 +169,7 @@ fn completes_nodes_and_signals(shell: Shell) {
     assert_eq!(proposed(&format!("force {CONFIG} tank r.value")), ["r.value"]);
     assert_eq!(proposed(&format!("release {CONFIG} tank ")), [""; 0], "nothing is forced");
     let forced = domain.run("force tank x=1 --hold").expect_code(0);
-    assert_eq!(forced.stderr, "");
+    assert_eq!(forced.complaints(), "");
     assert_eq!(proposed(&format!("release {CONFIG} tank ")), ["x"]);
     drop(node.stop().expect_code(0));
 }

@@ -168,7 +168,9 @@ fn what_does_not_fit_is_an_alarm_that_names_both_sides_and_not_the_end_of_the_no
         let told = ended.stderr.matches("cannot read service").count();
         assert_eq!(told, 1, "once, and not every cycle: {}", ended.stderr);
         let report = domain.json("reader.json");
-        assert_eq!(codes(&report), ["unfit_input"], "{report}");
+        // On a busy machine the input may also have been without a value for long enough to be told.
+        let codes = codes(&report).into_iter().filter(|code| *code != "input_not_ok");
+        assert_eq!(codes.collect::<Vec<_>>(), ["unfit_input"], "{report}");
         assert!(report["tasks"][0]["input_rejects"].as_u64() > Some(0), "{report}");
         sender.stop().expect_code(0);
     }

@@ -57,7 +57,7 @@ fn json(ended: Ended) -> Value {
 
 fn stdout(domain: &Domain, arguments: &str) -> String {
     let ended = domain.run(arguments).expect_code(0);
-    assert_eq!(ended.stderr, "", "{arguments}");
+    assert_eq!(ended.complaints(), "", "{arguments}");
     ended.stdout
 }
 
@@ -110,7 +110,7 @@ fn a_set_tells_its_cycle_and_the_values_before_and_is_undone() {
     let set =
         ["set", "tank", "ramp.setChangeRate=2.5", "beat.timeRange=T#2s", "--comment", "too fast"];
     let done = domain.start_with(&set).finish().expect_code(0);
-    assert_eq!(done.stderr, "");
+    assert_eq!(done.complaints(), "");
     assert_says(&done.stdout, &["transaction 1, from cycle ", " of task \"fast\" on\n"]);
     assert_eq!(cells(&done.stdout, "ramp.setChangeRate"), ["ramp.setChangeRate", "10.0", "-> 2.5"]);
     assert_eq!(cells(&done.stdout, "beat.timeRange"), ["beat.timeRange", "1500", "-> 2000"]);
@@ -294,8 +294,8 @@ fn a_signal_ends_a_verb_that_waits_for_a_node_that_is_stopped() {
     let mut watch = domain.start("watch tank level");
     watch.wait_for("level=");
     node.signal(Signal::STOP);
-    let get = domain.start("get tank level");
-    std::thread::sleep(std::time::Duration::from_millis(300));
+    let mut get = domain.start("get tank level");
+    get.wait_until_it_handles_signals();
     get.signal(Signal::TERM);
     let ended = get.finish().expect_code(1);
     assert_says(&ended.stderr, &["ended by a signal"]);

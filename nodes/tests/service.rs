@@ -134,13 +134,15 @@ fn a_node_that_ends_by_itself_was_ready_and_tells_that_it_stops() {
 
 #[test]
 fn readiness_waits_for_the_first_cycle_of_the_last_task_and_asks_for_the_time() {
-    let domain = domain(&with_task("4s", "1s"));
+    let domain = domain(&with_task("4s", "3s"));
     let manager = Manager::new(&domain);
     let since = Instant::now();
     let node = manager.start(&domain);
     let messages = manager.wait_for("READY=1");
-    assert!(since.elapsed() >= Duration::from_secs(1), "ready after {:?}", since.elapsed());
-    assert!(says(&messages[0], "EXTEND_TIMEOUT_USEC=10000000"), "{messages:?}");
+    assert!(since.elapsed() >= Duration::from_secs(3), "ready after {:?}", since.elapsed());
+    // A node asks for no time while a task of it hangs, as it may on a busy machine.
+    let asks = |message: &String| says(message, "EXTEND_TIMEOUT_USEC=10000000");
+    assert!(messages.iter().any(asks), "{messages:?}");
     assert!(messages[0].contains("first cycles to come: "), "{messages:?}");
     node.stop().expect_code(0);
 }

@@ -12,7 +12,7 @@ use super::point::Role;
 use crate::Failure;
 
 /// Longer than anything takes to end, on a machine that is busy.
-pub(super) const END_WITHIN: Duration = Duration::from_secs(5);
+pub(super) const END_WITHIN: Duration = Duration::from_secs(60);
 
 /// A process in a group of its own. It is killed when this is dropped.
 #[derive(Debug)]

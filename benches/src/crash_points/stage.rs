@@ -17,7 +17,7 @@ use crate::Failure;
 const SHARED_MEMORY: &str = "/dev/shm";
 
 /// How long the stage may take to be set, on a machine that is busy: nothing is demanded yet.
-pub(super) const SET_WITHIN: Duration = Duration::from_secs(10);
+pub(super) const SET_WITHIN: Duration = Duration::from_secs(60);
 
 /// The program and what is demanded of it.
 #[derive(Debug)]

@@ -157,6 +157,13 @@ impl Ended {
         assert_eq!(self.status.code(), Some(code), "{}\n{}", self.stdout, self.stderr);
         self
     }
+
+    /// What it printed to standard error, without the word that it waited for another process to have
+    /// started or ended: on a busy machine this is so at any time.
+    pub(crate) fn complaints(&self) -> String {
+        let waited = |line: &&str| line.contains("waiting for process");
+        self.stderr.lines().filter(|line| !waited(line)).collect::<Vec<_>>().join("\n")
+    }
 }
 
 /// The command with SIGINT and SIGHUP as a terminal would have them: a program goes on ignoring what the
@@ -227,7 +234,7 @@ impl Process {
     }
 
     /// Whether it has ended, and all that it printed was read.
-    fn is_over(&mut self) -> bool {
+    pub(crate) fn is_over(&mut self) -> bool {
         self.child.check().is_err() && self.stdout.is_complete() && self.stderr.is_complete()
     }
 
@@ -237,6 +244,18 @@ impl Process {
 
     pub(crate) fn signal(&self, signal: Signal) {
         self.child.signal(signal);
+    }
+
+    /// Waits until the process handles SIGHUP, SIGINT and SIGTERM itself.
+    #[track_caller]
+    pub(crate) fn wait_until_it_handles_signals(&mut self) {
+        self.wait_until_it("handles signals", |process| {
+            let status = std::fs::read_to_string(format!("/proc/{}/status", process.id())).unwrap();
+            let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
+            let caught = u64::from_str_radix(caught.trim(), 16).unwrap();
+            let handles = |signal: &Signal| caught >> (signal.as_raw() - 1) & 1 == 1;
+            [Signal::HUP, Signal::INT, Signal::TERM].iter().all(handles)
+        });
     }
 
     /// Kills the process as a crash would.
