@@ -134,7 +134,8 @@ fn a_reader_that_comes_first_finds_its_signal_by_name_wherever_that_moves() {
     let mut observer = observer(&domain);
     observer.wait_for("x=-1.0");
     for order in [SIGNALS, "[\"seven.delayedValue\", \"four.delayedValue\", \"four.error\"]"] {
-        let sender = start(&domain, "sender.toml", &SENDER.replace(SIGNALS, order), "--cycles 300");
+        let sender =
+            start(&domain, "sender.toml", &SENDER.replace(SIGNALS, order), "--cycles 1500");
         observer.wait_for("x=7.0");
         sender.finish().expect_code(0);
     }

@@ -33,7 +33,7 @@ mount -t tmpfs -o size=48m tmpfs /dev/shm || exit 100
 until grep -q "is running" node.err; do kill -0 $node || { cat node.err >&2; exit 101; }; sleep 0.01; done
 "$0" subscribe wide/out --stats --iceoryx2-config domain.toml 2>reader.err & reader=$!
 until grep -q subscribed reader.err; do kill -0 $reader || { cat reader.err >&2; exit 102; }; sleep 0.01; done
-sleep 0.2
+sleep 1
 kill -STOP $reader
 cat /dev/zero > /dev/shm/full 2>/dev/null
 sleep 1

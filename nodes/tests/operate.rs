@@ -171,7 +171,7 @@ fn what_is_set_and_forced_is_acknowledged_read_undone_released_and_kept_in_the_j
     assert_eq!(read.get("ramp.setChangeRate"), number(5.0));
     assert!(node.call(&DescribeParams {}).configuration.changed);
 
-    let at = node.cycle("fast") + 500;
+    let at = node.cycle("fast") + 900;
     let later = node.call(&SetParams { at: Some(at), ..set([("ramp.value", 7.0)]) });
     assert!(later.tasks["fast"].cycle >= at);
 
@@ -247,7 +247,7 @@ fn a_block_in_error_and_an_input_that_is_not_ok_are_alarms_until_they_are_well_a
     sensor.kill();
     while node.call(&AlarmsParams::default()).total == 0 {}
     let [sensor] = &node.call(&AlarmsParams::default()).alarms[..] else { panic!() };
-    assert_eq!(sensor.count, 2);
+    assert!(sensor.count >= 2, "{sensor:?}");
     node.process.stop().expect_code(0);
 }
 

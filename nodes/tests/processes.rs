@@ -62,7 +62,7 @@ fn sigint_and_sigterm_end_every_verb_with_its_summary() {
         let mut lines = domain.start("subscribe clock/slow");
         lines.wait_for("level.y=");
         // A stats subscriber that saw nothing would say so.
-        std::thread::sleep(std::time::Duration::from_millis(50));
+        std::thread::sleep(std::time::Duration::from_millis(500));
         for (process, summary) in [
             (stats, "last hop"),
             (lines, "0 lost"),

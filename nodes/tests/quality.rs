@@ -327,7 +327,7 @@ fn the_second_node_of_a_chain_learns_from_the_frames_what_the_first_has_lost() {
 fn the_last_frame_of_a_node_says_so_however_it_ends() {
     let domain = Domain::new();
     domain.write("guard.toml", GUARD);
-    for arguments in ["--cycles 200", ""] {
+    for arguments in ["--cycles 800", ""] {
         let node = domain.start(&format!("run guard.toml {arguments}"));
         let mut observer = Observer::of(&domain, "guard/out");
         observer.until("one", |_| {}, |_| true);
@@ -339,7 +339,7 @@ fn the_last_frame_of_a_node_says_so_however_it_ends() {
         node.finish().expect_code(0);
         assert!(observer.next().is_none(), "{arguments}: nothing comes after it");
         if !arguments.is_empty() {
-            assert_eq!(last.header.sequence, 199, "it is the frame of the last cycle");
+            assert_eq!(last.header.sequence, 799, "it is the frame of the last cycle");
         }
         drop(observer.participant);
     }

@@ -198,7 +198,7 @@ fn the_watchdog_is_only_fed_by_the_process_that_it_is_for() {
         ("export WATCHDOG_PID=1; exec \"$0\" \"$@\"", false),
         ("unset WATCHDOG_USEC; exec \"$0\" \"$@\"", false),
     ] {
-        let command = manager.command(&domain, "run node.toml --cycles 40");
+        let command = manager.command(&domain, "run node.toml --cycles 200");
         let mut shell = Command::new("sh");
         shell.args(["-c", script]).arg(command.get_program()).args(command.get_args());
         shell.current_dir(domain.path("")).env("WATCHDOG_USEC", WATCHDOG_US);

@@ -199,10 +199,12 @@ fn a_value_that_cannot_be_set_is_refused_with_the_way_out_and_nothing_is_written
         let error = node.set([("wanted", value)]).unwrap_err().to_string();
         assert!(error.contains("is no INT") && error.contains("-32768 to 32767"), "{error}");
     }
-    for _ in 0..5 {
-        thread::sleep(POLL_INTERVAL);
+    let mut polls = 0;
+    poll_until(&mut node, |node| {
         assert!(node.poll().applied().is_empty());
-    }
+        polls += 1;
+        polls > 5 && node.value("wanted").is_some()
+    });
     assert_eq!(node.value("wanted"), Some(0.0));
 }
 

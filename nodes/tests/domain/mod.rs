@@ -271,11 +271,15 @@ impl Process {
 
     /// Waits for the end.
     pub(crate) fn finish(mut self) -> Ended {
-        let Some(status) = self.child.wait_within(PATIENCE).unwrap() else {
-            let (stdout, stderr) = (self.stdout.get(), self.stderr.get());
-            panic!("the process does not end\n{stdout}\n{stderr}");
-        };
-        Ended { status, stdout: self.stdout.finish(), stderr: self.stderr.finish() }
+        self.ended_within(PATIENCE).unwrap_or_else(|| {
+            panic!("the process does not end\n{}\n{}", self.stdout.get(), self.stderr.get())
+        })
+    }
+
+    /// Waits for the end, so long.
+    pub(crate) fn ended_within(&mut self, time: Duration) -> Option<Ended> {
+        let status = self.child.wait_within(time).unwrap()?;
+        Some(Ended { status, stdout: self.stdout.finish(), stderr: self.stderr.finish() })
     }
 }
 
