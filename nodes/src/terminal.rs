@@ -46,7 +46,12 @@ impl Write for Notes {
                 held.extend_from_slice(bytes.get(..room).unwrap_or(bytes));
                 Ok(bytes.len())
             }
-            None => io::stderr().write(bytes),
+            // tracing reports a log that it cannot write with eprintln!, which panics where stderr is a
+            // pipe without a reader. A log that nobody reads any more must not end a plant.
+            None => {
+                let _ = io::stderr().write_all(bytes);
+                Ok(bytes.len())
+            }
         }
     }
 

@@ -2,9 +2,13 @@
 
 mod domain;
 
+use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::time::Duration;
 
 use domain::Domain;
+use isochrone_processes::Child;
 use rustix::process::Signal;
 use serde_json::Value;
 
@@ -75,6 +79,34 @@ fn sigint_and_sigterm_end_every_verb_with_its_summary() {
         }
         assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
     }
+}
+
+#[test]
+fn a_node_whose_log_nobody_reads_any_more_goes_on_and_reports() {
+    let domain = domain();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
+    command.args(["run", "node.toml", "--report", "node.json", "--iceoryx2-config"]);
+    command.arg(domain.config_file()).current_dir(domain.folder());
+    let (reader, writer) = std::io::pipe().unwrap();
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(writer);
+    let mut node = Child::start("node", &mut command).unwrap();
+    drop(command);
+    let mut log = BufReader::new(reader).lines();
+    while !log.next().unwrap().unwrap().contains("is running") {}
+    drop(log);
+    let mut observer = domain.start("subscribe clock/fast");
+    observer.wait_for("x=");
+    // The node logs its input's first sample.
+    let mut publisher = domain.start("publish clock/in --value 7");
+    publisher.wait_for("publishing");
+    observer.wait_for("x=7.0");
+    publisher.stop().expect_code(0);
+    node.signal(Signal::TERM);
+    let ended = node.wait_within(Duration::from_secs(60)).unwrap().expect("the node does not end");
+    assert_eq!(ended.code(), Some(0));
+    observer.stop().expect_code(0);
+    assert!(domain.json("node.json")["tasks"][0]["cycles"].as_u64() > Some(0));
+    assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
 }
 
 #[test]
