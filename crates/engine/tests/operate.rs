@@ -556,7 +556,7 @@ fn a_set_is_taken_back_whole_and_only_while_nothing_else_has_changed_it() {
     let undo = |hand: &Hand, number| hand.operator.undo(number, Request::default(), &hand.next);
     let first = hand.set([("free.value", 1.0.into()), ("free.setChangeRate", 2.0.into())]);
     assert!(
-        matches!(refusals(undo(&hand, first))[..], [Refusal::UnknownTransaction { .. }]),
+        matches!(refusals(undo(&hand, first))[..], [Refusal::Waiting { .. }]),
         "it is on its way"
     );
     hand.step(1);
@@ -580,6 +580,78 @@ fn a_set_is_taken_back_whole_and_only_while_nothing_else_has_changed_it() {
     assert_eq!(undo(&hand, 99).unwrap_err().kind(), RefusalKind::UnknownName);
     let last = hand.entries().pop().unwrap();
     assert_eq!(last.action, Action::Undo { of: first });
+}
+
+#[test]
+fn a_set_of_which_the_journal_has_dropped_a_part_is_not_taken_back_by_half() {
+    let mut hand = Hand::new(NODE);
+    let both = hand.set([("ramp.0.setChangeRate", 1.0.into()), ("free.value", 1.0.into())]);
+    hand.step(0);
+    hand.step(1);
+    for other in 0..9_999 {
+        hand.set([("scale.x1", f64::from(other).into())]);
+        hand.step(0);
+    }
+    let known = |entry: &Entry| entry.transaction == both;
+    assert_eq!(hand.operator.journal(0).filter(known).count(), 1, "one part is dropped");
+    let refused = refusals(hand.operator.undo(both, Request::default(), &hand.next));
+    assert_eq!(refused, [Refusal::UnknownTransaction { transaction: both }]);
+}
+
+#[test]
+fn a_refused_undo_gives_the_reason_that_is_true() {
+    let mut hand = Hand::new(NODE);
+    let undo = |hand: &Hand, number| hand.operator.undo(number, Request::default(), &hand.next);
+    let first = hand.set([("free.value", 1.0.into()), ("free.setChangeRate", 2.0.into())]);
+    hand.step(1);
+    let at = Request { at: Some(3), ..Request::default() };
+    let prepared = hand.operator.set([("free.value", 3.0.into())], at, &hand.next);
+    let later = hand.send(prepared);
+    let name = "free.value".to_owned();
+    assert_eq!(refusals(undo(&hand, first)), [Refusal::Moving { name, by: later }]);
+    assert_eq!(refusals(undo(&hand, later)), [Refusal::Waiting { transaction: later }]);
+    (1..4).for_each(|_| hand.step(1));
+    let prepared = undo(&hand, later);
+    let of_later = hand.send(prepared);
+    hand.step(1);
+    let taken_back = format!("transaction {later} is already undone, by transaction {of_later}");
+    let refused = refusals(undo(&hand, later));
+    assert_eq!(refused, [Refusal::TakenBack { transaction: later, by: of_later }]);
+    assert_eq!(refused[0].to_string(), taken_back);
+    let prepared = undo(&hand, of_later);
+    hand.send(prepared);
+    hand.step(1);
+    assert!(undo(&hand, later).is_ok(), "its undo was undone");
+    let force = hand.force([("free.value", 1.0.into())], Hold::UntilReleased);
+    hand.step(1);
+    let refused = refusals(undo(&hand, force));
+    assert_eq!(refused, [Refusal::NoSet { transaction: force, action: "force" }]);
+}
+
+#[test]
+fn what_waits_for_its_cycle_is_told_until_it_has_come() {
+    let mut hand = Hand::new(NODE);
+    let request = Request { at: Some(2), comment: Some("later".into()), ..Request::default() };
+    let values = [("free.value", 3.0.into()), ("free.setChangeRate", 2.0.into())];
+    let prepared = hand.operator.set(values, request.clone(), &hand.next);
+    let set = hand.send(prepared);
+    let hold = Hold::Seconds(2.0);
+    let prepared = hand.operator.force([("free.value", 9.0.into())], hold, request, &hand.next);
+    let force = hand.send(prepared);
+    let told = |hand: &Hand| -> Vec<_> {
+        let pending = hand.operator.pending();
+        pending.map(|one| (one.transaction, one.action, one.task, one.cycle, one.names)).collect()
+    };
+    let name = |name: &str| name.to_owned();
+    assert_eq!(
+        told(&hand),
+        [
+            (set, "set", 1, 2, vec![name("free.setChangeRate"), name("free.value")]),
+            (force, "force", 1, 2, vec![name("free.value")]),
+        ]
+    );
+    (0..3).for_each(|_| hand.step(1));
+    assert_eq!(told(&hand), []);
 }
 
 #[test]

@@ -250,6 +250,33 @@ fn what_a_change_has_overtaken_cannot_be_taken_back_and_the_rest_can() {
 }
 
 #[test]
+fn a_value_that_a_change_has_put_out_of_bounds_does_not_come_back_by_an_undo() {
+    let mut hand = Hand::new(NODE);
+    hand.set("ramp.0.setChangeRate", 40.0);
+    hand.steps(1);
+    let second = hand.set("ramp.0.setChangeRate", 10.0);
+    hand.steps(1);
+    hand.change(&NODE.replace("[0.0, 50.0]", "[0.0, 20.0]"));
+    hand.steps(1);
+    let undo = hand.operator.undo(second, Request::default(), &hand.next);
+    let refused = undo.unwrap_err();
+    assert_eq!(refused.kind(), RefusalKind::WrongValue);
+    assert!(refused.to_string().contains("40.0 is outside of the limits"), "{refused}");
+}
+
+#[test]
+fn a_change_of_the_configuration_cannot_be_undone_and_that_is_the_reason_given() {
+    let mut hand = Hand::new(NODE);
+    hand.change(&NODE.replace("count = 3", "count = 4"));
+    hand.steps(1);
+    let refused = hand.operator.undo(1, Request::default(), &hand.next).unwrap_err();
+    assert!(
+        matches!(refused.findings()[..], [Refusal::NoSet { transaction: 1, action: "apply" }]),
+        "{refused}"
+    );
+}
+
+#[test]
 fn a_force_goes_on_with_its_end_and_its_flag() {
     let mut hand = Hand::new(NODE);
     let values = [("ramp.0.value", 2.0.into())];

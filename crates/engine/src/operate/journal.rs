@@ -1,6 +1,6 @@
 //! What operators did, in the order in which it happened.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use isochrone_blocks::PinType;
@@ -127,6 +127,8 @@ pub(super) struct Record {
     pub(super) cycle: u64,
     pub(super) unix_ns: u64,
     pub(super) action: Action,
+    /// How many entries of its transaction change parameters, this one among them.
+    pub(super) parts: usize,
     pub(super) changes: Box<[Changed]>,
     pub(super) client: Client,
     pub(super) comment: Option<Arc<str>>,
@@ -203,5 +205,25 @@ impl Journal {
             record.transaction == transaction
                 && matches!(record.action, Action::Set | Action::Undo { .. })
         })
+    }
+
+    /// What a transaction did that is known.
+    pub(super) fn action_of(&self, transaction: u64) -> Option<Action> {
+        let record = self.records.iter().find(|record| record.transaction == transaction);
+        record.map(|record| record.action)
+    }
+
+    /// The transaction that has taken another one back, and was not taken back itself.
+    pub(super) fn taken_back_by(&self, transaction: u64) -> Option<u64> {
+        let mut undone = BTreeMap::new();
+        // An undo is younger than what it takes back.
+        for record in self.records.iter().rev() {
+            if let Action::Undo { of } = record.action
+                && !undone.contains_key(&record.transaction)
+            {
+                undone.entry(of).or_insert(record.transaction);
+            }
+        }
+        undone.get(&transaction).copied()
     }
 }

@@ -61,8 +61,8 @@ pub(crate) use forces::{Force, Forces};
 pub use inbox::Inbox;
 pub use journal::{Action, Change, Client, Entry};
 pub use operator::{
-    ChangeSummary, Done, Draft, Feeds, Forced, Hold, Operator, Prepared, PreparedChange, Reading,
-    Request,
+    ChangeSummary, Done, Draft, Feeds, Forced, Hold, Operator, Pending, Prepared, PreparedChange,
+    Reading, Request,
 };
 pub(crate) use order::Work;
 pub use order::{Order, OrderState};

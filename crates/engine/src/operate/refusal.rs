@@ -168,7 +168,7 @@ pub enum Refusal {
         transaction: u64,
     },
     /// A request has not come to its cycle, and the configuration cannot be changed before it has.
-    #[error("transaction {transaction} has not been applied yet")]
+    #[error("transaction {transaction} is still to come")]
     Waiting {
         /// Its number.
         transaction: u64,
@@ -186,6 +186,30 @@ pub enum Refusal {
     UnknownTransaction {
         /// Its number.
         transaction: u64,
+    },
+    /// The transaction did something else than to set values.
+    #[error("transaction {transaction} is {}, which cannot be undone", deed(.action))]
+    NoSet {
+        /// Its number.
+        transaction: u64,
+        /// What it did, as journals say: `force`, `release`, `apply`.
+        action: &'static str,
+    },
+    /// The transaction was undone.
+    #[error("transaction {transaction} is already undone, by transaction {by}")]
+    TakenBack {
+        /// Its number.
+        transaction: u64,
+        /// The undo.
+        by: u64,
+    },
+    /// A value is about to be changed.
+    #[error("transaction {by} is about to change \"{name}\"")]
+    Moving {
+        /// The name.
+        name: String,
+        /// The transaction, which has not been applied yet.
+        by: u64,
     },
     /// A value was changed since the transaction, so that taking it back would undo that, too.
     #[error("\"{name}\" was changed since transaction {transaction}")]
@@ -244,7 +268,8 @@ impl Refusal {
             | Self::Fed { .. }
             | Self::Quality { .. }
             | Self::Age { .. }
-            | Self::NotForced { .. } => RefusalKind::NotWritable,
+            | Self::NotForced { .. }
+            | Self::NoSet { .. } => RefusalKind::NotWritable,
             Self::Value { .. }
             | Self::Limits { .. }
             | Self::Twice { .. }
@@ -260,7 +285,10 @@ impl Refusal {
             Self::Protected { .. } | Self::Control { .. } | Self::Journal { .. } => {
                 RefusalKind::Forbidden
             }
-            Self::Conflict { .. } | Self::Gone { .. } => RefusalKind::Conflict,
+            Self::Conflict { .. }
+            | Self::Gone { .. }
+            | Self::TakenBack { .. }
+            | Self::Moving { .. } => RefusalKind::Conflict,
         }
     }
 
@@ -281,6 +309,7 @@ impl Refusal {
             | Self::Fixed { name, .. }
             | Self::ForcedGone { name }
             | Self::Gone { name, .. }
+            | Self::Moving { name, .. }
             | Self::Conflict { name, .. } => name,
             Self::Control { .. }
             | Self::Journal { .. }
@@ -291,6 +320,8 @@ impl Refusal {
             | Self::NotRepeated { .. }
             | Self::Changing { .. }
             | Self::Waiting { .. }
+            | Self::NoSet { .. }
+            | Self::TakenBack { .. }
             | Self::UnknownTransaction { .. } => "",
         }
     }
@@ -341,9 +372,22 @@ impl Refusal {
             Self::Waiting { .. } => "ask again when it has".into(),
             Self::Gone { .. } => "set what took its place".into(),
             Self::UnknownTransaction { .. } => "the journal lists those that can be undone".into(),
+            Self::NoSet { action, .. } => match *action {
+                "apply" => "apply the configuration from before it to go back",
+                "force" => "release what it forces",
+                _ => "force it again",
+            }
+            .into(),
+            Self::TakenBack { by, .. } => format!("undo {by} to have its values again"),
+            Self::Moving { by, .. } => format!("undo {by} first, once it has been applied"),
             Self::Conflict { .. } => "undo what changed it first, or set it".into(),
         }
     }
+}
+
+fn deed(action: &str) -> String {
+    let article = if action.starts_with(['a', 'e']) { "an" } else { "a" };
+    format!("{article} {action}")
 }
 
 fn fed_by(service: Option<&str>) -> String {

@@ -192,8 +192,9 @@ impl Operator {
         }
         next.number = number;
         let Request { client, comment, .. } = request;
-        let (kind, tasks, writes) = (Kind::Change, replacements.len(), Default::default());
-        self.sent.insert(number, Sent { kind, client, comment, tasks, writes });
+        let (kind, tasks, parts) = (Kind::Change, replacements.len(), replacements.len());
+        let writes = Default::default();
+        self.sent.insert(number, Sent { kind, client, comment, at: None, tasks, parts, writes });
         self.next_plan = Some(next);
         Ok((number, replacements))
     }
@@ -218,6 +219,7 @@ impl Operator {
             cycle: cycle.unwrap_or_default(),
             unix_ns,
             action: Action::Apply,
+            parts: 1,
             changes: carry.stores.iter().map(changed).collect(),
             client,
             comment,

@@ -2,7 +2,9 @@
 
 mod change;
 mod check;
+mod pending;
 mod requests;
+mod undo;
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
@@ -21,6 +23,7 @@ use crate::plan::Plan;
 use change::Next;
 pub(in crate::operate) use change::carry;
 pub use change::{ChangeSummary, Draft, PreparedChange};
+pub use pending::Pending;
 
 /// Who gives the inputs their values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -87,9 +90,21 @@ struct Sent {
     kind: Kind,
     client: Client,
     comment: Option<Arc<str>>,
+    /// The cycle that it waits for, where it names one.
+    at: Option<u64>,
     tasks: usize,
+    /// For how many tasks it writes parameters.
+    parts: usize,
     /// The parameters that it writes: task and slot.
     writes: HashSet<(usize, u32)>,
+}
+
+/// What is known of an order that has come back by the transaction that it is of.
+struct Settled {
+    kind: Kind,
+    parts: usize,
+    client: Client,
+    comment: Option<Arc<str>>,
 }
 
 /// A force that is in place, or on its way.
@@ -256,8 +271,9 @@ impl Operator {
             Kind::Read => false,
         };
         self.writes += u64::from(is_write);
-        let Request { client, comment, .. } = request;
-        let sent = Sent { kind, client, comment, tasks: orders.len(), writes };
+        let parts = writes.iter().map(|(task, _)| task).collect::<HashSet<_>>().len();
+        let Request { client, comment, at } = request;
+        let sent = Sent { kind, client, comment, at, tasks: orders.len(), parts, writes };
         if sent.tasks > 0 {
             self.sent.insert(number, sent);
         }
@@ -285,7 +301,7 @@ impl Operator {
     /// Takes an order back. `unix_ns` is now, in ns of UTC since 1970.
     pub fn done(&mut self, task: usize, order: Box<Order>, unix_ns: u64) -> Done {
         let number = order.number;
-        let (kind, client, comment) = self.settle(task, &order);
+        let Settled { kind, parts, client, comment } = self.settle(task, &order);
         let OrderState::Applied { cycle } = order.state else {
             if let Work::Force { stores, .. } = &order.work {
                 self.forget(task, stores.iter().map(|store| store.slot), number);
@@ -333,6 +349,7 @@ impl Operator {
             cycle,
             unix_ns,
             action,
+            parts,
             changes,
             client,
             comment,
@@ -353,6 +370,7 @@ impl Operator {
         let client = forced.map_or(Client::Program, |forced| forced.client);
         let changes = [released(&ended)].into();
         let (sequence, action, comment, configuration) = (0, Action::Expiry, None, None);
+        let parts = 1;
         let record = Record {
             sequence,
             transaction,
@@ -360,6 +378,7 @@ impl Operator {
             cycle,
             unix_ns,
             action,
+            parts,
             changes,
             client,
             comment,
@@ -460,9 +479,9 @@ impl Operator {
     }
 
     /// Notes that one of a transaction's orders has come back.
-    fn settle(&mut self, task: usize, order: &Order) -> (Kind, Client, Option<Arc<str>>) {
+    fn settle(&mut self, task: usize, order: &Order) -> Settled {
         let Some(sent) = self.sent.get_mut(&order.number) else {
-            return (Kind::Read, Client::Program, None);
+            return Settled { kind: Kind::Read, parts: 1, client: Client::Program, comment: None };
         };
         match &order.work {
             Work::Set { stores, .. } => {
@@ -478,7 +497,9 @@ impl Operator {
             Work::Release { .. } | Work::Read(_) => {}
         }
         sent.tasks -= 1;
-        let settled = (sent.kind, sent.client.clone(), sent.comment.clone());
+        let Sent { kind, parts, .. } = *sent;
+        let (client, comment) = (sent.client.clone(), sent.comment.clone());
+        let settled = Settled { kind, parts, client, comment };
         if sent.tasks == 0 {
             self.sent.remove(&order.number);
         }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet, HashMap};
 use super::check::Check;
 use super::{Feeds, Forced, Hold, Kind, Operator, Prepared, Request};
 use crate::operate::forces::MAX_FORCES;
-use crate::operate::journal::{Client, Place};
+use crate::operate::journal::Client;
 use crate::operate::order::{Asked, Order, Work};
 use crate::operate::permissions::Intent;
 use crate::operate::refusal::{AtRefusal, Refusal, Refusals};
@@ -170,61 +170,6 @@ impl Operator {
         Ok(prepared(slots.into_iter().map(work).collect(), request, Kind::Release, Vec::new()))
     }
 
-    /// Prepares to take back what a transaction set. `next` as with [`set`](Self::set).
-    ///
-    /// # Errors
-    /// It is not known, or a parameter was changed since, or is being changed.
-    pub fn undo(
-        &self,
-        transaction: u64,
-        request: Request,
-        next: &[u64],
-    ) -> Result<Prepared, Refusals> {
-        let mut check = Check::new(&self.signals);
-        check.is_empty = false;
-        check.note(self.permissions.check(Intent::Set));
-        self.check_settled(&mut check);
-        let mut stores: BTreeMap<usize, Vec<Store>> = BTreeMap::new();
-        let mut is_known = false;
-        for record in self.journal.changes_of(transaction) {
-            is_known = true;
-            for changed in &record.changes {
-                let slot = match &changed.place {
-                    Place::Slot(slot) => *slot,
-                    Place::Gone(signal) => {
-                        let name = signal.0.clone();
-                        check.findings.push(Refusal::Gone { name, transaction });
-                        continue;
-                    }
-                };
-                let key = (record.task, slot);
-                let held = self.values.get(&key);
-                let is_current = held.is_some_and(|held| held.version == changed.versions.1);
-                let is_moving = self.sent.values().any(|sent| sent.writes.contains(&key));
-                let Some(signal) = self.signal_at(record.task, slot) else { continue };
-                if !is_current || is_moving {
-                    let name = signal.name;
-                    check.findings.push(Refusal::Conflict { name, transaction });
-                    continue;
-                }
-                check.note(self.permissions.check_name(&signal));
-                let stores = stores.entry(record.task).or_default();
-                stores.push(Store::new(slot as usize, changed.before));
-            }
-        }
-        // One whose orders have not all come back cannot be taken back whole.
-        if !is_known || self.sent.contains_key(&transaction) {
-            check.findings.push(Refusal::UnknownTransaction { transaction });
-        }
-        self.check_at(&mut check, &request, stores.keys().copied(), next);
-        check.end()?;
-        let warnings = self.warn(&stores);
-        let work =
-            |(task, stores)| (task, Work::Set { feeds: [].into(), stores: sorted(Some(stores)) });
-        let orders = stores.into_iter().map(work).collect();
-        Ok(prepared(orders, request, Kind::Undo { of: transaction }, warnings))
-    }
-
     /// Prepares to read signals; names may be patterns. Those from `offset` on are read, at most
     /// `limit`; returns how many there are, too.
     ///
@@ -299,7 +244,7 @@ impl Operator {
         }
     }
 
-    fn check_at(
+    pub(super) fn check_at(
         &self,
         check: &mut Check<'_>,
         request: &Request,
@@ -330,7 +275,7 @@ impl Operator {
     }
 
     /// What blocks will report with new values at their pins.
-    fn warn(&self, stores: &BTreeMap<usize, Vec<Store>>) -> Vec<Warning> {
+    pub(super) fn warn(&self, stores: &BTreeMap<usize, Vec<Store>>) -> Vec<Warning> {
         let mut warnings = Vec::new();
         for (task, stores) in stores {
             let new: HashMap<u32, f64> = stores.iter().map(|s| (s.slot, s.value)).collect();
@@ -345,7 +290,7 @@ impl Operator {
     }
 }
 
-fn prepared(
+pub(super) fn prepared(
     work: Vec<(usize, Work)>,
     request: Request,
     kind: Kind,
@@ -356,7 +301,7 @@ fn prepared(
     Prepared { orders, request, kind, warnings, read_from: Vec::new() }
 }
 
-fn sorted(stores: Option<Vec<Store>>) -> Box<[Store]> {
+pub(super) fn sorted(stores: Option<Vec<Store>>) -> Box<[Store]> {
     let mut stores = stores.unwrap_or_default();
     stores.sort_unstable_by_key(|store| store.slot);
     stores.into()
