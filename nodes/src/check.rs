@@ -133,7 +133,10 @@ fn section(text: &mut String, title: &str, rows: usize, table: &Table) {
 fn schedule(task: &TaskPlan) -> String {
     let schedule = &task.schedule;
     let mut words = vec![format!("every {}", format_duration_ns(schedule.period_ns))];
-    if schedule.phase_ns > 0 {
+    if let Some(reason) = task.phase_choice.reason() {
+        let phase = format_duration_ns(schedule.phase_ns);
+        words.push(format!("phase {phase} (auto: {reason}; run keeps clear of what runs)"));
+    } else if schedule.phase_ns > 0 {
         words.push(format!("phase {}", format_duration_ns(schedule.phase_ns)));
     }
     words.extend(task.ob.map(|ob| format!("OB {ob}")));
@@ -236,6 +239,7 @@ fn document(plan: &Plan) -> Value {
             "name": task.name,
             "period_ns": schedule.period_ns,
             "phase_ns": schedule.phase_ns,
+            "phase_reason": task.phase_choice.reason(),
             "ob": task.ob,
             "priority": task.priority,
             "cpu": task.cpu,

@@ -1,5 +1,6 @@
 //! `run`: the control node.
 
+mod beside;
 mod ending;
 mod report;
 
@@ -66,7 +67,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
-    let plan = configuration::plan_strictly(&args.file, args.strict, catalogue)?;
+    let mut plan = configuration::plan_strictly(&args.file, args.strict, catalogue)?;
     require_services(&plan)?;
     configuration::note_warnings(&plan);
     configuration::note_max_age(&plan);
@@ -85,10 +86,10 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     }
     throttling::refuse(&plan, &report.environment)?;
     let name = format!("isochrone/{}", plan.node);
-    let participant = Participant::join(&name, args.domain.find()?);
-    let prepared = Node::prepare(&plan, participant.map_err(Failure::found)?)
-        .map_err(Failure::found)?
-        .with_cycles(args.cycles);
+    let participant = Participant::join(&name, args.domain.find()?).map_err(Failure::found)?;
+    report.warnings.extend(beside::settle(&mut plan, &participant)?);
+    let prepared =
+        Node::prepare(&plan, participant).map_err(Failure::found)?.with_cycles(args.cycles);
     report.warnings.extend(prepared.refusals().map(warning));
     if args.strict && !report.warnings.is_empty() {
         let refusals: Vec<String> = report.warnings.iter().map(sentence).collect();

@@ -66,6 +66,34 @@ pub struct Limit {
     pub range: Option<Spanned<(f64, f64)>>,
 }
 
+/// Who chooses the phase of a task.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum PhaseChoice {
+    /// The configuration gives it, or leaves it at 0.
+    #[default]
+    Given,
+    /// `phase = "auto"`: whoever runs the plan, and why it is as it is.
+    Automatic {
+        /// For people: `between the kernel's ticks`.
+        reason: String,
+    },
+}
+
+impl PhaseChoice {
+    /// What a plan chooses, which knows of nothing else that runs.
+    pub(crate) fn between_ticks() -> Self {
+        Self::Automatic { reason: "between the kernel's ticks".into() }
+    }
+
+    /// Why an automatic phase is as it is.
+    pub fn reason(&self) -> Option<&str> {
+        match self {
+            Self::Given => None,
+            Self::Automatic { reason } => Some(reason),
+        }
+    }
+}
+
 /// A cyclic task.
 #[derive(Debug)]
 pub struct Task {
@@ -77,6 +105,8 @@ pub struct Task {
     pub ob: Option<Spanned<i16>>,
     /// Offset of the releases on the common grid.
     pub phase_ns: Option<Spanned<u64>>,
+    /// Who chose it.
+    pub phase_choice: PhaseChoice,
     /// SCHED_FIFO priority.
     pub priority: Option<u8>,
     /// CPU to pin to.

@@ -7,7 +7,7 @@ use isochrone_ipc::{OpenError, Participant, Service};
 use crate::control::{Client, DescribeParams, Placement, TaskDescription, running_nodes};
 
 /// How long a node is waited for that does not answer.
-const PATIENCE: Duration = Duration::from_millis(500);
+const PATIENCE: Duration = Duration::from_secs(2);
 
 /// A task of another node.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -35,7 +35,7 @@ impl Neighbours {
     /// Asks all nodes of a participant's domain, except the one of this name. Nodes of other domains are
     /// not found.
     ///
-    /// Touches many files, waits for the domain's lock and up to half a second for each node that does not
+    /// Touches many files, waits for the domain's lock and up to two seconds for each node that does not
     /// answer; never call it in a cycle.
     ///
     /// # Errors
@@ -84,6 +84,7 @@ mod tests {
             first_release_ns: 500_000,
             longest_watch_ns: 200_000,
             response_ns: None,
+            phase_reason: None,
         };
         let with = TaskDescription { placement: Some(placement.clone()), ..without.clone() };
         let mut neighbours = Neighbours::default();

@@ -25,7 +25,7 @@ use crate::threads::Threads;
 /// From the end of the set-up to the first release.
 const START_DELAY_NS: u64 = 20_000_000;
 /// Ticks of 100, 250 and 1000 Hz fall on multiples of this.
-const EPOCH_GRID_NS: u64 = 20_000_000;
+pub(crate) const EPOCH_GRID_NS: u64 = 20_000_000;
 
 /// An instant, 20 ms and a little from now, at which a grid may begin, in ns of `CLOCK_MONOTONIC`. The
 /// kernel's ticks come at whole milliseconds of the clock; a release that meets one is late by what the

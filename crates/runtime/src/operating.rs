@@ -7,6 +7,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
 use isochrone_cyclic::{Schedule, ThreadGrant};
+use isochrone_engine::config::PhaseChoice;
 use isochrone_engine::operate::{Action, Done, Entry, Operator, Prepared, Reading, Warning};
 use isochrone_engine::{OwnedRules, Plan, Source};
 use isochrone_timing::CycleRecord;
@@ -80,6 +81,7 @@ pub(crate) struct Operating {
 pub(crate) struct Lane {
     pub(crate) name: String,
     pub(crate) schedule: Schedule,
+    pub(crate) phase_choice: PhaseChoice,
     pub(crate) orders: orders::Sender,
     pub(crate) faults: Faults,
     /// To the log.
@@ -172,6 +174,7 @@ impl Operating {
             first_release_ns: lane.first_ns(self.epoch_ns),
             longest_watch_ns: lane.schedule.longest_watch_ns(),
             response_ns: lane.responses.median_ns(),
+            phase_reason: lane.phase_choice.reason().map(str::to_owned),
         })
     }
 

@@ -86,6 +86,7 @@ impl Threads {
         let lane = Lane {
             name: name.clone(),
             schedule: task.schedule,
+            phase_choice: task.phase_choice.clone(),
             orders: sender,
             faults: Faults::new(log.words()),
             words,

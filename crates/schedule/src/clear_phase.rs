@@ -128,9 +128,12 @@ fn widest_gap(taken: &[Taken]) -> Option<(u64, u64)> {
         free_from_ns = free_from_ns.max(stop_ns);
     }
     let (phase_ns, clear_ns) = widest?;
-    let off_ns = phase_ns % ROUND_NS;
-    let has_room = clear_ns >= 10 * ROUND_NS;
-    Some(if has_room { (phase_ns - off_ns, clear_ns - off_ns) } else { (phase_ns, clear_ns) })
+    if clear_ns < 10 * ROUND_NS {
+        return Some((phase_ns, clear_ns));
+    }
+    let round_ns = (phase_ns + ROUND_NS / 2) / ROUND_NS * ROUND_NS;
+    let clear_ns = clear_ns - phase_ns.abs_diff(round_ns);
+    Some((round_ns % repeat_ns.unwrap_or(u64::MAX), clear_ns))
 }
 
 fn least_common_multiple(a: u64, b: u64) -> Option<u64> {

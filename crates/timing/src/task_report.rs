@@ -15,6 +15,12 @@ pub struct TaskReport {
     pub name: String,
     /// Period of the task, in ns.
     pub period_ns: u64,
+    /// Offset of its releases on the grid of its node, in ns.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub phase_ns: Option<u64>,
+    /// Why it has this phase, if `phase = "auto"` chose it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub phase_reason: Option<String>,
     /// How the task waited: `sleep`, `hybrid` or `spin`.
     pub wake: String,
     /// How long before a release a hybrid wait woke up, at the end of the run, in ns; `null` for

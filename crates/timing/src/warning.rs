@@ -116,6 +116,9 @@ codes! {
     /// A block panicked, and the node ended with it.
     Panicked = "panicked",
         "fix the block that the message names; what was measured ends with the panic";
+    /// Tasks share a CPU and need it at the same time.
+    SharedCpu = "shared_cpu",
+        "write phase = \"auto\" in its [[task]], which keeps clear of what runs, or give it another cpu";
     /// The program is a debug build.
     DebugBuild = "debug_build",
         "run a release build: cargo run --release, or cargo install";

@@ -3,8 +3,10 @@
 use isochrone_engine::escaped;
 use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::Stop;
-use isochrone_runtime::control::{DescribeResult, RunningNode, running_nodes};
-use isochrone_timing::units::counted;
+use isochrone_runtime::control::{DescribeResult, RunningNode, TaskDescription, running_nodes};
+use isochrone_runtime::{Neighbour, Neighbours, SharedCpu};
+use isochrone_timing::WarningCode;
+use isochrone_timing::units::{counted, period};
 use serde_json::{Value, json};
 
 use super::{Rate, rate};
@@ -53,6 +55,7 @@ pub(super) fn text(nodes: &[ControlNode]) -> String {
             table.row([
                 &*escaped(&task.name),
                 &rate(Rate::Announced { period_ns: task.period_ns }),
+                &placed(task),
                 &format!("cycle {}", task.cycle),
                 &format!("{} missed", task.missed),
                 &if task.forces > 0 { format!("{} forced", task.forces) } else { String::new() },
@@ -61,6 +64,52 @@ pub(super) fn text(nodes: &[ControlNode]) -> String {
         text += &table.draw(4);
     }
     text + "\n"
+}
+
+/// Where a task is: its phase and CPU, as far as the node tells.
+fn placed(task: &TaskDescription) -> String {
+    let phase = format!("phase {}", period(task.phase_ns));
+    match task.placement.as_ref().and_then(|placement| placement.cpu) {
+        Some(cpu) => format!("{phase}, CPU {cpu}"),
+        None => phase,
+    }
+}
+
+/// The tasks that share a CPU and need it at the same time.
+pub(super) fn meetings(nodes: &[ControlNode]) -> Vec<SharedCpu> {
+    let mut neighbours = Neighbours::default();
+    for ControlNode { node, description } in nodes {
+        neighbours.add(&node.name, description.as_ref().map_or(&[], |known| &known.tasks));
+    }
+    SharedCpu::of_running(&neighbours.tasks)
+}
+
+pub(super) fn meetings_text(meetings: &[SharedCpu]) -> String {
+    if meetings.is_empty() {
+        return String::new();
+    }
+    let lines: String = meetings.iter().map(|meeting| format!("  {meeting}\n")).collect();
+    format!(
+        "{} on one CPU\n{lines}  remedy: {}\n\n",
+        counted(meetings.len(), "meeting"),
+        WarningCode::SharedCpu.remedy()
+    )
+}
+
+pub(super) fn meetings_document(meetings: &[SharedCpu]) -> Value {
+    let task = |task: &Neighbour| json!({"node": task.node, "task": task.task});
+    let one = |SharedCpu { cpu, first, second, meeting }: &SharedCpu| {
+        json!({
+            "cpu": cpu,
+            "first": task(first),
+            "second": task(second),
+            "met": meeting.met,
+            "of": meeting.of,
+            "apart_ns": meeting.apart_ns,
+            "overlap_ns": meeting.overlap_ns,
+        })
+    };
+    meetings.iter().map(one).collect()
 }
 
 pub(super) fn document(nodes: &[ControlNode]) -> Value {

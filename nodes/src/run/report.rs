@@ -21,6 +21,8 @@ fn task_report(plan: &TaskPlan, task: &TaskOutcome) -> TaskReport {
     let usage = task.costs.map(|costs| costs.usage);
     let allocations = task.costs.and_then(|costs| costs.allocations);
     TaskReport {
+        phase_ns: Some(plan.schedule.phase_ns),
+        phase_reason: plan.phase_choice.reason().map(str::to_owned),
         wake: plan.schedule.wake.as_str().into(),
         scheduler: task.grant.scheduler.clone(),
         cpu: task.grant.cpu,

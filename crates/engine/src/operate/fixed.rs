@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::config::Control;
+use crate::config::{Control, PhaseChoice};
 use crate::plan::{InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan};
 use crate::{format_duration_ns, printable::escaped};
 
@@ -29,6 +29,7 @@ struct Named<T> {
 #[derive(Debug)]
 struct TaskPart {
     schedule: isochrone_schedule::Schedule,
+    phase_choice: PhaseChoice,
     ob: Option<i16>,
     priority: Option<u8>,
     cpu: Option<u32>,
@@ -82,7 +83,9 @@ impl Fixed {
 
 fn task(task: &TaskPlan) -> Named<TaskPart> {
     let TaskPlan { schedule, ob, priority, cpu, .. } = *task;
-    Named { name: task.name.clone(), part: TaskPart { schedule, ob, priority, cpu } }
+    let phase_choice = task.phase_choice.clone();
+    let part = TaskPart { schedule, phase_choice, ob, priority, cpu };
+    Named { name: task.name.clone(), part }
 }
 
 fn output(task: &TaskPlan, output: &OutputPlan) -> Named<OutputPart> {
@@ -126,8 +129,11 @@ fn compare<T>(
 fn task_differences(old: &TaskPart, new: &TaskPart) -> Vec<String> {
     let mut differences = Vec::new();
     let (a, b) = (&old.schedule, &new.schedule);
-    for (what, old, new) in
-        [("period", a.period_ns, b.period_ns), ("phase", a.phase_ns, b.phase_ns)]
+    let is_automatic = |part: &TaskPart| part.phase_choice != PhaseChoice::Given;
+    // What was chosen at the start stays.
+    let stays = is_automatic(old) && is_automatic(new);
+    let phase_ns = if stays { a.phase_ns } else { b.phase_ns };
+    for (what, old, new) in [("period", a.period_ns, b.period_ns), ("phase", a.phase_ns, phase_ns)]
     {
         if old != new {
             let (old, new) = (format_duration_ns(old), format_duration_ns(new));

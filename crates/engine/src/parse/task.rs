@@ -1,11 +1,13 @@
 //! `[[task]]`: when blocks run.
 
+use std::ops::Range;
+
 use isochrone_schedule::{Margin, MissLimit, Overrun, Wake, phase_between_ticks_ns};
 use toml::Spanned;
 
 use super::section::Section;
 use crate::Finding;
-use crate::config::Task;
+use crate::config::{PhaseChoice, Task};
 use crate::finding::Problem;
 use crate::keys::{Key, on_overrun, task as keys};
 
@@ -15,6 +17,7 @@ pub(super) fn task(section: Section<'_>) -> Task {
         name: section.name(&keys::NAME),
         ob: section.integer(&keys::OB),
         phase_ns: phase(&section, period_ns.as_ref()),
+        phase_choice: phase_choice(&section),
         priority: section.integer(&keys::PRIORITY).map(Spanned::into_inner),
         cpu: section.integer(&keys::CPU).map(Spanned::into_inner),
         wake: wake(&section, period_ns.as_ref()),
@@ -26,13 +29,25 @@ pub(super) fn task(section: Section<'_>) -> Task {
     }
 }
 
-/// `phase = "auto"` puts the releases between the kernel's ticks.
+/// Where `phase = "auto"` stands, if it does.
+fn automatic_phase(section: &Section<'_>) -> Option<Range<usize>> {
+    let phase = section.get(&keys::PHASE)?;
+    (phase.get_ref().as_str() == Some("auto")).then(|| phase.span())
+}
+
+fn phase_choice(section: &Section<'_>) -> PhaseChoice {
+    match automatic_phase(section) {
+        Some(_) => PhaseChoice::between_ticks(),
+        None => PhaseChoice::Given,
+    }
+}
+
+/// `phase = "auto"` puts the releases between the kernel's ticks, until the node starts and knows what else
+/// runs.
 fn phase(section: &Section<'_>, period_ns: Option<&Spanned<u64>>) -> Option<Spanned<u64>> {
-    let automatic =
-        section.get(&keys::PHASE).filter(|phase| phase.get_ref().as_str() == Some("auto"));
-    if let Some(automatic) = automatic {
+    if let Some(span) = automatic_phase(section) {
         let phase_ns = phase_between_ticks_ns(*period_ns?.get_ref());
-        return Some(Spanned::new(automatic.span(), phase_ns));
+        return Some(Spanned::new(span, phase_ns));
     }
     let phase = section.duration_ns(&keys::PHASE)?;
     let help = "phase moves the releases within the period";

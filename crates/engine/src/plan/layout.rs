@@ -50,6 +50,7 @@ fn task_plan(task: &config::Task) -> TaskPlan {
             overrun: task.overrun,
             limit: task.on_overrun,
         },
+        phase_choice: task.phase_choice.clone(),
         ob: task.ob.as_ref().map(|ob| *ob.get_ref()),
         priority: task.priority,
         cpu: task.cpu,

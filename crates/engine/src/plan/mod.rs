@@ -20,7 +20,7 @@ use isochrone_schedule::Schedule;
 pub(crate) use names::MAX_INSTANCES;
 pub(crate) use probe::first_error;
 
-use crate::config::{Bad, Binding, Control, OnStale};
+use crate::config::{Bad, Binding, Control, OnStale, PhaseChoice};
 use crate::{Finding, Findings, ReadError, Source, config, parse};
 
 /// What a configuration is checked against beside itself.
@@ -123,6 +123,8 @@ pub struct TaskPlan {
     pub name: String,
     /// When it is due, how it waits, what it does about releases that were missed.
     pub schedule: Schedule,
+    /// Who chose the phase of the schedule.
+    pub phase_choice: PhaseChoice,
     /// OB number, if it has one.
     pub ob: Option<i16>,
     /// SCHED_FIFO priority, 1 to 89; `None`: normal scheduling.

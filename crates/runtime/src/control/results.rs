@@ -90,6 +90,9 @@ pub struct Placement {
     pub longest_watch_ns: u64,
     /// From a release to the end of its cycle, median of the last 63 cycles; `None`: no cycle was seen yet.
     pub response_ns: Option<u64>,
+    /// Why it has its phase, if `phase = "auto"` chose it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub phase_reason: Option<String>,
 }
 
 /// Of `signals`: a page of them.

@@ -1,0 +1,228 @@
+//! Which tasks share a CPU and need it at the same time.
+
+use std::fmt;
+
+use isochrone_cyclic::EPOCH_OFFSET_NS;
+use isochrone_engine::{Plan, TaskPlan};
+use isochrone_schedule::{Meeting, Need};
+use isochrone_timing::units::duration;
+use isochrone_timing::{Warning, WarningCode};
+
+use crate::control::Placement;
+use crate::neighbours::Neighbour;
+use crate::node::EPOCH_GRID_NS;
+
+/// What a task needs after its release is rounded up to a multiple of this, so that the same node on the
+/// same machine gets the same answers.
+const RESPONSE_STEP_NS: u64 = 10_000;
+
+/// Two tasks on one CPU that need it at the same time.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SharedCpu {
+    /// The CPU.
+    pub cpu: u32,
+    /// One task.
+    pub first: Neighbour,
+    /// The other.
+    pub second: Neighbour,
+    /// How they meet.
+    pub meeting: Meeting,
+}
+
+impl Neighbour {
+    /// A task of a plan, as it will be when its node runs: on the grid that nodes share.
+    pub(crate) fn planned(node: &str, task: &TaskPlan) -> Self {
+        let TaskPlan { name, schedule, priority, cpu, .. } = task;
+        Self {
+            node: node.to_owned(),
+            task: name.clone(),
+            period_ns: schedule.period_ns,
+            placement: Placement {
+                cpu: *cpu,
+                scheduler: priority.map_or_else(|| "other".into(), |n| format!("fifo:{n}")),
+                wake: schedule.wake.as_str().to_owned(),
+                first_release_ns: EPOCH_OFFSET_NS + schedule.phase_ns,
+                longest_watch_ns: schedule.longest_watch_ns(),
+                response_ns: None,
+                phase_reason: None,
+            },
+        }
+    }
+
+    /// When it needs its CPU.
+    pub fn need(&self) -> Need {
+        let Placement { first_release_ns, longest_watch_ns, response_ns, .. } = self.placement;
+        Need {
+            period_ns: self.period_ns,
+            release_ns: first_release_ns,
+            before_ns: longest_watch_ns,
+            after_ns: response_ns.unwrap_or_default().next_multiple_of(RESPONSE_STEP_NS),
+        }
+    }
+
+    /// Whether a node that is to start knows how its grid will lie to this one's. It begins on a multiple of
+    /// [`EPOCH_GRID_NS`]; what repeats on another step cannot be known before.
+    pub(crate) fn is_on_grid_with(&self, task: &Need) -> bool {
+        EPOCH_GRID_NS.is_multiple_of(self.need().step_ns(task))
+    }
+}
+
+impl SharedCpu {
+    /// Which of a plan's tasks will share a CPU with each other, or with what runs, and need it at the same
+    /// time. Tasks that may move between CPUs are left out, as are pairs whose grids do not lie to each
+    /// other in a way that can be known before the start.
+    pub fn of_plan(plan: &Plan, running: &[Neighbour]) -> Vec<Self> {
+        let planned: Vec<_> =
+            plan.tasks.iter().map(|task| Neighbour::planned(&plan.node, task)).collect();
+        let mut shared = Self::of_running(&planned);
+        for task in &planned {
+            let known = running.iter().filter(|other| other.is_on_grid_with(&task.need()));
+            shared.extend(known.filter_map(|other| Self::of(task, other)));
+        }
+        shared
+    }
+
+    /// Which tasks share a CPU and need it at the same time.
+    pub fn of_running(running: &[Neighbour]) -> Vec<Self> {
+        let pairs = running.iter().enumerate().flat_map(|(index, first)| {
+            running.iter().skip(index + 1).map(move |second| (first, second))
+        });
+        pairs.filter_map(|(first, second)| Self::of(first, second)).collect()
+    }
+
+    fn of(first: &Neighbour, second: &Neighbour) -> Option<Self> {
+        let cpu = first.placement.cpu.filter(|cpu| second.placement.cpu == Some(*cpu))?;
+        let meeting = first.need().meeting(&second.need())?;
+        Some(Self { cpu, first: first.clone(), second: second.clone(), meeting })
+    }
+
+    /// What their schedulers make of it.
+    fn consequence(&self) -> String {
+        let [first, second] = [&self.first, &self.second];
+        let waits = |one: &Neighbour, other: &Neighbour| {
+            format!(
+                "{} ({}) waits for {} ({})",
+                name(one),
+                one.placement.scheduler,
+                name(other),
+                other.placement.scheduler
+            )
+        };
+        match (priority(first), priority(second)) {
+            (None, None) => "they take turns on it".into(),
+            (a, b) if a < b => waits(first, second),
+            (a, b) if a > b => waits(second, first),
+            _ => format!(
+                "at equal priority ({}) the one that wakes up later waits until the other sleeps",
+                first.placement.scheduler
+            ),
+        }
+    }
+}
+
+/// The SCHED_FIFO priority that a task has.
+fn priority(task: &Neighbour) -> Option<u8> {
+    task.placement.scheduler.strip_prefix("fifo:")?.parse().ok()
+}
+
+fn name(task: &Neighbour) -> String {
+    format!("{}.{}", task.node, task.task)
+}
+
+/// `a.fast and b.fast share CPU 1 and meet at each release, 0 ns apart: both need it for up to 202 us, and …`
+impl fmt::Display for SharedCpu {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { cpu, first, second, meeting } = self;
+        let Meeting { met, of, apart_ns, overlap_ns } = *meeting;
+        let (one, other) = (name(first), name(second));
+        write!(f, "{one} and {other} share CPU {cpu} and meet at ")?;
+        if met == of {
+            write!(f, "each release of {one}")?;
+        } else {
+            write!(f, "{met} of {of} releases of {one}")?;
+        }
+        write!(
+            f,
+            ", {} apart: both need the CPU for up to {}, and {}",
+            duration(apart_ns as f64),
+            duration(overlap_ns as f64),
+            self.consequence()
+        )
+    }
+}
+
+impl From<&SharedCpu> for Warning {
+    fn from(shared: &SharedCpu) -> Self {
+        Self::new(WarningCode::SharedCpu, shared.to_string())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use isochrone_engine::{Rules, Source};
+
+    use super::*;
+
+    fn plan(tasks: &str) -> Plan {
+        let text = format!("[node]\nname = \"b\"\n{tasks}");
+        Plan::new(Source::new("b.toml", text), &Rules::default()).unwrap()
+    }
+
+    const FAST: &str = "[[task]]\nname = \"fast\"\nperiod = \"1ms\"\npriority = 80\ncpu = 1\n";
+
+    fn running(phase_ns: u64) -> Neighbour {
+        let mut task = Neighbour::planned("a", &plan(FAST).tasks[0]);
+        task.placement.first_release_ns += 40_000_000 + phase_ns;
+        task.placement.response_ns = Some(1_234);
+        task
+    }
+
+    #[test]
+    fn a_node_of_the_same_period_and_phase_on_the_same_cpu_is_met_at_each_release() {
+        let shared = SharedCpu::of_plan(&plan(FAST), &[running(0)]);
+        let said: Vec<_> = shared.iter().map(ToString::to_string).collect();
+        assert_eq!(
+            said,
+            [
+                "b.fast and a.fast share CPU 1 and meet at each release of b.fast, 0 ns apart: both need the \
+              CPU for up to 200 us, and at equal priority (fifo:80) the one that wakes up later waits until \
+              the other sleeps"
+            ]
+        );
+        assert_eq!(SharedCpu::of_plan(&plan(FAST), &[running(500_000)]), []);
+        let elsewhere = plan(&FAST.replace("cpu = 1", "cpu = 0"));
+        assert_eq!(SharedCpu::of_plan(&elsewhere, &[running(0)]), []);
+        let moves = plan(&FAST.replace("cpu = 1", ""));
+        assert_eq!(SharedCpu::of_plan(&moves, &[running(0)]), []);
+    }
+
+    #[test]
+    fn the_one_of_lower_priority_waits() {
+        let low = plan(&FAST.replace("80", "70").replace("1ms", "2ms"));
+        let shared = SharedCpu::of_plan(&low, &[running(0)]);
+        let said = shared[0].to_string();
+        assert!(said.ends_with("and b.fast (fifo:70) waits for a.fast (fifo:80)"), "{said}");
+        let other = Neighbour { period_ns: 4_000_000, ..running(0) };
+        let said = SharedCpu::of_plan(&low, &[other])[0].to_string();
+        assert!(said.contains("meet at 1 of 2 releases of b.fast"), "{said}");
+    }
+
+    #[test]
+    fn tasks_of_one_node_meet_too() {
+        let two = format!("{FAST}{}", FAST.replace("fast", "slow").replace("1ms", "10ms"));
+        let shared = SharedCpu::of_plan(&plan(&two), &[]);
+        assert_eq!((shared.len(), shared[0].meeting.of), (1, 10));
+    }
+
+    #[test]
+    fn what_cannot_be_known_before_the_start_is_not_said() {
+        let odd = plan(&FAST.replace("1ms", "7ms"));
+        let other = Neighbour { period_ns: 7_000_000, ..running(0) };
+        assert_eq!(SharedCpu::of_plan(&odd, std::slice::from_ref(&other)), []);
+        assert_eq!(
+            SharedCpu::of_running(&[other.clone(), other]).len(),
+            1,
+            "of what runs all is known"
+        );
+    }
+}

@@ -1,0 +1,35 @@
+//! A node beside others: what runs already has a say in its phases, and is warned of.
+
+use isochrone_engine::{Plan, format_duration_ns};
+use isochrone_ipc::{Participant, ipc};
+use isochrone_runtime::{Neighbours, SharedCpu, choose_phases};
+use isochrone_timing::Warning;
+
+use crate::failure::Failure;
+use crate::terminal;
+
+/// Chooses the phases that the configuration leaves to the node, and returns which tasks will share a CPU
+/// and need it at the same time. Tasks that are pinned to no CPU share none.
+pub(super) fn settle(
+    plan: &mut Plan,
+    participant: &Participant<ipc::Service>,
+) -> Result<Vec<Warning>, Failure> {
+    if plan.tasks.iter().all(|task| task.cpu.is_none()) {
+        return Ok(Vec::new());
+    }
+    let running = Neighbours::find(participant, &plan.node).map_err(Failure::found)?;
+    for node in &running.silent {
+        terminal::note(&format!(
+            "note: node \"{node}\" does not say which CPUs its tasks need (it says control = \"off\", just \
+             starts or is of an older version); it may meet tasks of this one"
+        ));
+    }
+    choose_phases(plan, &running.tasks);
+    for task in &plan.tasks {
+        if let Some(reason) = task.phase_choice.reason() {
+            let phase = format_duration_ns(task.schedule.phase_ns);
+            terminal::note(&format!("note: task \"{}\": phase {phase}, {reason}", task.name));
+        }
+    }
+    Ok(SharedCpu::of_plan(plan, &running.tasks).iter().map(Into::into).collect())
+}

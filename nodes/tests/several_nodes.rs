@@ -1,0 +1,88 @@
+//! Several nodes on one machine: which tasks share a CPU and meet on the grid.
+
+mod domain;
+
+use domain::{Domain, Ended};
+use serde_json::Value;
+
+/// The first CPU that this process may use.
+fn allowed_cpu() -> u32 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap();
+    let list = status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:")).unwrap();
+    list.trim().split([',', '-']).next().unwrap().parse().unwrap()
+}
+
+/// A node that watches the clock for 100 us before each of its releases.
+fn node(name: &str, phase: &str, cpu: u32) -> String {
+    format!(
+        "[node]\nname = \"{name}\"\n[[task]]\nname = \"t\"\nperiod = \"10ms\"\nphase = \"{phase}\"\n\
+         cpu = {cpu}\nwake = \"hybrid\"\nmargin = \"100us\"\n"
+    )
+}
+
+/// Starts a node for a cycle until it has been told of the one that runs, which may take long to answer on
+/// a busy machine.
+fn run_beside(domain: &Domain, file: &str, is_told: impl Fn(&Ended) -> bool) -> Ended {
+    let mut ended = (0..20).map(|_| domain.run(&format!("run {file} --cycles 1")));
+    ended.find(is_told).unwrap()
+}
+
+fn meetings(domain: &Domain) -> Vec<Value> {
+    let listed = domain.run("list --json").expect_code(0).stdout;
+    let listed: Value = serde_json::from_str(&listed).unwrap();
+    listed["meetings"].as_array().unwrap().clone()
+}
+
+#[test]
+fn whoever_starts_a_node_that_meets_another_on_its_cpu_is_warned_with_the_remedy() {
+    let domain = Domain::new();
+    let cpu = allowed_cpu();
+    domain.write("a.toml", &node("a", "0ms", cpu));
+    domain.write("b.toml", &node("b", "0ms", cpu));
+    domain.write("clear.toml", &node("clear", "5ms", cpu));
+    let mut first = domain.start("run a.toml");
+    first.wait_for("is running");
+
+    let said = format!("warning: b.t and a.t share CPU {cpu} and meet at each release of b.t");
+    let ended = run_beside(&domain, "b.toml", |ended| ended.stderr.contains(&said)).expect_code(0);
+    assert!(ended.stderr.contains("remedy: write phase = \"auto\""), "{}", ended.stderr);
+    let clear = domain.run("run clear.toml --cycles 1").expect_code(0);
+    assert!(!clear.stderr.contains("share CPU"), "{}", clear.stderr);
+    let report = run_beside(&domain, "b.toml --json", |ended| ended.stdout.contains("shared_cpu"));
+    let report: Value = serde_json::from_str(&report.stdout).unwrap();
+    assert_eq!(report["warnings"].as_array().unwrap().last().unwrap()["code"], "shared_cpu");
+    assert!(
+        run_beside(&domain, "b.toml --strict", |ended| !ended.status.success())
+            .stderr
+            .contains("share CPU")
+    );
+    first.stop().expect_code(0);
+}
+
+#[test]
+fn the_list_has_the_tasks_that_meet_and_no_others() {
+    let domain = Domain::new();
+    let cpu = allowed_cpu();
+    for (name, phase) in [("a", "0ms"), ("b", "0ms"), ("c", "5ms")] {
+        domain.write(&format!("{name}.toml"), &node(name, phase, cpu));
+    }
+    let mut nodes: Vec<_> =
+        ["a", "b", "c"].iter().map(|name| domain.start(&format!("run {name}.toml"))).collect();
+    nodes.iter_mut().for_each(|node| node.wait_for("is running"));
+
+    let found = (0..20).map(|_| meetings(&domain)).find(|found| !found.is_empty()).unwrap();
+    let [meeting] = &found[..] else { panic!("{found:?}") };
+    assert_eq!(meeting["cpu"], cpu);
+    assert_eq!(meeting["first"], serde_json::json!({"node": "a", "task": "t"}));
+    assert_eq!(meeting["second"], serde_json::json!({"node": "b", "task": "t"}));
+    assert_eq!(meeting["apart_ns"], 0);
+    assert!(meeting["overlap_ns"].as_u64() >= Some(100_000), "{meeting}");
+    let is_whole = |text: &String| text.contains("share CPU");
+    let text = (0..20).map(|_| domain.run("list").stdout).find(is_whole).unwrap();
+    assert!(
+        text.contains(&format!("a.t and b.t share CPU {cpu} and meet at each release")),
+        "{text}"
+    );
+    assert!(text.contains("phase 5 ms"), "{text}");
+    nodes.into_iter().for_each(|node| drop(node.stop().expect_code(0)));
+}
