@@ -13,6 +13,7 @@
 
 mod bench;
 mod blocks;
+mod chain;
 mod check;
 mod compare;
 mod completions;
@@ -102,6 +103,7 @@ verbs! { catalogue;
     Simulate: simulate(catalogue),
     Publish: publish(),
     Subscribe: subscribe(),
+    Chain: chain(),
     List: list(),
     Top: top(),
     Show: operate::show(),

@@ -29,6 +29,8 @@
     )
 )]
 
+mod chain;
+mod chain_report;
 mod distribution;
 mod link;
 mod link_report;
@@ -39,6 +41,8 @@ mod task_report;
 pub mod units;
 mod warning;
 
+pub use chain::{ChainFrame, ChainTiming};
+pub use chain_report::{ChainReport, HopReport};
 pub use distribution::{DecodeError, Distribution, HIGHEST, encoded};
 pub use link::{FrameRecord, LinkTiming};
 pub use link_report::{Direction, LinkReport};

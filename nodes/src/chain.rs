@@ -1,0 +1,148 @@
+//! `chain`: how long values take from a source through the nodes behind it.
+
+mod link;
+mod path;
+mod shown;
+
+use std::thread;
+use std::time::{Duration, Instant};
+
+use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_engine::parse_seconds;
+use isochrone_ipc::{Participant, ipc};
+use isochrone_processes::Stop;
+use isochrone_timing::units::duration;
+use isochrone_timing::{ChainReport, ChainTiming};
+
+use self::link::{End, Link};
+use crate::failure::Failure;
+use crate::{configuration, domain, stop, terminal};
+
+/// Measure how long values take through a chain of nodes
+///
+/// Name the services in their order, the source first. For each hop and for the whole way, shows the
+/// percentiles of the latency: from the sending of a frame to the sending of the first frame that is
+/// computed from it. Every frame names the time of its oldest source, by which frames are matched. Each
+/// service has one more reader meanwhile.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  isochrone chain plant/analog plant/level plant/valve\n  \
+    isochrone chain plant/analog plant/level --seconds 60 --json > chain.json\n\n\
+    `wait p50` is the part of the latency before the release of the cycle that sent. `lost` counts frames \
+    that nothing was computed from, although something was from later ones: a slower node takes only the \
+    newest. `repeated` counts frames computed from the same frame as one before. `unknown` counts frames \
+    that go back to no frame of the service before: where a node reads several inputs, the oldest sample \
+    hides the others.\n\n\
+    Ends with 1 if a service stopped sending, and with 4 if no frame was followed the whole way.")]
+pub(crate) struct Args {
+    /// Services in their order, the source first: each is published by a node that reads the one before
+    #[arg(required = true, num_args = 2.., value_name = "SERVICE")]
+    service: Vec<String>,
+    /// Measure for this time: 10, 500ms, 5min
+    #[arg(long, value_name = "TIME", default_value = "10", value_parser = parse_seconds, allow_negative_numbers = true)]
+    seconds: f64,
+    /// Print one JSON document instead of the table, with the distributions
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    domain: domain::Args,
+}
+
+/// Between two looks. The smallest buffer of a service of ours holds 2.5 ms at the shortest period.
+const LOOK_INTERVAL: Duration = Duration::from_micros(500);
+/// Whoever announces layouts answers a reader that comes within 20 ms, and repeats it every 500 ms.
+const ANSWER: Duration = Duration::from_secs(1);
+
+/// What was measured.
+struct Measured {
+    chain: ChainReport,
+    elapsed: Duration,
+    end: Option<End>,
+}
+
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    for service in &args.service {
+        configuration::service_name(service)?;
+    }
+    let stop = stop::on_signal(None)?;
+    let participant = args.domain.join("isochrone/chain")?;
+    let nodes = path::nodes(&participant, &args.service)?;
+    let mut links = Link::open_all(&participant, &args.service)?;
+    learn_layouts(&participant, &mut links, &stop);
+    if let Some(far) = links.iter().find(|link| link.is_foreign()) {
+        return Err(Failure::usage(format!(
+            "service \"{}\" is sent by another machine, whose clock does not compare with the one here; \
+             measure there the part of the chain that runs there",
+            far.service()
+        )));
+    }
+    terminal::note(&format!(
+        "measuring {} for {}. Press Ctrl-C to end it.",
+        args.service.join(" -> "),
+        duration(args.seconds * 1e9)
+    ));
+    let stop = stop::after(stop, Some(args.seconds), 0);
+    let measured = measure(&args.service, &mut links, &stop);
+    if args.json {
+        terminal::print_json(&shown::document(&measured, &links, &nodes))?;
+    } else {
+        terminal::print(&shown::text(&measured, &nodes))?;
+        shown::notes(&measured, &links).iter().for_each(|note| terminal::note(note));
+    }
+    verdict(&measured)
+}
+
+/// Learns who writes the services, as far as that is announced.
+fn learn_layouts(participant: &Participant<ipc::Service>, links: &mut [Link], stop: &Stop) {
+    let began = Instant::now();
+    while links.iter().any(|link| !link.is_announced())
+        && began.elapsed() < ANSWER
+        && !stop.is_due()
+    {
+        thread::sleep(LOOK_INTERVAL);
+        links.iter_mut().for_each(|link| link.look(participant));
+    }
+}
+
+/// Follows the frames until it is time to end, or a service has ended.
+fn measure(services: &[String], links: &mut [Link], stop: &Stop) -> Measured {
+    let mut timing = ChainTiming::new(services.len());
+    let began = Instant::now();
+    let begin_ns = Monotonic.now_ns();
+    links.iter_mut().for_each(Link::discard);
+    let end = loop {
+        let is_last = stop.is_due();
+        // From the last to the first: what a frame was computed from has then been sent and is read.
+        links.iter_mut().rev().for_each(Link::receive);
+        for (service, link) in links.iter_mut().enumerate() {
+            link.taken().for_each(|frame| timing.record(service, &frame));
+        }
+        let ended = links.iter().find_map(Link::ended);
+        if is_last || ended.is_some() {
+            let now_ns = Monotonic.now_ns();
+            break ended.or_else(|| links.iter().find_map(|link| link.silence(begin_ns, now_ns)));
+        }
+        thread::sleep(LOOK_INTERVAL);
+    };
+    Measured { chain: timing.report(services), elapsed: began.elapsed(), end }
+}
+
+/// The exit status of the measurement.
+fn verdict(measured: &Measured) -> Result<(), Failure> {
+    if let Some(end) = &measured.end {
+        return Err(Failure::found(end));
+    }
+    if measured.chain.latency_ns.count > 0 {
+        return Ok(());
+    }
+    let broken = measured.chain.hops.iter().find(|hop| hop.latency_ns.count == 0);
+    let why = match broken {
+        Some(hop) => format!(
+            "no frame of \"{}\" goes back to a frame of \"{}\"; see that its signals are computed from \
+             that input, and that no older input stands beside it, or measure for longer (--seconds)",
+            hop.to, hop.from
+        ),
+        None => "each hop was seen, but never one after the other; measure for longer (--seconds)"
+            .into(),
+    };
+    Err(Failure::inconclusive(why))
+}
