@@ -5,11 +5,11 @@ mod words;
 
 use clap::ValueEnum;
 use isochrone_blocks::{BlockType, Origin, Pin, PinDefault};
+use isochrone_report::Table;
 use serde_json::json;
 
 use self::words::{default, document, meaning, source, word_meaning};
 use crate::failure::Failure;
-use crate::table::Table;
 use crate::{meant, numbers, terminal};
 
 /// Show the block catalogue: function, pins, status words and design decisions of each block

@@ -8,11 +8,11 @@ use isochrone_engine::config::{Bad, Binding, OnStale};
 use isochrone_engine::{
     Findings, InputPlan, OutputPlan, Plan, TaskPlan, WirePlan, format_duration_ns, reference,
 };
+use isochrone_report::Table;
 use isochrone_timing::units::counted;
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
-use crate::table::Table;
 use crate::{configuration, numbers, terminal};
 
 /// Check a configuration: print tasks, order, wires and warnings
@@ -125,8 +125,8 @@ fn section(text: &mut String, title: &str, rows: usize, table: &Table) {
         return;
     }
     *text += &format!("  {title}\n{}", table.draw(4));
-    if table.len() < rows {
-        *text += &format!("    … and {} more (--json lists all)\n", rows - table.len());
+    if table.rows() < rows {
+        *text += &format!("    … and {} more (--json lists all)\n", rows - table.rows());
     }
 }
 

@@ -39,7 +39,6 @@ mod service;
 mod simulate;
 mod stop;
 mod subscribe;
-mod table;
 mod terminal;
 mod throttling;
 mod top;

@@ -5,6 +5,7 @@ mod look;
 
 use isochrone_engine::escaped;
 use isochrone_ipc::{ListedNode, Participant, SignalSpec, ipc};
+use isochrone_report::Table;
 use isochrone_timing::units::counted;
 use serde_json::{Value, json};
 
@@ -12,7 +13,6 @@ use self::control::{ControlNode, control_nodes};
 use self::look::{Found, Rate, look};
 use crate::failure::Failure;
 use crate::numbers::six_digits;
-use crate::table::Table;
 use crate::{domain, stop, terminal};
 
 /// List the nodes and frame services of the domain

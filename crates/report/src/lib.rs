@@ -26,7 +26,7 @@ pub use bench::{
     ratio_in_words, supports, turn_order,
 };
 pub use output::{
-    ComparisonTable, Series, Timeline, cyclictest_histogram, hgrm, histogram_svg, hlog, html,
-    percentiles_svg, pictures, scaling_svg, timeline_svg,
+    Alignment, ComparisonTable, Series, Table, Timeline, cyclictest_histogram, hgrm, histogram_svg,
+    hlog, html, percentiles_svg, pictures, scaling_svg, timeline_svg,
 };
 pub use report::{CostReport, LinkArm, Report, TaskArm};

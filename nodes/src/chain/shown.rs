@@ -1,12 +1,12 @@
 //! A measured chain for people and for programs.
 
+use isochrone_report::Table;
 use isochrone_timing::units::{counted, duration};
 use isochrone_timing::{HopReport, Summary};
 use serde_json::{Value, json};
 
 use super::Measured;
 use super::link::Link;
-use crate::table::Table;
 
 /// The table.
 pub(super) fn text(measured: &Measured, nodes: &[String]) -> String {

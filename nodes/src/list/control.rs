@@ -3,6 +3,7 @@
 use isochrone_engine::escaped;
 use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::Stop;
+use isochrone_report::Table;
 use isochrone_runtime::control::{DescribeResult, RunningNode, TaskDescription, running_nodes};
 use isochrone_runtime::{Neighbour, Neighbours, SharedCpu};
 use isochrone_timing::WarningCode;
@@ -12,7 +13,6 @@ use serde_json::{Value, json};
 use super::{Rate, rate};
 use crate::failure::Failure;
 use crate::operate::described;
-use crate::table::Table;
 
 /// A node that runs tasks.
 pub(super) struct ControlNode {

@@ -1,11 +1,11 @@
 //! `alarms`: what is wrong now.
 
+use isochrone_report::Table;
 use isochrone_runtime::control::{ActiveAlarm, AlarmsParams};
 use serde_json::json;
 
 use super::node::{self, Node};
 use crate::failure::Failure;
-use crate::table::Table;
 use crate::terminal;
 
 /// List what is wrong in a running node now

@@ -3,13 +3,13 @@
 use std::path::PathBuf;
 
 use isochrone_engine::Source;
+use isochrone_report::Table;
 use isochrone_runtime::control::{ApplyParams, ApplyResult};
 use isochrone_timing::units::counted;
 
 use super::node;
 use super::transaction::{client, since};
 use crate::failure::Failure;
-use crate::table::Table;
 use crate::terminal;
 
 /// Change the configuration of a running node without stopping it

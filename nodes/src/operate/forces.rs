@@ -1,10 +1,10 @@
 //! `forces`: what is forced.
 
+use isochrone_report::Table;
 use isochrone_runtime::control::{Force, ForcesParams};
 
 use super::node::{self, Node};
 use crate::failure::Failure;
-use crate::table::Table;
 use crate::terminal;
 
 /// List what is forced in a running node

@@ -2,12 +2,12 @@
 
 use std::cell::Cell;
 
+use isochrone_report::Table;
 use isochrone_runtime::control::{Action, JournalEntry, JournalParams};
 use jiff::Timestamp;
 
 use super::node::{self, Node};
 use crate::failure::Failure;
-use crate::table::Table;
 use crate::terminal;
 
 /// List what operators did to a running node

@@ -3,6 +3,7 @@
 use std::collections::HashMap;
 
 use isochrone_blocks::PinType;
+use isochrone_report::Table;
 use isochrone_runtime::control::{Role, SignalDescription, Value};
 use serde_json::json;
 
@@ -10,7 +11,6 @@ use super::assignment::shown;
 use super::node::{self, Node, Reading};
 use crate::failure::Failure;
 use crate::numbers::type_of;
-use crate::table::Table;
 use crate::terminal;
 
 /// Show signals of a running node: value, unit, role and type

@@ -1,8 +1,8 @@
 //! What a transaction has done, as people read it.
 
+use isochrone_report::Table;
 use isochrone_runtime::control::{ByTask, Finding, ForceResult, Part, SetResult, Value, Values};
 
-use crate::table::Table;
 use crate::terminal;
 
 /// The result of a request that changed something.

@@ -3,12 +3,12 @@
 use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
+use isochrone_report::Table;
 use rustix::termios::tcgetwinsize;
 
 use super::channel::{Channel, NO_VALUE};
 use crate::failure::Failure;
 use crate::numbers::{Digits, shown, type_of};
-use crate::table::Table;
 
 /// As often as eyes can follow digits.
 const INTERVAL: Duration = Duration::from_millis(100);

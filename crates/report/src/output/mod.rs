@@ -13,4 +13,4 @@ pub use hgrm::hgrm;
 pub use hlog::hlog;
 pub use html::{html, pictures};
 pub use picture::{Series, Timeline, histogram_svg, percentiles_svg, scaling_svg, timeline_svg};
-pub use table::ComparisonTable;
+pub use table::{Alignment, ComparisonTable, Table};

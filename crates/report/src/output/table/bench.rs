@@ -5,7 +5,7 @@ use std::fmt::{Display, Formatter, Result};
 use isochrone_timing::Summary;
 use isochrone_timing::units::duration;
 
-use super::grid::Grid;
+use super::columns::{Alignment, Table};
 use super::{UNKNOWN, time};
 use crate::bench::{Comparison, LeftOut, Reported, interval_in_words, ratio_in_words};
 use crate::output::groups::{
@@ -13,6 +13,9 @@ use crate::output::groups::{
     percentile_name, release_jitter, sentence, stages,
 };
 use crate::report::{CostReport, LinkArm, Report, TaskArm};
+
+/// Of every table.
+const INDENT: usize = 2;
 
 /// Comparisons between two reports; `Display` prints a table.
 #[derive(Debug, Clone, Copy)]
@@ -28,24 +31,31 @@ impl Display for ComparisonTable<'_> {
 pub(super) fn tables(f: &mut Formatter<'_>, report: &Report) -> Result {
     let tasks = report.tasks.iter().filter(|task| !task.turns.is_empty());
     for group in groups(tasks, &report.comparisons) {
-        table(f, &group, loops(&group))?;
+        table(f, &group, &loops(&group))?;
     }
     let links = report.links.iter().filter(|link| !link.turns.is_empty());
     for group in groups(links, &report.comparisons) {
-        table(f, &group, latencies(&group))?;
+        table(f, &group, &latencies(&group))?;
     }
     costs(f, report)?;
     left_out(f, &report.left_out)
 }
 
-fn table<R: Reported>(f: &mut Formatter<'_>, group: &Group<'_, R>, grid: Grid) -> Result {
+fn table<R: Reported>(f: &mut Formatter<'_>, group: &Group<'_, R>, arms: &Table) -> Result {
     writeln!(f, "\n{}", group.heading(R::METRIC.name))?;
-    write!(f, "{grid}")?;
+    write!(f, "{}", arms.draw(INDENT))?;
     comparisons(f, &group.circumstances, &group.comparisons)
 }
 
-fn loops(group: &Group<'_, TaskArm>) -> Grid {
-    let mut grid = Grid::new(["arm", "samples"].into_iter().chain(COLUMNS).chain([
+/// A table of numbers with this heading.
+fn headed<'a>(heading: impl IntoIterator<Item = &'a str>) -> Table {
+    let mut table = Table::new(Alignment::Right);
+    table.row(heading);
+    table
+}
+
+fn loops(group: &Group<'_, TaskArm>) -> Table {
+    let mut table = headed(["arm", "samples"].into_iter().chain(COLUMNS).chain([
         "CPU %",
         "missed",
         "invalid turns",
@@ -53,35 +63,35 @@ fn loops(group: &Group<'_, TaskArm>) -> Grid {
     for task in &group.arms {
         for (releases, summary) in release_jitter(task) {
             match releases {
-                Releases::Raw => grid.row(cells(&task.task.name, summary.count, summary).chain([
+                Releases::Raw => table.row(cells(&task.task.name, summary.count, summary).chain([
                     percent(task.task.cpu_fraction).unwrap_or_else(|| UNKNOWN.to_owned()),
                     task.task.missed.to_string(),
                     invalid(*task),
                 ])),
                 Releases::Corrected | Releases::Valid => {
                     let label = format!("  {}", releases.as_str());
-                    grid.row(cells(&label, summary.count, summary));
+                    table.row(cells(&label, summary.count, summary));
                 }
             }
         }
     }
-    grid
+    table
 }
 
-fn latencies(group: &Group<'_, LinkArm>) -> Grid {
-    let mut grid = Grid::new(
+fn latencies(group: &Group<'_, LinkArm>) -> Table {
+    let mut table = headed(
         ["arm", "frames"].into_iter().chain(latency_columns()).chain(["lost", "invalid turns"]),
     );
     for link in &group.arms {
         let rest = [link.link.lost.to_string(), invalid(*link)];
-        grid.row(
+        table.row(
             latency_cells(&link.link.service, link.link.frames, &link.link.one_way_ns).chain(rest),
         );
         for (stage, summary) in stages(link) {
-            grid.row(latency_cells(&format!("  {stage}"), summary.count, summary));
+            table.row(latency_cells(&format!("  {stage}"), summary.count, summary));
         }
     }
-    grid
+    table
 }
 
 fn latency_cells(label: &str, count: u64, summary: &Summary) -> impl Iterator<Item = String> {
@@ -103,16 +113,16 @@ fn costs(f: &mut Formatter<'_>, report: &Report) -> Result {
         return Ok(());
     }
     writeln!(f, "\n{} in a cycle", CostReport::METRIC.name)?;
-    let mut grid = Grid::new(["block", "instances", "samples", "p50", "p99"]);
+    let mut table = headed(["block", "instances", "samples", "p50", "p99"]);
     for CostReport { name, instances, step_ps, .. } in &report.costs {
         let time = |ps: Option<u64>| {
             ps.map_or_else(|| UNKNOWN.to_owned(), |ps| CostReport::METRIC.shown(ps))
         };
         let numbers = [instances.to_string(), step_ps.count.to_string()];
         let times = [step_ps.p50, step_ps.p99].map(time);
-        grid.row([name.clone()].into_iter().chain(numbers).chain(times));
+        table.row([name.clone()].into_iter().chain(numbers).chain(times));
     }
-    write!(f, "{grid}")?;
+    write!(f, "{}", table.draw(INDENT))?;
     let of_costs = |comparison: &&Comparison| comparison.metric == CostReport::METRIC.key;
     comparisons(f, "", &report.comparisons.iter().filter(of_costs).collect::<Vec<_>>())
 }
@@ -139,13 +149,13 @@ fn comparisons(f: &mut Formatter<'_>, circumstances: &str, comparisons: &[&Compa
         } else {
             format!("compared with {}, valid turns", arm_of(&first.reference, circumstances))
         };
-        let mut grid = Grid::new([heading.as_str(), "", "ratio", "99 % interval", "verdict"]);
+        let mut table = headed([heading.as_str(), "", "ratio", "99 % interval", "verdict"]);
         let mut arm = "";
         for Comparison { candidate, percentile, ratio, low, high, verdict, .. } in same {
             // An arm is named once.
             let label = if candidate == arm { "" } else { arm_of(candidate, circumstances) };
             arm = candidate;
-            grid.row([
+            table.row([
                 format!("  {label}"),
                 percentile_name(percentile).to_owned(),
                 ratio_in_words(*ratio),
@@ -153,7 +163,7 @@ fn comparisons(f: &mut Formatter<'_>, circumstances: &str, comparisons: &[&Compa
                 verdict.as_str().to_owned(),
             ]);
         }
-        write!(f, "{grid}")?;
+        write!(f, "{}", table.draw(INDENT))?;
     }
     Ok(())
 }

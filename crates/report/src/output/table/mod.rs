@@ -1,9 +1,10 @@
 //! A report as a table for a terminal: plain ASCII, human units, the same order as the JSON.
 
 mod bench;
-mod grid;
+mod columns;
 
 pub use bench::ComparisonTable;
+pub use columns::{Alignment, Table};
 
 use std::fmt::{Display, Formatter, Result};
 
