@@ -1,12 +1,17 @@
 //! Why a request is refused.
 
-use std::fmt;
+mod kind;
+mod refusals;
+
 use std::sync::Arc;
 
 use isochrone_blocks::PinType;
 
 use super::Value;
 use crate::printable::escaped;
+
+pub use kind::RefusalKind;
+pub use refusals::Refusals;
 
 /// Why one name of a request, or the request itself, is refused.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -236,62 +241,7 @@ pub enum AtRefusal {
     SeveralTasks,
 }
 
-/// The kinds of refusals, which the control service numbers.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-#[non_exhaustive]
-pub enum RefusalKind {
-    /// 1: a name that does not exist.
-    UnknownName,
-    /// 2: a signal that cannot be written, or not so.
-    NotWritable,
-    /// 3: a value of a wrong type, outside of its range or limits, or NaN.
-    WrongValue,
-    /// 4: a cycle that has begun, or that nothing can wait for.
-    TooLate,
-    /// 5: no room; try again.
-    Busy,
-    /// 6: the configuration does not allow it, or the journal cannot be written.
-    Forbidden,
-    /// 7: it cannot be changed while the node runs.
-    CannotChange,
-    /// 9: something was changed since.
-    Conflict,
-}
-
 impl Refusal {
-    /// What kind it is of.
-    pub fn kind(&self) -> RefusalKind {
-        match self {
-            Self::Unknown { .. } | Self::UnknownTransaction { .. } => RefusalKind::UnknownName,
-            Self::Output { .. }
-            | Self::Wired { .. }
-            | Self::Fed { .. }
-            | Self::Quality { .. }
-            | Self::Age { .. }
-            | Self::NotForced { .. }
-            | Self::NoSet { .. } => RefusalKind::NotWritable,
-            Self::Value { .. }
-            | Self::Limits { .. }
-            | Self::Twice { .. }
-            | Self::Empty
-            | Self::Duration { .. } => RefusalKind::WrongValue,
-            Self::At { .. } => RefusalKind::TooLate,
-            Self::TooMany { .. } | Self::Changing { .. } | Self::Waiting { .. } => {
-                RefusalKind::Busy
-            }
-            Self::Fixed { .. } | Self::ForcedGone { .. } | Self::NotRepeated { .. } => {
-                RefusalKind::CannotChange
-            }
-            Self::Protected { .. } | Self::Control { .. } | Self::Journal { .. } => {
-                RefusalKind::Forbidden
-            }
-            Self::Conflict { .. }
-            | Self::Gone { .. }
-            | Self::TakenBack { .. }
-            | Self::Moving { .. } => RefusalKind::Conflict,
-        }
-    }
-
     /// The name that it is about; empty where it is about the request.
     pub fn name(&self) -> &str {
         match self {
@@ -396,49 +346,3 @@ fn fed_by(service: Option<&str>) -> String {
         None => "the program that runs the node gives".into(),
     }
 }
-
-/// Everything that is wrong with a request. Nothing has happened. Never empty.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Refusals {
-    findings: Vec<Refusal>,
-}
-
-impl Refusals {
-    /// `Err` if there are findings.
-    pub(crate) fn check(findings: Vec<Refusal>) -> Result<(), Self> {
-        if findings.is_empty() { Ok(()) } else { Err(Self { findings }) }
-    }
-
-    /// All findings, in the order of the request.
-    pub fn findings(&self) -> &[Refusal] {
-        &self.findings
-    }
-
-    /// The kind of the first finding.
-    pub fn kind(&self) -> RefusalKind {
-        self.findings.first().map_or(RefusalKind::WrongValue, Refusal::kind)
-    }
-}
-
-impl From<Refusal> for Refusals {
-    fn from(refusal: Refusal) -> Self {
-        Self { findings: vec![refusal] }
-    }
-}
-
-impl fmt::Display for Refusals {
-    /// One sentence for each of the first 20 findings.
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        const SHOWN: usize = 20;
-        for (index, finding) in self.findings.iter().take(SHOWN).enumerate() {
-            let separator = if index == 0 { "" } else { "; " };
-            write!(f, "{separator}{finding} ({})", finding.help())?;
-        }
-        match self.findings.len().checked_sub(SHOWN) {
-            Some(more @ 1..) => write!(f, "; and {more} more"),
-            _ => Ok(()),
-        }
-    }
-}
-
-impl std::error::Error for Refusals {}

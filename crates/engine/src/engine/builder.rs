@@ -1,0 +1,131 @@
+//! The engines of a plan's tasks, and the buffers that join them.
+
+use triple_buffer::TripleBuffer;
+
+use super::{Bank, Export, Import, Input, Output, Parcel, TaskEngine, read};
+use crate::build::{self, BuildError};
+use crate::operate::Forces;
+use crate::plan::{Plan, TaskPlan, WirePlan};
+use crate::worth::{Origins, Source};
+
+impl TaskEngine {
+    /// Builds the engines of a plan's tasks, in the plan's order, joined by wait-free buffers.
+    ///
+    /// # Errors
+    /// Parts of the plan do not fit together, which one that [`Plan::new`] made always does.
+    pub fn build(plan: &Plan) -> Result<Vec<Self>, BuildError> {
+        build::check(plan)?;
+        let mut engines: Vec<_> =
+            plan.tasks.iter().map(|task| Builder::new(task, plan.obs.clone())).collect();
+        for link in &plan.links {
+            // Until the producer has finished a cycle, its inputs read their defaults here too.
+            let image = plan.tasks.get(link.from).map_or(&[][..], |from| &from.image);
+            let values: Box<[f64]> = link.slots.iter().map(|slot| read(image, *slot)).collect();
+            let sources = vec![Source::UNKNOWN; link.slots.len()].into();
+            let parcel = Parcel { values: values.clone(), sources };
+            let (sender, receiver) = TripleBuffer::new(&parcel).split();
+            if let Some(from) = engines.get_mut(link.from) {
+                let origins = link.upstream.iter();
+                from.exports.push(Export {
+                    slots: link.slots.as_slice().into(),
+                    origins: origins.map(|upstream| Origins::of(upstream, from.task)).collect(),
+                    sender,
+                });
+            }
+            if let Some(to) = engines.get_mut(link.to) {
+                to.initial.push((link.first_slot, values));
+                to.imported += link.slots.len();
+                to.imports.push(Import {
+                    first_slot: link.first_slot,
+                    first_source: to.task.import_source(link.first_slot),
+                    receiver,
+                });
+            }
+        }
+        Ok(engines.into_iter().map(Builder::finish).collect())
+    }
+}
+
+/// An engine whose links are being connected.
+struct Builder<'a> {
+    task: &'a TaskPlan,
+    obs: Vec<(i16, u64)>,
+    imports: Vec<Import>,
+    imported: usize,
+    exports: Vec<Export>,
+    /// First slots and values of what the links bring at first.
+    initial: Vec<(usize, Box<[f64]>)>,
+}
+
+impl<'a> Builder<'a> {
+    fn new(task: &'a TaskPlan, obs: Vec<(i16, u64)>) -> Self {
+        let (imports, exports, initial) = (Vec::new(), Vec::new(), Vec::new());
+        Self { task, obs, imports, imported: 0, exports, initial }
+    }
+
+    fn finish(self) -> TaskEngine {
+        let task = self.task;
+        let banks: Vec<Bank> = task
+            .banks
+            .iter()
+            .map(|bank| Bank {
+                block_type: bank.block_type,
+                first_slot: bank.first_slot,
+                slots: bank.instances.len() * bank.block_type.slots(),
+                state_words: bank.instances.len() * bank.block_type.state_words,
+                // The bank sees its own slots only, so its wires count from there.
+                wires: bank
+                    .wires
+                    .iter()
+                    .map(|wire| WirePlan { to: wire.to - bank.first_slot as u32, ..*wire })
+                    .collect(),
+            })
+            .collect();
+        let inputs: Box<[Input]> = task
+            .inputs
+            .iter()
+            .map(|input| Input {
+                value_type: input.value_type,
+                feedback: input.feedback,
+                given: None,
+            })
+            .collect();
+        let source = |input: &Input| {
+            if input.feedback { Source::CONSTANT } else { Source::NO_SAMPLE }
+        };
+        let mut sources: Vec<Source> = inputs.iter().map(source).collect();
+        sources.resize(inputs.len() + self.imported, Source::UNKNOWN);
+        let values: usize = self.exports.iter().map(|export| export.slots.len()).sum();
+        let given = task.outputs.len() + values;
+        let mut image: Box<[f64]> = task.image.as_slice().into();
+        for (first_slot, values) in &self.initial {
+            let slots = image.get_mut(*first_slot..).unwrap_or_default();
+            slots.iter_mut().zip(values).for_each(|(slot, value)| *slot = *value);
+        }
+        TaskEngine {
+            period_ns: task.schedule.period_ns,
+            obs: self.obs.into(),
+            image,
+            state: vec![0; banks.iter().map(|bank| bank.state_words).sum()].into(),
+            sources: sources.into(),
+            inputs,
+            imports: self.imports.into(),
+            previous: task.previous.as_slice().into(),
+            bank_errors: vec![0; banks.len()].into(),
+            banks: banks.into(),
+            exports: self.exports.into(),
+            outputs: task
+                .outputs
+                .iter()
+                .map(|output| Output {
+                    slots: output.signals.iter().map(|signal| signal.slot as u32).collect(),
+                    origins: Origins::of(&output.upstream, task),
+                })
+                .collect(),
+            has_errors: false,
+            forces: Forces::new(given),
+            block_errors: 0,
+            changes: 0,
+        }
+    }
+}

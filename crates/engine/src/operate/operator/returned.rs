@@ -1,0 +1,242 @@
+//! What comes back from the cycles: what was done, and what it did.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use super::{Forced, Held, Kind, Operator, Sent};
+use crate::operate::Value;
+use crate::operate::forces::{AtEnd, Ended};
+use crate::operate::journal::{Action, Changed, Client, Entry, Place, Record};
+use crate::operate::order::{Asked, Order, OrderState, Work};
+use crate::operate::store::Store;
+
+/// What has come of an order.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Done {
+    /// It was applied. Values that the program gave to inputs are in no journal, and not among the
+    /// changes.
+    Applied(Entry),
+    /// Its cycle had begun before it came; nothing happened.
+    TooLate {
+        /// Its transaction.
+        transaction: u64,
+    },
+    /// Values were read.
+    Read(Reading),
+}
+
+/// Values of one task, all of one cycle, after its blocks have stepped.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Reading {
+    /// Number of the request.
+    pub number: u64,
+    /// Index of the task.
+    pub task: usize,
+    /// The cycle.
+    pub cycle: u64,
+    /// Names and values.
+    pub values: Vec<(String, Value)>,
+}
+
+/// What is known of an order that has come back by the transaction that it is of.
+struct Settled {
+    kind: Kind,
+    parts: usize,
+    client: Client,
+    comment: Option<Arc<str>>,
+}
+
+impl Operator {
+    /// Takes an order back. `unix_ns` is now, in ns of UTC since 1970.
+    pub fn done(&mut self, task: usize, order: Box<Order>, unix_ns: u64) -> Done {
+        let number = order.number;
+        let Settled { kind, parts, client, comment } = self.settle(task, &order);
+        let OrderState::Applied { cycle } = order.state else {
+            if let Work::Force { stores, .. } = &order.work {
+                self.forget(task, stores.iter().map(|store| store.slot), number);
+            }
+            return Done::TooLate { transaction: number };
+        };
+        let (action, changes) = match order.work {
+            Work::Read(values) => {
+                let is_moved = self.changes.get(task).is_some_and(|now| *now != order.changes);
+                return Done::Read(self.reading(number, task, cycle, &values, is_moved));
+            }
+            Work::Set { stores, .. } => {
+                let action = match kind {
+                    Kind::Undo { of } => Action::Undo { of },
+                    _ => Action::Set,
+                };
+                (action, self.written(task, number, action, &stores))
+            }
+            Work::Force { stores, cycles, .. } => {
+                let until = cycles.map(|cycles| cycle.saturating_add(cycles));
+                for store in &stores {
+                    let forces = self.forces.get_mut(task).and_then(|of| of.get_mut(&store.slot));
+                    let Some(forces) = forces else { continue };
+                    // It has taken the place of the one before.
+                    forces.retain(|forced| forced.since.is_none());
+                    for forced in forces.iter_mut().filter(|of| of.transaction == number) {
+                        (forced.since, forced.until) = (Some(cycle), until);
+                    }
+                }
+                let changed = |store: &Store| changed(store.slot, store.before, Some(store.value));
+                (Action::Force { until }, stores.iter().map(changed).collect())
+            }
+            Work::Release { ended, .. } => {
+                for Ended(force) in &ended {
+                    self.forget(task, [force.slot], force.number);
+                }
+                (Action::Release, ended.iter().map(released).collect())
+            }
+        };
+        let (sequence, configuration) = (0, None);
+        let record = Record {
+            sequence,
+            transaction: number,
+            task,
+            cycle,
+            unix_ns,
+            action,
+            parts,
+            changes,
+            client,
+            comment,
+            configuration,
+        };
+        // What the program gives to inputs is no operator's doing.
+        if record.changes.is_empty() {
+            return Done::Applied(self.entry(&record));
+        }
+        Done::Applied(self.add(record))
+    }
+
+    /// Takes note of a force that came to its end before `cycle`.
+    pub fn expired(&mut self, task: usize, ended: Ended, cycle: u64, unix_ns: u64) -> Entry {
+        let Ended(force) = &ended;
+        let transaction = force.number;
+        let forced = self.forget(task, [force.slot], force.number);
+        let client = forced.map_or(Client::Program, |forced| forced.client);
+        let changes = [released(&ended)].into();
+        let (sequence, action, comment, configuration) = (0, Action::Expiry, None, None);
+        let parts = 1;
+        let record = Record {
+            sequence,
+            transaction,
+            task,
+            cycle,
+            unix_ns,
+            action,
+            parts,
+            changes,
+            client,
+            comment,
+            configuration,
+        };
+        self.add(record)
+    }
+
+    /// Notes that one of a transaction's orders has come back.
+    fn settle(&mut self, task: usize, order: &Order) -> Settled {
+        let Some(sent) = self.sent.get_mut(&order.number) else {
+            return Settled { kind: Kind::Read, parts: 1, client: Client::Program, comment: None };
+        };
+        match &order.work {
+            Work::Set { stores, .. } => {
+                for store in stores {
+                    sent.writes.remove(&(task, store.slot));
+                }
+            }
+            Work::Force { again, .. } => {
+                if let Some(pending) = self.forced_again.get_mut(task) {
+                    *pending -= again;
+                }
+            }
+            Work::Release { .. } | Work::Read(_) => {}
+        }
+        sent.tasks -= 1;
+        let Sent { kind, parts, .. } = *sent;
+        let (client, comment) = (sent.client.clone(), sent.comment.clone());
+        let settled = Settled { kind, parts, client, comment };
+        if sent.tasks == 0 {
+            self.sent.remove(&order.number);
+        }
+        settled
+    }
+
+    /// Forgets forces of a transaction; returns the last.
+    fn forget(
+        &mut self,
+        task: usize,
+        slots: impl IntoIterator<Item = u32>,
+        transaction: u64,
+    ) -> Option<Forced> {
+        let of_task = self.forces.get_mut(task)?;
+        let mut last = None;
+        for slot in slots {
+            let Some(forces) = of_task.get_mut(&slot) else { continue };
+            let found = forces.iter().position(|forced| forced.transaction == transaction);
+            last = found.map(|found| forces.remove(found)).or(last);
+            if forces.is_empty() {
+                of_task.remove(&slot);
+            }
+        }
+        last
+    }
+
+    /// Notes the values that were set, each with its version: the transaction that it is from. What is
+    /// taken back has the version from before that transaction again.
+    fn written(
+        &mut self,
+        task: usize,
+        number: u64,
+        action: Action,
+        stores: &[Store],
+    ) -> Box<[Changed]> {
+        let restored: HashMap<u32, u64> = match action {
+            Action::Undo { of } => {
+                let records = self.journal.changes_of(of).filter(|record| record.task == task);
+                let changes = records.flat_map(|record| &record.changes);
+                let restored = |changed: &Changed| match changed.place {
+                    Place::Slot(slot) => Some((slot, changed.versions.0)),
+                    Place::Gone(_) => None,
+                };
+                changes.filter_map(restored).collect()
+            }
+            _ => HashMap::new(),
+        };
+        let mut write = |store: &Store| {
+            let version = restored.get(&store.slot).copied().unwrap_or(number);
+            let held = Held { value: store.value, version };
+            let before = self.values.insert((task, store.slot), held);
+            let versions = (before.map_or(0, |held| held.version), version);
+            Changed { versions, ..changed(store.slot, store.before, Some(store.value)) }
+        };
+        stores.iter().map(&mut write).collect()
+    }
+
+    fn reading(
+        &self,
+        number: u64,
+        task: usize,
+        cycle: u64,
+        values: &[Asked],
+        is_moved: bool,
+    ) -> Reading {
+        let value = |asked: &Asked| {
+            let slot = if is_moved { asked.moved } else { asked.slot };
+            let signal = self.signal_at(task, slot)?;
+            Some((signal.name, Value::of(asked.value, signal.value_type)))
+        };
+        Reading { number, task, cycle, values: values.iter().filter_map(value).collect() }
+    }
+}
+
+pub(in crate::operate) fn changed(slot: u32, before: f64, after: Option<f64>) -> Changed {
+    Changed { place: Place::Slot(slot), before, after, versions: (0, 0) }
+}
+
+pub(in crate::operate) fn released(Ended(force): &Ended) -> Changed {
+    let after = (force.at_end == AtEnd::Restore).then_some(force.shadow);
+    changed(force.slot, force.value, after)
+}

@@ -1,0 +1,149 @@
+//! What a wire's text stands for.
+
+use std::ops::Range;
+
+use isochrone_blocks::PinType;
+
+use super::Resolver;
+use crate::Finding;
+use crate::finding::{Among, Problem};
+use crate::plan::InputPart;
+use crate::plan::pins::{unknown_output, unknown_part};
+
+/// Stands for the number of an instance in a wire.
+pub(super) const INSTANCE: &str = "{i}";
+
+/// Where a wire comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(in crate::plan) enum Origin {
+    /// An input of the node, or what that is worth.
+    Input { input: usize, part: InputPart },
+    /// An output pin of an instance.
+    Pin { instance: usize, pin: usize },
+}
+
+/// What reads a value.
+#[derive(Clone, Copy)]
+pub(super) enum Reader<'a> {
+    /// A frame.
+    Output,
+    /// An instance of an entry, by a wire that is the same for all of them.
+    Instances,
+    /// An instance of the entry of this name, by a wire with its number.
+    Instance(&'a str, usize),
+}
+
+impl Resolver<'_, '_> {
+    /// The wire that `ramp[0].y` stands for.
+    fn without_brackets(&self, name: &str, rest: &str) -> Option<String> {
+        let (name, index) = name.strip_suffix(']')?.split_once('[')?;
+        let block = self.names.blocks.get(name)?;
+        let count = self.names.entries.get(*block)?.count;
+        let index: usize = index.trim().parse().ok().filter(|index| *index < count)?;
+        Some(match count {
+            1 => format!("{name}.{rest}"),
+            _ => format!("{name}.{index}.{rest}"),
+        })
+    }
+
+    /// What a wire's text stands for; reports what is wrong with it. `None` without a report where
+    /// the error is known already.
+    pub(super) fn origin(
+        &mut self,
+        text: &str,
+        span: Range<usize>,
+        reader: Reader<'_>,
+    ) -> Option<(Origin, PinType)> {
+        if let Some((input, part)) = self.names.input_part(text) {
+            let value_type = match part {
+                InputPart::Value => input.value_type?,
+                part => part.pin_type(PinType::Lreal),
+            };
+            return Some((Origin::Input { input: input.index, part }, value_type));
+        }
+        let mut parts = text.splitn(2, '.');
+        let (name, rest) = (parts.next().unwrap_or_default(), parts.next());
+        let Some(rest) = rest else {
+            let finding =
+                Finding::new(Problem::UnknownSource, span, format!("there is no input \"{name}\""));
+            let finding = match self.names.blocks.get(name).and_then(|b| self.names.entries.get(*b))
+            {
+                Some(entry) => finding.help(match entry.block_type?.outputs.first() {
+                    Some(pin) => format!(
+                        "{name} is a block; name one of its output pins, such as \"{name}.{}\"",
+                        pin.name
+                    ),
+                    None => format!("{name} is a block without outputs"),
+                }),
+                None => finding.seek(name, Among::Inputs),
+            };
+            self.report(finding);
+            return None;
+        };
+        let found = self.names.blocks.get(name).and_then(|block| self.names.entries.get(*block));
+        let Some(entry) = found else {
+            if self.names.inputs.contains_key(name) {
+                self.report(unknown_part(name, rest, span));
+                return None;
+            }
+            let finding =
+                Finding::new(Problem::UnknownSource, span, format!("there is no block \"{name}\""));
+            self.report(match self.without_brackets(name, rest) {
+                Some(right) => finding.help(format!("write \"{right}\"")),
+                None => finding.seek(name, Among::Blocks),
+            });
+            return None;
+        };
+        let block_type = entry.block_type.filter(|_| entry.count_is_known)?;
+        let (index, pin_name) = match rest.split_once('.') {
+            Some((index, pin)) => match index.parse::<usize>() {
+                Ok(index) if index < entry.count => (index, pin),
+                _ => {
+                    let mut message = format!("there is no \"{name}.{index}\"");
+                    if let Reader::Instance(reader, number) = reader {
+                        message += &format!(", which instance {number} of {reader} is wired to");
+                    }
+                    self.report(Finding::new(Problem::UnknownSource, span, message).help(
+                        match entry.count {
+                            1 => format!("{name} is a single block: \"{name}.{pin}\""),
+                            _ if index == INSTANCE => format!(
+                                "{INSTANCE} is for wires; name each instance: \"{name}.0.{pin}\", \"{name}.1.{pin}\" …"
+                            ),
+                            count => format!(
+                                "the instances of {name} are {name}.0 to {name}.{}",
+                                count - 1
+                            ),
+                        },
+                    ));
+                    return None;
+                }
+            },
+            None if entry.count > 1 => {
+                let finding = Finding::new(
+                    Problem::UnknownSource,
+                    span,
+                    format!(
+                        "\"{text}\" does not say which of the {} instances of {name}",
+                        entry.count
+                    ),
+                );
+                self.report(finding.help(match reader {
+                    Reader::Output => format!(
+                        "name each instance: \"{name}.0.{rest}\", \"{name}.1.{rest}\" …"
+                    ),
+                    Reader::Instances | Reader::Instance(..) => format!(
+                        "\"{name}.0.{rest}\" is the first, \"{name}.{INSTANCE}.{rest}\" the one with the reader's number"
+                    ),
+                }));
+                return None;
+            }
+            None => (0, rest),
+        };
+        let Some(pin) = block_type.outputs.iter().position(|pin| pin.name == pin_name) else {
+            self.report(unknown_output(&block_type, name, pin_name, span));
+            return None;
+        };
+        let value_type = block_type.outputs.get(pin)?.pin_type;
+        Some((Origin::Pin { instance: entry.first + index, pin }, value_type))
+    }
+}
