@@ -178,7 +178,7 @@ impl Arm {
         let task = TaskReport {
             wake: match &self.kind {
                 Kind::Loop { wake, .. } => wake.as_str().into(),
-                Kind::Cyclictest => "sleep".into(),
+                Kind::Cyclictest => Wake::Sleep.as_str().into(),
                 Kind::Node(plan) => {
                     plan.tasks.first().map_or("", |task| task.schedule.wake.as_str()).into()
                 }

@@ -3,6 +3,8 @@
 use isochrone_report::{Measured, Report, supports};
 use isochrone_timing::{Warning, WarningCode};
 
+use super::settings::Loop;
+
 /// How far `sleep` may be from the real cyclictest.
 struct Limit {
     percentile: &'static str,
@@ -19,10 +21,13 @@ const LIMITS: [Limit; 2] = [
 /// A warning for each place where the arm `sleep` is not the cyclictest that ran beside it.
 pub fn check(report: &Report) -> Vec<Warning> {
     let measured = report.measured();
-    let arms = |name: &'static str| measured.iter().filter(move |arm| arm.arm == name);
-    let pairs = arms("sleep").flat_map(|sleep| {
+    let arms = |of: Loop| {
+        let name = of.name();
+        measured.iter().filter(move |arm| arm.arm == name)
+    };
+    let pairs = arms(Loop::Sleep).flat_map(|sleep| {
         let beside = |real: &&Measured| real.circumstances == sleep.circumstances;
-        arms("cyclictest").find(beside).map(|real| (sleep, real))
+        arms(Loop::Cyclictest).find(beside).map(|real| (sleep, real))
     });
     pairs.flat_map(|(sleep, real)| differences(sleep, real)).collect()
 }
@@ -37,10 +42,12 @@ fn differences(sleep: &Measured, real: &Measured) -> Vec<Warning> {
         (part.abs() > *limit).then(|| Warning::new(
             WarningCode::SleepDiffers,
             format!(
-                "{percentile} of the arm sleep is {:.0} % {} that of cyclictest ({}); within {:.0} % it \
-                 stands for it",
+                "{percentile} of the arm {} is {:.0} % {} that of {} ({}); within {:.0} % it stands for \
+                 it",
+                Loop::Sleep.name(),
                 100.0 * part.abs(),
                 if part < 0.0 { "below" } else { "above" },
+                Loop::Cyclictest.name(),
                 sleep.circumstances,
                 100.0 * limit
             ),
@@ -57,16 +64,16 @@ mod tests {
     use super::*;
 
     fn report(sleep_ns: u64, cyclictest_ns: u64) -> Report {
-        let task = |name: &str, ns: u64| {
+        let task = |of: Loop, ns: u64| {
             let mut jitter = Distribution::new();
             jitter.record_many(ns, 1_000);
             TaskArm::from(TaskReport {
-                name: name.into(),
+                name: of.name(),
                 histograms: [("release_jitter_ns".to_owned(), jitter.encode())].into(),
                 ..TaskReport::default()
             })
         };
-        let tasks = vec![task("sleep", sleep_ns), task("cyclictest", cyclictest_ns)];
+        let tasks = vec![task(Loop::Sleep, sleep_ns), task(Loop::Cyclictest, cyclictest_ns)];
         Report { tasks, ..Report::default() }
     }
 
@@ -91,7 +98,8 @@ mod tests {
         let mut few = report(16_000, 13_500);
         for task in &mut few.tasks {
             let mut jitter = Distribution::new();
-            jitter.record_many(if task.task.name == "sleep" { 90_000 } else { 9_000 }, 19);
+            let is_sleep = task.task.name == Loop::Sleep.name();
+            jitter.record_many(if is_sleep { 90_000 } else { 9_000 }, 19);
             task.task.histograms.insert("release_jitter_ns".into(), jitter.encode());
         }
         assert_eq!(check(&few), []);
