@@ -54,18 +54,21 @@ impl Rows {
         self.end_row()
     }
 
-    /// Writes a row: the time where it has one, the cycle, the values.
+    /// Writes a row: the time where it has one, the cycle, the values. The field of a value that is
+    /// not there is empty.
     pub(crate) fn row(
         &mut self,
         time_s: Option<f64>,
         cycle: u64,
-        values: impl IntoIterator<Item = f64>,
+        values: impl IntoIterator<Item = Option<f64>>,
     ) -> Result<(), Failure> {
         if let Some(time_s) = time_s {
             self.field(&numbers::format(time_s));
         }
         self.field(&cycle.to_string());
-        values.into_iter().for_each(|value| self.field(&numbers::format(value)));
+        for value in values {
+            self.field(&value.map_or_else(String::new, numbers::format));
+        }
         self.end_row()
     }
 
@@ -106,6 +109,17 @@ fn field(name: &str) -> Cow<'_, str> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_value_that_is_not_there_is_an_empty_field_and_nan_is_a_number() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.csv");
+        let mut rows = Rows::create(&path).unwrap();
+        rows.header(&[CYCLE], &["a", "b", "c"]).unwrap();
+        rows.row(None, 7, [Some(1.5), None, Some(f64::NAN)]).unwrap();
+        rows.flush().unwrap();
+        assert_eq!(std::fs::read_to_string(path).unwrap(), "cycle,a,b,c\n7,1.5,,NaN\n");
+    }
 
     #[test]
     fn a_name_stays_one_field_of_a_csv_file() {

@@ -323,6 +323,6 @@ impl Output {
         }
         let values = self.outputs.iter().flat_map(|place| &place.values).copied();
         let time_s = self.has_times.then(|| simulation.time_s(cycle));
-        self.rows.row(time_s, cycle, values)
+        self.rows.row(time_s, cycle, values.map(Some))
     }
 }

@@ -215,11 +215,7 @@ impl Transcript {
             }
             Sink::Csv(rows) => {
                 let time_s = due_ns.wrapping_sub(first_ns).cast_signed() as f64 / 1e9;
-                rows.row(
-                    Some(time_s),
-                    header.cycle,
-                    chosen.map(|(_, value)| value.unwrap_or(f64::NAN)),
-                )
+                rows.row(Some(time_s), header.cycle, chosen.map(|(_, value)| value))
             }
         }
     }

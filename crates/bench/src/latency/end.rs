@@ -46,6 +46,8 @@ pub(super) enum EndError {
     NoNode,
     #[error("message {sequence} is damaged: its values add up to {sum}, and {expected} was sent")]
     Damaged { sequence: u64, sum: f64, expected: f64 },
+    #[error("message {sequence} has no values")]
+    Empty { sequence: u64 },
 }
 
 impl EndError {

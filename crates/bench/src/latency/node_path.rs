@@ -164,9 +164,11 @@ impl NodeOutput {
                 }
                 continue;
             };
-            let value = frame.values().first().copied().unwrap_or(f64::NAN);
-            let received_ns = Monotonic.now_ns();
             let header = *frame.header();
+            let Some(&value) = frame.values().first() else {
+                return Err(EndError::Empty { sequence: header.sequence });
+            };
+            let received_ns = Monotonic.now_ns();
             let (before, value_before) = last.unwrap_or((header.sequence.wrapping_sub(1), 0.0));
             last = Some((header.sequence, value));
             // The publisher counts: what comes out of the node may stand still, but not fall.
