@@ -2,9 +2,11 @@
 
 use isochrone_machine::{Examination, Finding, Machine, Severity, examine};
 use isochrone_timing::units::counted;
+use textwrap::fill;
 
 use crate::failure::Failure;
 use crate::terminal;
+use crate::wrapping::at_spaces;
 
 /// Examine this machine: what makes cycles late and how to change it
 ///
@@ -126,19 +128,10 @@ fn lines(finding: &Finding, margin: usize) -> String {
     text
 }
 
-/// Breaks a paragraph between words, each further line indented by `margin` spaces.
+/// A paragraph behind `head`, each further line indented by `margin` spaces.
 fn wrapped(head: &str, paragraph: &str, margin: usize) -> String {
-    let mut text = String::new();
-    let mut line = head.to_owned();
-    for word in paragraph.split_whitespace() {
-        let is_first = line.len() <= margin;
-        if !is_first && line.chars().count() + 1 + word.chars().count() > COLUMNS {
-            text += &format!("{}\n", line.trim_end());
-            line = " ".repeat(margin);
-        } else if !is_first {
-            line.push(' ');
-        }
-        line += word;
-    }
-    text + line.trim_end() + "\n"
+    let margin = " ".repeat(margin);
+    let lines = at_spaces(COLUMNS).break_words(false);
+    let text = fill(paragraph, lines.initial_indent(head).subsequent_indent(&margin));
+    text.trim_end().to_owned() + "\n"
 }

@@ -43,6 +43,7 @@ mod terminal;
 mod throttling;
 mod top;
 mod wave;
+mod wrapping;
 
 use std::process::ExitCode;
 

@@ -1,6 +1,11 @@
 //! What a message takes on the screen.
 
+use std::borrow::Cow;
+
 use isochrone_engine::escaped_lines;
+use textwrap::wrap;
+
+use crate::wrapping::at_spaces;
 
 /// Room for a text.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -16,28 +21,10 @@ pub(super) fn message_lines(title: &str, text: &str, space: Space) -> Vec<String
     [title, vec![String::new()], text].concat()
 }
 
-/// A text in lines of at most so many characters, divided between words where that is possible.
-pub(super) fn wrapped(text: &str, width: usize) -> Vec<String> {
-    let width = width.max(1);
-    let mut lines = Vec::new();
-    for paragraph in text.lines() {
-        let mut line = String::new();
-        for word in paragraph.split(' ') {
-            let mut word: Vec<char> = word.chars().collect();
-            let used = line.chars().count();
-            if !line.is_empty() && used + 1 + word.len() > width {
-                lines.push(std::mem::take(&mut line));
-            } else if used > 0 {
-                line.push(' ');
-            }
-            while word.len() > width {
-                lines.push(word.drain(..width).collect());
-            }
-            line.extend(word);
-        }
-        lines.push(line);
-    }
-    lines
+/// A text in lines of at most so many columns, divided between words where that is possible.
+pub(super) fn wrapped(text: &str, columns: usize) -> Vec<String> {
+    let options = at_spaces(columns.max(1));
+    text.lines().flat_map(|paragraph| wrap(paragraph, &options)).map(Cow::into_owned).collect()
 }
 
 #[cfg(test)]
