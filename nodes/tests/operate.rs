@@ -1,18 +1,14 @@
 //! A running node and the programs that ask it, as processes.
 
 mod domain;
+mod node;
 
-use std::time::{Duration, Instant};
-
-use domain::{Domain, Process};
-use isochrone_ipc::{Participant, ipc};
+use domain::Domain;
 use isochrone_runtime::control::{
-    Action, AlarmsParams, Client, ClientError, Code, DescribeParams, Failure, ForceParams,
-    ForcesParams, GetParams, Hold, JournalParams, Params, ReleaseParams, Role, SetParams,
-    UndoParams, Value, Values,
+    Action, AlarmsParams, Client, ClientError, Code, DescribeParams, ForceParams, ForcesParams,
+    GetParams, Hold, JournalParams, ReleaseParams, Role, SetParams, UndoParams, Value, Values,
 };
-
-const PATIENCE: Duration = Duration::from_secs(60);
+use node::{Node, PATIENCE};
 
 const NODE: &str = r#"
 # The level of a tank.
@@ -54,63 +50,6 @@ task = "fast"
 service = "level/out"
 signals = ["scale.y"]
 "#;
-
-struct Node {
-    client: Client<ipc::Service>,
-    participant: Participant<ipc::Service>,
-    process: Process,
-    domain: Domain,
-}
-
-impl Node {
-    fn start(text: &str) -> Self {
-        let domain = Domain::new();
-        domain.write("node.toml", text);
-        let mut process = domain.start("run node.toml");
-        process.wait_for("is running");
-        let participant = domain.join("operator");
-        let client = Client::connect(&participant, "level", PATIENCE).unwrap();
-        Self { client, participant, process, domain }
-    }
-
-    #[track_caller]
-    fn call<P: Params>(&mut self, params: &P) -> P::Result {
-        self.client.call(params).unwrap()
-    }
-
-    #[track_caller]
-    fn refused<P: Params>(&mut self, params: &P) -> Failure
-    where
-        P::Result: std::fmt::Debug,
-    {
-        match self.client.call(params).unwrap_err() {
-            ClientError::Refused(failure) => failure,
-            error => panic!("{error}"),
-        }
-    }
-
-    #[track_caller]
-    fn get(&mut self, names: &[&str]) -> Values {
-        let names = names.iter().map(|name| (*name).to_owned()).collect();
-        self.call(&GetParams { names, ..GetParams::default() }).values
-    }
-
-    /// The cycle that a task is in.
-    fn cycle(&mut self, task: &str) -> u64 {
-        let tasks = self.call(&DescribeParams {}).tasks;
-        tasks.into_iter().find(|found| found.name == task).unwrap().cycle
-    }
-
-    /// Two requests may be answered within one period, and on a busy machine a task may not have been
-    /// on its CPU between them.
-    #[track_caller]
-    fn wait_for_cycle(&mut self, task: &str, cycle: u64) {
-        let start = Instant::now();
-        while self.cycle(task) < cycle {
-            assert!(start.elapsed() < PATIENCE, "{task:?} did not reach cycle {cycle}");
-        }
-    }
-}
 
 fn set<const N: usize>(values: [(&str, f64); N]) -> SetParams {
     SetParams { values: values.into_iter().collect(), ..SetParams::default() }

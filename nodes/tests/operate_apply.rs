@@ -1,19 +1,18 @@
 //! Another configuration for a node that runs, as processes.
 
 mod domain;
+mod node;
 
 use std::fmt::Write as _;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use domain::{Domain, Process};
-use isochrone_ipc::{Depth, FrameSubscriber, Participant, ipc};
+use isochrone_ipc::{Depth, FrameSubscriber, ipc};
 use isochrone_runtime::control::{
-    Action, AlarmsParams, ApplyParams, ApplyResult, Client, ClientError, Code, DescribeParams,
-    Failure, ForceParams, GetParams, Hold, JournalParams, Params, ReleaseParams, SetParams, Value,
+    Action, AlarmsParams, ApplyParams, ApplyResult, Code, DescribeParams, ForceParams, Hold,
+    JournalParams, ReleaseParams, SetParams, Value,
 };
-
-const PATIENCE: Duration = Duration::from_secs(60);
+use node::{Node, PATIENCE};
 
 const NODE: &str = r#"
 [node]
@@ -41,56 +40,20 @@ service = "level/out"
 signals = ["ramp.delayedValue"]
 "#;
 
-struct Node {
-    client: Client<ipc::Service>,
-    participant: Participant<ipc::Service>,
-    process: Process,
-    domain: Domain,
+fn configuration(text: &str) -> ApplyParams {
+    ApplyParams { configuration: text.to_owned(), ..ApplyParams::default() }
 }
 
-impl Node {
-    fn start(text: &str) -> Self {
-        let domain = Domain::new();
-        domain.write("node.toml", text);
-        let mut process = domain.start("run node.toml");
-        process.wait_for("is running");
-        let participant = domain.join("operator");
-        let client = Client::connect(&participant, "level", PATIENCE).unwrap();
-        Self { client, participant, process, domain }
-    }
+/// Cycles may be missed: the machine is busy with other tests.
+#[track_caller]
+fn apply(node: &mut Node, text: &str) -> ApplyResult {
+    let client = Some("anna".to_owned());
+    node.call(&ApplyParams { allow_missed: Some(true), client, ..configuration(text) })
+}
 
-    #[track_caller]
-    fn call<P: Params>(&mut self, params: &P) -> P::Result {
-        self.client.call(params).unwrap()
-    }
-
-    #[track_caller]
-    fn refused(&mut self, configuration: &str) -> Failure {
-        let configuration = configuration.to_owned();
-        let params = ApplyParams { configuration, ..ApplyParams::default() };
-        match self.client.call(&params).unwrap_err() {
-            ClientError::Refused(failure) => failure,
-            error => panic!("{error}"),
-        }
-    }
-
-    /// Cycles may be missed: the machine is busy with other tests.
-    #[track_caller]
-    fn apply(&mut self, configuration: &str) -> ApplyResult {
-        self.call(&ApplyParams {
-            configuration: configuration.to_owned(),
-            allow_missed: Some(true),
-            client: Some("anna".to_owned()),
-            ..ApplyParams::default()
-        })
-    }
-
-    #[track_caller]
-    fn get(&mut self, name: &str) -> Option<Value> {
-        let names = vec![name.to_owned()];
-        let values = self.call(&GetParams { names, ..GetParams::default() }).values;
-        values.0.first().map(|(_, value)| *value)
-    }
+#[track_caller]
+fn value(node: &mut Node, name: &str) -> Option<Value> {
+    node.get(&[name]).get(name)
 }
 
 /// With more blocks.
@@ -120,8 +83,8 @@ fn a_ramp_goes_on_without_a_bump_while_a_thousand_blocks_come_and_go() {
     let mut seen = Vec::new();
     for turn in 0..6 {
         let result = match turn % 2 {
-            0 => node.apply(&with_blocks(1000)),
-            _ => node.apply(NODE),
+            0 => apply(&mut node, &with_blocks(1000)),
+            _ => apply(&mut node, NODE),
         };
         let which = if turn % 2 == 0 { &result.added } else { &result.removed };
         assert_eq!(*which, ["more"]);
@@ -151,31 +114,31 @@ fn a_dry_run_says_what_would_change_and_changes_nothing() {
     assert!(result.tasks.is_empty(), "{result:?}");
     assert_eq!((result.added, result.changed), (vec!["more".into()], vec!["ramp.value".into()]));
     assert!(node.call(&JournalParams::default()).entries.is_empty());
-    assert_eq!(node.get("ramp.value"), Some(Value::Number(1e9)));
+    assert_eq!(value(&mut node, "ramp.value"), Some(Value::Number(1e9)));
     node.process.stop().expect_code(0);
 }
 
 #[test]
 fn what_is_wrong_with_a_configuration_is_said_and_changes_nothing() {
     let mut node = Node::start(NODE);
-    let failure = node.refused("[node\nname = 3");
+    let failure = node.refused(&configuration("[node\nname = 3"));
     assert_eq!(failure.code, Code::Configuration);
     assert!(failure.findings[0].name.starts_with("1:"), "{failure:?}");
     let wrong = NODE
         .replace("value = 1e9", "valeu = 1e9")
         .replace("ramp.delayedValue\", set", "ramp.x\", set");
-    let failure = node.refused(&wrong);
+    let failure = node.refused(&configuration(&wrong));
     assert_eq!(failure.code, Code::Configuration);
     assert!(failure.findings.len() > 1, "{failure:?}");
     let other = NODE.replace("\"10ms\"", "\"20ms\"").replace("level/out", "level/other");
-    let failure = node.refused(&other);
+    let failure = node.refused(&configuration(&other));
     assert_eq!(failure.code, Code::CannotChange);
     let names: Vec<&str> = failure.findings.iter().map(|finding| &*finding.name).collect();
     assert_eq!(names, ["slow", "level/out", "level/other"]);
     let values = [("late.delayedValue", 3.0)].into_iter().collect();
     let seconds = Hold::UntilReleased;
     node.call(&ForceParams { values, seconds, ..ForceParams::default() });
-    let failure = node.refused(&NODE.replace("\"late\"", "\"later\""));
+    let failure = node.refused(&configuration(&NODE.replace("\"late\"", "\"later\"")));
     assert_eq!(
         (failure.code, &*failure.findings[0].name),
         (Code::CannotChange, "late.delayedValue")
@@ -183,7 +146,7 @@ fn what_is_wrong_with_a_configuration_is_said_and_changes_nothing() {
     node.call(&ReleaseParams { names: vec!["late.*".into()], client: None });
     let entries = node.call(&JournalParams::default()).entries;
     assert!(entries.iter().all(|entry| entry.action != Action::Apply));
-    let result = node.apply(&NODE.replace("\"late\"", "\"later\""));
+    let result = apply(&mut node, &NODE.replace("\"late\"", "\"later\""));
     assert_eq!((result.added, result.removed), (vec!["later".into()], vec!["late".into()]));
     node.process.stop().expect_code(0);
 }
@@ -193,10 +156,10 @@ fn what_was_set_stays_and_what_differs_between_the_files_is_taken() {
     let mut node = Node::start(NODE);
     let values = [("ramp.value", 2e9), ("late.setChangeRate", 2e9)].into_iter().collect();
     node.call(&SetParams { values, ..SetParams::default() });
-    let result = node.apply(&NODE.replace("setChangeRate = 1e9", "setChangeRate = 3e9"));
+    let result = apply(&mut node, &NODE.replace("setChangeRate = 1e9", "setChangeRate = 3e9"));
     assert_eq!(result.changed, ["late.setChangeRate"]);
-    assert_eq!(node.get("ramp.value"), Some(Value::Number(2e9)));
-    assert_eq!(node.get("late.setChangeRate"), Some(Value::Number(3e9)));
+    assert_eq!(value(&mut node, "ramp.value"), Some(Value::Number(2e9)));
+    assert_eq!(value(&mut node, "late.setChangeRate"), Some(Value::Number(3e9)));
     let entries = node.call(&JournalParams::default()).entries;
     let changes = entries.iter().filter(|e| e.action == Action::Apply).flat_map(|e| &e.changes);
     let befores: Vec<_> = changes.map(|change| (&*change.name, change.before)).collect();
@@ -207,7 +170,7 @@ fn what_was_set_stays_and_what_differs_between_the_files_is_taken() {
 #[test]
 fn telemetry_follows_to_the_names_of_the_new_configuration() {
     let mut node = Node::start(NODE);
-    node.apply(&with_blocks(2));
+    apply(&mut node, &with_blocks(2));
     let since = Instant::now();
     loop {
         let subscribe = "subscribe isochrone/level/telemetry --csv seen.csv --count 3";

@@ -1,17 +1,15 @@
 //! Another configuration for a node in a program that runs.
 
-use std::thread;
-use std::time::{Duration, Instant};
+mod polling;
 
 use isochrone_cyclic::CountingAllocator;
 use isochrone_engine::operate::{Action, Client, Entry, Hold, RefusalKind};
 use isochrone_engine::{Plan, Rules, Source};
-use isochrone_runtime::{ApplyError, End, IfMissed, Node, POLL_INTERVAL, PreparedApply, Running};
+use isochrone_runtime::{ApplyError, End, IfMissed, Node, PreparedApply, Running};
+use polling::poll_until;
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
-
-const LIMIT: Duration = Duration::from_secs(30);
 
 const RAMP: &str = r#"
 [node]
@@ -56,18 +54,6 @@ fn start() -> Running<isochrone_ipc::local::Service> {
         node.value("late.delayedValue").is_some_and(|value| value > 0.0)
     });
     node
-}
-
-/// Polls until something holds.
-fn poll_until<S: isochrone_ipc::Service>(
-    node: &mut Running<S>,
-    mut holds: impl FnMut(&mut Running<S>) -> bool,
-) {
-    let since = Instant::now();
-    while !holds(node) {
-        assert!(since.elapsed() < LIMIT, "it does not come to that");
-        thread::sleep(POLL_INTERVAL);
-    }
 }
 
 fn prepare<S: isochrone_ipc::Service>(

@@ -1,18 +1,18 @@
 //! A node in a program: set-points, ends, panics, services of both kinds.
 
+mod polling;
+
 use std::thread;
-use std::time::{Duration, Instant};
 
 use isochrone_cyclic::CountingAllocator;
 use isochrone_engine::operate::{Action, Entry, Hold, Refusal, Value};
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_ipc::{Depth, FrameSubscriber, IsolatedDomain, Participant};
 use isochrone_runtime::{End, Node, POLL_INTERVAL, PrepareError, RequestError, Running};
+use polling::poll_until;
 
 #[global_allocator]
 static ALLOCATOR: CountingAllocator = CountingAllocator;
-
-const LIMIT: Duration = Duration::from_secs(30);
 
 const RAMP: &str = r#"
 [node]
@@ -41,18 +41,6 @@ signals = ["ramp.delayedValue"]
 
 fn plan(text: &str) -> Plan {
     Plan::new(Source::new("test.toml", text), &Rules::default()).unwrap()
-}
-
-/// Polls until something holds.
-fn poll_until<S: isochrone_ipc::Service>(
-    node: &mut Running<S>,
-    mut holds: impl FnMut(&mut Running<S>) -> bool,
-) {
-    let since = Instant::now();
-    while !holds(node) {
-        assert!(since.elapsed() < LIMIT, "it does not come to that");
-        thread::sleep(POLL_INTERVAL);
-    }
 }
 
 #[test]

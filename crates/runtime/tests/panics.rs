@@ -1,16 +1,11 @@
 //! A block that panics in a running node.
 
-use std::thread;
-use std::time::{Duration, Instant};
+mod polling;
 
 use isochrone_blocks::{Block, BlockType, CATALOGUE, Cycle};
 use isochrone_engine::{Plan, Rules, Source};
-use isochrone_ipc::local;
-use isochrone_runtime::{
-    End, Node, NodePanicked, POLL_INTERVAL, Running, TaskPanicked, hold_panic_messages,
-};
-
-const LIMIT: Duration = Duration::from_secs(30);
+use isochrone_runtime::{End, Node, NodePanicked, TaskPanicked, hold_panic_messages};
+use polling::poll_until;
 
 isochrone_blocks::block! {
     /// Panics at 1.
@@ -78,17 +73,6 @@ fn panicked(pins: &[&str]) -> NodePanicked {
     assert!(sent.warnings.is_empty(), "a block from outside the library is not tried out");
     poll_until(&mut node, |node| !node.poll().is_running());
     node.finish().unwrap_err()
-}
-
-fn poll_until(
-    node: &mut Running<local::Service>,
-    mut holds: impl FnMut(&mut Running<local::Service>) -> bool,
-) {
-    let since = Instant::now();
-    while !holds(node) {
-        assert!(since.elapsed() < LIMIT, "it does not come to that");
-        thread::sleep(POLL_INTERVAL);
-    }
 }
 
 #[test]
