@@ -1,5 +1,8 @@
 //! What an operator may do to a running node, and what comes of it.
 
+mod hand;
+
+use hand::{Hand, plan};
 use isochrone_engine::operate::*;
 use isochrone_engine::{Flags, Plan, Rules, Source, TaskEngine};
 
@@ -75,80 +78,6 @@ service = "plant/after"
 task = "slow"
 signals = ["after.delayedValue"]
 "#;
-
-/// A node whose cycles are stepped by hand.
-struct Hand {
-    operator: Operator,
-    engines: Vec<TaskEngine>,
-    inboxes: Vec<Inbox>,
-    next: Vec<u64>,
-    done: Vec<Done>,
-}
-
-impl Hand {
-    fn new(text: &str) -> Self {
-        let plan = Plan::new(Source::new("level.toml", text), &Rules::default()).unwrap();
-        let engines = TaskEngine::build(&plan).unwrap();
-        let inboxes = engines.iter().map(|_| Inbox::new(64)).collect();
-        let next = vec![0; engines.len()];
-        Self {
-            operator: Operator::new(&plan, Feeds::Services),
-            engines,
-            inboxes,
-            next,
-            done: vec![],
-        }
-    }
-
-    fn send(&mut self, prepared: Result<Prepared, Refusals>) -> u64 {
-        let (number, orders) = self.operator.send(prepared.unwrap());
-        for (task, order) in orders {
-            self.inboxes[task].take(order).unwrap();
-        }
-        number
-    }
-
-    fn set<const N: usize>(&mut self, values: [(&str, Value); N]) -> u64 {
-        let prepared = self.operator.set(values, Request::default(), &self.next);
-        self.send(prepared)
-    }
-
-    fn force<const N: usize>(&mut self, values: [(&str, Value); N], hold: Hold) -> u64 {
-        let prepared = self.operator.force(values, hold, Request::default(), &self.next);
-        self.send(prepared)
-    }
-
-    fn release(&mut self, name: &str) -> u64 {
-        let prepared = self.operator.release([name], Request::default(), &self.next);
-        self.send(prepared)
-    }
-
-    fn step(&mut self, task: usize) {
-        let (engine, inbox, cycle) =
-            (&mut self.engines[task], &mut self.inboxes[task], self.next[task]);
-        let (operator, done) = (&mut self.operator, &mut self.done);
-        engine.expire(cycle, |ended| {
-            done.push(Done::Applied(operator.expired(task, ended, cycle, 0)))
-        });
-        inbox.apply(engine, cycle, 0, |order| done.push(operator.done(task, order, 0)));
-        engine.step(cycle);
-        inbox.read(engine, cycle, |order| done.push(operator.done(task, order, 0)));
-        self.next[task] += 1;
-    }
-
-    fn value(&self, name: &str) -> f64 {
-        let signal = self.operator.signals().find(name).unwrap();
-        self.engines[signal.task].image()[signal.slot]
-    }
-
-    fn entries(&mut self) -> Vec<Entry> {
-        let done = self.done.drain(..).filter_map(|done| match done {
-            Done::Applied(entry) => Some(entry),
-            Done::TooLate { .. } | Done::Read(_) => None,
-        });
-        done.collect()
-    }
-}
 
 fn refusals(result: Result<Prepared, Refusals>) -> Vec<Refusal> {
     result.unwrap_err().findings().to_vec()
@@ -794,7 +723,7 @@ fn what_the_journal_tells_can_be_done_again_and_what_was_different_is_told() {
     hand.release("raw");
     hand.step(0);
     hand.step(0);
-    let plan = Plan::new(Source::new("level.toml", NODE), &Rules::default()).unwrap();
+    let plan = plan(NODE);
     let (mut replay, mut engine) =
         (Replay::new(&plan), TaskEngine::build(&plan).unwrap().remove(0));
     let mut differences = Vec::new();
@@ -821,7 +750,7 @@ fn what_the_journal_tells_can_be_done_again_and_what_was_different_is_told() {
 
 #[test]
 fn an_entry_of_another_node_is_refused_with_all_that_does_not_fit() {
-    let plan = Plan::new(Source::new("level.toml", NODE), &Rules::default()).unwrap();
+    let plan = plan(NODE);
     let change = |name: &str, after: Value| {
         let (name, before) = (name.to_owned(), Value::Number(0.0));
         Change { name, before, after: Some(after) }

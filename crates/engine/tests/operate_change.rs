@@ -1,7 +1,10 @@
 //! Another configuration for a node that runs.
 
+mod hand;
+
+use hand::{Hand, UNIX_NS, draft};
+use isochrone_engine::Flags;
 use isochrone_engine::operate::*;
-use isochrone_engine::{Flags, Plan, Rules, Source, TaskEngine};
 
 const NODE: &str = r#"
 [node]
@@ -58,95 +61,9 @@ task = "slow"
 signals = ["after.delayedValue"]
 "#;
 
-/// A node whose cycles are stepped by hand.
-struct Hand {
-    operator: Operator,
-    engines: Vec<TaskEngine>,
-    inboxes: Vec<Inbox>,
-    next: Vec<u64>,
-    replacements: Vec<Option<Replacement>>,
-}
-
-fn plan(text: &str) -> Plan {
-    Plan::new(Source::new("level.toml", text), &Rules::default()).unwrap()
-}
-
-fn draft(text: &str) -> Draft {
-    Draft::new(&plan(text)).unwrap()
-}
-
-impl Hand {
-    fn new(text: &str) -> Self {
-        let plan = plan(text);
-        let engines = TaskEngine::build(&plan).unwrap();
-        Self {
-            operator: Operator::new(&plan, Feeds::Services),
-            inboxes: engines.iter().map(|_| Inbox::new(64)).collect(),
-            next: vec![0; engines.len()],
-            replacements: engines.iter().map(|_| None).collect(),
-            engines,
-        }
-    }
-
-    fn send(&mut self, prepared: Result<Prepared, Refusals>) -> u64 {
-        let (number, orders) = self.operator.send(prepared.unwrap());
-        orders.into_iter().for_each(|(task, order)| self.inboxes[task].take(order).unwrap());
-        number
-    }
-
-    fn set(&mut self, name: &str, value: f64) -> u64 {
-        let values = [(name, value.into())];
-        self.send(self.operator.set(values, Request::default(), &self.next))
-    }
-
-    fn force(&mut self, name: &str, value: f64) -> u64 {
-        let (values, hold) = ([(name, value.into())], Hold::UntilReleased);
-        self.send(self.operator.force(values, hold, Request::default(), &self.next))
-    }
-
-    /// Sends another configuration, for the next cycle of each task.
-    fn change(&mut self, text: &str) -> ChangeSummary {
-        let prepared = self.operator.change(draft(text), Request::default()).unwrap();
-        let summary = prepared.summary().clone();
-        let (_, replacements) = self.operator.send_change(prepared, &self.next).unwrap();
-        self.replacements = replacements.into_iter().map(Some).collect();
-        summary
-    }
-
-    fn refused(&self, text: &str) -> Vec<String> {
-        let refusals = self.operator.change(draft(text), Request::default()).unwrap_err();
-        refusals.findings().iter().map(ToString::to_string).collect()
-    }
-
-    fn step(&mut self, task: usize) -> Vec<Entry> {
-        let (engine, cycle) = (&mut self.engines[task], self.next[task]);
-        let operator = &mut self.operator;
-        let mut entries = Vec::new();
-        if let Some(mut replacement) = self.replacements[task].take() {
-            engine.replace(&mut replacement, cycle);
-            entries.push(operator.replaced(task, replacement, 7));
-        }
-        self.inboxes[task].apply(engine, cycle, 0, |order| {
-            if let Done::Applied(entry) = operator.done(task, order, 7) {
-                entries.push(entry);
-            }
-        });
-        engine.step(cycle);
-        self.next[task] += 1;
-        entries
-    }
-
-    fn steps(&mut self, cycles: usize) {
-        for _ in 0..cycles {
-            self.step(0);
-            self.step(1);
-        }
-    }
-
-    fn value(&self, name: &str) -> f64 {
-        let signal = self.operator.signals().find(name).unwrap();
-        self.engines[signal.task].image()[signal.slot]
-    }
+fn refused(hand: &Hand, text: &str) -> Vec<String> {
+    let refusals = hand.operator.change(draft(text), Request::default()).unwrap_err();
+    refusals.findings().iter().map(ToString::to_string).collect()
 }
 
 #[test]
@@ -198,17 +115,19 @@ fn a_block_of_another_type_or_task_starts_from_rest_under_its_old_name() {
 #[test]
 fn a_constant_that_differs_between_the_files_replaces_what_was_set_and_no_other_does() {
     let mut hand = Hand::new(NODE);
-    hand.set("ramp.0.setChangeRate", 20.0);
-    hand.set("ramp.1.value", 12.0);
+    hand.set([("ramp.0.setChangeRate", 20.0.into())]);
+    hand.set([("ramp.1.value", 12.0.into())]);
     hand.steps(1);
+    hand.entries();
     let summary = hand.change(&NODE.replace(
         "setChangeRate = 10.0 }\n\n[[block]]\nname = \"guard\"",
         "setChangeRate = 40.0 }\n\n[[block]]\nname = \"guard\"",
     ));
     assert_eq!(summary.changed, ["ramp.*.setChangeRate"]);
-    let entries = hand.step(0);
+    hand.step(0);
+    let entries = hand.entries();
     let [entry] = &entries[..] else { panic!("{entries:?}") };
-    assert_eq!((entry.action, entry.cycle, entry.unix_ns), (Action::Apply, 1, 7));
+    assert_eq!((entry.action, entry.cycle, entry.unix_ns), (Action::Apply, 1, UNIX_NS));
     let changes: Vec<_> =
         entry.changes.iter().map(|c| (c.name.as_str(), c.before, c.after)).collect();
     let now = Some(Value::Number(40.0));
@@ -228,9 +147,9 @@ fn a_constant_that_differs_between_the_files_replaces_what_was_set_and_no_other_
 #[test]
 fn what_a_change_has_overtaken_cannot_be_taken_back_and_the_rest_can() {
     let mut hand = Hand::new(NODE);
-    let rate = hand.set("ramp.0.setChangeRate", 20.0);
-    let value = hand.set("ramp.1.value", 12.0);
-    let gone = hand.set("ramp.2.value", 12.0);
+    let rate = hand.set([("ramp.0.setChangeRate", 20.0.into())]);
+    let value = hand.set([("ramp.1.value", 12.0.into())]);
+    let gone = hand.set([("ramp.2.value", 12.0.into())]);
     hand.steps(1);
     let text = NODE.replace("count = 3", "count = 2").replacen("Rate = 10.0", "Rate = 40.0", 1);
     hand.change(&text);
@@ -252,9 +171,9 @@ fn what_a_change_has_overtaken_cannot_be_taken_back_and_the_rest_can() {
 #[test]
 fn a_value_that_a_change_has_put_out_of_bounds_does_not_come_back_by_an_undo() {
     let mut hand = Hand::new(NODE);
-    hand.set("ramp.0.setChangeRate", 40.0);
+    hand.set([("ramp.0.setChangeRate", 40.0.into())]);
     hand.steps(1);
-    let second = hand.set("ramp.0.setChangeRate", 10.0);
+    let second = hand.set([("ramp.0.setChangeRate", 10.0.into())]);
     hand.steps(1);
     hand.change(&NODE.replace("[0.0, 50.0]", "[0.0, 20.0]"));
     hand.steps(1);
@@ -279,10 +198,8 @@ fn a_change_of_the_configuration_cannot_be_undone_and_that_is_the_reason_given()
 #[test]
 fn a_force_goes_on_with_its_end_and_its_flag() {
     let mut hand = Hand::new(NODE);
-    let values = [("ramp.0.value", 2.0.into())];
-    let hold = Hold::Seconds(0.5);
-    hand.send(hand.operator.force(values, hold, Request::default(), &hand.next));
-    hand.set("ramp.0.value", 30.0);
+    hand.force([("ramp.0.value", 2.0.into())], Hold::Seconds(0.5));
+    hand.set([("ramp.0.value", 30.0.into())]);
     hand.steps(3);
     assert_eq!(hand.value("ramp.0.delayedValue"), 2.0);
     hand.change(&NODE.replace("count = 3", "count = 4"));
@@ -304,11 +221,11 @@ fn a_force_goes_on_with_its_end_and_its_flag() {
 #[test]
 fn a_forced_signal_must_be_in_the_new_configuration() {
     let mut hand = Hand::new(NODE);
-    hand.force("ramp.2.delayedValue", 2.0);
+    hand.force([("ramp.2.delayedValue", 2.0.into())], Hold::UntilReleased);
     hand.steps(1);
     let text = NODE.replace("count = 3", "count = 2");
     assert_eq!(
-        hand.refused(&text),
+        refused(&hand, &text),
         ["\"ramp.2.delayedValue\" is forced, and the new configuration does not keep its block"]
     );
     let refusals = hand.operator.change(draft(&text), Request::default()).unwrap_err();
@@ -348,13 +265,13 @@ fn each_thing_that_cannot_be_changed_online_is_named() {
     ];
     for (from, to, what, difference) in rows {
         assert!(NODE.contains(from), "{from}");
-        let findings = hand.refused(&NODE.replace(from, to));
+        let findings = refused(&hand, &NODE.replace(from, to));
         let expected = format!("{what} cannot be changed while the node runs: {difference}");
         assert!(findings.contains(&expected), "{expected}: {findings:?}");
     }
     let both = NODE.replace("\"100ms\"", "\"50ms\"").replace("\"plant/after\"", "\"plant/b\"");
-    assert_eq!(hand.refused(&both).len(), 3, "all of them are named");
-    let new = hand.refused(&format!("{NODE}\n[[task]]\nname = \"third\"\nperiod = \"1s\"\n"));
+    assert_eq!(refused(&hand, &both).len(), 3, "all of them are named");
+    let new = refused(&hand, &format!("{NODE}\n[[task]]\nname = \"third\"\nperiod = \"1s\"\n"));
     assert_eq!(new, ["task \"third\" cannot be changed while the node runs: it would be new"]);
 }
 
@@ -386,9 +303,9 @@ fn only_a_node_that_may_be_forced_can_be_changed() {
 #[test]
 fn a_value_that_stays_must_lie_within_the_new_limits() {
     let mut hand = Hand::new(NODE);
-    hand.set("ramp.0.setChangeRate", 40.0);
+    hand.set([("ramp.0.setChangeRate", 40.0.into())]);
     hand.steps(1);
-    let findings = hand.refused(&NODE.replace("[0.0, 50.0]", "[0.0, 30.0]"));
+    let findings = refused(&hand, &NODE.replace("[0.0, 50.0]", "[0.0, 30.0]"));
     assert_eq!(
         findings,
         ["40.0 is outside of the limits of \"ramp.0.setChangeRate\", 0.0 to 30.0"]
@@ -398,7 +315,7 @@ fn a_value_that_stays_must_lie_within_the_new_limits() {
 #[test]
 fn one_request_at_a_time_changes_the_node() {
     let mut hand = Hand::new(NODE);
-    hand.set("ramp.0.value", 1.0);
+    hand.set([("ramp.0.value", 1.0.into())]);
     let refusals = hand.operator.change(draft(NODE), Request::default()).unwrap_err();
     assert!(matches!(refusals.findings()[..], [Refusal::Waiting { .. }]), "{refusals}");
     hand.steps(1);
@@ -418,7 +335,7 @@ fn one_request_at_a_time_changes_the_node() {
         hand.operator.send_change(early, &next).is_err(),
         "it knows nothing of the one between"
     );
-    hand.set("ramp.0.value", 2.0);
+    hand.set([("ramp.0.value", 2.0.into())]);
     hand.steps(1);
     assert_eq!(hand.value("ramp.0.value"), 2.0);
 }
@@ -450,7 +367,7 @@ fn what_an_input_is_worth_and_the_errors_of_blocks_go_on() {
         NODE.replace("value = 25.0, setChangeRate = 10.0", "value = \"raw\", setChangeRate = 10.0");
     let mut hand = Hand::new(&text);
     assert!(hand.engines[0].set_input(0, 8.0, 77));
-    hand.set("ramp.1.callOB", 36.0);
+    hand.set([("ramp.1.callOB", 36.0.into())]);
     hand.steps(2);
     let errors = hand.engines[0].block_errors();
     assert!(errors > 0, "there is no OB of this number");
