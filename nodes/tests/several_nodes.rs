@@ -60,6 +60,39 @@ fn whoever_starts_a_node_that_meets_another_on_its_cpu_is_warned_with_the_remedy
 }
 
 #[test]
+fn an_automatic_phase_keeps_clear_of_the_node_that_runs_and_says_so() {
+    let domain = Domain::new();
+    let cpu = allowed_cpu();
+    domain.write("a.toml", &node("a", "0ms", cpu));
+    domain.write("auto.toml", &node("auto", "auto", cpu));
+    let mut first = domain.start("run a.toml");
+    first.wait_for("is running");
+
+    let said = format!("clear of a.t on CPU {cpu} and of the kernel's ticks");
+    let is_told = |ended: &Ended| ended.stderr.contains(&said);
+    let ended = run_beside(&domain, "auto.toml --json", is_told).expect_code(0);
+    assert!(!ended.stderr.contains("share CPU"), "{}", ended.stderr);
+    let report: Value = serde_json::from_str(&ended.stdout).unwrap();
+    let task = &report["tasks"][0];
+    assert!(task["phase_reason"].as_str().unwrap().contains(&said), "{task}");
+    assert!((1..10_000_000).contains(&task["phase_ns"].as_u64().unwrap()), "{task}");
+
+    // One that is not answered in time keeps the phase between the ticks: then start it again.
+    let mut is_listed = false;
+    for _ in 0..20 {
+        let mut second = domain.start("run auto.toml");
+        second.wait_for("is running");
+        is_listed = (0..5).any(|_| domain.run("list").stdout.contains(&said));
+        second.stop().expect_code(0);
+        if is_listed {
+            break;
+        }
+    }
+    assert!(is_listed);
+    first.stop().expect_code(0);
+}
+
+#[test]
 fn the_list_has_the_tasks_that_meet_and_no_others() {
     let domain = Domain::new();
     let cpu = allowed_cpu();

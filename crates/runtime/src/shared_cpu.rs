@@ -69,12 +69,14 @@ impl Neighbour {
 
 impl SharedCpu {
     /// Which of a plan's tasks will share a CPU with each other, or with what runs, and need it at the same
-    /// time. Tasks that may move between CPUs are left out, as are pairs whose grids do not lie to each
-    /// other in a way that can be known before the start.
+    /// time. Tasks that may move between CPUs are left out, and tasks with normal scheduling that only
+    /// sleep; so are pairs whose grids do not lie to each other in a way that can be known before the start,
+    /// and tasks of the plan with different priorities, which say who is to wait.
     pub fn of_plan(plan: &Plan, running: &[Neighbour]) -> Vec<Self> {
         let planned: Vec<_> =
             plan.tasks.iter().map(|task| Neighbour::planned(&plan.node, task)).collect();
         let mut shared = Self::of_running(&planned);
+        shared.retain(|pair| priority(&pair.first) == priority(&pair.second));
         for task in &planned {
             let known = running.iter().filter(|other| other.is_on_grid_with(&task.need()));
             shared.extend(known.filter_map(|other| Self::of(task, other)));
@@ -82,7 +84,8 @@ impl SharedCpu {
         shared
     }
 
-    /// Which tasks share a CPU and need it at the same time.
+    /// Which tasks share a CPU and need it at the same time, without those that may move between CPUs, or that
+    /// have normal scheduling and only sleep.
     pub fn of_running(running: &[Neighbour]) -> Vec<Self> {
         let pairs = running.iter().enumerate().flat_map(|(index, first)| {
             running.iter().skip(index + 1).map(move |second| (first, second))
@@ -92,6 +95,9 @@ impl SharedCpu {
 
     fn of(first: &Neighbour, second: &Neighbour) -> Option<Self> {
         let cpu = first.placement.cpu.filter(|cpu| second.placement.cpu == Some(*cpu))?;
+        if !is_punctual(first) || !is_punctual(second) {
+            return None;
+        }
         let meeting = first.need().meeting(&second.need())?;
         Some(Self { cpu, first: first.clone(), second: second.clone(), meeting })
     }
@@ -118,6 +124,12 @@ impl SharedCpu {
             ),
         }
     }
+}
+
+/// Whether a task means to be punctual: one with normal scheduling that only sleeps is late anyway, and
+/// holds up nobody for long.
+fn is_punctual(task: &Neighbour) -> bool {
+    priority(task).is_some() || task.placement.longest_watch_ns > 0
 }
 
 /// The SCHED_FIFO priority that a task has.
@@ -212,6 +224,18 @@ mod tests {
         let two = format!("{FAST}{}", FAST.replace("fast", "slow").replace("1ms", "10ms"));
         let shared = SharedCpu::of_plan(&plan(&two), &[]);
         assert_eq!((shared.len(), shared[0].meeting.of), (1, 10));
+    }
+
+    #[test]
+    fn tasks_of_one_node_with_different_priorities_are_meant_to_wait_for_each_other() {
+        let low = FAST.replace("fast", "slow").replace("80", "70");
+        assert_eq!(SharedCpu::of_plan(&plan(&format!("{FAST}{low}")), &[]), []);
+    }
+
+    #[test]
+    fn a_task_that_only_sleeps_is_in_nobodys_way() {
+        let sleeps = plan(&FAST.replace("priority = 80\n", ""));
+        assert_eq!(SharedCpu::of_plan(&sleeps, &[running(0)]), []);
     }
 
     #[test]

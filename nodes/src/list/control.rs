@@ -62,17 +62,22 @@ pub(super) fn text(nodes: &[ControlNode]) -> String {
             ]);
         }
         text += &table.draw(4);
+        for task in description.iter().flat_map(|known| &known.tasks) {
+            let reason = task.placement.as_ref().and_then(|placed| placed.phase_reason.as_deref());
+            if let Some(reason) = reason {
+                text += &format!("    phase of {}: {}\n", escaped(&task.name), escaped(reason));
+            }
+        }
     }
     text + "\n"
 }
 
 /// Where a task is: its phase and CPU, as far as the node tells.
 fn placed(task: &TaskDescription) -> String {
-    let phase = format!("phase {}", period(task.phase_ns));
-    match task.placement.as_ref().and_then(|placement| placement.cpu) {
-        Some(cpu) => format!("{phase}, CPU {cpu}"),
-        None => phase,
-    }
+    let cpu = task.placement.as_ref().and_then(|placement| placement.cpu);
+    let phase = (task.phase_ns > 0).then(|| format!("phase {}", period(task.phase_ns)));
+    let words = cpu.map(|cpu| format!("CPU {cpu}")).into_iter().chain(phase);
+    words.collect::<Vec<_>>().join(", ")
 }
 
 /// The tasks that share a CPU and need it at the same time.
