@@ -49,6 +49,11 @@ pub(crate) struct Args {
 
 /// Between two looks. The smallest buffer of a service of ours holds 2.5 ms at the shortest period.
 const LOOK_INTERVAL: Duration = Duration::from_micros(500);
+/// How long frames are held back before they are matched, in ns: a publisher that loses its CPU while it sends
+/// may have served the next node and not yet this program.
+const HOLD_NS: u64 = 200_000_000;
+/// The same at the end.
+const LAST_LOOK: Duration = Duration::from_millis(20);
 /// Whoever announces layouts answers a reader that comes within 20 ms, and repeats it every 500 ms.
 const ANSWER: Duration = Duration::from_secs(1);
 
@@ -109,21 +114,24 @@ fn measure(services: &[String], links: &mut [Link], stop: &Stop) -> Measured {
     let began = Instant::now();
     let begin_ns = Monotonic.now_ns();
     links.iter_mut().for_each(Link::discard);
-    let end = loop {
-        let is_last = stop.is_due();
+    let mut take_in = |links: &mut [Link], until_ns: u64| {
         // From the last to the first: what a frame was computed from has then been sent and is read.
         links.iter_mut().rev().for_each(Link::receive);
         for (service, link) in links.iter_mut().enumerate() {
-            link.taken().for_each(|frame| timing.record(service, &frame));
+            link.taken(until_ns).for_each(|frame| timing.record(service, &frame));
         }
-        let ended = links.iter().find_map(Link::ended);
-        if is_last || ended.is_some() {
-            let now_ns = Monotonic.now_ns();
-            break ended.or_else(|| links.iter().find_map(|link| link.silence(begin_ns, now_ns)));
-        }
-        thread::sleep(LOOK_INTERVAL);
     };
-    Measured { chain: timing.report(services), elapsed: began.elapsed(), end }
+    let mut ended = None;
+    while !stop.is_due() && ended.is_none() {
+        take_in(links, Monotonic.now_ns().saturating_sub(HOLD_NS));
+        ended = links.iter().find_map(Link::ended);
+        thread::sleep(LOOK_INTERVAL);
+    }
+    let (elapsed, end_ns) = (began.elapsed(), Monotonic.now_ns());
+    let end = ended.or_else(|| links.iter().find_map(|link| link.silence(begin_ns, end_ns)));
+    thread::sleep(LAST_LOOK);
+    take_in(links, end_ns);
+    Measured { chain: timing.report(services), elapsed, end }
 }
 
 /// The exit status of the measurement.

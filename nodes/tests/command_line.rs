@@ -94,6 +94,7 @@ fn the_help_of_a_verb_says_all_that_it_needs() {
                 "Examples:",
             ],
         ),
+        ("chain", &["<SERVICE>", "--seconds", "--json", "latency", "lost", "unknown", "Examples:"]),
         ("blocks", &["[BLOCK]", "--json", "--format", "markdown", "Examples:"]),
         ("doctor", &["--cpu", "--json", "Changes nothing", "Examples:"]),
         ("list", &["--json", "--names", "rate", "signals", "Examples:"]),

@@ -174,11 +174,7 @@ impl Hop {
 
     /// Finds what a frame of the next service was computed from.
     fn pass_on(&mut self, frame: &ChainFrame) -> Option<Origin> {
-        // What it was computed from may have been sent before anybody looked.
         let first_source_ns = self.first_source_ns?;
-        if (1..first_source_ns).contains(&frame.source_ns) {
-            return None;
-        }
         let came_from = |sent: &&Remembered| {
             sent.source_ns == frame.source_ns && sent.publish_ns <= frame.publish_ns
         };
@@ -186,7 +182,9 @@ impl Hop {
         let mut since = self.remembered.iter().rev();
         let mut since = since.by_ref().take_while(|sent| sent.publish_ns >= frame.source_ns);
         let Some(sent) = since.find(came_from) else {
-            self.unknown += 1;
+            // What it was computed from may have been sent before anybody looked.
+            let is_early = (1..=first_source_ns).contains(&frame.source_ns);
+            self.unknown += u64::from(!is_early);
             return None;
         };
         if self.skips.note(sent.number) {
@@ -284,6 +282,10 @@ mod tests {
     fn what_was_computed_before_the_first_frame_is_left_out() {
         let frames =
             [(1, sent(900, 300)), (0, sent(MS, 0)), (1, sent(MS + 5, 400)), (1, sent(MS + 9, MS))];
+        let report = chain(2, frames);
+        assert_eq!((report.latency_ns.max, report.hops[0].unknown), (Some(9), 0));
+        // The first frame may repeat a source that was passed on before.
+        let frames = [(0, sent(MS, 700)), (1, sent(900, 700)), (1, sent(MS + 9, 700))];
         let report = chain(2, frames);
         assert_eq!((report.latency_ns.max, report.hops[0].unknown), (Some(9), 0));
     }

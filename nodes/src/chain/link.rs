@@ -1,5 +1,6 @@
 //! One service of a chain, as it is read.
 
+use std::collections::VecDeque;
 use std::fmt;
 
 use isochrone_cyclic::{Clock, Monotonic};
@@ -22,7 +23,7 @@ pub(super) struct Link {
     service: String,
     subscriber: FrameSubscriber<ipc::Service>,
     watcher: LayoutWatcher<ipc::Service>,
-    taken: Vec<ChainFrame>,
+    taken: VecDeque<ChainFrame>,
     frames: u64,
     /// Frames with stamps of another clock, which are left out.
     future_stamps: u64,
@@ -84,7 +85,7 @@ impl Link {
             service: service.to_owned(),
             subscriber,
             watcher: LayoutWatcher::open(participant, service).map_err(Failure::found)?,
-            taken: Vec::new(),
+            taken: VecDeque::new(),
             frames: 0,
             future_stamps: 0,
             heard_ns: None,
@@ -141,7 +142,7 @@ impl Link {
                 self.future_stamps += 1;
                 continue;
             }
-            self.taken.push(ChainFrame {
+            self.taken.push_back(ChainFrame {
                 release_ns: header.release_ns,
                 publish_ns: header.publish_ns,
                 source_ns: header.source_ns,
@@ -149,9 +150,10 @@ impl Link {
         }
     }
 
-    /// The frames that were taken since the last time.
-    pub(super) fn taken(&mut self) -> impl Iterator<Item = ChainFrame> {
-        self.taken.drain(..)
+    /// The frames that were taken since the last time and sent until an instant.
+    pub(super) fn taken(&mut self, until_ns: u64) -> impl Iterator<Item = ChainFrame> {
+        let later = self.taken.iter().position(|frame| frame.publish_ns > until_ns);
+        self.taken.drain(..later.unwrap_or(self.taken.len()))
     }
 
     /// Whether its publisher has ended.

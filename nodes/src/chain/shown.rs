@@ -44,7 +44,8 @@ pub(super) fn notes(measured: &Measured, links: &[Link]) -> Vec<String> {
     for hop in measured.chain.hops.iter().filter(|hop| hop.unknown > 0) {
         notes.push(format!(
             "note: {} of \"{}\" go back to no frame of \"{}\": the oldest sample behind them came from \
-             elsewhere, or there is none; how long that frame took cannot be known",
+             elsewhere, there is none, or that frame did not reach this program; how long it took cannot be \
+             known",
             counted(hop.unknown, "frame"),
             hop.to,
             hop.from
