@@ -71,6 +71,8 @@ pub struct FrameSubscriber<S: Service> {
     /// Those who write the service, as last looked up.
     writers: Vec<u128>,
     receive_errors: u64,
+    /// A frame that [`has_newer`](Self::has_newer) took out of the buffer.
+    held: Option<Sample<S, [f64], FrameHeader>>,
 }
 
 impl<S: Service> FrameSubscriber<S> {
@@ -169,6 +171,7 @@ impl<S: Service> FrameSubscriber<S> {
             following: Following::new(),
             writers: Vec::with_capacity(publishers),
             receive_errors: 0,
+            held: None,
         };
         participant.repairs().adopt(service, Peer::Publisher, &subscriber.peers);
         subscriber.maintain();
@@ -183,7 +186,7 @@ impl<S: Service> FrameSubscriber<S> {
     /// seen before waits for the next [`maintain`](Self::maintain), unless its term is higher.
     pub fn newest(&mut self, now_ns: u64) -> Option<FrameRef<'_, S>> {
         let _guarded = self.guard.of_call();
-        let mut newest: Option<Sample<S, [f64], FrameHeader>> = None;
+        let mut newest = self.held.take();
         for _ in 0..self.drain_limit {
             if !self.can_compare && newest.is_some() {
                 if !self.port.has_samples().unwrap_or(false) {
@@ -202,6 +205,26 @@ impl<S: Service> FrameSubscriber<S> {
         newest.map(FrameRef::new)
     }
 
+    /// Whether a frame waits that [`newest`](Self::newest) would return, for readers that watch for it.
+    ///
+    /// `now_ns` is the reader's clock. Looks at frames until one is of the writer that is followed, and
+    /// holds on to that; frames of other writers are no news. Never waits, logs or allocates, and makes
+    /// no system call, unless a publisher has joined or left: then iceoryx2 connects here instead of in
+    /// `newest`.
+    pub fn has_newer(&mut self, now_ns: u64) -> bool {
+        let _guarded = self.guard.of_call();
+        for _ in 0..self.drain_limit {
+            if self.held.is_some() {
+                break;
+            }
+            let Some(sample) = self.receive() else { break };
+            if self.following.judge(&arrival(&sample, now_ns)) == Verdict::Take {
+                self.held = Some(sample);
+            }
+        }
+        self.held.is_some()
+    }
+
     /// Takes the next frame in line, for readers that want them all; `None` when none waits.
     ///
     /// `now_ns` is the reader's clock; a reading that was made a little while ago will do. Looks up
@@ -209,6 +232,9 @@ impl<S: Service> FrameSubscriber<S> {
     /// seen before.
     pub fn next(&mut self, now_ns: u64) -> Option<FrameRef<'_, S>> {
         let _guarded = self.guard.of_call();
+        if let Some(held) = self.held.take() {
+            return Some(FrameRef::new(held));
+        }
         for _ in 0..self.drain_limit {
             let sample = self.receive()?;
             let arrival = arrival(&sample, now_ns);

@@ -10,6 +10,7 @@ for_both_variants! {
     the_header_tells_all_that_was_stamped
     the_sequence_has_no_gap
     the_newest_of_many_frames_wins
+    a_frame_that_a_reader_watched_for_is_kept_until_it_reads
     a_reader_of_all_frames_gets_them_in_order
     a_late_reader_gets_the_next_frame_and_no_old_one
     a_restarted_publisher_is_picked_up_by_the_same_reader
@@ -101,6 +102,30 @@ fn the_newest_of_many_frames_wins<S: Service>() {
         assert_eq!(reader.newest(NOW_NS).unwrap().values(), [999.0]);
         assert!(reader.newest(NOW_NS).is_none(), "all were taken");
     }
+}
+
+fn a_frame_that_a_reader_watched_for_is_kept_until_it_reads<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+    let mut reader = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap();
+    for n in 0..1000_u64 {
+        assert!(!reader.has_newer(NOW_NS), "nothing was sent since");
+        send(&mut writer, 0.0, 10 * n);
+        assert!(reader.has_newer(NOW_NS) && reader.has_newer(NOW_NS));
+        // Those that come after it are newer, however many the buffer holds.
+        let more = n % 5;
+        (1..=more).for_each(|k| send(&mut writer, k as f64, 10 * n + k));
+        if n % 2 == 0 {
+            assert_eq!(reader.newest(NOW_NS).unwrap().values(), [more as f64]);
+        } else {
+            assert_eq!(reader.next(NOW_NS).unwrap().values(), [0.0]);
+            assert_eq!(reader.newest(NOW_NS).is_some(), more > 0);
+        }
+    }
+    let counters = reader.counters();
+    assert_eq!(counters.received + counters.lost, writer.counters().sent);
+    assert_eq!((counters.restarts, counters.receive_errors), (0, 0));
 }
 
 fn a_reader_of_all_frames_gets_them_in_order<S: Service>() {

@@ -12,6 +12,7 @@ const SECOND: u64 = 1_000 * MS;
 
 for_both_variants! {
     a_second_writer_is_counted_and_neither_read_nor_taken_for_a_loss
+    a_frame_of_a_second_writer_is_not_what_a_reader_watches_for
     a_writer_that_has_left_is_replaced_at_once_and_that_is_no_second_writer
     a_writer_that_is_silent_is_replaced_after_a_second
     a_writer_with_a_higher_term_is_followed_at_once
@@ -74,6 +75,23 @@ fn a_second_writer_is_counted_and_neither_read_nor_taken_for_a_loss<S: Service>(
     assert_eq!((counters.received, counters.lost, counters.restarts), (200, 0, 0));
     assert_eq!(counters.other_writers, 200);
     assert_eq!(counters.receive_errors, 0);
+}
+
+fn a_frame_of_a_second_writer_is_not_what_a_reader_watches_for<S: Service>() {
+    let domain = Domain::new();
+    let mut reader = reader::<S>(&domain, Depth::Newest);
+    let (mut first, mut second) = (Plain::<S>::open(&domain), Plain::<S>::open(&domain));
+    first.send(1.0);
+    assert!(reader.has_newer(0));
+    assert_eq!(newest(&mut reader, 0), Some(1.0));
+    for cycle in 1..20 {
+        second.send(2.0);
+        assert!(!reader.has_newer(cycle * MS));
+        first.send(1.0);
+        assert!(reader.has_newer(cycle * MS));
+        assert_eq!(newest(&mut reader, cycle * MS), Some(1.0));
+    }
+    assert_eq!(reader.counters().other_writers, 19);
 }
 
 fn a_writer_that_has_left_is_replaced_at_once_and_that_is_no_second_writer<S: Service>() {
