@@ -32,6 +32,7 @@
 mod chain;
 mod chain_report;
 mod distribution;
+mod follow;
 mod link;
 mod link_report;
 mod metric;
@@ -44,6 +45,7 @@ mod warning;
 pub use chain::{ChainFrame, ChainTiming};
 pub use chain_report::{ChainReport, HopReport};
 pub use distribution::{DecodeError, Distribution, HIGHEST, encoded};
+pub use follow::FollowRecord;
 pub use link::{FrameRecord, LinkTiming};
 pub use link_report::{Direction, LinkReport};
 pub use metric::{Metric, Unit};

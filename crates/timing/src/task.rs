@@ -1,6 +1,7 @@
 //! The timing of one cyclic task.
 
 use crate::distribution::{Distribution, encoded};
+use crate::follow::{FollowRecord, FollowTiming};
 use crate::metric::Metric;
 use crate::task_report::TaskReport;
 
@@ -46,6 +47,10 @@ pub struct CycleRecord {
 ///   releases. Between consecutive cycles this is |interval - period|. After missed releases or
 ///   lost records the releases are several periods apart, and the starts should be, too.
 ///
+/// A task that follows its data begins a cycle some time after its release. Its release jitter is that of
+/// the grid: how late after the release the cycle stood ready to wait for data. *Follow wait* is start
+/// minus release, *follow latency* the time from the frame that a cycle began with to the cycle's own.
+///
 /// The first [`warm_up_cycles`] records are excluded from the distributions. A missed release never
 /// ran, so it is only counted.
 #[derive(Debug, Clone)]
@@ -58,6 +63,8 @@ pub struct TaskTiming {
     execution: Distribution,
     response: Distribution,
     period_error: Distribution,
+    /// Of a task that follows its data.
+    follow: Option<Box<FollowTiming>>,
 }
 
 impl TaskTiming {
@@ -72,7 +79,14 @@ impl TaskTiming {
             execution: Distribution::new(),
             response: Distribution::new(),
             period_error: Distribution::new(),
+            follow: None,
         }
+    }
+
+    /// Of a task that follows its data.
+    #[must_use]
+    pub fn following(self) -> Self {
+        Self { follow: Some(Box::default()), ..self }
     }
 
     /// Excludes this number of records at the beginning instead.
@@ -83,12 +97,25 @@ impl TaskTiming {
 
     /// Adds the next cycle.
     pub fn record(&mut self, record: &CycleRecord) {
+        self.take(record, record.start_ns);
+    }
+
+    /// Adds the next cycle of a task that follows its data.
+    pub fn record_following(&mut self, record: &CycleRecord, follow: &FollowRecord) {
+        self.take(record, follow.ready_ns);
+        self.end_following(follow);
+        if let Some(timing) = self.follow.as_mut().filter(|_| self.records > self.warm_up_cycles) {
+            timing.record(record, follow);
+        }
+    }
+
+    fn take(&mut self, record: &CycleRecord, ready_ns: u64) {
         self.records += 1;
         let last = self.last.replace(*record);
         if self.records <= self.warm_up_cycles {
             return;
         }
-        let jitter_ns = record.start_ns.saturating_sub(record.release_ns);
+        let jitter_ns = ready_ns.saturating_sub(record.release_ns);
         self.release_jitter.record(jitter_ns);
         self.execution.record(record.end_ns.saturating_sub(record.start_ns));
         self.response.record(record.end_ns.saturating_sub(record.release_ns));
@@ -104,6 +131,13 @@ impl TaskTiming {
     pub fn end(&mut self, last: &CycleRecord) {
         if self.last.is_none_or(|seen| seen.cycle <= last.cycle) {
             self.last = Some(*last);
+        }
+    }
+
+    /// As [`end`](Self::end), for what the last cycle of a task that follows its data tells beside it.
+    pub fn end_following(&mut self, last: &FollowRecord) {
+        if let Some(timing) = &mut self.follow {
+            timing.count(last);
         }
     }
 
@@ -136,6 +170,16 @@ impl TaskTiming {
     /// The report of the task under this name. The caller fills in what the records do not contain:
     /// wake, scheduler, CPU, usage and block counters.
     pub fn report(&self, name: impl Into<String>) -> TaskReport {
+        let mut histograms = encoded([
+            (Metric::RELEASE_JITTER.key, &self.release_jitter),
+            ("execution_ns", &self.execution),
+            ("response_ns", &self.response),
+            ("period_error_ns", &self.period_error),
+        ]);
+        let follow = self.follow.as_deref();
+        if let Some(FollowTiming { wait, latency, .. }) = follow {
+            histograms.extend(encoded([("follow_wait_ns", wait), ("follow_latency_ns", latency)]));
+        }
         TaskReport {
             name: name.into(),
             period_ns: self.period_ns,
@@ -148,12 +192,11 @@ impl TaskTiming {
             execution_ns: self.execution.summary(),
             response_ns: self.response.summary(),
             period_error_ns: self.period_error.summary(),
-            histograms: encoded([
-                (Metric::RELEASE_JITTER.key, &self.release_jitter),
-                ("execution_ns", &self.execution),
-                ("response_ns", &self.response),
-                ("period_error_ns", &self.period_error),
-            ]),
+            followed: follow.map(|follow| follow.followed),
+            timed_out: follow.map(|follow| follow.timed_out),
+            follow_wait_ns: follow.map(|follow| follow.wait.summary()),
+            follow_latency_ns: follow.map(|follow| follow.latency.summary()),
+            histograms,
             ..TaskReport::default()
         }
     }
@@ -188,6 +231,37 @@ mod tests {
     fn a_warm_up_takes_a_hundred_cycles_or_a_second_but_at_least_one_cycle() {
         let warm_ups = [100_000, 1_000_000, 10_000_000, 100_000_000, 1_000_000_000, 60_000_000_000];
         assert_eq!(warm_ups.map(warm_up_cycles), [100, 100, 100, 10, 1, 1]);
+    }
+
+    #[test]
+    fn a_cycle_that_waits_for_its_data_has_the_jitter_of_its_release() {
+        let mut timing = TaskTiming::new(PERIOD_NS).with_warm_up(1).following();
+        let waits = [(0, 0, None), (20, 120_000, Some(3_000)), (30, 300_000, None)];
+        for ((ready_ns, wait_ns, latency_ns), cycle) in waits.into_iter().zip(0..) {
+            let record = record(cycle, wait_ns);
+            let (followed, timed_out) = (cycle.min(1) + 1, cycle / 2);
+            let ready_ns = record.release_ns + ready_ns;
+            let follow = FollowRecord { ready_ns, followed, timed_out, latency_ns };
+            timing.record_following(&record, &follow);
+        }
+        timing.end_following(&FollowRecord { timed_out: 2, followed: 2, ..Default::default() });
+        let report = timing.report("fast");
+        let jitter = report.release_jitter_ns;
+        assert_eq!((jitter.count, jitter.min, jitter.max), (2, Some(20), Some(30)));
+        let wait = report.follow_wait_ns.unwrap();
+        assert_eq!((wait.count, wait.min, wait.max), (2, Some(120_000), Some(300_000)));
+        let latency = report.follow_latency_ns.unwrap();
+        assert_eq!((latency.count, latency.max), (1, Some(3_000)));
+        assert_eq!((report.followed, report.timed_out), (Some(2), Some(2)));
+        assert!(report.histograms.contains_key("follow_wait_ns"));
+    }
+
+    #[test]
+    fn a_task_that_follows_nothing_reports_nothing_of_it() {
+        let report = report(0, [record(0, 90)]);
+        assert_eq!((report.followed, report.timed_out), (None, None));
+        assert_eq!((report.follow_wait_ns, report.follow_latency_ns), (None, None));
+        assert!(!report.histograms.keys().any(|key| key.starts_with("follow")));
     }
 
     #[test]

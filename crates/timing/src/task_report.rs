@@ -43,7 +43,8 @@ pub struct TaskReport {
     /// Cycles that ran but that no distribution includes, because their records were dropped;
     /// `null` for an arm of a bench, which does not count them.
     pub lost_records: Option<u64>,
-    /// First instruction of the cycle minus its due time.
+    /// First instruction of the cycle minus its due time; for a task that follows a service, up to where
+    /// it begins to wait for a frame.
     pub release_jitter_ns: Summary,
     /// End of the cycle (frame sent) minus its start.
     pub execution_ns: Summary,
@@ -51,6 +52,20 @@ pub struct TaskReport {
     pub response_ns: Summary,
     /// Absolute difference between the interval of two starts and the interval of their due times.
     pub period_error_ns: Summary,
+    /// Cycles that began with a new frame, of a task that follows a service, including the warm-up;
+    /// absent for other tasks, as the next three.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub followed: Option<u64>,
+    /// Cycles that began without a new frame, when the time for it was up, including the warm-up.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub timed_out: Option<u64>,
+    /// First instruction of a cycle minus its due time, including the wait for its frame.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub follow_wait_ns: Option<Summary>,
+    /// Publish time of the task's last frame in a cycle minus publish time of the frame that the cycle
+    /// began with.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub follow_latency_ns: Option<Summary>,
     /// CPU time of the task's thread per elapsed time, 0 to 1, including time spent spinning.
     pub cpu_fraction: Option<f64>,
     /// Allocations in the task's thread after the warm-up that are not the IPC library's: 0, unless a

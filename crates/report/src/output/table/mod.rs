@@ -94,6 +94,12 @@ fn task(f: &mut Formatter<'_>, task: &TaskReport) -> Result {
     row(f, "execution", &task.execution_ns)?;
     row(f, "response", &task.response_ns)?;
     row(f, "period error", &task.period_error_ns)?;
+    if let (Some(wait), Some(latency)) = (&task.follow_wait_ns, &task.follow_latency_ns) {
+        row(f, "follow wait", wait)?;
+        row(f, "follow latency", latency)?;
+        let followed = counted_or_unknown(task.followed, "cycle");
+        writeln!(f, "  {followed} followed a frame, {} timed out", known(task.timed_out))?;
+    }
     let TaskReport { allocations, ipc_allocations, minor_faults, major_faults, .. } = task;
     let TaskReport { voluntary_switches, involuntary_switches, block_errors, .. } = task;
     let TaskReport { input_rejects, connects, connect_errors, .. } = task;
