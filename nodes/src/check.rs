@@ -155,6 +155,9 @@ fn schedule(task: &TaskPlan) -> String {
             format!("wake {wake} (cpu_budget {cpu_budget})")
         }
     });
+    words.extend(followed(task).map(|(service, within_ns)| {
+        format!("follows {service} within {}", format_duration_ns(within_ns))
+    }));
     words.push(format!("overrun {}", schedule.overrun.as_str()));
     let limit = schedule.limit;
     words.extend(limit.map(|limit| {
@@ -163,6 +166,11 @@ fn schedule(task: &TaskPlan) -> String {
         format!("stop at {misses} in {cycles}")
     }));
     words.join(", ")
+}
+
+/// The service that a task follows, and how long after a release in ns.
+fn followed(task: &TaskPlan) -> Option<(&str, u64)> {
+    task.followed_service.as_deref().zip(task.schedule.follow_within_ns)
 }
 
 fn origin(input: &InputPlan) -> String {
@@ -246,6 +254,10 @@ fn document(plan: &Plan) -> Value {
             "wake": schedule.wake.as_str(),
             "margin_ns": schedule.wake.margin().and_then(Margin::fixed_ns),
             "cpu_budget": schedule.wake.margin().and_then(Margin::cpu_budget),
+            "follow": followed(task).map(|(service, within_ns)| json!({
+                "service": service,
+                "within_ns": within_ns,
+            })),
             "overrun": schedule.overrun.as_str(),
             "on_overrun": schedule.limit.map(|limit| json!({
                 "misses": limit.misses,

@@ -33,15 +33,20 @@ fn meet(first: &TaskPlan, other: &TaskPlan, cpus: usize) -> bool {
 /// The part of a CPU for which a task may watch the clock.
 fn watched(task: &TaskPlan) -> f64 {
     let schedule = &task.schedule;
-    schedule.longest_watch_ns() as f64 / schedule.period_ns.max(1) as f64
+    schedule.longest_watch_in_a_period_ns() as f64 / schedule.period_ns.max(1) as f64
 }
 
 fn refusal(tasks: &[&TaskPlan], share: f64, throttling: Throttling) -> String {
-    let watching: Vec<String> = tasks
-        .iter()
-        .filter(|task| watched(task) > 0.0)
-        .map(|task| format!("\"{}\" (wake = \"{}\")", task.name, task.schedule.wake.as_str()))
-        .collect();
+    let follows = |task: &TaskPlan| task.schedule.follow_within_ns.is_some();
+    let described = |task: &TaskPlan| {
+        let wake = task.schedule.wake.as_str();
+        let follow = if follows(task) { ", follow" } else { "" };
+        format!("\"{}\" (wake = \"{wake}\"{follow})", task.name)
+    };
+    let watching: Vec<String> =
+        tasks.iter().filter(|task| watched(task) > 0.0).map(|task| described(task)).collect();
+    let one_follows = tasks.iter().any(|task| follows(task));
+    let within = if one_follows { ", a shorter within of follow" } else { "" };
     let (noun, has, them, remedy) = match watching.len() {
         1 => ("task", "has", "the task", ""),
         _ => ("tasks", "have", "them", ", another CPU for one of them"),
@@ -49,7 +54,7 @@ fn refusal(tasks: &[&TaskPlan], share: f64, throttling: Throttling) -> String {
     format!(
         "{noun} {} {has} a priority and may watch the clock for {:.1} % of a CPU, but the kernel gives \
          real-time threads only {throttling} us of one and would stop {them} for the rest\n\
-         remedy: wake = \"hybrid\" with a shorter margin or a smaller cpu_budget{remedy}, or sysctl -w \
+         remedy: wake = \"hybrid\" with a shorter margin or a smaller cpu_budget{within}{remedy}, or sysctl -w \
          kernel.sched_rt_runtime_us=-1",
         watching.join(", "),
         share * 100.0,

@@ -91,10 +91,11 @@ signals = ["ramp.7.delayedValue"]
 }
 
 /// A domain in which the node's peers are there already: connecting is another test's matter.
-fn company() -> (Domain, [Process; 3]) {
+fn company(rate_hz: u32) -> (Domain, [Process; 3]) {
     let domain = Domain::new();
     domain.write("node.toml", &node());
-    let mut publisher = domain.start("publish busy/in --wave sine,step --rate 1000");
+    let publish = format!("publish busy/in --wave sine,step --rate {rate_hz}");
+    let mut publisher = domain.start(&publish);
     publisher.wait_for("publishing");
     let observers = ["subscribe busy/out --stats", "subscribe busy/more --stats"];
     let [out, more] = observers.map(|observer| domain.start(observer));
@@ -124,7 +125,7 @@ fn write_values(participant: &Participant<ipc::Service>) -> u64 {
 
 #[test]
 fn a_thousand_blocks_with_inputs_and_outputs_run_without_allocation_fault_or_lock_while_operated() {
-    let (domain, peers) = company();
+    let (domain, peers) = company(1000);
     // Readers that wait for the node's layouts are no matter of the cycle.
     let readers = domain.join("readers");
     let wait = |index: usize| LayoutWatcher::open(&readers, ["busy/out", "busy/more"][index % 2]);
@@ -172,12 +173,24 @@ fn a_thousand_blocks_with_inputs_and_outputs_run_without_allocation_fault_or_loc
 
 #[test]
 fn the_real_time_thread_makes_no_system_call_but_the_wait() {
+    only_the_wait_is_a_system_call(&node(), 1000);
+}
+
+#[test]
+fn a_task_that_follows_its_data_makes_none_while_it_watches_for_it() {
+    // More cycles than frames: some begin with one, the others when the time is up.
+    let follow = "wake = \"hybrid\"\nfollow = { service = \"busy/in\", within = \"1ms\" }";
+    only_the_wait_is_a_system_call(&node().replace("wake = \"hybrid\"", follow), 100);
+}
+
+#[track_caller]
+fn only_the_wait_is_a_system_call(node: &str, rate_hz: u32) {
     if Command::new("strace").arg("--version").output().is_err() {
         return not_tested("the system calls of the cycle", "strace is not installed");
     }
-    let (domain, peers) = company();
+    let (domain, peers) = company(rate_hz);
     // strace stops the thread at each call for longer than a period of the other test.
-    domain.write("node.toml", &node().replace("250us", "4ms"));
+    domain.write("node.toml", &node.replace("250us", "4ms"));
     let mut strace = Command::new("strace");
     strace.args(["-f", "-o"]).arg(domain.path("calls"));
     strace.arg(env!("CARGO_BIN_EXE_isochrone")).args(["run", "node.toml", "--cycles", "1000"]);

@@ -6,6 +6,7 @@ use std::sync::atomic::AtomicBool;
 use isochrone_schedule::{MissLimit, Overrun, Schedule};
 
 use crate::clock::Clock;
+use crate::follow::{Begun, Follow, FollowStart, watch};
 use crate::wait::{Waiter, WakeUps};
 
 /// Most late cycles that [`Overrun::CatchUp`] runs back to back before it skips the rest.
@@ -24,6 +25,8 @@ pub struct Release {
     pub missed: u64,
     /// Releases lost between the cycle before and this one.
     pub newly_missed: u64,
+    /// How a cycle that follows its data came to begin; `None` for one that began at its release.
+    pub follow: Option<FollowStart>,
 }
 
 /// Why a loop ended.
@@ -58,6 +61,9 @@ pub struct Cyclic<C: Clock> {
     /// Cycles at which the last misses happened, as many as the limit counts.
     limit: Option<MissWindow>,
     stop_reason: Option<StopReason>,
+    follow_within_ns: u64,
+    followed: u64,
+    timed_out: u64,
 }
 
 impl<C: Clock> Cyclic<C> {
@@ -80,6 +86,9 @@ impl<C: Clock> Cyclic<C> {
             burst: 0,
             limit: schedule.limit.map(MissWindow::new),
             stop_reason: None,
+            follow_within_ns: schedule.follow_within_ns.unwrap_or(0),
+            followed: 0,
+            timed_out: 0,
         }
     }
 
@@ -115,9 +124,40 @@ impl<C: Clock> Cyclic<C> {
             start_ns,
             missed: self.missed,
             newly_missed,
+            follow: None,
         };
         self.advance(1);
         Some(release)
+    }
+
+    /// Waits for the next release and then, at most [`follow_within_ns`](Schedule::follow_within_ns)
+    /// after it, for data newer than the last cycle's. Without any the cycle begins then all the same.
+    ///
+    /// What passes until the release is that of [`wait_with`](Self::wait_with), so the grid, its
+    /// misses and its margin do not depend on the data.
+    pub fn wait_for_data(
+        &mut self,
+        wake_ups: WakeUps,
+        follow: &mut impl Follow,
+    ) -> Option<Release> {
+        let release = self.wait_with(wake_ups, || follow.awake())?;
+        let latest_ns = release.release_ns.saturating_add(self.follow_within_ns);
+        let watched = watch(&self.clock, &release, latest_ns, &self.stop, follow);
+        let Some((start_ns, begun)) = watched else {
+            self.stop_reason.get_or_insert(StopReason::Requested);
+            return None;
+        };
+        match begun {
+            Begun::Followed => self.followed = self.followed.saturating_add(1),
+            Begun::TimedOut => self.timed_out = self.timed_out.saturating_add(1),
+        }
+        let follow = FollowStart {
+            ready_ns: release.start_ns,
+            begun,
+            followed: self.followed,
+            timed_out: self.timed_out,
+        };
+        Some(Release { start_ns, follow: Some(follow), ..release })
     }
 
     /// Tells that the cycle just released ended at `end_ns`. A cycle that ends after the next

@@ -4,6 +4,9 @@
 //! never derived from the moment a cycle actually ran, so the grid cannot drift, and tasks that
 //! share an epoch share the grid. Every missed release is counted.
 //!
+//! A task may follow its data ([`Cyclic::wait_for_data`]): it then begins its cycle with the data, never
+//! before its release and a given time after it at the latest. The grid stays the same.
+//!
 //! Real-time contract: [`Cyclic::wait`] and [`Cyclic::finished`] do not allocate, take no lock,
 //! cannot panic, and make no system call except the sleep. Everything that the system can refuse
 //! happens beforehand, in [`prepare_process`] and [`prepare_thread`], which report each [`Refusal`]
@@ -36,6 +39,7 @@
 mod alloc;
 mod clock;
 mod cyclic;
+mod follow;
 mod margin;
 mod realtime;
 #[cfg(test)]
@@ -46,6 +50,7 @@ mod wait;
 pub use alloc::{CountingAllocator, counts_allocations, thread_allocations};
 pub use clock::{Clock, Monotonic};
 pub use cyclic::{Cyclic, MAX_BURST, Release, StopReason};
+pub use follow::{Begun, Follow, FollowStart};
 pub use isochrone_schedule::{
     EPOCH_OFFSET_NS, Margin, MissLimit, Overrun, Schedule, Wake, phase_between_ticks_ns,
 };

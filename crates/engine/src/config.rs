@@ -117,6 +117,17 @@ pub struct Task {
     pub overrun: Overrun,
     /// How many missed releases end the node.
     pub on_overrun: Option<MissLimit>,
+    /// What its cycles begin with.
+    pub follow: Option<Follow>,
+}
+
+/// Cycles begin with the frames of a service.
+#[derive(Debug)]
+pub struct Follow {
+    /// Service of an input of the task.
+    pub service: Option<Spanned<String>>,
+    /// How long after its release a cycle begins at the latest, less than the period.
+    pub within_ns: Option<u64>,
 }
 
 /// A value that another process publishes.

@@ -309,6 +309,18 @@ keys! {
         OVERRUN "overrun": Word(&OVERRUNS), Default("\"skip\"");
         /// Number of missed releases that ends the node, regardless of `overrun`.
         ON_OVERRUN "on_overrun": Table, Means("no limit");
+        /// A service whose frames the cycles begin with, instead of at their releases.
+        FOLLOW "follow": Table, Means("cycles begin at their releases");
+    }
+}
+
+keys! {
+    /// A cycle begins as soon as a new frame is there, but not before its release: `follow = { service = "plant/analog", within = "300us" }`. From its release on, the task watches the clock and the service.
+    follow "[task.follow]" {
+        /// Service of one of the task's inputs.
+        SERVICE "service": Text, Required("\"plant/analog\"");
+        /// How long after its release a cycle begins at the latest, whether a frame has come or not. It counts as margin: added to a fixed `margin`, it must still be less than the period.
+        WITHIN "within": duration(|within_ns| within_ns > 0, "longer than 0, less than the period"), Required("\"300us\"");
     }
 }
 
@@ -398,13 +410,14 @@ keys! {
 }
 
 /// Every table of a configuration file, in the order in which a file has them.
-pub static TABLES: [&TableKeys; 11] = [
+pub static TABLES: [&TableKeys; 12] = [
     &file::TABLE,
     &node::TABLE,
     &protect::TABLE,
     &limits::TABLE,
     &task::TABLE,
     &on_overrun::TABLE,
+    &follow::TABLE,
     &input::TABLE,
     &on_stale::TABLE,
     &block::TABLE,

@@ -150,6 +150,68 @@ fn a_margin_that_nothing_would_use_is_refused_where_it_stands() {
     ]);
 }
 
+/// [`VALID`] with a task that follows.
+fn following(follow: &str) -> String {
+    VALID.replace("cpu = 1", &format!("cpu = 1\nfollow = {follow}"))
+}
+
+#[test]
+fn a_task_follows_a_service_of_one_of_its_inputs() {
+    let text = following("{ service = \"plant/analog\", within = \"300us\" }");
+    for wake in ["sleep", "hybrid", "spin"] {
+        let plan = plan(&text.replace("\"hybrid\"", &format!("\"{wake}\""))).unwrap();
+        assert_eq!(plan.tasks[0].followed_service.as_deref(), Some("plant/analog"));
+        assert_eq!(plan.tasks[0].schedule.follow_within_ns, Some(300_000), "{wake}");
+    }
+    assert_eq!(plan(VALID).unwrap().tasks[0].schedule.follow_within_ns, None);
+}
+
+#[test]
+fn a_service_that_no_input_of_the_task_reads_cannot_be_followed() {
+    let message = "is the service of none of its inputs";
+    for (service, help) in
+        [("plant/analg", "did you mean \"plant/analog\"?"), ("plant/level", "plant/analog")]
+    {
+        let text = following(&format!("{{ service = «\"{service}\", within = \"300us\" }}"));
+        assert_one(service, &text, UnknownSource, message, help);
+    }
+    // The input is read by another task.
+    let text = following("{ service = «\"plant/analog\", within = \"300us\" }")
+        .replace("[[input]]\nname = \"start\"", "[[task]]\nname = \"slow\"\nperiod = \"1s\"\n\n[[input]]\nname = \"start\"\ntask = \"fast\"")
+        .replace("type = \"ScaleLinear\"\ntask = \"fast\"", "type = \"ScaleLinear\"\ntask = \"slow\"")
+        .replace("channel = 7\ntask = \"fast\"", "channel = 7\ntask = \"slow\"")
+        .replace("count = 3", "count = 3\ntask = \"fast\"")
+        .replace("type = \"SawTooth\"", "type = \"SawTooth\"\ntask = \"fast\"");
+    assert_one("another task's", &text, UnknownSource, message, "give it an [[input]]");
+}
+
+#[test]
+fn the_wait_for_a_frame_ends_before_the_period() {
+    for within in ["1ms", "2s"] {
+        let text = following(&format!("{{ service = \"plant/analog\", within = «\"{within}\" }}"));
+        let message = "[task.follow] within is not less than the period";
+        assert_one(within, &text, OutOfRange, message, "part of the period");
+    }
+    let text = following("{ service = \"plant/analog\", within = «\"0us\" }");
+    assert_one("zero", &text, OutOfRange, "within", "longer than 0");
+    let with_margin = |within: &str, margin: &str| {
+        following(&format!("{{ service = \"plant/analog\", within = {within} }}"))
+            .replace("wake = \"hybrid\"", &format!("wake = \"hybrid\"\nmargin = \"{margin}\""))
+    };
+    let message = "within and the margin together are not less than the period";
+    let text = with_margin("«\"900us\"", "100us");
+    assert_one("with a margin", &text, OutOfRange, message, "shorten one of them");
+    assert!(plan(&with_margin("\"900us\"", "99us")).is_ok());
+}
+
+#[test]
+fn what_is_followed_and_for_how_long_is_both_written() {
+    let text = following("«{ within = \"300us\" }");
+    assert_one("service", &text, MissingKey, "has no service", "service = \"plant/analog\"");
+    let text = following("«{ service = \"plant/analog\" }");
+    assert_one("within", &text, MissingKey, "has no within", "within = \"300us\"");
+}
+
 #[test]
 fn a_limit_of_missed_releases_can_be_reached() {
     let limited = |misses: &str, cycles: u64| {

@@ -247,6 +247,12 @@ fn each_thing_that_cannot_be_changed_online_is_named() {
             "its phase is 0ns and would be 1ms",
         ),
         ("\"1s\"\n", "\"1s\"\npriority = 7\n", "task \"slow\"", "its priority would change"),
+        (
+            "\"100ms\"\n",
+            "\"100ms\"\nfollow = { service = \"plant/raw\", within = \"9ms\" }\n",
+            "task \"fast\"",
+            "its follow would change",
+        ),
         ("\"plant/raw\"", "\"plant/x\"", "input \"raw\"", "its service would change"),
         ("default = 3.0", "default = 4.0", "input \"raw\"", "its default would change"),
         (

@@ -1,6 +1,6 @@
 //! docs/report.md against what reports hold.
 
-use isochrone_timing::WarningCode;
+use isochrone_timing::{TaskTiming, WarningCode};
 use serde_json::Value;
 
 mod made_up;
@@ -38,6 +38,18 @@ fn the_page_has_the_meaning_and_the_remedy_of_every_warning_code() {
     let page = std::fs::read_to_string(PAGE).unwrap();
     let (_, table) = page.split_once("## Warning codes\n\n").unwrap();
     assert_eq!(table, warning_codes(), "put this table there:\n{}", warning_codes());
+}
+
+#[test]
+fn the_reference_names_every_key_of_a_task_that_follows() {
+    let page = std::fs::read_to_string(PAGE).unwrap();
+    let task = TaskTiming::new(1_000_000).following().report("fast");
+    let mut words = Vec::new();
+    keys(&serde_json::to_value(task).unwrap(), &mut words);
+    assert!(words.contains(&"follow_wait_ns".to_owned()), "{words:?}");
+    for word in words.iter().filter(|word| word.contains("follow") || word.contains("timed")) {
+        assert!(page.contains(&format!("| `{word}` |")), "docs/report.md says nothing of `{word}`");
+    }
 }
 
 #[test]

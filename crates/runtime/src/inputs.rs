@@ -14,6 +14,7 @@ use isochrone_timing::Direction;
 use crate::bindings::{Desk, Observed, Resolved, ends};
 use crate::events::Events;
 use crate::freshness::{Freshness, InputState, Sample, Tally};
+use crate::orders::Applier;
 use crate::outcome::{InputOutcome, Link};
 
 /// A frame that is older than any wait in this process by so much has a stamp of another clock.
@@ -39,6 +40,16 @@ pub(crate) struct ServiceInputs {
 pub(crate) struct TaskInputs {
     services: Vec<ServiceInputs>,
     set: Vec<Channel>,
+    followed: Followed,
+}
+
+/// What the cycles of a task begin with, beside their releases.
+pub(crate) enum Followed {
+    Nothing,
+    /// Frames of a service, by its place.
+    Port(usize),
+    /// Values that the program gives these inputs, by their places in the plan.
+    Given(Box<[usize]>),
 }
 
 impl TaskInputs {
@@ -60,20 +71,29 @@ impl TaskInputs {
             }
         };
         let set = all().filter(|(_, input)| input.service.is_none()).map(channel).collect();
-        Self { services: services.into_iter().map(inputs_of).collect(), set }
+        let is_followed = |service: &&String| Some(*service) == task.followed_service.as_ref();
+        let followed = services.iter().position(is_followed);
+        let followed = followed.map_or(Followed::Nothing, Followed::Port);
+        Self { services: services.into_iter().map(inputs_of).collect(), set, followed }
     }
 
     /// Of a node without services.
     pub(crate) fn set_by_hand(task: &TaskPlan) -> Self {
         let inputs = task.inputs.iter().enumerate();
         let set = inputs.map(|(index, input)| Channel::new(index, input, task)).collect();
-        Self { services: Vec::new(), set }
+        let followed = task.followed_service.as_ref().map(|followed| {
+            let inputs = task.inputs.iter().enumerate();
+            inputs.filter(|(_, i)| i.service.as_ref() == Some(followed)).map(|(i, _)| i).collect()
+        });
+        let followed = followed.map_or(Followed::Nothing, Followed::Given);
+        Self { services: Vec::new(), set, followed }
     }
 }
 
 /// The ports of a task's inputs.
 pub(crate) struct InputPorts<S: Service> {
     ports: Vec<InputPort<S>>,
+    followed: Followed,
     /// Inputs that are set by hand.
     set: Vec<Channel>,
     rejects: u64,
@@ -92,6 +112,8 @@ struct InputPort<S: Service> {
     unknown_layouts: u64,
     /// Of iceoryx2, in the cycle: it connects a publisher that joined just before.
     allocations: u64,
+    /// When the newest frame was published, in ns, if its stamp can be believed.
+    published_ns: Option<u64>,
 }
 
 struct Channel {
@@ -120,9 +142,10 @@ impl<S: Service> InputPorts<S> {
         participant: &RealTime<S>,
         inputs: TaskInputs,
     ) -> Result<(ForRealTime<Self>, Vec<Desk>), OpenError> {
+        let TaskInputs { services, set, followed } = inputs;
         let mut desks = Vec::new();
         let mut ports = Vec::new();
-        for ServiceInputs { service, names, wanted, channels } in inputs.services {
+        for ServiceInputs { service, names, wanted, channels } in services {
             let most = wanted.iter().map(channels_of).max().unwrap_or(1);
             let subscriber = participant.subscriber(&service, most, Depth::Newest)?;
             let (resolved, desk) = ends(&service, names, wanted);
@@ -137,16 +160,41 @@ impl<S: Service> InputPorts<S> {
                 past_stamps: 0,
                 unknown_layouts: 0,
                 allocations: 0,
+                published_ns: None,
             }));
         }
         let ports: ForRealTime<Vec<_>> = ports.into_iter().collect();
-        let set = inputs.set;
-        Ok((ports.map(|ports| Self { ports, set, rejects: 0 }), desks))
+        Ok((ports.map(|ports| Self { ports, followed, set, rejects: 0 }), desks))
     }
 
     /// The inputs of a node without services.
     pub(crate) fn without_ports(inputs: TaskInputs) -> Self {
-        Self { ports: Vec::new(), set: inputs.set, rejects: 0 }
+        Self { ports: Vec::new(), followed: inputs.followed, set: inputs.set, rejects: 0 }
+    }
+
+    /// Whether what the task follows has come since the last cycle: a frame, or a value that the
+    /// program gives.
+    ///
+    /// Asked again and again while the task waits for it. A frame is kept for the next
+    /// [`read`](Self::read).
+    pub(crate) fn has_arrived(&mut self, orders: &mut Applier, cycle: u64, now_ns: u64) -> bool {
+        let port = match &self.followed {
+            Followed::Nothing => return false,
+            Followed::Given(inputs) => return orders.gives(cycle, inputs),
+            Followed::Port(port) => self.ports.get_mut(*port),
+        };
+        let Some(port) = port else { return false };
+        let before = thread_allocations();
+        let has_arrived = port.subscriber.has_newer(now_ns);
+        port.allocations += thread_allocations() - before;
+        has_arrived
+    }
+
+    /// When the newest frame of the service that the task follows was published, in ns; `None` if its
+    /// stamp cannot be believed, or there are no frames.
+    pub(crate) fn followed_ns(&self) -> Option<u64> {
+        let Followed::Port(port) = self.followed else { return None };
+        self.ports.get(port)?.published_ns
     }
 
     /// Reads the newest frame of every service into the image, and what the inputs are worth.
@@ -248,6 +296,7 @@ impl<S: Service> InputPort<S> {
         let frame = self.subscriber.newest(now_ns);
         self.allocations += thread_allocations() - before;
         let Some(frame) = frame else { return 0 };
+        self.published_ns = None;
         let header = frame.header();
         let observed = &self.resolved.observed;
         observed.is_plain.store(header.layout == 0, Ordering::Relaxed);
@@ -262,6 +311,8 @@ impl<S: Service> InputPort<S> {
         let arrival_ns = if header.publish_ns > now_ns { Monotonic.now_ns() } else { now_ns };
         let credible = header.credible(bindings.clock, arrival_ns);
         let age_ns = arrival_ns.saturating_sub(header.publish_ns);
+        let is_believed = matches!(credible.stamps, Stamps::Believed);
+        self.published_ns = is_believed.then_some(header.publish_ns);
         match credible.stamps {
             Stamps::Future => {
                 self.future_stamps += 1;

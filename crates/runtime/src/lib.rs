@@ -75,6 +75,7 @@ mod panics;
 mod parts;
 mod phases;
 mod real_time_thread;
+mod records;
 mod responses;
 mod running;
 mod shared_cpu;

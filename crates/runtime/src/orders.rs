@@ -84,6 +84,13 @@ impl Applier {
         }
     }
 
+    /// Whether one of these inputs is given a value for `cycle`. While nothing was sent, it is one look
+    /// at the ring.
+    pub(crate) fn gives(&mut self, cycle: u64, inputs: &[usize]) -> bool {
+        self.receive();
+        self.inbox.gives(cycle, inputs)
+    }
+
     /// Copies what another configuration takes over that is due with the next cycle; for the end of
     /// the slack.
     #[inline]
@@ -179,7 +186,8 @@ mod tests {
     "#;
 
     fn release(cycle: u64) -> Release {
-        Release { cycle, release_ns: cycle, start_ns: cycle, missed: 0, newly_missed: 0 }
+        let (release_ns, start_ns) = (cycle, cycle);
+        Release { cycle, release_ns, start_ns, missed: 0, newly_missed: 0, follow: None }
     }
 
     fn set(operator: &mut Operator, at: Option<u64>) -> Box<Order> {

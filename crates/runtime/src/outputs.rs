@@ -37,6 +37,8 @@ pub(crate) struct OutputPorts<S: Service> {
     ports: Vec<OutputPort<S>>,
     /// Of iceoryx2, in the cycle: it connects a subscriber that joined just before.
     allocations: u64,
+    /// The stamp of the last frame that was sent.
+    published_ns: Option<u64>,
 }
 
 /// Which of a task's frames.
@@ -72,12 +74,12 @@ impl<S: Service> OutputPorts<S> {
             Ok(publisher.map(|publisher| OutputPort { service, publisher }))
         };
         let ports = outputs.iter().map(open).collect::<Result<ForRealTime<Vec<_>>, OpenError>>()?;
-        Ok(ports.map(|ports| Self { ports, allocations: 0 }))
+        Ok(ports.map(|ports| Self { ports, allocations: 0, published_ns: None }))
     }
 
     /// The outputs of a node without services.
     pub(crate) fn none() -> Self {
-        Self { ports: Vec::new(), allocations: 0 }
+        Self { ports: Vec::new(), allocations: 0, published_ns: None }
     }
 
     /// Copies the outputs into the frames that were loaned beforehand.
@@ -95,6 +97,7 @@ impl<S: Service> OutputPorts<S> {
             Frame::Next => Flags::NONE,
             Frame::Last => Flags::STOPPED,
         };
+        self.published_ns = None;
         for (output, port) in self.ports.iter_mut().enumerate() {
             let stamp = Stamp {
                 cycle: release.cycle,
@@ -105,9 +108,14 @@ impl<S: Service> OutputPorts<S> {
             };
             // A frame that could not be sent is counted by the port.
             let before = thread_allocations();
-            port.publisher.send(stamp, || Monotonic.now_ns());
+            port.publisher.send(stamp, || *self.published_ns.insert(Monotonic.now_ns()));
             self.allocations += thread_allocations() - before;
         }
+    }
+
+    /// When the last frame was published, in ns; `None` if there was none.
+    pub(crate) fn published_ns(&self) -> Option<u64> {
+        self.published_ns
     }
 
     /// Connects to subscribers that came; for the slack.

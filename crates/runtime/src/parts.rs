@@ -3,13 +3,13 @@
 use std::sync::Arc;
 
 use isochrone_ipc::{LayoutAnnouncer, RealTime, Service};
-use isochrone_timing::{CycleRecord, TaskTiming};
-use rtrb::Consumer;
+use isochrone_timing::TaskTiming;
 
 use crate::alarms::Alarm;
 use crate::events::Log;
 use crate::layouts::Resolver;
 use crate::operating::Shared;
+use crate::records::RecordReceiver;
 use crate::snapshots::Snapshots;
 use crate::telemetry::Telemetry;
 
@@ -31,7 +31,7 @@ pub(crate) struct Task<S: Service> {
     /// For each bank the blocks that one of it may be, for messages.
     pub(crate) banks: Vec<String>,
     pub(crate) timing: TaskTiming,
-    pub(crate) records: Consumer<CycleRecord>,
+    pub(crate) records: RecordReceiver,
     pub(crate) log: Log,
     pub(crate) resolvers: Vec<Resolver<S>>,
 }

@@ -201,7 +201,7 @@ impl<S: Service> Running<S> {
                 panics.push(TaskPanicked { task, block, message, place });
             }
             if let Some(last) = &done.last {
-                task.timing.end(last);
+                last.end(&mut task.timing);
             }
             alarms.extend(done.inputs.iter().filter_map(InputOutcome::alarm));
             match done.stop_reason {
@@ -226,10 +226,10 @@ impl<S: Service> Running<S> {
         operating.take_back();
         self.news.returns = operating.returns();
         for (index, task) in self.parts.tasks.iter_mut().enumerate() {
-            while let Ok(record) = task.records.pop() {
-                task.timing.record(&record);
-                operating.note_cycle(index, &record);
-                self.news.records.push((index, record));
+            while let Some(cycle) = task.records.pop() {
+                cycle.add_to(&mut task.timing);
+                operating.note_cycle(index, &cycle.record);
+                self.news.records.push((index, cycle.record));
             }
         }
         operating.flush_journal();

@@ -9,8 +9,10 @@ use std::ops::Range;
 
 use isochrone_engine::{InputPart, Plan, TaskPlan};
 use isochrone_ipc::{FrameLayout, SignalSpec};
-use isochrone_timing::CycleRecord;
+use isochrone_timing::FollowRecord;
 use triple_buffer::{Input as Sender, Output as Receiver, TripleBuffer};
+
+use crate::records::Cycle;
 
 /// Most signals of a task that are watched.
 pub(crate) const MAX_SIGNALS: usize = 1024;
@@ -21,12 +23,17 @@ const INTERVAL_NS: u64 = 20_000_000;
 const TIMING: [&str; 6] =
     ["cycle", "release_jitter_ns", "execution_ns", "response_ns", "missed", "overruns"];
 
+/// The same of a task that follows its data, behind the others.
+const FOLLOWING: [&str; 4] = ["follow_wait_ns", "followed", "timed_out", "follow_latency_ns"];
+
 /// The timing and the signals of a task, all of one cycle; NaN until it has run.
 type Snapshot = Box<[f64]>;
 
 /// The end in the cycle.
 pub(crate) struct Tap {
     sender: Sender<Snapshot>,
+    /// How many channels of timing there are.
+    timing: usize,
     slots: Box<[usize]>,
     /// A snapshot is taken every so many cycles.
     every: u64,
@@ -37,14 +44,15 @@ pub(crate) struct Tap {
 impl Tap {
     /// Takes a snapshot after a cycle if one is due; for the slack. One that the ordinary thread did
     /// not fetch in time is replaced and counted.
-    pub(crate) fn take(&mut self, image: &[f64], record: &CycleRecord) {
+    pub(crate) fn take(&mut self, image: &[f64], cycle: &Cycle) {
         self.cycles = self.cycles.wrapping_add(1);
         if !self.cycles.is_multiple_of(self.every) {
             return;
         }
         let snapshot = self.sender.input_buffer_mut();
-        let (timing, signals) = snapshot.split_at_mut_checked(TIMING.len()).unwrap_or_default();
-        timing.copy_from_slice(&timing_of(record));
+        let (timing, signals) = snapshot.split_at_mut_checked(self.timing).unwrap_or_default();
+        let values = timing_of(cycle).into_iter().chain(following_of(cycle));
+        timing.iter_mut().zip(values).for_each(|(channel, value)| *channel = value);
         for (value, slot) in signals.iter_mut().zip(&self.slots) {
             *value = image.get(*slot).copied().unwrap_or_default();
         }
@@ -63,16 +71,32 @@ impl Tap {
     }
 }
 
-fn timing_of(record: &CycleRecord) -> [f64; TIMING.len()] {
+fn timing_of(cycle: &Cycle) -> [f64; TIMING.len()] {
+    let Cycle { record, follow } = cycle;
+    let ready_ns = follow.map_or(record.start_ns, |follow| follow.ready_ns);
     let timing = [
         record.cycle,
-        record.start_ns.saturating_sub(record.release_ns),
+        ready_ns.saturating_sub(record.release_ns),
         record.end_ns.saturating_sub(record.start_ns),
         record.end_ns.saturating_sub(record.release_ns),
         record.missed,
         record.overruns,
     ];
     timing.map(|value| value as f64)
+}
+
+fn following_of(cycle: &Cycle) -> [f64; FOLLOWING.len()] {
+    let Cycle { record, follow } = cycle;
+    let FollowRecord { followed, timed_out, latency_ns, .. } = follow.unwrap_or_default();
+    let wait_ns = record.start_ns.saturating_sub(record.release_ns);
+    let latency_ns = latency_ns.map_or(f64::NAN, |latency_ns| latency_ns as f64);
+    [wait_ns as f64, followed as f64, timed_out as f64, latency_ns]
+}
+
+/// Names of the channels of a task's timing.
+fn timing_names(task: &TaskPlan) -> impl Iterator<Item = &'static str> {
+    let following = task.schedule.follow_within_ns.map_or(&[][..], |_| &FOLLOWING);
+    TIMING.iter().chain(following).copied()
 }
 
 /// The end in the ordinary thread.
@@ -99,7 +123,7 @@ impl Snapshots {
         let mut taps = Vec::new();
         for (index, task) in plan.tasks.iter().enumerate() {
             let first = signals.len();
-            let timing = TIMING.iter().map(|name| format!("task.{}.{name}", task.name));
+            let timing = timing_names(task).map(|name| format!("task.{}.{name}", task.name));
             signals.extend(timing.map(|name| SignalSpec::new(name, "LREAL")));
             signals.extend(watched(task).map(|(slot, value_type)| {
                 SignalSpec::new(plan.slot_name(index, slot), value_type)
@@ -110,7 +134,8 @@ impl Snapshots {
             sources.push(Source { receiver, channels, has_run: false });
             let slots = watched(task).map(|(slot, _)| slot).collect();
             let every = INTERVAL_NS.div_ceil(task.schedule.period_ns).max(1);
-            taps.push(Tap { sender, slots, every, cycles: 0, lost: 0 });
+            let timing = timing_names(task).count();
+            taps.push(Tap { sender, timing, slots, every, cycles: 0, lost: 0 });
         }
         let names = signals.iter().enumerate();
         let channels = names.map(|(channel, signal)| (signal.name.clone(), channel)).collect();
@@ -173,6 +198,7 @@ pub(crate) fn signals(task: &TaskPlan) -> impl Iterator<Item = (usize, &'static 
 #[cfg(test)]
 mod tests {
     use isochrone_engine::{Rules, Source as Text};
+    use isochrone_timing::CycleRecord;
 
     use super::*;
 
@@ -205,7 +231,7 @@ mod tests {
 
     fn take(tap: &mut Tap, image: usize, cycle: u64) {
         let record = CycleRecord { cycle, ..CycleRecord::default() };
-        tap.take(&vec![cycle as f64; image], &record);
+        tap.take(&vec![cycle as f64; image], &Cycle { record, follow: None });
     }
 
     #[test]

@@ -5,13 +5,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender};
 
 use isochrone_cyclic::{
-    Clock, Cyclic, Monotonic, Release, Schedule, StopReason, ThreadGrant, ThreadRequest,
-    ThreadUsage, WakeUps, counts_allocations, thread_allocations, thread_usage,
+    Begun, Clock, Cyclic, Follow, Monotonic, Release, Schedule, StopReason, ThreadGrant,
+    ThreadRequest, ThreadUsage, WakeUps, counts_allocations, thread_allocations, thread_usage,
 };
 use isochrone_engine::TaskEngine;
 use isochrone_ipc::{ForRealTime, OpenError, RealTime, Service};
-use isochrone_timing::{CycleRecord, warm_up_cycles};
-use rtrb::Producer;
+use isochrone_timing::{CycleRecord, FollowRecord, warm_up_cycles};
 
 use crate::bindings::Desk;
 use crate::events::Events;
@@ -21,6 +20,7 @@ use crate::outcome::{Allocations, Costs, InputOutcome, Link};
 use crate::outputs::{Frame, Output, OutputPorts};
 use crate::panics::{Panic, catch_panic};
 use crate::real_time_thread::RealTimeThread;
+use crate::records::{Cycle, RecordSender};
 use crate::snapshots::Tap;
 
 /// What a task's thread is given.
@@ -32,7 +32,7 @@ pub(crate) struct Job<S: Service> {
     pub(crate) services: Option<Services<S>>,
     pub(crate) stop: Arc<AtomicBool>,
     pub(crate) orders: Applier,
-    pub(crate) records: Producer<CycleRecord>,
+    pub(crate) records: RecordSender,
     pub(crate) tap: Tap,
     pub(crate) events: Events,
     /// Tells that the set-up is done, or why it failed.
@@ -69,7 +69,7 @@ pub(crate) struct Done {
     /// A panic that ended it, and the bank, by its index in the plan, in which it was.
     pub(crate) panic: Option<(Panic, Option<usize>)>,
     /// Its last cycle, whose record may have found no room.
-    pub(crate) last: Option<CycleRecord>,
+    pub(crate) last: Option<Cycle>,
     pub(crate) margin_ns: Option<u64>,
     pub(crate) costs: Option<Costs>,
     pub(crate) block_errors: u64,
@@ -104,18 +104,26 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
     let Start { epoch_ns, cycles: wanted } = job.start.recv().ok()?;
 
     let warm_up = warm_up_cycles(job.schedule.period_ns);
+    let follows = job.schedule.follow_within_ns.is_some();
     let mut cyclic = Cyclic::new(Monotonic, job.schedule, epoch_ns, job.stop.clone());
     let mut account = Account::open(0);
     let mut restless = Restless::default();
     let mut cycles = 0;
     let mut last = None;
     // The release whose frames say that another one follows.
-    let mut followed: Option<Release> = None;
+    let mut unfinished: Option<Release> = None;
     let ended = catch_panic(|| {
         while wanted.is_none_or(|wanted| cycles < wanted) {
             // Peers that came while the thread slept are connected before the release, not after it.
-            let connect = || account.library(|| ports.maintain());
-            let Some(release) = cyclic.wait_with(restless.wake_ups(), connect) else { break };
+            let released = if follows {
+                let mut watch =
+                    Watching { account: &mut account, ports: &mut ports, orders: &mut orders };
+                cyclic.wait_for_data(restless.wake_ups(), &mut watch)
+            } else {
+                let connect = || account.library(|| ports.maintain());
+                cyclic.wait_with(restless.wake_ups(), connect)
+            };
+            let Some(release) = released else { break };
 
             orders.change(&mut engine, &mut tap, &mut events, &release);
             orders.apply(&mut engine, &release);
@@ -124,7 +132,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
             ports.outputs.copy(&engine);
             let is_last = wanted.is_some_and(|wanted| cycles + 1 >= wanted);
             ports.outputs.send(&engine, &release, Frame::of(is_last));
-            followed = Some(release).filter(|_| !is_last);
+            unfinished = Some(release).filter(|_| !is_last);
             let end_ns = Monotonic.now_ns();
             cyclic.finished(end_ns);
 
@@ -138,10 +146,10 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
             events.look(&engine, release.cycle);
             ports.inputs.tell(&mut events);
             let record = record(&release, end_ns, cyclic.overruns());
-            tap.take(engine.image(), &record);
-            // A full ring drops the record, and the reader of the ring sees the gap.
-            let _ = records.push(record);
-            last = Some(record);
+            let cycle = Cycle { record, follow: ports.follow_record(&release) };
+            tap.take(engine.image(), &cycle);
+            records.push(&cycle);
+            last = Some(cycle);
             orders.prepare(&mut engine, &release);
             cycles += 1;
             if cycles == warm_up {
@@ -150,7 +158,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
         }
     });
     // The image of a cycle in which a block panicked is neither of that cycle nor of the one before.
-    if let Some(release) = followed.filter(|_| ended.is_ok()) {
+    if let Some(release) = unfinished.filter(|_| ended.is_ok()) {
         // Whoever ended the task did not say so before its last cycle.
         ports.outputs.copy(&engine);
         ports.outputs.send(&engine, &release, Frame::Last);
@@ -193,6 +201,19 @@ impl<S: Service> Ports<S> {
         self.outputs.maintain();
     }
 
+    /// How a cycle that follows its data went, once its frames are sent.
+    fn follow_record(&self, release: &Release) -> Option<FollowRecord> {
+        let follow = release.follow?;
+        let taken_ns = self.inputs.followed_ns().filter(|_| follow.begun == Begun::Followed);
+        let sent_ns = self.outputs.published_ns();
+        Some(FollowRecord {
+            ready_ns: follow.ready_ns,
+            followed: follow.followed,
+            timed_out: follow.timed_out,
+            latency_ns: taken_ns.zip(sent_ns).map(|(taken, sent)| sent.saturating_sub(taken)),
+        })
+    }
+
     fn connects(&self) -> u64 {
         self.inputs.connects() + self.outputs.connects()
     }
@@ -200,6 +221,23 @@ impl<S: Service> Ports<S> {
     /// Allocations of iceoryx2 while it received and sent.
     fn allocations(&self) -> u64 {
         self.inputs.allocations() + self.outputs.allocations()
+    }
+}
+
+/// What a task that follows its data does while it waits.
+struct Watching<'a, S: Service> {
+    account: &'a mut Account,
+    ports: &'a mut Ports<S>,
+    orders: &'a mut Applier,
+}
+
+impl<S: Service> Follow for Watching<'_, S> {
+    fn awake(&mut self) {
+        self.account.library(|| self.ports.maintain());
+    }
+
+    fn has_arrived(&mut self, cycle: u64, now_ns: u64) -> bool {
+        self.ports.inputs.has_arrived(self.orders, cycle, now_ns)
     }
 }
 

@@ -9,7 +9,6 @@ use isochrone_cyclic::ThreadRequest;
 use isochrone_engine::{BankPlan, TaskEngine, TaskPlan};
 use isochrone_ipc::{OpenError, Service};
 use isochrone_timing::TaskTiming;
-use rtrb::RingBuffer;
 
 use crate::busiest::Busiest;
 use crate::error::{PrepareError, TaskPanicked};
@@ -21,10 +20,7 @@ use crate::parts::{Parts, Task};
 use crate::responses::Responses;
 use crate::snapshots::Tap;
 use crate::task::{self, Done, Job, Ready, Services, Start};
-use crate::{events, orders, outputs};
-
-/// Records that fit between the cycle and the thread that reads them: 40 ms at the shortest period.
-const RING_RECORDS: usize = 4096;
+use crate::{events, orders, outputs, records};
 
 /// The threads of a node's tasks. Dropping them ends them, and waits until they have ended.
 #[derive(Default)]
@@ -50,8 +46,12 @@ impl Threads {
     ) -> Result<Receiver<Result<Ready, OpenError>>, PrepareError> {
         let (ready, is_ready) = channel();
         let (start, started) = channel();
-        let (records, consumer) = RingBuffer::new(RING_RECORDS);
-        let (applier, sender) = orders::ends();
+        let schedule = task.schedule;
+        let (sender, receiver) = records::ends(schedule.follow_within_ns);
+        let (applier, orders) = orders::ends();
+        let timing = TaskTiming::new(schedule.period_ns);
+        let follows = schedule.follow_within_ns.is_some();
+        let timing = if follows { timing.following() } else { timing };
         let (events, log, words) = events::ends(task);
         let services = parts
             .participant
@@ -64,14 +64,14 @@ impl Threads {
         let request =
             ThreadRequest { priority: task.priority, cpu: task.cpu.map(|cpu| cpu as usize) };
         let job = Job {
-            schedule: task.schedule,
+            schedule,
             request,
             engine,
             inputs,
             services,
             stop: self.stop.clone(),
             orders: applier,
-            records,
+            records: sender,
             tap,
             events,
             ready,
@@ -85,9 +85,9 @@ impl Threads {
         self.threads.push(Thread { task: name.clone(), thread: spawned, start });
         let lane = Lane {
             name: name.clone(),
-            schedule: task.schedule,
+            schedule,
             phase_choice: task.phase_choice.clone(),
-            orders: sender,
+            orders,
             faults: Faults::new(log.words()),
             words,
             last: None,
@@ -99,8 +99,8 @@ impl Threads {
         parts.tasks.push(Task {
             name,
             banks: task.banks.iter().map(BankPlan::any_block).collect(),
-            timing: TaskTiming::new(task.schedule.period_ns),
-            records: consumer,
+            timing,
+            records: receiver,
             log,
             resolvers: Vec::new(),
         });

@@ -42,12 +42,23 @@ pub struct Schedule {
     pub overrun: Overrun,
     /// Number of missed releases that ends the loop, regardless of `overrun`; `None`: no limit.
     pub limit: Option<MissLimit>,
+    /// How long after its release a cycle waits for new data at most, in ns, watching the clock and
+    /// the port; `None`: it begins at its release.
+    pub follow_within_ns: Option<u64>,
 }
 
 impl Schedule {
-    /// Releases without a phase offset; missed releases are skipped, without a limit.
+    /// Releases without a phase offset, at which cycles begin; missed releases are skipped, without a
+    /// limit.
     pub const fn every(period_ns: u64, wake: Wake) -> Self {
-        Self { period_ns, phase_ns: 0, wake, overrun: Overrun::Skip, limit: None }
+        Self {
+            period_ns,
+            phase_ns: 0,
+            wake,
+            overrun: Overrun::Skip,
+            limit: None,
+            follow_within_ns: None,
+        }
     }
 
     /// Longest time that the task watches the clock before a release, in ns. Watching uses CPU
@@ -58,6 +69,13 @@ impl Schedule {
             Wake::Hybrid(margin) => margin.longest_ns(self.period_ns),
             Wake::Spin => self.period_ns,
         }
+    }
+
+    /// Longest time that the task watches the clock in a whole period, in ns: before a release and,
+    /// where it follows its data, after it.
+    pub fn longest_watch_in_a_period_ns(&self) -> u64 {
+        let after_ns = self.follow_within_ns.unwrap_or(0);
+        self.longest_watch_ns().saturating_add(after_ns).min(self.period_ns)
     }
 }
 
@@ -82,6 +100,21 @@ mod tests {
                 watched_ns,
                 "{wake:?} {period_ns}"
             );
+        }
+    }
+
+    #[test]
+    fn the_wait_for_data_counts_as_margin() {
+        const MS: u64 = 1_000_000;
+        for (wake, watched_ns) in [
+            (Wake::Sleep, 300_000),
+            (Wake::Hybrid(Margin::Fixed(80_000)), 380_000),
+            (Wake::Hybrid(Margin::Fixed(800_000)), MS),
+            (Wake::Spin, MS),
+        ] {
+            let follow_within_ns = Some(300_000);
+            let schedule = Schedule { follow_within_ns, ..Schedule::every(MS, wake) };
+            assert_eq!(schedule.longest_watch_in_a_period_ns(), watched_ns, "{wake:?}");
         }
     }
 }

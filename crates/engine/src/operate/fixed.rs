@@ -33,6 +33,7 @@ struct TaskPart {
     ob: Option<i16>,
     priority: Option<u8>,
     cpu: Option<u32>,
+    followed_service: Option<String>,
 }
 
 #[derive(Debug)]
@@ -84,7 +85,8 @@ impl Fixed {
 fn task(task: &TaskPlan) -> Named<TaskPart> {
     let TaskPlan { schedule, ob, priority, cpu, .. } = *task;
     let phase_choice = task.phase_choice.clone();
-    let part = TaskPart { schedule, phase_choice, ob, priority, cpu };
+    let followed_service = task.followed_service.clone();
+    let part = TaskPart { schedule, phase_choice, ob, priority, cpu, followed_service };
     Named { name: task.name.clone(), part }
 }
 
@@ -147,6 +149,11 @@ fn task_differences(old: &TaskPart, new: &TaskPart) -> Vec<String> {
         ("ob", old.ob != new.ob),
         ("priority", old.priority != new.priority),
         ("cpu", old.cpu != new.cpu),
+        (
+            "follow",
+            a.follow_within_ns != b.follow_within_ns
+                || old.followed_service != new.followed_service,
+        ),
     ];
     differences.extend(changes(&others));
     differences

@@ -1,6 +1,6 @@
 //! Orders that came to a cycle and are not due yet.
 
-use super::order::{Order, OrderState};
+use super::order::{Order, OrderState, Work};
 use crate::TaskEngine;
 
 /// Orders in the cycle of a task, in the order in which they came. Nothing here allocates but
@@ -35,6 +35,20 @@ impl Inbox {
         }
         list.push(order);
         Ok(())
+    }
+
+    /// Whether an order that is due in `cycle` gives one of these inputs a value.
+    pub fn gives(&self, cycle: u64, inputs: &[usize]) -> bool {
+        let is_due = |order: &Order| {
+            order.at.is_none_or(|at| at <= cycle && self.begun.is_none_or(|begun| begun < at))
+        };
+        let mut due = self.waiting.iter().filter(|order| is_due(order));
+        due.any(|order| match &order.work {
+            Work::Set { feeds, .. } => {
+                feeds.iter().any(|(input, _)| inputs.contains(&(*input as usize)))
+            }
+            Work::Force { .. } | Work::Release { .. } | Work::Read(_) => false,
+        })
     }
 
     /// Applies what is due, before a cycle reads its inputs at `now_ns`. `done` gets the orders back.

@@ -7,12 +7,13 @@ use toml::Spanned;
 
 use super::section::Section;
 use crate::Finding;
-use crate::config::{PhaseChoice, Task};
+use crate::config::{Follow, PhaseChoice, Task};
 use crate::finding::Problem;
-use crate::keys::{Key, on_overrun, task as keys};
+use crate::keys::{Key, follow, on_overrun, task as keys};
 
 pub(super) fn task(section: Section<'_>) -> Task {
     let period_ns = section.duration_ns(&keys::PERIOD);
+    let wake = wake(&section, period_ns.as_ref());
     Task {
         name: section.name(&keys::NAME),
         ob: section.integer(&keys::OB),
@@ -20,7 +21,10 @@ pub(super) fn task(section: Section<'_>) -> Task {
         phase_choice: phase_choice(&section),
         priority: section.integer(&keys::PRIORITY).map(Spanned::into_inner),
         cpu: section.integer(&keys::CPU).map(Spanned::into_inner),
-        wake: wake(&section, period_ns.as_ref()),
+        follow: section
+            .table(&keys::FOLLOW, &follow::TABLE)
+            .map(|section| follow(section, wake, period_ns.as_ref())),
+        wake,
         overrun: section
             .choice(&keys::OVERRUN, &Overrun::ALL)
             .map_or(Overrun::Skip, Spanned::into_inner),
@@ -113,9 +117,33 @@ fn less_than_period(
     help: &str,
 ) {
     if period_ns.is_some_and(|period_ns| time_ns.get_ref() >= period_ns.get_ref()) {
-        let message = format!("[[task]] {} is not less than the period", key.name);
+        let message = format!("{} {} is not less than the period", section.title(), key.name);
         section.report(Finding::new(Problem::OutOfRange, time_ns.span(), message).help(help));
     }
+}
+
+/// What the cycles begin with. The time for it is watched as a margin is, and both together are less
+/// than the period.
+fn follow(section: Section<'_>, wake: Wake, period_ns: Option<&Spanned<u64>>) -> Follow {
+    let within = section.duration_ns(&follow::WITHIN);
+    if let Some(within) = &within {
+        let help = "within is the part of the period in which a cycle waits for its frame; it needs \
+                    the rest to run";
+        less_than_period(&section, &follow::WITHIN, within, period_ns, help);
+        let margin_ns = wake.margin().and_then(Margin::fixed_ns).unwrap_or(0);
+        let watched_ns = within.get_ref().saturating_add(margin_ns);
+        if period_ns.map(Spanned::get_ref).is_some_and(|period_ns| {
+            *within.get_ref() < *period_ns && margin_ns < *period_ns && watched_ns >= *period_ns
+        }) {
+            let message =
+                "[task.follow] within and the margin together are not less than the period";
+            let help = "the task watches the clock for both; shorten one of them";
+            let finding = Finding::new(Problem::OutOfRange, within.span(), message);
+            section.report(finding.help(help));
+        }
+    }
+    let service = section.string(&follow::SERVICE);
+    Follow { service, within_ns: within.map(Spanned::into_inner) }
 }
 
 fn miss_limit(section: Section<'_>) -> Option<MissLimit> {

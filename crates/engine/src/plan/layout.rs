@@ -49,8 +49,13 @@ fn task_plan(task: &config::Task) -> TaskPlan {
             wake: task.wake,
             overrun: task.overrun,
             limit: task.on_overrun,
+            follow_within_ns: task.follow.as_ref().and_then(|follow| follow.within_ns),
         },
         phase_choice: task.phase_choice.clone(),
+        followed_service: task
+            .follow
+            .as_ref()
+            .and_then(|follow| Some(follow.service.as_ref()?.get_ref().clone())),
         ob: task.ob.as_ref().map(|ob| *ob.get_ref()),
         priority: task.priority,
         cpu: task.cpu,

@@ -3,6 +3,7 @@
 
 mod advice;
 mod constants;
+mod follow;
 mod layout;
 mod names;
 mod operate;
@@ -131,6 +132,9 @@ pub struct TaskPlan {
     pub priority: Option<u8>,
     /// CPU to pin to.
     pub cpu: Option<u32>,
+    /// The service of some of its inputs whose frames its cycles begin with, at the latest
+    /// [`follow_within_ns`](Schedule::follow_within_ns) after their releases.
+    pub followed_service: Option<String>,
     /// Its inputs, which stand first in the image: their values, then their `ok`, then their `age`.
     pub inputs: Vec<InputPlan>,
     /// Its outputs in file order.
@@ -347,6 +351,7 @@ impl Plan {
             return Err(Findings::new(source, findings));
         }
         let names = names::Names::resolve(&config, rules, &mut findings);
+        follow::check(&config, &names, &mut findings);
         let wiring = wires::Wiring::resolve(&config, &names, &mut findings);
         let depths = order::depths(&names, &wiring, &mut findings);
         probe::constants(&names, &wiring, &mut findings);

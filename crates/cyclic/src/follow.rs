@@ -1,0 +1,72 @@
+//! Cycles that begin with their data: the wait between a release and the data.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use crate::clock::Clock;
+use crate::cyclic::Release;
+
+/// What a task that follows its data does while it waits; injected so that tests need no ports.
+pub trait Follow {
+    /// Called at each wake-up of a hybrid wait before the release, as by
+    /// [`wait_with`](crate::Cyclic::wait_with).
+    fn awake(&mut self);
+
+    /// Whether data newer than the last cycle's is there for `cycle`, at `now_ns` of the clock. Asked at
+    /// the release, and from then on again and again until data is there or the time is up.
+    fn has_arrived(&mut self, cycle: u64, now_ns: u64) -> bool;
+}
+
+/// What made a cycle begin that follows its data.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Begun {
+    /// New data was there, at the release or after it.
+    Followed,
+    /// The time for the wait was up, and nothing had come.
+    TimedOut,
+}
+
+/// How a cycle that follows its data came to begin.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FollowStart {
+    /// The first clock reading at or after the release, in ns: where a cycle that waits for nothing
+    /// begins, and this one begins to wait for data.
+    pub ready_ns: u64,
+    /// What made it begin.
+    pub begun: Begun,
+    /// Cycles that began with new data since the loop began, this one included.
+    pub followed: u64,
+    /// Cycles that began without, this one included.
+    pub timed_out: u64,
+}
+
+/// Watches clock and port from the release, which has come, to `latest_ns`; returns when the cycle
+/// begins and why, or `None` once `stop` is set. Looks at the port at least once.
+pub(crate) fn watch<C: Clock>(
+    clock: &C,
+    release: &Release,
+    latest_ns: u64,
+    stop: &AtomicBool,
+    follow: &mut impl Follow,
+) -> Option<(u64, Begun)> {
+    let Release { cycle, start_ns: ready_ns, .. } = *release;
+    if follow.has_arrived(cycle, ready_ns) {
+        return Some((ready_ns, Begun::Followed));
+    }
+    let mut now_ns = ready_ns;
+    while now_ns < latest_ns {
+        if stop.load(Ordering::Relaxed) {
+            return None;
+        }
+        now_ns = clock.now_ns();
+        if follow.has_arrived(cycle, now_ns) {
+            // Read again: the data may have come after the reading before, and its stamp shall not
+            // lie in the future of the cycle.
+            return Some((clock.now_ns(), Begun::Followed));
+        }
+    }
+    Some((now_ns, Begun::TimedOut))
+}
+
+#[cfg(test)]
+#[path = "follow_tests.rs"]
+mod tests;

@@ -1,0 +1,147 @@
+//! A node that follows another one, which comes, is killed and comes back.
+
+mod domain;
+mod program;
+
+use domain::{Domain, Process};
+use program::{Folder, assert_says, cells};
+use serde_json::Value;
+
+const SOURCE: &str = r#"
+[node]
+name = "source"
+[[task]]
+name = "t"
+period = "10ms"
+phase = "1ms"
+[[block]]
+name = "saw"
+type = "SawTooth"
+in = { incrementRange = 1, endlessSteps = true }
+[[output]]
+service = "plant/saw"
+signals = ["saw.value"]
+"#;
+
+const FOLLOWER: &str = r#"
+[node]
+name = "follower"
+[[task]]
+name = "t"
+period = "10ms"
+follow = { service = "plant/saw", within = "8ms" }
+[[input]]
+name = "saw"
+type = "INT"
+service = "plant/saw"
+signal = "saw.value"
+[[input]]
+name = "other"
+service = "plant/other"
+[[output]]
+service = "plant/after"
+signals = ["saw", "other"]
+"#;
+
+/// The newest value of a signal that a subscriber printed.
+fn newest(stdout: &str, signal: &str) -> u64 {
+    let (_, after) = stdout.rsplit_once(&format!(" {signal}=")).unwrap_or_default();
+    let value = after.split_whitespace().next().and_then(|value| value.parse::<f64>().ok());
+    value.unwrap_or_default() as u64
+}
+
+/// Waits until a count of the follower has grown by so much.
+#[track_caller]
+fn wait_for_more(telemetry: &mut Process, count: &str, more: u64) {
+    let signal = format!("task.t.{count}");
+    let mut first = None;
+    telemetry.wait_until(&signal, |stdout, _| {
+        // The last line may not be whole.
+        let (lines, _) = stdout.rsplit_once('\n').unwrap_or_default();
+        let now = newest(lines, &signal);
+        now >= *first.get_or_insert(now) + more
+    });
+}
+
+#[test]
+fn a_follower_outlives_its_source_and_follows_the_next_one() {
+    let domain = Domain::new();
+    domain.write("source.toml", SOURCE);
+    domain.write("other_phase.toml", &SOURCE.replace("phase = \"1ms\"", "phase = \"6ms\""));
+    domain.write("follower.toml", FOLLOWER);
+    let mut follower = domain.start("run follower.toml --report report.json");
+    follower.wait_for("is running");
+    let mut telemetry = domain.start("subscribe isochrone/follower/telemetry");
+    wait_for_more(&mut telemetry, "timed_out", 5);
+    for configuration in ["source.toml", "other_phase.toml"] {
+        let source = domain.start(&format!("run {configuration}"));
+        wait_for_more(&mut telemetry, "followed", 50);
+        source.kill();
+        wait_for_more(&mut telemetry, "timed_out", 50);
+    }
+    telemetry.stop().expect_code(0);
+    let ended = follower.stop().expect_code(0);
+    for row in ["follow wait", "follow latency", "followed a frame", "timed out"] {
+        assert!(ended.stdout.contains(row), "{row}: {}", ended.stdout);
+    }
+    let report = domain.json("report.json");
+    let task = &report["tasks"][0];
+    let mut links = report["links"].as_array().unwrap().iter();
+    let link = links.find(|link| link["service"] == "plant/saw").unwrap();
+    let number = |key: &str| task[key].as_u64().unwrap_or_else(|| panic!("{key}: {task}"));
+    assert_eq!(number("followed") + number("timed_out"), number("cycles"));
+    assert!(number("followed") <= link["frames"].as_u64().unwrap(), "{report}");
+    assert!(number("followed") >= 100 && number("timed_out") >= 105, "{task}");
+    assert!(task["follow_latency_ns"]["count"].as_u64() > Some(0), "{task}");
+    assert_eq!(link["restarts"], 1, "{link}");
+}
+
+/// The follower's configuration in a folder.
+fn folder(configuration: &str) -> Folder {
+    Folder::with(&[("follower.toml", configuration)])
+}
+
+#[test]
+fn check_says_what_a_task_follows() {
+    let text = folder(FOLLOWER).run("check follower.toml").noting().0;
+    assert!(text.contains("wake sleep, follows plant/saw within 8ms, overrun skip"), "{text}");
+    let follow = |configuration: &str| {
+        let json = folder(configuration).run("check follower.toml --json").noting().0;
+        serde_json::from_str::<Value>(&json).unwrap()["tasks"][0]["follow"].clone()
+    };
+    let expected = serde_json::json!({"service": "plant/saw", "within_ns": 8_000_000});
+    assert_eq!(follow(FOLLOWER), expected);
+    assert!(follow(SOURCE).is_null());
+}
+
+#[test]
+fn a_service_that_the_task_does_not_read_is_pointed_at() {
+    let text = FOLLOWER.replace("{ service = \"plant/saw\"", "{ service = \"plant/swa\"");
+    let error = folder(&text).run("check follower.toml").refused(2);
+    assert_says(&error, &["follows \"plant/swa\"", "did you mean \"plant/saw\"?"]);
+}
+
+#[test]
+fn real_time_tasks_that_would_watch_for_data_all_the_time_are_refused() {
+    let follow = "priority = 5\nmargin = \"1900us\"\nfollow =";
+    let domain = Domain::new();
+    domain.write("follower.toml", &FOLLOWER.replace("follow =", follow));
+    let ended = domain.run("run follower.toml --cycles 1");
+    // Where the kernel does not throttle, nothing is refused.
+    if ended.status.code() != Some(0) {
+        assert_says(&ended.stderr, &["(wake = \"hybrid\", follow)", "a shorter within of follow"]);
+    }
+}
+
+#[test]
+fn simulate_takes_each_row_as_the_frame_of_a_cycle() {
+    let plain = FOLLOWER.replace("follow =", "# follow =");
+    let simulated = |configuration: &str| {
+        let folder = folder(configuration);
+        folder.write("in.csv", "saw,other\n1,0\n2,0\n3,0\n");
+        folder.run("simulate follower.toml --cycles 3 --inputs in.csv").noting().0
+    };
+    let rows = simulated(FOLLOWER);
+    assert_eq!(cells(&rows).len(), 4, "{rows}");
+    assert_eq!(rows, simulated(&plain));
+}
