@@ -46,6 +46,8 @@ pub enum Problem {
     ConstantError,
     /// Something that has no effect (a warning).
     NoEffect,
+    /// A task that keeps the task that it follows from sending (a warning).
+    StarvedSource,
     /// A wire to a pin that is read at certain times only (a note).
     Latched,
     /// An input that is never stale (a note).
@@ -73,6 +75,7 @@ impl Problem {
             Self::Loop => "loop",
             Self::ConstantError => "constant_error",
             Self::NoEffect => "no_effect",
+            Self::StarvedSource => "starved_source",
             Self::Latched => "latched",
             Self::NoMaxAge => "no_max_age",
         }
@@ -81,7 +84,7 @@ impl Problem {
     pub(crate) fn severity(self) -> Severity {
         match self {
             Self::Latched | Self::NoMaxAge => Severity::Advice,
-            Self::ConstantError | Self::NoEffect => Severity::Warning,
+            Self::ConstantError | Self::NoEffect | Self::StarvedSource => Severity::Warning,
             _ => Severity::Error,
         }
     }

@@ -2,7 +2,7 @@
 
 mod findings;
 
-use findings::{VALID, assert_one, assert_rows, plan};
+use findings::{VALID, assert_one, assert_rows, findings, plan};
 use isochrone_engine::Problem::*;
 use isochrone_schedule::{Margin, Wake};
 
@@ -202,6 +202,39 @@ fn the_wait_for_a_frame_ends_before_the_period() {
     let text = with_margin("«\"900us\"", "100us");
     assert_one("with a margin", &text, OutOfRange, message, "shorten one of them");
     assert!(plan(&with_margin("\"900us\"", "99us")).is_ok());
+}
+
+#[test]
+fn a_task_that_keeps_its_source_from_sending_is_warned_of() {
+    let text = |source: &str, follower: &str| {
+        format!(
+            "[node]\nname = \"n\"\n[[task]]\nname = \"a\"\nperiod = \"1ms\"\n{source}\n\
+             [[task]]\nname = \"b\"\nperiod = \"1ms\"\n{follower}\n\
+             follow = {{ service = «\"s\", within = \"300us\" }}\n\
+             [[input]]\nname = \"i\"\nservice = \"j\"\ntask = \"a\"\nmax_age = \"1s\"\n\
+             [[input]]\nname = \"x\"\nservice = \"s\"\ntask = \"b\"\nmax_age = \"1s\"\n\
+             [[output]]\nservice = \"s\"\ntask = \"a\"\nsignals = [\"i\"]\n\
+             [[output]]\nservice = \"t\"\ntask = \"b\"\nsignals = [\"x\"]\n"
+        )
+    };
+    let (cpu, help) =
+        ("cpu = 1", "give task \"a\" a higher priority than task \"b\", or another CPU");
+    for (source, message) in [
+        ("priority = 7", "which has priority 7 and runs on the same CPU 1"),
+        ("priority = 6", "which has priority 6"),
+        ("", "which has no priority"),
+    ] {
+        let text = text(&format!("{cpu}\n{source}"), &format!("{cpu}\npriority = 7"));
+        assert_one(source, &text, StarvedSource, message, help);
+    }
+    for (source, follower) in [
+        ("cpu = 1\npriority = 8", "cpu = 1\npriority = 7"),
+        ("cpu = 0\npriority = 7", "cpu = 1\npriority = 7"),
+        ("priority = 7", "cpu = 1\npriority = 7"),
+        ("cpu = 1", "cpu = 1"),
+    ] {
+        assert!(findings(&text(source, follower)).is_empty(), "{source} {follower}");
+    }
 }
 
 #[test]

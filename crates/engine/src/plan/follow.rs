@@ -1,5 +1,6 @@
 //! What a task can follow: a service that it reads.
 
+use super::TaskPlan;
 use super::names::Names;
 use crate::Finding;
 use crate::config::Config;
@@ -36,6 +37,43 @@ pub(super) fn check(config: &Config, names: &Names<'_>, findings: &mut Vec<Findi
             Known::new(read).suggestion(followed.get_ref())
         };
         let finding = Finding::new(Problem::UnknownSource, followed.span(), message);
+        findings.push(finding.help(help));
+    }
+}
+
+/// Warns of tasks that watch for another task's frames on its CPU and at its priority or a higher one:
+/// while they watch, it does not run.
+pub(super) fn starved_sources(config: &Config, tasks: &[TaskPlan], findings: &mut Vec<Finding>) {
+    for (task, written) in tasks.iter().zip(&config.tasks) {
+        let followed = written.follow.as_ref().and_then(|follow| follow.service.as_ref());
+        let (Some(followed), Some(priority), Some(cpu)) = (followed, task.priority, task.cpu)
+        else {
+            continue;
+        };
+        let sends = |other: &&TaskPlan| {
+            other.outputs.iter().any(|output| output.service == *followed.get_ref())
+        };
+        let Some(source) = tasks.iter().find(sends) else { continue };
+        let is_behind = source.priority.is_none_or(|source| source <= priority);
+        if source.name == task.name || source.cpu != Some(cpu) || !is_behind {
+            continue;
+        }
+        let priority_of_source = match source.priority {
+            Some(priority) => format!("has priority {priority}"),
+            None => "has no priority".into(),
+        };
+        let message = format!(
+            "task \"{}\" (priority {priority}) follows \"{}\" of task \"{}\", which {priority_of_source} and \
+             runs on the same CPU {cpu}: while the one watches, the other cannot send",
+            task.name,
+            followed.get_ref(),
+            source.name,
+        );
+        let help = format!(
+            "give task \"{}\" a higher priority than task \"{}\", or another CPU",
+            source.name, task.name
+        );
+        let finding = Finding::new(Problem::StarvedSource, followed.span(), message);
         findings.push(finding.help(help));
     }
 }

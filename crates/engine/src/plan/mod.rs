@@ -363,6 +363,7 @@ impl Plan {
         // Only now: what an error keeps from being read is not the reader's choice.
         wiring.report_unread(&config, &mut findings);
         let (tasks, links) = layout::lay_out(&config, &names, &wiring, &depths);
+        follow::starved_sources(&config, &tasks, &mut findings);
         advice::feedback_without_effect(&config, &tasks, &links, &mut findings);
         Ok(Self {
             node: config.node.as_ref().map(|node| node.get_ref().clone()).unwrap_or_default(),
