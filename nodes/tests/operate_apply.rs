@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 
 use isochrone_ipc::{Depth, FrameSubscriber, ipc};
 use isochrone_runtime::control::{
-    Action, AlarmsParams, ApplyParams, ApplyResult, Code, DescribeParams, ForceParams, Hold,
-    JournalParams, ReleaseParams, SetParams, Value,
+    Action, AlarmsParams, ApplyParams, ApplyResult, ClientError, Code, DescribeParams, ForceParams,
+    Hold, JournalParams, ReleaseParams, SetParams, Value,
 };
 use node::{Node, PATIENCE};
 
@@ -165,6 +165,51 @@ fn what_was_set_stays_and_what_differs_between_the_files_is_taken() {
     let befores: Vec<_> = changes.map(|change| (&*change.name, change.before)).collect();
     assert_eq!(befores, [("late.setChangeRate", Value::Number(2e9))]);
     node.process.stop().expect_code(0);
+}
+
+#[test]
+fn a_configuration_that_nobody_waits_for_any_more_is_not_applied() {
+    let mut node = Node::start(NODE);
+    node.client.wait_for(Duration::from_millis(1));
+    let params = |configuration: String, dry_run: bool| ApplyParams {
+        configuration,
+        dry_run: Some(dry_run),
+        allow_missed: Some(true),
+        ..ApplyParams::default()
+    };
+    let error = node.client.call(&params(with_blocks(20_000), false)).unwrap_err();
+    assert!(matches!(error, ClientError::NoAnswer { .. }), "{error}");
+    node.client.wait_for(PATIENCE);
+    let since = Instant::now();
+    loop {
+        match node.client.call(&params(NODE.to_owned(), true)) {
+            Ok(_) => break,
+            Err(ClientError::Refused(failure)) => assert_eq!(failure.code, Code::Busy),
+            Err(error) => panic!("{error}"),
+        }
+        assert!(since.elapsed() < PATIENCE, "it is checked for ever");
+        thread::sleep(Duration::from_millis(20));
+    }
+    assert!(node.call(&JournalParams::default()).entries.is_empty());
+    node.process.stop().expect_code(0);
+}
+
+#[test]
+fn a_dry_run_says_that_a_task_has_no_time_for_the_change() {
+    // Ten thousand blocks in 200 us are too much for any machine.
+    let busy = with_blocks(10_000).replace("2ms", "200us");
+    let mut node = Node::start(&busy);
+    let since = Instant::now();
+    let refused = loop {
+        let configuration = busy.replace("value = 1e9", "value = 1e8");
+        let params = ApplyParams { configuration, dry_run: Some(true), ..ApplyParams::default() };
+        match node.call(&params).refused {
+            Some(refused) if refused.contains("--allow-missed") => break refused,
+            other => assert!(since.elapsed() < PATIENCE, "{other:?}"),
+        }
+    };
+    assert!(refused.contains("task \"fast\" has 0 ns left"), "{refused}");
+    node.process.stop();
 }
 
 #[test]

@@ -340,6 +340,83 @@ fn an_output_that_is_forced_is_seen_by_wires_frames_and_other_tasks_and_flagged(
 }
 
 #[test]
+fn each_of_many_forces_flags_what_is_computed_from_it_and_nothing_else() {
+    let mut text = r#"
+        [node]
+        name = "n"
+        control = "force"
+        [[task]]
+        name = "t"
+        period = "100ms"
+        [[block]]
+        name = "ramp"
+        type = "LimRateOfChangeCI"
+        count = 200
+        in = { value = 25.0, setChangeRate = 10.0 }
+    "#
+    .to_owned();
+    for ramp in 0..200 {
+        text += &format!(
+            "[[output]]\nservice = \"n/{ramp}\"\nsignals = [\"ramp.{ramp}.delayedValue\"]\n"
+        );
+    }
+    let mut hand = Hand::new(&text);
+    let names: Vec<String> = (0..200).map(|ramp| format!("ramp.{ramp}.value")).collect();
+    let of = |wanted: fn(usize) -> bool| {
+        let names = names.iter().enumerate().filter(move |(ramp, _)| wanted(*ramp));
+        names.map(|(_, name)| name.as_str())
+    };
+    let values = of(|ramp| ramp % 3 == 0).map(|name| (name, 1.0.into()));
+    let hold = Hold::UntilReleased;
+    hand.send(hand.operator.force(values, hold, Request::default(), &hand.next));
+    hand.step(0);
+    let flagged = |hand: &Hand| -> Vec<usize> {
+        let is_flagged = |ramp: &usize| hand.engines[0].output_flags(*ramp).contains(Flags::FORCED);
+        (0..200).filter(is_flagged).collect()
+    };
+    let forced: Vec<usize> = (0..200).filter(|ramp| ramp % 3 == 0).collect();
+    assert_eq!(flagged(&hand), forced);
+    let names = of(|ramp| ramp % 3 == 0 && ramp != 198);
+    hand.send(hand.operator.release(names, Request::default(), &hand.next));
+    hand.step(0);
+    assert_eq!(flagged(&hand), [198]);
+}
+
+#[test]
+fn a_set_that_its_block_does_not_read_now_is_warned_of() {
+    let text = NODE.replace(
+        "[[block]]\nname = \"free\"",
+        "[[block]]\nname = \"saw\"\ntype = \"SawTooth\"\ntask = \"slow\"\n\
+         in = { timeRange = \"100ms\" }\n[[block]]\nname = \"free\"",
+    );
+    let mut hand = Hand::new(&text);
+    hand.force([("free.value", 1.0.into())], Hold::UntilReleased);
+    hand.step(1);
+    let values = [("free.value", 9.0.into()), ("saw.timeRange", Value::from(2000))];
+    let prepared = hand.operator.set(values, Request::default(), &hand.next).unwrap();
+    let told: Vec<String> = prepared.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        told,
+        [
+            "\"free.value\" is forced: its block reads the new value after the release",
+            "\"saw.timeRange\" is read only in the block's first call and while \"saw.reset\" is \
+             TRUE",
+        ]
+    );
+    let values = [("saw.reset", true.into()), ("saw.timeRange", Value::from(2000))];
+    let prepared = hand.operator.set(values, Request::default(), &hand.next).unwrap();
+    assert_eq!(prepared.warnings, [], "it is reset with it");
+    let hold = Hold::Seconds(1.0);
+    let values = [("free.value", 2.0.into())];
+    let prepared = hand.operator.force(values, hold, Request::default(), &hand.next).unwrap();
+    let told: Vec<String> = prepared.warnings.iter().map(ToString::to_string).collect();
+    assert_eq!(
+        told,
+        ["\"free.value\" was forced already: the new force, with its end, replaces that one"]
+    );
+}
+
+#[test]
 fn a_wired_pin_that_is_forced_is_read_by_its_block_and_follows_its_wire_again_afterwards() {
     let mut hand = Hand::new(NODE);
     hand.force([("scale.x", 50.0.into())], Hold::UntilReleased);

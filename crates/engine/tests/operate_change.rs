@@ -139,7 +139,9 @@ fn a_constant_that_differs_between_the_files_replaces_what_was_set_and_no_other_
             ("ramp.2.setChangeRate", Value::Number(10.0), now),
         ]
     );
-    assert!(entry.configuration.as_ref().unwrap().contains("setChangeRate = 40.0"));
+    let applied = entry.configuration.as_ref().unwrap();
+    assert!(applied.text.contains("setChangeRate = 40.0"));
+    assert_eq!(applied.summary, summary);
     hand.step(1);
     assert_eq!((hand.value("ramp.0.delayedValue"), hand.value("ramp.1.value")), (6.0, 12.0));
 }
@@ -304,6 +306,29 @@ fn only_a_node_that_may_be_forced_can_be_changed() {
     let refusals = hand.operator.change(draft(&text), Request::default()).unwrap_err();
     assert_eq!(refusals.kind(), RefusalKind::Forbidden);
     assert!(refusals.to_string().contains("change the configuration"), "{refusals}");
+}
+
+#[test]
+fn limits_that_differ_are_told() {
+    let mut hand = Hand::new(NODE);
+    let text = NODE.replace("[0.0, 50.0]", "[0.0, 20.0]\n\"after.setChangeRate\" = [-1.0, 1000.0]");
+    let summary = hand.change(&text);
+    assert_eq!(
+        summary.limits,
+        [
+            "ramp.*.setChangeRate: 0.0 to 50.0 -> 0.0 to 20.0",
+            "after.setChangeRate: none -> -1.0 to 1000.0"
+        ]
+    );
+    hand.steps(1);
+    let summary = hand.change(NODE);
+    assert_eq!(
+        summary.limits,
+        [
+            "after.setChangeRate: -1.0 to 1000.0 -> none",
+            "ramp.*.setChangeRate: 0.0 to 20.0 -> 0.0 to 50.0"
+        ]
+    );
 }
 
 #[test]

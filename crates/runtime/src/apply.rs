@@ -62,18 +62,24 @@ struct NewTask {
 }
 
 impl PreparedApply {
-    /// Makes everything that another configuration needs. The lock is held for what only the operator
-    /// knows.
-    pub(crate) fn new(shared: &Shared, text: &str, request: Request) -> Result<Self, ApplyError> {
+    /// Makes everything that another configuration needs, which `file` holds if that is known. The lock is
+    /// held for what only the operator knows.
+    pub(crate) fn new(
+        shared: &Shared,
+        text: &str,
+        file: Option<Arc<str>>,
+        request: Request,
+    ) -> Result<Self, ApplyError> {
         let configuration = shared.lock().configuration.clone();
         let source = Source::new(configuration.source.name, text);
         let plan = configuration.rules.plan(source)?;
-        let draft = Draft::new(&plan)?;
+        let draft = Draft::new(&plan)?.from_file(file);
         let operating = shared.lock();
-        let mut prepared = operating.operator.change(draft, request)?;
+        let basis = operating.operator.basis();
         let words: Vec<Arc<Words>> =
             operating.lanes.iter().map(|lane| lane.faults.words()).collect();
         drop(operating);
+        let mut prepared = basis.change(draft, request)?;
         let costs_ns = rehearse(&mut prepared);
         let (snapshots, taps) = Snapshots::of(&plan);
         let tasks = plan.tasks.iter().zip(taps).zip(&words).map(|((task, tap), old)| {

@@ -98,13 +98,15 @@ pub enum ApplyError {
     Refused(#[from] Refusals),
     /// It would take a task too much of the time between two cycles.
     #[error(
-        "task \"{task}\" has {slack_ns} ns left in its longest cycle and may spend half of them on the \
-         change, which takes {cost_ns} ns; allow missed cycles, or stop the node for it"
+        "task \"{task}\" has {slack_ns} ns left in each of 99 % of its last 1000 cycles and may spend half \
+         of them on the change, which takes {cost_ns} ns; try again when those cycles are over, allow \
+         missed cycles (--allow-missed), or stop the node for it"
     )]
     NoSlack {
         /// The task.
         task: String,
-        /// What its longest cycle of the last second leaves of the period, in ns.
+        /// What the longest of its last 1000 cycles leaves of the period, without the longest hundredth of
+        /// them, in ns.
         slack_ns: u64,
         /// What the change takes, in ns.
         cost_ns: u64,

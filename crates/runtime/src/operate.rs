@@ -72,7 +72,7 @@ impl<S: Service> Running<S> {
     /// all.
     ///
     /// # Errors
-    /// It did not set parameters, has not been applied yet, or one of them was changed since;
+    /// It did not set parameters, is still to come, or one of them was changed since;
     /// otherwise as [`set`](Self::set).
     pub fn undo(&mut self, transaction: u64) -> Result<Sent, RequestError> {
         self.send(|operator, next| operator.undo(transaction, Request::default(), next))
@@ -104,7 +104,7 @@ impl<S: Service> Running<S> {
         comment: Option<Arc<str>>,
     ) -> Result<PreparedApply, ApplyError> {
         let request = Request { client, comment, ..Request::default() };
-        PreparedApply::new(&self.parts.operating, configuration, request)
+        PreparedApply::new(&self.parts.operating, configuration, None, request)
     }
 
     /// Runs another configuration without a stop. Blocks of the same name, type and task go on with

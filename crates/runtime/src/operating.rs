@@ -188,7 +188,12 @@ impl Operating {
             return Err(RequestError::Ended);
         }
         let lanes = prepared.tasks().filter_map(|task| self.lanes.get(task));
-        if let Some(full) = lanes.into_iter().find(|lane| !lane.orders.has_room()) {
+        let is_reading = prepared.is_reading();
+        let has_room = |lane: &Lane| match is_reading {
+            true => lane.orders.has_room_to_read(),
+            false => lane.orders.has_room(),
+        };
+        if let Some(full) = lanes.into_iter().find(|lane| !has_room(lane)) {
             return Err(RequestError::Busy { task: full.name.clone() });
         }
         let warnings = prepared.warnings.clone();

@@ -9,11 +9,12 @@ use rtrb::{Consumer, Producer, RingBuffer};
 use crate::events::{Events, Watch};
 use crate::snapshots::Tap;
 
-/// Orders that may be on their way to a task.
+/// Orders that write and may be on their way to a task, and as many that read: who schedules values
+/// ahead keeps nobody from looking.
 const ROOM: usize = 64;
 /// What comes back at most, until the ordinary thread has looked: all orders, and all forces that may
 /// end by themselves, each of which may have taken the place of another.
-const ROOM_BACK: usize = ROOM + 2 * MAX_FORCES;
+const ROOM_BACK: usize = 2 * ROOM + 2 * MAX_FORCES;
 
 /// What a cycle is given.
 enum Given {
@@ -51,15 +52,16 @@ pub(crate) struct Applier {
 pub(crate) struct Sender {
     new: Producer<Given>,
     back: Consumer<Returned>,
-    on_their_way: usize,
+    writing: usize,
+    reading: usize,
 }
 
 /// Makes both ends for a task.
 pub(crate) fn ends() -> (Applier, Sender) {
-    let (send, new) = RingBuffer::new(ROOM);
+    let (send, new) = RingBuffer::new(2 * ROOM);
     let (back, receive) = RingBuffer::new(ROOM_BACK);
     let applier = Applier { new, back, inbox: Inbox::new(ROOM), changeover: None };
-    (applier, Sender { new: send, back: receive, on_their_way: 0 })
+    (applier, Sender { new: send, back: receive, writing: 0, reading: 0 })
 }
 
 impl Applier {
@@ -137,9 +139,14 @@ impl Applier {
 }
 
 impl Sender {
-    /// Whether another order may be sent.
+    /// Whether another order that writes may be sent.
     pub(crate) fn has_room(&self) -> bool {
-        self.on_their_way < ROOM
+        self.writing < ROOM
+    }
+
+    /// Whether another order that reads may be sent.
+    pub(crate) fn has_room_to_read(&self) -> bool {
+        self.reading < ROOM
     }
 
     /// Sends an order, for which there is room.
@@ -153,15 +160,23 @@ impl Sender {
     }
 
     fn give(&mut self, given: Given) {
+        let on_their_way = match &given {
+            Given::Order(order) if order.is_reading() => &mut self.reading,
+            Given::Order(_) | Given::Changeover(_) => &mut self.writing,
+        };
         if self.new.push(given).is_ok() {
-            self.on_their_way += 1;
+            *on_their_way += 1;
         }
     }
 
     /// The next thing that came back.
     pub(crate) fn returned(&mut self) -> Option<Returned> {
         let returned = self.back.pop().ok()?;
-        self.on_their_way -= usize::from(!matches!(returned, Returned::Ended(..)));
+        match &returned {
+            Returned::Order(order) if order.is_reading() => self.reading -= 1,
+            Returned::Order(_) | Returned::Changed(_) => self.writing -= 1,
+            Returned::Ended(..) => {}
+        }
         Some(returned)
     }
 }
@@ -233,9 +248,14 @@ mod tests {
         while sender.has_room() {
             sender.send(set(&mut operator, None));
         }
+        while sender.has_room_to_read() {
+            let reading = operator.get(["ramp.value"], 0, 1).unwrap().0;
+            sender.send(operator.send(reading).1.remove(0).1);
+        }
         applier.apply(&mut engine, &release(0));
-        assert!(!sender.has_room(), "they have not come back yet");
-        assert_eq!(std::iter::from_fn(|| returned(&mut sender)).count(), ROOM);
-        assert!(sender.has_room());
+        applier.read(&engine, &release(0));
+        assert!(!sender.has_room() && !sender.has_room_to_read(), "they have not come back yet");
+        assert_eq!(std::iter::from_fn(|| returned(&mut sender)).count(), 2 * ROOM);
+        assert!(sender.has_room() && sender.has_room_to_read());
     }
 }

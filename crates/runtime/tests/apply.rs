@@ -105,7 +105,9 @@ fn blocks_come_and_go_while_the_others_run_on_and_no_cycle_allocates() {
     }
     let journal: Vec<Entry> = node.journal(0).collect();
     assert_eq!(journal.len(), 40, "one for each task and change");
-    assert!(journal[0].configuration.as_ref().is_some_and(|text| text.contains("fresh")));
+    assert!(
+        journal[0].configuration.as_ref().is_some_and(|applied| applied.text.contains("fresh"))
+    );
     let outcome = node.finish().unwrap();
     assert_eq!(outcome.end, End::Asked);
     for task in &outcome.tasks {

@@ -1,6 +1,7 @@
 //! `apply`: another configuration while the node runs.
 
 use std::path::PathBuf;
+use std::time::Duration;
 
 use isochrone_engine::Source;
 use isochrone_report::Table;
@@ -11,6 +12,10 @@ use super::node;
 use super::transaction::{client, since};
 use crate::failure::Failure;
 use crate::terminal;
+
+/// A configuration of a million blocks takes half a minute to check. Who is tired of waiting presses
+/// Ctrl-C: what nobody waits for is not applied.
+const PATIENCE: Duration = Duration::from_secs(600);
 
 /// Change the configuration of a running node without stopping it
 ///
@@ -32,6 +37,9 @@ pub(crate) struct Args {
     /// Change also if a task misses cycles by it
     #[arg(long)]
     allow_missed: bool,
+    /// Reason, for the journal
+    #[arg(long, value_name = "TEXT")]
+    comment: Option<String>,
     /// Print one JSON document
     #[arg(long)]
     json: bool,
@@ -40,29 +48,35 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let source = Source::read(&args.file).map_err(Failure::usage)?;
     let mut node = args.node.connect()?;
+    node.wait_for(PATIENCE);
     let result = node.call(&ApplyParams {
         configuration: source.text.to_string(),
+        file: Some(source.name.clone()),
         dry_run: Some(args.dry_run),
         allow_missed: Some(args.allow_missed),
+        comment: args.comment.clone(),
         client: client(),
     })?;
     if args.json {
         return terminal::print_json(&result);
     }
-    let head = if args.dry_run {
-        "nothing was changed; it would be:".into()
-    } else {
-        format!("applied{}", since(&result.tasks))
+    let head = match (result.transaction, &result.refused) {
+        (Some(number), _) => format!("transaction {number}, applied{}", since(&result.tasks)),
+        (None, Some(reason)) => format!("nothing was changed; it would be refused now: {reason}"),
+        (None, None) => "nothing was changed; it would be:".into(),
     };
     terminal::print(&format!("{head}\n{}", text(&result)))
 }
 
 fn text(result: &ApplyResult) -> String {
     let mut table = Table::default();
-    for (what, names) in
-        [("added", &result.added), ("removed", &result.removed), ("changed", &result.changed)]
-    {
-        if names.is_empty() {
+    for (what, names) in [
+        ("added", &result.added),
+        ("removed", &result.removed),
+        ("changed", &result.changed),
+        ("limits", &result.limits),
+    ] {
+        if names.is_empty() && what != "limits" {
             table.row([what, "nothing"]);
         }
         for (index, name) in names.iter().enumerate() {
@@ -82,17 +96,20 @@ mod tests {
     fn what_changes_is_listed_name_by_name() {
         let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect();
         let result = ApplyResult {
+            transaction: Some(7),
             tasks: Default::default(),
             added: names(&["filter", "limit"]),
             removed: Vec::new(),
             kept: names(&["level", "ramp"]),
             changed: names(&["ramp.value"]),
+            limits: names(&["ramp.*: none -> 0.0 to 1.0"]),
             cost_ns: 12_340,
+            refused: None,
         };
         assert_eq!(
             text(&result),
             "  added    filter\n           limit\n  removed  nothing\n  changed  ramp.value\n  \
-             kept     2 blocks\n  cost     12.34 us\n"
+             limits   ramp.*: none -> 0.0 to 1.0\n  kept     2 blocks\n  cost     12.34 us\n"
         );
     }
 }

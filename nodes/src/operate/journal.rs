@@ -3,7 +3,9 @@
 use std::cell::Cell;
 
 use isochrone_report::Table;
-use isochrone_runtime::control::{Action, JournalEntry, JournalParams};
+use isochrone_runtime::control::{
+    Action, AppliedChange, JournalEntry, JournalParams, PendingEntry,
+};
 use jiff::Timestamp;
 
 use super::node::{self, Node};
@@ -33,17 +35,18 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut node = args.node.connect()?;
-    let entries = since(&mut node, None)?;
+    let (entries, pending) = all(&mut node, None)?;
     if args.follow {
         return follow(&mut node, entries, args.json);
     }
     if args.json {
         return terminal::print_json(&entries);
     }
-    if entries.is_empty() {
+    if entries.is_empty() && pending.is_empty() {
         terminal::note("nothing was changed since the node started");
     }
-    terminal::print(&entries.iter().map(text).collect::<String>())
+    let pending = pending.iter().map(to_come);
+    terminal::print(&entries.iter().map(text).chain(pending).collect::<String>())
 }
 
 fn follow(node: &mut Node, first: Vec<JournalEntry>, json: bool) -> Result<(), Failure> {
@@ -59,7 +62,15 @@ fn follow(node: &mut Node, first: Vec<JournalEntry>, json: bool) -> Result<(), F
 }
 
 /// The entries from a sequence number on, or all.
-pub(super) fn since(node: &mut Node, first: Option<u64>) -> Result<Vec<JournalEntry>, Failure> {
+fn since(node: &mut Node, first: Option<u64>) -> Result<Vec<JournalEntry>, Failure> {
+    all(node, first).map(|(entries, _)| entries)
+}
+
+/// The entries from a sequence number on, or all, and what is still to come.
+pub(super) fn all(
+    node: &mut Node,
+    first: Option<u64>,
+) -> Result<(Vec<JournalEntry>, Vec<PendingEntry>), Failure> {
     let mut entries: Vec<JournalEntry> = Vec::new();
     loop {
         let since = entries.last().map(|entry| entry.sequence + 1).or(first);
@@ -67,9 +78,47 @@ pub(super) fn since(node: &mut Node, first: Option<u64>) -> Result<Vec<JournalEn
         let is_last = page.entries.len() as u64 >= page.total || page.entries.is_empty();
         entries.extend(page.entries);
         if is_last {
-            return Ok(entries);
+            return Ok((entries, page.pending));
         }
     }
+}
+
+/// A transaction that waits for its cycle.
+fn to_come(entry: &PendingEntry) -> String {
+    let PendingEntry { transaction, action, task, cycle, names, .. } = entry;
+    let mut text = format!(
+        "still to come             {action} {transaction}, cycle {cycle} of task \"{task}\""
+    );
+    text += &by(entry.client.as_deref(), entry.process, entry.comment.as_deref());
+    text += "\n";
+    for name in names {
+        text += &format!("  {name}\n");
+    }
+    text
+}
+
+/// Who asked, and why.
+fn by(client: Option<&str>, process: Option<u32>, comment: Option<&str>) -> String {
+    let who = match (client, process) {
+        (Some(client), Some(process)) => format!(", by {client} (pid {process})"),
+        (Some(client), None) => format!(", by {client}"),
+        (None, Some(process)) => format!(", by pid {process}"),
+        (None, None) => String::new(),
+    };
+    who + &comment.map_or_else(String::new, |comment| format!(": {comment}"))
+}
+
+/// Which configuration was applied.
+fn applied(change: &AppliedChange) -> String {
+    let AppliedChange { file, sha256, added, removed, changed, limits } = change;
+    let file = file.as_deref().map_or_else(String::new, |file| format!("{file}, "));
+    let short = sha256.get(..12).unwrap_or(sha256);
+    let mut text =
+        format!("  {file}sha256 {short}…: {added} added, {removed} removed, {changed} changed\n");
+    for limit in limits {
+        text += &format!("  limits {limit}\n");
+    }
+    text
 }
 
 fn text(entry: &JournalEntry) -> String {
@@ -87,21 +136,14 @@ fn text(entry: &JournalEntry) -> String {
     if let Some(undone) = entry.undone {
         text += &format!(", takes {undone} back");
     }
-    match (&entry.client, entry.process) {
-        (Some(client), Some(process)) => text += &format!(", by {client} (pid {process})"),
-        (Some(client), None) => text += &format!(", by {client}"),
-        (None, Some(process)) => text += &format!(", by pid {process}"),
-        (None, None) => {}
-    }
-    if let Some(comment) = &entry.comment {
-        text += &format!(": {comment}");
-    }
+    text += &by(entry.client.as_deref(), entry.process, entry.comment.as_deref());
     let mut table = Table::default();
     for change in &entry.changes {
         let after = change.after.map_or("as computed".to_owned(), |after| after.to_string());
         table.row([change.name.clone(), change.before.to_string(), format!("-> {after}")]);
     }
     text += "\n";
+    text += &entry.applied.as_ref().map_or_else(String::new, applied);
     text += &table.draw(2);
     if entry.left_out > 0 {
         text += &format!("  and {} more\n", entry.left_out);
@@ -155,6 +197,7 @@ mod tests {
             process: Some(42),
             comment: Some("pump test".to_owned()),
             configuration: None,
+            applied: None,
         };
         assert_eq!(
             text(&entry),

@@ -57,7 +57,8 @@ impl Args {
         let stop = stop::on_signal(seconds)?;
         let participant = self.domain.join("isochrone/operate")?;
         let client = Client::connect(&participant, &self.node, PATIENCE).map_err(failure)?;
-        let client = client.interrupted_by(stop.flag());
+        let mut client = client.interrupted_by(stop.flag());
+        client.allow_for_slow_tasks().map_err(failure)?;
         Ok(Node { client, participant, stop })
     }
 }
@@ -87,6 +88,11 @@ impl Node {
     /// The domain that it is in.
     pub(crate) fn participant(&self) -> &Participant<ipc::Service> {
         &self.participant
+    }
+
+    /// Waits so long for each answer from now on.
+    pub(super) fn wait_for(&mut self, patience: Duration) {
+        self.client.wait_for(patience);
     }
 
     /// Asks it.

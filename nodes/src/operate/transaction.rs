@@ -15,7 +15,7 @@ pub(super) struct Transaction<'a> {
 
 impl<'a> From<&'a SetResult> for Transaction<'a> {
     fn from(result: &'a SetResult) -> Self {
-        let SetResult { transaction, tasks, before, warnings } = result;
+        let SetResult { transaction, tasks, before, warnings, .. } = result;
         Self { number: *transaction, tasks, before, warnings }
     }
 }
@@ -87,6 +87,7 @@ mod tests {
             before: [("a.rate", Value::Number(10.0)), ("b.on", Value::Bool(false))]
                 .into_iter()
                 .collect(),
+            after: Values::default(),
             warnings: Vec::new(),
         };
         let after: Values =

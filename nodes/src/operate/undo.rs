@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use isochrone_runtime::control::{Action, UndoParams};
+use isochrone_runtime::control::{Action, JournalEntry, PendingEntry, UndoParams};
 
 use super::journal;
 use super::node::{self, Node};
@@ -39,18 +39,96 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
     let done = Transaction::from(&result);
     done.warn();
-    let names: Vec<_> = result.before.iter().map(|(name, _)| name.to_owned()).collect();
-    let after = node.read(&names)?.values;
-    terminal::print(&format!("transaction {transaction} is taken back\n{}", done.text(&after)))
+    // What is stored: a force may hold another value in front of it.
+    let after = &result.after;
+    terminal::print(&format!("transaction {transaction} is taken back\n{}", done.text(after)))
 }
 
 /// The last `set` that was not taken back.
 fn last_set(node: &mut Node) -> Result<u64, Failure> {
-    let entries = journal::since(node, None)?;
-    let undone: BTreeSet<u64> = entries.iter().filter_map(|entry| entry.undone).collect();
-    let sets = entries.iter().filter(|entry| entry.action == Action::Set);
-    let last = sets.map(|entry| entry.transaction).filter(|set| !undone.contains(set)).max();
-    last.ok_or_else(|| {
-        Failure::found("nothing was set since the node started, or all of it was taken back")
-    })
+    let (entries, pending) = journal::all(node, None)?;
+    let node = node.name();
+    match last_change(&entries) {
+        Some(Last::Set(transaction)) => Ok(transaction),
+        Some(Last::Apply(number)) => Err(Failure::found(format!(
+            "the last change of node \"{node}\" is apply {number}, which cannot be undone: apply the \
+             configuration from before it to go back, or name the set that is to be taken back"
+        ))),
+        None => match pending.first() {
+            Some(PendingEntry { action, transaction, cycle, task, .. }) => {
+                Err(Failure::found(format!(
+                    "{action} {transaction} is still to come, in cycle {cycle} of task \"{task}\", and \
+                     nothing else is there to take back; it can be undone from then on"
+                )))
+            }
+            None => Err(Failure::found(
+                "nothing was set since the node started, or all of it was taken back",
+            )),
+        },
+    }
+}
+
+/// What an `undo` without a number is about.
+#[derive(Debug, PartialEq, Eq)]
+enum Last {
+    Set(u64),
+    Apply(u64),
+}
+
+/// The youngest of the sets that stand and the applies.
+fn last_change(entries: &[JournalEntry]) -> Option<Last> {
+    let mut undone = BTreeSet::new();
+    // An undo is younger than what it takes back, and may be taken back itself.
+    for entry in entries.iter().rev() {
+        match entry.action {
+            Action::Undo if !undone.contains(&entry.transaction) => undone.extend(entry.undone),
+            Action::Set if !undone.contains(&entry.transaction) => {
+                return Some(Last::Set(entry.transaction));
+            }
+            Action::Apply => return Some(Last::Apply(entry.transaction)),
+            _ => {}
+        }
+    }
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn entry(transaction: u64, action: Action, undone: Option<u64>) -> JournalEntry {
+        JournalEntry {
+            sequence: transaction,
+            transaction,
+            action,
+            task: "fast".to_owned(),
+            cycle: transaction,
+            unix_ns: 0,
+            until_cycle: None,
+            undone,
+            changes: Vec::new(),
+            left_out: 0,
+            client: None,
+            process: None,
+            comment: None,
+            configuration: None,
+            applied: None,
+        }
+    }
+
+    #[test]
+    fn the_last_set_that_stands_is_taken_back_unless_an_apply_is_younger() {
+        let mut entries = vec![entry(1, Action::Set, None), entry(2, Action::Set, None)];
+        assert_eq!(last_change(&entries), Some(Last::Set(2)));
+        entries.push(entry(3, Action::Undo, Some(2)));
+        assert_eq!(last_change(&entries), Some(Last::Set(1)));
+        entries.push(entry(4, Action::Undo, Some(3)));
+        assert_eq!(last_change(&entries), Some(Last::Set(2)), "its undo was undone");
+        entries.extend([entry(5, Action::Undo, Some(2)), entry(6, Action::Undo, Some(1))]);
+        assert_eq!(last_change(&entries), None);
+        entries.push(entry(7, Action::Apply, None));
+        assert_eq!(last_change(&entries), Some(Last::Apply(7)));
+        entries.push(entry(8, Action::Set, None));
+        assert_eq!(last_change(&entries), Some(Last::Set(8)));
+    }
 }

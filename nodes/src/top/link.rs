@@ -37,7 +37,8 @@ impl Link {
         is_over: &Arc<AtomicBool>,
     ) -> Result<Self, ClientError> {
         let client = Client::connect(participant, node, PATIENCE)?;
-        let client = client.interrupted_by(is_over.clone());
+        let mut client = client.interrupted_by(is_over.clone());
+        client.allow_for_slow_tasks()?;
         let telemetry = Telemetry::open(participant, node)?;
         let now = Instant::now();
         Ok(Self {
@@ -69,6 +70,7 @@ impl Link {
                     transaction: forced.transaction,
                     tasks: forced.tasks,
                     before: forced.before,
+                    after: Values::default(),
                     warnings: forced.warnings,
                 }
             }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use isochrone_blocks::PinType;
 
-use super::Value;
+use super::{ChangeSummary, Value};
 
 /// Most entries that are kept.
 const MAX_ENTRIES: usize = 10_000;
@@ -103,8 +103,21 @@ pub struct Entry {
     pub client: Client,
     /// What they said of it.
     pub comment: Option<Arc<str>>,
-    /// Of a change of the configuration, its text.
-    pub configuration: Option<Arc<str>>,
+    /// Of a change of the configuration, what it was changed to.
+    pub configuration: Option<Arc<Applied>>,
+}
+
+/// A configuration that was put in the place of another.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Applied {
+    /// Its text.
+    pub text: Arc<str>,
+    /// SHA-256 of that, hexadecimal.
+    pub sha256: String,
+    /// Where its author has it, as they say.
+    pub file: Option<Arc<str>>,
+    /// What it changed.
+    pub summary: ChangeSummary,
 }
 
 /// A value that was changed.
@@ -132,13 +145,13 @@ pub(super) struct Record {
     pub(super) changes: Box<[Changed]>,
     pub(super) client: Client,
     pub(super) comment: Option<Arc<str>>,
-    pub(super) configuration: Option<Arc<str>>,
+    pub(super) configuration: Option<Arc<Applied>>,
 }
 
 impl Record {
     /// How many values it takes the place of.
     fn values(&self) -> usize {
-        let text = self.configuration.as_ref().map_or(0, |text| text.len());
+        let text = self.configuration.as_ref().map_or(0, |applied| applied.text.len());
         self.changes.len() + text / size_of::<Changed>()
     }
 }

@@ -59,10 +59,10 @@ pub use crate::engine::Replacement;
 pub use forces::{Ended, MAX_FORCES};
 pub(crate) use forces::{Force, Forces};
 pub use inbox::Inbox;
-pub use journal::{Action, Change, Client, Entry};
+pub use journal::{Action, Applied, Change, Client, Entry};
 pub use operator::{
-    ChangeSummary, Done, Draft, Feeds, Forced, Hold, Operator, Pending, Prepared, PreparedChange,
-    Reading, Request,
+    Basis, ChangeSummary, Done, Draft, Feeds, Forced, Hold, Operator, Pending, Prepared,
+    PreparedChange, Reading, Request,
 };
 pub(crate) use order::Work;
 pub use order::{Order, OrderState};

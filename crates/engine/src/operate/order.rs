@@ -85,20 +85,16 @@ impl Work {
         stores: Box<[Store]>,
         cycles: Option<u64>,
     ) -> Self {
-        let force = |store: &Store| {
-            let slot = store.slot as usize;
+        let slots: Vec<usize> = stores.iter().map(|store| store.slot as usize).collect();
+        let taints = signals.taints(task, &slots);
+        let force = |(&slot, taints): (&usize, Box<[u32]>)| {
             let at_end = match signals.at(task, slot).map(|signal| signal.role) {
                 Some(Role::Wired | Role::Output) => AtEnd::Recompute,
                 _ => AtEnd::Restore,
             };
-            Force {
-                slot: store.slot,
-                at_end,
-                taints: signals.taints(task, slot),
-                ..Force::default()
-            }
+            Force { slot: slot as u32, at_end, taints, ..Force::default() }
         };
-        let forces = stores.iter().map(force).collect();
+        let forces = slots.iter().zip(taints).map(force).collect();
         Self::Force { stores, forces, cycles, again: 0 }
     }
 
@@ -126,7 +122,8 @@ impl Order {
         self.state
     }
 
-    pub(super) fn is_reading(&self) -> bool {
+    /// Whether it reads; all others write.
+    pub fn is_reading(&self) -> bool {
         matches!(self.work, Work::Read(_))
     }
 }

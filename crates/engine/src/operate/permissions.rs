@@ -16,11 +16,21 @@ pub(super) enum Intent {
     Apply,
 }
 
-#[derive(Debug)]
+/// The bounds of some parameters.
+#[derive(Debug, Clone, PartialEq)]
+struct Limits {
+    /// As the configuration names them.
+    names: String,
+    pattern: Pattern,
+    min: f64,
+    max: f64,
+}
+
+#[derive(Debug, Clone)]
 pub(super) struct Permissions {
     control: Control,
     protected: Vec<(String, Pattern)>,
-    limits: Vec<(Pattern, f64, f64)>,
+    limits: Vec<Limits>,
     /// Why the journal cannot be written, while that is so.
     pub(super) unwritten: Option<Arc<str>>,
 }
@@ -28,8 +38,12 @@ pub(super) struct Permissions {
 impl Permissions {
     pub(super) fn of(plan: &Plan) -> Self {
         let protected = plan.protected.iter().map(|text| (text.clone(), Pattern::new(text)));
-        let limits =
-            plan.limits.iter().map(|limit| (Pattern::new(&limit.names), limit.min, limit.max));
+        let limits = plan.limits.iter().map(|limit| Limits {
+            names: limit.names.clone(),
+            pattern: Pattern::new(&limit.names),
+            min: limit.min,
+            max: limit.max,
+        });
         let (protected, limits) = (protected.collect(), limits.collect());
         Self { control: plan.control, protected, limits, unwritten: None }
     }
@@ -49,6 +63,25 @@ impl Permissions {
             Some(reason) => Err(Refusal::Journal { reason: reason.clone() }),
             None => Ok(()),
         }
+    }
+
+    /// What differs between the limits of two configurations, for each name: what they were and are.
+    pub(super) fn changed_limits(&self, new: &Self) -> Vec<String> {
+        let of = |all: &[Limits], names: &str| {
+            let bounds = |limits: &Limits| format!("{:?} to {:?}", limits.min, limits.max);
+            let found = all.iter().find(|limits| limits.names == names);
+            found.map_or_else(|| "none".to_owned(), bounds)
+        };
+        let added = new
+            .limits
+            .iter()
+            .filter(|of_new| !self.limits.iter().any(|known| known.names == of_new.names));
+        let names = self.limits.iter().chain(added).map(|limits| &limits.names);
+        names
+            .map(|names| (names, of(&self.limits, names), of(&new.limits, names)))
+            .filter(|(_, before, after)| before != after)
+            .map(|(names, before, after)| format!("{names}: {before} -> {after}"))
+            .collect()
     }
 
     /// The patterns of names that are out of reach.
@@ -94,11 +127,11 @@ impl Permissions {
         slot: f64,
         value: Value,
     ) -> Result<f64, Refusal> {
-        let is_outside = |(pattern, min, max): &&(Pattern, f64, f64)| {
-            !(*min..=*max).contains(&slot) && pattern.matches(&signal.name)
+        let is_outside = |limits: &&Limits| {
+            !(limits.min..=limits.max).contains(&slot) && limits.pattern.matches(&signal.name)
         };
         match self.limits.iter().find(is_outside) {
-            Some(&(_, min, max)) if signal.role == Role::Parameter => {
+            Some(&Limits { min, max, .. }) if signal.role == Role::Parameter => {
                 let name = signal.name.clone();
                 Err(Refusal::Limits { name, value, min, max })
             }

@@ -92,10 +92,10 @@ impl Replay {
             Some(next) => next,
             None => {
                 let refused = |why: String| Refusal::NotRepeated { transaction, why };
-                let text = entry.configuration.clone();
-                let text =
-                    text.ok_or_else(|| refused("the journal does not say to what".into()))?;
-                let source = Source { name: self.file.clone(), text };
+                let applied = entry.configuration.as_ref();
+                let applied =
+                    applied.ok_or_else(|| refused("the journal does not say to what".into()))?;
+                let source = Source { name: self.file.clone(), text: applied.text.clone() };
                 let plan = self
                     .rules
                     .plan(source)

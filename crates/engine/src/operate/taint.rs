@@ -1,46 +1,117 @@
 //! Which frames, and which values for other tasks, a force acts on.
 
-use crate::plan::WirePlan;
+use std::ops::Range;
 
 use super::signals::Signals;
 
+/// A wire between slots that are reached, by their places among those.
+struct Step {
+    from: usize,
+    to: usize,
+    /// Of the instance that it leads to.
+    outputs: Range<usize>,
+}
+
 impl Signals {
-    /// What is computed from a slot of a task, in this cycle or a later one: the indexes of outputs,
-    /// then of values for other tasks.
-    pub(super) fn taints(&self, task: usize, slot: usize) -> Box<[u32]> {
-        let Some(found) = self.task(task) else { return [].into() };
-        let mut tainted = Slots::new(found.slots);
-        tainted.insert(slot);
-        let is_input_pin = self.outputs_of(task, slot).is_some_and(|outputs| slot < outputs.start);
-        if is_input_pin {
-            self.outputs_of(task, slot).into_iter().flatten().for_each(|slot| tainted.insert(slot));
+    /// For each of some slots of a task what is computed from it, in this cycle or a later one: the indexes
+    /// of outputs, then of values for other tasks.
+    ///
+    /// The wires are looked at some times for all slots together, and those that are reached once more for
+    /// every 64 slots.
+    pub(super) fn taints(&self, task: usize, slots: &[usize]) -> Vec<Box<[u32]>> {
+        let Some(found) = self.task(task) else {
+            return slots.iter().map(|_| [].into()).collect();
+        };
+        let reached = Places::of(self.reached(task, slots));
+        let steps: Vec<Step> = found
+            .wires
+            .iter()
+            .filter_map(|wire| {
+                let from = reached.place(wire.from as usize)?;
+                let to = wire.to as usize;
+                let outputs = reached.range(self.outputs_of(task, to));
+                Some(Step { from, to: reached.place(to)?, outputs })
+            })
+            .collect();
+        let given: Vec<(usize, u32)> = found
+            .published
+            .slots
+            .iter()
+            .filter_map(|(slot, of)| Some((reached.place(*slot as usize)?, *of)))
+            .collect();
+        let mut taints = Vec::with_capacity(slots.len());
+        for some in slots.chunks(u64::BITS as usize) {
+            let marks = self.marks(task, some, &reached, &steps);
+            for index in 0..some.len() {
+                let is_its = |place: usize| marks.get(place).is_some_and(|m| m >> index & 1 == 1);
+                let tainted = given.iter().filter(|(place, _)| is_its(*place));
+                let mut tainted: Vec<u32> = tainted.map(|(_, of)| *of).collect();
+                tainted.sort_unstable();
+                tainted.dedup();
+                taints.push(tainted.into());
+            }
+        }
+        taints
+    }
+
+    /// All slots that any of some slots acts on, and these.
+    fn reached(&self, task: usize, slots: &[usize]) -> Slots {
+        let wires = self.task(task).map_or(&[][..], |found| &found.wires);
+        let mut reached = Slots::new(self.task(task).map_or(0, |found| found.slots));
+        for &slot in slots {
+            reached.insert(slot);
+            self.own_outputs(task, slot).for_each(|slot| reached.insert(slot));
         }
         // Wires lead forward, but for those of the cycle before: until a pass finds nothing new.
         let mut has_news = true;
         while has_news {
             has_news = false;
-            for wire in &found.wires {
-                has_news |= self.follow(task, wire, &mut tainted);
+            for wire in wires {
+                let (from, to) = (wire.from as usize, wire.to as usize);
+                if !reached.contains(from) || reached.contains(to) {
+                    continue;
+                }
+                has_news = true;
+                reached.insert(to);
+                let outputs = self.outputs_of(task, to).into_iter().flatten();
+                outputs.for_each(|slot| reached.insert(slot));
             }
         }
-        let given = found.published.slots.iter();
-        let mut taints: Vec<u32> =
-            given.filter(|(slot, _)| tainted.contains(*slot as usize)).map(|(_, of)| *of).collect();
-        taints.sort_unstable();
-        taints.dedup();
-        taints.into()
+        reached
     }
 
-    /// Whether a wire brings the taint to an instance that did not have it.
-    fn follow(&self, task: usize, wire: &WirePlan, tainted: &mut Slots) -> bool {
-        if !tainted.contains(wire.from as usize) || tainted.contains(wire.to as usize) {
-            return false;
+    /// For each slot that is reached which of at most 64 slots act on it, one bit for each.
+    fn marks(&self, task: usize, slots: &[usize], reached: &Places, steps: &[Step]) -> Vec<u64> {
+        let mut marks = vec![0; reached.count];
+        for (index, &slot) in slots.iter().enumerate() {
+            for slot in self.own_outputs(task, slot).chain([slot]) {
+                mark(&mut marks, reached.place(slot), 1 << index);
+            }
         }
-        tainted.insert(wire.to as usize);
-        for slot in self.outputs_of(task, wire.to as usize).into_iter().flatten() {
-            tainted.insert(slot);
+        let mut has_news = true;
+        while has_news {
+            has_news = false;
+            for Step { from, to, outputs } in steps {
+                let [from, known] = [from, to].map(|at| marks.get(*at).copied().unwrap_or(0));
+                let news = from & !known;
+                if news != 0 {
+                    has_news = true;
+                    outputs.clone().chain([*to]).for_each(|at| mark(&mut marks, Some(at), news));
+                }
+            }
         }
-        true
+        marks
+    }
+
+    /// Of an input pin, the slots of its instance's outputs.
+    fn own_outputs(&self, task: usize, slot: usize) -> Range<usize> {
+        self.outputs_of(task, slot).filter(|outputs| slot < outputs.start).unwrap_or_default()
+    }
+}
+
+fn mark(marks: &mut [u64], place: Option<usize>, bits: u64) {
+    if let Some(mark) = place.and_then(|place| marks.get_mut(place)) {
+        *mark |= bits;
     }
 }
 
@@ -60,5 +131,39 @@ impl Slots {
 
     fn contains(&self, slot: usize) -> bool {
         self.0.get(slot / 64).is_some_and(|word| word >> (slot % 64) & 1 == 1)
+    }
+}
+
+/// A set of slots, each with its place in their order.
+struct Places {
+    slots: Slots,
+    /// How many there are before each word of the set.
+    before: Vec<usize>,
+    count: usize,
+}
+
+impl Places {
+    fn of(slots: Slots) -> Self {
+        let mut count = 0;
+        let before = slots.0.iter().map(|word| {
+            let before = count;
+            count += word.count_ones() as usize;
+            before
+        });
+        let before = before.collect();
+        Self { slots, before, count }
+    }
+
+    fn place(&self, slot: usize) -> Option<usize> {
+        let word = self.slots.0.get(slot / 64)?;
+        let below = word & ((1 << (slot % 64)) - 1);
+        let before = self.before.get(slot / 64)?;
+        self.slots.contains(slot).then(|| before + below.count_ones() as usize)
+    }
+
+    /// The places of slots that follow each other and are all in the set; empty otherwise.
+    fn range(&self, slots: Option<Range<usize>>) -> Range<usize> {
+        let first = slots.as_ref().and_then(|slots| self.place(slots.start));
+        first.zip(slots).map_or(0..0, |(first, slots)| first..first + slots.len())
     }
 }

@@ -6,21 +6,68 @@ use std::fmt;
 use super::signals::Signals;
 use crate::plan::{Plan, first_error};
 
-/// A block that will report an error.
+/// What to know of values that are set.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Warning {
-    /// The block.
-    pub block: String,
-    /// Its status word then.
-    pub status: u16,
-    /// What that means.
-    pub meaning: &'static str,
+#[non_exhaustive]
+pub enum Warning {
+    /// A block will report an error.
+    Error {
+        /// The block.
+        block: String,
+        /// Its status word then.
+        status: u16,
+        /// What that means.
+        meaning: &'static str,
+    },
+    /// A force holds the parameter at another value.
+    Forced {
+        /// The parameter.
+        name: String,
+    },
+    /// The signal is forced already, and the new force takes the place of that one.
+    Replaced {
+        /// The signal.
+        name: String,
+    },
+    /// The block does not read the parameter in every call.
+    Latched {
+        /// The parameter.
+        name: String,
+        /// The BOOL pin that has it read.
+        latch: String,
+    },
+}
+
+impl Warning {
+    /// What it is about: a block or a parameter.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Error { block, .. } => block,
+            Self::Forced { name } | Self::Replaced { name } | Self::Latched { name, .. } => name,
+        }
+    }
 }
 
 impl fmt::Display for Warning {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { block, status, meaning } = self;
-        write!(f, "block \"{block}\" will report 16#{status:04X}: {meaning}")
+        match self {
+            Self::Error { block, status, meaning } => {
+                write!(f, "block \"{block}\" will report 16#{status:04X}: {meaning}")
+            }
+            Self::Forced { name } => {
+                write!(f, "\"{name}\" is forced: its block reads the new value after the release")
+            }
+            Self::Replaced { name } => {
+                write!(
+                    f,
+                    "\"{name}\" was forced already: the new force, with its end, replaces that one"
+                )
+            }
+            Self::Latched { name, latch } => write!(
+                f,
+                "\"{name}\" is read only in the block's first call and while \"{latch}\" is TRUE"
+            ),
+        }
     }
 }
 
@@ -61,8 +108,32 @@ impl Warnings {
             let status = first_error(instance.block_type, &constants, period_ns, &self.obs)?;
             let word = instance.block_type.status.iter().find(|word| word.code == status);
             let meaning = word.map_or("an error", |word| word.meaning);
-            Some(Warning { block, status, meaning })
+            Some(Warning::Error { block, status, meaning })
         };
         slots.filter_map(&mut warning).collect()
+    }
+
+    /// A warning for each of `slots` that its block does not read in every call, unless it does now.
+    /// `value` as with [`of_instances`](Self::of_instances).
+    pub(super) fn of_latches(
+        signals: &Signals,
+        task: usize,
+        slots: impl Iterator<Item = usize>,
+        value: impl Fn(u32) -> Option<f64>,
+    ) -> Vec<Warning> {
+        let warning = |slot: usize| {
+            let instance = signals.instance_of(task, slot)?;
+            let inputs = instance.block_type.inputs;
+            let latch = inputs.get(slot - instance.first_slot)?.latched_by?;
+            let pin = inputs.iter().position(|pin| pin.name == latch)?;
+            let latch_slot = instance.first_slot + pin;
+            let constant = instance.constants.get(pin).copied();
+            let given = value(latch_slot as u32).or(constant);
+            let is_read =
+                !signals.is_wired(task, latch_slot) && given.is_some_and(|given| given != 0.0);
+            let latch = signals.at(task, latch_slot)?.name;
+            (!is_read).then_some(Warning::Latched { name: signals.at(task, slot)?.name, latch })
+        };
+        slots.filter_map(warning).collect()
     }
 }

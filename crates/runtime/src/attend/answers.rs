@@ -6,8 +6,8 @@ use isochrone_engine::operate::{self, Pattern, Signal};
 
 use crate::control::{
     Access, ActiveAlarm, AlarmsParams, AlarmsResult, ConfigurationOrigin, DescribeResult, Failure,
-    Force, ForcesParams, ForcesResult, JournalEntry, JournalParams, JournalResult, Reply, Role,
-    Room, SignalDescription, SignalsParams, SignalsResult, TaskDescription,
+    Force, ForcesParams, ForcesResult, JournalEntry, JournalParams, JournalResult, PendingEntry,
+    Reply, Role, Room, SignalDescription, SignalsParams, SignalsResult, TaskDescription,
 };
 use crate::faults::Active;
 
@@ -63,9 +63,13 @@ impl Attendant {
             None => signals.all(),
             Some(pattern) => signals.matching(&Pattern::new(pattern)),
         };
-        if let (0, Some(pattern)) = (matches.total(), &params.pattern) {
-            signals.find(pattern).map_err(|refusal| failure(refusal.into()))?;
-        }
+        // A pin has other names beside its own, which no pattern is compared with.
+        let by_other_name = match &params.pattern {
+            Some(name) if matches.total() == 0 => {
+                Some(signals.find(name).map_err(|refusal| failure(refusal.into()))?)
+            }
+            _ => None,
+        };
         let (offset, limit) = page(params.offset, params.limit.or(Some(SIGNALS)));
         let operating = self.shared.lock();
         let describe = |signal: Signal<'_>| SignalDescription {
@@ -77,8 +81,10 @@ impl Attendant {
             doc: signal.doc.to_owned(),
             name: signal.name,
         };
-        let page = fitting(matches.page(offset, limit).map(describe));
-        Ok(Reply::Signals(SignalsResult { total: matches.total() as u64, signals: page }))
+        let total = matches.total() + usize::from(by_other_name.is_some());
+        let by_other_name = by_other_name.into_iter().skip(offset).take(limit);
+        let page = fitting(matches.page(offset, limit).chain(by_other_name).map(describe));
+        Ok(Reply::Signals(SignalsResult { total: total as u64, signals: page }))
     }
 
     pub(super) fn forces(&self, params: &ForcesParams) -> Reply {
@@ -118,7 +124,18 @@ impl Attendant {
             }
             page.push(entry);
         }
-        Reply::Journal(JournalResult { total, entries: page })
+        let pending = operating.operator.pending().map(|one| PendingEntry {
+            transaction: one.transaction,
+            action: one.action.to_owned(),
+            task: task(one.task).to_owned(),
+            cycle: one.cycle,
+            names: one.names,
+            client: one.client.name().map(str::to_owned),
+            process: one.client.process(),
+            comment: one.comment.as_deref().map(str::to_owned),
+        });
+        let pending = pending.take_while(|pending| room.takes(pending)).collect();
+        Reply::Journal(JournalResult { total, entries: page, pending })
     }
 
     pub(super) fn alarms(&self, params: &AlarmsParams) -> Reply {

@@ -10,6 +10,8 @@ pub(super) struct Applied {
     pub(super) tasks: ByTask<Part>,
     pub(super) summary: ChangeSummary,
     pub(super) cost_ns: u64,
+    /// Why it would be refused now, of one that is only tried.
+    pub(super) refused: Option<String>,
 }
 
 impl Applied {
@@ -19,14 +21,26 @@ impl Applied {
         }
     }
 
-    pub(super) fn reply(self) -> Reply {
-        let Self { tasks, summary, cost_ns, .. } = self;
-        let ChangeSummary { added, removed, kept, changed } = summary;
+    /// `number` is 0 of one that is only tried.
+    pub(super) fn reply(self, number: u64) -> Reply {
+        let Self { tasks, summary, cost_ns, refused, .. } = self;
+        let transaction = Some(number).filter(|number| *number > 0);
+        let ChangeSummary { added, removed, kept, changed, limits } = summary;
         let mut room = Room::of_answer();
         // What has changed is worth more than what has not.
-        let [removed, added, changed, kept] =
-            [removed, added, changed, kept].map(|names| fitting(names, &mut room));
-        Reply::Apply(ApplyResult { tasks, added, removed, kept, changed, cost_ns })
+        let [limits, removed, added, changed, kept] =
+            [limits, removed, added, changed, kept].map(|names| fitting(names, &mut room));
+        Reply::Apply(ApplyResult {
+            transaction,
+            tasks,
+            added,
+            removed,
+            kept,
+            changed,
+            limits,
+            cost_ns,
+            refused,
+        })
     }
 }
 

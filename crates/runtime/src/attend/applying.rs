@@ -1,5 +1,6 @@
 //! Another configuration, as a client asks for it: made in a thread of its own.
 
+use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
 use isochrone_cyclic::{Clock, Monotonic};
@@ -21,6 +22,7 @@ pub(super) struct Making {
     ticket: Ticket,
     is_dry: bool,
     allow_missed: bool,
+    is_given_up: bool,
     thread: JoinHandle<Result<PreparedApply, ApplyError>>,
 }
 
@@ -30,11 +32,12 @@ impl Attendant {
             let message = "another configuration is being checked; ask again in a second";
             return Err(Failure::new(Code::Busy, message));
         }
-        let ApplyParams { configuration, dry_run, allow_missed, client } = params;
-        let request = Beside::by(client).request(caller)?;
+        let ApplyParams { configuration, file, dry_run, allow_missed, client, comment } = params;
+        let request = Beside { at: None, client, comment }.request(caller)?;
+        let file = file.map(Arc::from);
         let shared = self.shared.clone();
         // A configuration of thousands of blocks takes its time, and others are not to wait for it.
-        let work = move || PreparedApply::new(&shared, &configuration, request);
+        let work = move || PreparedApply::new(&shared, &configuration, file, request);
         let spawned = thread::Builder::new().name("control apply".into()).spawn(work);
         let thread = spawned.map_err(|error| {
             let message = format!("cannot start a thread to check the configuration in: {error}");
@@ -43,14 +46,27 @@ impl Attendant {
         let ticket = self.ticket();
         let (is_dry, allow_missed) =
             (dry_run.unwrap_or_default(), allow_missed.unwrap_or_default());
-        self.making = Some(Making { ticket, is_dry, allow_missed, thread });
+        self.making = Some(Making { ticket, is_dry, allow_missed, is_given_up: false, thread });
         Ok(Begun::Later(ticket))
+    }
+
+    /// What nobody waits for any more will not be sent: no answer means not done.
+    pub(super) fn forget_making(&mut self, ticket: Ticket) {
+        if let Some(making) = self.making.as_mut().filter(|making| making.ticket == ticket) {
+            making.is_given_up = true;
+        }
     }
 
     /// Sends what has been made since the last time.
     pub(super) fn send_made(&mut self) {
         let Some(made) = self.making.take_if(|making| making.thread.is_finished()) else { return };
         let ticket = made.ticket;
+        if made.is_given_up {
+            tracing::info!(
+                "the configuration that was asked for is not applied: nobody waits for it"
+            );
+            return;
+        }
         match self.send_change(made) {
             Ok(under_way) if under_way.is_complete() => self.ended.push_back(under_way.end()),
             Ok(under_way) => self.under_way.push(under_way),
@@ -59,7 +75,7 @@ impl Attendant {
     }
 
     fn send_change(&mut self, made: Making) -> Result<UnderWay, Failure> {
-        let Making { ticket, is_dry, allow_missed, thread } = made;
+        let Making { ticket, is_dry, allow_missed, thread, .. } = made;
         let prepared = thread.join().map_err(|panic| {
             Failure::new(Code::Internal, format!("panicked: {}", panics::words(&*panic)))
         })?;
@@ -67,8 +83,10 @@ impl Attendant {
         let (summary, cost_ns) = (prepared.summary().clone(), prepared.cost_ns());
         let mut operating = self.shared.lock();
         let names = operating.lanes.iter().map(|lane| lane.name.clone()).collect();
-        let mut applied = Applied { names, tasks: ByTask::new(), summary, cost_ns };
+        let mut applied = Applied { names, tasks: ByTask::new(), summary, cost_ns, refused: None };
         if is_dry {
+            let slack = operating.check_slack(&prepared);
+            applied.refused = slack.err().filter(|_| !allow_missed).map(|error| error.to_string());
             let work = Work::Apply(applied);
             return Ok(UnderWay { ticket, number: 0, missing: 0, work, failure: None });
         }

@@ -219,6 +219,10 @@ impl Operated for Attendant {
         }
         self.ended.pop_front()
     }
+
+    fn given_up(&mut self, ticket: Ticket) {
+        self.forget_making(ticket);
+    }
 }
 
 fn refused(failure: Failure) -> Begun {

@@ -29,9 +29,9 @@ pub(super) const PATIENCE_NS: u64 = 1_000_000_000;
 /// What a request says beside its values.
 #[derive(Default)]
 pub(super) struct Beside {
-    at: Option<u64>,
-    client: Option<String>,
-    comment: Option<String>,
+    pub(super) at: Option<u64>,
+    pub(super) client: Option<String>,
+    pub(super) comment: Option<String>,
 }
 
 impl Attendant {

@@ -32,6 +32,7 @@ pub(super) struct Change {
     pub(super) names: Vec<String>,
     pub(super) tasks: ByTask<Part>,
     pub(super) before: Values,
+    pub(super) after: Values,
     pub(super) warnings: Vec<Warning>,
     /// Of a force.
     pub(super) until: Option<ByTask<Option<u64>>>,
@@ -92,7 +93,7 @@ impl Work {
     pub(super) fn reply(self, number: u64) -> Reply {
         match self {
             Self::Change(change) => change.reply(number),
-            Self::Apply(applied) => applied.reply(),
+            Self::Apply(applied) => applied.reply(number),
             Self::Read(read) => Reply::Get(read.result()),
         }
     }
@@ -106,28 +107,33 @@ impl Change {
         if let (Action::Force { until }, Some(all)) = (action, &mut self.until) {
             all.insert(name.clone(), until);
         }
-        self.before.0.extend(changes.into_iter().map(|one| (one.name, one.before.into())));
+        for change in changes {
+            self.after.0.extend(change.after.map(|after| (change.name.clone(), after.into())));
+            self.before.0.push((change.name, change.before.into()));
+        }
     }
 
     fn reply(self, transaction: u64) -> Reply {
-        let Self { tasks, before, warnings, until, .. } = self;
+        let Self { tasks, before, after, warnings, until, .. } = self;
         let mut room = Room::of_answer();
         let values = before.0.len();
         let fits = |(name, value): &(String, _)| room.takes_entry(name, value);
         let before = Values(before.0.into_iter().take_while(fits).collect());
         let left_out = values - before.0.len();
+        let fits = |(name, value): &(String, _)| room.takes_entry(name, value);
+        let after = Values(after.0.into_iter().take_while(fits).collect());
         let long = (left_out > 0).then(|| {
             Finding::new("", format!("of {values} values before, {left_out} do not fit in here"))
                 .with_help("the journal has them")
         });
-        let words = |warning: Warning| Finding::new(&*warning.block, warning.to_string());
+        let words = |warning: Warning| Finding::new(warning.name(), warning.to_string());
         let warnings = long.into_iter().chain(warnings.into_iter().map(words));
         let warnings = warnings.take_while(|finding| room.takes(finding)).collect();
         match until {
             Some(until) => {
                 Reply::Force(ForceResult { transaction, tasks, before, warnings, until })
             }
-            None => Reply::Set(SetResult { transaction, tasks, before, warnings }),
+            None => Reply::Set(SetResult { transaction, tasks, before, after, warnings }),
         }
     }
 }

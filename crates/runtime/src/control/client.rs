@@ -13,7 +13,8 @@ use thiserror::Error;
 
 use super::texts::{self, Answer};
 use super::{
-    Failure, GetParams, Params, SaveParams, SignalDescription, SignalsParams, Values, service_name,
+    DescribeParams, Failure, GetParams, Params, SaveParams, SignalDescription, SignalsParams,
+    Values, service_name,
 };
 use crate::telemetry;
 
@@ -53,7 +54,20 @@ pub enum ClientError {
         /// The node.
         node: String,
     },
-    /// The service cannot be opened: all eight places are taken, or it is not one.
+    /// As many clients ask it as it takes.
+    #[error(
+        "node \"{node}\" is asked by {clients} clients already, and takes no more{}; end one of them",
+        by(.holders)
+    )]
+    Full {
+        /// The node.
+        node: String,
+        /// How many there are.
+        clients: usize,
+        /// Name, program and process id of the clients, as far as they are known.
+        holders: String,
+    },
+    /// The service cannot be opened, or it is not one.
     #[error(transparent)]
     Open(#[from] OpenError),
     /// The request could not be sent.
@@ -98,6 +112,10 @@ pub enum ClientError {
         /// What is wrong with it.
         cause: String,
     },
+}
+
+fn by(holders: &str) -> String {
+    if holders.is_empty() { String::new() } else { format!(" ({holders})") }
 }
 
 fn alternatives(node: &str, running: &[String]) -> String {
@@ -156,7 +174,9 @@ pub struct Client<S: Service = ipc::Service> {
 }
 
 impl<S: Service> Client<S> {
-    /// Finds a node and gets ready to ask it; each answer is waited for as long as `patience`.
+    /// Finds a node and gets ready to ask it; each answer is waited for as long as `patience`. Values of a
+    /// task are read at the end of its cycle: where one has a period of seconds, see
+    /// [`allow_for_slow_tasks`](Self::allow_for_slow_tasks).
     ///
     /// # Errors
     /// No such node runs (the error names those that do), it takes no requests, or eight clients ask it
@@ -169,6 +189,9 @@ impl<S: Service> Client<S> {
         let port = match RequestClient::open(participant, &service_name(node)) {
             Ok(Some(port)) => port,
             Ok(None) | Err(OpenError::ServiceName(_)) => return Err(absent(participant, node)?),
+            Err(OpenError::Full { what: "client", limit: clients, holders, .. }) => {
+                return Err(ClientError::Full { node: node.to_owned(), clients, holders });
+            }
             Err(error) => return Err(error.into()),
         };
         // Clients get each other's places, and late answers with them: their ids must differ.
@@ -182,6 +205,23 @@ impl<S: Service> Client<S> {
     #[must_use]
     pub fn interrupted_by(self, flag: Arc<AtomicBool>) -> Self {
         Self { interruption: Some(flag), ..self }
+    }
+
+    /// Waits for each answer as long as the node's slowest task may take longer: a value that is read is
+    /// of the end of a cycle.
+    ///
+    /// # Errors
+    /// As [`call`](Self::call).
+    pub fn allow_for_slow_tasks(&mut self) -> Result<(), ClientError> {
+        let tasks = self.call(&DescribeParams {})?.tasks;
+        let longest_ns = tasks.iter().map(|task| task.period_ns).max().unwrap_or_default();
+        self.patience = self.patience.saturating_add(Duration::from_nanos(longest_ns));
+        Ok(())
+    }
+
+    /// Waits so long for each answer from now on.
+    pub fn wait_for(&mut self, patience: Duration) {
+        self.patience = patience;
     }
 
     /// The node's name.

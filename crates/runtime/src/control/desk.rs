@@ -18,6 +18,9 @@ pub trait Operated {
 
     /// What came to its end since the last call, one at a time.
     fn ended(&mut self) -> Option<(Ticket, Outcome)>;
+
+    /// Nobody waits for this any more. What has not been begun in earnest may be left.
+    fn given_up(&mut self, _ticket: Ticket) {}
 }
 
 /// Who asks.
@@ -77,6 +80,10 @@ impl<S: Service> Desk<S> {
         for (request, text) in std::mem::take(&mut self.unsent) {
             self.send(request, text);
         }
+        // While a request is kept, its client's next one is not received.
+        for one in self.waiting.extract_if(.., |one| !one.request.is_awaited()) {
+            node.given_up(one.ticket);
+        }
         while let Some((ticket, outcome)) = node.ended() {
             let Some(index) = self.waiting.iter().position(|one| one.ticket == ticket) else {
                 continue;
@@ -84,8 +91,6 @@ impl<S: Service> Desk<S> {
             let Waiting { id, request, .. } = self.waiting.swap_remove(index);
             self.send(request, answer(Some(&id), outcome.as_ref()));
         }
-        // While a request is kept, its client's next one is not received.
-        self.waiting.retain(|one| one.request.is_awaited());
         for _ in 0..AT_ONCE {
             let Some(request) = self.server.receive() else { break };
             self.begin(request, node);

@@ -36,10 +36,10 @@ pub use params::{
     JournalParams, Params, ReleaseParams, SaveParams, SetParams, SignalsParams, UndoParams,
 };
 pub use results::{
-    Access, Action, ActiveAlarm, AlarmsResult, ApplyResult, ByTask, Change, ConfigurationOrigin,
-    DescribeResult, Force, ForceResult, ForcesResult, GetResult, JournalEntry, JournalResult, Part,
-    Placement, ReadAt, Role, SaveResult, SetResult, SignalDescription, SignalsResult,
-    TaskDescription,
+    Access, Action, ActiveAlarm, AlarmsResult, AppliedChange, ApplyResult, ByTask, Change,
+    ConfigurationOrigin, DescribeResult, Force, ForceResult, ForcesResult, GetResult, JournalEntry,
+    JournalResult, Part, PendingEntry, Placement, ReadAt, Role, SaveResult, SetResult,
+    SignalDescription, SignalsResult, TaskDescription,
 };
 pub use texts::{Room, answer, request};
 pub use value::{Value, Values};

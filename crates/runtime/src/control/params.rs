@@ -157,10 +157,14 @@ params! {
     Apply, ApplyParams -> ApplyResult {
         /// Its TOML text.
         required configuration "configuration": String,
+        /// The file that holds it; for the journal.
+        optional file "file": Option<String>,
         /// Only say what it would change and cost.
         optional dry_run "dry_run": Option<bool>,
         /// Also if it costs cycles.
         optional allow_missed "allow_missed": Option<bool>,
+        /// Why; for the journal.
+        optional comment "comment": Option<String>,
         /// Who; for the journal.
         optional client "client": Option<String>,
     }

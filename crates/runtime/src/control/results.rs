@@ -171,7 +171,11 @@ pub struct SetResult {
     pub tasks: ByTask<Part>,
     /// What the values were.
     pub before: Values,
-    /// Blocks that will report an error with the new values.
+    /// What they are; of a release, those that no wire and no block says.
+    #[serde(default)]
+    pub after: Values,
+    /// What to know of the new values: a block will report an error with them, a force holds another, or
+    /// the block does not read them now.
     pub warnings: Vec<Finding>,
 }
 
@@ -231,6 +235,33 @@ pub struct JournalResult {
     pub total: u64,
     /// The oldest of them, as many as `limit` and a message allow.
     pub entries: Vec<JournalEntry>,
+    /// What waits for a cycle that it names, and is in the journal from then on.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pending: Vec<PendingEntry>,
+}
+
+/// A transaction that is still to come.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PendingEntry {
+    /// Its number.
+    pub transaction: u64,
+    /// What it will do: `set`, `force`.
+    pub action: String,
+    /// Its task.
+    pub task: String,
+    /// The cycle that it waits for.
+    pub cycle: u64,
+    /// The signals that it will change.
+    pub names: Vec<String>,
+    /// Who asked for it, as they call themselves.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub client: Option<String>,
+    /// Their process, where iceoryx2 tells it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub process: Option<u32>,
+    /// What they said of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub comment: Option<String>,
 }
 
 /// What was done to one task before one of its cycles.
@@ -271,6 +302,28 @@ pub struct JournalEntry {
     /// Of an online change, in a journal file: the new configuration.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub configuration: Option<String>,
+    /// Of an online change: which configuration, and how much of it is new.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub applied: Option<AppliedChange>,
+}
+
+/// Which configuration was applied, and how much of it was new.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AppliedChange {
+    /// The file that holds it, as the client says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// SHA-256 of its text, hexadecimal.
+    pub sha256: String,
+    /// How many blocks, or ranges of instances, it added.
+    pub added: u64,
+    /// How many it removed.
+    pub removed: u64,
+    /// How many pins and wires differ in those that it kept.
+    pub changed: u64,
+    /// Its limits that differ from those before.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub limits: Vec<String>,
 }
 
 fn is_zero(count: &u64) -> bool {
@@ -342,6 +395,9 @@ pub struct SaveResult {
 /// Of `apply`: what the new configuration changes.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ApplyResult {
+    /// The transaction's number; `None` after `dry_run`.
+    #[serde(default)]
+    pub transaction: Option<u64>,
     /// Each task's first cycle with it; empty after `dry_run`.
     pub tasks: ByTask<Part>,
     /// Blocks that are new.
@@ -352,6 +408,12 @@ pub struct ApplyResult {
     pub kept: Vec<String>,
     /// Pins and wires that differ.
     pub changed: Vec<String>,
+    /// Limits that differ: what they were and are.
+    #[serde(default)]
+    pub limits: Vec<String>,
     /// What the change costs the task whose slack it takes most of, ns.
     pub cost_ns: u64,
+    /// After `dry_run`: why it would be refused now, for want of time between two cycles.
+    #[serde(default)]
+    pub refused: Option<String>,
 }

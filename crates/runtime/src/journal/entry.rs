@@ -1,8 +1,10 @@
 //! Entries as the engine has them, and as files and answers do.
 
+use std::sync::Arc;
+
 use isochrone_engine::operate::{self, Client, Entry};
 
-use crate::control::{Action, Change, JournalEntry};
+use crate::control::{Action, AppliedChange, Change, JournalEntry};
 
 impl JournalEntry {
     /// What was done to a task of this name.
@@ -35,6 +37,7 @@ impl JournalEntry {
             process: entry.client.process(),
             comment: entry.comment.as_deref().map(str::to_owned),
             configuration: None,
+            applied: entry.configuration.as_deref().map(AppliedChange::of),
         }
     }
 
@@ -72,7 +75,23 @@ impl JournalEntry {
             changes: self.changes.iter().map(change).collect(),
             client: Client::Program,
             comment: self.comment.as_deref().map(Into::into),
-            configuration: self.configuration.as_deref().map(Into::into),
+            configuration: self.configuration.as_deref().map(|text| {
+                Arc::new(operate::Applied { text: text.into(), ..operate::Applied::default() })
+            }),
         })
+    }
+}
+
+impl AppliedChange {
+    fn of(applied: &operate::Applied) -> Self {
+        let summary = &applied.summary;
+        Self {
+            file: applied.file.as_deref().map(str::to_owned),
+            sha256: applied.sha256.clone(),
+            added: summary.added.len() as u64,
+            removed: summary.removed.len() as u64,
+            changed: summary.changed.len() as u64,
+            limits: summary.limits.clone(),
+        }
     }
 }

@@ -5,6 +5,7 @@ use std::io::{self, ErrorKind, Write};
 use std::os::unix::fs::OpenOptionsExt;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::{Duration, Instant};
 
 use isochrone_engine::Plan;
 use isochrone_engine::operate::Entry;
@@ -23,6 +24,8 @@ const RESERVE_BYTES: u64 = 1 << 20;
 /// Most bytes that wait to be written. While there are more, no missed cycles are added; they are
 /// unclear then.
 const MOST_WAITING_BYTES: usize = 1 << 20;
+/// Between two attempts to write what could not be written.
+const RETRY_PAUSE: Duration = Duration::from_millis(100);
 
 /// The journal of a node, as it is written: lines are added to a file, for an ordinary thread.
 ///
@@ -48,6 +51,8 @@ pub struct Journal {
     reserved: Option<u64>,
     waiting: Vec<u8>,
     unwritten: Option<Arc<str>>,
+    /// When it could not be written last, while that is so.
+    failed: Option<Instant>,
     progress: Vec<Progress>,
 }
 
@@ -92,6 +97,7 @@ impl Journal {
             reserved: is_regular.then_some(0),
             waiting: Vec::new(),
             unwritten: None,
+            failed: None,
             progress: plan.tasks.iter().map(|_| Progress::default()).collect(),
             file,
         };
@@ -162,7 +168,8 @@ impl Journal {
     pub(crate) fn note(&mut self, entry: &Entry, task: &str) {
         // What the program gives to inputs is in no journal.
         if !entry.changes.is_empty() || entry.configuration.is_some() {
-            let configuration = entry.configuration.as_deref().map(str::to_owned);
+            let applied = entry.configuration.as_deref();
+            let configuration = applied.map(|applied| applied.text.to_string());
             self.put(&Line::Entry(JournalEntry { configuration, ..JournalEntry::of(entry, task) }));
             self.flush();
         }
@@ -181,9 +188,13 @@ impl Journal {
 
     /// Writes what waits, and sees to it that there is room for more.
     pub(crate) fn flush(&mut self) {
-        if self.waiting.is_empty() && self.unwritten.is_none() && self.has_reserve() {
+        let is_idle = self.waiting.is_empty() && self.unwritten.is_none() && self.has_reserve();
+        // A full disk is asked again now and then, not each time that somebody looks.
+        let is_too_soon = self.failed.is_some_and(|failed| failed.elapsed() < RETRY_PAUSE);
+        if is_idle || is_too_soon {
             return;
         }
+        self.failed = None;
         let written = self.write_waiting().and_then(|()| self.reserve());
         let path = self.path.display();
         match written {
@@ -198,6 +209,7 @@ impl Journal {
                     tracing::error!("{reason}; changes are refused until it can be");
                 }
                 self.unwritten = Some(reason);
+                self.failed = Some(Instant::now());
             }
         }
     }
@@ -278,6 +290,7 @@ impl Drop for Journal {
             }
             return;
         }
+        self.failed = None;
         self.flush();
         if let Some(reason) = self.unwritten.as_ref().filter(|_| !self.waiting.is_empty()) {
             tracing::error!("{reason}; what it lacks at its end is lost");

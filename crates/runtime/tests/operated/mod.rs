@@ -58,6 +58,7 @@ impl Parameters {
             transaction: self.transactions,
             tasks: [("fast".to_owned(), Part { cycle, pending: false })].into(),
             before,
+            after: Values::default(),
             warnings: Vec::new(),
         });
         let (due, ticket) =

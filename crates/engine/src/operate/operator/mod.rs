@@ -22,7 +22,7 @@ use crate::plan::Plan;
 
 use change::Next;
 pub(in crate::operate) use change::carry;
-pub use change::{ChangeSummary, Draft, PreparedChange};
+pub use change::{Basis, ChangeSummary, Draft, PreparedChange};
 pub use pending::Pending;
 pub use returned::{Done, Reading};
 pub(in crate::operate) use returned::{changed, released};
@@ -73,6 +73,11 @@ impl Prepared {
     /// [`Operator::send`].
     pub fn tasks(&self) -> impl Iterator<Item = usize> {
         self.orders.iter().map(|(task, _)| *task)
+    }
+
+    /// Whether its orders read.
+    pub fn is_reading(&self) -> bool {
+        matches!(self.kind, Kind::Read)
     }
 }
 
@@ -137,7 +142,7 @@ pub struct Operator {
     signals: Arc<Signals>,
     permissions: Permissions,
     warnings: Warnings,
-    fixed: Fixed,
+    fixed: Arc<Fixed>,
     /// The configuration that is on its way to the tasks.
     next_plan: Option<Box<Next>>,
     /// For each task how many changes of the configuration it has behind it.
@@ -165,7 +170,7 @@ impl Operator {
             signals: Arc::new(Signals::of(plan)),
             permissions: Permissions::of(plan),
             warnings: Warnings::of(plan),
-            fixed: Fixed::of(plan),
+            fixed: Arc::new(Fixed::of(plan)),
             next_plan: None,
             changes: vec![0; plan.tasks.len()],
             feeds,

@@ -11,7 +11,7 @@ use crate::operate::permissions::Intent;
 use crate::operate::refusal::{AtRefusal, Refusal, Refusals};
 use crate::operate::signals::{Role, Signal};
 use crate::operate::store::Store;
-use crate::operate::warnings::Warning;
+use crate::operate::warnings::{Warning, Warnings};
 use crate::operate::{Pattern, Value};
 
 /// How far ahead of its cycle a request may come, in ns.
@@ -60,7 +60,7 @@ impl Operator {
             self.check_settled(&mut check);
         }
         check.end()?;
-        let warnings = self.warn(&stores);
+        let warnings = self.warn_of_set(&stores);
         let work = |task| {
             let feeds = feeds.remove(&task).unwrap_or_default().into();
             (task, Work::Set { feeds, stores: sorted(stores.remove(&task)) })
@@ -109,7 +109,8 @@ impl Operator {
         }
         self.check_at(&mut check, &request, stores.keys().copied(), next);
         check.end()?;
-        let warnings = self.warn(&stores);
+        let replaced = self.forced_among(&stores).map(|name| Warning::Replaced { name });
+        let warnings = replaced.chain(self.warn(&stores)).collect();
         let work = |(task, unsorted)| {
             let stores = sorted(Some(unsorted));
             (task, Work::force(&self.signals, task, stores, self.cycles(task, hold)))
@@ -283,10 +284,26 @@ impl Operator {
                 let held = || self.values.get(&(*task, slot)).map(|held| held.value);
                 new.get(&slot).copied().or_else(held)
             };
-            let slots = stores.iter().map(|store| store.slot as usize);
-            warnings.extend(self.warnings.of_instances(&self.signals, *task, slots, value));
+            let slots = || stores.iter().map(|store| store.slot as usize);
+            warnings.extend(self.warnings.of_instances(&self.signals, *task, slots(), value));
+            warnings.extend(Warnings::of_latches(&self.signals, *task, slots(), value));
         }
         warnings
+    }
+
+    /// As [`warn`](Self::warn), and which of the new values a force keeps from their blocks.
+    pub(super) fn warn_of_set(&self, stores: &BTreeMap<usize, Vec<Store>>) -> Vec<Warning> {
+        let forced = self.forced_among(stores).map(|name| Warning::Forced { name });
+        forced.chain(self.warn(stores)).collect()
+    }
+
+    /// The names of those signals that are forced, or about to be.
+    fn forced_among(&self, stores: &BTreeMap<usize, Vec<Store>>) -> impl Iterator<Item = String> {
+        let all = stores.iter().flat_map(|(task, of)| of.iter().map(move |store| (*task, store)));
+        all.filter_map(|(task, store)| {
+            self.forces.get(task)?.get(&store.slot)?;
+            Some(self.signal_at(task, store.slot)?.name)
+        })
     }
 }
 

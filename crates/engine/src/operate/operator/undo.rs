@@ -42,7 +42,7 @@ impl Operator {
         check.findings.dedup_by(|a, b| a == b && matches!(a, Refusal::TakenBack { .. }));
         self.check_at(&mut check, &request, stores.keys().copied(), next);
         check.end()?;
-        let warnings = self.warn(&stores);
+        let warnings = self.warn_of_set(&stores);
         let work =
             |(task, stores)| (task, Work::Set { feeds: [].into(), stores: sorted(Some(stores)) });
         let orders = stores.into_iter().map(work).collect();
