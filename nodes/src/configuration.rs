@@ -17,6 +17,11 @@ pub(crate) fn plan(path: &Path, catalogue: &[BlockType]) -> Result<Plan, Failure
     })
 }
 
+/// Plans a configuration that was read.
+pub(crate) fn plan_of(source: Source, catalogue: &[BlockType]) -> Result<Plan, Failure> {
+    Plan::new(source, &rules(catalogue)).map_err(Failure::configuration)
+}
+
 /// Reads and plans a configuration; with `strict`, warnings are errors too.
 pub(crate) fn plan_strictly(
     path: &Path,

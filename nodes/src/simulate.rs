@@ -54,13 +54,19 @@ pub(crate) struct Args {
     /// Run of the journal, from 1; default: the last
     #[arg(long, value_name = "N", requires = "journal", value_parser = numbers::parse_count, allow_negative_numbers = true)]
     run: Option<u64>,
+    /// Simulate the configuration that the journal keeps of the run, in place of what FILE holds now
+    #[arg(long, requires = "journal")]
+    recorded: bool,
     /// Task whose cycles are the rows; default: the first
     #[arg(long)]
     task: Option<String>,
 }
 
 pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
-    let plan = configuration::plan(&args.file, catalogue)?;
+    let plan = match args.journal.as_deref().filter(|_| args.recorded) {
+        Some(journal) => configuration::plan_of(past::recorded(journal, args)?, catalogue)?,
+        None => configuration::plan(&args.file, catalogue)?,
+    };
     configuration::note_warnings(&plan);
     let reference = match &args.task {
         None => 0,

@@ -274,6 +274,16 @@ fn a_journal_that_cannot_be_written_or_repeated_is_refused_with_the_way_out() {
     refused("simulate tank.toml --cycles 9 --run 1", "--journal");
     domain.write("tank.toml", &TANK.replace("35.5", "36").replace("10.0", "11.0"));
     refused(&format!("{simulate} tank.jsonl"), "tank.jsonl:1: run 1 is of another configuration");
+    let recorded = domain.run(&format!("{simulate} tank.jsonl --recorded")).expect_code(0);
+    domain.write("tank.toml", TANK);
+    let again = domain.run(&format!("{simulate} tank.jsonl")).expect_code(0);
+    assert_eq!(recorded.stdout, again.stdout, "the journal keeps what the node was started with");
+    let without = domain.read("tank.jsonl").replace("configuration", "note");
+    domain.write("old.jsonl", &without);
+    refused(
+        &format!("{simulate} old.jsonl --recorded"),
+        "does not keep the configuration of run 1",
+    );
 }
 
 #[test]

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use isochrone_engine::operate::{Entry, Replay};
-use isochrone_engine::{Plan, TaskEngine};
+use isochrone_engine::{Plan, Source, TaskEngine};
 use isochrone_runtime::journal::{JournalFile, JournaledRun, Missed, Unclear};
 use isochrone_timing::units::counted;
 
+use super::Args;
 use crate::failure::Failure;
 use crate::terminal;
 
@@ -107,6 +108,21 @@ impl Past {
             ));
         }
     }
+}
+
+/// The configuration that a journal keeps of a run.
+pub(super) fn recorded(path: &Path, args: &Args) -> Result<Source, Failure> {
+    let file = JournalFile::read(path).map_err(Failure::usage)?;
+    let header = &file.run(args.run).map_err(Failure::usage)?.header.content;
+    let text = header.configuration.as_deref().ok_or_else(|| {
+        let (path, run) = (path.display(), header.run);
+        Failure::usage(format!(
+            "{path} does not keep the configuration of run {run}: version {} of isochrone wrote it; leave \
+             out --recorded and give the file as it was then",
+            header.version
+        ))
+    })?;
+    Ok(Source::new(args.file.display().to_string(), text))
 }
 
 /// Says which run is repeated, and for which tasks it is exact.

@@ -82,7 +82,7 @@ pub enum JournalError {
     },
     /// A run is of another configuration.
     #[error(
-        "{path}:{line}: run {run} is of another configuration than {found}: of {file} as it was then (sha256 {expected}…, and this is {sha256}…); give that one, or choose another run by --run",
+        "{path}:{line}: run {run} is of another configuration than {found}: of {file} as it was then (sha256 {expected}…, and this is {sha256}…); give that one, simulate the text that the journal keeps (--recorded), or choose another run by --run",
         run = .header.run, file = .header.file, expected = start(&.header.sha256), sha256 = start(.sha256)
     )]
     OtherConfiguration {

@@ -38,6 +38,9 @@ pub struct RunHeader {
     pub sha256: String,
     /// When the node was started, in ns of UTC since 1970.
     pub started_unix_ns: u64,
+    /// Text of the configuration; `None` in what versions wrote that did not keep it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub configuration: Option<String>,
 }
 
 /// Cycles of a task that did not run.

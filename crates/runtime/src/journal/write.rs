@@ -89,6 +89,7 @@ impl Journal {
                 file: plan.source.name.clone(),
                 sha256: plan.source.sha256(),
                 started_unix_ns: 0,
+                configuration: Some(plan.source.text.to_string()),
             },
             has_begun: false,
             last_transaction: 0,
