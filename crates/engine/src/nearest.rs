@@ -47,14 +47,18 @@ impl<'a> Known<'a> {
 
     /// Those that exist, as a sentence.
     pub(crate) fn listing(&self) -> String {
-        const LISTED: usize = 12;
-        match self.names.get(..LISTED) {
-            _ if self.names.is_empty() => "there is none".into(),
-            Some(first) if self.names.len() > LISTED => {
-                format!("there are {}: {}, …", self.names.len(), first.join(", "))
-            }
-            _ => format!("there is: {}", self.names.join(", ")),
-        }
+        listing(self.names.iter().copied(), self.names.len())
+    }
+}
+
+/// The first of so many names, as a sentence.
+pub(crate) fn listing<'a>(names: impl Iterator<Item = &'a str>, count: usize) -> String {
+    const LISTED: usize = 12;
+    let first: Vec<&str> = names.take(LISTED).collect();
+    match (first.join(", "), count) {
+        (_, 0) => "there is none".into(),
+        (first, count) if count > LISTED => format!("there are {count}: {first}, …"),
+        (all, _) => format!("there is: {all}"),
     }
 }
 

@@ -62,7 +62,7 @@ pub use inbox::Inbox;
 pub use journal::{Action, Applied, Change, Client, Entry};
 pub use operator::{
     Basis, ChangeSummary, Done, Draft, Feeds, Forced, Hold, Operator, Pending, Prepared,
-    PreparedChange, Reading, Request,
+    PreparedChange, Reading, Request, Selection,
 };
 pub(crate) use order::Work;
 pub use order::{Order, OrderState};

@@ -117,6 +117,14 @@ pub enum Refusal {
         /// The name.
         name: String,
     },
+    /// The patterns before it in the request were compared with too many signals.
+    #[error("\"{}\" was not looked for: the names with * before it were compared with more than {searched} signals", escaped(.name))]
+    NotSearched {
+        /// The pattern.
+        name: String,
+        /// Most signals that patterns of a request are compared with.
+        searched: usize,
+    },
     /// The request names nothing.
     #[error("the request names no signal")]
     Empty,
@@ -256,6 +264,7 @@ impl Refusal {
             | Self::Twice { name }
             | Self::Protected { name, .. }
             | Self::NotForced { name }
+            | Self::NotSearched { name, .. }
             | Self::Fixed { name, .. }
             | Self::ForcedGone { name }
             | Self::Gone { name, .. }
@@ -304,6 +313,7 @@ impl Refusal {
                     .into()
             }
             Self::NotForced { .. } => "release what is forced only".into(),
+            Self::NotSearched { .. } => "divide the request".into(),
             Self::Empty => "name at least one".into(),
             Self::At { why, .. } => match why {
                 AtRefusal::TooLate => "name a later cycle, or none",

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::operate::{
-    Client, Hold, Operator, Prepared, Refusal, RefusalKind, Refusals, Request, Value,
+    Client, Hold, Operator, Prepared, Refusal, RefusalKind, Refusals, Request, Selection, Value,
 };
 
 use crate::control::{
@@ -76,10 +76,16 @@ impl Attendant {
         check_count("names", params.names.len())?;
         let offset = params.offset.unwrap_or_default().try_into().unwrap_or(usize::MAX);
         let limit = params.limit.unwrap_or(MAX_VALUES as u64).min(MAX_VALUES as u64) as usize;
-        let mut operating = self.shared.lock();
-        let names = params.names.iter().map(String::as_str);
-        let (mut prepared, total) =
-            operating.operator.get(names, offset, limit).map_err(failure)?;
+        let (mut operating, mut prepared, total) = loop {
+            // The node is not locked while its names are looked for.
+            let signals = Arc::clone(self.shared.lock().operator.signals());
+            let names = params.names.iter().map(String::as_str);
+            let selection = Selection::of(&signals, names, offset, limit).map_err(failure)?;
+            let operating = self.shared.lock();
+            if let Some(prepared) = operating.operator.read(&selection) {
+                break (operating, prepared, selection.total());
+            }
+        };
         let order = std::mem::take(&mut prepared.read_from);
         let missing = prepared.tasks().count();
         let number = operating.send(Origin::Service, prepared).map_err(unsent)?.number;

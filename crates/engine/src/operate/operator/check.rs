@@ -2,11 +2,14 @@
 
 use std::collections::HashSet;
 
+use crate::operate::Pattern;
 use crate::operate::refusal::{Refusal, Refusals};
-use crate::operate::signals::{Signal, Signals};
+use crate::operate::signals::{Matches, Signal, Signals};
 
-/// Most names that are compared with misspelt ones of a request.
-const COMPARISONS: usize = 200_000;
+/// Names that are compared with misspelt ones of a request, before no more are.
+const COMPARISONS: usize = 20_000;
+/// Signals that the patterns of a request are compared with, before no more are.
+const SEARCHED: usize = 1_000_000;
 
 /// What is wrong with a request so far.
 pub(super) struct Check<'s> {
@@ -15,12 +18,14 @@ pub(super) struct Check<'s> {
     seen: HashSet<(usize, usize)>,
     pub(super) is_empty: bool,
     comparisons: usize,
+    /// Signals that patterns were compared with.
+    pub(super) searched: usize,
 }
 
 impl<'s> Check<'s> {
     pub(super) fn new(signals: &'s Signals) -> Self {
         let (findings, seen) = (Vec::new(), HashSet::new());
-        Self { signals, findings, seen, is_empty: true, comparisons: 0 }
+        Self { signals, findings, seen, is_empty: true, comparisons: 0, searched: 0 }
     }
 
     /// The signal of a name that stands once in the request.
@@ -37,16 +42,39 @@ impl<'s> Check<'s> {
         self.is_empty = false;
         let found = self.signals.locate(name);
         if found.is_none() {
-            let is_affordable = self.comparisons == 0 || self.comparisons < COMPARISONS;
-            self.comparisons += self.signals.comparisons();
-            self.findings.push(if is_affordable {
-                self.signals.unknown(name)
-            } else {
-                let help = "nor are others of the request, for which see above".into();
-                Refusal::Unknown { name: name.to_owned(), help }
-            });
+            self.note_unknown(name);
         }
         found
+    }
+
+    /// The signals that a pattern stands for. `None`: there are none, or it was not looked for.
+    pub(super) fn matching(&mut self, name: &str) -> Option<Matches<'s>> {
+        self.is_empty = false;
+        // The first one of a request is always looked for.
+        if self.searched > SEARCHED {
+            let name = name.to_owned();
+            self.findings.push(Refusal::NotSearched { name, searched: SEARCHED });
+            return None;
+        }
+        let matches = self.signals.matching(&Pattern::new(name));
+        self.searched += matches.searched();
+        if matches.total() == 0 {
+            self.note_unknown(name);
+            return None;
+        }
+        Some(matches)
+    }
+
+    /// What was meant is looked for as long as that costs little.
+    fn note_unknown(&mut self, name: &str) {
+        let is_affordable = self.comparisons < COMPARISONS;
+        self.comparisons += self.signals.comparisons();
+        self.findings.push(if is_affordable {
+            self.signals.unknown(name)
+        } else {
+            let help = "nor are others of the request, for which see above".into();
+            Refusal::Unknown { name: name.to_owned(), help }
+        });
     }
 
     pub(super) fn note<T>(&mut self, result: Result<T, Refusal>) -> Option<T> {

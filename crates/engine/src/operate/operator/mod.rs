@@ -5,6 +5,7 @@ mod check;
 mod pending;
 mod requests;
 mod returned;
+mod selection;
 mod sending;
 mod undo;
 
@@ -26,6 +27,7 @@ pub use change::{Basis, ChangeSummary, Draft, PreparedChange};
 pub use pending::Pending;
 pub use returned::{Done, Reading};
 pub(in crate::operate) use returned::{changed, released};
+pub use selection::Selection;
 
 /// Who gives the inputs their values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

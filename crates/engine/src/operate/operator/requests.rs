@@ -1,9 +1,10 @@
 //! Requests: found right, or all that is wrong with them.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::sync::Arc;
 
 use super::check::Check;
-use super::{Feeds, Forced, Hold, Kind, Operator, Prepared, Request};
+use super::{Feeds, Forced, Hold, Kind, Operator, Prepared, Request, Selection};
 use crate::operate::forces::MAX_FORCES;
 use crate::operate::journal::Client;
 use crate::operate::order::{Asked, Order, Work};
@@ -135,9 +136,10 @@ impl Operator {
         let mut slots: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
         for name in names {
             check.is_empty = false;
-            let pattern = Pattern::new(name);
             let found: Vec<(usize, u32)> = match Pattern::is_glob(name) {
                 true => {
+                    let pattern = Pattern::new(name);
+                    check.searched += self.forces.iter().map(BTreeMap::len).sum::<usize>();
                     let forced = self.forces.iter().enumerate();
                     let forced = forced.flat_map(|(task, of)| of.iter().map(move |f| (task, f)));
                     let matches = |forces: &[Forced]| {
@@ -154,14 +156,8 @@ impl Operator {
                     is_forced.then_some((signal.task, slot)).into_iter().collect()
                 }
             };
-            if found.is_empty() {
-                let is_known =
-                    !Pattern::is_glob(name) || self.signals.matching(&pattern).total() > 0;
-                let name = name.to_owned();
-                check.findings.push(match is_known {
-                    true => Refusal::NotForced { name },
-                    false => self.signals.unknown(&name),
-                });
+            if found.is_empty() && (!Pattern::is_glob(name) || check.matching(name).is_some()) {
+                check.findings.push(Refusal::NotForced { name: name.to_owned() });
             }
             found.into_iter().for_each(|(task, slot)| slots.entry(task).or_default().push(slot));
         }
@@ -182,36 +178,24 @@ impl Operator {
         offset: usize,
         limit: usize,
     ) -> Result<(Prepared, usize), Refusals> {
-        let mut check = Check::new(&self.signals);
-        let mut total = 0;
-        let mut page: Vec<(usize, usize)> = Vec::new();
-        for name in names {
-            check.is_empty = false;
-            let skipped = offset.saturating_sub(total);
-            let room = limit - page.len();
-            if Pattern::is_glob(name) {
-                let matches = self.signals.matching(&Pattern::new(name));
-                if matches.total() == 0 {
-                    check.findings.push(self.signals.unknown(name));
-                }
-                page.extend(matches.slots(skipped).take(room));
-                total += matches.total();
-            } else if let Some(signal) = check.known(name) {
-                let found = Some((signal.task, signal.slot));
-                page.extend(found.filter(|_| skipped == 0 && room > 0));
-                total += 1;
-            }
+        let selection = Selection::of(&self.signals, names, offset, limit)?;
+        let prepared = self.read(&selection).unwrap_or_else(|| read(Vec::new(), Vec::new()));
+        Ok((prepared, selection.total()))
+    }
+
+    /// Prepares to read signals that were looked for before. `None`: the configuration was changed since,
+    /// so look again.
+    pub fn read(&self, selection: &Selection) -> Option<Prepared> {
+        if !Arc::ptr_eq(&self.signals, &selection.signals) {
+            return None;
         }
         let mut slots: BTreeMap<usize, Vec<Asked>> = BTreeMap::new();
-        let read_from = page.iter().map(|(task, _)| *task).collect();
-        for (task, slot) in page {
-            slots.entry(task).or_default().push(self.asked(task, slot as u32));
+        for (task, slot) in &selection.page {
+            slots.entry(*task).or_default().push(self.asked(*task, *slot as u32));
         }
-        check.end()?;
         let work = |(task, slots): (usize, Vec<_>)| (task, Work::Read(slots.into()));
-        let orders = slots.into_iter().map(work).collect();
-        let prepared = prepared(orders, Request::default(), Kind::Read, Vec::new());
-        Ok((Prepared { read_from, ..prepared }, total))
+        let read_from = selection.page.iter().map(|(task, _)| *task).collect();
+        Some(read(slots.into_iter().map(work).collect(), read_from))
     }
 
     /// Where a value is read that is named as in the configuration before a change that is on its way.
@@ -305,6 +289,11 @@ impl Operator {
             Some(self.signal_at(task, store.slot)?.name)
         })
     }
+}
+
+fn read(work: Vec<(usize, Work)>, read_from: Vec<usize>) -> Prepared {
+    let prepared = prepared(work, Request::default(), Kind::Read, Vec::new());
+    Prepared { read_from, ..prepared }
 }
 
 pub(super) fn prepared(

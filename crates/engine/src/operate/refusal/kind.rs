@@ -40,6 +40,7 @@ impl Refusal {
             | Self::Limits { .. }
             | Self::Twice { .. }
             | Self::Empty
+            | Self::NotSearched { .. }
             | Self::Duration { .. } => RefusalKind::WrongValue,
             Self::At { .. } => RefusalKind::TooLate,
             Self::TooMany { .. } | Self::Changing { .. } | Self::Waiting { .. } => {

@@ -12,9 +12,10 @@ impl Signals {
             let pins: Vec<usize> = task.matching(&parts).collect();
             Group { task: index, first_slot: 0, stride: 0, instances: Instances::One, pins }
         });
-        let runs = self.runs.iter().filter_map(|run| self.group(run, &parts));
+        let mut searched = self.inputs.len() + self.runs.len();
+        let runs = self.runs.iter().filter_map(|run| self.group(run, &parts, &mut searched));
         let groups: Vec<Group> = inputs.chain(runs).filter(|group| group.len() > 0).collect();
-        Matches { total: groups.iter().map(Group::len).sum(), signals: self, groups }
+        Matches { total: groups.iter().map(Group::len).sum(), signals: self, groups, searched }
     }
 
     /// All signals.
@@ -32,20 +33,24 @@ impl Signals {
             pins: (0..run.block_type.slots()).collect(),
         });
         let groups: Vec<Group> = inputs.chain(runs).filter(|group| group.len() > 0).collect();
-        Matches { total: groups.iter().map(Group::len).sum(), signals: self, groups }
+        Matches { total: groups.iter().map(Group::len).sum(), signals: self, groups, searched: 0 }
     }
 
-    /// The signals of a run that match the parts of a pattern.
-    fn group(&self, run: &Run, parts: &[&str]) -> Option<Group> {
+    /// The signals of a run that match the parts of a pattern. Counts the names that were compared.
+    fn group(&self, run: &Run, parts: &[&str], searched: &mut usize) -> Option<Group> {
         let block = self.blocks.get(run.block as usize)?;
-        let (name, instances, pin) = match (parts, run.number) {
-            ([name, pin], None) => (name, Instances::One, pin),
-            ([name, number, pin], Some(first)) => (name, run.matching(first, number), pin),
+        let (name, number, pin) = match (parts, run.number) {
+            ([name, pin], None) => (name, None, pin),
+            ([name, number, pin], Some(first)) => (name, Some((number, first)), pin),
             _ => return None,
         };
         if !part_matches(name, &block.name) {
             return None;
         }
+        let instances = match number {
+            Some((number, first)) => run.matching(first, number, searched),
+            None => Instances::One,
+        };
         let pins = run.block_type.inputs.iter().chain(run.block_type.outputs).enumerate();
         let pins = pins.filter(|(_, known)| part_matches(pin, known.name)).map(|(index, _)| index);
         let stride = run.block_type.slots();
@@ -76,17 +81,34 @@ impl Task {
 
 impl Run {
     /// The instances whose number matches the part of a pattern.
-    fn matching(&self, first: u32, pattern: &str) -> Instances {
+    fn matching(&self, first: u32, pattern: &str, searched: &mut usize) -> Instances {
         if pattern.chars().all(|c| c == '*') {
             return Instances::All(self.len);
         }
-        let is_meant =
-            |offset: &usize| part_matches(pattern, &(first as usize + offset).to_string());
         // A plain number need not be looked for.
         let from = pattern.parse::<u32>().ok().map(|number| number.wrapping_sub(first) as usize);
         let candidates = from.map_or(0..self.len, |from| from..(from + 1).min(self.len));
+        *searched += candidates.len();
+        let mut digits = (first as usize + candidates.start).to_string().into_bytes();
+        let is_meant = |_: &usize| {
+            let is_meant = part_matches(pattern, str::from_utf8(&digits).unwrap_or_default());
+            increment(&mut digits);
+            is_meant
+        };
         Instances::Those(candidates.filter(is_meant).collect())
     }
+}
+
+/// Adds one to a number as it is written: millions of numbers are compared with a pattern.
+fn increment(digits: &mut Vec<u8>) {
+    for digit in digits.iter_mut().rev() {
+        if *digit < b'9' {
+            *digit += 1;
+            return;
+        }
+        *digit = b'0';
+    }
+    digits.insert(0, b'1');
 }
 
 /// Which instances of a run.
@@ -135,12 +157,18 @@ pub struct Matches<'a> {
     signals: &'a Signals,
     groups: Vec<Group>,
     total: usize,
+    searched: usize,
 }
 
 impl<'a> Matches<'a> {
     /// How many there are.
     pub fn total(&self) -> usize {
         self.total
+    }
+
+    /// How many names the pattern was compared with.
+    pub(in crate::operate) fn searched(&self) -> usize {
+        self.searched
     }
 
     /// Their tasks and slots, from the one at `offset` on. What is skipped costs nothing.

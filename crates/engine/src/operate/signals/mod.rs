@@ -5,15 +5,20 @@ mod kept;
 mod matches;
 mod published;
 
+use std::cmp::Ordering;
+
 use isochrone_blocks::{BlockType, Pin, PinType};
 
 use super::refusal::Refusal;
-use crate::nearest::Known;
+use crate::nearest::{Known, listing};
 use crate::plan::{InputPart, WirePlan};
 
 pub(super) use kept::{ChangedPin, Kept};
 pub use matches::Matches;
 use published::Published;
+
+/// Names that a misspelt one is compared with, of each kind: comparing takes some microseconds a name.
+const COMPARED: usize = 4096;
 
 /// Every name of a node: what it stands for, and where its value is.
 ///
@@ -284,9 +289,10 @@ impl Signals {
         Refusal::Unknown { name: name.to_owned(), help: self.meant(name) }
     }
 
-    /// How many names a misspelt one is compared with.
+    /// How many names a misspelt one is compared with: blocks and inputs, or pins.
     pub(super) fn comparisons(&self) -> usize {
-        self.blocks.len() + self.inputs.len()
+        const PINS: usize = 16;
+        (self.blocks.len() + self.inputs.len()).clamp(PINS, 2 * COMPARED)
     }
 
     fn meant(&self, name: &str) -> String {
@@ -307,13 +313,23 @@ impl Signals {
                 count => format!("the instances of {base} are {base}.0 to {base}.{}", count - 1),
             };
         }
-        let inputs = self.inputs.iter().filter_map(|(task, input)| {
+        let input = |(task, input): &(u32, u32)| {
             Some(&*self.tasks.get(*task as usize)?.inputs.get(*input as usize)?.name)
-        });
-        let blocks = self.blocks.iter().map(|block| &*block.name);
-        let known = Known::new(inputs.chain(blocks));
+        };
+        let place = |found: &_, beginning: &str| among(input(found).unwrap_or_default(), beginning);
+        let inputs = alike(&self.inputs, base, place);
+        let blocks = alike(&self.blocks, base, |block, beginning| among(&block.name, beginning));
+        let names = inputs.iter().filter_map(input).chain(blocks.iter().map(|block| &*block.name));
+        let known = Known::new(names);
         let rest = name.strip_prefix(base).unwrap_or_default();
-        suggestion(&known, base, |base| format!("{base}{rest}"))
+        match known.nearest(base) {
+            Some(near) => format!("did you mean \"{near}{rest}\"?"),
+            None => {
+                let names = self.inputs.iter().filter_map(input);
+                let names = names.chain(self.blocks.iter().map(|block| &*block.name));
+                listing(names, self.inputs.len() + self.blocks.len())
+            }
+        }
     }
 
     fn block(&self, name: &str) -> Option<&Block> {
@@ -391,6 +407,28 @@ fn split(instance: &str) -> Option<(&str, Option<u32>)> {
             is_written_so.then_some((base, Some(parsed)))
         }
     }
+}
+
+/// Of many things in the order of their names, those whose names begin as what was written, so far that
+/// few are left; all where there are few.
+fn alike<'a, T>(all: &'a [T], written: &str, compared: impl Fn(&T, &str) -> Ordering) -> &'a [T] {
+    let mut found = all;
+    for (end, c) in written.char_indices() {
+        if found.len() <= COMPARED {
+            break;
+        }
+        let beginning = written.get(..end + c.len_utf8()).unwrap_or_default();
+        let first = found.partition_point(|one| compared(one, beginning) == Ordering::Less);
+        found = found.get(first..).unwrap_or_default();
+        let end = found.partition_point(|one| compared(one, beginning) == Ordering::Equal);
+        found = found.get(..end).unwrap_or_default();
+    }
+    found.get(..COMPARED).unwrap_or(found)
+}
+
+/// Where a name stands among those that have a beginning.
+fn among(name: &str, beginning: &str) -> Ordering {
+    if name.starts_with(beginning) { Ordering::Equal } else { name.cmp(beginning) }
 }
 
 /// The name that was probably meant, whole, so that it can be copied; or else those that exist.

@@ -1,0 +1,90 @@
+//! Signals that a request names, to be read.
+
+use std::sync::Arc;
+
+use super::check::Check;
+use crate::operate::Pattern;
+use crate::operate::refusal::Refusals;
+use crate::operate::signals::Signals;
+
+/// Signals that a request names, each once and in its order, or a page of them.
+///
+/// Looking for the names of a large node takes milliseconds. It needs the index of the names alone, so
+/// whoever shares an [`Operator`](super::Operator) need not hold it meanwhile.
+#[derive(Debug)]
+pub struct Selection {
+    pub(super) signals: Arc<Signals>,
+    /// Tasks and slots.
+    pub(super) page: Vec<(usize, usize)>,
+    total: usize,
+}
+
+impl Selection {
+    /// Looks for names, which may be patterns. Those from `offset` on are in the page, at most `limit`.
+    ///
+    /// # Errors
+    /// A name, or pattern, is of no signal, or the patterns are compared with too many.
+    pub fn of<'n>(
+        signals: &Arc<Signals>,
+        names: impl IntoIterator<Item = &'n str>,
+        offset: usize,
+        limit: usize,
+    ) -> Result<Self, Refusals> {
+        let names: Vec<&str> = names.into_iter().collect();
+        let mut check = Check::new(signals);
+        let (mut page, mut total) = (Vec::new(), 0);
+        if let [only] = names[..]
+            && Pattern::is_glob(only)
+        {
+            if let Some(matches) = check.matching(only) {
+                page.extend(matches.slots(offset).take(limit));
+                total = matches.total();
+            }
+        } else {
+            let mut seen = Seen::none_of(signals);
+            let mut take = |place: (usize, usize)| {
+                if seen.is_new(place) {
+                    if total >= offset && page.len() < limit {
+                        page.push(place);
+                    }
+                    total += 1;
+                }
+            };
+            for name in names {
+                if !Pattern::is_glob(name) {
+                    check.known(name).into_iter().for_each(|one| take((one.task, one.slot)));
+                } else if let Some(matches) = check.matching(name) {
+                    check.searched += matches.total();
+                    matches.slots(0).for_each(&mut take);
+                }
+            }
+        }
+        check.end()?;
+        Ok(Self { signals: Arc::clone(signals), page, total })
+    }
+
+    /// How many signals there are, in the page or not.
+    pub fn total(&self) -> usize {
+        self.total
+    }
+}
+
+/// The slots of each task that were there before: a bit for each.
+struct Seen(Vec<Box<[u64]>>);
+
+impl Seen {
+    fn none_of(signals: &Signals) -> Self {
+        let slots = (0..signals.tasks()).map(|task| signals.task(task).map_or(0, |of| of.slots));
+        let words = |slots: usize| vec![0; slots.div_ceil(64)].into();
+        Self(slots.map(words).collect())
+    }
+
+    fn is_new(&mut self, (task, slot): (usize, usize)) -> bool {
+        let word = self.0.get_mut(task).and_then(|of| of.get_mut(slot / 64));
+        word.is_some_and(|word| {
+            let before = *word;
+            *word |= 1 << (slot % 64);
+            *word != before
+        })
+    }
+}
