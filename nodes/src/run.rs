@@ -16,7 +16,7 @@ use isochrone_processes::Stop;
 use isochrone_report::Report;
 use isochrone_runtime::journal::Journal;
 use isochrone_runtime::{
-    End, Node, NodePanicked, Outcome, POLL_INTERVAL, Running, hold_panic_messages, warning,
+    Alarm, End, Node, NodePanicked, Outcome, POLL_INTERVAL, Running, hold_panic_messages, warning,
 };
 use isochrone_timing::Warning;
 
@@ -177,6 +177,10 @@ fn run_until(mut node: Running, plan: &Plan, stop: &Stop) -> Result<Outcome, Nod
 fn verdict(args: &Args, outcome: &Outcome) -> Result<(), Failure> {
     if let End::Overrun { task, missed } = &outcome.end {
         return Err(Failure::found(overrun_sentence(task, *missed)));
+    }
+    let is_incomplete = |alarm: &&Alarm| matches!(alarm, Alarm::JournalIncomplete { .. });
+    if let Some(alarm) = outcome.alarms.iter().find(is_incomplete) {
+        return Err(Failure::found(alarm));
     }
     let in_error = outcome.tasks.iter().filter(|task| task.block_errors > 0);
     let errors: Vec<String> = in_error

@@ -203,17 +203,55 @@ fn limit_files(process: &Process, bytes: Option<u64>) {
     prlimit(Pid::from_raw(process.id() as i32), Resource::Fsize, limit).unwrap();
 }
 
+/// Starts a node with a journal. A file that becomes too long is an error for it, and no signal.
+fn start_limited(domain: &Domain, more: &str) -> Process {
+    let mut shell = Command::new("sh");
+    shell.args(["-c", "trap '' XFSZ; exec \"$@\"", "sh", env!("CARGO_BIN_EXE_isochrone")]);
+    shell.args(["run", "tank.toml", "--journal", "tank.jsonl", "--iceoryx2-config"]);
+    shell.arg(domain.config_file()).args(more.split_whitespace());
+    shell.current_dir(domain.folder());
+    let mut node = Process::start(shell);
+    node.wait_for("is running");
+    node
+}
+
+#[test]
+fn a_journal_whose_end_cannot_be_written_is_said_to_be_incomplete_and_repeated_as_far_as_it_goes() {
+    let domain = Domain::new();
+    domain.write("tank.toml", TANK);
+    let node = start_limited(&domain, "--json");
+    operate(&domain, "set tank ramp.setChangeRate=2");
+    let length = std::fs::metadata(domain.path("tank.jsonl")).unwrap().len();
+    limit_files(&node, Some(length));
+    // Those that find out have happened, and are not in the file.
+    let since = Instant::now();
+    while domain.run("set tank ramp.setChangeRate=3").status.success() {
+        assert!(since.elapsed() < Duration::from_secs(60), "it is not refused");
+    }
+    let ended = node.stop().expect_code(1);
+    let told = "the journal tank.jsonl is incomplete: its end could not be written (File too large";
+    assert!(ended.stderr.contains(told), "{}", ended.stderr);
+    let report: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
+    let codes = report["warnings"].as_array().unwrap().iter().map(|warning| &warning["code"]);
+    assert_eq!(codes.filter(|code| *code == "journal_incomplete").count(), 1, "{report}");
+    let file = JournalFile::read(&domain.path("tank.jsonl")).unwrap();
+    assert!(file.runs[0].end.is_none());
+    assert_eq!(file.runs[0].entries.len(), 1);
+    let cycle = file.runs[0].entries[0].content.cycle;
+    let line = file.runs[0].last_line();
+    let repeated = domain.run("simulate tank.toml --cycles 9 --journal tank.jsonl").expect_code(0);
+    let told = format!(
+        "tank.jsonl:{line}: run 1 has no end: the node was killed, could not write more, \
+                        or still runs; its last change is that of cycle {cycle} of task \"fast\""
+    );
+    assert!(repeated.stderr.contains(&told), "{}", repeated.stderr);
+}
+
 #[test]
 fn while_the_journal_cannot_be_written_changes_are_refused_and_the_node_goes_on() {
     let domain = Domain::new();
     domain.write("tank.toml", TANK);
-    let mut shell = Command::new("sh");
-    // A file that becomes too long is then an error, and no signal.
-    shell.args(["-c", "trap '' XFSZ; exec \"$@\"", "sh", env!("CARGO_BIN_EXE_isochrone")]);
-    shell.args(["run", "tank.toml", "--journal", "tank.jsonl", "--iceoryx2-config"]);
-    shell.arg(domain.config_file()).current_dir(domain.folder());
-    let mut node = Process::start(shell);
-    node.wait_for("is running");
+    let mut node = start_limited(&domain, "");
     let participant = domain.join("operator");
     let mut client = Client::connect(&participant, "tank", Duration::from_secs(60)).unwrap();
     let mut rate = 1.0;
@@ -237,15 +275,21 @@ fn while_the_journal_cannot_be_written_changes_are_refused_and_the_node_goes_on(
     assert_eq!(refused.code, Code::Forbidden);
     assert!(refused.message.contains("tank.jsonl cannot be written (File too large"), "{refused}");
     node.wait_for("changes are refused until it can be");
+    let alarms = domain.run("alarms tank").expect_code(0).stdout;
+    let told = "tank.jsonl cannot be written (File too large";
+    let line = alarms.lines().find(|line| line.starts_with("journal "));
+    assert!(line.is_some_and(|line| line.contains(told)), "{alarms}");
     assert_eq!(std::fs::metadata(domain.path("tank.jsonl")).unwrap().len(), length);
 
     limit_files(&node, None);
     while set().is_err() {
         assert!(since.elapsed() < Duration::from_secs(60), "it is not written again");
     }
+    assert!(!domain.run("alarms tank").expect_code(0).stdout.contains("journal "));
     let done = client.call(&JournalParams::default()).unwrap().entries;
     assert_eq!(node.stop().expect_code(0).stderr.matches("cannot be written").count(), 1);
     let file = JournalFile::read(&domain.path("tank.jsonl")).unwrap();
+    assert!(file.runs[0].end.is_some());
     let written: Vec<_> = file.runs[0].entries.iter().map(|entry| entry.content.clone()).collect();
     assert_eq!(written, done, "what waited is written, in order");
 }

@@ -102,6 +102,11 @@ pub enum Alarm {
         /// The telemetry service.
         service: String,
     },
+    /// What was done last is not in the journal.
+    JournalIncomplete {
+        /// Which journal, and why, in a sentence.
+        reason: String,
+    },
 }
 
 impl Alarm {
@@ -119,6 +124,7 @@ impl Alarm {
             Self::OldSource { .. } => WarningCode::OldSource,
             Self::InputNotOk { .. } => WarningCode::InputNotOk,
             Self::TelemetryCut { .. } => WarningCode::TelemetryCut,
+            Self::JournalIncomplete { .. } => WarningCode::JournalIncomplete,
         }
     }
 
@@ -201,6 +207,7 @@ impl fmt::Display for Alarm {
                 f,
                 "task \"{task}\" has {signals} signals, and {service} shows the first {shown} of them"
             ),
+            Self::JournalIncomplete { reason } => f.write_str(reason),
         }
     }
 }

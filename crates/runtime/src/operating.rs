@@ -12,10 +12,11 @@ use isochrone_engine::operate::{Action, Done, Entry, Operator, Prepared, Reading
 use isochrone_engine::{OwnedRules, Plan, Source};
 use isochrone_timing::CycleRecord;
 
+use crate::alarms::Alarm;
 use crate::busiest::Busiest;
 use crate::control::Placement;
 use crate::error::RequestError;
-use crate::faults::Faults;
+use crate::faults::{Active, Faults};
 use crate::journal::Journal;
 use crate::new_parts::NewParts;
 use crate::orders::{self, Changeover, Returned};
@@ -65,6 +66,9 @@ pub(crate) struct Operating {
     pub(crate) configuration: Configuration,
     pub(crate) lanes: Vec<Lane>,
     journal: Option<Journal>,
+    /// How often the journal could not be written, and since which cycle of the first task it cannot be.
+    journal_failures: u64,
+    unwritten_since: Option<u64>,
     epoch_ns: u64,
     has_ended: bool,
     returns: Returns,
@@ -107,6 +111,8 @@ impl Shared {
             configuration: Configuration { source, sha256, rules, is_changed: false },
             lanes: Vec::new(),
             journal: None,
+            journal_failures: 0,
+            unwritten_since: None,
             epoch_ns: u64::MAX,
             has_ended: false,
             returns: Returns::default(),
@@ -280,10 +286,37 @@ impl Operating {
 
     /// Writes what waits for the journal; while that cannot be, changes are refused.
     pub(crate) fn flush_journal(&mut self) {
-        if let Some(journal) = &mut self.journal {
-            journal.flush();
-            self.operator.set_unwritten(journal.unwritten().cloned());
+        let Some(journal) = &mut self.journal else { return };
+        journal.flush();
+        let unwritten = journal.unwritten().cloned();
+        match (&unwritten, self.unwritten_since) {
+            (Some(_), None) => {
+                let last = self.lanes.first().and_then(|lane| lane.last);
+                self.unwritten_since = Some(last.map_or(0, |last| last.cycle));
+                self.journal_failures += 1;
+            }
+            (None, Some(_)) => self.unwritten_since = None,
+            _ => {}
         }
+        self.operator.set_unwritten(unwritten);
+    }
+
+    /// That the journal cannot be written, while it cannot.
+    pub(crate) fn journal_alarm(&self) -> Option<Active> {
+        let reason = self.journal.as_ref()?.unwritten()?;
+        Some(Active {
+            name: "journal".to_owned(),
+            status: None,
+            meaning: format!("{reason}; changes are refused until it can be"),
+            since_cycle: self.unwritten_since?,
+            count: self.journal_failures,
+        })
+    }
+
+    /// Ends the journal, after the last cycle. An alarm if it is incomplete.
+    pub(crate) fn end_journal(&mut self) -> Option<Alarm> {
+        let reason = self.journal.take()?.end(unix_ns())?;
+        Some(Alarm::JournalIncomplete { reason: reason.to_string() })
     }
 
     fn hand_out(&mut self, done: Done) {

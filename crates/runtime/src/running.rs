@@ -213,7 +213,13 @@ impl<S: Service> Running<S> {
             }
             tasks.push(outcome(&task.name, &task.timing, grant, done));
         }
-        let forces = parts.operating.lock().operator.forces().cloned().collect();
+        let mut operating = parts.operating.lock();
+        let forces = operating.operator.forces().cloned().collect();
+        if let Some(alarm) = operating.end_journal() {
+            tracing::error!("{}", alarm.sentence());
+            alarms.push(alarm);
+        }
+        drop(operating);
         let Some(first) = panics.first() else { return Ok(Outcome { end, tasks, alarms, forces }) };
         let end = End::Panicked { task: first.task.clone() };
         let outcome = Box::new(Outcome { end, tasks, alarms, forces });

@@ -113,6 +113,9 @@ codes! {
     /// Telemetry omits some signals.
     TelemetryCut = "telemetry_cut",
         "publish what else is to be seen with an [[output]], or move a part of the blocks to another task";
+    /// The journal lacks what was done last.
+    JournalIncomplete = "journal_incomplete",
+        "make room where the journal is before the node ends; simulate repeats the run up to where the file ends";
     /// A block panicked, and the node ended with it.
     Panicked = "panicked",
         "fix the block that the message names; what was measured ends with the panic";

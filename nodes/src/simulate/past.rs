@@ -159,6 +159,21 @@ fn note_run(path: &Path, file: &JournalFile, run: &JournaledRun, plan: &Plan) {
         note += &format!("; not for: {} (values of other tasks enter)", names(&open));
     }
     terminal::note(&note);
+    if run.end.is_none() {
+        let last = match run.entries.last() {
+            Some(entry) => format!(
+                "its last change is that of cycle {} of task \"{}\"",
+                entry.content.cycle, entry.content.task
+            ),
+            None => "it has no change".into(),
+        };
+        terminal::note(&format!(
+            "note: {path}:{}: run {} has no end: the node was killed, could not write more, or still \
+             runs; {last}",
+            run.last_line(),
+            header.run
+        ));
+    }
     for range in &run.unclear {
         let Unclear { task, first, last, missed } = &range.content;
         terminal::note(&format!(

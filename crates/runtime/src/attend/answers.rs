@@ -141,7 +141,10 @@ impl Attendant {
     pub(super) fn alarms(&self, params: &AlarmsParams) -> Reply {
         let operating = self.shared.lock();
         let (offset, limit) = page(params.offset, params.limit);
-        let active = operating.lanes.iter().flat_map(|lane| lane.faults.active());
+        let journal = operating.journal_alarm();
+        let of_journal = usize::from(journal.is_some());
+        let of_tasks = operating.lanes.iter().flat_map(|lane| lane.faults.active());
+        let active = journal.into_iter().chain(of_tasks);
         let alarm = |active: Active| ActiveAlarm {
             name: active.name,
             status: active.status,
@@ -151,7 +154,7 @@ impl Attendant {
         };
         let alarms = fitting(active.skip(offset).take(limit).map(alarm));
         let total: usize = operating.lanes.iter().map(|lane| lane.faults.total()).sum();
-        Reply::Alarms(AlarmsResult { total: total as u64, alarms })
+        Reply::Alarms(AlarmsResult { total: (total + of_journal) as u64, alarms })
     }
 }
 

@@ -19,6 +19,8 @@ pub enum Line {
     Missed(Missed),
     /// Cycles did not run, and it is not known which.
     Unclear(Unclear),
+    /// A run has ended, and all of it was written.
+    End(RunEnd),
 }
 
 /// What a run is of.
@@ -41,6 +43,15 @@ pub struct RunHeader {
     /// Text of the configuration; `None` in what versions wrote that did not keep it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub configuration: Option<String>,
+}
+
+/// The end of a run.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct RunEnd {
+    /// Number of the run in the file, from 1.
+    pub run: u64,
+    /// When the node ended, in ns of UTC since 1970.
+    pub ended_unix_ns: u64,
 }
 
 /// Cycles of a task that did not run.

@@ -3,7 +3,8 @@
 //!
 //! The file has one JSON object a line ([`Line`]). Each run begins with a line `{"run": {…}}`; then each
 //! `{"entry": {…}}` is what was done to one task before one of its cycles, and each `{"missed": {…}}` a
-//! range of cycles that did not run. Lines are only ever added.
+//! range of cycles that did not run. A run whose journal is complete closes with `{"end": {…}}`. Lines are
+//! only ever added.
 //!
 //! A [`Journal`] is what a node writes to ([`Prepared::with_journal`](crate::Prepared::with_journal)),
 //! and [`JournalFile::read`] reads one.
@@ -16,6 +17,6 @@ mod read;
 mod write;
 
 pub use error::JournalError;
-pub use line::{FORMAT, Line, Missed, RunHeader, Unclear};
+pub use line::{FORMAT, Line, Missed, RunEnd, RunHeader, Unclear};
 pub use read::{JournalFile, JournaledRun, Numbered};
 pub use write::Journal;

@@ -10,7 +10,7 @@ use isochrone_engine::operate::{Entry, Replay};
 use serde_json::Value;
 
 use super::error::JournalError;
-use super::line::{FORMAT, Line, Missed, RunHeader, Unclear};
+use super::line::{FORMAT, Line, Missed, RunEnd, RunHeader, Unclear};
 use crate::control::JournalEntry;
 
 /// A journal file that was read.
@@ -34,6 +34,24 @@ pub struct JournaledRun {
     pub missed: Vec<Numbered<Missed>>,
     /// Ranges of cycles of which some did not run.
     pub unclear: Vec<Numbered<Unclear>>,
+    /// Its end. `None`: the node was killed, could not write to its end, or still runs.
+    pub end: Option<Numbered<RunEnd>>,
+}
+
+impl JournaledRun {
+    /// The last line that the file has of it, from 1.
+    pub fn last_line(&self) -> usize {
+        let of = |lines: Option<usize>| lines.unwrap_or_default();
+        [
+            self.header.line,
+            of(self.entries.last().map(|one| one.line)),
+            of(self.missed.last().map(|one| one.line)),
+            of(self.unclear.last().map(|one| one.line)),
+            of(self.end.as_ref().map(|one| one.line)),
+        ]
+        .into_iter()
+        .fold(0, usize::max)
+    }
 }
 
 /// What stands in a line.
@@ -60,10 +78,12 @@ impl JournalFile {
                     entries: Vec::new(),
                     missed: Vec::new(),
                     unclear: Vec::new(),
+                    end: None,
                 }),
                 (Line::Entry(content), Some(run)) => run.entries.push(Numbered { line, content }),
                 (Line::Missed(content), Some(run)) => run.missed.push(Numbered { line, content }),
                 (Line::Unclear(content), Some(run)) => run.unclear.push(Numbered { line, content }),
+                (Line::End(content), Some(run)) => run.end = Some(Numbered { line, content }),
                 // The first line is that of a run.
                 (_, None) => {}
             }

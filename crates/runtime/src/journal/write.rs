@@ -14,10 +14,11 @@ use rustix::fs::{FallocateFlags, OFlags, fallocate};
 use rustix::io::Errno;
 
 use super::error::JournalError;
-use super::line::{FORMAT, Line, RunHeader};
+use super::line::{FORMAT, Line, RunEnd, RunHeader};
 use super::missed::Progress;
 use super::read::scan;
 use crate::control::JournalEntry;
+use crate::operating::unix_ns;
 
 /// What a file system keeps free for the journal, so that what is allowed to happen can be written.
 const RESERVE_BYTES: u64 = 1 << 20;
@@ -43,6 +44,7 @@ pub struct Journal {
     is_new: bool,
     header: RunHeader,
     has_begun: bool,
+    has_ended: bool,
     last_transaction: u64,
     has_cut_line: bool,
     /// Length of the file, in bytes.
@@ -92,6 +94,7 @@ impl Journal {
                 configuration: Some(plan.source.text.to_string()),
             },
             has_begun: false,
+            has_ended: false,
             last_transaction: 0,
             has_cut_line: false,
             written: 0,
@@ -137,7 +140,7 @@ impl Journal {
         let end = scan(&self.path, |_, line| match line {
             Line::Run(header) => run = run.max(header.run),
             Line::Entry(entry) => transaction = transaction.max(entry.transaction),
-            Line::Missed(_) | Line::Unclear(_) => {}
+            Line::Missed(_) | Line::Unclear(_) | Line::End(_) => {}
         })?;
         self.header.run = run + 1;
         self.last_transaction = transaction;
@@ -213,6 +216,23 @@ impl Journal {
                 self.failed = Some(Instant::now());
             }
         }
+    }
+
+    /// Writes that the run has ended, and gives back the room that is reserved. Returns why the file lacks
+    /// something at its end, if it does: that is lost.
+    pub(crate) fn end(&mut self, ended_unix_ns: u64) -> Option<Arc<str>> {
+        if !self.has_begun || self.has_ended {
+            return None;
+        }
+        self.has_ended = true;
+        self.put(&Line::End(RunEnd { run: self.header.run, ended_unix_ns }));
+        let written = self.write_waiting();
+        self.truncate(self.written);
+        let path = self.path.display();
+        written.err().map(|error| {
+            format!("the journal {path} is incomplete: its end could not be written ({error})")
+                .into()
+        })
     }
 
     /// Why changes are refused, as part of a sentence; `None`: all is written.
@@ -291,11 +311,8 @@ impl Drop for Journal {
             }
             return;
         }
-        self.failed = None;
-        self.flush();
-        if let Some(reason) = self.unwritten.as_ref().filter(|_| !self.waiting.is_empty()) {
-            tracing::error!("{reason}; what it lacks at its end is lost");
+            if let Some(reason) = self.end(unix_ns()) {
+                tracing::error!("{reason}");
         }
-        self.truncate(self.written);
     }
 }
