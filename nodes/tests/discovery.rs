@@ -2,7 +2,9 @@
 
 mod domain;
 
-use domain::{Domain, RELAY};
+use std::process::Command;
+
+use domain::{Domain, Process, RELAY};
 use iceoryx2::prelude::NodeBuilder;
 use isochrone_ipc::{FrameHeader, ipc};
 use serde_json::Value;
@@ -133,4 +135,31 @@ fn a_service_that_another_program_made_is_told_with_what_it_lacks() {
     let told = "service \"a/b\" is used as its creator made it: 3 frames wait for a reader, where 256 \
         were asked for; to change that, end all its processes and start this one first";
     assert!(log.contains(told), "{log}");
+}
+
+#[test]
+fn a_list_with_too_few_descriptors_says_so_and_takes_nothing_for_known_that_it_could_not_ask() {
+    let domain = Domain::new();
+    domain.write("relay.toml", RELAY);
+    let mut node = domain.start("run relay.toml");
+    node.wait_for("is running");
+    let mut told = 0;
+    for limit in (8..=40).step_by(2) {
+        let mut shell = Command::new("sh");
+        shell.args(["-c", "ulimit -n $0; exec \"$@\"", &limit.to_string()]);
+        shell.args([env!("CARGO_BIN_EXE_isochrone"), "list", "--iceoryx2-config"]);
+        shell.arg(domain.config_file());
+        let ended = Process::start(shell).finish();
+        assert!(!ended.stdout.contains("control off"), "{limit}: {}", ended.stdout);
+        let why = format!("too many open files: the limit is {limit}, raise it (ulimit -n)");
+        if ended.stderr.contains(&why) {
+            told += 1;
+            continue;
+        }
+        // On a busy machine the node may not answer soon, which is told as well.
+        ended.expect_code(0);
+        break;
+    }
+    assert!((2..16).contains(&told), "{told} limits are too low");
+    node.stop().expect_code(0);
 }

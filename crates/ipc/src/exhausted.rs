@@ -17,22 +17,36 @@ const SPARE_BLOCKS: u64 = 4;
 /// The reason for a failure and what to do about it, if something has run out or cannot be written, or
 /// else what iceoryx2 says, with what `remedy` says.
 pub(crate) fn or(config: &Config, cause: String, remedy: &str) -> String {
-    let open = fs::read_dir("/proc/self/fd").map_or(0, |fds| fds.count() as u64);
-    let limit = getrlimit(Resource::Nofile).current.unwrap_or(u64::MAX);
-    if open.saturating_add(SPARE_DESCRIPTORS) >= limit {
-        return format!("too many open files: the limit is {limit}, raise it (ulimit -n); {cause}");
-    }
     let root = config.global.root_path().to_string();
-    let is_full = statvfs(&root).is_ok_and(|found| {
-        found.f_bavail <= SPARE_BLOCKS || (found.f_files > 0 && found.f_favail == 0)
+    let why = descriptors().or_else(|| {
+        let folders = [FOLDER, &root];
+        folders.into_iter().find_map(full).or_else(|| folders.into_iter().find_map(unwritable))
     });
-    if is_full {
-        return format!("the file system of {root} is full, make room on it; {cause}");
-    }
-    match [FOLDER, &root].into_iter().find_map(unwritable) {
+    match why {
         Some(why) => format!("{why}; {cause}"),
         None => format!("{cause}; {remedy}"),
     }
+}
+
+/// That this process can hardly open any more files, if it is so.
+pub(crate) fn descriptors() -> Option<String> {
+    let limit = getrlimit(Resource::Nofile).current?;
+    let is_short = match fs::read_dir("/proc/self/fd") {
+        Ok(open) => (open.count() as u64).saturating_add(SPARE_DESCRIPTORS) >= limit,
+        // Not even that could be opened.
+        Err(error) => error.raw_os_error() == Some(Errno::MFILE.raw_os_error()),
+    };
+    is_short.then(|| format!("too many open files: the limit is {limit}, raise it (ulimit -n)"))
+}
+
+/// That a file system has no room for small files.
+fn full(folder: &str) -> Option<String> {
+    let found = statvfs(folder).ok()?;
+    if found.f_files > 0 && found.f_favail == 0 {
+        return Some(format!("the file system of {folder} has no inodes left, remove files on it"));
+    }
+    let is_full = found.f_bavail <= SPARE_BLOCKS;
+    is_full.then(|| format!("the file system of {folder} is full, make room on it"))
 }
 
 /// Why this process can make nothing in a folder.

@@ -33,7 +33,9 @@ pub enum PrepareError {
         other: String,
     },
     /// The system has no thread for a task.
-    #[error("cannot start the thread of task \"{task}\": {source}")]
+    #[error(
+        "cannot start the thread of task \"{task}\": {source}; raise the limit of processes (ulimit -u)"
+    )]
     Thread {
         /// The task.
         task: String,
@@ -41,7 +43,9 @@ pub enum PrepareError {
         source: io::Error,
     },
     /// The system has no thread to serve the requests of other programs.
-    #[error("cannot start the thread of service \"{service}\": {source}")]
+    #[error(
+        "cannot start the thread of service \"{service}\": {source}; raise the limit of processes (ulimit -u)"
+    )]
     ServiceThread {
         /// The service.
         service: String,

@@ -4,7 +4,9 @@ use isochrone_engine::escaped;
 use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::Stop;
 use isochrone_report::Table;
-use isochrone_runtime::control::{DescribeResult, RunningNode, TaskDescription, running_nodes};
+use isochrone_runtime::control::{
+    ClientError, DescribeResult, RunningNode, TaskDescription, running_nodes,
+};
 use isochrone_runtime::{Neighbour, Neighbours, SharedCpu};
 use isochrone_timing::WarningCode;
 use isochrone_timing::units::{counted, period};
@@ -13,23 +15,37 @@ use serde_json::{Value, json};
 use super::{Rate, rate};
 use crate::failure::Failure;
 use crate::operate::described;
+use crate::terminal;
 
 /// A node that runs tasks.
 pub(super) struct ControlNode {
     node: RunningNode,
-    /// `None` if it takes no requests.
     description: Option<DescribeResult>,
+    /// Whether it is known to take no requests.
+    is_off: bool,
 }
 
-/// The control nodes, each asked for its tasks, no longer than `stop` allows.
+/// The control nodes, each asked for its tasks, no longer than `stop` allows. Notes which do not answer.
 pub(super) fn control_nodes(
     participant: &Participant<ipc::Service>,
     stop: &Stop,
 ) -> Result<Vec<ControlNode>, Failure> {
     let running = running_nodes(participant).map_err(Failure::found)?.into_iter();
     let ask = |node: RunningNode| {
-        let description = if stop.is_due() { None } else { described(participant, &node.name) };
-        ControlNode { node, description }
+        if stop.is_due() {
+            return ControlNode { node, description: None, is_off: false };
+        }
+        let asked = described(participant, &node.name);
+        let is_off = matches!(asked, Err(ClientError::NotOperated { .. }));
+        if let Err(error) = &asked
+            && !is_off
+        {
+            terminal::note(&format!(
+                "note: what node \"{}\" does is not known: {error}",
+                node.name
+            ));
+        }
+        ControlNode { node, description: asked.ok(), is_off }
     };
     Ok(running.map(ask).collect())
 }
@@ -45,10 +61,12 @@ pub(super) fn text(nodes: &[ControlNode]) -> String {
         return String::new();
     }
     let mut text = counted(nodes.len(), "control node") + "\n";
-    for ControlNode { node, description } in nodes {
-        let access =
-            description.as_ref().map(|known| format!("{:?}", known.control).to_lowercase());
-        let access = access.unwrap_or_else(|| "off".into());
+    for ControlNode { node, description, is_off } in nodes {
+        let access = match description {
+            Some(known) => format!("{:?}", known.control).to_lowercase(),
+            None if *is_off => "off".into(),
+            None => "unknown".into(),
+        };
         text += &format!("  {}  pid {}  control {access}\n", escaped(&node.name), node.process);
         let mut table = Table::default();
         for task in description.iter().flat_map(|known| &known.tasks) {
@@ -83,7 +101,7 @@ fn placed(task: &TaskDescription) -> String {
 /// The tasks that share a CPU and need it at the same time.
 pub(super) fn meetings(nodes: &[ControlNode]) -> Vec<SharedCpu> {
     let mut neighbours = Neighbours::default();
-    for ControlNode { node, description } in nodes {
+    for ControlNode { node, description, .. } in nodes {
         neighbours.add(&node.name, description.as_ref().map_or(&[], |known| &known.tasks));
     }
     SharedCpu::of_running(&neighbours.tasks)
@@ -118,7 +136,7 @@ pub(super) fn meetings_document(meetings: &[SharedCpu]) -> Value {
 }
 
 pub(super) fn document(nodes: &[ControlNode]) -> Value {
-    let one = |ControlNode { node, description }: &ControlNode| {
+    let one = |ControlNode { node, description, .. }: &ControlNode| {
         json!({
             "name": node.name,
             "pid": node.process,

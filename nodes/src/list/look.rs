@@ -5,12 +5,13 @@ use std::time::{Duration, Instant};
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{
-    Announcement, Depth, Flags, FrameSubscriber, LayoutWatcher, ListedService, Participant,
-    SignalSpec, ipc,
+    Announcement, Depth, Flags, FrameSubscriber, LayoutWatcher, ListedService, OpenError,
+    Participant, SignalSpec, ipc,
 };
 use isochrone_processes::Stop;
 
 use crate::failure::Failure;
+use crate::terminal;
 
 /// Whoever announces layouts answers a reader that comes within 20 ms, and repeats it every 500 ms.
 const ANSWER: Duration = Duration::from_secs(1);
@@ -61,7 +62,7 @@ fn announced(
     let began = Instant::now();
     let watch = |service: &ListedService| {
         let is_written = !service.publishers.is_empty();
-        is_written.then(|| LayoutWatcher::open(participant, &service.name).ok()).flatten()
+        is_written.then(|| noted(service, LayoutWatcher::open(participant, &service.name)))?
     };
     let mut watchers: Vec<_> = services.iter().map(watch).collect();
     let is_open = |watcher: &Option<LayoutWatcher<Service>>| {
@@ -85,6 +86,14 @@ fn announced(
     found.collect()
 }
 
+/// What was opened; notes why it was not.
+fn noted<T>(service: &ListedService, opened: Result<T, OpenError>) -> Option<T> {
+    let note = |error: &OpenError| {
+        terminal::note(&format!("note: what \"{}\" carries is not known: {error}", service.name));
+    };
+    opened.inspect_err(note).ok()
+}
+
 /// The first and the last frame that were received.
 #[derive(Clone, Copy)]
 struct Span {
@@ -97,7 +106,7 @@ fn take_frames(participant: &Participant<Service>, found: &mut [Found], stop: &S
     let open = |found: &Found| {
         let subscriber =
             FrameSubscriber::open_existing(participant, &found.service.name, Depth::All);
-        subscriber.ok().flatten().map(|subscriber| (subscriber, None::<Span>))
+        noted(&found.service, subscriber)?.map(|subscriber| (subscriber, None::<Span>))
     };
     let mut links: Vec<_> = found
         .iter_mut()

@@ -97,7 +97,12 @@ impl Node {
 
     /// Asks it.
     pub(crate) fn call<P: Params>(&mut self, params: &P) -> Result<P::Result, Failure> {
-        self.client.call(params).map_err(failure)
+        self.ask(params).map_err(failure)
+    }
+
+    /// Asks it, for a verb that tells in its own way why it was refused.
+    pub(super) fn ask<P: Params>(&mut self, params: &P) -> Result<P::Result, ClientError> {
+        self.client.call(params)
     }
 
     /// Asks it for all items of a result, as [`Client::pages`] does.
@@ -173,20 +178,20 @@ impl Node {
     }
 }
 
-/// What a node says of itself, if it answers soon.
+/// What a node says of itself. It is not waited for long.
 pub(crate) fn described(
     participant: &Participant<ipc::Service>,
     node: &str,
-) -> Option<DescribeResult> {
+) -> Result<DescribeResult, ClientError> {
     const SOON: Duration = Duration::from_millis(500);
-    Client::connect(participant, node, SOON).ok()?.call(&DescribeParams {}).ok()
+    Client::connect(participant, node, SOON)?.call(&DescribeParams {})
 }
 
 /// How a verb ends that a node did not answer, or whose request it refused.
 pub(crate) fn failure(error: ClientError) -> Failure {
     match error {
         ClientError::NoNode { node, running } => Failure::nobody(absent(&node, &running)),
-        ClientError::NotOperated { .. } => Failure::nobody(error),
+        ClientError::NotOperated { .. } | ClientError::Ended { .. } => Failure::nobody(error),
         ClientError::Refused(failure) => Failure::found(refusal(&failure)),
         error => Failure::found(error),
     }

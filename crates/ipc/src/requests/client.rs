@@ -50,7 +50,7 @@ impl<S: Service> RequestClient<S> {
     /// room.
     pub fn open(participant: &Participant<S>, service: &str) -> Result<Option<Self>, OpenError> {
         let Some(opened) = service::open_existing(participant, service)? else { return Ok(None) };
-        if opened.dynamic_config().number_of_servers() == 0 {
+        if living_servers(&opened) == 0 {
             return Ok(None);
         }
         let full = |shortage: Shortage| shortage.of_service(service);
@@ -142,10 +142,21 @@ impl<S: Service> RequestClient<S> {
         self.pending = None;
     }
 
-    /// How many servers the service has now, living or dead.
-    pub fn servers(&self) -> usize {
-        self.service.dynamic_config().number_of_servers()
+    /// How many servers the service has now that are not known to be dead.
+    ///
+    /// Looks at a file for each process of the service: not for a cycle, and not for every millisecond.
+    pub fn living_servers(&self) -> usize {
+        living_servers(&self.service)
     }
+}
+
+fn living_servers<S: Service>(opened: &RequestService<S>) -> usize {
+    let servers = service::servers(opened);
+    if servers.is_empty() {
+        return 0;
+    }
+    let dead = service::dead(opened);
+    servers.into_iter().filter(|(node, _)| !dead.contains(node)).count()
 }
 
 /// What a port is made with that has memory for so many requests of so many bytes.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use iceoryx2::identifiers::UniqueNodeId;
+use iceoryx2::node::{NodeState, NodeView as _};
 use iceoryx2::prelude::{CallbackProgression, MessagingPattern, ServiceName};
 use iceoryx2::service::builder::request_response::{
     RequestResponseCreateError as CreateError, RequestResponseOpenError as Cause,
@@ -64,7 +65,7 @@ pub(super) fn clean_up<S: Service>(participant: &Participant<S>, opened: &Reques
 }
 
 /// The servers of a service, each with its node.
-fn servers<S: Service>(opened: &RequestService<S>) -> Vec<(UniqueNodeId, u128)> {
+pub(super) fn servers<S: Service>(opened: &RequestService<S>) -> Vec<(UniqueNodeId, u128)> {
     let mut servers = Vec::new();
     opened.dynamic_config().list_servers(|server| {
         servers.push((server.node_id, server.server_id.value()));
@@ -81,6 +82,20 @@ pub(super) fn clients<S: Service>(opened: &RequestService<S>) -> Vec<(UniqueNode
         CallbackProgression::Continue
     });
     clients
+}
+
+/// The nodes of a service whose processes have died, and that were not cleared yet.
+pub(super) fn dead<S: Service>(opened: &RequestService<S>) -> Vec<UniqueNodeId> {
+    let _given_up = give_up_file_override();
+    let mut dead = Vec::new();
+    // What cannot be listed is seen at the next look.
+    let _ = opened.nodes(|state| {
+        if let NodeState::Dead(view) = state {
+            dead.push(*view.id());
+        }
+        CallbackProgression::Continue
+    });
+    dead
 }
 
 /// The nodes that have the places for servers.

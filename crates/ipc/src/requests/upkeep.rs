@@ -4,13 +4,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-use iceoryx2::node::NodeState;
-use iceoryx2::prelude::CallbackProgression;
 use iceoryx2::service::port_factory::PortFactory as _;
 
 use super::client;
 use super::service::{self, RequestService};
-use crate::{Participant, Service, give_up_file_override, space};
+use crate::{Participant, Service, exhausted, give_up_file_override, space};
 
 /// How often the dead are looked for while there are clients.
 const PAUSE: Duration = Duration::from_millis(250);
@@ -27,11 +25,13 @@ pub struct RequestUpkeep<S: Service> {
     /// Failures that an attempt followed.
     answered: u64,
     not_before: Option<Instant>,
+    /// Whether the log says that there are too few descriptors.
+    is_short_told: bool,
 }
 
 impl<S: Service> RequestUpkeep<S> {
     pub(super) fn new(service: Arc<RequestService<S>>, failures: Arc<AtomicU64>) -> Self {
-        Self { service, failures, answered: 0, not_before: None }
+        Self { service, failures, answered: 0, not_before: None, is_short_told: false }
     }
 
     /// Does what is due; returns whether dead clients were cleared.
@@ -49,6 +49,7 @@ impl<S: Service> RequestUpkeep<S> {
             return false;
         }
         self.not_before = Some(now + PAUSE);
+        self.tell_shortage(has_failures);
         let has_dead = self.has_dead();
         if has_dead {
             service::clean_up(participant, &self.service);
@@ -59,16 +60,19 @@ impl<S: Service> RequestUpkeep<S> {
         has_dead
     }
 
+    /// Says in the log why clients cannot be connected, once until they can.
+    fn tell_shortage(&mut self, has_failures: bool) {
+        let shortage = exhausted::descriptors().filter(|_| has_failures);
+        if let (Some(shortage), false) = (&shortage, self.is_short_told) {
+            let service = self.service.name();
+            tracing::warn!("service \"{service}\": clients cannot be connected: {shortage}");
+        }
+        self.is_short_told = shortage.is_some();
+    }
+
     /// Whether a process of the service has died. Servers count: one that was killed takes a place too.
     fn has_dead(&self) -> bool {
-        let _given_up = give_up_file_override();
-        let mut has_dead = false;
-        // What cannot be listed is seen at the next look.
-        let _ = self.service.nodes(|state| {
-            has_dead |= matches!(state, NodeState::Dead(_));
-            if has_dead { CallbackProgression::Stop } else { CallbackProgression::Continue }
-        });
-        has_dead
+        !service::dead(&self.service).is_empty()
     }
 
     /// Has the server's list of clients change, which makes iceoryx2 come back to a connection that

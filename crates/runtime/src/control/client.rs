@@ -83,7 +83,7 @@ pub enum ClientError {
     },
     /// No answer came in time.
     #[error(
-        "node \"{node}\" did not answer within {patience:?}; see that its process is not stopped. What was asked for may still be done if the node has received it"
+        "node \"{node}\" did not answer within {patience:?}; see that its process is not stopped, and what its log says. What was asked for may still be done if the node has received it"
     )]
     NoAnswer {
         /// The node.
@@ -342,15 +342,16 @@ impl<S: Service> Client<S> {
                 return Err(ClientError::Interrupted { node: self.node.clone() });
             }
             let waited = begin.elapsed();
-            if waited >= self.patience {
+            let is_over = waited >= self.patience;
+            if is_over || waited >= look {
+                look = waited + LOOK;
+                if self.port.living_servers() == 0 {
+                    return Err(ended());
+                }
+            }
+            if is_over {
                 let (node, patience) = (self.node.clone(), self.patience);
                 return Err(ClientError::NoAnswer { node, patience });
-            }
-            if waited >= look {
-                look = waited + LOOK;
-                if self.port.servers() == 0 {
-                    return Err(ClientError::Ended { node: self.node.clone() });
-                }
             }
             thread::sleep(PAUSE);
         }
