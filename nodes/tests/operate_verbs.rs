@@ -309,7 +309,7 @@ fn a_signal_ends_a_verb_that_waits_for_a_node_that_is_stopped() {
 fn running_values_are_saved_and_the_old_file_is_kept() {
     let (domain, node) = tank();
     stdout(&domain, "set tank ramp.setChangeRate=2.5");
-    let expected = TANK.replace("setChangeRate = 10.0 ", "setChangeRate = 2.5 ");
+    let expected = TANK.replace("setChangeRate = 10.0 ", "setChangeRate = 2.5  ");
     assert_eq!(stdout(&domain, "save tank"), expected);
     assert_eq!(domain.read("tank.toml"), TANK, "nothing was written");
     let saved = domain.run("save tank --in-place").expect_code(0);

@@ -784,7 +784,7 @@ fn the_running_values_are_saved_in_place_of_the_constants_and_all_else_stays() {
     hand.step(0);
     hand.step(1);
     let saved = hand.operator.save(&text).unwrap();
-    for line in ["value = 7.5        # m", "setChangeRate = 1e1 # m/s", "enDefaultOutValue = true"]
+    for line in ["value = 7.5         # m", "setChangeRate = 1e1 # m/s", "enDefaultOutValue = true"]
     {
         assert!(saved.contains(line), "{saved}");
     }

@@ -1,11 +1,12 @@
 //! `apply`: another configuration while the node runs.
 
+use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
 
-use isochrone_engine::Source;
+use isochrone_engine::{Finding, Findings, Problem, Source};
 use isochrone_report::Table;
-use isochrone_runtime::control::{ApplyParams, ApplyResult};
+use isochrone_runtime::control::{self, ApplyParams, ApplyResult, ClientError, Code, Place};
 use isochrone_timing::units::counted;
 
 use super::node;
@@ -49,14 +50,15 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let source = Source::read(&args.file).map_err(Failure::usage)?;
     let mut node = args.node.connect()?;
     node.wait_for(PATIENCE);
-    let result = node.call(&ApplyParams {
+    let asked = node.ask(&ApplyParams {
         configuration: source.text.to_string(),
         file: Some(source.name.clone()),
         dry_run: Some(args.dry_run),
         allow_missed: Some(args.allow_missed),
         comment: args.comment.clone(),
         client: client(),
-    })?;
+    });
+    let result = asked.map_err(|error| refused(error, source))?;
     if args.json {
         return terminal::print_json(&result);
     }
@@ -66,6 +68,46 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         (None, None) => "nothing was changed; it would be:".into(),
     };
     terminal::print(&format!("{head}\n{}", text(&result)))
+}
+
+/// How the verb ends when the node does not do it. Errors of the file are shown as `check` shows them.
+fn refused(error: ClientError, source: Source) -> Failure {
+    match error {
+        ClientError::Refused(control::Failure { code: Code::Configuration, findings, .. }) => {
+            terminal::note("the node refuses, and nothing was changed:");
+            let findings = findings.into_iter().map(|one| placed(one, &source)).collect();
+            Failure::configuration(Findings::new(source, findings))
+        }
+        ClientError::Refused(control::Failure { code: Code::InvalidRequest, .. }) => {
+            Failure::usage(format!(
+                "{} has {} bytes, which is more than a running node takes (256 KiB as JSON); write \
+                 blocks of one kind as one entry with `count`, or start the node again with the file",
+                source.name,
+                source.text.len()
+            ))
+        }
+        error => node::failure(error),
+    }
+}
+
+/// A finding of the node, at its place in the file.
+fn placed(found: control::Finding, source: &Source) -> Finding {
+    let bytes = |span: Range<u64>| {
+        let [start, end] = [span.start, span.end].map(|byte| usize::try_from(byte).ok());
+        let span = start?..end?;
+        source.text.get(span.clone()).is_some().then_some(span)
+    };
+    let (span, first) = match found.place {
+        Some(Place { span, first, .. }) => (bytes(span), first.and_then(bytes)),
+        None => (None, None),
+    };
+    // Which kind of error it is, the node does not tell.
+    let mut finding = Finding::new(Problem::Syntax, span.unwrap_or_default(), found.message);
+    finding.first = first;
+    match found.help {
+        Some(help) => finding.help(help),
+        None => finding,
+    }
 }
 
 fn text(result: &ApplyResult) -> String {

@@ -5,6 +5,7 @@ use std::fs::{self, File};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
+use rustix::io::Errno;
 use tempfile::NamedTempFile;
 
 use crate::failure::Failure;
@@ -33,7 +34,10 @@ pub(super) fn replace(path: &Path, text: &str) -> Result<Option<PathBuf>, Failur
 }
 
 fn in_place(file: &Path, text: &str, old: &fs::Metadata, backup: &Path) -> io::Result<()> {
-    // Nobody made it read-only for nothing.
+    // Nobody made it read-only for nothing; root could write it all the same.
+    if old.permissions().readonly() {
+        return Err(Errno::ACCESS.into());
+    }
     fs::OpenOptions::new().append(true).open(file)?;
     let new = written_beside(file, text)?;
     new.as_file().set_permissions(old.permissions())?;

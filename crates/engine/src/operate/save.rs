@@ -84,16 +84,29 @@ fn write(document: &mut DocumentMut, name: &str, value: Value) -> Option<()> {
         Value::Number(value) => toml_edit::Value::from(value),
     };
     match pins.get_mut(pin) {
-        Some(item) => {
-            let old = item.as_value_mut()?;
-            // Blanks and comments around a value belong to its place.
-            let decor = old.decor().clone();
-            *old = new;
-            *old.decor_mut() = decor;
-        }
+        Some(item) => exchange(item.as_value_mut()?, new),
         None => append(pins, pin, Item::Value(new)),
     }
     Some(())
+}
+
+/// Puts a value in the place of another. Blanks and comments around it belong to the place: a comment
+/// behind it stays in its column as long as there are blanks to give.
+fn exchange(old: &mut toml_edit::Value, new: toml_edit::Value) {
+    let mut decor = old.decor().clone();
+    let width = |value: toml_edit::Value| value.decorated("", "").to_string().chars().count();
+    let before = width(old.clone());
+    *old = new;
+    if let Some(suffix) = decor.suffix().and_then(|suffix| suffix.as_str())
+        && let comment = suffix.trim_start_matches(' ')
+        && comment.starts_with('#')
+    {
+        let column = before + suffix.len() - comment.len();
+        let blanks = column.saturating_sub(width(old.clone())).max(1);
+        let suffix = format!("{}{comment}", " ".repeat(blanks));
+        decor.set_suffix(suffix);
+    }
+    *old.decor_mut() = decor;
 }
 
 /// The entry of a block.

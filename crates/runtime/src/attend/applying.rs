@@ -1,5 +1,6 @@
 //! Another configuration, as a client asks for it: made in a thread of its own.
 
+use std::ops::Range;
 use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
@@ -7,7 +8,9 @@ use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::Findings;
 
 use crate::apply::PreparedApply;
-use crate::control::{ApplyParams, Begun, ByTask, Caller, Code, Failure, Finding, Part, Ticket};
+use crate::control::{
+    ApplyParams, Begun, ByTask, Caller, Code, Failure, Finding, Part, Place, Ticket,
+};
 use crate::error::ApplyError;
 use crate::operating::Origin;
 use crate::panics;
@@ -126,10 +129,17 @@ fn configuration(findings: &Findings) -> Failure {
     let starts = findings.findings.iter().map(|finding| finding.span.start);
     let places = findings.source.positions(starts);
     let finding = |(finding, (line, column)): (&isochrone_engine::Finding, (usize, usize))| {
-        let told = Finding::new(format!("{line}:{column}"), finding.to_string());
-        match &finding.help {
-            Some(help) => told.with_help(help.clone()),
-            None => told,
+        let bytes = |span: &Range<usize>| span.start as u64..span.end as u64;
+        Finding {
+            name: format!("{line}:{column}"),
+            message: finding.to_string(),
+            help: finding.help.clone(),
+            place: Some(Place {
+                line: line as u64,
+                column: column as u64,
+                span: bytes(&finding.span),
+                first: finding.first.as_ref().map(bytes),
+            }),
         }
     };
     let all = findings.findings.iter().zip(places);

@@ -1,6 +1,7 @@
 //! What an answer says when it is no result.
 
 use std::fmt;
+use std::ops::Range;
 
 use serde::{Deserialize, Serialize};
 
@@ -28,6 +29,23 @@ pub struct Finding {
     /// What would be right, such as the name that was probably meant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub help: Option<String>,
+    /// Where it stands, if it is in a configuration.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub place: Option<Place>,
+}
+
+/// A place in the text of a configuration.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Place {
+    /// Line, from 1.
+    pub line: u64,
+    /// Column, from 1; columns count characters.
+    pub column: u64,
+    /// The bytes that it is about.
+    pub span: Range<u64>,
+    /// Bytes that have to do with it: where a name stands for the first time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub first: Option<Range<u64>>,
 }
 
 impl Failure {
@@ -59,7 +77,7 @@ impl std::error::Error for Failure {}
 impl Finding {
     /// What is wrong with `name`.
     pub fn new(name: impl Into<String>, message: impl Into<String>) -> Self {
-        Self { name: name.into(), message: message.into(), help: None }
+        Self { name: name.into(), message: message.into(), help: None, place: None }
     }
 
     /// The same with what would be right.

@@ -29,7 +29,7 @@ pub use client::{Client, ClientError, RunningNode, running_nodes};
 pub use code::Code;
 pub use desk::{Begun, Caller, Desk, Operated, Outcome, Ticket};
 pub use envelope::{MAX_ID_BYTES, Parsed, Unparsed, parse};
-pub use failure::{Failure, Finding};
+pub use failure::{Failure, Finding, Place};
 pub use method::{Call, Method, Reply};
 pub use params::{
     AlarmsParams, ApplyParams, DescribeParams, ForceParams, ForcesParams, GetParams, Hold,
