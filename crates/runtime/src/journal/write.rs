@@ -311,8 +311,8 @@ impl Drop for Journal {
             }
             return;
         }
-            if let Some(reason) = self.end(unix_ns()) {
-                tracing::error!("{reason}");
+        if let Some(reason) = self.end(unix_ns()) {
+            tracing::error!("{reason}");
         }
     }
 }
