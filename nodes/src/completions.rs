@@ -13,12 +13,13 @@ use crate::{program, terminal};
 /// Print a completion script for a shell
 ///
 /// In bash, zsh and fish, the names of existing services, of running nodes and of their signals are
-/// completed too, and configuration files by their ending .toml.
+/// completed too, and configuration files by their ending .toml. In bash, the file below is read only where
+/// the package bash-completion is installed; `source` works everywhere, for instance in ~/.bashrc.
 #[derive(clap::Args)]
-#[command(
-    after_help = "Examples:\n  isochrone completions bash > ~/.local/share/bash-completion/completions/isochrone\n  \
-    isochrone completions zsh > \"${fpath[1]}/_isochrone\"\n  isochrone completions fish > ~/.config/fish/completions/isochrone.fish"
-)]
+#[command(after_help = "Examples:\n  source <(isochrone completions bash)\n  \
+    mkdir -p ~/.local/share/bash-completion/completions\n  \
+    isochrone completions bash > ~/.local/share/bash-completion/completions/isochrone\n  \
+    isochrone completions zsh > \"${fpath[1]}/_isochrone\"\n  isochrone completions fish > ~/.config/fish/completions/isochrone.fish")]
 pub(crate) struct Args {
     /// Shell to generate the script for
     #[arg(value_enum)]
@@ -50,10 +51,10 @@ struct OfNode {
 }
 
 const OF_NODE: [OfNode; 5] = [
-    OfNode { argument: "pattern", verb: "show", flags: "--names", suffix: "" },
+    OfNode { argument: "patterns", verb: "show", flags: "--names", suffix: "" },
     OfNode { argument: "names", verb: "show", flags: "--names", suffix: "" },
     OfNode { argument: "parameters", verb: "show", flags: "--names --parameters", suffix: "=" },
-    OfNode { argument: "assignments", verb: "show", flags: "--names", suffix: "=" },
+    OfNode { argument: "assignments", verb: "show", flags: "--names --forceable", suffix: "=" },
     OfNode { argument: "forced", verb: "forces", flags: "--names", suffix: "" },
 ];
 

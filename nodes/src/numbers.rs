@@ -20,6 +20,8 @@ pub(crate) fn literal(value: f64, value_type: PinType) -> String {
 pub(crate) enum Digits {
     /// As many as it takes to read the same value back.
     All,
+    /// The same, but a whole number has no decimal point.
+    Exact,
     /// As many as people read.
     Six,
 }
@@ -34,6 +36,10 @@ pub(crate) fn shown(value: f64, value_type: PinType, digits: Digits) -> String {
         PinType::Time if value_type.holds(value) => time(value as i64),
         PinType::Word if value_type.holds(value) => format!("16#{:04X}", value as u16),
         _ if digits == Digits::Six => six_digits(value),
+        _ if digits == Digits::Exact => {
+            let text = format(value);
+            text.strip_suffix(".0").map(str::to_owned).unwrap_or(text)
+        }
         _ => format(value),
     }
 }

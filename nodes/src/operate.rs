@@ -3,10 +3,12 @@
 pub(crate) mod alarms;
 pub(crate) mod apply;
 mod assignment;
+mod at;
 pub(crate) mod force;
 pub(crate) mod forces;
 pub(crate) mod get;
 pub(crate) mod journal;
+mod known;
 mod node;
 pub(crate) mod release;
 mod replacement;
@@ -17,7 +19,9 @@ mod transaction;
 pub(crate) mod undo;
 pub(crate) mod watch;
 
-pub(crate) use assignment::{parse, shown};
-pub(crate) use node::{Args as NodeArgs, described, failure, refusal};
+pub(crate) use assignment::Written;
+pub(crate) use journal::time;
+pub(crate) use known::shown;
+pub(crate) use node::{Args as NodeArgs, Asked, described, failure, refusal};
 pub(crate) use show::{ok_of, role};
 pub(crate) use transaction::client;

@@ -3,6 +3,7 @@
 mod past;
 mod recorded_input;
 
+use std::collections::HashSet;
 use std::path::PathBuf;
 
 use isochrone_blocks::BlockType;
@@ -30,7 +31,7 @@ pub(crate) struct Args {
     /// Configuration file (TOML)
     file: PathBuf,
     /// Number of cycles; default: up to the last row of --inputs
-    #[arg(long, required_unless_present = "inputs", allow_negative_numbers = true)]
+    #[arg(long, required_unless_present_any = ["inputs", "journal"], allow_negative_numbers = true)]
     cycles: Option<u64>,
     /// CSV with one column per input, by name. Row k applies at cycle k and the last row holds; an
     /// input without a column keeps its default and is not ok. A column NAME.ok or NAME.age says what
@@ -38,7 +39,7 @@ pub(crate) struct Args {
     /// (`subscribe --csv`) are ignored, unless an input has that name
     #[arg(long, value_name = "IN.csv")]
     inputs: Option<PathBuf>,
-    /// CSV file to write, "-" for stdout: `cycle` and every signal of every output
+    /// CSV file to write, "-" for stdout: `cycle` and every signal of the outputs, each once
     #[arg(long, value_name = "OUT.csv", default_value = "-")]
     output: PathBuf,
     /// Write the column `time_s` first: when each cycle is due, counted from the first. `publish --csv`
@@ -63,6 +64,12 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
+    if args.cycles.is_none() && args.inputs.is_none() {
+        return Err(Failure::usage(
+            "--journal needs what the inputs read in the run: give --inputs IN.csv, or --cycles for a node \
+             without inputs",
+        ));
+    }
     let plan = match args.journal.as_deref().filter(|_| args.recorded) {
         Some(journal) => configuration::plan_of(past::recorded(journal, args)?, catalogue)?,
         None => configuration::plan(&args.file, catalogue)?,
@@ -287,6 +294,8 @@ struct Output {
     rows: Rows,
     /// Every output, in the order of the file.
     outputs: Vec<Place>,
+    /// Of each of their signals, whether it is a column: no output before carries it.
+    is_first: Vec<bool>,
     has_times: bool,
 }
 
@@ -312,7 +321,12 @@ impl Output {
             .collect();
         planned.sort_by_key(|(_, _, output)| output.position);
         let signals = planned.iter().flat_map(|(_, _, output)| &output.signals);
-        let names: Vec<&str> = signals.map(|signal| signal.name.as_str()).collect();
+        // One that several outputs carry is one column: `publish --csv` takes a name once.
+        let mut seen = HashSet::new();
+        let is_first: Vec<bool> =
+            signals.clone().map(|signal| seen.insert(&*signal.name)).collect();
+        let columns = signals.zip(&is_first).filter(|(_, is_first)| **is_first);
+        let names: Vec<&str> = columns.map(|(signal, _)| signal.name.as_str()).collect();
         let own: &[&str] = if args.times { &[TIME, CYCLE] } else { &[CYCLE] };
         rows.header(own, &names)?;
         let outputs = planned.iter().map(|(t, o, plan)| Place {
@@ -320,7 +334,8 @@ impl Output {
             output: *o,
             values: vec![0.0; plan.signals.len()],
         });
-        Ok(Self { outputs: outputs.collect(), rows, has_times: args.times })
+        let (outputs, has_times) = (outputs.collect(), args.times);
+        Ok(Self { outputs, is_first, rows, has_times })
     }
 
     fn write(&mut self, cycle: u64, simulation: &Simulation<'_>) -> Result<(), Failure> {
@@ -328,6 +343,8 @@ impl Output {
             simulation.engines[*task].read_output(*output, values);
         }
         let values = self.outputs.iter().flat_map(|place| &place.values).copied();
+        let columns = values.zip(&self.is_first).filter(|(_, is_first)| **is_first);
+        let values = columns.map(|(value, _)| value);
         let time_s = self.has_times.then(|| simulation.time_s(cycle));
         self.rows.row(time_s, cycle, values.map(Some))
     }

@@ -167,6 +167,7 @@ fn completes_nodes_and_signals(shell: Shell) {
     assert_eq!(proposed(&format!("set {CONFIG} tank r.v")), [""; 0], "it is wired");
     assert_eq!(proposed(&format!("set {CONFIG} tank r.set")), ["r.setChangeRate"]);
     assert_eq!(proposed(&format!("force {CONFIG} tank r.value")), ["r.value"]);
+    assert_eq!(proposed(&format!("force {CONFIG} tank x.")), ["x.ok"], "an age cannot be forced");
     assert_eq!(proposed(&format!("release {CONFIG} tank ")), [""; 0], "nothing is forced");
     let forced = domain.run("force tank x=1 --hold").expect_code(0);
     assert_eq!(forced.complaints(), "");
@@ -247,6 +248,18 @@ fn bash_completes_nodes_and_signals() {
     if Shell::Bash.is_there() {
         completes_nodes_and_signals(Shell::Bash);
     }
+}
+
+#[test]
+fn bash_proposes_neither_flags_nor_files_where_a_value_is_to_come() {
+    if !Shell::Bash.is_there() {
+        return;
+    }
+    let domain = Domain::new();
+    for words in ["set tank r.setChangeRate = ", "set tank r.setChangeRate =", "undo tank "] {
+        assert_eq!(Shell::Bash.proposes(&domain, words), [""; 0], "{words}");
+    }
+    assert_eq!(Shell::Bash.proposes(&domain, "undo tank --js"), ["--json"]);
 }
 
 #[test]

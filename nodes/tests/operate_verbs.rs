@@ -94,7 +94,7 @@ fn show_tells_what_each_signal_is_and_get_prints_values_alone() {
     assert!(parameters.lines().any(|name| name == "ramp.setChangeRate"), "{parameters}");
     assert!(!parameters.contains("ramp.value\n"), "{parameters}");
 
-    assert_eq!(stdout(&domain, "get tank ramp.setChangeRate level.ok"), "10.0\nfalse\n");
+    assert_eq!(stdout(&domain, "get tank ramp.setChangeRate level.ok"), "10\nFALSE\n");
     let got = json(domain.run("get tank beat.timeRange level.ok --json"));
     assert_eq!(got["values"], json!({"beat.timeRange": 1500, "level.ok": false}));
     assert!(got["tasks"]["fast"]["cycle"].is_u64(), "{got}");
@@ -110,12 +110,12 @@ fn a_set_tells_its_cycle_and_the_values_before_and_is_undone() {
     let set =
         ["set", "tank", "ramp.setChangeRate=2.5", "beat.timeRange=T#2s", "--comment", "too fast"];
     let done = domain.start_with(&set).finish().expect_code(0);
-    assert_eq!(done.complaints(), "");
+    assert_says(&done.complaints(), &["\"beat.timeRange\" is read only in the block's first call"]);
     assert_says(&done.stdout, &["transaction 1, from cycle ", " of task \"fast\" on\n"]);
-    assert_eq!(cells(&done.stdout, "ramp.setChangeRate"), ["ramp.setChangeRate", "10.0", "-> 2.5"]);
-    assert_eq!(cells(&done.stdout, "beat.timeRange"), ["beat.timeRange", "1500", "-> 2000"]);
+    assert_eq!(cells(&done.stdout, "ramp.setChangeRate"), ["ramp.setChangeRate", "10", "-> 2.5"]);
+    assert_eq!(cells(&done.stdout, "beat.timeRange"), ["beat.timeRange", "T#1s500ms", "-> T#2s"]);
     let values = "get tank ramp.setChangeRate beat.timeRange";
-    assert_eq!(stdout(&domain, values), "2.5\n2000\n");
+    assert_eq!(stdout(&domain, values), "2.5\nT#2s\n");
     let second = json(domain.run("set tank ramp.setChangeRate=3 --json"));
     assert_eq!(second["before"], json!({"ramp.setChangeRate": 2.5}));
 
@@ -123,10 +123,10 @@ fn a_set_tells_its_cycle_and_the_values_before_and_is_undone() {
     assert_says(&refused.stderr, &["ramp.setChangeRate", "changed"]);
     let undone = stdout(&domain, "undo tank");
     let number = second["transaction"].as_u64().unwrap();
-    let taken_back = format!("transaction {number} is taken back\n");
-    assert_says(&undone, &[&taken_back, "3.0  -> 2.5"]);
-    assert_says(&stdout(&domain, "undo tank"), &["transaction 1 is taken back"]);
-    assert_eq!(stdout(&domain, values), "10.0\n1500\n");
+    assert_says(&undone, &[&format!("transaction {number} of "), " is taken back\n", "3  -> 2.5"]);
+    let undone = domain.run("undo tank").expect_code(0).stdout;
+    assert_says(&undone, &["transaction 1 of ", " is taken back\n"]);
+    assert_eq!(stdout(&domain, values), "10\nT#1s500ms\n");
     assert_says(&domain.run("undo tank").expect_code(1).stderr, &["nothing was set"]);
 
     let journal = stdout(&domain, "journal tank");
@@ -137,7 +137,8 @@ fn a_set_tells_its_cycle_and_the_values_before_and_is_undone() {
             ": too fast\n",
             "undo ",
             &format!("takes {number} back"),
-            "10.0  -> 2.5",
+            "10         -> 2.5",
+            "T#1s500ms  -> T#2s",
         ],
     );
     let entries = json(domain.run("journal tank --json"));
@@ -177,7 +178,7 @@ fn what_cannot_be_set_is_refused_whole_with_every_reason() {
         ],
     );
     assert!(refused.stderr.lines().count() >= 7, "{}", refused.stderr);
-    assert_eq!(stdout(&domain, "get tank ramp.setChangeRate"), "10.0\n");
+    assert_eq!(stdout(&domain, "get tank ramp.setChangeRate"), "10\n");
     assert_says(&domain.run("set tank ramp.setChangeRate=NaN").expect_code(1).stderr, &["NaN"]);
     for usage in ["set tank ramp.setChangeRate", "set tank ramp.setChangeRate=fast", "set tank"] {
         let refused = domain.run(usage).expect_code(2);
@@ -223,15 +224,18 @@ fn a_node_that_takes_no_requests_says_why() {
 fn a_force_holds_a_signal_until_it_is_released_or_its_time_is_up() {
     let (domain, node) = tank();
     let forced = stdout(&domain, "force tank level=50 ramp.delayedValue=7.5 --hold");
-    assert_says(&forced, &["transaction 1", "-> 50.0", "-> 7.5", "until `release tank`"]);
-    assert_eq!(stdout(&domain, "get tank level ramp.delayedValue"), "50.0\n7.5\n");
+    assert_says(
+        &forced,
+        &["transaction 1", "-> 50\n", "-> 7.5\n", "release tank level ramp.delayedValue`\n"],
+    );
+    assert_eq!(stdout(&domain, "get tank level ramp.delayedValue"), "50\n7.5\n");
     let table = stdout(&domain, "show tank");
     assert_eq!(cells(&table, "level").last(), Some(&"forced, not ok"));
     assert_eq!(cells(&table, "ramp.delayedValue").last(), Some(&"forced"));
     assert_eq!(stdout(&domain, "forces tank --names"), "level\nramp.delayedValue\n");
     assert_says(&stdout(&domain, "forces tank"), &["until cycle", "level ", "release"]);
     let released = stdout(&domain, "release tank level");
-    assert_eq!(cells(&released, "level"), ["level", "50.0", "-> 0.0"]);
+    assert_eq!(cells(&released, "level"), ["level", "50", "-> 0"]);
     stdout(&domain, "release tank --all");
     assert_says(&domain.run("forces tank").expect_code(0).stderr, &["nothing is forced"]);
     let none = domain.run("release tank --all").expect_code(0);
@@ -242,7 +246,7 @@ fn a_force_holds_a_signal_until_it_is_released_or_its_time_is_up() {
     let timed = stdout(&domain, "force tank level=1 --seconds 300ms");
     assert_says(&timed, &["until cycle "]);
     journal.wait_for("end of force");
-    assert_eq!(stdout(&domain, "get tank level"), "0.0\n");
+    assert_eq!(stdout(&domain, "get tank level"), "0\n");
     journal.stop().expect_code(0);
     stdout(&domain, "force tank level=3 --hold");
     let said = node.stop().expect_code(0).stderr;
@@ -253,9 +257,9 @@ fn a_force_holds_a_signal_until_it_is_released_or_its_time_is_up() {
 fn watch_prints_what_changes_and_ends_with_a_signal() {
     let (domain, node) = tank();
     let mut watch = domain.start("watch tank ramp.setChangeRate beat.timeRange");
-    watch.wait_for("ramp.setChangeRate=10.0");
+    watch.wait_for("ramp.setChangeRate=10  beat.timeRange=T#1s500ms\n");
     stdout(&domain, "set tank ramp.setChangeRate=4");
-    watch.wait_for("ramp.setChangeRate=4.0\n");
+    watch.wait_for("ramp.setChangeRate=4\n");
     watch.signal(Signal::INT);
     let watched = watch.finish().expect_code(0).stdout;
     assert_eq!(watched.matches("beat.timeRange").count(), 1, "it did not change: {watched}");
@@ -266,7 +270,9 @@ fn watch_prints_what_changes_and_ends_with_a_signal() {
         line["tasks"]["fast"]["cycle"].as_u64().unwrap()
     });
     assert!(cycles.collect::<Vec<_>>().is_sorted(), "{lines}");
-    assert_says(&domain.run("watch tank nothing").expect_code(1).stderr, &["\"nothing\""]);
+    let refused = domain.run("watch tank nothing").expect_code(1);
+    assert_says(&refused.stderr, &["\"nothing\""]);
+    assert!(!refused.stderr.contains("nothing was changed"), "{}", refused.stderr);
     assert_says(&domain.run("watch tank level --rate 0").expect_code(2).stderr, &["50 Hz"]);
     node.stop().expect_code(0);
 }
@@ -284,7 +290,12 @@ fn alarms_name_what_is_wrong_and_follow_it() {
     publisher.kill();
     follow.wait_until("it comes again", |out, _| out.matches("came   level").count() >= 2);
     follow.stop().expect_code(0);
-    assert_says(&stdout(&domain, "alarms tank"), &["since cycle", "level"]);
+    let told = stdout(&domain, "alarms tank");
+    assert_says(
+        &told,
+        &["since cycle", "level  fast", "service \"tank/in\" is older than max_age"],
+    );
+    assert!(alarms[0]["since_unix_ns"].is_u64() && alarms[0]["task"] == "fast", "{alarms}");
     node.stop().expect_code(0);
 }
 
@@ -318,10 +329,14 @@ fn running_values_are_saved_and_the_old_file_is_kept() {
         (domain.read("tank.toml"), domain.read("tank.toml.bak")),
         (expected.clone(), TANK.into())
     );
+    // A second time there is nothing to save, and what was kept stays.
+    let again = domain.run("save tank --in-place").expect_code(0);
+    assert_says(&again.stderr, &["nothing was written"]);
+    assert_eq!(domain.read("tank.toml.bak"), TANK);
     domain.run("simulate tank.toml --cycles 1").expect_code(0);
     domain.write("tank.toml", "# mine\n");
     let noted = domain.run("save tank --in-place").expect_code(0);
-    assert_says(&noted.stderr, &["is not what the node was started with"]);
+    assert_says(&noted.stderr, &["was changed since the node started", "tank.toml.bak"]);
     assert_eq!(
         (domain.read("tank.toml"), domain.read("tank.toml.bak")),
         (expected.clone(), "# mine\n".into())
@@ -332,5 +347,105 @@ fn running_values_are_saved_and_the_old_file_is_kept() {
         let failed = domain.run(&format!("save tank -o {place}")).expect_code(1);
         assert_says(&failed.stderr, &["cannot write", place]);
     }
+    assert_says(&domain.run("save tank -o missing/t.toml").expect_code(1).stderr, &["no folder"]);
     node.stop().expect_code(0);
+}
+
+#[test]
+fn only_a_time_is_given_with_a_unit() {
+    let (domain, node) = tank();
+    for wrong in ["ramp.defaultOutValue=1.0m", "ramp.setChangeRate=0.5h", "beat.numberSteps=5s"] {
+        for verb in ["set tank", "force tank --hold"] {
+            let refused = domain.run(&format!("{verb} {wrong}")).expect_code(2);
+            assert_says(&refused.stderr, &["only a TIME", "write the number alone"]);
+        }
+    }
+    let refused = domain.run("set tank ramp.setChangeRate=1.5mm").expect_code(2);
+    assert_says(&refused.stderr, &["in 1/s"]);
+    assert!(!refused.stderr.contains("units are"), "{}", refused.stderr);
+    let comma = domain.run("set tank ramp.setChangeRate=1,5").expect_code(2);
+    assert_says(&comma.stderr, &["a point, not a comma: 1.5"]);
+    let unknown = domain.run("set tank beat.timeRang=5s").expect_code(1);
+    assert_says(&unknown.stderr, &["did you mean \"beat.timeRange\"?"]);
+    assert_eq!(stdout(&domain, "get tank ramp.setChangeRate beat.numberSteps"), "10\n3\n");
+    domain.run("set tank beat.timeRange=0.5s").expect_code(0);
+    assert_eq!(stdout(&domain, "get tank beat.timeRange"), "T#500ms\n");
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn words_in_another_order_or_without_quotes_are_met_with_what_would_be_right() {
+    let (domain, node) = tank();
+    let first = domain.run("set ramp.setChangeRate=1").expect_code(2);
+    assert_says(&first.stderr, &["the name of the node comes first"]);
+    let swapped = domain.run("set tank ramp.setChangeRate=1 --comment sensor 3").expect_code(2);
+    assert_says(&swapped.stderr, &["needs quotes"]);
+    assert_says(&domain.run("release tank").expect_code(2).stderr, &["--all"]);
+    assert_says(&domain.run("undo tank x").expect_code(2).stderr, &["number of a transaction"]);
+    assert_says(
+        &domain.run("set tank ramp.setChangeRate=1 --at 5s").expect_code(2).stderr,
+        &["+500"],
+    );
+    let glob = domain.run("set tank ramp.set*=1").expect_code(1);
+    assert_says(&glob.stderr, &["write each name"]);
+    let file = domain.run("get tank tank.toml").expect_code(1);
+    assert_says(&file.stderr, &["is a file in this folder", "quotes"]);
+    let ahead = stdout(&domain, "set tank ramp.setChangeRate=2 --at +50");
+    assert_says(&ahead, &["transaction 1, from cycle ", "10  -> 2"]);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn show_takes_blocks_and_tells_what_is_protected_and_limited() {
+    let (domain, node) = tank();
+    let block = stdout(&domain, "show tank guard level");
+    assert_eq!(cells(&block, "guard.x2").last(), Some(&"protected"));
+    assert_eq!(cells(&block, "level")[2], "input");
+    assert!(!block.contains("beat."), "{block}");
+    let ramp = stdout(&domain, "show tank ramp");
+    assert_eq!(cells(&ramp, "ramp.setChangeRate").last(), Some(&"0 to 50"));
+    assert_says(cells(&ramp, "ramp.callOB")[1], &["calling task"]);
+    let shown = json(domain.run("show tank ramp.setChangeRate guard.x2 --json"));
+    assert_eq!(shown["signals"][0]["limits"], json!([0.0, 50.0]));
+    assert_eq!(shown["signals"][1]["protected"], true);
+    let refused = domain.run("get tank guard").expect_code(1);
+    assert_says(&refused.stderr, &["it is a block", "guard.x,", "\"guard.*\""]);
+    assert_says(&domain.run("get tank GUARD.Y").expect_code(1).stderr, &["mean \"guard.y\"?"]);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn an_alarm_tells_why_an_input_does_not_fit_and_what_it_is_now() {
+    let domain = Domain::new();
+    let by_name = "service = \"tank/in\"\nsignal = \"level\"";
+    domain.write("tank.toml", &TANK.replace("service = \"tank/in\"", by_name));
+    let mut node = domain.start("run tank.toml");
+    node.wait_for("is running");
+    let mut follow = domain.start("alarms tank --follow");
+    follow.wait_for("came   level");
+    let publisher = domain.start("publish tank/in --value 20 --signals other");
+    follow.wait_for("takes no sample: service \"tank/in\" of ");
+    follow.wait_for("have no signal \"level\"");
+    publisher.stop().expect_code(0);
+    follow.stop().expect_code(0);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn a_journal_file_is_printed_run_after_run() {
+    let domain = Domain::new();
+    domain.write("tank.toml", TANK);
+    for rate in [3, 4] {
+        let mut node = domain.start("run tank.toml --journal tank.jsonl");
+        node.wait_for("is running");
+        stdout(&domain, &format!("set tank ramp.setChangeRate={rate}"));
+        node.stop().expect_code(0);
+    }
+    let told = stdout(&domain, "journal tank.jsonl");
+    assert_says(&told, &["run 1 of node \"tank\"", "10  -> 3\n", "run 2 of node", "10  -> 4\n"]);
+    let runs = json(domain.run("journal tank.jsonl --json"));
+    assert_eq!(runs[1]["entries"][0]["action"], "set", "{runs}");
+    assert_eq!(runs[1]["run"]["run"], 2);
+    assert_says(&domain.run("journal tank.jsonl --follow").expect_code(2).stderr, &["is a file"]);
+    assert_says(&domain.run("journal absent.jsonl").expect_code(2).stderr, &["absent.jsonl"]);
 }

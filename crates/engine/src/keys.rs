@@ -251,7 +251,7 @@ keys! {
     node "[node]" {
         /// Name of the node; its own services are named `isochrone/<name>/…`. `layout` is reserved.
         NAME "name": Name(NODE_NAME), Required("\"level\"");
-        /// What may be done to the values of the running node: `off` and `read` allow no change, `set` lets parameters be set, `force` also lets signals be forced.
+        /// What may be done to the values of the running node: `off` and `read` allow no change, `set` lets parameters be set, `force` also lets signals be forced and the configuration be replaced (`apply`).
         CONTROL "control": Word(&CONTROLS), Default("\"set\"");
     }
 }

@@ -90,9 +90,9 @@ fn syntax_errors_are_reported_where_they_are() {
 fn what_lacks_its_quotes_is_said_to_and_how_it_is_written() {
     let text = |value: &str| format!("[node]\nname = \"n\"\n[[task]]\nperiod = «{value}\n");
     for (value, help) in [
-        ("T#100ms", "stands in quotes: \"T#100ms\""),
-        ("1ms", "stands in quotes: \"1ms\""),
-        ("fast # the first", "stands in quotes: \"fast\""),
+        ("T#100ms", "a text needs quotes: \"T#100ms\""),
+        ("1ms", "a text needs quotes: \"1ms\""),
+        ("fast # the first", "a text needs quotes: \"fast\""),
         ("TRUE", "write true, in lowercase letters"),
     ] {
         assert_one(value, &text(value), Problem::Syntax, "this is not TOML", help);

@@ -168,18 +168,18 @@ fn a_request_is_answered_with_all_that_is_wrong_with_it() {
     ];
     let found = messages(hand.operator.set(values, Request::default(), &[0, 0]));
     let expected = [
-        "\"free.value\" stands twice",
+        "\"free.value\" is given twice",
         "there is no signal \"fre.value\"; did you mean \"free.value\"?",
         "\"scale.x\" is wired to \"raw\"",
         "\"scale.y\" is an output pin",
         "\"raw\" is an input, which is read from service \"plant/raw\"; publish",
-        "\"raw.ok\" says what an input is worth",
+        "\"raw.ok\" tells what the value of an input is worth",
         "\"guard.value\" is protected by [[protect]] \"guard.*\"",
-        "51.0 is outside of the limits of \"ramp.1.setChangeRate\", 0.0 to 50.0",
+        "51.0 is outside the limits of \"ramp.1.setChangeRate\", 0.0 to 50.0",
         "NaN is no LREAL",
-        "1 is no BOOL, which \"free.enDefaultOutValue\" needs; write true or false",
-        "1.5 is no INT, which \"free.callOB\" needs; write a whole number from -32768 to 32767",
-        "\"free.callOB\" stands twice",
+        "1 is no BOOL, as \"free.enDefaultOutValue\" is; write true or false",
+        "1.5 is no INT, as \"free.callOB\" is; write a whole number from -32768 to 32767",
+        "\"free.callOB\" is given twice",
     ];
     assert_eq!(found.len(), expected.len(), "{found:#?}");
     for (found, expected) in found.iter().zip(expected) {
@@ -213,7 +213,7 @@ fn what_the_configuration_does_not_allow_is_refused_with_what_would() {
         let force = hand.operator.force(values, Hold::UntilReleased, Request::default(), &[0, 0]);
         assert_eq!(force.as_ref().unwrap_err().kind(), RefusalKind::Forbidden);
         let found = messages(force);
-        let sentence = format!("[node] control = \"{control}\" does not allow to force a signal");
+        let sentence = format!("[node] control = \"{control}\" does not allow forcing a signal");
         assert!(
             found[0].starts_with(&sentence) && found[0].contains("control = \"force\""),
             "{found:?}"

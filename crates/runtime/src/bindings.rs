@@ -110,6 +110,13 @@ impl Desk {
         self.new.push(Box::new(bindings)).is_ok()
     }
 
+    /// The inputs that want a signal by its name, by their places.
+    pub(crate) fn by_signals(&self) -> impl Iterator<Item = usize> {
+        let wanted = self.wanted.iter().enumerate();
+        let by_name = |(_, wanted): &(usize, &Wanted)| matches!(wanted.binding, Binding::Signal(_));
+        wanted.filter(by_name).map(|(index, _)| index)
+    }
+
     /// Whether an input wants a signal by its name.
     pub(crate) fn by_signal(&self) -> Option<&str> {
         let mut inputs = self.inputs.iter().zip(&self.wanted);

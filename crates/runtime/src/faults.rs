@@ -1,11 +1,12 @@
 //! What is wrong with a task now: blocks that report an error, inputs that are not ok.
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::sync::Arc;
 
 use isochrone_blocks::status;
 
 use crate::event::Event;
+use crate::freshness::InputState;
 use crate::words::{Moved, Words};
 
 /// The blocks of a task that report an error and its inputs that are not ok, with those that were so
@@ -15,6 +16,8 @@ pub(crate) struct Faults {
     /// By the place of who speaks: blocks in the order of the image, then inputs.
     known: BTreeMap<usize, Fault>,
     active: usize,
+    /// Why inputs take no sample of their service, by name.
+    reasons: HashMap<String, String>,
     /// Other configurations that are on their way.
     next: VecDeque<(Arc<Words>, Arc<Moved>)>,
 }
@@ -40,7 +43,13 @@ pub(crate) struct Active {
 
 impl Faults {
     pub(crate) fn new(words: Arc<Words>) -> Self {
-        Self { words, known: BTreeMap::new(), active: 0, next: VecDeque::new() }
+        Self {
+            words,
+            known: BTreeMap::new(),
+            active: 0,
+            reasons: HashMap::new(),
+            next: VecDeque::new(),
+        }
     }
 
     /// Takes note of what happened, in its order.
@@ -65,6 +74,16 @@ impl Faults {
                 _ => {}
             }
             (fault.event, fault.is_active) = (*event, is_active);
+        }
+    }
+
+    /// Takes note of why inputs take no sample of their service; `None`: nothing is in the way.
+    pub(crate) fn explain(&mut self, reasons: Vec<(String, Option<String>)>) {
+        for (input, reason) in reasons {
+            match reason {
+                Some(reason) => drop(self.reasons.insert(input, reason)),
+                None => drop(self.reasons.remove(&input)),
+            }
         }
     }
 
@@ -104,6 +123,12 @@ impl Faults {
         let active = self.known.values().filter(|fault| fault.is_active);
         active.filter_map(|fault| {
             let (name, status, meaning) = self.words.explain(&fault.event)?;
+            let meaning = match (&fault.event, self.reasons.get(&name)) {
+                (Event::Input { state: InputState::Missing, .. }, Some(reason)) => {
+                    format!("takes no sample: {reason}; it keeps its value")
+                }
+                _ => meaning,
+            };
             let Fault { since_cycle, count, .. } = *fault;
             Some(Active { name, status, meaning, since_cycle, count })
         })

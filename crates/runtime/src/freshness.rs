@@ -70,6 +70,10 @@ pub(crate) struct Freshness {
     /// The last sample that was taken.
     last: Option<Sample>,
     newest: Newest,
+    /// From when the age of the newest sample counts, whether or not it was taken.
+    newest_ns: u64,
+    /// No sample came for longer than `max_age`, taken or not.
+    is_silent: bool,
     /// The sender's last frame came.
     has_stopped: bool,
     reads: f64,
@@ -105,6 +109,8 @@ impl Freshness {
             step,
             last: None,
             newest: Newest::Taken,
+            newest_ns: 0,
+            is_silent: false,
             has_stopped: false,
             reads: plan.default,
             is_on_sample: false,
@@ -116,7 +122,8 @@ impl Freshness {
 
     /// Takes a sample; `false` if it is rejected, because the type cannot hold it.
     pub(crate) fn offer(&mut self, sample: Sample) -> bool {
-        let Sample { value, flags, .. } = sample;
+        let Sample { value, flags, sampled_ns, .. } = sample;
+        self.newest_ns = sampled_ns;
         self.has_stopped = flags.contains(Flags::STOPPED);
         let is_bad = !flags.without(Flags::FORCED | Flags::STOPPED).is_empty();
         self.newest = if self.bad == Bad::Stale && is_bad {
@@ -140,6 +147,8 @@ impl Freshness {
     /// What the input reads in the cycle that began at `now_ns`. Once a cycle: a ramp goes one step.
     pub(crate) fn read(&mut self, now_ns: u64) -> Reading {
         let is_stale = self.is_stale(now_ns);
+        let silent_ns = now_ns.saturating_sub(self.newest_ns);
+        self.is_silent = self.max_age_ns.is_some_and(|max_age_ns| silent_ns > max_age_ns);
         let sample = self.last.filter(|_| !is_stale || self.on_stale == OnStale::Hold);
         let target = sample.map_or(self.default, |sample| sample.value);
         self.reads = match self.on_stale {
@@ -202,6 +211,8 @@ impl Freshness {
     pub(crate) fn state(&self) -> InputState {
         match self.newest {
             _ if self.was_ok => InputState::Good,
+            // What came last was refused, but nothing comes any more.
+            Newest::Rejected(_) if self.is_silent => InputState::Stale,
             Newest::Rejected(sample) => InputState::Rejected(sample),
             Newest::Missing => InputState::Missing,
             Newest::Doubted(flags) => InputState::Doubted(flags),

@@ -345,10 +345,12 @@ impl<S: Service> InputPort<S> {
     }
 }
 
-/// Samples go round in a loop of nodes, or come from one that nobody notices to be dead.
+/// Samples go round in a loop of nodes, or come from a publisher whose death nobody has noticed.
 fn note_old_source(observed: &Observed, header: &FrameHeader) {
     let behind_ns = header.publish_ns.saturating_sub(header.source_ns);
-    if header.source_ns > 0 && behind_ns > OLD_SOURCE_NS {
+    // A frame that says itself what it is worth comes from a node that has noticed.
+    let is_flagged = !header.flags().without(Flags::FORCED | Flags::STOPPED).is_empty();
+    if header.source_ns > 0 && behind_ns > OLD_SOURCE_NS && !is_flagged {
         Observed::store(&observed.old_source_ns, behind_ns);
     }
 }

@@ -27,6 +27,9 @@ pub(crate) struct Resolver<S: Service> {
     raised: Vec<Alarm>,
     /// Of each input, why it does not fit.
     conflicts: Vec<Option<String>>,
+    /// Of each input, why it takes no sample, and whether that is news.
+    reasons: Vec<Option<String>>,
+    has_reasons: bool,
     /// Of each input, for a publisher that changes its layout again and again.
     limiters: Vec<Limiter>,
     /// Of what concerns the whole service.
@@ -45,6 +48,8 @@ impl<S: Service> Resolver<S> {
             unknown_since: None,
             raised: Vec::new(),
             conflicts: vec![None; inputs],
+            reasons: vec![None; inputs],
+            has_reasons: false,
             limiters: std::iter::repeat_with(Limiter::default).take(inputs).collect(),
             limiter: Limiter::default(),
         })
@@ -68,6 +73,19 @@ impl<S: Service> Resolver<S> {
         self.note_observed();
         for limiter in self.limiters.iter_mut().chain([&mut self.limiter]) {
             warn(limiter.held());
+        }
+    }
+
+    /// Why each input takes no sample, by its name, if that is news.
+    pub(crate) fn reasons(&mut self) -> Option<Vec<(String, Option<String>)>> {
+        let reasons = self.desk.inputs.iter().cloned().zip(self.reasons.iter().cloned());
+        std::mem::take(&mut self.has_reasons).then(|| reasons.collect())
+    }
+
+    fn set_reason(&mut self, index: usize, reason: Option<String>) {
+        if let Some(known) = self.reasons.get_mut(index) {
+            self.has_reasons |= *known != reason;
+            *known = reason;
         }
     }
 
@@ -103,6 +121,10 @@ impl<S: Service> Resolver<S> {
             }
             known.clone_from(&conflict);
             let input = self.desk.inputs.get(index).cloned().unwrap_or_default();
+            let of = |why| {
+                format!("service \"{service}\" of \"{}\" does not fit: {why}", announced.publisher)
+            };
+            self.set_reason(index, conflict.as_ref().map(of));
             match conflict {
                 Some(why) => {
                     let (service, publisher) = (service.clone(), announced.publisher.clone());
@@ -140,12 +162,23 @@ impl<S: Service> Resolver<S> {
 
     fn note_unknown(&mut self, unknown: u64) {
         if unknown == 0 || self.watcher.find(unknown).is_some() {
-            self.unknown_since = None;
+            if self.unknown_since.take().is_some() {
+                for index in 0..self.conflicts.len() {
+                    let conflict = self.conflicts.get(index).cloned().flatten();
+                    self.set_reason(index, conflict);
+                }
+            }
             return;
         }
         let since = *self.unknown_since.get_or_insert_with(Instant::now);
         if since.elapsed() > PATIENCE {
             let service = self.desk.service.clone();
+            for index in 0..self.desk.inputs.len() {
+                let reason = format!(
+                    "the frames of service \"{service}\" have a layout that nobody announces"
+                );
+                self.set_reason(index, Some(reason));
+            }
             self.raise_once(Alarm::UnknownLayout { service, number: unknown });
         }
     }
@@ -171,6 +204,13 @@ impl<S: Service> Resolver<S> {
         if observed.is_plain.load(Ordering::Relaxed)
             && let Some(input) = self.desk.by_signal().map(str::to_owned)
         {
+            for index in self.desk.by_signals().collect::<Vec<_>>() {
+                let reason = format!(
+                    "the frames of service \"{service}\" do not say what they carry, so the signal \
+                     cannot be found by its name"
+                );
+                self.set_reason(index, Some(reason));
+            }
             self.raise_once(Alarm::PlainFrames { input, service });
         }
     }

@@ -287,8 +287,14 @@ impl<S: Service> Running<S> {
         }
         let Some(participant) = participant.as_deref() else { return };
         participant.tend();
-        for resolver in tasks.iter_mut().flat_map(|task| &mut task.resolvers) {
-            resolver.tend(participant.ordinary());
+        for (index, task) in tasks.iter_mut().enumerate() {
+            for resolver in &mut task.resolvers {
+                resolver.tend(participant.ordinary());
+                let Some(reasons) = resolver.reasons() else { continue };
+                if let Some(lane) = operating.lock().lanes.get_mut(index) {
+                    lane.faults.explain(reasons);
+                }
+            }
         }
         for announcer in announcers {
             announcer.tend(participant.ordinary());

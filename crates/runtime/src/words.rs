@@ -198,6 +198,8 @@ impl InputWords {
             OnStale::Default => "reads its default",
             OnStale::Ramp(_) => "goes to its default",
         };
+        let of = self.service.as_deref();
+        let of = of.map_or_else(String::new, |service| format!(" of service \"{service}\""));
         match state {
             InputState::Good => "ok".into(),
             InputState::Waiting => {
@@ -207,18 +209,19 @@ impl InputWords {
                 )
             }
             InputState::Stale => {
-                format!("stale: its last sample is older than max_age; it {reads}")
+                format!("stale: its last sample{of} is older than max_age; it {reads}")
             }
-            InputState::Stopped => format!("stale: its publisher has ended; it {reads}"),
-            InputState::Doubted(flags) => format!("stale: its frames say {flags}; it {reads}"),
+            InputState::Stopped => format!("stale: its publisher{of} has ended; it {reads}"),
+            InputState::Doubted(flags) => format!("stale: its frames{of} say {flags}; it {reads}"),
             InputState::Rejected(sample) => format!(
                 "rejects {sample:?}, which {} cannot hold; it keeps its value",
                 self.value_type
             ),
             InputState::Missing => {
-                "takes no sample: the frames have none for it, or a layout that is not known yet; it \
-                 keeps its value"
-                    .into()
+                format!(
+                    "takes no sample: the frames{of} have no value for it, or have a layout that is not \
+                     known yet; it keeps its value"
+                )
             }
         }
     }

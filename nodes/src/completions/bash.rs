@@ -36,8 +36,14 @@ _{function}_propose() {{
 _{function}_and_names() {{
     _{function} "$@"
     local cur="${{COMP_WORDS[COMP_CWORD]}}" prev="${{COMP_WORDS[COMP_CWORD-1]}}" i domain=() positionals=()
-    # What begins with a dash is a flag, and what follows one of these is its value. The value of a
-    # parameter is in no list.
+    # The value of a parameter is in no list.
+    if [[ "${{cur}}" == "=" && "${{prev}}" != -* ||
+        "${{prev}}" == "=" && "${{COMP_WORDS[COMP_CWORD-2]}}" != -* ]]; then
+        COMPREPLY=()
+        compopt +o default +o bashdefault
+        return 0
+    fi
+    # What begins with a dash is a flag, and what follows one of these is its value.
     if [[ "${{cur}}" == [-=]* || "{flags} = " == *" ${{prev}} "* ]]; then
         return 0
     fi
@@ -60,6 +66,12 @@ _{function}_and_names() {{
                 _{function}_propose '' list --nodes
                 return 0
             fi
+            # Neither a flag nor a file, where there is nothing to propose.
+            COMPREPLY=()
+            case "${{COMP_WORDS[1]}}" in
+                {files}) ;;
+                *) compopt +o default +o bashdefault ;;
+            esac
             case "${{COMP_WORDS[1]}}" in
 {of_node}            esac
             ;;

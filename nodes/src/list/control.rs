@@ -50,7 +50,7 @@ pub(super) fn control_nodes(
     Ok(running.map(ask).collect())
 }
 
-/// The names of the control nodes, one a line.
+/// The names of the control nodes, one per line.
 pub(super) fn names(participant: &Participant<ipc::Service>) -> Result<String, Failure> {
     let running = running_nodes(participant).map_err(Failure::found)?;
     Ok(running.iter().map(|node| format!("{}\n", node.name)).collect())

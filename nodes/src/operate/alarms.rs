@@ -2,16 +2,19 @@
 
 use isochrone_report::Table;
 use isochrone_runtime::control::{ActiveAlarm, AlarmsParams};
+use jiff::Timestamp;
 use serde_json::json;
 
+use super::journal::time;
 use super::node::{self, Node};
 use crate::failure::Failure;
 use crate::terminal;
 
 /// List what is wrong in a running node now
 ///
-/// Blocks that report an error, with their status word, and inputs that are not ok: what it means, since
-/// which cycle, and how often it came.
+/// Blocks that report an error, with their status word, and inputs that are not ok: the task, since when
+/// (UTC) and since which cycle of it, how often, and why. --follow says when an alarm goes to a tenth
+/// of a second; the log of `run` has the cycle.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  isochrone alarms level\n  isochrone alarms level --follow\n  \
@@ -23,7 +26,7 @@ pub(crate) struct Args {
     /// Go on with each alarm that comes or goes until Ctrl-C
     #[arg(long)]
     follow: bool,
-    /// Print one JSON document; with --follow, one JSON object a line
+    /// Print one JSON document; with --follow, one JSON object per line
     #[arg(long)]
     json: bool,
 }
@@ -42,10 +45,12 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         return Ok(());
     }
     let mut table = Table::default();
-    table.row(["name", "status", "since cycle", "times", "meaning"]);
+    table.row(["name", "task", "status", "since", "since cycle", "times", "meaning"]);
     for alarm in alarms {
-        let (since, count) = (alarm.since_cycle.to_string(), alarm.count.to_string());
-        table.row([&*alarm.name, &status(&alarm), &since, &count, &alarm.meaning]);
+        let ActiveAlarm { name, task, meaning, .. } = &alarm;
+        let (cycle, count) = (alarm.since_cycle.to_string(), alarm.count.to_string());
+        let since = alarm.since_unix_ns.map_or_else(String::new, time);
+        table.row([name, task, &status(&alarm), &since, &cycle, &count, meaning]);
     }
     terminal::print(&table.draw(0))
 }
@@ -53,17 +58,13 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 fn follow(node: &mut Node, first: Vec<ActiveAlarm>, json: bool) -> Result<(), Failure> {
     let mut known: Vec<ActiveAlarm> = Vec::new();
     let tell = |now: Vec<ActiveAlarm>| {
+        let now_ns = u64::try_from(Timestamp::now().as_nanosecond()).unwrap_or_default();
         for (alarm, change) in changes(&known, &now) {
             terminal::print(&if json {
-                terminal::json_line(&json!({"change": change.word(), "alarm": alarm}))?
+                let line = json!({"change": change.word(), "unix_ns": now_ns, "alarm": alarm});
+                terminal::json_line(&line)?
             } else {
-                let status = status(alarm);
-                let blank = if status.is_empty() { "" } else { "  " };
-                let ActiveAlarm { name, since_cycle, meaning, .. } = alarm;
-                format!(
-                    "{:<5}  {name}{blank}{status}  since cycle {since_cycle}: {meaning}\n",
-                    change.word()
-                )
+                line(alarm, change, now_ns)
             })?;
         }
         known = now;
@@ -72,10 +73,30 @@ fn follow(node: &mut Node, first: Vec<ActiveAlarm>, json: bool) -> Result<(), Fa
     node.follow(first, tell, of)
 }
 
+/// An alarm that came in its cycle, or went or is another at this instant.
+fn line(alarm: &ActiveAlarm, change: Change, now_ns: u64) -> String {
+    let ActiveAlarm { name, task, since_cycle, meaning, .. } = alarm;
+    let came = format!("in cycle {since_cycle} of task \"{task}\"");
+    let when = match (change, alarm.since_unix_ns) {
+        (Change::Came, Some(since_ns)) => format!("{}  {came}", time(since_ns)),
+        (Change::Came, None) => came,
+        (Change::Went, Some(since_ns)) => {
+            let lasted = now_ns.saturating_sub(since_ns) as f64 / 1e9;
+            format!("{}  after {lasted:.1} s, it came {came}", time(now_ns))
+        }
+        (Change::Went | Change::Is, _) => format!("{}  it came {came}", time(now_ns)),
+    };
+    let status = status(alarm);
+    let blank = if status.is_empty() { "" } else { "  " };
+    format!("{:<5}  {name}{blank}{status}  {when}: {meaning}\n", change.word())
+}
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Change {
     Came,
     Went,
+    /// It stays, for another reason.
+    Is,
 }
 
 impl Change {
@@ -83,11 +104,13 @@ impl Change {
         match self {
             Self::Came => "came",
             Self::Went => "went",
+            Self::Is => "is",
         }
     }
 }
 
-/// What went between two looks, then what came; an alarm that went and came again did both.
+/// What went between two looks, then what came, then what has another reason; an alarm that went and came
+/// again did both.
 fn changes<'a>(
     before: &'a [ActiveAlarm],
     now: &'a [ActiveAlarm],
@@ -100,7 +123,15 @@ fn changes<'a>(
     };
     let went = before.iter().filter(move |alarm| lacks(now, alarm));
     let came = now.iter().filter(move |alarm| lacks(before, alarm));
-    went.map(|alarm| (alarm, Change::Went)).chain(came.map(|alarm| (alarm, Change::Came)))
+    let is_another = move |alarm: &&ActiveAlarm| {
+        let mut same =
+            before.iter().filter(|one| one.name == alarm.name && one.count == alarm.count);
+        same.any(|one| one.status == alarm.status && one.meaning != alarm.meaning)
+    };
+    let others = now.iter().filter(is_another);
+    went.map(|alarm| (alarm, Change::Went))
+        .chain(came.map(|alarm| (alarm, Change::Came)))
+        .chain(others.map(|alarm| (alarm, Change::Is)))
 }
 
 fn status(alarm: &ActiveAlarm) -> String {
@@ -123,9 +154,11 @@ mod tests {
     fn an_alarm_that_came_again_went_and_came() {
         let alarm = |name: &str, count| ActiveAlarm {
             name: name.to_owned(),
+            task: "fast".to_owned(),
             status: None,
             meaning: String::new(),
-            since_cycle: 0,
+            since_cycle: 7,
+            since_unix_ns: Some(1_700_000_000_000_000_000),
             count,
         };
         let before = [alarm("a", 1), alarm("b", 1)];
@@ -134,5 +167,15 @@ mod tests {
             changes(&before, &now).map(|(alarm, change)| (&*alarm.name, change)).collect();
         assert_eq!(told, [("b", Change::Went), ("b", Change::Came), ("c", Change::Came)]);
         assert_eq!(changes(&now, &now).count(), 0);
+        let stale = ActiveAlarm { meaning: "stale".to_owned(), ..alarm("a", 1) };
+        let told: Vec<_> = changes(&before[..1], std::slice::from_ref(&stale)).collect();
+        assert_eq!(told, [(&stale, Change::Is)]);
+        let went = line(&stale, Change::Went, 1_700_000_002_500_000_000);
+        assert_eq!(
+            went,
+            "went   a  2023-11-14T22:13:22.500Z  after 2.5 s, it came in cycle 7 of task \"fast\": stale\n"
+        );
+        let came = line(&stale, Change::Came, 0);
+        assert!(came.starts_with("came   a  2023-11-14T22:13:20.000Z  in cycle 7"), "{came}");
     }
 }

@@ -86,7 +86,7 @@ fn refused(error: ClientError, source: Source) -> Failure {
                 source.text.len()
             ))
         }
-        error => node::failure(error),
+        error => node::failure(error, node::Asked::ToChange),
     }
 }
 
@@ -112,11 +112,16 @@ fn placed(found: control::Finding, source: &Source) -> Finding {
 
 fn text(result: &ApplyResult) -> String {
     let mut table = Table::default();
+    /// So many blocks that nothing happens to are named.
+    const KEPT: usize = 12;
+    let number = [counted(result.kept.len(), "block")];
+    let kept = if result.kept.len() > KEPT { &number[..] } else { &result.kept };
     for (what, names) in [
-        ("added", &result.added),
+        ("added", &result.added[..]),
         ("removed", &result.removed),
         ("changed", &result.changed),
         ("limits", &result.limits),
+        ("kept", kept),
     ] {
         if names.is_empty() && what != "limits" {
             table.row([what, "nothing"]);
@@ -125,7 +130,6 @@ fn text(result: &ApplyResult) -> String {
             table.row([if index == 0 { what } else { "" }, name]);
         }
     }
-    table.row(["kept", &counted(result.kept.len(), "block")]);
     table.row(["cost", &format!("{} us", crate::numbers::six_digits(result.cost_ns as f64 / 1e3))]);
     table.draw(2)
 }
@@ -151,7 +155,7 @@ mod tests {
         assert_eq!(
             text(&result),
             "  added    filter\n           limit\n  removed  nothing\n  changed  ramp.value\n  \
-             limits   ramp.*: none -> 0.0 to 1.0\n  kept     2 blocks\n  cost     12.34 us\n"
+             limits   ramp.*: none -> 0.0 to 1.0\n  kept     level\n           ramp\n  cost     12.34 us\n"
         );
     }
 }

@@ -3,77 +3,151 @@
 use std::str::FromStr;
 
 use isochrone_blocks::PinType;
-use isochrone_engine::{operate, parse_time_ms};
+use isochrone_engine::parse_time_ms;
 use isochrone_runtime::control::{Value, Values};
 
-use crate::numbers::{self, Digits};
+use super::known::Known;
+use super::node::Node;
+use crate::failure::Failure;
+use crate::numbers;
 
 /// A signal and the value that it is to get.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Assignment {
     name: String,
-    value: Value,
+    value: Written,
+}
+
+/// A value as it is written. Whether it may have a unit depends on the signal.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Written {
+    /// TRUE, FALSE or a number.
+    Plain(Value),
+    /// A number with a unit, such as `T#100ms` or `1.5s`.
+    WithUnit(String),
 }
 
 impl FromStr for Assignment {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (name, value) = text
-            .split_once('=')
-            .filter(|(name, _)| !name.is_empty())
-            .ok_or("write NAME=VALUE, such as ramp.setChangeRate=5")?;
-        Ok(Self { name: name.to_owned(), value: parse(value.trim())? })
+        let (name, value) = text.split_once('=').filter(|(name, _)| !name.is_empty()).ok_or(
+            "write NAME=VALUE without blanks, such as ramp.setChangeRate=5, after the name of the node; \
+             a --comment of several words needs quotes",
+        )?;
+        let (name, value) = (name.to_owned(), Written::read(value.trim())?);
+        Ok(Self { name, value })
     }
 }
 
-/// All of them, in the order in which they are written.
-pub(crate) fn values(assignments: &[Assignment]) -> Values {
-    Values(assignments.iter().map(|one| (one.name.clone(), one.value)).collect())
-}
-
-/// Reads a value as `show` writes it, or as a configuration has it.
-pub(crate) fn parse(text: &str) -> Result<Value, String> {
-    if let Some(value) = numbers::parse_bool(text) {
-        return Ok(Value::Bool(value));
-    }
-    if let Some((base, digits)) = text.split_once('#')
-        && let Some(base) = [("2", 2), ("8", 8), ("16", 16)].iter().find(|(name, _)| *name == base)
-    {
-        let value = i64::from_str_radix(&digits.replace('_', ""), base.1);
-        return value.map(Value::Integer).map_err(|_| {
-            format!("after {}# come digits of base {}, such as 16#8F00", base.0, base.1)
-        });
-    }
-    if let Ok(value) = text.parse() {
-        return Ok(Value::Integer(value));
-    }
-    if numbers::is_like_time(text) {
-        return parse_time_ms(text).map(|ms| Value::Integer(ms.into()));
-    }
-    let number = numbers::parse_number(text);
-    number.map(Value::Number).map_err(|error| match error {
-        numbers::NumberError::Text => {
-            "a value is true, false, a number such as 5, 0.5 or 16#8F00, or a time such as T#100ms"
-                .into()
+/// All values, in the order in which they are written, and the signals that they are for.
+pub(super) fn resolve(
+    node: &mut Node,
+    assignments: &[Assignment],
+) -> Result<(Values, Known), Failure> {
+    let known = node.known(assignments.iter().map(|one| one.name.as_str()))?;
+    let (mut values, mut errors) = (Vec::new(), Vec::new());
+    for Assignment { name, value } in assignments {
+        let value = match (value, known.get(name)) {
+            (Written::Plain(value), _) => Ok(*value),
+            (Written::WithUnit(_), None) => {
+                // The node says which name was meant.
+                node.signals(Some(name))?;
+                Err(format!("\"{name}\" stands for several signals; name one"))
+            }
+            (value, Some(signal)) => {
+                let value_type = numbers::type_of(&signal.value_type);
+                value.of(value_type, signal.unit.as_deref()).map_err(|why| format!("{name}: {why}"))
+            }
+        };
+        match value {
+            Ok(value) => values.push((name.clone(), value)),
+            Err(error) => errors.push(error),
         }
-        error @ numbers::NumberError::TooLarge => error.to_string(),
-    })
+    }
+    if !errors.is_empty() {
+        return Err(Failure::usage(errors.join("\n")));
+    }
+    Ok((Values(values), known))
 }
 
-/// A value of a signal of this type, as PLC programmers write it.
-pub(crate) fn shown(value: Value, value_type: PinType) -> String {
-    match operate::Value::from(value).slot(value_type) {
-        Some(slot) => numbers::shown(slot, value_type, Digits::Six),
-        None => value.to_string(),
+impl Written {
+    /// Reads a value as `show` writes it, or as a configuration has it.
+    pub(crate) fn read(text: &str) -> Result<Self, String> {
+        if let Some(value) = numbers::parse_bool(text) {
+            return Ok(Self::Plain(Value::Bool(value)));
+        }
+        if let Some((base, digits)) = text.split_once('#')
+            && let Some(base) =
+                [("2", 2), ("8", 8), ("16", 16)].iter().find(|(name, _)| *name == base)
+        {
+            let value = i64::from_str_radix(&digits.replace('_', ""), base.1);
+            return value.map(|value| Self::Plain(Value::Integer(value))).map_err(|_| {
+                format!("after {}# come digits of base {}, such as 16#8F00", base.0, base.1)
+            });
+        }
+        if let Ok(value) = text.parse() {
+            return Ok(Self::Plain(Value::Integer(value)));
+        }
+        match numbers::parse_number(text) {
+            Ok(value) => Ok(Self::Plain(Value::Number(value))),
+            Err(error @ numbers::NumberError::TooLarge) => Err(error.to_string()),
+            Err(numbers::NumberError::Text) => {
+                let with_point = text.replace(',', ".");
+                if numbers::parse_number(&with_point).is_ok() {
+                    return Err(format!("decimals have a point, not a comma: {with_point}"));
+                }
+                if has_unit(text) {
+                    return Ok(Self::WithUnit(text.to_owned()));
+                }
+                Err("a value is true, false, a number such as 5, 0.5 or 16#8F00, or, for a TIME, \
+                     a time such as T#100ms"
+                    .into())
+            }
+        }
     }
+
+    /// The value that it is to a signal of this type and unit.
+    pub(crate) fn of(&self, value_type: PinType, unit: Option<&str>) -> Result<Value, String> {
+        match (self, value_type) {
+            (Self::Plain(value), _) => Ok(*value),
+            (Self::WithUnit(text), PinType::Time) => parse_time_ms(text)
+                .map(|ms| Value::Integer(ms.into()))
+                .map_err(|why| format!("\"{text}\" is no time: {why}")),
+            (Self::WithUnit(text), _) => {
+                let alone = match unit.filter(|unit| !unit.is_empty()) {
+                    Some(unit) => format!("write the number alone, in {unit}"),
+                    None => "write the number alone".to_owned(),
+                };
+                Err(format!(
+                    "\"{text}\" has a unit, which only a TIME has; this is {}: {alone}",
+                    with_article(value_type)
+                ))
+            }
+        }
+    }
+}
+
+fn with_article(value_type: PinType) -> String {
+    let article = if value_type == PinType::Int { "an" } else { "a" };
+    let article = if value_type == PinType::Lreal { "an" } else { article };
+    format!("{article} {value_type}")
+}
+
+/// Whether a text that is no number begins with one, or with the `T#` of a time.
+fn has_unit(text: &str) -> bool {
+    let lowercase = text.to_lowercase();
+    let prefixes = ["t#", "time#"];
+    let rest = prefixes.iter().find_map(|prefix| lowercase.strip_prefix(prefix));
+    let number = rest.unwrap_or(&lowercase).trim_start_matches(['+', '-']);
+    rest.is_some() || number.starts_with(|c: char| c.is_ascii_digit())
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn value_of(text: &str) -> Result<Value, String> {
+    fn written(text: &str) -> Result<Written, String> {
         format!("a.b={text}").parse::<Assignment>().map(|one| one.value)
     }
 
@@ -89,14 +163,30 @@ mod tests {
             ("0.5", Value::Number(0.5)),
             ("1e3", Value::Number(1000.0)),
             ("-inf", Value::Number(f64::NEG_INFINITY)),
-            ("T#1s500ms", Value::Integer(1500)),
-            ("100ms", Value::Integer(100)),
             ("9223372036854775808", Value::Number(2f64.powi(63))),
         ] {
-            assert_eq!(value_of(text), Ok(value), "{text}");
+            assert_eq!(written(text), Ok(Written::Plain(value)), "{text}");
         }
         // The node says what it thinks of that.
-        assert!(matches!(value_of("NaN"), Ok(Value::Number(value)) if value.is_nan()));
+        let nan = written("NaN");
+        assert!(matches!(nan, Ok(Written::Plain(Value::Number(value))) if value.is_nan()));
+    }
+
+    #[test]
+    fn only_a_time_takes_a_unit() {
+        for (text, ms) in [("T#1s500ms", 1500), ("100ms", 100), ("-0.5h", -1_800_000)] {
+            let written = written(text).unwrap();
+            assert_eq!(written.of(PinType::Time, None), Ok(Value::Integer(ms)), "{text}");
+            for other in [PinType::Lreal, PinType::Int, PinType::Word, PinType::Bool] {
+                let error = written.of(other, Some("1/s")).unwrap_err();
+                assert!(error.contains("only a TIME") && error.contains("in 1/s"), "{error}");
+            }
+        }
+        let metres = written("1.5mm").unwrap();
+        let error = metres.of(PinType::Lreal, None).unwrap_err();
+        assert!(!error.contains("units are"), "no unit would be right: {error}");
+        let error = metres.of(PinType::Time, None).unwrap_err();
+        assert!(error.contains("no unit \"mm\""), "{error}");
     }
 
     #[test]
@@ -104,26 +194,17 @@ mod tests {
         for (text, said) in [
             ("", "a value is true"),
             ("on", "a value is true"),
-            ("1,5", "a value is true"),
+            ("1,5", "a point, not a comma: 1.5"),
             ("16#XY", "digits of base 16"),
             ("1e400", "1.8e308"),
-            ("T#1x5s", ""),
         ] {
-            let error = value_of(text).unwrap_err();
+            let error = written(text).unwrap_err();
             assert!(error.contains(said), "{text}: {error}");
         }
+        assert!(written("T#1x5s").unwrap().of(PinType::Time, None).is_err());
         for text in ["a.b", "=5", ""] {
             let error = text.parse::<Assignment>().unwrap_err();
             assert!(error.contains("NAME=VALUE"), "{text}: {error}");
         }
-    }
-
-    #[test]
-    fn a_value_is_shown_as_its_type_wants_it() {
-        assert_eq!(shown(Value::Integer(36608), PinType::Word), "16#8F00");
-        assert_eq!(shown(Value::Bool(true), PinType::Bool), "TRUE");
-        assert_eq!(shown(Value::Integer(1500), PinType::Time), "T#1s500ms");
-        assert_eq!(shown(Value::Number(0.1 + 0.2), PinType::Lreal), "0.3");
-        assert_eq!(shown(Value::Number(f64::NAN), PinType::Lreal), "NaN");
     }
 }

@@ -2,15 +2,16 @@
 
 use clap::ArgGroup;
 use isochrone_engine::parse_seconds;
-use isochrone_runtime::control::{ForceParams, Hold};
+use isochrone_runtime::control::{ForceParams, Hold, Values};
 
 use super::assignment::{self, Assignment};
+use super::at::At;
 use super::node;
 use super::transaction::{Transaction, client};
 use crate::failure::Failure;
-use crate::terminal;
+use crate::{program, terminal};
 
-/// Hold signals of a running node at values, against everything
+/// Hold signals of a running node at values, whatever would change them
 ///
 /// An input is held after it was read, an input pin after its wires were copied, an output pin after
 /// its block stepped. A force ends exactly at its cycle, or when `release` or the node's end ends it.
@@ -18,7 +19,7 @@ use crate::terminal;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone force level level_raw=13824 --seconds 30\n  \
     isochrone force level level.y=0.5 --hold --comment \"sensor is being changed\"\n\n\
-    A value is true, false, a number such as 5, 0.5 or 16#8F00, or a time such as T#100ms.")]
+    A value is true, false, a number such as 5, 0.5 or 16#8F00, or, for a TIME, a time such as T#100ms.")]
 #[command(group = ArgGroup::new("duration").args(["seconds", "hold"]).required(true))]
 pub(crate) struct Args {
     #[command(flatten)]
@@ -32,10 +33,10 @@ pub(crate) struct Args {
     /// Hold the values until `release`
     #[arg(long)]
     hold: bool,
-    /// Cycle before which the force begins, at most 10 s ahead; all signals must be of one task. Default:
-    /// the next cycle
+    /// Cycle before which the force begins, at most 10 s ahead; all signals must be of one task. +500: in
+    /// 500 cycles. Default: the next cycle
     #[arg(long, value_name = "CYCLE")]
-    at: Option<u64>,
+    at: Option<At>,
     /// Reason, for the journal
     #[arg(long, value_name = "TEXT")]
     comment: Option<String>,
@@ -46,10 +47,11 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut node = args.node.connect()?;
+    let (values, known) = assignment::resolve(&mut node, &args.assignments)?;
     let force = ForceParams {
-        values: assignment::values(&args.assignments),
+        values,
         seconds: args.seconds.map_or(Hold::UntilReleased, Hold::Seconds),
-        at: args.at,
+        at: args.at.map(|at| at.cycle(&mut node, &known)).transpose()?,
         comment: args.comment.clone(),
         client: client(),
     };
@@ -59,12 +61,27 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
     let transaction = Transaction::from(&result);
     transaction.warn();
-    let mut text = transaction.text(&force.values);
+    let mut text = transaction.text(&force.values, &known);
     for (task, until) in &result.until {
-        text += &match until {
-            Some(cycle) => format!("until cycle {cycle} of task \"{task}\"\n"),
-            None => format!("until `release {}`\n", node.name()),
-        };
+        if let Some(cycle) = until {
+            text += &format!("until cycle {cycle} of task \"{task}\"\n");
+        }
+    }
+    if args.hold {
+        text += &format!(
+            "until `{} release {} {}`\n",
+            program::name(),
+            node.name(),
+            names(&force.values)
+        );
     }
     terminal::print(&text)
+}
+
+/// What `release` takes to end the forces of these signals.
+fn names(values: &Values) -> String {
+    /// As many as a line holds.
+    const MOST: usize = 3;
+    let names: Vec<&str> = values.iter().map(|(name, _)| name).collect();
+    if names.len() > MOST { "--all".into() } else { names.join(" ") }
 }

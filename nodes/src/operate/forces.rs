@@ -27,7 +27,8 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let forces = of(&mut args.node.connect()?)?;
+    let mut node = args.node.connect()?;
+    let forces = of(&mut node)?;
     if args.names {
         let names = forces.iter().map(|force| format!("{}\n", force.name));
         return terminal::print(&names.collect::<String>());
@@ -39,11 +40,12 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         terminal::note("nothing is forced");
         return Ok(());
     }
+    let known = node.known(forces.iter().map(|force| force.name.as_str()))?;
     let mut table = Table::default();
     table.row(["signal", "value", "since cycle", "until cycle", "by"]);
     for force in forces {
         let until = force.until_cycle.map_or("release".to_owned(), |cycle| cycle.to_string());
-        let (value, since) = (force.value.to_string(), force.since_cycle.to_string());
+        let (value, since) = (known.shown(&force.name, force.value), force.since_cycle.to_string());
         table.row([force.name, value, since, until, force.client.unwrap_or_default()]);
     }
     terminal::print(&table.draw(0))

@@ -4,10 +4,11 @@ use super::node;
 use crate::failure::Failure;
 use crate::terminal;
 
-/// Print values of a running node, one a line
+/// Print values of a running node, one per line
 ///
-/// All values of a task are of the same cycle, after its blocks stepped. The values stand alone, with
-/// all their digits, so that a script can use them; `set` takes them as they are.
+/// All values of a task are of the same cycle, after its blocks stepped. The values stand alone, as `show`
+/// writes them but with all their digits; `set` takes them as they are. A program had better use --json,
+/// where a TIME is a number of milliseconds and a WORD a whole number.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone get level ramp.setChangeRate\n  \
     isochrone get level level.y level_raw.ok\n  isochrone get level 'ramp.*' --json")]
@@ -23,11 +24,12 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    let reading = args.node.connect()?.read(&args.names)?;
+    let mut node = args.node.connect()?;
+    let reading = node.read(&args.names)?;
     if args.json {
         return terminal::print_json(&reading);
     }
-    terminal::print(
-        &reading.values.iter().map(|(_, value)| format!("{value}\n")).collect::<String>(),
-    )
+    let known = node.known(reading.values.iter().map(|(name, _)| name))?;
+    let lines = reading.values.iter().map(|(name, value)| known.shown(name, value) + "\n");
+    terminal::print(&lines.collect::<String>())
 }

@@ -1,13 +1,18 @@
 //! `journal`: what operators did.
 
 use std::cell::Cell;
+use std::path::Path;
 
+use isochrone_engine::escaped;
 use isochrone_report::Table;
 use isochrone_runtime::control::{
-    Action, AppliedChange, JournalEntry, JournalParams, PendingEntry,
+    Action, AppliedChange, Change, JournalEntry, JournalParams, PendingEntry,
 };
+use isochrone_runtime::journal::{JournalFile, JournaledRun, RunHeader};
 use jiff::Timestamp;
+use serde_json::json;
 
+use super::known::Known;
 use super::node::{self, Node};
 use crate::failure::Failure;
 use crate::terminal;
@@ -15,11 +20,13 @@ use crate::terminal;
 /// List what operators did to a running node
 ///
 /// Every set, force, release, end of a force, undo and apply: its transaction, when (UTC) and from which
-/// cycle of which task on, who asked for it and why, and the values before and after. The node
-/// keeps the last 10,000.
+/// cycle of which task on, who asked for it and why, and the values before and after. The node keeps
+/// the last 10,000. Give the name of a file (FILE.jsonl) instead of a node's to print what `run
+/// --journal` wrote there, run after run; a file has no types, so a WORD or TIME is a plain number there.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  isochrone journal level\n  isochrone journal level --follow\n  \
+    isochrone journal level.jsonl\n  \
     isochrone journal level --json | jq '.[-1].changes'"
 )]
 pub(crate) struct Args {
@@ -28,12 +35,15 @@ pub(crate) struct Args {
     /// Go on with each new entry until Ctrl-C
     #[arg(long)]
     follow: bool,
-    /// Print one JSON document; with --follow, one JSON object a line
+    /// Print one JSON document; with --follow, one JSON object per line
     #[arg(long)]
     json: bool,
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    if let Some(file) = file(&args.node.node) {
+        return in_file(file, args);
+    }
     let mut node = args.node.connect()?;
     let (entries, pending) = all(&mut node, None)?;
     if args.follow {
@@ -45,20 +55,79 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if entries.is_empty() && pending.is_empty() {
         terminal::note("nothing was changed since the node started");
     }
+    let told = told(&mut node, &entries)?;
     let pending = pending.iter().map(to_come);
-    terminal::print(&entries.iter().map(text).chain(pending).collect::<String>())
+    terminal::print(&(told + &pending.collect::<String>()))
+}
+
+/// The file that is meant by what looks like a path; nodes have other names.
+fn file(name: &str) -> Option<&Path> {
+    let is_path = name.ends_with(".jsonl") || name.contains('/');
+    is_path.then_some(Path::new(name))
+}
+
+/// Prints the runs of a file.
+fn in_file(path: &Path, args: &Args) -> Result<(), Failure> {
+    if args.follow {
+        let path = path.display();
+        return Err(Failure::usage(format!("{path} is a file: --follow follows a running node")));
+    }
+    let file = JournalFile::read(path).map_err(Failure::usage)?;
+    let entries = |run: &JournaledRun| -> Vec<JournalEntry> {
+        run.entries.iter().map(|entry| entry.content.clone()).collect()
+    };
+    if args.json {
+        let run = |run| json!({"run": run_of(run), "entries": entries(run)});
+        return terminal::print_json(&file.runs.iter().map(run).collect::<Vec<_>>());
+    }
+    let mut told = String::new();
+    for run in &file.runs {
+        let RunHeader { run: number, node, file, started_unix_ns, .. } = run_of(run);
+        let (node, file, started) = (escaped(node), escaped(file), time(*started_unix_ns));
+        told += &format!("run {number} of node \"{node}\", {file}, started {started}\n");
+        told +=
+            &entries(run).iter().map(|entry| text(entry, &Known::default())).collect::<String>();
+    }
+    if let Some(line) = file.cut_line {
+        let path = path.display();
+        terminal::note(&format!(
+            "note: {path}: line {line} is cut off: the node was killed while it wrote"
+        ));
+    }
+    terminal::print(&told)
+}
+
+fn run_of(run: &JournaledRun) -> &RunHeader {
+    &run.header.content
+}
+
+/// Entries as people read them, the values as their signals' types have them.
+fn told(node: &mut Node, entries: &[JournalEntry]) -> Result<String, Failure> {
+    let changes = entries.iter().flat_map(|entry| &entry.changes);
+    let known = node.known(changes.map(|change| change.name.as_str()))?;
+    Ok(entries.iter().map(|entry| text(entry, &known)).collect())
 }
 
 fn follow(node: &mut Node, first: Vec<JournalEntry>, json: bool) -> Result<(), Failure> {
     let next = Cell::new(None);
-    let tell = |entries: Vec<JournalEntry>| {
-        for entry in entries {
-            terminal::print(&if json { terminal::json_line(&entry)? } else { text(&entry) })?;
+    let tell = |(entries, told): (Vec<JournalEntry>, String)| {
+        for entry in &entries {
+            if json {
+                terminal::print(&terminal::json_line(entry)?)?;
+            }
             next.set(Some(entry.sequence + 1));
         }
-        Ok(())
+        terminal::print(&told)
     };
-    node.follow(first, tell, |node| since(node, next.get()))
+    let with_text = |node: &mut Node, entries: Vec<JournalEntry>| {
+        let told = if json { String::new() } else { told(node, &entries)? };
+        Ok((entries, told))
+    };
+    let first = with_text(node, first)?;
+    node.follow(first, tell, |node| {
+        let entries = since(node, next.get())?;
+        with_text(node, entries)
+    })
 }
 
 /// The entries from a sequence number on, or all.
@@ -99,19 +168,20 @@ fn to_come(entry: &PendingEntry) -> String {
 
 /// Who asked, and why.
 fn by(client: Option<&str>, process: Option<u32>, comment: Option<&str>) -> String {
-    let who = match (client, process) {
+    // One line, whatever others have put into it.
+    let who = match (client.map(escaped), process) {
         (Some(client), Some(process)) => format!(", by {client} (pid {process})"),
         (Some(client), None) => format!(", by {client}"),
         (None, Some(process)) => format!(", by pid {process}"),
         (None, None) => String::new(),
     };
-    who + &comment.map_or_else(String::new, |comment| format!(": {comment}"))
+    who + &comment.map_or_else(String::new, |comment| format!(": {}", escaped(comment)))
 }
 
 /// Which configuration was applied.
 fn applied(change: &AppliedChange) -> String {
     let AppliedChange { file, sha256, added, removed, changed, limits } = change;
-    let file = file.as_deref().map_or_else(String::new, |file| format!("{file}, "));
+    let file = file.as_deref().map_or_else(String::new, |file| format!("{}, ", escaped(file)));
     let short = sha256.get(..12).unwrap_or(sha256);
     let mut text =
         format!("  {file}sha256 {short}…: {added} added, {removed} removed, {changed} changed\n");
@@ -121,7 +191,7 @@ fn applied(change: &AppliedChange) -> String {
     text
 }
 
-fn text(entry: &JournalEntry) -> String {
+fn text(entry: &JournalEntry, known: &Known) -> String {
     let mut text = format!(
         "{}  {} {}, cycle {} of task \"{}\"",
         time(entry.unix_ns),
@@ -139,8 +209,9 @@ fn text(entry: &JournalEntry) -> String {
     text += &by(entry.client.as_deref(), entry.process, entry.comment.as_deref());
     let mut table = Table::default();
     for change in &entry.changes {
-        let after = change.after.map_or("as computed".to_owned(), |after| after.to_string());
-        table.row([change.name.clone(), change.before.to_string(), format!("-> {after}")]);
+        let Change { name, before, after } = change;
+        let after = after.map_or("as computed".to_owned(), |after| known.shown(name, after));
+        table.row([escaped(name).into(), known.shown(name, *before), format!("-> {after}")]);
     }
     text += "\n";
     text += &entry.applied.as_ref().map_or_else(String::new, applied);
@@ -163,7 +234,7 @@ fn word(action: Action) -> &'static str {
 }
 
 /// An instant of UTC to the millisecond.
-fn time(unix_ns: u64) -> String {
+pub(crate) fn time(unix_ns: u64) -> String {
     match Timestamp::from_nanosecond(unix_ns.into()) {
         Ok(time) => format!("{time:.3}"),
         Err(_) => format!("{unix_ns} ns"),
@@ -172,7 +243,7 @@ fn time(unix_ns: u64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_runtime::control::{Change, Value};
+    use isochrone_runtime::control::Value;
 
     use super::*;
 
@@ -195,14 +266,14 @@ mod tests {
             left_out: 3,
             client: Some("anna".to_owned()),
             process: Some(42),
-            comment: Some("pump test".to_owned()),
+            comment: Some("pump\ntest".to_owned()),
             configuration: None,
             applied: None,
         };
         assert_eq!(
-            text(&entry),
+            text(&entry, &Known::default()),
             "2023-11-14T22:13:20.123Z  force 12, cycle 4711 of task \"fast\", until cycle 5711, by anna \
-             (pid 42): pump test\n  a.y  0.5  -> as computed\n  and 3 more\n"
+             (pid 42): pump\\ntest\n  a.y  0.5  -> as computed\n  and 3 more\n"
         );
     }
 }

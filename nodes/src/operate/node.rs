@@ -1,16 +1,19 @@
 //! Asking a node: finding it, and saying why it did not answer or would not do it.
 
+use std::collections::BTreeSet;
+use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use isochrone_engine::nearest_name;
+use isochrone_engine::{escaped, nearest_name};
 use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::Stop;
 use isochrone_runtime::control::{
-    self, ByTask, Client, ClientError, DescribeParams, DescribeResult, GetParams, Params, ReadAt,
-    SignalDescription, Values,
+    self, ByTask, Client, ClientError, Code, DescribeParams, DescribeResult, GetParams, Method,
+    Params, ReadAt, SignalDescription, Values,
 };
 
+use super::known::Known;
 use crate::failure::Failure;
 use crate::{domain, stop};
 
@@ -25,6 +28,7 @@ const MAX_NAME_BYTES: usize = 100_000;
 #[group(skip)]
 pub(crate) struct Args {
     /// Name of the running node, as `[node] name` gives it; `isochrone list --nodes` prints those that run
+    #[arg(value_parser = node_name)]
     pub(crate) node: String,
     #[command(flatten)]
     pub(crate) domain: domain::Args,
@@ -46,6 +50,27 @@ pub(crate) struct Reading {
     pub(crate) values: Values,
 }
 
+/// What a verb asks for, which says how a failure is put.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Asked {
+    ToLook,
+    ToChange,
+}
+
+impl From<Method> for Asked {
+    fn from(method: Method) -> Self {
+        if method.changes() { Self::ToChange } else { Self::ToLook }
+    }
+}
+
+/// The name of a node comes before what it is asked for.
+fn node_name(text: &str) -> Result<String, String> {
+    if text.contains('=') {
+        return Err("the name of the node comes first: NODE NAME=VALUE".into());
+    }
+    Ok(text.to_owned())
+}
+
 impl Args {
     /// Finds the node. From here on signals end the verb in order.
     pub(crate) fn connect(&self) -> Result<Node, Failure> {
@@ -56,9 +81,10 @@ impl Args {
     pub(crate) fn connect_for(&self, seconds: Option<f64>) -> Result<Node, Failure> {
         let stop = stop::on_signal(seconds)?;
         let participant = self.domain.join("isochrone/operate")?;
-        let client = Client::connect(&participant, &self.node, PATIENCE).map_err(failure)?;
+        let look = |error| failure(error, Asked::ToLook);
+        let client = Client::connect(&participant, &self.node, PATIENCE).map_err(look)?;
         let mut client = client.interrupted_by(stop.flag());
-        client.allow_for_slow_tasks().map_err(failure)?;
+        client.allow_for_slow_tasks().map_err(look)?;
         Ok(Node { client, participant, stop })
     }
 }
@@ -97,7 +123,7 @@ impl Node {
 
     /// Asks it.
     pub(crate) fn call<P: Params>(&mut self, params: &P) -> Result<P::Result, Failure> {
-        self.ask(params).map_err(failure)
+        self.ask(params).map_err(|error| failure(error, P::METHOD.into()))
     }
 
     /// Asks it, for a verb that tells in its own way why it was refused.
@@ -111,7 +137,7 @@ impl Node {
         params: impl Fn(u64) -> P,
         items: impl FnMut(P::Result) -> (u64, Vec<T>),
     ) -> Result<Vec<T>, Failure> {
-        self.client.pages(params, items).map_err(failure)
+        self.client.pages(params, items).map_err(|error| failure(error, P::METHOD.into()))
     }
 
     /// Tells what was read first, then reads and tells what there is now, until the verb is to end.
@@ -140,12 +166,45 @@ impl Node {
         &mut self,
         pattern: Option<&str>,
     ) -> Result<Vec<SignalDescription>, Failure> {
-        self.client.signals(pattern).map_err(failure)
+        self.client.signals(pattern).map_err(|error| failure(error, Asked::ToLook))
+    }
+
+    /// As [`signals`](Self::signals); nothing where nothing matches.
+    pub(super) fn signals_if_any(
+        &mut self,
+        pattern: &str,
+    ) -> Result<Vec<SignalDescription>, Failure> {
+        match self.client.signals(Some(pattern)) {
+            Err(ClientError::Refused(refused)) if refused.code == Code::UnknownName => {
+                Ok(Vec::new())
+            }
+            found => found.map_err(|error| failure(error, Asked::ToLook)),
+        }
+    }
+
+    /// What it says of the signals of these names; those that it does not have are missing.
+    pub(super) fn known<'n>(
+        &mut self,
+        names: impl IntoIterator<Item = &'n str>,
+    ) -> Result<Known, Failure> {
+        /// Of more names than this, all signals are asked for.
+        const EACH: usize = 32;
+        let names: BTreeSet<&str> = names.into_iter().collect();
+        if names.len() > EACH {
+            let all = self.signals(None)?.into_iter();
+            return Ok(all.filter(|signal| names.contains(signal.name.as_str())).collect());
+        }
+        let mut known = Vec::new();
+        for name in names {
+            let found = self.signals_if_any(name)?.into_iter();
+            known.extend(found.filter(|signal| signal.name == name));
+        }
+        Ok(known.into_iter().collect())
     }
 
     /// The text of its configuration with the values of now.
     pub(crate) fn save(&mut self) -> Result<String, Failure> {
-        self.client.save().map_err(failure)
+        self.client.save().map_err(|error| failure(error, Asked::ToLook))
     }
 
     /// The values of names and globs, in their order.
@@ -188,23 +247,53 @@ pub(crate) fn described(
 }
 
 /// How a verb ends that a node did not answer, or whose request it refused.
-pub(crate) fn failure(error: ClientError) -> Failure {
+pub(crate) fn failure(error: ClientError, asked: Asked) -> Failure {
     match error {
         ClientError::NoNode { node, running } => Failure::nobody(absent(&node, &running)),
-        ClientError::NotOperated { .. } | ClientError::Ended { .. } => Failure::nobody(error),
-        ClientError::Refused(failure) => Failure::found(refusal(&failure)),
+        ClientError::NotOperated { .. } => Failure::nobody(error),
+        ClientError::Refused(failure) => Failure::found(refusal(&failure, asked)),
+        // Whoever only looked has no need to know what may have been done.
+        ClientError::Ended { node } if asked == Asked::ToLook => {
+            Failure::nobody(format!("node \"{node}\" ended"))
+        }
+        ClientError::Ended { .. } => Failure::nobody(error),
+        ClientError::NoAnswer { node, patience } if asked == Asked::ToLook => {
+            Failure::found(format!(
+                "node \"{node}\" did not answer within {patience:?}; see that its process is not stopped"
+            ))
+        }
+        ClientError::Interrupted { node } if asked == Asked::ToLook => {
+            Failure::found(format!("ended by a signal before node \"{node}\" answered"))
+        }
         error => Failure::found(error),
     }
 }
 
 /// Everything that a node has against a request.
-pub(crate) fn refusal(failure: &control::Failure) -> String {
-    let mut text = "the node refuses, and nothing was changed:".to_owned();
-    match &failure.findings[..] {
-        [] | [_] => text += &format!(" {}", failure.message),
-        findings => findings.iter().for_each(|finding| text += &format!("\n{finding}")),
+pub(crate) fn refusal(failure: &control::Failure, asked: Asked) -> String {
+    let mut text = match &failure.findings[..] {
+        [] | [_] => failure.message.clone(),
+        findings => findings.iter().map(|finding| format!("\n{finding}")).collect(),
+    };
+    if asked == Asked::ToChange {
+        let blank = if text.starts_with('\n') { "" } else { " " };
+        text = format!("the node refuses, and nothing was changed:{blank}{text}");
+    }
+    let mut text = text.trim_start().to_owned();
+    if failure.code == Code::UnknownName
+        && let Some(file) = failure.findings.iter().find(|finding| is_file(&finding.name))
+    {
+        text += &format!(
+            "\n\"{}\" is a file in this folder: if the shell has put it in the place of a *, write the \
+             pattern in quotes",
+            escaped(&file.name)
+        );
     }
     text
+}
+
+fn is_file(name: &str) -> bool {
+    !name.is_empty() && !name.contains('/') && Path::new(name).exists()
 }
 
 /// That a node does not run, and which ones do.
@@ -222,7 +311,40 @@ fn absent(node: &str, running: &[String]) -> String {
 
 #[cfg(test)]
 mod tests {
+    use isochrone_runtime::control::Finding;
+
     use super::*;
+
+    #[test]
+    fn only_who_wanted_a_change_is_told_that_nothing_was_changed() {
+        let finding = |name: &str| Finding::new(name, format!("there is no signal \"{name}\""));
+        let one = control::Failure::of(Code::UnknownName, vec![finding("a.b")]);
+        assert_eq!(refusal(&one, Asked::ToLook), "there is no signal \"a.b\"");
+        assert_eq!(
+            refusal(&one, Asked::ToChange),
+            "the node refuses, and nothing was changed: there is no signal \"a.b\""
+        );
+        let two = control::Failure::of(Code::UnknownName, vec![finding("a.b"), finding("c.d")]);
+        let both = "there is no signal \"a.b\"\nthere is no signal \"c.d\"";
+        assert_eq!(refusal(&two, Asked::ToLook), both);
+        assert_eq!(
+            refusal(&two, Asked::ToChange),
+            format!("the node refuses, and nothing was changed:\n{both}")
+        );
+    }
+
+    #[test]
+    fn a_name_that_is_a_file_here_was_perhaps_a_pattern_without_quotes() {
+        let finding = Finding::new("Cargo.toml", "there is no signal \"Cargo.toml\"");
+        let failure = control::Failure::of(Code::UnknownName, vec![finding]);
+        assert!(refusal(&failure, Asked::ToLook).contains("in quotes"));
+    }
+
+    #[test]
+    fn the_name_of_a_node_comes_before_assignments() {
+        assert!(node_name("ramp.value=1").unwrap_err().contains("comes first"));
+        assert_eq!(node_name("level"), Ok("level".to_owned()));
+    }
 
     #[test]
     fn whoever_asks_for_a_node_that_does_not_run_is_told_those_that_do() {

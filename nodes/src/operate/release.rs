@@ -5,12 +5,12 @@ use isochrone_runtime::control::ReleaseParams;
 use super::transaction::{Transaction, client};
 use super::{forces, node};
 use crate::failure::Failure;
-use crate::terminal;
+use crate::{program, terminal};
 
 /// End forces of a running node
 ///
 /// A signal then has the value that it would have without the force: an input its newest sample, a
-/// parameter the value that was set last. Prints the forced values and those after.
+/// parameter the value that was set last. Prints what each signal was forced to and the value that it has without the force.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone release level level_raw\n  \
     isochrone release level 'ramp.*'\n  isochrone release level --all")]
@@ -18,7 +18,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     node: node::Args,
     /// Signals to release; `*` matches within one part of a name
-    #[arg(required_unless_present = "all", value_name = "NAME")]
+    #[arg(value_name = "NAME")]
     forced: Vec<String>,
     /// Release every signal that is forced
     #[arg(long, conflicts_with = "forced")]
@@ -29,6 +29,12 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    if args.forced.is_empty() && !args.all {
+        let (program, node) = (program::name(), &args.node.node);
+        return Err(Failure::usage(format!(
+            "name the signals to release, or give --all to release every one; `{program} forces {node}` lists them"
+        )));
+    }
     let mut node = args.node.connect()?;
     let mut names = args.forced.clone();
     if args.all {
@@ -45,5 +51,6 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let transaction = Transaction::from(&result);
     transaction.warn();
     let names: Vec<_> = result.before.iter().map(|(name, _)| name.to_owned()).collect();
-    terminal::print(&transaction.text(&node.read(&names)?.values))
+    let known = node.known(names.iter().map(String::as_str))?;
+    terminal::print(&transaction.text(&node.read(&names)?.values, &known))
 }

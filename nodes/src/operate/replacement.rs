@@ -10,26 +10,51 @@ use tempfile::NamedTempFile;
 
 use crate::failure::Failure;
 
-/// Writes a text to a file. One that is there is kept as `FILE.bak`, whose path is returned. Whatever
-/// goes wrong, a full disk or a crash, the file has the old text or the new one.
-pub(super) fn replace(path: &Path, text: &str) -> Result<Option<PathBuf>, Failure> {
+/// What became of a file.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Replaced {
+    /// It has the text.
+    Written,
+    /// It has the text, and the old one is kept in this file.
+    Kept(PathBuf),
+    /// It had the text already; it and the file that keeps an older one are as they were.
+    Unchanged,
+}
+
+/// Writes a text to a file. One that is there is kept as `FILE.bak`. Whatever goes wrong, a full disk or
+/// a crash, the file has the old text or the new one.
+pub(super) fn replace(path: &Path, text: &str) -> Result<Replaced, Failure> {
     // What a link leads to is replaced, not the link.
     let file = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    let folder = folder_of(&file);
+    let refused = |why: String| Failure::found(format!("cannot write {}: {why}", path.display()));
+    if !folder.is_dir() {
+        return Err(refused(format!("there is no folder {}", folder.display())));
+    }
+    let backup = backup_of(&file);
+    if file.is_file() && backup.is_dir() {
+        let backup = backup.display();
+        return Err(refused(format!(
+            "{backup}, which would keep the old file, is a folder; move it away"
+        )));
+    }
     let written = match fs::metadata(&file) {
         Ok(old) if old.is_file() => {
-            let backup = backup_of(&file);
-            in_place(&file, text, &old, &backup).map(|()| Some(backup))
+            if fs::read(&file).is_ok_and(|old| old == text.as_bytes()) {
+                return Ok(Replaced::Unchanged);
+            }
+            in_place(&file, text, &old, &backup).map(|()| Replaced::Kept(backup))
         }
         // A device or a pipe takes the text as it is.
-        Ok(_) => fs::write(&file, text).map(|()| None),
-        Err(error) if error.kind() == ErrorKind::NotFound => create(&file, text).map(|()| None),
+        Ok(_) => fs::write(&file, text).map(|()| Replaced::Written),
+        Err(error) if error.kind() == ErrorKind::NotFound => {
+            create(&file, text).map(|()| Replaced::Written)
+        }
         Err(error) => Err(error),
     };
+    let as_before = if file.exists() { "; it is as it was" } else { "" };
     written.map_err(|error| {
-        Failure::found(format!(
-            "cannot write {}, which is as it was: {error}; `save -o FILE` writes to another place",
-            path.display()
-        ))
+        refused(format!("{error}{as_before}; `save -o FILE` writes to another place"))
     })
 }
 
@@ -107,10 +132,12 @@ mod tests {
     fn the_old_file_is_kept_and_the_new_one_has_its_rights() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("n.toml");
-        assert_eq!(replace(&file, "one").unwrap(), None);
+        assert_eq!(replace(&file, "one").unwrap(), Replaced::Written);
         fs::set_permissions(&file, fs::Permissions::from_mode(0o640)).unwrap();
         for (new, old) in [("two", "one"), ("three", "two")] {
-            let backup = replace(&file, new).unwrap().unwrap();
+            let Replaced::Kept(backup) = replace(&file, new).unwrap() else { panic!("{new}") };
+            // A second time it has the text already.
+            assert_eq!(replace(&file, new).unwrap(), Replaced::Unchanged);
             assert_eq!(fs::read_to_string(&file).unwrap(), new);
             assert_eq!(fs::read_to_string(&backup).unwrap(), old);
         }
@@ -132,7 +159,10 @@ mod tests {
     #[test]
     fn a_place_that_cannot_be_written_to_is_named_and_stays_as_it_is() {
         let folder = tempfile::tempdir().unwrap();
-        for path in [Path::new("/dev/full"), Path::new("/proc/self/n.toml"), folder.path()] {
+        let nowhere = folder.path().join("missing/n.toml");
+        for path in
+            [Path::new("/dev/full"), Path::new("/proc/self/n.toml"), folder.path(), &nowhere]
+        {
             let failure = replace(path, "one").unwrap_err();
             let said = format!("{:?}", failure.report().unwrap());
             assert!(said.contains(path.to_str().unwrap()), "{said}");

@@ -7,7 +7,7 @@ use isochrone_runtime::control::{DescribeParams, running_nodes};
 use serde_json::json;
 
 use super::node::{self, Node};
-use super::replacement::replace;
+use super::replacement::{Replaced, replace};
 use crate::failure::Failure;
 use crate::terminal;
 
@@ -15,7 +15,7 @@ use crate::terminal;
 ///
 /// The text of the node's configuration with the values of now in place of the constants that were
 /// changed; comments, order and all else stay. Forces are not saved. Prints the text to stdout, or writes it
-/// to a file: whole or not at all, and the old file is kept as FILE.bak.
+/// to a file: whole or not at all. The old file is kept as FILE.bak, unless it has these values already.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone save level | diff level.toml -\n  \
     isochrone save level --in-place\n  isochrone save level -o tuned.toml")]
@@ -35,13 +35,13 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut node = args.node.connect()?;
+    let text = node.save()?;
     let path = match &args.output {
         Some(path) if path == Path::new("-") => None,
         Some(path) => Some(path.clone()),
-        None if args.in_place => Some(own_file(&mut node)?),
+        None if args.in_place => Some(own_file(&mut node, &text)?),
         None => None,
     };
-    let text = node.save()?;
     let Some(path) = path else {
         return if args.json {
             terminal::print_json(&json!({"configuration": text}))
@@ -49,21 +49,28 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             terminal::print(&text)
         };
     };
-    let backup = replace(&path, &text)?;
-    if args.json {
-        return terminal::print_json(&json!({"file": path, "backup": backup}));
-    }
-    terminal::note(&match backup {
-        Some(backup) => {
-            format!("saved to {}; the old file is {}", path.display(), backup.display())
+    let (file, replaced) = (path.display(), replace(&path, &text)?);
+    let (told, backup) = match &replaced {
+        Replaced::Written => (format!("saved to {file}"), None),
+        Replaced::Kept(backup) => {
+            (format!("saved to {file}; the old file is {}", backup.display()), Some(backup))
         }
-        None => format!("saved to {}", path.display()),
-    });
+        Replaced::Unchanged => {
+            (format!("{file} has these values already; nothing was written"), None)
+        }
+    };
+    if args.json {
+        let is_written = replaced != Replaced::Unchanged;
+        return terminal::print_json(
+            &json!({"file": path, "backup": backup, "written": is_written}),
+        );
+    }
+    terminal::note(&told);
     Ok(())
 }
 
 /// The file that the node was started with.
-fn own_file(node: &mut Node) -> Result<PathBuf, Failure> {
+fn own_file(node: &mut Node, text: &str) -> Result<PathBuf, Failure> {
     let origin = node.call(&DescribeParams {})?.configuration;
     let running = running_nodes(node.participant()).map_err(Failure::found)?;
     let process = running.into_iter().find(|one| one.name == node.name()).map(|one| one.process);
@@ -76,10 +83,11 @@ fn own_file(node: &mut Node) -> Result<PathBuf, Failure> {
     let found = Source::read(&file).map_err(|error| {
         Failure::found(format!("{error}; `save -o FILE` writes to a file of your choice"))
     })?;
-    if found.sha256() != origin.sha256 {
+    if found.sha256() != origin.sha256 && *found.text != *text {
+        let file = file.display();
         terminal::note(&format!(
-            "note: {} is not what the node was started with; what it has now is kept as .bak",
-            file.display()
+            "note: {file} was changed since the node started, by hand or by a save; its present text is \
+             kept as {file}.bak"
         ));
     }
     Ok(file)

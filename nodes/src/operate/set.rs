@@ -3,6 +3,7 @@
 use isochrone_runtime::control::SetParams;
 
 use super::assignment::{self, Assignment};
+use super::at::At;
 use super::node;
 use super::transaction::{Transaction, client};
 use crate::failure::Failure;
@@ -16,18 +17,18 @@ use crate::terminal;
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone set level ramp.setChangeRate=5\n  \
     isochrone set level level.x1=-100 level.x2=27648 --comment \"sensor 3 calibrated\"\n  \
-    isochrone set level ramp.setChangeRate=2 --at 250000\n\n\
-    A value is true, false, a number such as 5, 0.5 or 16#8F00, or a time such as T#100ms.")]
+    isochrone set level ramp.setChangeRate=2 --at +500\n\n\
+    A value is true, false, a number such as 5, 0.5 or 16#8F00, or, for a TIME, a time such as T#100ms.")]
 pub(crate) struct Args {
     #[command(flatten)]
     node: node::Args,
     /// Parameters and their new values
     #[arg(required = true, value_name = "NAME=VALUE")]
     parameters: Vec<Assignment>,
-    /// Cycle before which the values take effect, at most 10 s ahead; all must be of one task. Default:
-    /// the next cycle
+    /// Cycle before which the values take effect, at most 10 s ahead; all must be of one task. +500: in 500
+    /// cycles. Default: the next cycle
     #[arg(long, value_name = "CYCLE")]
-    at: Option<u64>,
+    at: Option<At>,
     /// Reason, for the journal
     #[arg(long, value_name = "TEXT")]
     comment: Option<String>,
@@ -38,13 +39,14 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut node = args.node.connect()?;
-    let values = assignment::values(&args.parameters);
-    let set = SetParams { values, at: args.at, comment: args.comment.clone(), client: client() };
+    let (values, known) = assignment::resolve(&mut node, &args.parameters)?;
+    let at = args.at.map(|at| at.cycle(&mut node, &known)).transpose()?;
+    let set = SetParams { values, at, comment: args.comment.clone(), client: client() };
     let result = node.call(&set)?;
     if args.json {
         return terminal::print_json(&result);
     }
     let transaction = Transaction::from(&result);
     transaction.warn();
-    terminal::print(&transaction.text(&set.values))
+    terminal::print(&transaction.text(&set.values, &known))
 }

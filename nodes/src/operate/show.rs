@@ -1,35 +1,41 @@
 //! `show`: the signals of a node.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use isochrone_blocks::PinType;
 use isochrone_report::Table;
 use isochrone_runtime::control::{Role, SignalDescription, Value};
 use serde_json::json;
 
-use super::assignment::shown;
+use super::known::shown;
 use super::node::{self, Node, Reading};
 use crate::failure::Failure;
-use crate::numbers::type_of;
+use crate::numbers::{self, Digits, type_of};
 use crate::terminal;
 
 /// Show signals of a running node: value, unit, role and type
 ///
 /// Roles: `input` (a value from another process), `parameter` (an input pin that no wire leads to;
 /// `set` changes it), `wired` (an input pin with a wire), `output`, and `ok` and `age` of an input.
-/// Signals that are forced and inputs that are not ok are marked.
+/// Signals that are forced or protected, inputs that are not ok, and limits of parameters are noted.
 #[derive(clap::Args)]
-#[command(after_help = "Examples:\n  isochrone show level\n  isochrone show level 'ramp.*'\n  \
-    isochrone show level --parameters")]
+#[command(
+    after_help = "Examples:\n  isochrone show level\n  isochrone show level ramp level_raw\n  isochrone show level 'ramp.set*'\n  \
+    isochrone show level --parameters"
+)]
 pub(crate) struct Args {
     #[command(flatten)]
     node: node::Args,
-    /// Signals to show; `*` matches within one part of a name: 'ramp.*'. Default: all
-    #[arg(value_name = "GLOB")]
-    pattern: Option<String>,
-    /// Show only parameters, which `set` can change
+    /// Signals to show, or blocks with all of their pins; `*` matches within one part of a name:
+    /// 'ramp.set*'. Default: all
+    #[arg(value_name = "NAME")]
+    patterns: Vec<String>,
+    /// Show only parameters, which `set` can change unless they are marked as protected
     #[arg(long)]
     parameters: bool,
+    /// Show only what `force` can hold: everything but the ages of inputs
+    #[arg(long, conflicts_with = "parameters")]
+    forceable: bool,
     /// Print only the names, one per line
     #[arg(long, conflicts_with = "json")]
     names: bool,
@@ -40,9 +46,12 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut node = args.node.connect()?;
-    let mut signals = node.signals(args.pattern.as_deref())?;
+    let mut signals = chosen(&mut node, &args.patterns)?;
     if args.parameters {
         signals.retain(|signal| signal.role == Role::Parameter);
+    }
+    if args.forceable {
+        signals.retain(|signal| signal.role != Role::Age);
     }
     if args.names {
         let names = signals.iter().map(|signal| format!("{}\n", signal.name));
@@ -75,6 +84,29 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     terminal::print(&table.draw(0))
 }
 
+/// The signals that are meant by names, globs and blocks; all without any.
+fn chosen(node: &mut Node, patterns: &[String]) -> Result<Vec<SignalDescription>, Failure> {
+    if patterns.is_empty() {
+        return node.signals(None);
+    }
+    let mut chosen: Vec<SignalDescription> = Vec::new();
+    let mut names = HashSet::new();
+    for pattern in patterns {
+        let mut found = node.signals_if_any(pattern)?;
+        // The name of an instance, or of a block with several.
+        for pins in [".*", ".*.*"] {
+            if found.is_empty() {
+                found = node.signals_if_any(&format!("{pattern}{pins}"))?;
+            }
+        }
+        if found.is_empty() {
+            found = node.signals(Some(pattern))?;
+        }
+        chosen.extend(found.into_iter().filter(|signal| names.insert(signal.name.clone())));
+    }
+    Ok(chosen)
+}
+
 /// The values of signals, and whether the inputs among them are ok.
 fn read(node: &mut Node, signals: &[SignalDescription]) -> Result<Reading, Failure> {
     let mut names: Vec<String> = signals.iter().map(|signal| signal.name.clone()).collect();
@@ -91,13 +123,20 @@ pub(crate) fn ok_of(input: &str) -> String {
 }
 
 /// What is to be known of a signal before its value is believed.
-fn marks(signal: &SignalDescription, values: &HashMap<&str, Value>) -> Vec<&'static str> {
+fn marks(signal: &SignalDescription, values: &HashMap<&str, Value>) -> Vec<String> {
     let is_not_ok = signal.role == Role::Input
         && values.get(ok_of(&signal.name).as_str()) == Some(&Value::Bool(false));
-    [(signal.forced, "forced"), (is_not_ok, "not ok")]
-        .into_iter()
-        .filter_map(|(is_so, mark)| is_so.then_some(mark))
-        .collect()
+    let marks = [
+        (signal.forced, "forced"),
+        (is_not_ok, "not ok"),
+        (signal.protected.unwrap_or_default(), "protected"),
+    ];
+    let marks = marks.into_iter().filter(|(is_so, _)| *is_so).map(|(_, mark)| mark.to_owned());
+    let limits = signal.limits.map(|[min, max]| {
+        let digits = |value| numbers::shown(value, PinType::Lreal, Digits::Exact);
+        format!("{} to {}", digits(min), digits(max))
+    });
+    marks.chain(limits).collect()
 }
 
 fn document(signal: &SignalDescription, values: &HashMap<&str, Value>) -> serde_json::Value {
@@ -111,6 +150,8 @@ fn document(signal: &SignalDescription, values: &HashMap<&str, Value>) -> serde_
         "task": signal.task,
         "forced": signal.forced,
         "ok": ok,
+        "protected": signal.protected,
+        "limits": signal.limits,
         "doc": signal.doc,
     })
 }
@@ -140,6 +181,8 @@ mod tests {
             role,
             task: "fast".to_owned(),
             forced,
+            protected: Some(name == "z"),
+            limits: (name == "a.in").then_some([0.0, 2.5]),
             doc: String::new(),
         };
         let values = HashMap::from([("x.ok", Value::Bool(false)), ("y.ok", Value::Bool(true))]);
@@ -147,6 +190,7 @@ mod tests {
         assert_eq!(marks("x", Role::Input, true), "forced, not ok");
         assert_eq!(marks("y", Role::Input, false), "");
         assert_eq!(marks("a.out", Role::Output, true), "forced");
-        assert_eq!(marks("z", Role::Input, false), "", "what is not known is not said");
+        assert_eq!(marks("z", Role::Input, false), "protected", "what is not known is not said");
+        assert_eq!(marks("a.in", Role::Parameter, true), "forced, 0 to 2.5");
     }
 }

@@ -1,8 +1,9 @@
 //! What a transaction has done, as people read it.
 
 use isochrone_report::Table;
-use isochrone_runtime::control::{ByTask, Finding, ForceResult, Part, SetResult, Value, Values};
+use isochrone_runtime::control::{ByTask, Finding, ForceResult, Part, SetResult, Values};
 
+use super::known::Known;
 use crate::terminal;
 
 /// The result of a request that changed something.
@@ -29,12 +30,12 @@ impl<'a> From<&'a ForceResult> for Transaction<'a> {
 
 impl Transaction<'_> {
     /// A line for the transaction, then one for each value with what it was and what it is.
-    pub(super) fn text(&self, after: &Values) -> String {
+    pub(super) fn text(&self, after: &Values, known: &Known) -> String {
         let mut text = format!("transaction {}{}\n", self.number, since(self.tasks));
         let mut table = Table::default();
         for (name, before) in self.before.iter() {
-            let after = after.get(name).map_or_else(String::new, |after| alike(after, before));
-            table.row([name.to_owned(), before.to_string(), format!("-> {after}")]);
+            let after = after.get(name).map_or_else(String::new, |after| known.shown(name, after));
+            table.row([name.to_owned(), known.shown(name, before), format!("-> {after}")]);
         }
         text += &table.draw(2);
         text
@@ -57,23 +58,38 @@ pub(super) fn since(tasks: &ByTask<Part>) -> String {
     parts.collect()
 }
 
-/// A value as the one before it is written: an LREAL may be given as a whole number.
-fn alike(after: Value, before: Value) -> String {
-    match (after, before) {
-        (Value::Integer(after), Value::Number(_)) => Value::Number(after as f64).to_string(),
-        _ => after.to_string(),
-    }
+/// Who asks, for the journal: `$USER`, `$LOGNAME`, or the account that the process runs under.
+pub(crate) fn client() -> Option<String> {
+    let user = ["USER", "LOGNAME"].into_iter().filter_map(|name| std::env::var(name).ok());
+    let user = user.into_iter().find(|user| !user.is_empty());
+    let id = rustix::process::getuid().as_raw();
+    let accounts = || std::fs::read_to_string("/etc/passwd").unwrap_or_default();
+    Some(user.or_else(|| account(&accounts(), id)).unwrap_or_else(|| format!("uid {id}")))
 }
 
-/// Who asks, for the journal.
-pub(crate) fn client() -> Option<String> {
-    let user = ["USER", "LOGNAME"].into_iter().find_map(|name| std::env::var(name).ok());
-    Some(user.filter(|user| !user.is_empty()).unwrap_or_else(crate::program::name))
+/// The account of an id, as `/etc/passwd` has it.
+fn account(accounts: &str, id: u32) -> Option<String> {
+    let account = |line: &str| {
+        let mut fields = line.split(':');
+        let (name, id) = (fields.next()?, fields.nth(1)?);
+        Some((name.to_owned(), id.parse().ok()?))
+    };
+    let found = accounts.lines().filter_map(account).find(|(_, of): &(_, u32)| *of == id)?;
+    Some(found.0)
 }
 
 #[cfg(test)]
 mod tests {
+    use isochrone_runtime::control::Value;
+
     use super::*;
+
+    #[test]
+    fn an_account_has_the_name_of_its_id() {
+        let accounts = "root:x:0:0:root:/root:/bin/sh\nbad\nanna:x:1000:1000::/home/anna:/bin/sh\n";
+        assert_eq!(account(accounts, 1000).as_deref(), Some("anna"));
+        assert_eq!(account(accounts, 7), None);
+    }
 
     #[test]
     fn a_transaction_is_told_with_its_cycles_and_old_and_new_values() {
@@ -93,9 +109,9 @@ mod tests {
         let after: Values =
             [("a.rate", Value::Integer(5)), ("b.on", Value::Bool(true))].into_iter().collect();
         assert_eq!(
-            Transaction::from(&result).text(&after),
+            Transaction::from(&result).text(&after, &Known::default()),
             "transaction 7, from cycle 120 of task \"fast\" on, due in cycle 99 of task \"slow\", \
-             which is still to come\n  a.rate  10.0   -> 5.0\n  b.on    false  -> true\n"
+             which is still to come\n  a.rate  10     -> 5\n  b.on    FALSE  -> TRUE\n"
         );
     }
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use isochrone_engine::escaped;
 use isochrone_runtime::control::{Action, JournalEntry, PendingEntry, UndoParams};
 
 use super::journal;
@@ -20,7 +21,9 @@ use crate::terminal;
 pub(crate) struct Args {
     #[command(flatten)]
     node: node::Args,
-    /// Number of the transaction, as `set` and `journal` print it. Default: the last `set`
+    /// Number of the transaction, as `set` and `journal` print it; that of an undo makes it good again.
+    /// Default: the last `set`
+    #[arg(value_parser = number)]
     transaction: Option<u64>,
     /// Print one JSON document
     #[arg(long)]
@@ -29,9 +32,13 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut node = args.node.connect()?;
-    let transaction = match args.transaction {
-        Some(transaction) => transaction,
-        None => last_set(&mut node)?,
+    let (transaction, by) = match args.transaction {
+        Some(transaction) => (transaction, String::new()),
+        None => {
+            let (transaction, client) = last_set(&mut node)?;
+            let client = client.as_deref().map(escaped);
+            (transaction, client.map_or_else(String::new, |client| format!(" of {client}")))
+        }
     };
     let result = node.call(&UndoParams { transaction, client: client() })?;
     if args.json {
@@ -39,17 +46,25 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
     let done = Transaction::from(&result);
     done.warn();
+    let known = node.known(result.before.iter().map(|(name, _)| name))?;
     // What is stored: a force may hold another value in front of it.
-    let after = &result.after;
-    terminal::print(&format!("transaction {transaction} is taken back\n{}", done.text(after)))
+    let done = done.text(&result.after, &known);
+    terminal::print(&format!("transaction {transaction}{by} is taken back\n{done}"))
 }
 
-/// The last `set` that was not taken back.
-fn last_set(node: &mut Node) -> Result<u64, Failure> {
+fn number(text: &str) -> Result<u64, String> {
+    text.parse().map_err(|_| "give the number of a transaction; `journal` lists them".into())
+}
+
+/// The last `set` that was not taken back, and who asked for it.
+fn last_set(node: &mut Node) -> Result<(u64, Option<String>), Failure> {
     let (entries, pending) = journal::all(node, None)?;
     let node = node.name();
     match last_change(&entries) {
-        Some(Last::Set(transaction)) => Ok(transaction),
+        Some(Last::Set(transaction)) => {
+            let mut of_it = entries.into_iter().filter(|entry| entry.transaction == transaction);
+            Ok((transaction, of_it.next().and_then(|entry| entry.client)))
+        }
         Some(Last::Apply(number)) => Err(Failure::found(format!(
             "the last change of node \"{node}\" is apply {number}, which cannot be undone: apply the \
              configuration from before it to go back, or name the set that is to be taken back"

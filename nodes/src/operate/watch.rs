@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use isochrone_engine::parse_seconds;
 use isochrone_runtime::control::{ByTask, ReadAt, Value};
 
+use super::known::Known;
 use super::node::{self, Reading};
 use crate::failure::Failure;
 use crate::{numbers, terminal};
@@ -27,7 +28,7 @@ pub(crate) struct Args {
     /// Signals: inputs, `block.pin`, `block.17.pin`; `*` matches within one part of a name
     #[arg(required = true, value_name = "NAME")]
     names: Vec<String>,
-    /// Print all values so many times a second, at most 50
+    /// Print all values at this rate, at most 50 Hz
     #[arg(long, value_name = "HZ", value_parser = rate, allow_negative_numbers = true)]
     rate: Option<f64>,
     /// Stop after this many lines
@@ -36,7 +37,7 @@ pub(crate) struct Args {
     /// Stop after this time: 10, 500ms, 5min
     #[arg(long, value_name = "TIME", value_parser = parse_seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
-    /// Print one JSON object a line
+    /// Print one JSON object per line
     #[arg(long)]
     json: bool,
 }
@@ -44,12 +45,18 @@ pub(crate) struct Args {
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut node = args.node.connect_for(args.seconds)?;
     let interval = args.rate.map_or(LOOK_INTERVAL, |rate| Duration::from_secs_f64(1.0 / rate));
+    let mut known = Known::default();
     let mut last: Vec<(String, Value)> = Vec::new();
     let mut next = Instant::now();
     let mut lines = 0;
     while args.count.is_none_or(|count| lines < count) {
         let read = node.read(&args.names);
         let Some(mut reading) = node.unless_ended(read)? else { break };
+        if !args.json && reading.values.iter().any(|(name, _)| known.get(name).is_none()) {
+            let found = node.known(reading.values.iter().map(|(name, _)| name));
+            let Some(found) = node.unless_ended(found)? else { break };
+            known = found;
+        }
         let all = reading.values.0.clone();
         if args.rate.is_none() {
             let before = std::mem::replace(&mut last, all);
@@ -59,7 +66,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             terminal::print(&if args.json {
                 terminal::json_line(&reading)?
             } else {
-                line(&reading)
+                line(&reading, &known)
             })?;
             lines += 1;
         }
@@ -83,8 +90,9 @@ fn changed(before: &[(String, Value)], now: Vec<(String, Value)>) -> Vec<(String
 }
 
 /// Cycles and values in a line.
-fn line(reading: &Reading) -> String {
-    let values = reading.values.iter().map(|(name, value)| format!("  {name}={value}"));
+fn line(reading: &Reading, known: &Known) -> String {
+    let value = |(name, value): (&str, Value)| format!("  {name}={}", known.shown(name, value));
+    let values = reading.values.iter().map(value);
     format!("{}{}\n", cycles(&reading.tasks), values.collect::<String>())
 }
 
@@ -126,8 +134,9 @@ mod tests {
         let at = |cycle| ReadAt { cycle, release_ns: 0 };
         let values = [("a.y", 0.5)].into_iter().collect();
         let mut reading = Reading { tasks: [("fast".to_owned(), at(7))].into(), values };
-        assert_eq!(line(&reading), "7  a.y=0.5\n");
+        let known = Known::default();
+        assert_eq!(line(&reading, &known), "7  a.y=0.5\n");
         reading.tasks.insert("slow".to_owned(), at(3));
-        assert_eq!(line(&reading), "fast:7 slow:3  a.y=0.5\n");
+        assert_eq!(line(&reading, &known), "fast:7 slow:3  a.y=0.5\n");
     }
 }

@@ -6,7 +6,7 @@ use isochrone_runtime::control::{Hold, SignalDescription, Value};
 
 use super::news::Order;
 use crate::numbers::type_of;
-use crate::operate::{parse, shown};
+use crate::operate::{Written, shown};
 
 /// What stands over the list.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,7 +39,8 @@ pub(super) enum Asks {
     NewValue(Target),
     ForcedValue(Target),
     ForceTime(Target, Value),
-    Transaction,
+    /// With what this screen set last, in words.
+    Transaction(Option<(u64, String)>),
     /// Whether it shall be done.
     Confirm(Order),
 }
@@ -87,7 +88,10 @@ impl Question {
             Asks::ForceTime(..) => {
                 format!("a time, such as 30 (seconds) or 5min; \"{HOLD}\": until it is released")
             }
-            Asks::Transaction => "the number of a set; `isochrone journal` lists them".into(),
+            Asks::Transaction(Some((number, what))) => {
+                format!("#{number} {what}; `isochrone journal` lists others")
+            }
+            Asks::Transaction(None) => "the number of a set; `isochrone journal` lists them".into(),
             Asks::Confirm(_) => String::new(),
         }
     }
@@ -108,24 +112,25 @@ impl Question {
         };
         Ok(match &self.asks {
             Asks::NewValue(target) => {
-                let value = parse(self.input.trim())?;
-                confirm(Order::Set { name: target.name.clone(), value }, Some(target))
+                let value = target.read(&self.input)?;
+                let to = target.shown(value);
+                confirm(Order::Set { name: target.name.clone(), value, to }, Some(target))
             }
             Asks::ForcedValue(target) => {
-                let value = parse(self.input.trim())?;
+                let value = target.read(&self.input)?;
                 Next::Ask(Self::new(Asks::ForceTime(target.clone(), value)))
             }
             Asks::ForceTime(target, value) => {
                 let hold = hold(&self.input)?;
-                confirm(
-                    Order::Force { name: target.name.clone(), value: *value, hold },
-                    Some(target),
-                )
+                let (name, to) = (target.name.clone(), target.shown(*value));
+                confirm(Order::Force { name, value: *value, to, hold }, Some(target))
             }
-            Asks::Transaction => {
+            Asks::Transaction(last) => {
                 let transaction = self.input.trim().parse();
                 let transaction = transaction.map_err(|_| "give the number of a transaction")?;
-                confirm(Order::Undo { transaction }, None)
+                let last = last.as_ref().filter(|(number, _)| *number == transaction);
+                let what = last.map(|(_, what)| what.clone());
+                confirm(Order::Undo { transaction, what }, None)
             }
             Asks::Confirm(order) => Next::Send(order.clone()),
         })
@@ -138,11 +143,27 @@ impl Target {
         Self { name, value_type, unit, value }
     }
 
-    /// The value that it had, with its unit.
+    /// The value that was typed.
+    fn read(&self, text: &str) -> Result<Value, String> {
+        Written::read(text.trim())?.of(type_of(&self.value_type), self.unit.as_deref())
+    }
+
+    /// A value of its type, with its unit.
+    fn shown(&self, value: Value) -> String {
+        let value_type = type_of(&self.value_type);
+        let value = shown(value, value_type);
+        match self.unit.as_deref() {
+            // A time is written with its unit.
+            Some(unit) if value_type != PinType::Time && !unit.is_empty() => {
+                format!("{value} {unit}")
+            }
+            _ => value,
+        }
+    }
+
+    /// The value that it had.
     pub(super) fn now(&self) -> String {
-        let value = self.value.map(|value| shown(value, type_of(&self.value_type)));
-        let unit = self.unit.as_deref().unwrap_or_default();
-        format!("{} {unit}", value.as_deref().unwrap_or("-"))
+        self.value.map_or("-".into(), |value| self.shown(value))
     }
 }
 
@@ -179,7 +200,8 @@ mod tests {
     #[test]
     fn a_value_is_confirmed_before_it_is_sent() {
         let next = answered(Asks::NewValue(target("LREAL")), " 7.5 ");
-        let set = Order::Set { name: "ramp.setChangeRate".into(), value: Value::Number(7.5) };
+        let (name, to) = ("ramp.setChangeRate".into(), "7.5 m/s".into());
+        let set = Order::Set { name, value: Value::Number(7.5), to };
         assert_eq!(confirmed(next), set);
     }
 
@@ -195,7 +217,8 @@ mod tests {
             };
             let next = answered(question.asks, time);
             let name = "ramp.setChangeRate".to_owned();
-            assert_eq!(confirmed(next), Order::Force { name, value: Value::Bool(true), hold });
+            let (value, to) = (Value::Bool(true), "TRUE".to_owned());
+            assert_eq!(confirmed(next), Order::Force { name, value, to, hold });
         }
     }
 
@@ -204,11 +227,13 @@ mod tests {
         for (asks, input) in [
             (Asks::NewValue(target("LREAL")), "seven"),
             (Asks::NewValue(target("LREAL")), ""),
+            (Asks::NewValue(target("LREAL")), "1.1m"),
+            (Asks::NewValue(target("TIME")), "1.5mm"),
             (Asks::NewValue(target("LREAL")), "1e999"),
             (Asks::NewValue(target("WORD")), "16#XYZ"),
             (Asks::ForceTime(target("LREAL"), Value::Number(1.0)), ""),
             (Asks::ForceTime(target("LREAL"), Value::Number(1.0)), "soon"),
-            (Asks::Transaction, "-1"),
+            (Asks::Transaction(None), "-1"),
         ] {
             let Next::Ask(question) = answered(asks.clone(), input) else { panic!("{input}") };
             assert_eq!((question.asks, question.input.as_str()), (asks, input));

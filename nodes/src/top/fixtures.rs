@@ -15,6 +15,8 @@ pub(super) fn signal(name: &str, role: Role, value_type: &str) -> SignalDescript
         role,
         task: "fast".into(),
         forced: false,
+        protected: Some(false),
+        limits: None,
         doc: format!("what {name} is for"),
     }
 }
@@ -26,7 +28,15 @@ pub(super) fn force(name: &str, value: impl Into<Value>) -> Force {
 
 pub(super) fn alarm(name: &str, status: Option<u16>) -> ActiveAlarm {
     let meaning = format!("what is wrong with {name}");
-    ActiveAlarm { name: name.into(), status, meaning, since_cycle: 42, count: 3 }
+    ActiveAlarm {
+        name: name.into(),
+        status,
+        meaning,
+        task: "fast".into(),
+        since_cycle: 42,
+        since_unix_ns: Some(1_700_000_000_000_000_000),
+        count: 3,
+    }
 }
 
 pub(super) fn node(started_unix_ns: u64) -> DescribeResult {

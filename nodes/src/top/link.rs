@@ -11,7 +11,7 @@ use isochrone_runtime::control::{
 
 use super::news::{Done, Order};
 use super::telemetry::Telemetry;
-use crate::operate::{client, refusal};
+use crate::operate::{Asked, client, refusal};
 
 type Service = ipc::Service;
 
@@ -53,11 +53,11 @@ impl Link {
 
     pub(super) fn give(&mut self, order: &Order) -> Result<Done, ClientError> {
         let result = match order.clone() {
-            Order::Set { name, value } => {
+            Order::Set { name, value, .. } => {
                 let values = Values(vec![(name, value)]);
                 self.client.call(&SetParams { values, client: client(), ..SetParams::default() })?
             }
-            Order::Force { name, value, hold } => {
+            Order::Force { name, value, hold, .. } => {
                 let values = Values(vec![(name, value)]);
                 let params = ForceParams {
                     values,
@@ -77,7 +77,7 @@ impl Link {
             Order::Release { name } => {
                 self.client.call(&ReleaseParams { names: vec![name], client: client() })?
             }
-            Order::Undo { transaction } => {
+            Order::Undo { transaction, .. } => {
                 self.client.call(&UndoParams { transaction, client: client() })?
             }
         };
@@ -94,7 +94,7 @@ impl Link {
 /// Why an order was not carried out.
 pub(super) fn whole(error: &ClientError) -> String {
     match error {
-        ClientError::Refused(failure) => refusal(failure),
+        ClientError::Refused(failure) => refusal(failure, Asked::ToChange),
         error => error.to_string(),
     }
 }

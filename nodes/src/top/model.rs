@@ -9,6 +9,8 @@ use super::message::{Space, message_lines};
 use super::news::{Done, News, Order};
 use super::signals::Signals;
 use super::timing::{Timings, Windows};
+use crate::numbers::type_of;
+use crate::operate::shown;
 
 /// A node that answers is heard at least once a second.
 const SILENCE_NS: u64 = 1_500_000_000;
@@ -32,8 +34,8 @@ pub(super) struct Model {
     searched: Option<String>,
     /// What happened last.
     pub(super) note: String,
-    /// The last transaction that this screen made and that can be undone.
-    last_set: Option<u64>,
+    /// The last transaction that this screen made and that can be undone, and what it did.
+    last_set: Option<(u64, String)>,
     timings: Timings,
     /// Whether there were news since the last tick, and when there last were.
     has_heard: bool,
@@ -93,11 +95,15 @@ impl Model {
 
     fn note_done(&mut self, done: &Done) {
         let cycles = done.cycles.iter().map(|(task, cycle)| format!("{task} cycle {cycle}"));
-        let before = done.before.iter().map(|(_, value)| value.to_string());
+        let before = done.before.iter().map(|(name, value)| match self.signals.find(name) {
+            Some(signal) => shown(value, type_of(&signal.value_type)),
+            None => value.to_string(),
+        });
         let (cycles, before) = (joined(cycles), joined(before));
-        self.note = format!("#{} from {cycles}: {} (was {before})", done.transaction, done.order);
+        let what = format!("{} (was {before})", done.order);
+        self.note = format!("#{} from {cycles}: {what}", done.transaction);
         if matches!(done.order, Order::Set { .. }) {
-            self.last_set = Some(done.transaction);
+            self.last_set = Some((done.transaction, what));
         }
         if !done.warnings.is_empty() {
             let title = format!("Done, with a warning: {}", done.order);
@@ -135,8 +141,8 @@ impl Model {
     pub(super) fn set_rows(&mut self, rows: Rows) {
         self.signals.set_rows(rows.signals);
         self.task_cursor.set_rows(rows.tasks);
-        self.alarm_cursor.set_rows(rows.others);
-        self.force_cursor.set_rows(rows.others);
+        self.alarm_cursor.set_rows(rows.alarms);
+        self.force_cursor.set_rows(rows.forces);
         self.message_space = rows.message;
     }
 
@@ -181,8 +187,9 @@ impl Model {
             Action::Force => self.ask_for_force(),
             Action::Release => self.ask_for_release(),
             Action::Undo => {
-                let mut question = Question::new(Asks::Transaction);
-                question.input = self.last_set.map(|it| it.to_string()).unwrap_or_default();
+                let mut question = Question::new(Asks::Transaction(self.last_set.clone()));
+                let number = self.last_set.as_ref().map(|(number, _)| number.to_string());
+                question.input = number.unwrap_or_default();
                 self.dialog = Some(Dialog::Question(question));
             }
             Action::Type(character) => self.edit(|text| text.push(character)),
@@ -319,6 +326,7 @@ fn joined(parts: impl Iterator<Item = String>) -> String {
 pub(super) struct Rows {
     pub(super) signals: usize,
     pub(super) tasks: usize,
-    pub(super) others: usize,
+    pub(super) alarms: usize,
+    pub(super) forces: usize,
     pub(super) message: Space,
 }

@@ -61,25 +61,44 @@ pub(super) enum Wish {
 /// Something that the node is to do.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Order {
-    Set { name: String, value: Value },
-    Force { name: String, value: Value, hold: Hold },
-    Release { name: String },
-    Undo { transaction: u64 },
+    /// The value is also there as people read it.
+    Set {
+        name: String,
+        value: Value,
+        to: String,
+    },
+    Force {
+        name: String,
+        value: Value,
+        to: String,
+        hold: Hold,
+    },
+    Release {
+        name: String,
+    },
+    /// With what is taken back, in words, where that is known.
+    Undo {
+        transaction: u64,
+        what: Option<String>,
+    },
 }
 
 /// As people read it.
 impl std::fmt::Display for Order {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
-            Self::Set { name, value } => write!(f, "set {name} to {value}"),
-            Self::Force { name, value, hold: Hold::Seconds(seconds) } => {
-                write!(f, "force {name} to {value} for {seconds} s")
+            Self::Set { name, to, .. } => write!(f, "set {name} to {to}"),
+            Self::Force { name, to, hold: Hold::Seconds(seconds), .. } => {
+                write!(f, "force {name} to {to} for {seconds} s")
             }
-            Self::Force { name, value, hold: Hold::UntilReleased } => {
-                write!(f, "force {name} to {value} until it is released")
+            Self::Force { name, to, hold: Hold::UntilReleased, .. } => {
+                write!(f, "force {name} to {to} until it is released")
             }
             Self::Release { name } => write!(f, "release {name}"),
-            Self::Undo { transaction } => write!(f, "undo transaction {transaction}"),
+            Self::Undo { transaction, what: None } => write!(f, "undo transaction {transaction}"),
+            Self::Undo { transaction, what: Some(what) } => {
+                write!(f, "undo transaction {transaction}: {what}")
+            }
         }
     }
 }

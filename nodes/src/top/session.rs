@@ -14,7 +14,7 @@ use isochrone_runtime::control::{
 use super::link::{Link, whole};
 use super::news::{News, Order, Wish};
 use crate::failure::Failure;
-use crate::operate::{NodeArgs, failure};
+use crate::operate::{Asked, NodeArgs, failure};
 
 type Service = ipc::Service;
 
@@ -105,7 +105,8 @@ fn join(
     is_over: &Arc<AtomicBool>,
 ) -> Result<(Participant<Service>, Link), Failure> {
     let participant = args.domain.join("isochrone/top")?;
-    let link = Link::open(&participant, &args.node, is_over).map_err(failure)?;
+    let link = Link::open(&participant, &args.node, is_over)
+        .map_err(|error| failure(error, Asked::ToLook))?;
     Ok((participant, link))
 }
 

@@ -50,7 +50,8 @@ pub(super) fn rows(area: Rect, model: &Model) -> Rows {
     Rows {
         signals: lists::signal_rows(body),
         tasks: tasks::rows(body),
-        others: lists::other_rows(body),
+        alarms: lists::alarm_rows(body),
+        forces: lists::force_rows(body),
         message: dialogs::message_space(area),
     }
 }
@@ -79,7 +80,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, palette: Palette) {
 
 fn header<'a>(model: &'a Model, palette: Palette) -> Line<'a> {
     let Some(node) = &model.node else { return Line::default() };
-    let changed = if node.configuration.changed { ", changed since" } else { "" };
+    let changed = if node.configuration.changed { " (changed since the start)" } else { "" };
     let access = match node.control {
         Access::Off | Access::Read => "read only (control = \"read\")",
         Access::Set => "set (control = \"set\": no forces)",

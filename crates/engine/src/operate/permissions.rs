@@ -51,9 +51,9 @@ impl Permissions {
     /// Whether requests of this kind are allowed at all.
     pub(super) fn check(&self, intent: Intent) -> Result<(), Refusal> {
         let (action, needs) = match intent {
-            Intent::Set => ("set a parameter", Control::Set),
-            Intent::Force => ("force a signal", Control::Force),
-            Intent::Apply => ("change the configuration", Control::Force),
+            Intent::Set => ("setting a parameter", Control::Set),
+            Intent::Force => ("forcing a signal", Control::Force),
+            Intent::Apply => ("changing the configuration", Control::Force),
         };
         if self.control < needs {
             let (control, needs) = (self.control.as_str(), needs.as_str());
@@ -118,6 +118,14 @@ impl Permissions {
             value_type,
         })?;
         self.bound(signal, slot, value)
+    }
+
+    /// The limits of a parameter, if there are any: least and greatest value.
+    pub(super) fn limits(&self, signal: &Signal<'_>) -> Option<[f64; 2]> {
+        let of_it = |limits: &&Limits| limits.pattern.matches(&signal.name);
+        let limits = self.limits.iter().filter(|_| signal.role == Role::Parameter).filter(of_it);
+        let bounds = limits.map(|limits| [limits.min, limits.max]);
+        bounds.reduce(|a, b| [a[0].max(b[0]), a[1].min(b[1])])
     }
 
     /// Whether a value lies within the limits of a signal.

@@ -18,7 +18,7 @@ pub use refusals::Refusals;
 #[non_exhaustive]
 pub enum Refusal {
     /// There is no such signal.
-    #[error("there is no signal \"{}\"", escaped(.name))]
+    #[error("there is no signal \"{}\"", shortened(.name))]
     Unknown {
         /// The name.
         name: String,
@@ -48,7 +48,7 @@ pub enum Refusal {
         service: Option<String>,
     },
     /// It tells what an input's value is worth, or how old it is.
-    #[error("\"{name}\" says what an input is worth; it cannot be set")]
+    #[error("\"{name}\" tells what the value of an input is worth, so it cannot be set")]
     Quality {
         /// The name.
         name: String,
@@ -60,7 +60,7 @@ pub enum Refusal {
         name: String,
     },
     /// The signal's type does not have the value.
-    #[error("{value} is no {value_type}, which \"{name}\" needs")]
+    #[error("{value} is no {value_type}, as \"{name}\" is")]
     Value {
         /// The name.
         name: String,
@@ -70,7 +70,7 @@ pub enum Refusal {
         value_type: PinType,
     },
     /// The value lies outside of the limits that the configuration gives the parameter.
-    #[error("{value} is outside of the limits of \"{name}\", {min:?} to {max:?}")]
+    #[error("{value} is outside the limits of \"{name}\", {min:?} to {max:?}")]
     Limits {
         /// The name.
         name: String,
@@ -82,7 +82,7 @@ pub enum Refusal {
         max: f64,
     },
     /// The name stands twice in one request.
-    #[error("\"{name}\" stands twice in one request")]
+    #[error("\"{name}\" is given twice in one request")]
     Twice {
         /// The name.
         name: String,
@@ -96,7 +96,7 @@ pub enum Refusal {
         pattern: String,
     },
     /// The configuration does not allow requests of this kind.
-    #[error("[node] control = \"{control}\" does not allow to {action}")]
+    #[error("[node] control = \"{control}\" does not allow {action}")]
     Control {
         /// What the configuration says.
         control: &'static str,
@@ -295,14 +295,20 @@ impl Refusal {
             }
             Self::Fed { service: Some(_), .. } => "publish the value there, or force it".into(),
             Self::Fed { service: None, .. } => "have the program give it, or force it".into(),
+            Self::Quality { name } if name.ends_with(".age") => {
+                "it counts by itself; force the input, or its \".ok\"".into()
+            }
             Self::Quality { .. } => "force it".into(),
             Self::Age { .. } => "force the input, or its \".ok\"".into(),
             Self::Value { value_type, .. } => match (value_type, value_type.range()) {
                 (PinType::Bool, _) => "write true or false".into(),
+                (PinType::Time, Some((min, max))) => {
+                    format!("write whole milliseconds from {min} to {max}")
+                }
                 (_, Some((min, max))) => format!("write a whole number from {min} to {max}"),
                 (_, None) => "write a number".into(),
             },
-            Self::Limits { .. } => "[limits] in the configuration bounds it".into(),
+            Self::Limits { .. } => "[limits] in the configuration sets them".into(),
             Self::Twice { .. } => "name it once".into(),
             Self::Protected { .. } => "take it out of [[protect]] and start the node again".into(),
             Self::Control { needs, .. } => {
@@ -312,7 +318,7 @@ impl Refusal {
                 "make it writable; the node tries again all the time, and changes nothing until then"
                     .into()
             }
-            Self::NotForced { .. } => "release what is forced only".into(),
+            Self::NotForced { .. } => "name a signal that is; `forces` lists them".into(),
             Self::NotSearched { .. } => "divide the request".into(),
             Self::Empty => "name at least one".into(),
             Self::At { why, .. } => match why {
@@ -321,7 +327,7 @@ impl Refusal {
                 AtRefusal::SeveralTasks => "make one request for each task",
             }
             .into(),
-            Self::Duration { .. } => "write a number of seconds greater than 0".into(),
+            Self::Duration { .. } => "write seconds greater than 0 that cycles can count, or hold it until its release".into(),
             Self::TooMany { .. } => "release some of them first".into(),
             Self::Fixed { .. } => {
                 "leave it as it is, or stop the node and start it with the new configuration".into()
@@ -348,6 +354,15 @@ impl Refusal {
 fn deed(action: &str) -> String {
     let article = if action.starts_with(['a', 'e']) { "an" } else { "a" };
     format!("{article} {action}")
+}
+
+/// As much of a name as a sentence takes.
+fn shortened(name: &str) -> String {
+    const SHOWN: usize = 100;
+    match name.char_indices().nth(SHOWN) {
+        Some((end, _)) => format!("{}…", escaped(name.get(..end).unwrap_or_default())),
+        None => escaped(name).into_owned(),
+    }
 }
 
 fn fed_by(service: Option<&str>) -> String {

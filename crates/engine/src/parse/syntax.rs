@@ -63,7 +63,8 @@ fn has_header(text: &str, before: usize) -> bool {
 }
 
 fn finding(text: &str, (span, message): SyntaxError<'_>) -> Finding {
-    let help = value(text, span.start).and_then(quoted);
+    let comma = decimal_comma(text, span.start);
+    let help = comma.or_else(|| value(text, span.start).and_then(quoted));
     let finding = Finding::new(Problem::Syntax, span, format!("this is not TOML: {message}"));
     match help {
         Some(help) => finding.help(help),
@@ -80,6 +81,20 @@ fn value(text: &str, byte: usize) -> Option<&str> {
     value.split(|c: char| c.is_whitespace() || ",]}".contains(c)).next()
 }
 
+/// How a number with a decimal comma is written.
+fn decimal_comma(text: &str, byte: usize) -> Option<String> {
+    let line = line(text, byte);
+    let start = line.start + text.get(line.start..byte)?.rfind('=')? + 1;
+    let (whole, rest) = text.get(start..line.end)?.trim_start().split_once(',')?;
+    let digits = whole.strip_prefix(['-', '+']).unwrap_or(whole);
+    let end = rest.find(|c: char| !c.is_ascii_digit()).unwrap_or(rest.len());
+    let (decimals, after) = rest.split_at(end);
+    let is_number = |digits: &str| !digits.is_empty() && digits.bytes().all(|b| b.is_ascii_digit());
+    let ends = after.is_empty() || after.starts_with([' ', '\t', '\r', ',', '}', '#']);
+    (is_number(digits) && is_number(decimals) && ends)
+        .then(|| format!("decimals have a point, not a comma: {whole}.{decimals}"))
+}
+
 /// How a value that lacks its quotes is written.
 fn quoted(value: &str) -> Option<String> {
     let is_bare = value.starts_with(|c: char| c.is_ascii_alphanumeric() || c == '_');
@@ -88,7 +103,7 @@ fn quoted(value: &str) -> Option<String> {
     }
     Some(match value.to_ascii_lowercase().as_str() {
         word @ ("true" | "false") => format!("write {word}, in lowercase letters"),
-        _ => format!("what is no number stands in quotes: \"{value}\""),
+        _ => format!("a text needs quotes: \"{value}\""),
     })
 }
 

@@ -44,7 +44,8 @@ fn is_quoted(text: &str, pin: &Pin, names: &Names<'_>) -> bool {
     }
 }
 
-/// The slot of a time. At a pin of another type what is no time either is left to be a wire.
+/// The slot of a time. At a pin of another type, what neither is a time nor begins as a number is left to be
+/// a wire.
 fn time_slot(connection: &Connection, text: &str, pin: &Pin) -> Option<Result<f64, Finding>> {
     match (parse_time_ms(text), pin.pin_type) {
         (Ok(ms), PinType::Time) => Some(Ok(f64::from(ms))),
@@ -53,6 +54,14 @@ fn time_slot(connection: &Connection, text: &str, pin: &Pin) -> Option<Result<f6
             Some(Err(Finding::new(Problem::OutOfRange, 0..0, message).help(TIME_FORMS)))
         }
         (Ok(_), _) => Some(value_slot(connection, pin)),
+        // A number with a unit.
+        (Err(_), _)
+            if text
+                .trim_start_matches(['+', '-', ' '])
+                .starts_with(|c: char| c.is_ascii_digit()) =>
+        {
+            Some(value_slot(connection, pin))
+        }
         (Err(_), _) => None,
     }
 }

@@ -23,8 +23,9 @@ pub(super) fn check(
         let pattern = Pattern::new(protected.get_ref());
         let parts = |input: &&str| InputPart::ALL.map(|part| format!("{input}{}", part.suffix()));
         let mut inputs = names.inputs.keys().flat_map(parts);
-        if !inputs.any(|input| pattern.matches(&input)) && pins(names, wiring, &pattern).is_empty()
-        {
+        let matches_input = inputs.any(|input| pattern.matches(&input));
+        let matches = matches_input || !pins(names, wiring, &pattern).is_empty();
+        if !matches && !is_unclear(names, &pattern) {
             findings.push(unknown(names, protected));
         }
     }
@@ -34,7 +35,11 @@ pub(super) fn check(
 fn check_limit(names: &Names<'_>, wiring: &Wiring, limit: &Limit) -> Option<Finding> {
     let (min, max) = *limit.range.as_ref()?.get_ref();
     let finding = |problem, message: String| Finding::new(problem, limit.names.span(), message);
-    let pins = pins(names, wiring, &Pattern::new(limit.names.get_ref()));
+    let pattern = Pattern::new(limit.names.get_ref());
+    let pins = pins(names, wiring, &pattern);
+    if pins.is_empty() && is_unclear(names, &pattern) {
+        return None;
+    }
     let constant = |pin: &Pin| {
         let entry = names.entries.get(pin.entry)?;
         let known = entry.block_type?.inputs.get(pin.pin)?;
@@ -57,6 +62,13 @@ fn check_limit(names: &Names<'_>, wiring: &Wiring, limit: &Limit) -> Option<Find
     let message = format!("{name} is {constant:?}, outside of its limits {min:?} to {max:?}");
     let help = "change the value in [block.in], or the limits";
     Some(finding(Problem::OutOfRange, message).help(help))
+}
+
+/// Whether a pattern may stand for pins of a block whose type does not exist, which is another finding.
+fn is_unclear(names: &Names<'_>, pattern: &Pattern) -> bool {
+    let name = pattern.parts().first().map_or("", String::as_str);
+    let mut untyped = names.entries.iter().filter(|entry| entry.block_type.is_none());
+    untyped.any(|entry| part_matches(name, entry.name))
 }
 
 /// A pin of an instance: inputs first, then outputs.
@@ -110,6 +122,10 @@ fn unknown(names: &Names<'_>, written: &Spanned<String>) -> Finding {
     let message = format!("there is no signal \"{text}\"");
     let finding = Finding::new(Problem::UnknownSource, written.span(), message);
     let (base, rest) = text.split_once('.').unwrap_or((text, ""));
+    if Pattern::is_glob(base) {
+        return finding
+            .help("no input or pin matches it; * stands for any characters between two dots");
+    }
     let entry = names.blocks.get(base).and_then(|block| names.entries.get(*block));
     let Some(entry) = entry else { return finding.seek(base, Among::InputsAndBlocks) };
     let Some(block_type) = entry.block_type else { return finding };

@@ -10,6 +10,7 @@ use crate::control::{
     Reply, Role, Room, SignalDescription, SignalsParams, SignalsResult, TaskDescription,
 };
 use crate::faults::Active;
+use crate::operating::unix_ns;
 
 use super::Attendant;
 use super::requests::failure;
@@ -74,6 +75,8 @@ impl Attendant {
         let operating = self.shared.lock();
         let describe = |signal: Signal<'_>| SignalDescription {
             forced: operating.operator.is_forced(&signal),
+            protected: Some(operating.operator.is_protected(&signal)),
+            limits: operating.operator.limits(&signal),
             value_type: signal.value_type.to_string(),
             unit: Some(signal.unit.to_owned()).filter(|unit| !unit.is_empty()),
             role: role(signal.role),
@@ -141,16 +144,28 @@ impl Attendant {
     pub(super) fn alarms(&self, params: &AlarmsParams) -> Reply {
         let operating = self.shared.lock();
         let (offset, limit) = page(params.offset, params.limit);
+        let (now_ns, now_unix_ns) = (Monotonic.now_ns(), unix_ns());
         let journal = operating.journal_alarm();
         let of_journal = usize::from(journal.is_some());
-        let of_tasks = operating.lanes.iter().flat_map(|lane| lane.faults.active());
-        let active = journal.into_iter().chain(of_tasks);
-        let alarm = |active: Active| ActiveAlarm {
-            name: active.name,
-            status: active.status,
-            meaning: active.meaning,
-            since_cycle: active.since_cycle,
-            count: active.count,
+        let of_tasks = operating.lanes.iter().enumerate();
+        let of_tasks = of_tasks
+            .flat_map(|(task, lane)| lane.faults.active().map(move |one| (Some(task), one)));
+        let active = journal.into_iter().map(|one| (None, one)).chain(of_tasks);
+        let alarm = |(task, active): (Option<usize>, Active)| {
+            let since_unix_ns = task.map(|task| {
+                let since_ns = operating.release_ns(task, active.since_cycle);
+                now_unix_ns.saturating_sub(now_ns.saturating_sub(since_ns))
+            });
+            let lane = task.and_then(|task| operating.lanes.get(task));
+            ActiveAlarm {
+                name: active.name,
+                status: active.status,
+                meaning: active.meaning,
+                task: lane.map_or_else(String::new, |lane| lane.name.clone()),
+                since_cycle: active.since_cycle,
+                since_unix_ns,
+                count: active.count,
+            }
         };
         let alarms = fitting(active.skip(offset).take(limit).map(alarm));
         let total: usize = operating.lanes.iter().map(|lane| lane.faults.total()).sum();

@@ -23,6 +23,13 @@ macro_rules! methods {
             /// All of them.
             pub const ALL: [Self; [$($name),*].len()] = [$(Self::$method),*];
 
+            /// Names of its parameters.
+            pub const fn params(self) -> &'static [&'static str] {
+                match self {
+                    $(Self::$method => $params::NAMES,)*
+                }
+            }
+
             /// Its name in a request.
             pub const fn as_str(self) -> &'static str {
                 match self {
@@ -97,6 +104,11 @@ methods! {
 }
 
 impl Method {
+    /// Whether it changes something in the node; all others only look.
+    pub const fn changes(self) -> bool {
+        matches!(self, Self::Set | Self::Force | Self::Release | Self::Undo | Self::Apply)
+    }
+
     /// The method of a name.
     pub(super) fn of(name: &str) -> Result<Self, Failure> {
         let found = Self::ALL.into_iter().find(|method| method.as_str() == name);

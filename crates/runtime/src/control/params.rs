@@ -41,6 +41,11 @@ macro_rules! params {
             )*
         }
 
+        impl $name {
+            /// Names of the parameters, as a request has them.
+            pub const NAMES: &'static [&'static str] = &[$($key),*];
+        }
+
         impl Params for $name {
             const METHOD: Method = Method::$method;
             type Result = $result;

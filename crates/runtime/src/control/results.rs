@@ -96,7 +96,7 @@ pub struct Placement {
 }
 
 /// Of `signals`: a page of them.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SignalsResult {
     /// How many there are on all pages.
     pub total: u64,
@@ -105,7 +105,7 @@ pub struct SignalsResult {
 }
 
 /// A signal of `signals`.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SignalDescription {
     /// Its name.
     pub name: String,
@@ -120,6 +120,12 @@ pub struct SignalDescription {
     pub task: String,
     /// Whether a force holds it.
     pub forced: bool,
+    /// Whether `[[protect]]` takes it out of reach; `None`: the node's version does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub protected: Option<bool>,
+    /// Of a parameter that `[limits]` bounds: least and greatest value.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub limits: Option<[f64; 2]>,
     /// What it is for.
     pub doc: String,
 }
@@ -377,8 +383,14 @@ pub struct ActiveAlarm {
     pub status: Option<u16>,
     /// What that means.
     pub meaning: String,
-    /// Its task's cycle since when it is so.
+    /// Its task.
+    #[serde(default)]
+    pub task: String,
+    /// The task's cycle since when it is so.
     pub since_cycle: u64,
+    /// When that cycle was due, ns of UTC since 1970; `None`: the node's version does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub since_unix_ns: Option<u64>,
     /// How often it came.
     pub count: u64,
 }

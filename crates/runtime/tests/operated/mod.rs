@@ -102,6 +102,8 @@ impl Operated for Parameters {
                     role: Role::Parameter,
                     task: "fast".to_owned(),
                     forced: false,
+                    protected: None,
+                    limits: None,
                     doc: "x".repeat(500),
                 };
                 let page =

@@ -26,12 +26,11 @@ Search    /  a part of a name; Enter keeps it, Esc leaves it
 Set       Enter  a new value of the selected parameter
 Force     f  a value and a time for the selected signal
 Release   r  ends the force of the selected signal
-Undo      u  takes back a set, whole or not at all
+Undo      u  takes back a set, with all of its values
 Quit      q  or Ctrl-C; Ctrl-L draws the screen again
 
-Each change is shown before it is made, and is made only after
-Enter. All of it stands in the node's journal. Forces go on when
-this program ends.";
+Each change is shown and waits for Enter. The node keeps a journal of
+all of them. Forces go on when you quit.";
 
 /// Room for the text of a message.
 pub(super) fn message_space(area: Rect) -> Space {
@@ -68,7 +67,7 @@ fn title_of(question: &Question) -> &'static str {
         Asks::NewValue(_) => "Set a parameter",
         Asks::ForcedValue(_) => "Force a signal",
         Asks::ForceTime(..) => "Force for how long?",
-        Asks::Transaction => "Undo which transaction?",
+        Asks::Transaction(_) => "Undo which transaction?",
         Asks::Confirm(_) => "Do this?",
     }
 }
@@ -93,7 +92,7 @@ fn lines_of<'a>(question: &'a Question, space: Space, palette: Palette) -> Vec<L
             let text = format!("{} to {}", target.name, value(*to, &target.value_type));
             lines.extend(wrap(&text).map(Line::raw));
         }
-        Asks::Transaction => {}
+        Asks::Transaction(_) => {}
     }
     lines.push(Line::from(vec![
         Span::styled(format!("> {}", plain(&question.input)), palette.heading()),

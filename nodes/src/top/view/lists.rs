@@ -1,6 +1,7 @@
 //! Signals, alarms and forces.
 
-use isochrone_runtime::control::{Role, SignalDescription};
+use isochrone_blocks::PinType;
+use isochrone_runtime::control::{ActiveAlarm, Role, SignalDescription};
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Constraint, Layout, Rect};
 use ratatui::style::Style;
@@ -8,9 +9,11 @@ use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Cell, Row, Table};
 
 use super::text::{NONE, cut, plain, value};
-use crate::operate::role;
+use crate::numbers::type_of;
+use crate::operate::{role, time};
 use crate::top::cursor::Cursor;
 use crate::top::input::Focus;
+use crate::top::message::wrapped;
 use crate::top::model::Model;
 use crate::top::palette::Palette;
 use crate::top::signals::{Filter, Marks};
@@ -27,8 +30,16 @@ pub(super) fn signal_rows(body: Rect) -> usize {
     usize::from(body.height.saturating_sub(3))
 }
 
-/// Lines of alarms and forces: the heading goes off.
-pub(super) fn other_rows(body: Rect) -> usize {
+/// Lines that the selected alarm takes in words.
+const ALARM_LINES: u16 = 3;
+
+/// Lines of alarms: the heading and the selected one in words go off.
+pub(super) fn alarm_rows(body: Rect) -> usize {
+    usize::from(body.height.saturating_sub(1 + ALARM_LINES))
+}
+
+/// Lines of forces: the heading goes off.
+pub(super) fn force_rows(body: Rect) -> usize {
     usize::from(body.height.saturating_sub(1))
 }
 
@@ -53,7 +64,7 @@ pub(super) fn draw_signals(frame: &mut Frame<'_>, body: Rect, model: &Model, pal
             Cell::from(cut(&plain(&signal.name), names.into()).into_owned()).style(style),
             Cell::from(role(signal.role)),
             right(reading).style(style),
-            Cell::from(plain(signal.unit.as_deref().unwrap_or_default())),
+            Cell::from(plain(unit(signal))),
             Cell::from(signals.trace(&signal.name, traces.into())),
         ]);
         if is_selected { row.style(palette.selected()) } else { row }
@@ -64,6 +75,12 @@ pub(super) fn draw_signals(frame: &mut Frame<'_>, body: Rect, model: &Model, pal
     if let Some(signal) = signals.selected() {
         frame.render_widget(description(signal, signals.marks(signal), palette), selected);
     }
+}
+
+/// The unit of a signal; a time is written with its own.
+fn unit(signal: &SignalDescription) -> &str {
+    let is_time = type_of(&signal.value_type) == PinType::Time;
+    signal.unit.as_deref().filter(|_| !is_time).unwrap_or_default()
 }
 
 fn filter_line(model: &Model, palette: Palette) -> Line<'static> {
@@ -122,6 +139,8 @@ pub(super) fn draw_alarms(frame: &mut Frame<'_>, body: Rect, model: &Model, pale
         frame.render_widget(Line::raw(text), body);
         return;
     }
+    let [list, selected] =
+        Layout::vertical([Constraint::Min(0), Constraint::Length(ALARM_LINES)]).areas(body);
     let rows = lines(&model.alarms, model.alarm_cursor, palette, |alarm| {
         let status = alarm.status.map_or(NONE.into(), |status| format!("16#{status:04X}"));
         Row::new([
@@ -146,7 +165,19 @@ pub(super) fn draw_alarms(frame: &mut Frame<'_>, body: Rect, model: &Model, pale
         right("times"),
         "meaning".into(),
     ];
-    frame.render_widget(table(heading, rows, widths, palette), body);
+    frame.render_widget(table(heading, rows, widths, palette), list);
+    if let Some(alarm) = model.alarms.get(model.alarm_cursor.selected()) {
+        let text = wrapped(&in_words(alarm), selected.width.into());
+        frame.render_widget(Text::from_iter(text), selected);
+    }
+}
+
+/// The selected alarm, whole.
+fn in_words(alarm: &ActiveAlarm) -> String {
+    let ActiveAlarm { name, task, since_cycle, meaning, .. } = alarm;
+    let since = alarm.since_unix_ns.map_or_else(String::new, |ns| format!(", {}", time(ns)));
+    let text = format!("{name}  task {task}, since cycle {since_cycle}{since}: {meaning}");
+    plain(&text).into_owned()
 }
 
 pub(super) fn draw_forces(frame: &mut Frame<'_>, body: Rect, model: &Model, palette: Palette) {

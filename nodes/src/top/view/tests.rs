@@ -143,6 +143,8 @@ fn alarms_and_forces_have_pages_of_their_own() {
     let mut model = plant();
     press(&mut model, "3");
     assert_shows(&mut model, &["scale", "16#8203", "what is wrong with scale", "since cycle"]);
+    // The selected one stands below the list, whole.
+    assert_shows(&mut model, &["task fast, since cycle 42, 2023-11-14T22:13:20.000Z: what is"]);
     press(&mut model, "\t");
     assert_shows(&mut model, &["ramp.delayedValue", "1.25", "100", "5100", "ann"]);
     model.take(News::Alarms(Vec::new()));
@@ -161,17 +163,25 @@ fn a_parameter_is_set_with_enter_a_value_and_a_confirmation() {
     assert_shows(&mut model, &["> fast", "a value is true, false, a number"]);
     assert_eq!(press(&mut model, "\u{8}\u{8}\u{8}\u{8}7.5\n"), None);
     assert_shows(&mut model, &["Do this?", "set ramp.setChangeRate to 7.5", "now 5 m/s"]);
-    let order = Order::Set { name: "ramp.setChangeRate".into(), value: Value::Number(7.5) };
+    let (name, to) = ("ramp.setChangeRate".into(), "7.5 m/s".into());
+    let order = Order::Set { name, value: Value::Number(7.5), to };
     assert_eq!(press(&mut model, "\n"), Some(order.clone()));
     assert_shows(&mut model, &["asked to set ramp.setChangeRate to 7.5"]);
     let before: Values = [("ramp.setChangeRate", 5.0)].into_iter().collect();
     let cycles = vec![("fast".to_owned(), 777)];
     model.take(News::Done(Done { order, transaction: 12, before, cycles, warnings: vec![] }));
-    assert_shows(&mut model, &["#12 from fast cycle 777: set ramp.setChangeRate to 7.5 (was 5.0)"]);
+    assert_shows(
+        &mut model,
+        &["#12 from fast cycle 777: set ramp.setChangeRate to 7.5 m/s (was 5)"],
+    );
     // Undo begins with the last set.
     press(&mut model, "u");
-    assert_shows(&mut model, &["Undo which transaction?", "> 12"]);
-    assert_eq!(press(&mut model, "\ny"), Some(Order::Undo { transaction: 12 }));
+    let what = "set ramp.setChangeRate to 7.5 m/s (was 5)";
+    assert_shows(&mut model, &["Undo which transaction?", "> 12", what]);
+    press(&mut model, "\n");
+    assert_shows(&mut model, &["Do this?", "undo transaction 12: set ramp.setChangeRate to"]);
+    let undo = Order::Undo { transaction: 12, what: Some(what.to_owned()) };
+    assert_eq!(press(&mut model, "y"), Some(undo));
 }
 
 #[test]
@@ -191,10 +201,10 @@ fn a_force_has_a_time_and_is_released_where_it_is_listed() {
     press(&mut model, "1.5\n");
     assert_shows(&mut model, &["Force for how long?", "level to 1.5", "until it is released"]);
     press(&mut model, "30\n");
-    assert_shows(&mut model, &["force level to 1.5 for 30 s"]);
+    assert_shows(&mut model, &["force level to 1.5 m/s for 30 s"]);
     let order = press(&mut model, "\n");
-    let (name, value) = ("level".to_owned(), Value::Number(1.5));
-    assert_eq!(order, Some(Order::Force { name, value, hold: Hold::Seconds(30.0) }));
+    let (name, value, to) = ("level".to_owned(), Value::Number(1.5), "1.5 m/s".to_owned());
+    assert_eq!(order, Some(Order::Force { name, value, to, hold: Hold::Seconds(30.0) }));
     press(&mut model, "r");
     assert_shows(&mut model, &["level is not forced"]);
     let name = "ramp.delayedValue".to_owned();
@@ -213,7 +223,7 @@ fn only_parameters_are_set() {
 #[test]
 fn an_error_of_the_node_is_shown_whole_and_can_be_scrolled() {
     let mut model = plant();
-    let order = Order::Undo { transaction: 3 };
+    let order = Order::Undo { transaction: 3, what: None };
     let why: String = (0..60).map(|n| format!("finding {n} is wrong in some way\n")).collect();
     model.take(News::Refused { order, why });
     assert_shows(&mut model, &["The node says", "Not done: undo transaction 3", "finding 0 "]);
@@ -294,7 +304,7 @@ fn everything_can_be_drawn_on_a_screen_of_any_size() {
             }
         }
     }
-    model.take(News::Refused { order: Order::Undo { transaction: 1 }, why });
+    model.take(News::Refused { order: Order::Undo { transaction: 1, what: None }, why });
     for size in [(1, 1), (5, 3), (80, 4)] {
         press(&mut model, "↓");
         buffer(&mut model, size, Palette::Plain);

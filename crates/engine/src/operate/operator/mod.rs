@@ -198,6 +198,16 @@ impl Operator {
         self.permissions.unwritten = reason;
     }
 
+    /// Whether `[[protect]]` takes a signal out of reach.
+    pub fn is_protected(&self, signal: &Signal<'_>) -> bool {
+        self.permissions.check_name(signal).is_err()
+    }
+
+    /// The limits of a parameter, if `[limits]` gives it any: least and greatest value.
+    pub fn limits(&self, signal: &Signal<'_>) -> Option<[f64; 2]> {
+        self.permissions.limits(signal)
+    }
+
     /// The node's names.
     pub fn signals(&self) -> &Arc<Signals> {
         &self.signals

@@ -9,6 +9,7 @@ use std::cmp::Ordering;
 
 use isochrone_blocks::{BlockType, Pin, PinType};
 
+use super::pattern::Pattern;
 use super::refusal::Refusal;
 use crate::nearest::{Known, listing};
 use crate::plan::{InputPart, WirePlan};
@@ -296,21 +297,38 @@ impl Signals {
     }
 
     fn meant(&self, name: &str) -> String {
+        let is_glob = Pattern::is_glob(name);
+        let matches_any = |name: &str| self.matching(&Pattern::new(name)).total() > 0;
+        if is_glob && matches_any(name) {
+            return "* is for reading and releasing alone; write each name".into();
+        }
+        if let Some((run, _)) = self.instance(name) {
+            let pins = run.block_type.inputs.iter().chain(run.block_type.outputs);
+            let listing = whole_names(name, pins.map(|pin| pin.name)).listing();
+            return format!("it is a block; {listing}; \"{name}.*\" stands for all of them");
+        }
         let (owner, pin) = name.rsplit_once('.').unwrap_or((name, ""));
         if let Some((run, _)) = self.instance(owner) {
             let pins = run.block_type.inputs.iter().chain(run.block_type.outputs);
-            let known = Known::new(pins.map(|pin| pin.name));
-            return suggestion(&known, pin, |pin| format!("{owner}.{pin}"));
+            return whole_names(owner, pins.map(|pin| pin.name)).suggestion(pin);
         }
         if self.input(owner).is_some() {
-            let known = Known::new(["ok", "age"]);
-            return suggestion(&known, pin, |pin| format!("{owner}.{pin}"));
+            return whole_names(owner, ["ok", "age"]).suggestion(pin);
         }
         let base = name.split('.').next().unwrap_or_default();
+        if Pattern::is_glob(base) || is_glob && self.block(base).is_some() {
+            return "no signal matches it; * stands for any characters between two dots".into();
+        }
         if let Some(block) = self.block(base) {
             return match block.count {
-                1 => format!("{base} is a single block: \"{base}.{pin}\""),
-                count => format!("the instances of {base} are {base}.0 to {base}.{}", count - 1),
+                1 if self.locate(&format!("{base}.{pin}")).is_some() => {
+                    format!("{base} is a single block: \"{base}.{pin}\"")
+                }
+                1 => format!("{base} is a single block: \"{base}.*\" stands for all of its pins"),
+                count => {
+                    let last = count - 1;
+                    format!("the instances of {base} are {base}.0 to {base}.{last}: \"{base}.0.*\"")
+                }
             };
         }
         let input = |(task, input): &(u32, u32)| {
@@ -321,15 +339,17 @@ impl Signals {
         let blocks = alike(&self.blocks, base, |block, beginning| among(&block.name, beginning));
         let names = inputs.iter().filter_map(input).chain(blocks.iter().map(|block| &*block.name));
         let known = Known::new(names);
-        let rest = name.strip_prefix(base).unwrap_or_default();
-        match known.nearest(base) {
-            Some(near) => format!("did you mean \"{near}{rest}\"?"),
-            None => {
-                let names = self.inputs.iter().filter_map(input);
-                let names = names.chain(self.blocks.iter().map(|block| &*block.name));
-                listing(names, self.inputs.len() + self.blocks.len())
-            }
+        let Some(near) = known.nearest(base) else {
+            let names = self.inputs.iter().filter_map(input);
+            let names = names.chain(self.blocks.iter().map(|block| &*block.name));
+            return listing(names, self.inputs.len() + self.blocks.len());
+        };
+        let whole = format!("{near}{}", name.strip_prefix(base).unwrap_or_default());
+        if self.locate(&whole).is_some() || is_glob && matches_any(&whole) {
+            return format!("did you mean \"{whole}\"?");
         }
+        // Its owner exists; what is misspelt is the rest, too.
+        self.meant(&whole)
     }
 
     fn block(&self, name: &str) -> Option<&Block> {
@@ -431,10 +451,29 @@ fn among(name: &str, beginning: &str) -> Ordering {
     if name.starts_with(beginning) { Ordering::Equal } else { name.cmp(beginning) }
 }
 
-/// The name that was probably meant, whole, so that it can be copied; or else those that exist.
-fn suggestion(known: &Known<'_>, written: &str, whole: impl Fn(&str) -> String) -> String {
-    match known.nearest(written) {
-        Some(near) => format!("did you mean \"{}\"?", whole(near)),
-        None => known.listing(),
+/// The signals of a block or an input, by the last part of their names.
+struct WholeNames<'a> {
+    owner: &'a str,
+    parts: Vec<&'a str>,
+}
+
+fn whole_names<'a>(owner: &'a str, parts: impl IntoIterator<Item = &'a str>) -> WholeNames<'a> {
+    WholeNames { owner, parts: parts.into_iter().collect() }
+}
+
+impl WholeNames<'_> {
+    /// The name that was probably meant, whole, so that it can be copied; or else those that exist.
+    fn suggestion(&self, written: &str) -> String {
+        match Known::new(self.parts.iter().copied()).nearest(written) {
+            Some(near) => format!("did you mean \"{}.{near}\"?", self.owner),
+            None => self.listing(),
+        }
+    }
+
+    /// Those that exist, whole.
+    fn listing(&self) -> String {
+        let names: Vec<_> =
+            self.parts.iter().map(|part| format!("{}.{part}", self.owner)).collect();
+        Known::new(names.iter().map(String::as_str)).listing()
     }
 }
