@@ -25,8 +25,9 @@ fn on_a_terminal(arguments: &str) -> Option<String> {
 fn a_terminal_shows_one_table_with_a_header_that_is_drawn_again_in_its_place() {
     let domain = Domain::new();
     let signals = "--signals level,a.very.long.name.that.no.terminal.of.eighty.columns.has.room.for.beside.a.value";
-    let publisher =
+    let mut publisher =
         domain.start(&format!("publish plant/level --value 0.8499999999999999,true {signals}"));
+    publisher.wait_for("publishing");
     let config = domain.config_file().display().to_string();
     let Some(shown) =
         on_a_terminal(&format!("subscribe plant/level --count 500 --iceoryx2-config {config}"))
