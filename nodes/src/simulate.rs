@@ -3,7 +3,6 @@
 mod past;
 mod recorded_input;
 
-use std::collections::HashSet;
 use std::path::PathBuf;
 
 use isochrone_blocks::BlockType;
@@ -39,7 +38,7 @@ pub(crate) struct Args {
     /// (`subscribe --csv`) are ignored, unless an input has that name
     #[arg(long, value_name = "IN.csv")]
     inputs: Option<PathBuf>,
-    /// CSV file to write, "-" for stdout: `cycle` and every signal of the outputs, each once
+    /// CSV file to write, "-" for stdout: `cycle` and every signal of every output
     #[arg(long, value_name = "OUT.csv", default_value = "-")]
     output: PathBuf,
     /// Write the column `time_s` first: when each cycle is due, counted from the first. `publish --csv`
@@ -294,8 +293,6 @@ struct Output {
     rows: Rows,
     /// Every output, in the order of the file.
     outputs: Vec<Place>,
-    /// Of each of their signals, whether it is a column: no output before carries it.
-    is_first: Vec<bool>,
     has_times: bool,
 }
 
@@ -321,12 +318,7 @@ impl Output {
             .collect();
         planned.sort_by_key(|(_, _, output)| output.position);
         let signals = planned.iter().flat_map(|(_, _, output)| &output.signals);
-        // One that several outputs carry is one column: `publish --csv` takes a name once.
-        let mut seen = HashSet::new();
-        let is_first: Vec<bool> =
-            signals.clone().map(|signal| seen.insert(&*signal.name)).collect();
-        let columns = signals.zip(&is_first).filter(|(_, is_first)| **is_first);
-        let names: Vec<&str> = columns.map(|(signal, _)| signal.name.as_str()).collect();
+        let names: Vec<&str> = signals.map(|signal| signal.name.as_str()).collect();
         let own: &[&str] = if args.times { &[TIME, CYCLE] } else { &[CYCLE] };
         rows.header(own, &names)?;
         let outputs = planned.iter().map(|(t, o, plan)| Place {
@@ -334,8 +326,7 @@ impl Output {
             output: *o,
             values: vec![0.0; plan.signals.len()],
         });
-        let (outputs, has_times) = (outputs.collect(), args.times);
-        Ok(Self { outputs, is_first, rows, has_times })
+        Ok(Self { outputs: outputs.collect(), rows, has_times: args.times })
     }
 
     fn write(&mut self, cycle: u64, simulation: &Simulation<'_>) -> Result<(), Failure> {
@@ -343,8 +334,6 @@ impl Output {
             simulation.engines[*task].read_output(*output, values);
         }
         let values = self.outputs.iter().flat_map(|place| &place.values).copied();
-        let columns = values.zip(&self.is_first).filter(|(_, is_first)| **is_first);
-        let values = columns.map(|(value, _)| value);
         let time_s = self.has_times.then(|| simulation.time_s(cycle));
         self.rows.row(time_s, cycle, values.map(Some))
     }

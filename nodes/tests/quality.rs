@@ -310,7 +310,7 @@ fn the_second_node_of_a_chain_learns_from_the_frames_what_the_first_has_lost() {
     assert_eq!(frame.values, [7.5, 1.0], "its frames are fresh");
     let frame = good.flagged(Flags::STALE | Flags::UPSTREAM);
     assert_eq!(frame.values, [7.5, 0.0], "and taken for stale where they are to be good");
-    second.wait_for("input \"good\" is stale: its frames say STALE; it keeps its value");
+    second.wait_for("input \"good\" is stale: its frames of service \"guard/out\" say STALE; it keeps its value");
     sensor.signal(Signal::CONT);
     any.until("good again", |_| {}, is_well);
     good.until("good again", |_| {}, is_well);
@@ -318,7 +318,7 @@ fn the_second_node_of_a_chain_learns_from_the_frames_what_the_first_has_lost() {
     guard.stop().expect_code(0);
     let frame = any.flagged(Flags::STALE);
     assert_eq!(frame.values, [7.5, 0.0], "there is no max_age: the end was said");
-    second.wait_for("input \"any\" is stale: its publisher has ended; it keeps its value");
+    second.wait_for("input \"any\" is stale: its publisher of service \"guard/out\" has ended; it keeps its value");
     second.stop().expect_code(0);
     sensor.stop().expect_code(0);
 }
