@@ -161,6 +161,7 @@ mkdir disk
 mount -t tmpfs -o size=64k tmpfs disk || exit 100
 cp tank.toml disk/tank.toml
 "$0" run disk/tank.toml --iceoryx2-config domain.toml 2>node.err & node=$!
+trap 'kill -KILL $node 2>/dev/null' EXIT
 until grep -q "is running" node.err; do kill -0 $node || fail "the start"; sleep 0.01; done
 isochrone set tank ramp.setChangeRate=2.5 >saved.out 2>saved.err || fail "set"
 cat /dev/zero >disk/full 2>/dev/null
@@ -168,7 +169,7 @@ why='No space left'
 stays --in-place
 stays -o disk/tank.toml
 stays -o disk/new.toml
-mount -o remount,ro disk || exit 100
+mount -o remount,bind,ro disk || exit 100
 why='Read-only file system'
 stays --in-place
 stays -o disk/tank.toml
