@@ -131,7 +131,8 @@ impl<C: Clock> Cyclic<C> {
     }
 
     /// Waits for the next release and then, at most [`follow_within_ns`](Schedule::follow_within_ns)
-    /// after it, for data newer than the last cycle's. Without any the cycle begins then all the same.
+    /// after it, for data of this cycle: what came after the cycle before gave up. Without any the cycle
+    /// begins then all the same.
     ///
     /// What passes until the release is that of [`wait_with`](Self::wait_with), so the grid, its
     /// misses and its margin do not depend on the data.
@@ -142,7 +143,8 @@ impl<C: Clock> Cyclic<C> {
     ) -> Option<Release> {
         let release = self.wait_with(wake_ups, || follow.awake())?;
         let latest_ns = release.release_ns.saturating_add(self.follow_within_ns);
-        let watched = watch(&self.clock, &release, latest_ns, &self.stop, follow);
+        let window = latest_ns.saturating_sub(self.period_ns)..latest_ns;
+        let watched = watch(&self.clock, &release, window, &self.stop, follow);
         let Some((start_ns, begun)) = watched else {
             self.stop_reason.get_or_insert(StopReason::Requested);
             return None;

@@ -1,5 +1,6 @@
 //! Cycles that begin with their data: the wait between a release and the data.
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::clock::Clock;
@@ -11,9 +12,21 @@ pub trait Follow {
     /// [`wait_with`](crate::Cyclic::wait_with).
     fn awake(&mut self);
 
-    /// Whether data newer than the last cycle's is there for `cycle`, at `now_ns` of the clock. Asked at
-    /// the release, and from then on again and again until data is there or the time is up.
-    fn has_arrived(&mut self, cycle: u64, now_ns: u64) -> bool;
+    /// Whether data of this cycle is there. Asked at the release, and from then on again and again until
+    /// data is there or the time is up.
+    fn has_arrived(&mut self, look: Look) -> bool;
+}
+
+/// A look at what may have come, on the clock of the loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Look {
+    /// The cycle that is to begin.
+    pub cycle: u64,
+    /// Data that came before this, in ns, was that of the cycle before, which would have waited for it: a
+    /// cycle that began without its data must not make all that follow begin a period late.
+    pub since_ns: u64,
+    /// The time of the look, in ns.
+    pub now_ns: u64,
 }
 
 /// What made a cycle begin that follows its data.
@@ -39,26 +52,27 @@ pub struct FollowStart {
     pub timed_out: u64,
 }
 
-/// Watches clock and port from the release, which has come, to `latest_ns`; returns when the cycle
-/// begins and why, or `None` once `stop` is set. Looks at the port at least once.
+/// Watches clock and port from the release, which has come, for data that comes in `window`; returns when
+/// the cycle begins and why, or `None` once `stop` is set. Looks at the port at least once.
 pub(crate) fn watch<C: Clock>(
     clock: &C,
     release: &Release,
-    latest_ns: u64,
+    window: Range<u64>,
     stop: &AtomicBool,
     follow: &mut impl Follow,
 ) -> Option<(u64, Begun)> {
     let Release { cycle, start_ns: ready_ns, .. } = *release;
-    if follow.has_arrived(cycle, ready_ns) {
+    let since_ns = window.start;
+    let mut now_ns = ready_ns;
+    if follow.has_arrived(Look { cycle, since_ns, now_ns }) {
         return Some((ready_ns, Begun::Followed));
     }
-    let mut now_ns = ready_ns;
-    while now_ns < latest_ns {
+    while now_ns < window.end {
         if stop.load(Ordering::Relaxed) {
             return None;
         }
         now_ns = clock.now_ns();
-        if follow.has_arrived(cycle, now_ns) {
+        if follow.has_arrived(Look { cycle, since_ns, now_ns }) {
             // Read again: the data may have come after the reading before, and its stamp shall not
             // lie in the future of the cycle.
             return Some((clock.now_ns(), Begun::Followed));

@@ -43,8 +43,9 @@ impl Follow for Source {
         self.wake_ups += 1;
     }
 
-    fn has_arrived(&mut self, _: u64, now_ns: u64) -> bool {
-        self.sent(now_ns) > self.taken
+    fn has_arrived(&mut self, look: Look) -> bool {
+        let sent = self.sent(look.now_ns);
+        sent > self.taken && self.sends_ns[sent - 1] > look.since_ns
     }
 }
 
@@ -155,9 +156,9 @@ fn a_source_with_jitter_is_followed_as_far_as_the_time_reaches() {
     let sends_ns =
         jitters_ns.iter().zip(0..).map(|(jitter_ns, k)| EPOCH_NS + k * PERIOD_NS + jitter_ns);
     let cycles = cycles(&mut Source::sending(sends_ns), 6);
-    // The fourth frame came too late for its cycle; the fifth cycle finds it at its release, and the
-    // frame that comes after that waits for the sixth.
-    assert_eq!(waits_ns(&cycles), [0, 290_000, 40_000, WITHIN_NS, 0, 0]);
+    // The fourth frame came too late for its cycle; the fifth cycle finds it at its release. Its own comes
+    // after that, and is not what the sixth waits for.
+    assert_eq!(waits_ns(&cycles), [0, 290_000, 40_000, WITHIN_NS, 0, WITHIN_NS]);
     assert_eq!(cycles.iter().map(|cycle| cycle.frames).sum::<usize>(), jitters_ns.len());
 }
 
@@ -179,6 +180,21 @@ fn a_source_that_comes_back_on_another_phase_is_followed_there() {
     assert_eq!(waits_ns(&cycles[..3]), [20_000; 3]);
     assert_eq!(waits_ns(&cycles[3..5]), silence_ns);
     assert_eq!(waits_ns(&cycles[5..]), [250_000; 3]);
+}
+
+#[test]
+fn a_follower_that_comes_late_does_not_stay_a_frame_behind() {
+    // The frame of the cycle before lies there at the first release.
+    let mut source = Source::sending(on_the_grid(200_000, 0..6));
+    let clock = SimulatedClock::at(EPOCH_NS + 500_000).read_cost_ns(LOOK_NS);
+    let mut cyclic =
+        Cyclic::new(&clock, schedule(), EPOCH_NS + PERIOD_NS, Arc::new(AtomicBool::new(false)));
+    for _ in 0..5 {
+        let release = cyclic.wait_for_data(WakeUps::One, &mut source).unwrap();
+        source.read(release.start_ns);
+        let cycle = Cycle { release, frames: 1 };
+        assert_eq!((cycle.begun(), cycle.waited_ns()), (Begun::Followed, 200_000));
+    }
 }
 
 #[test]
@@ -248,7 +264,12 @@ fn releases_that_pass_are_missed_as_without_data() {
     clock.advance_to(EPOCH_NS + 5 * PERIOD_NS + 10);
     let release = cyclic.wait_for_data(WakeUps::One, &mut source).unwrap();
     assert_eq!((release.cycle, release.newly_missed), (5, 4));
-    assert_eq!(source.read(release.start_ns), 4, "those in between are passed over");
+    let waited_ns = release.start_ns - release.release_ns;
+    assert!(
+        (50_000..50_000 + 4 * LOOK_NS).contains(&waited_ns),
+        "it waits for its own: {waited_ns}"
+    );
+    assert_eq!(source.read(release.start_ns), 5, "those in between are passed over");
 }
 
 #[test]
@@ -289,7 +310,7 @@ proptest! {
             let latest_ns = follow.ready_ns.max(release.release_ns + WITHIN_NS);
             prop_assert!(release.start_ns <= latest_ns + 2 * LOOK_NS);
             let frames = source.read(release.start_ns);
-            prop_assert_eq!(frames > 0, follow.begun == Begun::Followed);
+            prop_assert!(frames > 0 || follow.begun == Begun::TimedOut);
             prop_assert_eq!(follow.followed + follow.timed_out, ran + 1);
             clock.advance_to(release.start_ns + work_ns);
         }

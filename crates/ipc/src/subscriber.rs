@@ -71,7 +71,7 @@ pub struct FrameSubscriber<S: Service> {
     /// Those who write the service, as last looked up.
     writers: Vec<u128>,
     receive_errors: u64,
-    /// A frame that [`has_newer`](Self::has_newer) took out of the buffer.
+    /// A frame that [`peek_newest`](Self::peek_newest) took out of the buffer.
     held: Option<Sample<S, [f64], FrameHeader>>,
 }
 
@@ -186,43 +186,38 @@ impl<S: Service> FrameSubscriber<S> {
     /// seen before waits for the next [`maintain`](Self::maintain), unless its term is higher.
     pub fn newest(&mut self, now_ns: u64) -> Option<FrameRef<'_, S>> {
         let _guarded = self.guard.of_call();
-        let mut newest = self.held.take();
+        self.hold_newest(now_ns);
+        self.held.take().map(FrameRef::new)
+    }
+
+    /// The header of the frame that [`newest`](Self::newest) would return, for readers that watch for it.
+    ///
+    /// `now_ns` is the reader's clock. Holds on to that frame, and drops those before it; frames of writers
+    /// that are not followed are no news. Never waits, logs or allocates, and makes no system call, unless a
+    /// publisher has joined or left: then iceoryx2 connects here instead of in `newest`.
+    pub fn peek_newest(&mut self, now_ns: u64) -> Option<&FrameHeader> {
+        let _guarded = self.guard.of_call();
+        self.hold_newest(now_ns);
+        self.held.as_ref().map(|sample| sample.user_header())
+    }
+
+    /// Takes all frames that wait and holds on to the newest of them.
+    fn hold_newest(&mut self, now_ns: u64) {
         for _ in 0..self.drain_limit {
-            if !self.can_compare && newest.is_some() {
+            if !self.can_compare && self.held.is_some() {
                 if !self.port.has_samples().unwrap_or(false) {
                     break;
                 }
-                newest = None;
+                self.held = None;
             }
             let Some(sample) = self.receive() else {
                 break;
             };
             // The frames of one writer come in their order.
             if self.following.judge(&arrival(&sample, now_ns)) == Verdict::Take {
-                newest = Some(sample);
-            }
-        }
-        newest.map(FrameRef::new)
-    }
-
-    /// Whether a frame waits that [`newest`](Self::newest) would return, for readers that watch for it.
-    ///
-    /// `now_ns` is the reader's clock. Looks at frames until one is of the writer that is followed, and
-    /// holds on to that; frames of other writers are no news. Never waits, logs or allocates, and makes
-    /// no system call, unless a publisher has joined or left: then iceoryx2 connects here instead of in
-    /// `newest`.
-    pub fn has_newer(&mut self, now_ns: u64) -> bool {
-        let _guarded = self.guard.of_call();
-        for _ in 0..self.drain_limit {
-            if self.held.is_some() {
-                break;
-            }
-            let Some(sample) = self.receive() else { break };
-            if self.following.judge(&arrival(&sample, now_ns)) == Verdict::Take {
                 self.held = Some(sample);
             }
         }
-        self.held.is_some()
     }
 
     /// Takes the next frame in line, for readers that want them all; `None` when none waits.

@@ -110,9 +110,9 @@ fn a_frame_that_a_reader_watched_for_is_kept_until_it_reads<S: Service>() {
     let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
     let mut reader = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap();
     for n in 0..1000_u64 {
-        assert!(!reader.has_newer(NOW_NS), "nothing was sent since");
+        assert!(reader.peek_newest(NOW_NS).is_none(), "nothing was sent since");
         send(&mut writer, 0.0, 10 * n);
-        assert!(reader.has_newer(NOW_NS) && reader.has_newer(NOW_NS));
+        assert!(reader.peek_newest(NOW_NS).is_some() && reader.peek_newest(NOW_NS).is_some());
         // Those that come after it are newer, however many the buffer holds.
         let more = n % 5;
         (1..=more).for_each(|k| send(&mut writer, k as f64, 10 * n + k));

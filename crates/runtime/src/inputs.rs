@@ -2,7 +2,7 @@
 
 use std::sync::atomic::Ordering;
 
-use isochrone_cyclic::{Clock, Monotonic, Release, thread_allocations};
+use isochrone_cyclic::{Clock, Look, Monotonic, Release, thread_allocations};
 use isochrone_engine::config;
 use isochrone_engine::{GivenSample, InputPlan, TaskEngine, TaskPlan};
 use isochrone_ipc::{
@@ -172,22 +172,25 @@ impl<S: Service> InputPorts<S> {
         Self { ports: Vec::new(), followed: inputs.followed, set: inputs.set, rejects: 0 }
     }
 
-    /// Whether what the task follows has come since the last cycle: a frame, or a value that the
-    /// program gives.
+    /// Whether what the task follows has come for this cycle: a frame, or a value that the program gives.
     ///
     /// Asked again and again while the task waits for it. A frame is kept for the next
     /// [`read`](Self::read).
-    pub(crate) fn has_arrived(&mut self, orders: &mut Applier, cycle: u64, now_ns: u64) -> bool {
+    pub(crate) fn has_arrived(&mut self, orders: &mut Applier, look: Look) -> bool {
         let port = match &self.followed {
             Followed::Nothing => return false,
-            Followed::Given(inputs) => return orders.gives(cycle, inputs),
+            Followed::Given(inputs) => return orders.gives(look.cycle, inputs),
             Followed::Port(port) => self.ports.get_mut(*port),
         };
         let Some(port) = port else { return false };
         let before = thread_allocations();
-        let has_arrived = port.subscriber.has_newer(now_ns);
+        let published_ns = port.subscriber.peek_newest(look.now_ns).map(|header| header.publish_ns);
         port.allocations += thread_allocations() - before;
-        has_arrived
+        published_ns.is_some_and(|published_ns| {
+            // A stamp that lies far back is no time of this clock.
+            let behind_ns = look.since_ns.saturating_sub(published_ns);
+            behind_ns == 0 || behind_ns > CREDIBLE_DELAY_NS
+        })
     }
 
     /// When the newest frame of the service that the task follows was published, in ns; `None` if its

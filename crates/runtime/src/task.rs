@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender};
 
 use isochrone_cyclic::{
-    Begun, Clock, Cyclic, Follow, Monotonic, Release, Schedule, StopReason, ThreadGrant,
+    Begun, Clock, Cyclic, Follow, Look, Monotonic, Release, Schedule, StopReason, ThreadGrant,
     ThreadRequest, ThreadUsage, WakeUps, counts_allocations, thread_allocations, thread_usage,
 };
 use isochrone_engine::TaskEngine;
@@ -236,8 +236,8 @@ impl<S: Service> Follow for Watching<'_, S> {
         self.account.library(|| self.ports.maintain());
     }
 
-    fn has_arrived(&mut self, cycle: u64, now_ns: u64) -> bool {
-        self.ports.inputs.has_arrived(self.orders, cycle, now_ns)
+    fn has_arrived(&mut self, look: Look) -> bool {
+        self.ports.inputs.has_arrived(self.orders, look)
     }
 }
 
