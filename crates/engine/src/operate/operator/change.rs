@@ -1,12 +1,14 @@
-//! Another configuration for a node that runs: found right, built, and followed to its place.
+//! Another configuration for a node that runs: found right, built, and sent to its tasks.
 
-use std::collections::{BTreeMap, HashMap};
+mod checks;
+mod following;
+
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::check::Check;
-use super::{Action, Entry, Forced, Held, Kind, Operator, Place, Record, Request, Sent};
+use super::{Forced, Kind, Operator, Request, Sent};
 use crate::engine::{CarriedForce, Carry, Replacement};
-use crate::operate::Value;
 use crate::operate::fixed::Fixed;
 use crate::operate::forces::{AtEnd, Force};
 use crate::operate::journal::Applied;
@@ -17,6 +19,8 @@ use crate::operate::store::Store;
 use crate::operate::warnings::Warnings;
 use crate::plan::Plan;
 use crate::{BuildError, Source, TaskEngine};
+
+pub(super) use following::Next;
 
 /// What another configuration changes.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -61,9 +65,7 @@ impl Draft {
             file: None,
         })
     }
-}
 
-impl Draft {
     /// The same, as read from this file; for the journal.
     #[must_use]
     pub fn from_file(self, file: Option<Arc<str>>) -> Self {
@@ -106,31 +108,6 @@ impl PreparedChange {
     /// What each task will be sent, in the order of the plan.
     pub fn replacements_mut(&mut self) -> impl Iterator<Item = &mut Replacement> {
         self.replacements.iter_mut()
-    }
-}
-
-/// A configuration that is on its way to the tasks.
-#[derive(Debug)]
-pub(super) struct Next {
-    pub(super) signals: Arc<Signals>,
-    permissions: Permissions,
-    warnings: Warnings,
-    fixed: Arc<Fixed>,
-    kept: Kept,
-    applied: Arc<Applied>,
-    number: u64,
-    returned: Vec<bool>,
-}
-
-impl Next {
-    /// Whether a task has its new engine.
-    pub(super) fn has_returned(&self, task: usize) -> bool {
-        self.returned.get(task).copied().unwrap_or_default()
-    }
-
-    /// Where a slot of a task stands in its new engine.
-    pub(super) fn slot(&self, task: usize, slot: u32) -> Option<u32> {
-        self.kept.slot(task, slot as usize).map(|slot| slot as u32)
     }
 }
 
@@ -229,61 +206,6 @@ impl Basis {
         let (next, writes) = (Box::new(next), self.writes);
         Ok(PreparedChange { replacements, next, request, writes })
     }
-
-    fn check_forces(&self, check: &mut Check<'_>, kept: &Kept) {
-        let forces = self.forces.iter().enumerate();
-        let forces = forces.flat_map(|(task, of)| of.iter().map(move |force| (task, force)));
-        for (task, (slot, forced)) in forces {
-            if kept.slot(task, *slot as usize).is_none() {
-                check.findings.push(Refusal::ForcedGone { name: forced.clone() });
-            }
-        }
-    }
-
-    /// What is out of reach stays as it is.
-    fn check_protected(
-        &self,
-        check: &mut Check<'_>,
-        kept: &Kept,
-        signals: &Signals,
-        changed: &[Vec<ChangedPin>],
-    ) {
-        for (text, pattern) in self.permissions.protected() {
-            let matches = self.signals.matching(pattern);
-            let gone = matches.slots(0).find(|(task, slot)| kept.slot(*task, *slot).is_none());
-            let signal = gone.and_then(|(task, slot)| self.signals.at(task, slot));
-            let refusal = |name| Refusal::Protected { name, pattern: text.to_owned() };
-            check.findings.extend(signal.map(|signal| refusal(signal.name)));
-        }
-        let pins = changed.iter().enumerate();
-        let pins = pins.flat_map(|(task, pins)| pins.iter().map(move |pin| (task, pin.slot)));
-        for signal in pins.filter_map(|(task, slot)| signals.at(task, slot)) {
-            check.note(self.permissions.check_name(&signal));
-        }
-    }
-
-    /// Values that were set and stay must lie within the new limits.
-    fn check_limits(
-        &self,
-        check: &mut Check<'_>,
-        kept: &Kept,
-        signals: &Signals,
-        permissions: &Permissions,
-        changed: &[Vec<ChangedPin>],
-    ) {
-        for (&(task, slot), &held) in &self.values {
-            let Some(slot) = kept.slot(task, slot as usize) else { continue };
-            let is_changed = changed
-                .get(task)
-                .is_some_and(|pins| pins.binary_search_by_key(&slot, |pin| pin.slot).is_ok());
-            let Some(signal) = signals.at(task, slot).filter(|_| !is_changed) else { continue };
-            let value = Value::of(held, signal.value_type);
-            // Where nothing was given, nothing is bounded.
-            if !held.is_nan() {
-                check.note(permissions.bound(&signal, held, value));
-            }
-        }
-    }
 }
 
 impl Operator {
@@ -317,90 +239,6 @@ impl Operator {
         self.sent.insert(number, Sent { kind, client, comment, at: None, tasks, parts, writes });
         self.next_plan = Some(next);
         Ok((number, replacements))
-    }
-
-    /// Takes back the box of a task that has its new engine. `unix_ns` is now, in ns of UTC since 1970.
-    pub fn replaced(&mut self, task: usize, replacement: Replacement, unix_ns: u64) -> Entry {
-        let Replacement { number, cycle, carry, .. } = replacement;
-        let applied = self.follow(task, &carry.stores);
-        let (mut client, mut comment) = (Default::default(), None);
-        if let Some(sent) = self.sent.get_mut(&number) {
-            (client, comment) = (sent.client.clone(), sent.comment.clone());
-            sent.tasks -= 1;
-            if sent.tasks == 0 {
-                self.sent.remove(&number);
-            }
-        }
-        let changed = |store: &Store| super::changed(store.slot, store.before, Some(store.value));
-        let entry = self.add(Record {
-            sequence: 0,
-            transaction: number,
-            task,
-            cycle: cycle.unwrap_or_default(),
-            unix_ns,
-            action: Action::Apply,
-            parts: 1,
-            changes: carry.stores.iter().map(changed).collect(),
-            client,
-            comment,
-            configuration: applied,
-        });
-        let is_over = |next: &Next| next.returned.iter().all(|returned| *returned);
-        if let Some(next) = self.next_plan.take_if(|next| is_over(next)) {
-            let Next { signals, mut permissions, warnings, fixed, .. } = *next;
-            permissions.unwritten = self.permissions.unwritten.take();
-            (self.signals, self.permissions) = (signals, permissions);
-            (self.warnings, self.fixed) = (warnings, fixed);
-        }
-        entry
-    }
-
-    /// The change of the configuration that is on its way to the tasks.
-    pub fn changing(&self) -> Option<u64> {
-        self.next_plan.as_ref().map(|next| next.number)
-    }
-
-    /// Finds fault with a request that writes while a change is on its way.
-    pub(super) fn check_settled(&self, check: &mut Check<'_>) {
-        check.findings.extend(self.changing().map(|transaction| Refusal::Changing { transaction }));
-    }
-
-    /// What is known of a task's values follows them to their new slots. Returns the configuration.
-    fn follow(&mut self, task: usize, stores: &[Store]) -> Option<Arc<Applied>> {
-        let Self { signals, next_plan, values, forces, journal, changes, .. } = self;
-        let next = next_plan.as_deref_mut()?;
-        let is_held = |slot: u32| {
-            let is_parameter = |signal: super::Signal<'_>| signal.role == Role::Parameter;
-            next.signals.at(task, slot as usize).is_some_and(is_parameter)
-                && stores.binary_search_by_key(&slot, |store| store.slot).is_err()
-        };
-        let follow = |((of, slot), held): ((usize, u32), Held)| {
-            if of != task {
-                return Some(((of, slot), held));
-            }
-            let slot = next.slot(task, slot).filter(|slot| is_held(*slot))?;
-            Some(((task, slot), held))
-        };
-        *values = std::mem::take(values).into_iter().filter_map(follow).collect::<HashMap<_, _>>();
-        if let Some(forces) = forces.get_mut(task) {
-            let known = std::mem::take(forces).into_iter();
-            *forces = known.filter_map(|(slot, f)| Some((next.slot(task, slot)?, f))).collect();
-        }
-        journal.follow(task, |slot| {
-            let known = || signals.at(task, slot as usize);
-            let gone = || {
-                let signal = known().map(|signal| (signal.name, signal.value_type));
-                signal.map_or(Place::Slot(slot), |signal| Place::Gone(Box::new(signal)))
-            };
-            next.slot(task, slot).map_or_else(gone, Place::Slot)
-        });
-        if let Some(changes) = changes.get_mut(task) {
-            *changes += 1;
-        }
-        if let Some(returned) = next.returned.get_mut(task) {
-            *returned = true;
-        }
-        Some(Arc::clone(&next.applied))
     }
 }
 

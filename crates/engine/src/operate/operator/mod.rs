@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 use super::Value;
 use super::fixed::Fixed;
-use super::journal::{Action, Change, Changed, Client, Entry, Journal, Place, Record};
+use super::journal::{Change, Changed, Client, Entry, Journal, Place, Record};
 use super::order::Order;
 use super::permissions::Permissions;
 use super::signals::{Signal, Signals};

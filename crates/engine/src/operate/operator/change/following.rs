@@ -1,0 +1,126 @@
+//! The way of another configuration to its place.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use crate::engine::Replacement;
+use crate::operate::fixed::Fixed;
+use crate::operate::journal::{Action, Applied, Entry, Place, Record};
+use crate::operate::operator::check::Check;
+use crate::operate::operator::{Held, Operator, changed};
+use crate::operate::permissions::Permissions;
+use crate::operate::refusal::Refusal;
+use crate::operate::signals::{Kept, Role, Signal, Signals};
+use crate::operate::store::Store;
+use crate::operate::warnings::Warnings;
+
+/// A configuration that is on its way to the tasks.
+#[derive(Debug)]
+pub(in crate::operate::operator) struct Next {
+    pub(in crate::operate::operator) signals: Arc<Signals>,
+    pub(super) permissions: Permissions,
+    pub(super) warnings: Warnings,
+    pub(super) fixed: Arc<Fixed>,
+    pub(super) kept: Kept,
+    pub(super) applied: Arc<Applied>,
+    pub(super) number: u64,
+    pub(super) returned: Vec<bool>,
+}
+
+impl Next {
+    /// Whether a task has its new engine.
+    pub(in crate::operate::operator) fn has_returned(&self, task: usize) -> bool {
+        self.returned.get(task).copied().unwrap_or_default()
+    }
+
+    /// Where a slot of a task stands in its new engine.
+    pub(in crate::operate::operator) fn slot(&self, task: usize, slot: u32) -> Option<u32> {
+        self.kept.slot(task, slot as usize).map(|slot| slot as u32)
+    }
+}
+
+impl Operator {
+    /// Takes back the box of a task that has its new engine. `unix_ns` is now, in ns of UTC since 1970.
+    pub fn replaced(&mut self, task: usize, replacement: Replacement, unix_ns: u64) -> Entry {
+        let Replacement { number, cycle, carry, .. } = replacement;
+        let applied = self.follow(task, &carry.stores);
+        let (mut client, mut comment) = (Default::default(), None);
+        if let Some(sent) = self.sent.get_mut(&number) {
+            (client, comment) = (sent.client.clone(), sent.comment.clone());
+            sent.tasks -= 1;
+            if sent.tasks == 0 {
+                self.sent.remove(&number);
+            }
+        }
+        let written = |store: &Store| changed(store.slot, store.before, Some(store.value));
+        let entry = self.add(Record {
+            sequence: 0,
+            transaction: number,
+            task,
+            cycle: cycle.unwrap_or_default(),
+            unix_ns,
+            action: Action::Apply,
+            parts: 1,
+            changes: carry.stores.iter().map(written).collect(),
+            client,
+            comment,
+            configuration: applied,
+        });
+        let is_over = |next: &Next| next.returned.iter().all(|returned| *returned);
+        if let Some(next) = self.next_plan.take_if(|next| is_over(next)) {
+            let Next { signals, mut permissions, warnings, fixed, .. } = *next;
+            permissions.unwritten = self.permissions.unwritten.take();
+            (self.signals, self.permissions) = (signals, permissions);
+            (self.warnings, self.fixed) = (warnings, fixed);
+        }
+        entry
+    }
+
+    /// The change of the configuration that is on its way to the tasks.
+    pub fn changing(&self) -> Option<u64> {
+        self.next_plan.as_ref().map(|next| next.number)
+    }
+
+    /// Finds fault with a request that writes while a change is on its way.
+    pub(in crate::operate::operator) fn check_settled(&self, check: &mut Check<'_>) {
+        check.findings.extend(self.changing().map(|transaction| Refusal::Changing { transaction }));
+    }
+
+    /// What is known of a task's values follows them to their new slots. Returns the configuration.
+    fn follow(&mut self, task: usize, stores: &[Store]) -> Option<Arc<Applied>> {
+        let Self { signals, next_plan, values, forces, journal, changes, .. } = self;
+        let next = next_plan.as_deref_mut()?;
+        let is_held = |slot: u32| {
+            let is_parameter = |signal: Signal<'_>| signal.role == Role::Parameter;
+            next.signals.at(task, slot as usize).is_some_and(is_parameter)
+                && stores.binary_search_by_key(&slot, |store| store.slot).is_err()
+        };
+        let follow = |((of, slot), held): ((usize, u32), Held)| {
+            if of != task {
+                return Some(((of, slot), held));
+            }
+            let slot = next.slot(task, slot).filter(|slot| is_held(*slot))?;
+            Some(((task, slot), held))
+        };
+        *values = std::mem::take(values).into_iter().filter_map(follow).collect::<HashMap<_, _>>();
+        if let Some(forces) = forces.get_mut(task) {
+            let known = std::mem::take(forces).into_iter();
+            *forces = known.filter_map(|(slot, f)| Some((next.slot(task, slot)?, f))).collect();
+        }
+        journal.follow(task, |slot| {
+            let known = || signals.at(task, slot as usize);
+            let gone = || {
+                let signal = known().map(|signal| (signal.name, signal.value_type));
+                signal.map_or(Place::Slot(slot), |signal| Place::Gone(Box::new(signal)))
+            };
+            next.slot(task, slot).map_or_else(gone, Place::Slot)
+        });
+        if let Some(changes) = changes.get_mut(task) {
+            *changes += 1;
+        }
+        if let Some(returned) = next.returned.get_mut(task) {
+            *returned = true;
+        }
+        Some(Arc::clone(&next.applied))
+    }
+}
