@@ -6,6 +6,9 @@
 //! between them is noise. Peers run on another CPU than the node, so that they meet it in shared
 //! memory only.
 //!
+//! With five turns or more, each arm's release jitter is compared with that of `quiet`, turn by turn, with
+//! the interval that contains 99 % of the ratios obtained by resampling the turns.
+//!
 //! ```text
 //! cargo bench -p isochrone-benches --bench peers -- --rounds 10 --seconds 6
 //! cargo bench -p isochrone-benches --bench peers -- --arms quiet,pollers,setter,changes --instances 1000
@@ -20,8 +23,9 @@ use isochrone_benches::{Bench, Failure, take_turns, us};
 use isochrone_ipc::Participant;
 use isochrone_machine::CpuList;
 use isochrone_processes::Child;
+use isochrone_report::{Pairing, TurnSamples, ratio};
 use isochrone_runtime::control::{ApplyParams, Client, ClientError, SetParams};
-use isochrone_timing::{Distribution, TaskReport};
+use isochrone_timing::{Distribution, Metric, TaskReport};
 use rustix::thread::CpuSet;
 
 #[derive(Parser)]
@@ -56,6 +60,8 @@ struct Args {
     bench: bool,
 }
 
+/// What the other arms are compared with.
+const QUIET: &str = "quiet";
 const OBSERVERS: usize = 8;
 /// Twenty a second.
 const STORM_INTERVAL: Duration = Duration::from_millis(50);
@@ -101,6 +107,8 @@ signals = ["ramp.delayedValue"]
 struct Arm {
     name: String,
     release: Distribution,
+    /// The release jitter of each turn.
+    turns: Vec<TurnSamples>,
     execution: Distribution,
     cycles: u64,
     missed: u64,
@@ -130,18 +138,21 @@ fn main() -> Result<(), Failure> {
         arm.take(&task)
     })?;
     print(&args, &arms);
+    compare(&arms);
     Ok(())
 }
 
 impl Arm {
     fn take(&mut self, task: &TaskReport) -> Result<(), Failure> {
-        for (name, into) in
-            [("release_jitter_ns", &mut self.release), ("execution_ns", &mut self.execution)]
-        {
-            if let Some(histogram) = task.histograms.get(name) {
-                into.merge(&Distribution::decode(histogram)?);
-            }
-        }
+        let measured = |name: &str| {
+            task.histograms
+                .get(name)
+                .map_or(Ok(Distribution::new()), |text| Distribution::decode(text))
+        };
+        let release = measured("release_jitter_ns")?;
+        self.turns.push(TurnSamples::of(&release));
+        self.release.merge(&release);
+        self.execution.merge(&measured("execution_ns")?);
         self.cycles += task.cycles;
         self.missed += task.missed;
         self.connects += task.connects.unwrap_or_default();
@@ -163,7 +174,7 @@ fn turn(
     let over = AtomicBool::new(false);
     let report = thread::scope(|scope| {
         let company = scope.spawn(|| match arm {
-            "quiet" | "quiet again" => Ok(()),
+            QUIET | "quiet again" => Ok(()),
             "observers" => peers.watch(&over),
             "storm" => peers.storm(&over),
             "pollers" => peers.poll(&over),
@@ -360,5 +371,32 @@ fn print(args: &Args, arms: &[Arm]) {
             "{}: {requests} answered, {refused} refused; request to answer p50 {p50}, p99 {p99}, max {max}",
             arm.name
         );
+    }
+}
+
+/// How the release jitter of each arm compares with that of `quiet`.
+fn compare(arms: &[Arm]) {
+    let Some(quiet) = arms.iter().find(|arm| arm.name == QUIET) else {
+        return;
+    };
+    println!(
+        "release jitter, {QUIET} divided by the arm (99 % interval; above 1 the arm's is lower)"
+    );
+    for arm in arms.iter().filter(|arm| arm.name != QUIET) {
+        let words = [("p50", 0.5), ("p99", 0.99)].map(|(name, quantile)| {
+            match ratio(
+                &quiet.turns,
+                &arm.turns,
+                quantile,
+                Pairing::Paired,
+                Metric::RELEASE_JITTER.resolution,
+            ) {
+                Ok(found) => {
+                    format!("{name} {:.2} ({:.2} to {:.2})", found.ratio, found.low, found.high)
+                }
+                Err(too_short) => format!("{name}: {too_short}"),
+            }
+        });
+        println!("{:<14}{}", arm.name, words.join("; "));
     }
 }
