@@ -96,6 +96,49 @@ fn a_follower_outlives_its_source_and_follows_the_next_one() {
     assert_eq!(link["restarts"], 1, "{link}");
 }
 
+/// A node that follows the frames of another one, and sends its own.
+fn one_of_a_loop(name: &str, other: &str) -> String {
+    format!(
+        r#"
+[node]
+name = "{name}"
+[[task]]
+name = "t"
+period = "10ms"
+follow = {{ service = "loop/{other}", within = "4ms" }}
+[[input]]
+name = "other"
+service = "loop/{other}"
+feedback = true
+[[output]]
+service = "loop/{name}"
+signals = ["other"]
+"#
+    )
+}
+
+#[test]
+fn nodes_that_follow_each_other_both_run_and_the_one_that_is_left_runs_on() {
+    let domain = Domain::new();
+    domain.write("a.toml", &one_of_a_loop("a", "b"));
+    domain.write("b.toml", &one_of_a_loop("b", "a"));
+    let nodes = ["a", "b"].map(|name| {
+        let mut node = domain.start(&format!("run {name}.toml"));
+        node.wait_for("is running");
+        node
+    });
+    let [mut a, mut b] =
+        ["a", "b"].map(|name| domain.start(&format!("subscribe isochrone/{name}/telemetry")));
+    wait_for_more(&mut a, "followed", 20);
+    wait_for_more(&mut b, "followed", 20);
+    let [first, second] = nodes;
+    first.kill();
+    wait_for_more(&mut b, "timed_out", 20);
+    for process in [a, b, second] {
+        process.stop().expect_code(0);
+    }
+}
+
 /// The follower's configuration in a folder.
 fn folder(configuration: &str) -> Folder {
     Folder::with(&[("follower.toml", configuration)])
