@@ -18,7 +18,8 @@ use crate::{domain, stop, terminal};
 /// List the nodes and frame services of the domain
 ///
 /// For each control node, shows its tasks with rate, phase, CPU, cycle and missed cycles, and what `control`
-/// allows; then which tasks share a CPU and need it at the same time.
+/// allows; then which tasks share a CPU and need it at the same time, and which keep a task that they follow
+/// from sending.
 /// For each service, shows its rate, the flags of its newest frame if it has any, its publishers and
 /// readers, and its signals with type and unit as the publisher announces them. The rate is the
 /// announced one; if none is announced, frames are counted for half a second.
@@ -75,7 +76,7 @@ pub(crate) fn similar(participant: &Participant<ipc::Service>, service: &str) ->
 
 fn text(control: &[ControlNode], nodes: &[ListedNode], services: &[Found]) -> String {
     let mut text = control::text(control);
-    text += &control::meetings_text(&control::meetings(control));
+    text += &control::conflicts_text(&control::neighbours(control));
     text += &(counted(nodes.len(), "node") + "\n");
     let mut table = Table::default();
     for node in nodes {
@@ -155,9 +156,11 @@ fn document(control: &[ControlNode], nodes: &[ListedNode], services: &[Found]) -
             "signals": found.signals(),
         })
     };
+    let tasks = control::neighbours(control);
     json!({
         "control_nodes": control::document(control),
-        "meetings": control::meetings_document(&control::meetings(control)),
+        "meetings": control::meetings_document(&tasks),
+        "starved_sources": control::starved_document(&tasks),
         "nodes": nodes_of(nodes),
         "services": services.iter().map(service).collect::<Vec<_>>(),
     })

@@ -70,7 +70,7 @@ fn where_nothing_runs_the_list_is_empty_and_says_so() {
     assert!(ended.stderr.contains("nothing runs in this domain"), "{}", ended.stderr);
     assert_eq!(
         listed(&domain),
-        serde_json::json!({"control_nodes": [], "meetings": [], "nodes": [], "services": []})
+        serde_json::json!({"control_nodes": [], "meetings": [], "starved_sources": [], "nodes": [], "services": []})
     );
     assert_eq!(domain.leftovers(), Vec::<std::path::PathBuf>::new());
 }

@@ -119,3 +119,26 @@ fn the_list_has_the_tasks_that_meet_and_no_others() {
     assert!(text.contains("phase 5 ms"), "{text}");
     nodes.into_iter().for_each(|node| drop(node.stop().expect_code(0)));
 }
+
+#[test]
+fn whoever_starts_a_task_that_would_keep_its_source_from_sending_is_warned() {
+    let domain = Domain::new();
+    let cpu = allowed_cpu();
+    let block = "[[block]]\nname = \"saw\"\ntype = \"SawTooth\"\nin = { incrementRange = 1 }\n\
+                 [[output]]\nservice = \"plant/saw\"\nsignals = [\"saw.value\"]\n";
+    domain.write("source.toml", &(node("source", "5ms", cpu) + block));
+    let follow = "priority = 5\nfollow = { service = \"plant/saw\", within = \"1ms\" }\n\
+                  [[input]]\nname = \"saw\"\ntype = \"INT\"\nservice = \"plant/saw\"\nsignal = \"saw.value\"\n\
+                  [[output]]\nservice = \"plant/after\"\nsignals = [\"saw\"]\n";
+    domain.write("follower.toml", &(node("follower", "0ms", cpu) + follow));
+    let mut source = domain.start("run source.toml");
+    source.wait_for("is running");
+
+    let said = format!(
+        "warning: follower.t (fifo:5) follows \"plant/saw\" of source.t (other) on the same CPU {cpu}"
+    );
+    let ended = run_beside(&domain, "follower.toml", |ended| ended.stderr.contains(&said));
+    let remedy = "remedy: give the task that follows a lower priority than its source has";
+    assert!(ended.expect_code(0).stderr.contains(remedy));
+    source.stop().expect_code(0);
+}

@@ -85,6 +85,8 @@ mod tests {
             longest_watch_ns: 200_000,
             response_ns: None,
             phase_reason: None,
+            follow: None,
+            sends: Vec::new(),
         };
         let with = TaskDescription { placement: Some(placement.clone()), ..without.clone() };
         let mut neighbours = Neighbours::default();

@@ -14,7 +14,7 @@ use isochrone_timing::CycleRecord;
 
 use crate::alarms::Alarm;
 use crate::busiest::Busiest;
-use crate::control::Placement;
+use crate::control::{Followed, Placement};
 use crate::error::RequestError;
 use crate::faults::{Active, Faults};
 use crate::journal::Journal;
@@ -86,6 +86,9 @@ pub(crate) struct Lane {
     pub(crate) name: String,
     pub(crate) schedule: Schedule,
     pub(crate) phase_choice: PhaseChoice,
+    pub(crate) followed_service: Option<String>,
+    /// The services that it publishes.
+    pub(crate) sends: Vec<String>,
     pub(crate) orders: orders::Sender,
     pub(crate) faults: Faults,
     /// To the log.
@@ -181,6 +184,8 @@ impl Operating {
             longest_watch_ns: lane.schedule.longest_watch_ns(),
             response_ns: lane.responses.median_ns(),
             phase_reason: lane.phase_choice.reason().map(str::to_owned),
+            follow: Followed::of(&lane.schedule, lane.followed_service.as_deref()),
+            sends: lane.sends.clone(),
         })
     }
 

@@ -4,11 +4,11 @@ use std::fmt;
 
 use isochrone_cyclic::EPOCH_OFFSET_NS;
 use isochrone_engine::{Plan, TaskPlan};
-use isochrone_schedule::{Meeting, Need};
+use isochrone_schedule::{Meeting, Need, Schedule};
 use isochrone_timing::units::duration;
 use isochrone_timing::{Warning, WarningCode};
 
-use crate::control::Placement;
+use crate::control::{Followed, Placement};
 use crate::neighbours::Neighbour;
 use crate::node::EPOCH_GRID_NS;
 
@@ -32,7 +32,7 @@ pub struct SharedCpu {
 impl Neighbour {
     /// A task of a plan, as it will be when its node runs: on the grid that nodes share.
     pub(crate) fn planned(node: &str, task: &TaskPlan) -> Self {
-        let TaskPlan { name, schedule, priority, cpu, .. } = task;
+        let TaskPlan { name, schedule, priority, cpu, followed_service, outputs, .. } = task;
         Self {
             node: node.to_owned(),
             task: name.clone(),
@@ -45,19 +45,33 @@ impl Neighbour {
                 longest_watch_ns: schedule.longest_watch_ns(),
                 response_ns: None,
                 phase_reason: None,
+                follow: Followed::of(schedule, followed_service.as_deref()),
+                sends: outputs.iter().map(|output| output.service.clone()).collect(),
             },
         }
     }
 
-    /// When it needs its CPU.
+    /// When it needs its CPU. One that follows a service may need it until its wait is up, however soon its
+    /// frames have come so far.
     pub fn need(&self) -> Need {
         let Placement { first_release_ns, longest_watch_ns, response_ns, .. } = self.placement;
+        let response_ns = response_ns.unwrap_or_default().next_multiple_of(RESPONSE_STEP_NS);
         Need {
             period_ns: self.period_ns,
             release_ns: first_release_ns,
             before_ns: longest_watch_ns,
-            after_ns: response_ns.unwrap_or_default().next_multiple_of(RESPONSE_STEP_NS),
+            after_ns: response_ns.max(self.placement.follow_within_ns()),
         }
+    }
+
+    /// The SCHED_FIFO priority that it has.
+    pub(crate) fn priority(&self) -> Option<u8> {
+        self.placement.scheduler.strip_prefix("fifo:")?.parse().ok()
+    }
+
+    /// Its name with that of its node: `plant.fast`.
+    pub(crate) fn full_name(&self) -> String {
+        format!("{}.{}", self.node, self.task)
     }
 
     /// Whether a node that is to start knows how its grid will lie to this one's. It begins on a multiple of
@@ -67,16 +81,33 @@ impl Neighbour {
     }
 }
 
+impl Followed {
+    /// What a task follows that has this schedule.
+    pub(crate) fn of(schedule: &Schedule, service: Option<&str>) -> Option<Self> {
+        let within_ns = schedule.follow_within_ns?;
+        Some(Self { service: service?.to_owned(), within_ns })
+    }
+}
+
+impl Placement {
+    /// How long after a release it watches for a frame, in ns.
+    fn follow_within_ns(&self) -> u64 {
+        self.follow.as_ref().map_or(0, |follow| follow.within_ns)
+    }
+}
+
 impl SharedCpu {
     /// Which of a plan's tasks will share a CPU with each other, or with what runs, and need it at the same
     /// time. Tasks that may move between CPUs are left out, and tasks with normal scheduling that only
     /// sleep; so are pairs whose grids do not lie to each other in a way that can be known before the start,
-    /// and tasks of the plan with different priorities, which say who is to wait.
+    /// and tasks of the plan with different priorities, which say who is to wait. A real-time task that
+    /// follows another one is left out, too: it is meant to be there when that one sends, and
+    /// [`StarvedSource`](crate::StarvedSource) tells where it is in the way.
     pub fn of_plan(plan: &Plan, running: &[Neighbour]) -> Vec<Self> {
         let planned: Vec<_> =
             plan.tasks.iter().map(|task| Neighbour::planned(&plan.node, task)).collect();
         let mut shared = Self::of_running(&planned);
-        shared.retain(|pair| priority(&pair.first) == priority(&pair.second));
+        shared.retain(|pair| pair.first.priority() == pair.second.priority());
         for task in &planned {
             let known = running.iter().filter(|other| other.is_on_grid_with(&task.need()));
             shared.extend(known.filter_map(|other| Self::of(task, other)));
@@ -85,7 +116,7 @@ impl SharedCpu {
     }
 
     /// Which tasks share a CPU and need it at the same time, without those that may move between CPUs, or that
-    /// have normal scheduling and only sleep.
+    /// have normal scheduling and only sleep, and without real-time tasks that follow each other.
     pub fn of_running(running: &[Neighbour]) -> Vec<Self> {
         let pairs = running.iter().enumerate().flat_map(|(index, first)| {
             running.iter().skip(index + 1).map(move |second| (first, second))
@@ -95,7 +126,13 @@ impl SharedCpu {
 
     fn of(first: &Neighbour, second: &Neighbour) -> Option<Self> {
         let cpu = first.placement.cpu.filter(|cpu| second.placement.cpu == Some(*cpu))?;
+        let follows = |one: &Neighbour, other: &Neighbour| {
+            one.priority().is_some() && one.followed_in(other).is_some()
+        };
         if !is_punctual(first) || !is_punctual(second) {
+            return None;
+        }
+        if follows(first, second) || follows(second, first) {
             return None;
         }
         let meeting = first.need().meeting(&second.need())?;
@@ -108,13 +145,13 @@ impl SharedCpu {
         let waits = |one: &Neighbour, other: &Neighbour| {
             format!(
                 "{} ({}) waits for {} ({})",
-                name(one),
+                one.full_name(),
                 one.placement.scheduler,
-                name(other),
+                other.full_name(),
                 other.placement.scheduler
             )
         };
-        match (priority(first), priority(second)) {
+        match (first.priority(), second.priority()) {
             (None, None) => "they take turns on it".into(),
             (a, b) if a < b => waits(first, second),
             (a, b) if a > b => waits(second, first),
@@ -129,16 +166,8 @@ impl SharedCpu {
 /// Whether a task means to be punctual: one with normal scheduling that only sleeps is late anyway, and
 /// holds up nobody for long.
 fn is_punctual(task: &Neighbour) -> bool {
-    priority(task).is_some() || task.placement.longest_watch_ns > 0
-}
-
-/// The SCHED_FIFO priority that a task has.
-fn priority(task: &Neighbour) -> Option<u8> {
-    task.placement.scheduler.strip_prefix("fifo:")?.parse().ok()
-}
-
-fn name(task: &Neighbour) -> String {
-    format!("{}.{}", task.node, task.task)
+    let watches = task.placement.longest_watch_ns > 0 || task.placement.follow.is_some();
+    task.priority().is_some() || watches
 }
 
 /// `a.fast and b.fast share CPU 1 and meet at each release, 0 ns apart: both need it for up to 202 us, and …`
@@ -146,7 +175,7 @@ impl fmt::Display for SharedCpu {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { cpu, first, second, meeting } = self;
         let Meeting { met, of, apart_ns, overlap_ns } = *meeting;
-        let (one, other) = (name(first), name(second));
+        let (one, other) = (first.full_name(), second.full_name());
         write!(f, "{one} and {other} share CPU {cpu} and meet at ")?;
         if met == of {
             write!(f, "each release of {one}")?;
@@ -236,6 +265,46 @@ mod tests {
     fn a_task_that_only_sleeps_is_in_nobodys_way() {
         let sleeps = plan(&FAST.replace("priority = 80\n", ""));
         assert_eq!(SharedCpu::of_plan(&sleeps, &[running(0)]), []);
+    }
+
+    const SAW: &str = "[[input]]\nname = \"saw\"\nservice = \"saw\"\n";
+
+    /// The fast task, which waits for the saw for 600 us after its release.
+    fn following() -> String {
+        format!(
+            "{FAST}margin = \"100us\"\nphase = \"300us\"\n\
+             follow = {{ service = \"saw\", within = \"600us\" }}\n{SAW}"
+        )
+    }
+
+    #[test]
+    fn a_task_that_follows_needs_its_cpu_after_its_release_until_its_wait_is_up() {
+        let mut task = Neighbour::planned("b", &plan(&following()).tasks[0]);
+        for response_ns in [None, Some(12_345), Some(700_001)] {
+            task.placement.response_ns = response_ns;
+            let Need { before_ns, after_ns, .. } = task.need();
+            let expected_ns = if response_ns == Some(700_001) { 710_000 } else { 600_000 };
+            assert_eq!((before_ns, after_ns), (100_000, expected_ns), "{response_ns:?}");
+        }
+        // It watches from 200 to 900 us; the other one needs its CPU from 800 us on.
+        let shared = SharedCpu::of_plan(&plan(&following()), &[running(0)]);
+        assert_eq!(shared[0].meeting.overlap_ns, 100_000);
+        let sleeps = following().replace("priority = 80\n", "").replace("margin = \"100us\"\n", "");
+        assert_eq!(SharedCpu::of_plan(&plan(&sleeps), &[running(0)]).len(), 1, "it watches, too");
+    }
+
+    #[test]
+    fn a_task_that_follows_another_one_is_meant_to_be_there_when_that_one_sends() {
+        let source = Neighbour {
+            placement: Placement { sends: vec!["saw".into()], ..running(0).placement },
+            ..running(0)
+        };
+        let lower = following().replace("priority = 80", "priority = 70");
+        for follower in [&following(), &lower] {
+            assert_eq!(SharedCpu::of_plan(&plan(follower), std::slice::from_ref(&source)), []);
+        }
+        let normal = following().replace("priority = 80", "wake = \"hybrid\"");
+        assert_eq!(SharedCpu::of_plan(&plan(&normal), &[source]).len(), 1, "they take turns");
     }
 
     #[test]

@@ -87,6 +87,8 @@ impl Threads {
             name: name.clone(),
             schedule,
             phase_choice: task.phase_choice.clone(),
+            followed_service: task.followed_service.clone(),
+            sends: task.outputs.iter().map(|output| output.service.clone()).collect(),
             orders,
             faults: Faults::new(log.words()),
             words,

@@ -4,9 +4,9 @@ use std::collections::BTreeSet;
 
 use isochrone_runtime::control::{
     Access, Action, ActiveAlarm, AlarmsResult, AppliedChange, ApplyResult, ByTask, Change, Code,
-    ConfigurationOrigin, DescribeResult, Finding, Force, ForceResult, ForcesResult, GetResult,
-    JournalEntry, JournalResult, Method, Part, PendingEntry, Placement, ReadAt, Reply, Role,
-    SaveResult, SetResult, SignalDescription, SignalsResult, TaskDescription, Value, Values,
+    ConfigurationOrigin, DescribeResult, Finding, Followed, Force, ForceResult, ForcesResult,
+    GetResult, JournalEntry, JournalResult, Method, Part, PendingEntry, Placement, ReadAt, Reply,
+    Role, SaveResult, SetResult, SignalDescription, SignalsResult, TaskDescription, Value, Values,
 };
 
 fn page() -> String {
@@ -31,6 +31,8 @@ fn described() -> DescribeResult {
         longest_watch_ns: 0,
         phase_reason: None,
         response_ns: None,
+        follow: Some(Followed { service: String::new(), within_ns: 0 }),
+        sends: vec![String::new()],
     };
     let task = TaskDescription {
         name: String::new(),

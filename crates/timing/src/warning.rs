@@ -122,6 +122,9 @@ codes! {
     /// Tasks share a CPU and need it at the same time.
     SharedCpu = "shared_cpu",
         "write phase = \"auto\" in its [[task]], which keeps clear of what runs, or give it another cpu";
+    /// A task that watches for a frame keeps the task that sends it from running.
+    StarvedSource = "starved_source",
+        "give the task that follows a lower priority than its source has, or another cpu";
     /// The program is a debug build.
     DebugBuild = "debug_build",
         "run a release build: cargo run --release, or cargo install";

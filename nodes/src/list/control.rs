@@ -1,5 +1,7 @@
 //! The control nodes of a domain, and what they say of themselves.
 
+use std::fmt::Display;
+
 use isochrone_engine::escaped;
 use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::Stop;
@@ -7,7 +9,7 @@ use isochrone_report::Table;
 use isochrone_runtime::control::{
     ClientError, DescribeResult, RunningNode, TaskDescription, running_nodes,
 };
-use isochrone_runtime::{Neighbour, Neighbours, SharedCpu};
+use isochrone_runtime::{Neighbour, Neighbours, SharedCpu, StarvedSource};
 use isochrone_timing::WarningCode;
 use isochrone_timing::units::{counted, period};
 use serde_json::{Value, json};
@@ -98,41 +100,64 @@ fn placed(task: &TaskDescription) -> String {
     words.collect::<Vec<_>>().join(", ")
 }
 
-/// The tasks that share a CPU and need it at the same time.
-pub(super) fn meetings(nodes: &[ControlNode]) -> Vec<SharedCpu> {
+/// What the nodes tell of their tasks.
+pub(super) fn neighbours(nodes: &[ControlNode]) -> Vec<Neighbour> {
     let mut neighbours = Neighbours::default();
     for ControlNode { node, description, .. } in nodes {
         neighbours.add(&node.name, description.as_ref().map_or(&[], |known| &known.tasks));
     }
-    SharedCpu::of_running(&neighbours.tasks)
+    neighbours.tasks
 }
 
-pub(super) fn meetings_text(meetings: &[SharedCpu]) -> String {
-    if meetings.is_empty() {
+/// The tasks that share a CPU and need it at the same time, and those that keep their sources from sending.
+pub(super) fn conflicts_text(tasks: &[Neighbour]) -> String {
+    let meetings = SharedCpu::of_running(tasks);
+    let starved = StarvedSource::of_running(tasks);
+    conflict_text(counted(meetings.len(), "meeting"), &meetings, &WarningCode::SharedCpu)
+        + &conflict_text(
+            counted(starved.len(), "starved source"),
+            &starved,
+            &WarningCode::StarvedSource,
+        )
+}
+
+fn conflict_text(heading: String, conflicts: &[impl Display], code: &WarningCode) -> String {
+    if conflicts.is_empty() {
         return String::new();
     }
-    let lines: String = meetings.iter().map(|meeting| format!("  {meeting}\n")).collect();
-    format!(
-        "{} on one CPU\n{lines}  remedy: {}\n\n",
-        counted(meetings.len(), "meeting"),
-        WarningCode::SharedCpu.remedy()
-    )
+    let lines: String = conflicts.iter().map(|conflict| format!("  {conflict}\n")).collect();
+    format!("{heading} on one CPU\n{lines}  remedy: {}\n\n", code.remedy())
 }
 
-pub(super) fn meetings_document(meetings: &[SharedCpu]) -> Value {
-    let task = |task: &Neighbour| json!({"node": task.node, "task": task.task});
+pub(super) fn meetings_document(tasks: &[Neighbour]) -> Value {
     let one = |SharedCpu { cpu, first, second, meeting }: &SharedCpu| {
         json!({
             "cpu": cpu,
-            "first": task(first),
-            "second": task(second),
+            "first": task_document(first),
+            "second": task_document(second),
             "met": meeting.met,
             "of": meeting.of,
             "apart_ns": meeting.apart_ns,
             "overlap_ns": meeting.overlap_ns,
         })
     };
-    meetings.iter().map(one).collect()
+    SharedCpu::of_running(tasks).iter().map(one).collect()
+}
+
+pub(super) fn starved_document(tasks: &[Neighbour]) -> Value {
+    let one = |StarvedSource { cpu, follower, source, service }: &StarvedSource| {
+        json!({
+            "cpu": cpu,
+            "follower": task_document(follower),
+            "source": task_document(source),
+            "service": service,
+        })
+    };
+    StarvedSource::of_running(tasks).iter().map(one).collect()
+}
+
+fn task_document(task: &Neighbour) -> Value {
+    json!({"node": task.node, "task": task.task})
 }
 
 pub(super) fn document(nodes: &[ControlNode]) -> Value {
@@ -146,4 +171,48 @@ pub(super) fn document(nodes: &[ControlNode]) -> Value {
         })
     };
     nodes.iter().map(one).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use isochrone_runtime::control::{Followed, Placement};
+
+    use super::*;
+
+    fn task(node: &str, first_release_ns: u64) -> Neighbour {
+        let placement = Placement {
+            cpu: Some(1),
+            scheduler: "fifo:80".into(),
+            wake: "sleep".into(),
+            first_release_ns,
+            longest_watch_ns: 0,
+            response_ns: Some(10_000),
+            phase_reason: None,
+            follow: None,
+            sends: vec![format!("{node}/out")],
+        };
+        Neighbour { node: node.into(), task: "fast".into(), period_ns: 1_000_000, placement }
+    }
+
+    #[test]
+    fn a_task_that_keeps_its_source_from_sending_is_marked() {
+        let (source, mut follower) = (task("a", 200_000), task("b", 0));
+        assert_eq!(conflicts_text(&[source.clone(), follower.clone()]), "");
+        follower.placement.follow = Some(Followed { service: "a/out".into(), within_ns: 300_000 });
+        let tasks = [source, follower];
+        assert_eq!(
+            conflicts_text(&tasks),
+            "1 starved source on one CPU\n  b.fast (fifo:80) follows \"a/out\" of a.fast (fifo:80) on the \
+             same CPU 1: while the one watches, the other cannot send\n  remedy: give the task that \
+             follows a lower priority than its source has, or another cpu\n\n"
+        );
+        let expected = json!([{
+            "cpu": 1,
+            "follower": {"node": "b", "task": "fast"},
+            "source": {"node": "a", "task": "fast"},
+            "service": "a/out",
+        }]);
+        assert_eq!(starved_document(&tasks), expected);
+        assert_eq!(meetings_document(&tasks), json!([]));
+    }
 }

@@ -2,14 +2,14 @@
 
 use isochrone_engine::{Plan, format_duration_ns};
 use isochrone_ipc::{Participant, ipc};
-use isochrone_runtime::{Neighbours, SharedCpu, choose_phases};
+use isochrone_runtime::{Neighbours, SharedCpu, StarvedSource, choose_phases};
 use isochrone_timing::Warning;
 
 use crate::failure::Failure;
 use crate::terminal;
 
 /// Chooses the phases that the configuration leaves to the node, and returns which tasks will share a CPU
-/// and need it at the same time. Tasks that are pinned to no CPU share none.
+/// and need it at the same time, and which will keep the tasks that they follow from sending. Tasks that are pinned to no CPU share none.
 pub(super) fn settle(
     plan: &mut Plan,
     participant: &Participant<ipc::Service>,
@@ -31,5 +31,8 @@ pub(super) fn settle(
             terminal::note(&format!("note: task \"{}\": phase {phase}, {reason}", task.name));
         }
     }
-    Ok(SharedCpu::of_plan(plan, &running.tasks).iter().map(Into::into).collect())
+    let shared = SharedCpu::of_plan(plan, &running.tasks);
+    let starved = StarvedSource::of_plan(plan, &running.tasks);
+    let starved = starved.iter().map(Into::into);
+    Ok(shared.iter().map(Into::into).chain(starved).collect())
 }

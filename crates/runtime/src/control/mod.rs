@@ -37,9 +37,9 @@ pub use params::{
 };
 pub use results::{
     Access, Action, ActiveAlarm, AlarmsResult, AppliedChange, ApplyResult, ByTask, Change,
-    ConfigurationOrigin, DescribeResult, Force, ForceResult, ForcesResult, GetResult, JournalEntry,
-    JournalResult, Part, PendingEntry, Placement, ReadAt, Role, SaveResult, SetResult,
-    SignalDescription, SignalsResult, TaskDescription,
+    ConfigurationOrigin, DescribeResult, Followed, Force, ForceResult, ForcesResult, GetResult,
+    JournalEntry, JournalResult, Part, PendingEntry, Placement, ReadAt, Role, SaveResult,
+    SetResult, SignalDescription, SignalsResult, TaskDescription,
 };
 pub use texts::{Room, answer, request};
 pub use value::{Value, Values};

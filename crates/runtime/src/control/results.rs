@@ -93,6 +93,21 @@ pub struct Placement {
     /// Why it has its phase, if `phase = "auto"` chose it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phase_reason: Option<String>,
+    /// What its cycles begin with, if it follows a service.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub follow: Option<Followed>,
+    /// The services that it publishes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sends: Vec<String>,
+}
+
+/// The service that a task follows.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Followed {
+    /// Its name.
+    pub service: String,
+    /// How long after a release the task watches the clock and the service for a frame, ns.
+    pub within_ns: u64,
 }
 
 /// Of `signals`: a page of them.
