@@ -173,7 +173,7 @@ impl Operating {
             let _ = lane.words.send(words);
             lane.orders.send_change(Box::new(Changeover { replacement, tap, watch }));
         }
-        self.expect(NewParts { source, banks, snapshots, cuts });
+        self.expect(NewParts { source, banks, cuts }, snapshots);
         Ok(Applying { number, cycles })
     }
 }

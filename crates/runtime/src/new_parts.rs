@@ -3,12 +3,10 @@
 use isochrone_engine::Source;
 
 use crate::alarms::Alarm;
-use crate::snapshots::Snapshots;
 
 /// What the ordinary thread needs to go by another configuration when all tasks have it.
 pub(crate) struct NewParts {
     pub(crate) source: Source,
     pub(crate) banks: Vec<Vec<String>>,
-    pub(crate) snapshots: Snapshots,
     pub(crate) cuts: Vec<Alarm>,
 }

@@ -112,7 +112,9 @@ impl<S: Service> Running<S> {
     /// the two configurations takes the new one; all others keep the values that they have now.
     ///
     /// Each task has it from its first cycle on that is released at or after one instant, a period of
-    /// the slowest task and 20 ms from now. Until all have it, other changes are refused.
+    /// the slowest task and 20 ms from now. Until all have it, no other configuration is taken, and
+    /// [`set`](Self::set), [`force`](Self::force) and [`undo`](Self::undo) are refused for signals that
+    /// it takes away or gives another value; all else goes on.
     ///
     /// # Errors
     /// As [`prepare_apply`](Self::prepare_apply), or something was changed since, or the tasks have no

@@ -21,6 +21,7 @@ use crate::journal::Journal;
 use crate::new_parts::NewParts;
 use crate::orders::{self, Changeover, Returned};
 use crate::responses::Responses;
+use crate::snapshots::Snapshots;
 use crate::words::Words;
 
 /// A request that is on its way to its tasks.
@@ -77,8 +78,10 @@ pub(crate) struct Operating {
     for_service: Vec<Done>,
     /// What goes with a configuration that is on its way to the tasks.
     expected: Option<NewParts>,
-    /// What goes with one that all tasks have since the program was told last.
-    arrived: Option<NewParts>,
+    /// What shows the signals of configurations that are on their way, until that is asked for.
+    coming: Vec<Snapshots>,
+    /// What goes with those that all tasks have since the program was told last.
+    arrived: Vec<NewParts>,
 }
 
 /// One task's.
@@ -122,7 +125,8 @@ impl Shared {
             of_service: BTreeMap::new(),
             for_service: Vec::new(),
             expected: None,
-            arrived: None,
+            coming: Vec::new(),
+            arrived: Vec::new(),
         })))
     }
 
@@ -226,13 +230,19 @@ impl Operating {
     }
 
     /// Takes note of what goes with a configuration that is on its way.
-    pub(crate) fn expect(&mut self, parts: NewParts) {
+    pub(crate) fn expect(&mut self, parts: NewParts, snapshots: Snapshots) {
         self.expected = Some(parts);
+        self.coming.push(snapshots);
     }
 
-    /// What goes with another configuration that all tasks have since the last time.
-    pub(crate) fn arrived(&mut self) -> Option<NewParts> {
-        self.arrived.take()
+    /// What shows the signals of the configurations that were sent since the last time.
+    pub(crate) fn coming(&mut self) -> Vec<Snapshots> {
+        std::mem::take(&mut self.coming)
+    }
+
+    /// What goes with the configurations that all tasks have since the last time.
+    pub(crate) fn arrived(&mut self) -> Vec<NewParts> {
+        std::mem::take(&mut self.arrived)
     }
 
     /// Takes in and frees what the cycles gave back.
@@ -267,7 +277,7 @@ impl Operating {
             let Configuration { source, sha256, is_changed, .. } = &mut self.configuration;
             (*source, *sha256) = (parts.source.clone(), parts.source.sha256());
             *is_changed = true;
-            self.arrived = Some(parts);
+            self.arrived.push(parts);
         }
         came.into_iter().for_each(|done| self.hand_out(done));
     }

@@ -241,15 +241,21 @@ impl<S: Service> Running<S> {
         operating.flush_journal();
     }
 
-    /// Goes by another configuration that all tasks have.
+    /// Goes by the configuration that each task has.
     fn change_over(&mut self) {
-        let Some(new) = self.parts.operating.lock().arrived() else { return };
-        let NewParts { banks, snapshots, cuts, .. } = new;
+        let mut operating = self.parts.operating.lock();
+        let (coming, arrived) = (operating.coming(), operating.arrived());
+        drop(operating);
+        self.parts.snapshots.expect(coming);
+        arrived.into_iter().for_each(|new| self.enter(new));
+    }
+
+    fn enter(&mut self, new: NewParts) {
+        let NewParts { banks, cuts, .. } = new;
         for (task, banks) in self.parts.tasks.iter_mut().zip(banks) {
             task.banks = banks;
         }
-        let is_same = snapshots.layout() == self.parts.snapshots.layout();
-        self.parts.snapshots = snapshots;
+        let is_same = self.parts.snapshots.arrive();
         for cut in cuts {
             if !self.parts.alarms.contains(&cut) {
                 tracing::warn!("{cut}");

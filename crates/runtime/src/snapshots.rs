@@ -4,7 +4,7 @@
 //! Signals are inputs with their `ok` and `age` and outputs of blocks, the first [`MAX_SIGNALS`] of each task. Each snapshot is a
 //! copy in the slack of a cycle, and shall stay small.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 use std::ops::Range;
 
 use isochrone_engine::{InputPart, Plan, TaskPlan};
@@ -106,6 +106,8 @@ pub(crate) struct Snapshots {
     /// Channels by name.
     channels: HashMap<String, usize>,
     sources: Vec<Source>,
+    /// Those of configurations that are on their way to the tasks.
+    coming: VecDeque<Snapshots>,
 }
 
 struct Source {
@@ -141,7 +143,7 @@ impl Snapshots {
         let channels = names.map(|(channel, signal)| (signal.name.clone(), channel)).collect();
         let values = vec![f64::NAN; signals.len()];
         let layout = FrameLayout { signals, period_ns: None };
-        (Self { layout, values, channels, sources }, taps)
+        (Self { layout, values, channels, sources, coming: VecDeque::new() }, taps)
     }
 
     /// What the values are.
@@ -156,13 +158,64 @@ impl Snapshots {
 
     /// The newest value of a signal; `None` if it is not watched or its task has not run.
     pub(crate) fn value(&self, name: &str) -> Option<f64> {
-        let channel = *self.channels.get(name)?;
-        let source = self.sources.iter().find(|source| source.channels.contains(&channel))?;
-        self.values.get(channel).copied().filter(|_| source.has_run)
+        let coming = self.coming.iter().rev().find_map(|coming| coming.value(name));
+        coming.or_else(|| {
+            let channel = *self.channels.get(name)?;
+            let task = self.sources.iter().position(|of| of.channels.contains(&channel))?;
+            // What a task that has changed does not show any more is gone.
+            let is_gone = self.coming.iter().any(|coming| coming.has_run(task));
+            let is_shown = self.has_run(task) && !is_gone;
+            self.values.get(channel).copied().filter(|_| is_shown)
+        })
+    }
+
+    fn has_run(&self, task: usize) -> bool {
+        self.sources.get(task).is_some_and(|source| source.has_run)
+    }
+
+    /// Shows also what other configurations show, which are on their way to the tasks of this one: each
+    /// task has them when it comes to them.
+    pub(crate) fn expect(&mut self, coming: Vec<Self>) {
+        self.coming.extend(coming);
+    }
+
+    /// Goes by the oldest of those configurations, which all tasks have; whether it has the same signals.
+    pub(crate) fn arrive(&mut self) -> bool {
+        let Some(mut new) = self.coming.pop_front() else { return true };
+        new.coming = std::mem::take(&mut self.coming);
+        let is_same = new.layout == self.layout;
+        *self = new;
+        is_same
     }
 
     /// Takes in the newest snapshot of every task; whether one came since the last time.
     pub(crate) fn update(&mut self) -> bool {
+        let mut is_fresh = self.update_own();
+        for mut new in std::mem::take(&mut self.coming) {
+            if new.update_own() {
+                is_fresh = true;
+                self.show(&new);
+            }
+            self.coming.push_back(new);
+        }
+        is_fresh
+    }
+
+    /// Gives the signals that both have the values of those tasks that have changed, and the others NaN.
+    fn show(&mut self, new: &Self) {
+        for (source, of_new) in self.sources.iter().zip(&new.sources).filter(|(_, new)| new.has_run)
+        {
+            let signals = self.layout.signals.iter().zip(&mut self.values);
+            let of_task = signals.skip(source.channels.start).take(source.channels.len());
+            for (signal, value) in of_task {
+                let channel = new.channels.get(&signal.name);
+                let channel = channel.filter(|channel| of_new.channels.contains(channel));
+                *value = channel.and_then(|at| new.values.get(*at)).copied().unwrap_or(f64::NAN);
+            }
+        }
+    }
+
+    fn update_own(&mut self) -> bool {
         let mut is_fresh = false;
         for source in self.sources.iter_mut().filter(|source| source.receiver.updated()) {
             let channels = self.values.get_mut(source.channels.clone()).unwrap_or_default();

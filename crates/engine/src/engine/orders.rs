@@ -8,6 +8,11 @@ impl TaskEngine {
     /// values before then. For the real-time path.
     pub fn apply(&mut self, order: &mut Order, cycle: u64, now_ns: u64) {
         order.state = OrderState::Applied { cycle };
+        if order.changes != self.changes
+            && let Some(moved) = &mut order.moved
+        {
+            std::mem::swap(&mut order.work, moved);
+        }
         match &mut order.work {
             Work::Set { feeds, stores } => {
                 for (input, value) in feeds.iter() {

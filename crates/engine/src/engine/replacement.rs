@@ -135,6 +135,7 @@ impl TaskEngine {
         for CarriedForce { from, force } in &mut carry.forces {
             new.forces.adopt(&self.forces, *from, force);
         }
+        new.forces.adopt_new(&mut self.forces);
         (new.block_errors, new.changes) = (self.block_errors, self.changes + 1);
         replacement.store();
         // Whoever reads them at the same instant finds the last values in the new links. Which banks

@@ -21,6 +21,8 @@ pub(crate) struct Force {
     pub(crate) at_end: AtEnd,
     /// What it acts on: outputs, then values for other tasks.
     pub(crate) taints: Box<[u32]>,
+    /// The same in the engine that is on its way to take the place of this one.
+    pub(crate) moved: Option<Box<Force>>,
 }
 
 /// What becomes of a signal whose force ends.
@@ -35,7 +37,8 @@ pub(crate) enum AtEnd {
 impl Default for Force {
     fn default() -> Self {
         let (value, shadow, taints) = (0.0, 0.0, [].into());
-        Self { slot: 0, value, shadow, until: 0, number: 0, at_end: AtEnd::Recompute, taints }
+        let (until, number, at_end, moved) = (0, 0, AtEnd::Recompute, None);
+        Self { slot: 0, value, shadow, until, number, at_end, taints, moved }
     }
 }
 
@@ -132,7 +135,31 @@ impl Forces {
     /// it is here, and stays empty with the caller. By slots in ascending order.
     pub(crate) fn adopt(&mut self, others: &Self, slot: u32, new: &mut Force) {
         let found = others.find(slot as usize).ok().and_then(|found| others.table.get(found));
-        let Some(force) = found.filter(|_| self.table.len() < MAX_FORCES) else { return };
+        found.into_iter().for_each(|force| self.go_on(force, new));
+    }
+
+    /// Goes on with those forces of another table that were made since it is known that this one takes
+    /// its place; after [`adopt`](Self::adopt).
+    pub(crate) fn adopt_new(&mut self, others: &mut Self) {
+        let carried = self.table.len();
+        for force in &mut others.table {
+            let Some(mut moved) = force.moved.take() else { continue };
+            let known = self.table.get(..carried).unwrap_or_default();
+            if known.binary_search_by_key(&moved.slot, |force| force.slot).is_err() {
+                self.go_on(force, &mut moved);
+            }
+            // Freed where the table is.
+            force.moved = Some(moved);
+        }
+        if self.table.len() > carried {
+            self.table.sort_unstable_by_key(|force| force.slot);
+        }
+    }
+
+    fn go_on(&mut self, force: &Force, new: &mut Force) {
+        if self.table.len() >= MAX_FORCES {
+            return;
+        }
         count(&mut self.tainted, &new.taints, 1);
         let &Force { value, shadow, until, number, .. } = force;
         self.table.push(Force { value, shadow, until, number, ..std::mem::take(new) });

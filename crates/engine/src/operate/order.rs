@@ -11,6 +11,9 @@ pub struct Order {
     pub(crate) number: u64,
     pub(crate) at: Option<u64>,
     pub(crate) work: Work,
+    /// The same for the engine that is on its way to the task; the cycle that does it puts it in the
+    /// place of the other.
+    pub(crate) moved: Option<Work>,
     pub(crate) state: OrderState,
     /// How often the task's engine had been replaced when the order was made.
     pub(crate) changes: u64,
@@ -109,7 +112,7 @@ impl Work {
 
 impl Order {
     pub(super) fn new(number: u64, at: Option<u64>, work: Work) -> Box<Self> {
-        Box::new(Self { number, at, work, state: OrderState::Waiting, changes: 0 })
+        Box::new(Self { number, at, work, moved: None, state: OrderState::Waiting, changes: 0 })
     }
 
     /// Number of its transaction or reading.

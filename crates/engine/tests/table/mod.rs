@@ -194,6 +194,27 @@ impl Reference {
         block_type(&self.entries[task]).is_some_and(|known| block_type(new) == Some(known))
     }
 
+    /// Whether a signal is one of the same kind, whichever entries its task goes by when a request comes
+    /// to it; `is_set`: and those on their way do not say what it is.
+    pub fn stays(&self, name: &str, is_set: bool) -> bool {
+        let task = self.task_of(name);
+        let Some(change) = self.change.as_ref().filter(|change| !change.is_done[task]) else {
+            return true;
+        };
+        let row = |rows: &[Row]| rows.iter().find(|row| row.name == name).cloned();
+        let rows = row(&self.rows[task]).zip(row(&rows(&change.entries, task)));
+        self.is_kept(name, &change.entries)
+            && rows.is_some_and(|(old, new)| {
+                let is_left = old.initial.to_bits() == new.initial.to_bits();
+                old.kind == new.kind && (is_left || !is_set)
+            })
+    }
+
+    /// Whether a task goes by the entries that are on their way to the other one.
+    pub fn is_ahead(&self, task: usize) -> bool {
+        self.change.as_ref().is_some_and(|change| change.is_done[task])
+    }
+
     pub fn change(&mut self, entries: Rc<Vec<Entry>>, at: [u64; 2]) {
         self.change = Some(Change { entries, at, is_done: [false; 2] });
     }

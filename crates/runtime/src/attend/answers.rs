@@ -1,5 +1,7 @@
 //! What a node tells of itself at once.
 
+use std::sync::Arc;
+
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::config::Control;
 use isochrone_engine::operate::{self, Pattern, Signal};
@@ -22,7 +24,6 @@ impl Attendant {
     pub(super) fn describe(&self) -> Reply {
         let operating = self.shared.lock();
         let next = operating.next_cycles(Monotonic.now_ns());
-        let signals = operating.operator.signals();
         let task = |(index, next): (usize, u64)| {
             let lane = operating.lanes.get(index)?;
             let forces = operating.operator.forces().filter(|forced| forced.task == index);
@@ -33,7 +34,7 @@ impl Attendant {
                 cycle: next.saturating_sub(1),
                 missed: lane.last.map_or(0, |last| last.missed),
                 overruns: lane.last.map_or(0, |last| last.overruns),
-                parameters: signals.parameters(index) as u64,
+                parameters: operating.operator.parameters(index) as u64,
                 forces: forces.count() as u64,
                 placement: operating.placement(index),
             })
@@ -73,6 +74,10 @@ impl Attendant {
         };
         let (offset, limit) = page(params.offset, params.limit.or(Some(SIGNALS)));
         let operating = self.shared.lock();
+        if !Arc::ptr_eq(&signals, operating.operator.signals()) {
+            drop(operating);
+            return self.signals(params);
+        }
         let describe = |signal: Signal<'_>| SignalDescription {
             forced: operating.operator.is_forced(&signal),
             protected: Some(operating.operator.is_protected(&signal)),

@@ -201,9 +201,19 @@ impl Basis {
         };
         let engines = engines.into_iter().enumerate();
         let replacements: Vec<_> = engines.map(replacement).collect();
-        let (number, returned) = (0, vec![false; replacements.len()]);
-        let next = Next { signals, permissions, warnings, fixed, kept, applied, number, returned };
-        let (next, writes) = (Box::new(next), self.writes);
+        let given = |new: &Replacement| new.carry.stores.iter().map(|store| store.slot).collect();
+        let next = Box::new(Next {
+            signals,
+            permissions,
+            warnings,
+            fixed,
+            kept,
+            applied,
+            number: 0,
+            returned: vec![false; replacements.len()],
+            given: replacements.iter().map(given).collect(),
+        });
+        let writes = self.writes;
         Ok(PreparedChange { replacements, next, request, writes })
     }
 }

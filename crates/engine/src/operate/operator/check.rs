@@ -2,6 +2,7 @@
 
 use std::collections::HashSet;
 
+use super::{Next, Operator};
 use crate::operate::Pattern;
 use crate::operate::refusal::{Refusal, Refusals};
 use crate::operate::signals::{Matches, Signal, Signals};
@@ -14,6 +15,8 @@ const SEARCHED: usize = 1_000_000;
 /// What is wrong with a request so far.
 pub(super) struct Check<'s> {
     signals: &'s Signals,
+    /// What is on its way to take the place of those, task by task.
+    next: Option<&'s Next>,
     pub(super) findings: Vec<Refusal>,
     seen: HashSet<(usize, usize)>,
     pub(super) is_empty: bool,
@@ -25,7 +28,13 @@ pub(super) struct Check<'s> {
 impl<'s> Check<'s> {
     pub(super) fn new(signals: &'s Signals) -> Self {
         let (findings, seen) = (Vec::new(), HashSet::new());
-        Self { signals, findings, seen, is_empty: true, comparisons: 0, searched: 0 }
+        let (is_empty, comparisons, searched) = (true, 0, 0);
+        Self { signals, next: None, findings, seen, is_empty, comparisons, searched }
+    }
+
+    /// Of a request that writes: it is about the signals that each task has at this moment.
+    pub(super) fn of_writing(operator: &'s Operator) -> Self {
+        Self { next: operator.next_plan.as_deref(), ..Self::new(&operator.signals) }
     }
 
     /// The signal of a name that stands once in the request.
@@ -40,11 +49,18 @@ impl<'s> Check<'s> {
 
     pub(super) fn known(&mut self, name: &str) -> Option<Signal<'s>> {
         self.is_empty = false;
-        let found = self.signals.locate(name);
+        let found = self.locate(name);
         if found.is_none() {
             self.note_unknown(name);
         }
         found
+    }
+
+    /// The signal of a name in the task that has it now.
+    fn locate(&self, name: &str) -> Option<Signal<'s>> {
+        let Some(next) = self.next else { return self.signals.locate(name) };
+        let new = next.signals.locate(name).filter(|signal| next.has_returned(signal.task));
+        new.or_else(|| self.signals.locate(name).filter(|signal| !next.has_returned(signal.task)))
     }
 
     /// The signals that a pattern stands for. `None`: there are none, or it was not looked for.
@@ -67,6 +83,12 @@ impl<'s> Check<'s> {
 
     /// What was meant is looked for as long as that costs little.
     fn note_unknown(&mut self, name: &str) {
+        let is_on_its_way = |next: &&Next| {
+            next.signals.locate(name).is_some() || self.signals.locate(name).is_some()
+        };
+        if let Some(next) = self.next.filter(is_on_its_way) {
+            return self.findings.push(next.refusal());
+        }
         let is_affordable = self.comparisons < COMPARISONS;
         self.comparisons += self.signals.comparisons();
         self.findings.push(if is_affordable {

@@ -221,10 +221,18 @@ impl Operator {
         })
     }
 
-    /// Whether a signal is forced, or about to be.
+    /// Whether one of [`signals`](Self::signals) is forced, or about to be.
     pub fn is_forced(&self, signal: &Signal<'_>) -> bool {
-        let forces = self.forces.get(signal.task);
-        forces.is_some_and(|forces| forces.contains_key(&(signal.slot as u32)))
+        let Signal { task, slot, .. } = *signal;
+        let next = self.next_plan.as_ref().filter(|next| next.has_returned(task));
+        let slot = next.map_or(Some(slot as u32), |next| next.slot(task, slot as u32));
+        let forces = self.forces.get(task);
+        forces.zip(slot).is_some_and(|(forces, slot)| forces.contains_key(&slot))
+    }
+
+    /// How many parameters a task has at this moment.
+    pub fn parameters(&self, task: usize) -> usize {
+        self.signals_of(task).parameters(task)
     }
 
     /// Whether a parameter has another value than the configuration gave it.
@@ -265,6 +273,19 @@ impl Operator {
     fn signals_of(&self, task: usize) -> &Signals {
         let next = self.next_plan.as_ref().filter(|next| next.has_returned(task));
         next.map_or(&self.signals, |next| &next.signals)
+    }
+
+    /// The configuration that is on its way to a task.
+    fn next_of(&self, task: usize) -> Option<&Next> {
+        self.next_plan.as_deref().filter(|next| !next.has_returned(task))
+    }
+
+    /// What bounds the values of a task: also the configuration that is on its way to it.
+    fn permissions_of(&self, task: usize) -> impl Iterator<Item = &Permissions> {
+        let next = self.next_plan.as_deref();
+        let has_next = next.is_some_and(|next| next.has_returned(task));
+        let now = (!has_next).then_some(&self.permissions);
+        now.into_iter().chain(next.map(Next::permissions))
     }
 
     fn signal_at(&self, task: usize, slot: u32) -> Option<Signal<'_>> {

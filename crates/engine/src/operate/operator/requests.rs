@@ -23,6 +23,8 @@ impl Operator {
     /// Prepares to give parameters, and inputs that the program feeds, new values. `next` is the
     /// first cycle of each task that has not begun.
     ///
+    /// While another configuration is on its way, a signal is one that its task has at this moment.
+    ///
     /// # Errors
     /// All that is wrong with the request.
     pub fn set<'n>(
@@ -31,18 +33,19 @@ impl Operator {
         request: Request,
         next: &[u64],
     ) -> Result<Prepared, Refusals> {
-        let mut check = Check::new(&self.signals);
+        let mut check = Check::of_writing(self);
         let mut feeds: BTreeMap<usize, Vec<(u32, f64)>> = BTreeMap::new();
         let mut stores: BTreeMap<usize, Vec<Store>> = BTreeMap::new();
         let mut sets_parameter = false;
         for (name, value) in values {
             let Some(signal) = check.find(name) else { continue };
             let found = self.settable(&signal, &request).and_then(|()| match signal.role {
-                Role::Input => self.permissions.slot(&signal, value),
+                Role::Input => self.allowed(&signal, value),
                 _ => {
                     sets_parameter = true;
                     self.permissions.check_name(&signal)?;
-                    self.permissions.slot(&signal, value)
+                    self.check_not_given(&signal)?;
+                    self.allowed(&signal, value)
                 }
             });
             let Some(slot) = check.note(found) else { continue };
@@ -57,9 +60,6 @@ impl Operator {
         }
         let tasks: BTreeSet<usize> = feeds.keys().chain(stores.keys()).copied().collect();
         self.check_at(&mut check, &request, tasks.iter().copied(), next);
-        if !stores.is_empty() {
-            self.check_settled(&mut check);
-        }
         check.end()?;
         let warnings = self.warn_of_set(&stores);
         let work = |task| {
@@ -80,9 +80,8 @@ impl Operator {
         request: Request,
         next: &[u64],
     ) -> Result<Prepared, Refusals> {
-        let mut check = Check::new(&self.signals);
+        let mut check = Check::of_writing(self);
         check.note(self.permissions.check(Intent::Force));
-        self.check_settled(&mut check);
         if let Hold::Seconds(seconds) = hold
             && !(seconds > 0.0 && seconds <= MAX_SECONDS)
         {
@@ -95,7 +94,8 @@ impl Operator {
                 Role::Age => Err(Refusal::Age { name: signal.name.clone() }),
                 _ => self.permissions.check_name(&signal),
             };
-            let found = allowed.and_then(|()| self.permissions.slot(&signal, value));
+            let allowed = allowed.and_then(|()| self.check_stays(&signal));
+            let found = allowed.and_then(|()| self.allowed(&signal, value));
             let Some(slot) = check.note(found) else { continue };
             stores.entry(signal.task).or_default().push(Store::new(signal.slot, slot));
         }
@@ -114,7 +114,7 @@ impl Operator {
         let warnings = replaced.chain(self.warn(&stores)).collect();
         let work = |(task, unsorted)| {
             let stores = sorted(Some(unsorted));
-            (task, Work::force(&self.signals, task, stores, self.cycles(task, hold)))
+            (task, Work::force(self.signals_of(task), task, stores, self.cycles(task, hold)))
         };
         Ok(prepared(stores.into_iter().map(work).collect(), request, Kind::Force, warnings))
     }
@@ -130,9 +130,8 @@ impl Operator {
         request: Request,
         next: &[u64],
     ) -> Result<Prepared, Refusals> {
-        let mut check = Check::new(&self.signals);
+        let mut check = Check::of_writing(self);
         check.note(self.permissions.check(Intent::Force));
-        self.check_settled(&mut check);
         let mut slots: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
         for name in names {
             check.is_empty = false;
@@ -221,12 +220,41 @@ impl Operator {
                 Err(Refusal::Fed { name: name(), service: service.map(str::to_owned) })
             }
             Role::Wired => {
-                let source_name = self.signals.source_name(signal.task, signal.slot);
+                let source_name =
+                    self.signals_of(signal.task).source_name(signal.task, signal.slot);
                 Err(Refusal::Wired { name: name(), source_name })
             }
             Role::Output => Err(Refusal::Output { name: name() }),
             Role::Ok | Role::Age => Err(Refusal::Quality { name: name() }),
         }
+    }
+
+    /// Whether a signal is there, and can be written, whichever engine its task has when a request comes
+    /// to it.
+    pub(super) fn check_stays(&self, signal: &Signal<'_>) -> Result<(), Refusal> {
+        let Some(next) = self.next_of(signal.task) else { return Ok(()) };
+        let slot = next.slot(signal.task, signal.slot as u32);
+        let moved = slot.and_then(|slot| next.signals.at(signal.task, slot as usize));
+        let is_it = |moved: Signal<'_>| moved.role == signal.role;
+        moved.is_some_and(is_it).then_some(()).ok_or_else(|| next.refusal())
+    }
+
+    /// As [`check_stays`](Self::check_stays), and whether the configuration that is on its way leaves it
+    /// the value that it is given.
+    pub(super) fn check_not_given(&self, signal: &Signal<'_>) -> Result<(), Refusal> {
+        self.check_stays(signal)?;
+        let Some(next) = self.next_of(signal.task) else { return Ok(()) };
+        let slot = next.slot(signal.task, signal.slot as u32);
+        let is_given = slot.is_some_and(|slot| next.gives(signal.task, slot));
+        if is_given { Err(next.refusal()) } else { Ok(()) }
+    }
+
+    /// The slot of a value that a signal can have, also in the configuration that is on its way to its
+    /// task.
+    fn allowed(&self, signal: &Signal<'_>, value: Value) -> Result<f64, Refusal> {
+        let mut slots = self.permissions_of(signal.task).map(|of| of.slot(signal, value));
+        let first = slots.next().unwrap_or_else(|| self.permissions.slot(signal, value))?;
+        slots.try_fold(first, |_, slot| slot)
     }
 
     pub(super) fn check_at(
@@ -269,8 +297,9 @@ impl Operator {
                 new.get(&slot).copied().or_else(held)
             };
             let slots = || stores.iter().map(|store| store.slot as usize);
-            warnings.extend(self.warnings.of_instances(&self.signals, *task, slots(), value));
-            warnings.extend(Warnings::of_latches(&self.signals, *task, slots(), value));
+            let signals = self.signals_of(*task);
+            warnings.extend(self.warnings.of_instances(signals, *task, slots(), value));
+            warnings.extend(Warnings::of_latches(signals, *task, slots(), value));
         }
         warnings
     }

@@ -1,9 +1,11 @@
 //! Requests on their way to the cycles.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
+use super::requests::sorted;
 use super::{Forced, Kind, Operator, Prepared, Request, Sent};
 use crate::operate::Value;
+use crate::operate::forces::Force;
 use crate::operate::journal::Client;
 use crate::operate::order::{Order, Work};
 use crate::operate::store::Store;
@@ -27,6 +29,7 @@ impl Operator {
         for (task, order) in &mut orders {
             order.number = number;
             order.changes = self.changes.get(*task).copied().unwrap_or_default();
+            self.follow_ahead(*task, order);
             match &mut order.work {
                 Work::Set { stores, .. } => {
                     writes.extend(stores.iter().map(|store| (*task, store.slot)));
@@ -39,6 +42,10 @@ impl Operator {
                     }
                     if let Some(pending) = self.forced_again.get_mut(*task) {
                         *pending += *again;
+                    }
+                    if let Some(Work::Force { forces, again: moved, .. }) = &mut order.moved {
+                        forces.iter_mut().for_each(|force| force.number = number);
+                        *moved = *again;
                     }
                 }
                 Work::Release { .. } | Work::Read(_) => {}
@@ -57,6 +64,43 @@ impl Operator {
             self.sent.insert(number, sent);
         }
         (number, orders)
+    }
+
+    /// Has an order do the same where it comes after the change of the configuration that is on its way
+    /// to its task. All of its signals are there then: that was asked for before.
+    fn follow_ahead(&self, task: usize, order: &mut Order) {
+        let Some(next) = self.next_of(task) else { return };
+        let moved = |stores: &[Store]| -> Vec<Store> {
+            let follow =
+                |store: &Store| Some(Store { slot: next.slot(task, store.slot)?, ..*store });
+            stores.iter().filter_map(follow).collect()
+        };
+        order.moved = match &mut order.work {
+            Work::Set { feeds, stores } => {
+                Some(Work::Set { feeds: feeds.clone(), stores: sorted(Some(moved(stores))) })
+            }
+            Work::Force { stores, forces, cycles, .. } => {
+                let of_next = || {
+                    let stores = sorted(Some(moved(stores)));
+                    Work::force(&next.signals, task, stores, *cycles)
+                };
+                // What is forced before the change goes on after it.
+                if let Work::Force { forces: of_next, .. } = of_next() {
+                    let mut of_next: HashMap<u32, Force> =
+                        of_next.into_iter().map(|force| (force.slot, force)).collect();
+                    for force in forces {
+                        let slot = next.slot(task, force.slot);
+                        force.moved = slot.and_then(|slot| of_next.remove(&slot)).map(Box::new);
+                    }
+                }
+                Some(of_next())
+            }
+            Work::Release { slots, .. } => {
+                let slots = slots.iter().filter_map(|slot| next.slot(task, *slot));
+                Some(Work::release(slots.collect()))
+            }
+            Work::Read(_) => None,
+        };
     }
 
     /// Notes a force that is on its way; whether it takes the place of another.

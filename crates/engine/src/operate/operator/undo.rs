@@ -24,10 +24,9 @@ impl Operator {
         request: Request,
         next: &[u64],
     ) -> Result<Prepared, Refusals> {
-        let mut check = Check::new(&self.signals);
+        let mut check = Check::of_writing(self);
         check.is_empty = false;
         check.note(self.permissions.check(Intent::Set));
-        self.check_settled(&mut check);
         check.note(self.check_undoable(transaction));
         let mut stores: BTreeMap<usize, Vec<Store>> = BTreeMap::new();
         for record in self.journal.changes_of(transaction) {
@@ -92,10 +91,13 @@ impl Operator {
             return Err(Refusal::Moving { name: signal.name, by });
         }
         self.permissions.check_name(&signal)?;
+        self.check_not_given(&signal)?;
         // Where nothing was given, nothing is bounded.
         if !changed.before.is_nan() {
             let value = Value::of(changed.before, signal.value_type);
-            self.permissions.bound(&signal, changed.before, value)?;
+            for permissions in self.permissions_of(record.task) {
+                permissions.bound(&signal, changed.before, value)?;
+            }
         }
         Ok(Store::new(slot as usize, changed.before))
     }

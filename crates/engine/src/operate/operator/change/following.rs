@@ -25,12 +25,28 @@ pub(in crate::operate::operator) struct Next {
     pub(super) applied: Arc<Applied>,
     pub(super) number: u64,
     pub(super) returned: Vec<bool>,
+    /// For each task the slots of parameters that it gives another value, in ascending order.
+    pub(super) given: Vec<Box<[u32]>>,
 }
 
 impl Next {
     /// Whether a task has its new engine.
     pub(in crate::operate::operator) fn has_returned(&self, task: usize) -> bool {
         self.returned.get(task).copied().unwrap_or_default()
+    }
+
+    pub(in crate::operate::operator) fn permissions(&self) -> &Permissions {
+        &self.permissions
+    }
+
+    /// What is said of what cannot be done until all tasks have it.
+    pub(in crate::operate::operator) fn refusal(&self) -> Refusal {
+        Refusal::Changing { transaction: self.number }
+    }
+
+    /// Whether it gives a parameter of a task another value: the slot in its new engine.
+    pub(in crate::operate::operator) fn gives(&self, task: usize, slot: u32) -> bool {
+        self.given.get(task).is_some_and(|given| given.binary_search(&slot).is_ok())
     }
 
     /// Where a slot of a task stands in its new engine.
@@ -81,14 +97,14 @@ impl Operator {
         self.next_plan.as_ref().map(|next| next.number)
     }
 
-    /// Finds fault with a request that writes while a change is on its way.
+    /// Finds fault with another change while one is on its way.
     pub(in crate::operate::operator) fn check_settled(&self, check: &mut Check<'_>) {
-        check.findings.extend(self.changing().map(|transaction| Refusal::Changing { transaction }));
+        check.findings.extend(self.next_plan.as_ref().map(|next| next.refusal()));
     }
 
     /// What is known of a task's values follows them to their new slots. Returns the configuration.
     fn follow(&mut self, task: usize, stores: &[Store]) -> Option<Arc<Applied>> {
-        let Self { signals, next_plan, values, forces, journal, changes, .. } = self;
+        let Self { signals, next_plan, values, forces, sent, journal, changes, .. } = self;
         let next = next_plan.as_deref_mut()?;
         let is_held = |slot: u32| {
             let is_parameter = |signal: Signal<'_>| signal.role == Role::Parameter;
@@ -106,6 +122,15 @@ impl Operator {
         if let Some(forces) = forces.get_mut(task) {
             let known = std::mem::take(forces).into_iter();
             *forces = known.filter_map(|(slot, f)| Some((next.slot(task, slot)?, f))).collect();
+        }
+        for sent in sent.values_mut() {
+            let follow = |(of, slot): (usize, u32)| {
+                if of != task {
+                    return Some((of, slot));
+                }
+                Some((task, next.slot(task, slot)?))
+            };
+            sent.writes = std::mem::take(&mut sent.writes).into_iter().filter_map(follow).collect();
         }
         journal.follow(task, |slot| {
             let known = || signals.at(task, slot as usize);
