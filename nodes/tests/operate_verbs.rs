@@ -84,8 +84,8 @@ fn show_tells_what_each_signal_is_and_get_prints_values_alone() {
     let table = stdout(&domain, "show tank");
     assert_eq!(cells(&table, "ramp.setChangeRate")[..2], ["ramp.setChangeRate", "10"]);
     assert_says(&table, &["parameter", "wired", "output", "age"]);
-    assert_eq!(cells(&table, "level"), ["level", "0", "input", "LREAL", "not ok"]);
-    assert_eq!(cells(&table, "ramp.value"), ["ramp.value", "0", "wired", "LREAL"]);
+    assert_eq!(cells(&table, "level"), ["level", "0", "input", "LREAL", "not ok, SUBSTITUTE"]);
+    assert_eq!(cells(&table, "ramp.value"), ["ramp.value", "0", "wired", "LREAL", "SUBSTITUTE"]);
     assert_eq!(cells(&table, "beat.timeRange")[1], "T#1s500ms");
     assert_says(cells(&table, "ramp.status")[1], &["16#"]);
     let ramp = stdout(&domain, "show tank ramp.*");
@@ -214,7 +214,7 @@ fn a_node_that_takes_no_requests_says_why() {
     domain.write("tank.toml", &TANK.replace("\"force\"", "\"read\""));
     let mut node = domain.start("run tank.toml");
     node.wait_for("is running");
-    stdout(&domain, "get tank level");
+    domain.run("get tank level").expect_code(0);
     let refused = domain.run("set tank ramp.setChangeRate=1").expect_code(1);
     assert_says(&refused.stderr, &["control"]);
     node.stop().expect_code(0);
@@ -228,7 +228,9 @@ fn a_force_holds_a_signal_until_it_is_released_or_its_time_is_up() {
         &forced,
         &["transaction 1", "-> 50\n", "-> 7.5\n", "release tank level ramp.delayedValue`\n"],
     );
-    assert_eq!(stdout(&domain, "get tank level ramp.delayedValue"), "50\n7.5\n");
+    let held = domain.run("get tank level ramp.delayedValue").expect_code(0);
+    assert_eq!(held.stdout, "50\n7.5\n");
+    assert_says(&held.complaints(), &["level is SUBSTITUTE FORCED"]);
     let table = stdout(&domain, "show tank");
     assert_eq!(cells(&table, "level").last(), Some(&"forced, not ok"));
     assert_eq!(cells(&table, "ramp.delayedValue").last(), Some(&"forced"));
@@ -246,7 +248,8 @@ fn a_force_holds_a_signal_until_it_is_released_or_its_time_is_up() {
     let timed = stdout(&domain, "force tank level=1 --seconds 300ms");
     assert_says(&timed, &["until cycle "]);
     journal.wait_for("end of force");
-    assert_eq!(stdout(&domain, "get tank level"), "0\n");
+    let free = domain.run("get tank level").expect_code(0);
+    assert_eq!((&*free.stdout, &*free.complaints()), ("0\n", "warning: level is SUBSTITUTE"));
     journal.stop().expect_code(0);
     stdout(&domain, "force tank level=3 --hold");
     let said = node.stop().expect_code(0).stderr;

@@ -136,7 +136,8 @@ fn answer(method: Method) -> Reply {
         Method::Signals => Reply::Signals(SignalsResult { total: 1, signals: vec![signal()] }),
         Method::Get => {
             let tasks = [("TASK".to_owned(), ReadAt { cycle: 0, release_ns: 0 })].into();
-            Reply::Get(GetResult { total: 0, tasks, values: none() })
+            let quality = Some([("NAME".to_owned(), vec![String::new()])].into());
+            Reply::Get(GetResult { total: 0, tasks, values: none(), quality })
         }
         Method::Set => Reply::Set(set()),
         Method::Release => Reply::Release(set()),

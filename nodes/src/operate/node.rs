@@ -1,6 +1,6 @@
 //! Asking a node: finding it, and saying why it did not answer or would not do it.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -48,6 +48,16 @@ pub(crate) struct Reading {
     /// The cycle of each task. A task whose values needed more than one request is missing.
     pub(crate) tasks: ByTask<ReadAt>,
     pub(crate) values: Values,
+    /// The flags of the values that have some; `None`: the node does not say.
+    pub(crate) quality: Option<BTreeMap<String, Vec<String>>>,
+}
+
+impl Reading {
+    /// The flags of a value, with blanks between them; nothing for none.
+    pub(super) fn flags(&self, name: &str) -> String {
+        let flags = self.quality.as_ref().and_then(|quality| quality.get(name));
+        flags.map_or_else(String::new, |flags| flags.join(" "))
+    }
 }
 
 /// What a verb asks for, which says how a failure is put.
@@ -209,7 +219,8 @@ impl Node {
 
     /// The values of names and globs, in their order.
     pub(crate) fn read(&mut self, names: &[String]) -> Result<Reading, Failure> {
-        let mut reading = Reading { tasks: ByTask::new(), values: Values::default() };
+        let (tasks, values, quality) = (ByTask::new(), Values::default(), Some(BTreeMap::new()));
+        let mut reading = Reading { tasks, values, quality };
         let mut mixed = Vec::new();
         let mut rest = names;
         while !rest.is_empty() {
@@ -228,6 +239,10 @@ impl Node {
                         Some(known) if known.cycle != at.cycle => mixed.push(task),
                         _ => drop(reading.tasks.insert(task, at)),
                     }
+                }
+                match (&mut reading.quality, page.quality) {
+                    (Some(all), Some(more)) => all.extend(more),
+                    (all, _) => *all = None,
                 }
                 (page.total, page.values.0)
             })?);

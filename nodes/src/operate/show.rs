@@ -17,7 +17,9 @@ use crate::terminal;
 ///
 /// Roles: `input` (a value from another process), `parameter` (an input pin that no wire leads to;
 /// `set` changes it), `wired` (an input pin with a wire), `output`, and `ok` and `age` of an input.
-/// Signals that are forced or protected, inputs that are not ok, and limits of parameters are noted.
+/// Signals that are forced or protected, inputs that are not ok, and limits of parameters are noted, and
+/// the flags that a frame with the signal alone would carry, such as `STALE` where a value is computed from
+/// a dead sensor.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  isochrone show level\n  isochrone show level ramp level_raw\n  isochrone show level 'ramp.set*'\n  \
@@ -62,7 +64,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if args.json {
         return terminal::print_json(&json!({
             "tasks": reading.tasks,
-            "signals": signals.iter().map(|signal| document(signal, &values)).collect::<Vec<_>>(),
+            "signals": signals.iter().map(|signal| document(signal, &values, &reading)).collect::<Vec<_>>(),
         }));
     }
     let mut table = Table::default();
@@ -78,7 +80,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             unit.unwrap_or_default(),
             role(signal.role),
             &signal.value_type,
-            &marks(signal, &values).join(", "),
+            &marks(signal, &values, &reading).join(", "),
         ]);
     }
     terminal::print(&table.draw(0))
@@ -123,7 +125,11 @@ pub(crate) fn ok_of(input: &str) -> String {
 }
 
 /// What is to be known of a signal before its value is believed.
-fn marks(signal: &SignalDescription, values: &HashMap<&str, Value>) -> Vec<String> {
+fn marks(
+    signal: &SignalDescription,
+    values: &HashMap<&str, Value>,
+    reading: &Reading,
+) -> Vec<String> {
     let is_not_ok = signal.role == Role::Input
         && values.get(ok_of(&signal.name).as_str()) == Some(&Value::Bool(false));
     let marks = [
@@ -136,10 +142,19 @@ fn marks(signal: &SignalDescription, values: &HashMap<&str, Value>) -> Vec<Strin
         let digits = |value| numbers::shown(value, PinType::Lreal, Digits::Exact);
         format!("{} to {}", digits(min), digits(max))
     });
-    marks.chain(limits).collect()
+    let flags = reading.flags(&signal.name);
+    // Of a signal that is forced itself this is said already.
+    let flags = flags.split(' ').filter(|flag| !(signal.forced && *flag == "FORCED"));
+    let flags = flags.collect::<Vec<_>>().join(" ");
+    marks.chain(Some(flags).filter(|flags| !flags.is_empty())).chain(limits).collect()
 }
 
-fn document(signal: &SignalDescription, values: &HashMap<&str, Value>) -> serde_json::Value {
+fn document(
+    signal: &SignalDescription,
+    values: &HashMap<&str, Value>,
+    reading: &Reading,
+) -> serde_json::Value {
+    let flags = reading.quality.as_ref().map(|quality| quality.get(&signal.name));
     let ok = (signal.role == Role::Input).then(|| values.get(ok_of(&signal.name).as_str()));
     json!({
         "name": signal.name,
@@ -150,6 +165,7 @@ fn document(signal: &SignalDescription, values: &HashMap<&str, Value>) -> serde_
         "task": signal.task,
         "forced": signal.forced,
         "ok": ok,
+        "quality": flags.map(|flags| flags.cloned().unwrap_or_default()),
         "protected": signal.protected,
         "limits": signal.limits,
         "doc": signal.doc,
@@ -170,6 +186,8 @@ pub(crate) fn role(role: Role) -> &'static str {
 
 #[cfg(test)]
 mod tests {
+    use isochrone_runtime::control::Values;
+
     use super::*;
 
     #[test]
@@ -186,8 +204,18 @@ mod tests {
             doc: String::new(),
         };
         let values = HashMap::from([("x.ok", Value::Bool(false)), ("y.ok", Value::Bool(true))]);
-        let marks = |name, role, forced| marks(&signal(name, role, forced), &values).join(", ");
-        assert_eq!(marks("x", Role::Input, true), "forced, not ok");
+        let flags = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect();
+        let quality = [
+            ("x".to_owned(), flags(&["STALE", "FORCED"])),
+            ("a.out".to_owned(), flags(&["FORCED"])),
+            ("b.out".to_owned(), flags(&["STALE", "FORCED"])),
+        ];
+        let (tasks, none) = (Default::default(), Values::default());
+        let reading = Reading { tasks, values: none, quality: Some(quality.into()) };
+        let marks =
+            |name, role, forced| marks(&signal(name, role, forced), &values, &reading).join(", ");
+        assert_eq!(marks("x", Role::Input, true), "forced, not ok, STALE");
+        assert_eq!(marks("b.out", Role::Output, false), "STALE FORCED");
         assert_eq!(marks("y", Role::Input, false), "");
         assert_eq!(marks("a.out", Role::Output, true), "forced");
         assert_eq!(marks("z", Role::Input, false), "protected", "what is not known is not said");

@@ -15,8 +15,8 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(20);
 
 /// Print values of a running node as they change
 ///
-/// Looks every 20 ms and prints a line with the values that are different: what changes and changes
-/// back in between is not seen (`subscribe` shows every frame). With --rate, prints all values at that
+/// Looks every 20 ms and prints a line with the values that are different, or whose flags are, such as
+/// `[STALE]` behind one computed from a dead sensor: what changes and changes back in between is not seen (`subscribe` shows every frame). With --rate, prints all values at that
 /// rate, changed or not. All values of a task in one line are of the cycle that it begins with.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone watch level level_raw level.y\n  \
@@ -46,7 +46,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut node = args.node.connect_for(args.seconds)?;
     let interval = args.rate.map_or(LOOK_INTERVAL, |rate| Duration::from_secs_f64(1.0 / rate));
     let mut known = Known::default();
-    let mut last: Vec<(String, Value)> = Vec::new();
+    let mut last: Vec<Shown> = Vec::new();
     let mut next = Instant::now();
     let mut lines = 0;
     while args.count.is_none_or(|count| lines < count) {
@@ -57,10 +57,13 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             let Some(found) = node.unless_ended(found)? else { break };
             known = found;
         }
-        let all = reading.values.0.clone();
         if args.rate.is_none() {
-            let before = std::mem::replace(&mut last, all);
-            reading.values.0 = changed(&before, reading.values.0);
+            let values = std::mem::take(&mut reading.values.0).into_iter();
+            let now: Vec<Shown> = values
+                .map(|(name, value)| Shown { flags: reading.flags(&name), name, value })
+                .collect();
+            reading.values.0 = changed(&last, &now);
+            last = now;
         }
         if !reading.values.0.is_empty() {
             terminal::print(&if args.json {
@@ -77,21 +80,36 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     Ok(())
 }
 
-/// The values that are not what they were, to the bit: a NaN stays the same.
-fn changed(before: &[(String, Value)], now: Vec<(String, Value)>) -> Vec<(String, Value)> {
+/// A value and its flags.
+#[derive(Clone)]
+struct Shown {
+    name: String,
+    value: Value,
+    flags: String,
+}
+
+/// The values that are not what they were, to the bit, or whose flags are not: a NaN stays the same.
+fn changed(before: &[Shown], now: &[Shown]) -> Vec<(String, Value)> {
     let is_same = |a: Value, b: Value| match (a, b) {
         (Value::Number(a), Value::Number(b)) => a.to_bits() == b.to_bits(),
         (a, b) => a == b,
     };
-    let is_new = |(place, (name, value)): &(usize, (String, Value))| {
-        before.get(*place).is_none_or(|(old, was)| old != name || !is_same(*was, *value))
+    let is_new = |(place, now): &(usize, &Shown)| {
+        before.get(*place).is_none_or(|old| {
+            old.name != now.name || old.flags != now.flags || !is_same(old.value, now.value)
+        })
     };
-    now.into_iter().enumerate().filter(is_new).map(|(_, one)| one).collect()
+    let new = now.iter().enumerate().filter(is_new);
+    new.map(|(_, shown)| (shown.name.clone(), shown.value)).collect()
 }
 
 /// Cycles and values in a line.
 fn line(reading: &Reading, known: &Known) -> String {
-    let value = |(name, value): (&str, Value)| format!("  {name}={}", known.shown(name, value));
+    let value = |(name, value): (&str, Value)| {
+        let flags = Some(reading.flags(name)).filter(|flags| !flags.is_empty());
+        let flags = flags.map_or_else(String::new, |flags| format!(" [{flags}]"));
+        format!("  {name}={}{flags}", known.shown(name, value))
+    };
     let values = reading.values.iter().map(value);
     format!("{}{}\n", cycles(&reading.tasks), values.collect::<String>())
 }
@@ -119,24 +137,38 @@ mod tests {
     #[test]
     fn a_line_has_what_is_different_and_a_nan_stays_the_same() {
         let of = |values: &[(&str, f64)]| {
-            let one = |(name, value): &(&str, f64)| ((*name).to_owned(), Value::Number(*value));
+            let one = |(name, value): &(&str, f64)| Shown {
+                name: (*name).to_owned(),
+                value: Value::Number(*value),
+                flags: String::new(),
+            };
             values.iter().map(one).collect::<Vec<_>>()
         };
         let before = of(&[("a", 1.0), ("b", f64::NAN), ("c", 0.0)]);
-        assert_eq!(changed(&[], before.clone()).len(), 3, "the first line has all");
-        assert_eq!(changed(&before, of(&[("a", 1.0), ("b", f64::NAN), ("c", 0.0)])), []);
+        let names = |before: &[Shown], now: &[Shown]| {
+            changed(before, now).into_iter().map(|(name, _)| name).collect::<Vec<_>>()
+        };
+        assert_eq!(names(&[], &before), ["a", "b", "c"], "the first line has all");
+        assert!(names(&before, &before.clone()).is_empty());
         let now = of(&[("a", 2.0), ("b", f64::NAN), ("c", -0.0)]);
-        assert_eq!(changed(&before, now), of(&[("a", 2.0), ("c", -0.0)]));
+        assert_eq!(names(&before, &now), ["a", "c"]);
+        let mut stale = before.clone();
+        stale[1].flags = "STALE".into();
+        assert_eq!(names(&before, &stale), ["b"]);
     }
 
     #[test]
     fn a_line_begins_with_the_cycle_of_each_task() {
         let at = |cycle| ReadAt { cycle, release_ns: 0 };
         let values = [("a.y", 0.5)].into_iter().collect();
-        let mut reading = Reading { tasks: [("fast".to_owned(), at(7))].into(), values };
+        let tasks = [("fast".to_owned(), at(7))].into();
+        let mut reading = Reading { tasks, values, quality: None };
         let known = Known::default();
         assert_eq!(line(&reading, &known), "7  a.y=0.5\n");
         reading.tasks.insert("slow".to_owned(), at(3));
         assert_eq!(line(&reading, &known), "fast:7 slow:3  a.y=0.5\n");
+        let flags = vec!["STALE".to_owned(), "UPSTREAM".to_owned()];
+        reading.quality = Some([("a.y".to_owned(), flags)].into());
+        assert_eq!(line(&reading, &known), "fast:7 slow:3  a.y=0.5 [STALE UPSTREAM]\n");
     }
 }

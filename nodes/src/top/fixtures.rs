@@ -5,7 +5,7 @@ use isochrone_runtime::control::{
     TaskDescription, Value,
 };
 
-use super::news::Sample;
+use super::news::{Read, Sample};
 
 pub(super) fn signal(name: &str, role: Role, value_type: &str) -> SignalDescription {
     SignalDescription {
@@ -19,6 +19,11 @@ pub(super) fn signal(name: &str, role: Role, value_type: &str) -> SignalDescript
         limits: None,
         doc: format!("what {name} is for"),
     }
+}
+
+/// Values without flags.
+pub(super) fn read<const N: usize>(values: [(&str, impl Into<Value>); N]) -> Read {
+    Read { values: values.into_iter().collect(), ..Read::default() }
 }
 
 pub(super) fn force(name: &str, value: impl Into<Value>) -> Force {

@@ -57,7 +57,7 @@ impl Model {
                 self.signals.set_all(signals);
             }
             News::Described(node) => self.describe(node),
-            News::Values(values) => self.signals.read(&values),
+            News::Values(read) => self.signals.read(read),
             News::Alarms(alarms) => {
                 self.signals.set_alarmed(alarms.iter().map(|alarm| alarm.name.clone()));
                 self.alarms = alarms;

@@ -1,5 +1,7 @@
 //! What the screen and the session that asks the node tell each other.
 
+use std::collections::BTreeMap;
+
 use isochrone_runtime::control::{
     ActiveAlarm, DescribeResult, Force, Hold, SignalDescription, Value, Values,
 };
@@ -13,7 +15,7 @@ pub(super) enum News {
         signals: Vec<SignalDescription>,
     },
     Described(DescribeResult),
-    Values(Values),
+    Values(Read),
     Alarms(Vec<ActiveAlarm>),
     Forces(Vec<Force>),
     /// Cycles that telemetry shows.
@@ -26,6 +28,13 @@ pub(super) enum News {
     },
     /// The node does not answer any more; it is looked for.
     Lost(String),
+}
+
+/// Values, and the flags of those that have some.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Read {
+    pub(super) values: Values,
+    pub(super) quality: BTreeMap<String, Vec<String>>,
 }
 
 /// The timing of one cycle of a task.

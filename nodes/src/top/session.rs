@@ -12,7 +12,7 @@ use isochrone_runtime::control::{
 };
 
 use super::link::{Link, whole};
-use super::news::{News, Order, Wish};
+use super::news::{News, Order, Read, Wish};
 use crate::failure::Failure;
 use crate::operate::{Asked, NodeArgs, failure};
 
@@ -234,7 +234,10 @@ impl Asking {
         }
         let names = link.watched.clone();
         match link.client.call(&GetParams { names, offset: None, limit: None }) {
-            Ok(page) => self.tell(News::Values(page.values)),
+            Ok(page) => {
+                let (values, quality) = (page.values, page.quality.unwrap_or_default());
+                self.tell(News::Values(Read { values, quality }));
+            }
             Err(ClientError::Refused(failure)) if failure.code == Code::UnknownName => {
                 // The configuration was changed: the signals are others now.
                 link.identity = None;

@@ -1,10 +1,11 @@
 //! The signals of a node: which are listed, and what is known of them.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
-use isochrone_runtime::control::{Force, Role, SignalDescription, Value, Values};
+use isochrone_runtime::control::{Force, Role, SignalDescription, Value};
 
 use super::cursor::{Cursor, Motion};
+use super::news::Read;
 use super::trace::Trace;
 use crate::operate::ok_of;
 
@@ -62,6 +63,8 @@ pub(super) struct Marks {
     pub(super) forced: bool,
     /// An input that is not ok, or a pin of a block that reports an error.
     pub(super) bad: bool,
+    /// What it is computed from is stale, a substitute, rejected or in error.
+    pub(super) in_doubt: bool,
 }
 
 /// All signals, and those of them that are listed.
@@ -74,6 +77,8 @@ pub(super) struct Signals {
     search: String,
     cursor: Cursor,
     readings: HashMap<String, Value>,
+    /// The flags of the values that have some.
+    quality: BTreeMap<String, Vec<String>>,
     traces: HashMap<String, Trace>,
     forced: HashSet<String>,
     /// Blocks that report an error and inputs that are not ok.
@@ -85,8 +90,7 @@ impl Signals {
     pub(super) fn set_all(&mut self, all: Vec<SignalDescription>) {
         let selected = self.selected().map(|signal| signal.name.clone());
         self.all = all;
-        self.readings.clear();
-        self.traces.clear();
+        self.forget_values();
         self.list(selected.as_deref());
     }
 
@@ -179,19 +183,26 @@ impl Signals {
     }
 
     /// Takes values in. What is not among them is not known any more.
-    pub(super) fn read(&mut self, values: &Values) {
+    pub(super) fn read(&mut self, Read { values, quality }: Read) {
+        self.quality = quality;
         let mut traces = std::mem::take(&mut self.traces);
         for (name, value) in values.iter() {
             let mut trace = traces.remove(name).unwrap_or_default();
             trace.push(number(value));
             self.traces.insert(name.to_owned(), trace);
         }
-        self.readings = values.0.iter().cloned().collect();
+        self.readings = values.0.into_iter().collect();
+    }
+
+    /// The flags of a signal's value, with blanks between them; nothing for none.
+    pub(super) fn flags(&self, name: &str) -> String {
+        self.quality.get(name).map_or_else(String::new, |flags| flags.join(" "))
     }
 
     /// Forgets all values: they are no news any more.
     pub(super) fn forget_values(&mut self) {
         self.readings.clear();
+        self.quality.clear();
         self.traces.clear();
     }
 
@@ -223,7 +234,11 @@ impl Signals {
         let is_of_failed_block =
             matches!(signal.role, Role::Parameter | Role::Wired | Role::Output)
                 && name.rsplit_once('.').is_some_and(|(block, _)| self.alarmed.contains(block));
-        Marks { forced: self.forced.contains(name), bad: is_not_ok || is_of_failed_block }
+        // A force is meant, and has a mark of its own where it is.
+        let is_doubt = |flag: &String| flag != "FORCED";
+        let in_doubt = self.quality.get(name).is_some_and(|flags| flags.iter().any(is_doubt));
+        let bad = is_not_ok || is_of_failed_block;
+        Marks { forced: self.forced.contains(name), bad, in_doubt }
     }
 }
 
@@ -238,7 +253,7 @@ fn number(value: Value) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::top::fixtures::{force, signal};
+    use crate::top::fixtures::{force, read, signal};
 
     fn plant() -> Signals {
         let mut signals = Signals::default();
@@ -304,9 +319,9 @@ mod tests {
     #[test]
     fn a_value_that_is_not_asked_for_any_more_is_not_shown_as_if_it_were_new() {
         let mut signals = plant();
-        signals.read(&[("level", 1.5)].into_iter().collect());
+        signals.read(read([("level", 1.5)]));
         assert_eq!(signals.value("level"), Some(Value::Number(1.5)));
-        signals.read(&[("ramp.value", 2.0)].into_iter().collect());
+        signals.read(read([("ramp.value", 2.0)]));
         assert_eq!((signals.value("level"), signals.trace("level", 9)), (None, String::new()));
         assert_eq!(signals.trace("ramp.value", 9).chars().count(), 1);
     }
@@ -316,13 +331,18 @@ mod tests {
         let mut signals = plant();
         signals.set_forced(&[force("ramp.delayedValue", 1.0)]);
         signals.set_alarmed(["ramp".to_owned(), "bank.7".to_owned()]);
-        signals.read(&[("level.ok", false)].into_iter().collect());
+        let stale = [("level", "STALE"), ("bank.9.y", "UPSTREAM"), ("bank.8.y", "FORCED")];
+        let flags = |(name, flag): (&str, &str)| (name.to_owned(), vec![flag.to_owned()]);
+        let quality = stale.into_iter().map(flags).collect();
+        signals.read(Read { quality, ..read([("level.ok", false)]) });
         let marks = |name: &str| signals.marks(signals.find(name).unwrap());
-        assert_eq!(marks("level"), Marks { bad: true, forced: false });
+        let bad = Marks { bad: true, ..Marks::default() };
+        assert_eq!(marks("level"), Marks { in_doubt: true, ..bad });
         assert_eq!(marks("level.ok"), Marks::default());
-        assert_eq!(marks("ramp.delayedValue"), Marks { bad: true, forced: true });
-        assert_eq!(marks("ramp.value"), Marks { bad: true, forced: false });
-        assert_eq!(marks("bank.7.y"), Marks { bad: true, forced: false });
+        assert_eq!(marks("ramp.delayedValue"), Marks { forced: true, ..bad });
+        assert_eq!(marks("ramp.value"), bad);
+        assert_eq!(marks("bank.7.y"), bad);
         assert_eq!(marks("bank.8.y"), Marks::default());
+        assert_eq!(marks("bank.9.y"), Marks { in_doubt: true, ..Marks::default() });
     }
 }

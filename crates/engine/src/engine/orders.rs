@@ -1,7 +1,7 @@
 //! What operators send to a task, as its cycle does it.
 
 use super::{TaskEngine, read};
-use crate::operate::{Ended, Force, Order, OrderState, Work};
+use crate::operate::{Ended, Force, Look, Order, OrderState, Work};
 
 impl TaskEngine {
     /// Does what an order says, before the cycle reads its inputs at `now_ns`; the order has the
@@ -53,10 +53,14 @@ impl TaskEngine {
     pub fn read(&self, order: &mut Order, cycle: u64) {
         order.state = OrderState::Applied { cycle };
         let is_moved = order.changes != self.changes;
-        if let Work::Read(values) = &mut order.work {
+        if let Work::Read(Look { values, behind }) = &mut order.work {
             for asked in values.iter_mut() {
                 let slot = if is_moved { asked.moved } else { asked.slot };
                 asked.value = read(&self.image, slot);
+            }
+            // What values are computed from is another in another configuration.
+            if let Some(behind) = behind.as_mut().filter(|_| !is_moved) {
+                behind.fill(&self.sources, &self.image);
             }
         }
     }

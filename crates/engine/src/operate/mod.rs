@@ -46,6 +46,7 @@ mod operator;
 mod order;
 mod pattern;
 mod permissions;
+mod quality;
 mod refusal;
 mod replay;
 mod save;
@@ -64,7 +65,7 @@ pub use operator::{
     Basis, ChangeSummary, Done, Draft, Feeds, Forced, Hold, Operator, Pending, Prepared,
     PreparedChange, Reading, Request, Selection,
 };
-pub(crate) use order::Work;
+pub(crate) use order::{Look, Work};
 pub use order::{Order, OrderState};
 pub use pattern::Pattern;
 pub(crate) use pattern::part_matches;

@@ -2,6 +2,7 @@
 //! cycle.
 
 use super::forces::{AtEnd, Ended, Force};
+use super::quality::Behind;
 use super::signals::{Role, Signals};
 use super::store::Store;
 
@@ -62,7 +63,15 @@ pub(crate) enum Work {
         ended: Vec<Ended>,
     },
     /// Copy values.
-    Read(Box<[Asked]>),
+    Read(Look),
+}
+
+/// Values that are asked for, and what they are worth.
+#[derive(Debug)]
+pub(crate) struct Look {
+    pub(crate) values: Box<[Asked]>,
+    /// `None`: that is not asked for.
+    pub(crate) behind: Option<Box<Behind>>,
 }
 
 /// A value that is asked for.

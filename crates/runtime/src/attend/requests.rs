@@ -80,9 +80,9 @@ impl Attendant {
             // The node is not locked while its names are looked for.
             let signals = Arc::clone(self.shared.lock().operator.signals());
             let names = params.names.iter().map(String::as_str);
-            let selection = Selection::of(&signals, names, offset, limit).map_err(failure)?;
+            let mut selection = Selection::of(&signals, names, offset, limit).map_err(failure)?;
             let operating = self.shared.lock();
-            if let Some(prepared) = operating.operator.read(&selection) {
+            if let Some(prepared) = operating.operator.read(&mut selection) {
                 break (operating, prepared, selection.total());
             }
         };

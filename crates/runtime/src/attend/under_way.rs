@@ -1,6 +1,7 @@
 //! A request that has been sent to its tasks, until all that are due soon have answered.
 
 use isochrone_engine::operate::{Action, Done, Entry, Reading, Warning};
+use isochrone_ipc::Flags;
 
 use crate::control::{
     ByTask, Code, Failure, Finding, ForceResult, GetResult, Outcome, Part, ReadAt, Reply, Room,
@@ -148,17 +149,32 @@ impl Read {
             Some((name, ReadAt { cycle: reading.cycle, release_ns }))
         };
         let tasks = readings.iter().filter_map(read_at).collect();
-        let mut of_tasks: Vec<_> = names.iter().map(|_| Vec::new().into_iter()).collect();
+        let is_known = readings.iter().all(|reading| reading.quality.is_some());
+        let mut of_tasks: Vec<_> =
+            names.iter().map(|_| Vec::new().into_iter().zip(Vec::new())).collect();
         for reading in readings {
             if let Some(values) = of_tasks.get_mut(reading.task) {
-                *values = reading.values.into_iter();
+                let none = vec![Flags::NONE; reading.values.len()];
+                *values = reading.values.into_iter().zip(reading.quality.unwrap_or(none));
             }
         }
         let mut room = Room::of_answer();
-        let values = order.into_iter().filter_map(|task| of_tasks.get_mut(task)?.next());
-        let values = values
-            .map(|(name, value)| (name, value.into()))
-            .take_while(|(name, value)| room.takes_entry(name, value));
-        GetResult { total, tasks, values: Values(values.collect()) }
+        let (mut values, mut quality) = (Vec::new(), ByTask::new());
+        for task in order {
+            let next = of_tasks.get_mut(task).and_then(Iterator::next);
+            let Some(((name, value), flags)) = next else { continue };
+            let value = value.into();
+            let words: Vec<String> = flags.words().collect();
+            let fits = room.takes_entry(&name, &value)
+                && (words.is_empty() || room.takes_entry(&name, &words));
+            if !fits {
+                break;
+            }
+            if !words.is_empty() {
+                quality.insert(name.clone(), words);
+            }
+            values.push((name, value));
+        }
+        GetResult { total, tasks, values: Values(values), quality: is_known.then_some(quality) }
     }
 }

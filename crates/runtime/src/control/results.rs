@@ -172,6 +172,10 @@ pub struct GetResult {
     pub tasks: ByTask<ReadAt>,
     /// The values.
     pub values: Values,
+    /// By the name of a signal the flags that a frame with it alone would carry, if any; an input's `ok`
+    /// and `age` have none. `None`: the node does not say.
+    #[serde(default)]
+    pub quality: Option<BTreeMap<String, Vec<String>>>,
 }
 
 /// When values were read.

@@ -121,6 +121,7 @@ impl Operated for Parameters {
                     total: get.names.len() as u64,
                     tasks: [("fast".to_owned(), ReadAt { cycle: 1, release_ns: 2 })].into(),
                     values: values.collect(),
+                    quality: None,
                 })
             }
             Call::Save(save) => {

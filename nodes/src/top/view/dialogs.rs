@@ -19,6 +19,7 @@ const FRAME: u16 = 2;
 
 const HELP: &str = "\
 Marks     F  forced   !  input not ok, or block in error
+          ?  computed from what is not ok, in error or a substitute
 Pages     1 to 4, Tab, Left and Right
 Move      Up, Down, PageUp, PageDown, Home, End; k, j, g, G
 List      a all  i inputs  p parameters  w wired  o outputs

@@ -73,7 +73,8 @@ pub(super) fn draw_signals(frame: &mut Frame<'_>, body: Rect, model: &Model, pal
         ["".into(), "signal".into(), "role".into(), right("value"), "unit".into(), "trend".into()];
     frame.render_widget(table(heading, rows, widths.map(Constraint::Length), palette), list);
     if let Some(signal) = signals.selected() {
-        frame.render_widget(description(signal, signals.marks(signal), palette), selected);
+        let flags = signals.flags(&signal.name);
+        frame.render_widget(description(signal, signals.marks(signal), &flags, palette), selected);
     }
 }
 
@@ -100,7 +101,12 @@ fn filter_line(model: &Model, palette: Palette) -> Line<'static> {
 }
 
 /// The selected signal in words.
-fn description(signal: &SignalDescription, marks: Marks, palette: Palette) -> Line<'static> {
+fn description(
+    signal: &SignalDescription,
+    marks: Marks,
+    flags: &str,
+    palette: Palette,
+) -> Line<'static> {
     let mut spans = vec![Span::styled(plain(&signal.name).into_owned(), palette.heading())];
     if marks.forced {
         spans.push(Span::styled("  forced", palette.forced()));
@@ -109,22 +115,30 @@ fn description(signal: &SignalDescription, marks: Marks, palette: Palette) -> Li
         let word = if signal.role == Role::Input { "  not ok" } else { "  block in error" };
         spans.push(Span::styled(word, palette.bad()));
     }
+    if !flags.is_empty() {
+        let style = if marks.in_doubt { palette.bad() } else { palette.forced() };
+        spans.push(Span::styled(format!("  {}", plain(flags)), style));
+    }
     let (value_type, task, doc) =
         (plain(&signal.value_type), plain(&signal.task), plain(&signal.doc));
     spans.push(Span::raw(format!("  {value_type}  task {task}  {doc}")));
     Line::from(spans)
 }
 
-/// `F`: forced; `!`: not ok.
+/// `F`: forced; `!`: not ok; `?`: computed from what is not.
 fn letters(marks: Marks) -> String {
     let forced = if marks.forced { 'F' } else { ' ' };
-    let bad = if marks.bad { '!' } else { ' ' };
-    [forced, bad].iter().collect()
+    let quality = match marks {
+        Marks { bad: true, .. } => '!',
+        Marks { in_doubt: true, .. } => '?',
+        Marks { .. } => ' ',
+    };
+    [forced, quality].iter().collect()
 }
 
 fn style_of(marks: Marks, palette: Palette) -> Style {
     match marks {
-        Marks { bad: true, .. } => palette.bad(),
+        Marks { bad: true, .. } | Marks { in_doubt: true, .. } => palette.bad(),
         Marks { forced: true, .. } => palette.forced(),
         Marks { .. } => Style::default(),
     }

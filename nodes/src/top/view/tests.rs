@@ -6,9 +6,9 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::Color;
 
 use super::*;
-use crate::top::fixtures::{a_minute_of_samples, alarm, force, node, signal};
+use crate::top::fixtures::{a_minute_of_samples, alarm, force, node, read, signal};
 use crate::top::input::action;
-use crate::top::news::{Done, News, Order};
+use crate::top::news::{Done, News, Order, Read};
 
 const NOW_NS: u64 = 100_000_000_000;
 
@@ -35,7 +35,11 @@ fn plant() -> Model {
             ("ramp.delayedValue", Value::Number(1.25)),
             ("ramp.status", Value::Integer(0x8203)),
         ];
-        model.take(News::Values(values.into_iter().collect()));
+        let quality = [
+            ("level".to_owned(), vec!["STALE".to_owned()]),
+            ("bank.1.y".to_owned(), vec!["STALE".to_owned(), "UPSTREAM".to_owned()]),
+        ];
+        model.take(News::Values(Read { quality: quality.into(), ..read(values) }));
     }
     model
 }
@@ -97,7 +101,8 @@ fn signals_have_marks_roles_values_units_and_a_trend() {
     assert_eq!(row("ramp.delayed"), ["F", "ramp.delayedValue", "output", "1.25", "m/s", "▁▁▁"]);
     assert_eq!(row("ramp.status")[2], "16#8203");
     assert_eq!(row("bank.0.y"), ["bank.0.y", "output", "-", "m/s"], "not known is no 0");
-    assert!(lines[21].contains("level  not ok  LREAL  task fast  what level is for"), "{lines:#?}");
+    assert!(lines[21].contains("level  not ok  STALE  LREAL  task fast  what "), "{lines:#?}");
+    assert_eq!(row("bank.1.y")[..2], ["?", "bank.1.y"], "computed from what is stale");
 }
 
 #[test]

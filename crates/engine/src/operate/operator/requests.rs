@@ -7,7 +7,7 @@ use super::check::Check;
 use super::{Feeds, Forced, Hold, Kind, Operator, Prepared, Request, Selection};
 use crate::operate::forces::MAX_FORCES;
 use crate::operate::journal::Client;
-use crate::operate::order::{Asked, Order, Work};
+use crate::operate::order::{Asked, Look, Order, Work};
 use crate::operate::permissions::Intent;
 use crate::operate::refusal::{AtRefusal, Refusal, Refusals};
 use crate::operate::signals::{Role, Signal};
@@ -177,14 +177,14 @@ impl Operator {
         offset: usize,
         limit: usize,
     ) -> Result<(Prepared, usize), Refusals> {
-        let selection = Selection::of(&self.signals, names, offset, limit)?;
-        let prepared = self.read(&selection).unwrap_or_else(|| read(Vec::new(), Vec::new()));
+        let mut selection = Selection::of(&self.signals, names, offset, limit)?;
+        let prepared = self.read(&mut selection).unwrap_or_else(|| read(Vec::new(), Vec::new()));
         Ok((prepared, selection.total()))
     }
 
-    /// Prepares to read signals that were looked for before. `None`: the configuration was changed since,
-    /// so look again.
-    pub fn read(&self, selection: &Selection) -> Option<Prepared> {
+    /// Prepares to read signals that were looked for before, once. `None`: the configuration was changed
+    /// since, so look again.
+    pub fn read(&self, selection: &mut Selection) -> Option<Prepared> {
         if !Arc::ptr_eq(&self.signals, &selection.signals) {
             return None;
         }
@@ -192,7 +192,15 @@ impl Operator {
         for (task, slot) in &selection.page {
             slots.entry(*task).or_default().push(self.asked(*task, *slot as u32));
         }
-        let work = |(task, slots): (usize, Vec<_>)| (task, Work::Read(slots.into()));
+        // While another configuration is on its way, its slots may be asked for instead.
+        let mut behind = match self.next_plan {
+            None => std::mem::take(&mut selection.behind),
+            Some(_) => BTreeMap::new(),
+        };
+        let work = |(task, slots): (usize, Vec<_>)| {
+            let behind = behind.remove(&task).map(Box::new);
+            (task, Work::Read(Look { values: slots.into(), behind }))
+        };
         let read_from = selection.page.iter().map(|(task, _)| *task).collect();
         Some(read(slots.into_iter().map(work).collect(), read_from))
     }

@@ -3,11 +3,13 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use isochrone_quality::Flags;
+
 use super::{Forced, Held, Kind, Operator, Sent};
 use crate::operate::Value;
 use crate::operate::forces::{AtEnd, Ended};
 use crate::operate::journal::{Action, Changed, Client, Entry, Place, Record};
-use crate::operate::order::{Asked, Order, OrderState, Work};
+use crate::operate::order::{Asked, Look, Order, OrderState, Work};
 use crate::operate::store::Store;
 
 /// What has come of an order.
@@ -36,6 +38,10 @@ pub struct Reading {
     pub cycle: u64,
     /// Names and values.
     pub values: Vec<(String, Value)>,
+    /// For each of the values the flags that a frame with it alone would carry. The `ok` and `age` of an
+    /// input, which are as good as ever, have none. `None`: the configuration changed meanwhile, or the
+    /// values are computed from too many blocks.
+    pub quality: Option<Vec<Flags>>,
 }
 
 /// What is known of an order that has come back by the transaction that it is of.
@@ -58,9 +64,9 @@ impl Operator {
             return Done::TooLate { transaction: number };
         };
         let (action, changes) = match order.work {
-            Work::Read(values) => {
+            Work::Read(look) => {
                 let is_moved = self.changes.get(task).is_some_and(|now| *now != order.changes);
-                return Done::Read(self.reading(number, task, cycle, &values, is_moved));
+                return Done::Read(self.reading(number, task, cycle, &look, is_moved));
             }
             Work::Set { stores, .. } => {
                 let action = match kind {
@@ -220,7 +226,7 @@ impl Operator {
         number: u64,
         task: usize,
         cycle: u64,
-        values: &[Asked],
+        look: &Look,
         is_moved: bool,
     ) -> Reading {
         let value = |asked: &Asked| {
@@ -228,7 +234,16 @@ impl Operator {
             let signal = self.signal_at(task, slot)?;
             Some((signal.name, Value::of(asked.value, signal.value_type)))
         };
-        Reading { number, task, cycle, values: values.iter().filter_map(value).collect() }
+        let values = look.values.iter().filter_map(value).collect();
+        let forces = self.forces.get(task);
+        let is_forced = |slots: std::ops::Range<usize>| {
+            let slots = slots.start as u32..slots.end as u32;
+            let mut held = forces.into_iter().flat_map(|forces| forces.range(slots.clone()));
+            held.any(|(_, forces)| forces.iter().any(|forced| forced.since.is_some()))
+        };
+        let behind = look.behind.as_ref().filter(|_| !is_moved);
+        let quality = behind.and_then(|behind| behind.flags(is_forced));
+        Reading { number, task, cycle, values, quality }
     }
 }
 

@@ -1,9 +1,11 @@
 //! Signals that a request names, to be read.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::check::Check;
 use crate::operate::Pattern;
+use crate::operate::quality::Behind;
 use crate::operate::refusal::Refusals;
 use crate::operate::signals::Signals;
 
@@ -16,6 +18,8 @@ pub struct Selection {
     pub(super) signals: Arc<Signals>,
     /// Tasks and slots.
     pub(super) page: Vec<(usize, usize)>,
+    /// For each task what its signals are computed from, where that is not too much to look through.
+    pub(super) behind: BTreeMap<usize, Behind>,
     total: usize,
 }
 
@@ -60,7 +64,11 @@ impl Selection {
             }
         }
         check.end()?;
-        Ok(Self { signals: Arc::clone(signals), page, total })
+        let mut slots: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        page.iter().for_each(|(task, slot)| slots.entry(*task).or_default().push(*slot));
+        let behind = slots.into_iter();
+        let behind = behind.filter_map(|(task, of)| Some((task, Behind::of(signals, task, &of)?)));
+        Ok(Self { behind: behind.collect(), signals: Arc::clone(signals), page, total })
     }
 
     /// How many signals there are, in the page or not.

@@ -5,6 +5,7 @@ mod kept;
 mod matches;
 mod meant;
 mod published;
+mod sources;
 
 use isochrone_blocks::{BlockType, Pin, PinType};
 

@@ -1,0 +1,190 @@
+//! What signals that are read are worth: the flags of everything that they are computed from.
+
+use std::collections::HashMap;
+use std::ops::Range;
+
+use isochrone_blocks::Indication;
+use isochrone_quality::Flags;
+
+use super::signals::{Role, Signals};
+use crate::worth::Source;
+
+/// Most instances that a reading looks through: some milliseconds of an ordinary thread.
+const MOST: usize = 16_384;
+
+/// What values of one task are computed from. The cycle writes the flags of the sources and the error
+/// pins into it; what follows from them for each value is found in an ordinary thread.
+#[derive(Debug)]
+pub(crate) struct Behind {
+    /// Places of sources in the engine, with their flags in the cycle.
+    sources: Box<[(u32, Flags)]>,
+    instances: Box<[Instance]>,
+    /// From sources and instances to instances.
+    steps: Box<[Step]>,
+    /// For each value that is read.
+    targets: Box<[Target]>,
+    /// Whether the cycle has filled it in.
+    is_known: bool,
+}
+
+#[derive(Debug)]
+struct Instance {
+    /// Its slots, and how many of them are input pins.
+    slots: Range<usize>,
+    inputs: usize,
+    indication: Option<Indication>,
+    has_error: bool,
+}
+
+/// A wire.
+#[derive(Debug)]
+struct Step {
+    from: Node,
+    from_slot: usize,
+    to: usize,
+}
+
+/// What has flags.
+#[derive(Debug, Clone, Copy)]
+enum Node {
+    Source(usize),
+    Instance(usize),
+}
+
+#[derive(Debug)]
+struct Target {
+    slot: usize,
+    /// `None`: it depends on nothing.
+    node: Option<(Node, usize)>,
+}
+
+impl Behind {
+    /// What these slots of a task are computed from; `None` if that is too much to look through.
+    pub(super) fn of(signals: &Signals, task: usize, slots: &[usize]) -> Option<Self> {
+        let mut search = Search {
+            signals,
+            task,
+            sources: Vec::new(),
+            instances: Vec::new(),
+            steps: Vec::new(),
+            places: HashMap::new(),
+        };
+        let targets = slots.iter().map(|slot| search.target(*slot)).collect::<Box<_>>();
+        let mut next = 0;
+        while let Some(instance) = search.instances.get(next) {
+            if next == MOST {
+                return None;
+            }
+            let inputs = instance.slots.start..instance.slots.start + instance.inputs;
+            for (from_slot, _) in signals.wires_to(task, inputs) {
+                if let Some(from) = search.node(from_slot) {
+                    search.steps.push(Step { from, from_slot, to: next });
+                }
+            }
+            next += 1;
+        }
+        let Search { sources, instances, mut steps, .. } = search;
+        // Wires lead forward in the image, but for those of the cycle before.
+        steps.sort_unstable_by_key(|step| step.from_slot);
+        Some(Self {
+            sources: sources.into(),
+            instances: instances.into(),
+            steps: steps.into(),
+            targets,
+            is_known: false,
+        })
+    }
+
+    /// Takes in what the cycle knows. For the real-time path.
+    pub(crate) fn fill(&mut self, sources: &[Source], image: &[f64]) {
+        for (place, flags) in &mut self.sources {
+            *flags = sources.get(*place as usize).map_or(Flags::NONE, |source| source.flags);
+        }
+        for instance in &mut self.instances {
+            let Some(indication) = instance.indication else { continue };
+            let pin = image.get(instance.slots.start + indication.place());
+            instance.has_error = pin.is_some_and(|value| indication.is_error(*value));
+        }
+        self.is_known = true;
+    }
+
+    /// The flags of each value; `None` if the cycle told nothing. `is_forced` knows the slots that a force
+    /// held in the cycle.
+    pub(super) fn flags(&self, is_forced: impl Fn(Range<usize>) -> bool) -> Option<Vec<Flags>> {
+        if !self.is_known {
+            return None;
+        }
+        let forced = |slots| if is_forced(slots) { Flags::FORCED } else { Flags::NONE };
+        let own = |instance: &Instance| {
+            let start = instance.slots.start;
+            let error = if instance.has_error { Flags::ERROR } else { Flags::NONE };
+            error | forced(start..start + instance.inputs)
+        };
+        let mut of: Vec<Flags> = self.instances.iter().map(own).collect();
+        let at = |of: &[Flags], node: Node, slot: usize| {
+            let flags = match node {
+                Node::Source(place) => self.sources.get(place).map(|(_, flags)| *flags),
+                Node::Instance(place) => of.get(place).copied(),
+            };
+            flags.unwrap_or(Flags::NONE) | forced(slot..slot + 1)
+        };
+        let mut has_news = true;
+        while has_news {
+            has_news = false;
+            for Step { from, from_slot, to } in &self.steps {
+                let flags = at(&of, *from, *from_slot);
+                let Some(known) = of.get_mut(*to) else { continue };
+                has_news |= !known.contains(flags);
+                *known |= flags;
+            }
+        }
+        let target = |Target { slot, node }: &Target| {
+            let flags = node.map_or(Flags::NONE, |(node, slot)| at(&of, node, slot));
+            flags | forced(*slot..slot + 1)
+        };
+        Some(self.targets.iter().map(target).collect())
+    }
+}
+
+struct Search<'s> {
+    signals: &'s Signals,
+    task: usize,
+    sources: Vec<(u32, Flags)>,
+    instances: Vec<Instance>,
+    steps: Vec<Step>,
+    /// Sources by their place in the engine, instances by their first slot behind all of those.
+    places: HashMap<(bool, usize), usize>,
+}
+
+impl Search<'_> {
+    fn target(&mut self, slot: usize) -> Target {
+        let node = match self.signals.at(self.task, slot).map(|signal| signal.role) {
+            Some(Role::Input | Role::Output) => self.node(slot).map(|node| (node, slot)),
+            Some(Role::Wired) => {
+                let mut wires = self.signals.wires_to(self.task, slot..slot + 1);
+                let from = wires.next().map(|(from, _)| from);
+                from.and_then(|from| Some((self.node(from)?, from)))
+            }
+            // What says how good an input is, is always good itself.
+            Some(Role::Ok | Role::Age | Role::Parameter) | None => None,
+        };
+        Target { slot, node }
+    }
+
+    /// What gives a slot its value.
+    fn node(&mut self, slot: usize) -> Option<Node> {
+        if let Some(source) = self.signals.source_at(self.task, slot) {
+            let place = *self.places.entry((true, source)).or_insert(self.sources.len());
+            if place == self.sources.len() {
+                self.sources.push((source as u32, Flags::NONE));
+            }
+            return Some(Node::Source(place));
+        }
+        let (slots, inputs, indication) = self.signals.pins_of(self.task, slot)?;
+        let place = *self.places.entry((false, slots.start)).or_insert(self.instances.len());
+        if place == self.instances.len() {
+            self.instances.push(Instance { slots, inputs, indication, has_error: false });
+        }
+        Some(Node::Instance(place))
+    }
+}
