@@ -232,8 +232,8 @@ fn a_force_holds_a_signal_until_it_is_released_or_its_time_is_up() {
     assert_eq!(held.stdout, "50\n7.5\n");
     assert_says(&held.complaints(), &["level is SUBSTITUTE FORCED"]);
     let table = stdout(&domain, "show tank");
-    assert_eq!(cells(&table, "level").last(), Some(&"forced, not ok"));
-    assert_eq!(cells(&table, "ramp.delayedValue").last(), Some(&"forced"));
+    assert_eq!(cells(&table, "level").last(), Some(&"forced, not ok, SUBSTITUTE"));
+    assert_eq!(cells(&table, "ramp.delayedValue").last(), Some(&"forced, SUBSTITUTE"));
     assert_eq!(stdout(&domain, "forces tank --names"), "level\nramp.delayedValue\n");
     assert_says(&stdout(&domain, "forces tank"), &["until cycle", "level ", "release"]);
     let released = stdout(&domain, "release tank level");

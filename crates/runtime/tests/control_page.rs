@@ -136,7 +136,7 @@ fn answer(method: Method) -> Reply {
         Method::Signals => Reply::Signals(SignalsResult { total: 1, signals: vec![signal()] }),
         Method::Get => {
             let tasks = [("TASK".to_owned(), ReadAt { cycle: 0, release_ns: 0 })].into();
-            let quality = Some([("NAME".to_owned(), vec![String::new()])].into());
+            let quality = Some(Default::default());
             Reply::Get(GetResult { total: 0, tasks, values: none(), quality })
         }
         Method::Set => Reply::Set(set()),
