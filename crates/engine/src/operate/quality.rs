@@ -9,8 +9,9 @@ use isochrone_quality::Flags;
 use super::signals::{Role, Signals};
 use crate::worth::Source;
 
-/// Most instances that a reading looks through: some milliseconds of an ordinary thread.
-const MOST: usize = 16_384;
+/// Most instances that a reading looks through: the cycle looks at a pin of each, and may spend on that what
+/// it spends on the most values that one request reads.
+const MOST: usize = 4_096;
 
 /// What values of one task are computed from. The cycle writes the flags of the sources and the error
 /// pins into it; what follows from them for each value is found in an ordinary thread.
