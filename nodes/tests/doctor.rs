@@ -104,12 +104,15 @@ fn the_text_has_the_findings_of_the_document_the_worst_first() {
 }
 
 #[test]
-fn the_last_cpu_is_examined_unless_another_is_named() {
+fn the_cpu_that_auto_would_choose_is_examined_unless_another_is_named() {
     let folder = Folder::new();
     assert_eq!(parsed(&folder.run("doctor --json --cpu 0"))["cpu"], 0);
-    let online = parsed(&folder.run("doctor --json"));
-    let (cpu, list) = (online["cpu"].to_string(), online["online_cpus"].as_str().unwrap());
-    assert!(list.ends_with(&cpu), "{cpu} of {list}");
+    let examined = parsed(&folder.run("doctor --json"));
+    let findings = examined["findings"].as_array().unwrap();
+    let quiet = findings.iter().find(|finding| finding["code"] == "quiet_cpu").unwrap();
+    assert_eq!(quiet["severity"], "ok", "{quiet}");
+    let value = quiet["value"].as_str().unwrap();
+    assert!(value.starts_with(&format!("CPU {}: ", examined["cpu"])), "{value}");
 }
 
 #[test]

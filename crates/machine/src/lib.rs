@@ -3,7 +3,7 @@
 //! A [`Machine`] reads `/proc` and `/sys` below any root. [`Environment`] holds what determines how
 //! far a run's numbers can be trusted, [`Disturbance`] what the kernel counted against a loop
 //! during the run, and [`examine`] shows in advance how the machine affects jitter and how to fix
-//! it. Nothing is changed.
+//! it. An [`Observation`] shows which CPU disturbs a thread least. Nothing is changed.
 #![cfg_attr(
     not(test),
     warn(
@@ -19,10 +19,12 @@ mod disturbance;
 mod doctor;
 mod environment;
 mod machine;
+mod quiet;
 mod throttling;
 
 pub use disturbance::{Cause, Disturbance};
 pub use doctor::{Examination, Finding, NoSuchCpu, Severity, examine};
 pub use environment::Environment;
-pub use machine::{CpuList, GroupBudget, Machine};
+pub use machine::{BoundThread, CpuList, GroupBudget, Machine, Mobility};
+pub use quiet::{Choice, DeviceInterrupts, Observation, ObservedCpu, Reason};
 pub use throttling::{NoThrottling, Throttling};

@@ -1,11 +1,13 @@
-//! The doctor on machines made of files.
+//! The doctor, and the choice of a CPU, on machines made of files.
 
 mod machines;
+mod quiet;
 
 use std::io::Write;
+use std::path::Path;
 
 use Severity::{Note, Ok as Fine, Problem, Warning};
-use isochrone_machine::{Finding, NoSuchCpu, Severity, examine};
+use isochrone_machine::{Examination, Finding, Machine, Mobility, NoSuchCpu, Severity, examine};
 use machines::{CONTAINER, Fake, File, GUEST, LAPTOP, METAL};
 use serde_json::Value;
 
@@ -255,15 +257,68 @@ fn interrupts_are_named_with_number_affinity_and_count_the_most_frequent_first()
         finding.details,
         [
             "38 virtio2-input.0, CPU 1, 4123 so far",
-            "36 virtio1-req.0, CPU 1, 251 so far",
+            "36 virtio1-req.0, CPU 1, 251 so far, managed by the kernel, to judge by its driver",
             "37 virtio2-config, CPU 1, 0 so far"
         ]
     );
     let fix = finding.fix.unwrap();
     assert!(
-        fix.starts_with("for i in 38 36; do echo 0 > /proc/irq/$i/smp_affinity_list; done"),
+        fix.starts_with("for i in 38; do echo 0 > /proc/irq/$i/smp_affinity_list; done"),
         "{fix}"
     );
+}
+
+/// The interrupt of the guest's disk.
+fn disk_is_managed(affinity: &Path) -> Mobility {
+    if affinity.ends_with("proc/irq/36/smp_affinity_list") {
+        Mobility::Managed
+    } else {
+        Mobility::Movable
+    }
+}
+
+#[track_caller]
+fn interrupts_of(machine: &Machine, cpu: usize) -> Finding {
+    let findings = examine(machine, Some(cpu)).unwrap().findings;
+    findings.into_iter().find(|finding| finding.code == "interrupts").unwrap()
+}
+
+#[test]
+fn a_managed_interrupt_is_told_from_those_that_can_be_moved_and_answered_with_another_cpu() {
+    let machine = Fake::new(&[GUEST]);
+    let finding = interrupts_of(&machine.machine().with_mobility(disk_is_managed), 1);
+    assert_eq!(finding.details[1], "36 virtio1-req.0, CPU 1, 251 so far, managed by the kernel");
+    assert!(finding.value.contains("2 did since boot, 1 of them managed"), "{}", finding.value);
+    let fix = finding.fix.unwrap();
+    assert!(fix.starts_with("for i in 38; do echo 0 > "), "only what moves is moved: {fix}");
+    assert!(fix.ends_with("cpu = \"auto\" or cpu = 0 in [[task]]"), "{fix}");
+}
+
+#[test]
+fn a_managed_interrupt_on_the_best_cpu_takes_a_restart() {
+    let fake = Fake::new(&[GUEST]);
+    let fix = interrupts_of(&fake.machine().with_mobility(|_| Mobility::Managed), 0).fix.unwrap();
+    assert_eq!(fix, "isolcpus=managed_irq,domain,0 on the kernel command line");
+}
+
+#[test]
+fn the_cpu_that_auto_would_choose_is_examined_if_none_is_named() {
+    let fake = Fake::new(&[GUEST]);
+    let guest = fake.machine();
+    let examination = examine(&guest, None).unwrap();
+    assert_eq!(examination.cpu, 0, "the disk and the network interrupt the other");
+    let quiet = |examination: &Examination| {
+        examination.findings.iter().find(|finding| finding.code == "quiet_cpu").unwrap().clone()
+    };
+    let finding = quiet(&examination);
+    assert_eq!(finding.severity, Fine);
+    assert_eq!(
+        finding.value,
+        "CPU 0: 7 device interrupts since the machine started, CPU 1 had 4374"
+    );
+    let other = quiet(&examine(&guest, Some(1)).unwrap());
+    assert_eq!((other.severity, other.value), (Note, finding.value));
+    assert_eq!(other.fix.unwrap(), "cpu = \"auto\" or cpu = 0 in [[task]]");
 }
 
 #[test]

@@ -1,7 +1,8 @@
 //! What else happens on the task's CPU: other work, the tick, interrupts, the CPU next door.
 
 use super::verdict::Verdict;
-use crate::machine::{CpuList, Machine};
+use crate::machine::{CpuList, Interrupt, Machine, Mobility};
+use crate::quiet::Observation;
 
 const COMMAND_LINE: &str = "/proc/cmdline";
 /// The detector looks five times in twice the threshold.
@@ -94,42 +95,93 @@ pub(super) fn rcu_nocbs(machine: &Machine, cpu: usize) -> Verdict {
     verdict.from(COMMAND_LINE)
 }
 
+pub(super) fn quiet_cpu(machine: &Machine, cpu: usize) -> Verdict {
+    let source = "/proc/interrupts, /proc/*/task/*/status, /sys/devices/system/cpu";
+    let Some(choice) = machine.observation().and_then(Observation::choose) else {
+        return Verdict::unknown("the CPUs that this process may use cannot be read")
+            .effect("The quietest CPU cannot be chosen.")
+            .from(source);
+    };
+    let verdict = if choice.cpu == cpu {
+        Verdict::ok(format!("CPU {cpu}: {choice}"))
+            .effect("A task with cpu = \"auto\" would run here.")
+    } else {
+        Verdict::note(format!("CPU {}: {choice}", choice.cpu))
+            .effect(format!(
+                "A task with cpu = \"auto\" would run on CPU {}, where less disturbs it.",
+                choice.cpu
+            ))
+            .fix(format!("cpu = \"auto\" or cpu = {} in [[task]]", choice.cpu))
+    };
+    verdict.from(source)
+}
+
 pub(super) fn interrupts(machine: &Machine, cpu: usize) -> Verdict {
     let effect = "Each of these interrupts the task while its handler runs, at times that the device chooses.";
     let source = "/proc/interrupts, /proc/irq/*/effective_affinity_list";
     let Some(interrupts) = machine.interrupts_on(cpu) else {
         return Verdict::unknown("interrupts cannot be read").effect(effect).from(source);
     };
-    let fired: Vec<String> = interrupts
+    let (fixed, movable): (Vec<_>, Vec<_>) = interrupts
         .iter()
         .filter(|interrupt| interrupt.fired > 0)
-        .map(|interrupt| interrupt.number.to_string())
-        .collect();
+        .partition(|interrupt| interrupt.mobility.is_fixed());
     let details = interrupts.iter().map(|interrupt| {
         format!(
-            "{} {}, CPU {}, {} so far",
-            interrupt.number, interrupt.name, interrupt.affinity, interrupt.fired
+            "{} {}, CPU {}, {} so far{}",
+            interrupt.number,
+            interrupt.name,
+            interrupt.affinity,
+            interrupt.fired,
+            match interrupt.mobility {
+                Mobility::Managed => ", managed by the kernel",
+                Mobility::ProbablyManaged => ", managed by the kernel, to judge by its driver",
+                Mobility::Movable | Mobility::Unknown => "",
+            }
         )
     });
-    let fix = housekeeping(machine, cpu).map(|others| {
-        format!(
-            "for i in {}; do echo {others} > /proc/irq/$i/smp_affinity_list; done  # and stop irqbalance",
-            fired.join(" ")
-        )
-    });
-    let verdict = match (interrupts.len(), fired.len()) {
+    let verdict = match (interrupts.len(), fixed.len() + movable.len()) {
         (0, _) => Verdict::ok(format!("no device interrupt can fire on CPU {cpu}")).effect(
             "No device interrupts the task; the kernel's own interrupts (timer, other CPUs) remain.",
         ),
         (all, 0) => Verdict::note(format!("{all} can fire on CPU {cpu}, none did since boot"))
             .effect(effect),
-        (all, some) => {
-            Verdict::warning(format!("{all} can fire on CPU {cpu}, {some} did since boot"))
+        (all, fired) => {
+            let managed = match fixed.len() {
+                0 => String::new(),
+                fixed => format!(", {fixed} of them managed by the kernel, which does not move them"),
+            };
+            let fixes = [move_away(machine, cpu, &movable), avoid(machine, cpu, &fixed)];
+            let fixes: Vec<String> = fixes.into_iter().flatten().collect();
+            let value = format!("{all} can fire on CPU {cpu}, {fired} did since boot{managed}");
+            Verdict::warning(value)
                 .effect(effect)
-                .maybe_fix(fix)
+                .maybe_fix((!fixes.is_empty()).then(|| fixes.join("; and ")))
         }
     };
     verdict.details(details).from(source)
+}
+
+/// What the kernel accepts for interrupts that it lets others place.
+fn move_away(machine: &Machine, cpu: usize, movable: &[&Interrupt]) -> Option<String> {
+    let others = housekeeping(machine, cpu).filter(|_| !movable.is_empty())?;
+    let numbers: Vec<String> =
+        movable.iter().map(|interrupt| interrupt.number.to_string()).collect();
+    Some(format!(
+        "for i in {}; do echo {others} > /proc/irq/$i/smp_affinity_list; done  # stop irqbalance first",
+        numbers.join(" ")
+    ))
+}
+
+/// What helps against those that it places itself.
+fn avoid(machine: &Machine, cpu: usize, fixed: &[&Interrupt]) -> Option<String> {
+    housekeeping(machine, cpu).filter(|_| !fixed.is_empty())?;
+    let better = machine.observation()?.choose()?.cpu;
+    Some(if better == cpu {
+        format!("isolcpus=managed_irq,domain,{cpu} on the kernel command line")
+    } else {
+        format!("cpu = \"auto\" or cpu = {better} in [[task]]")
+    })
 }
 
 pub(super) fn watchdog(machine: &Machine, cpu: usize) -> Verdict {

@@ -78,6 +78,7 @@ const CHECKS: &[Check] = &[
     Check { code: "fair_server", judge: scheduling::fair_server },
     Check { code: "real_time_threads", judge: scheduling::real_time_threads },
     Check { code: "timer_tick", judge: scheduling::timer_tick },
+    Check { code: "quiet_cpu", judge: isolation::quiet_cpu },
     Check { code: "isolated_cpus", judge: isolation::isolated_cpus },
     Check { code: "nohz_full", judge: isolation::nohz_full },
     Check { code: "rcu_nocbs", judge: isolation::rcu_nocbs },
@@ -95,7 +96,8 @@ const CHECKS: &[Check] = &[
     Check { code: "shared_memory", judge: memory::shared_memory },
 ];
 
-/// Examines a machine for a real-time task on `cpu`, by default on the last CPU online.
+/// Examines a machine for a real-time task on `cpu`, by default on the CPU that
+/// [`choose`](crate::Observation::choose) takes; if that is unknown, on the last one.
 ///
 /// # Errors
 /// The CPU does not exist or is offline.
@@ -107,7 +109,8 @@ pub fn examine(machine: &Machine, cpu: Option<usize>) -> Result<Examination, NoS
     {
         return Err(NoSuchCpu { cpu, online: online.to_string() });
     }
-    let cpu = cpu.or_else(|| online.as_ref().and_then(CpuList::last)).unwrap_or(0);
+    let quiet = || Some(machine.observation()?.choose()?.cpu);
+    let cpu = cpu.or_else(quiet).or_else(|| online.as_ref().and_then(CpuList::last)).unwrap_or(0);
     Ok(Examination {
         isochrone: env!("CARGO_PKG_VERSION").to_owned(),
         cpu,

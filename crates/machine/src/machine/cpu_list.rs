@@ -46,6 +46,13 @@ impl CpuList {
         self.0.iter().map(|range| *range.end()).max()
     }
 
+    /// Its CPUs in order; no more than a machine can have.
+    pub fn iter(&self) -> impl Iterator<Item = usize> + '_ {
+        /// The largest machines that Linux supports have 8192.
+        const MOST: usize = 8192;
+        (0..self.last().map_or(0, |last| last.min(MOST) + 1)).filter(|cpu| self.contains(*cpu))
+    }
+
     /// All but one.
     pub(crate) fn without(&self, cpu: usize) -> Self {
         let split = self.0.iter().flat_map(|range| {
@@ -89,6 +96,9 @@ mod tests {
             assert_eq!(cpus.contains(cpu), [0, 1, 2, 3, 8].contains(&cpu), "{cpu}");
         }
         assert_eq!(cpus.to_string(), "0-3,8");
+        assert_eq!(cpus.iter().collect::<Vec<_>>(), [0, 1, 2, 3, 8]);
+        assert_eq!(list("all").iter().count(), 8193);
+        assert_eq!(list("").iter().count(), 0);
     }
 
     #[test]

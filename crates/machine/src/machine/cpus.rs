@@ -28,6 +28,43 @@ impl Machine {
         self.text("/sys/devices/system/cpu/isolated")
     }
 
+    /// The CPUs that the scheduler or the tick leaves alone: of `isolcpus`, of an isolated partition of
+    /// control groups, of `nohz_full`.
+    pub(crate) fn kept_free(&self) -> BTreeSet<usize> {
+        let lists = [
+            self.list("/sys/devices/system/cpu/isolated"),
+            self.list("/sys/fs/cgroup/cpuset.cpus.isolated"),
+            self.tickless(),
+        ];
+        let named = |list: &CpuList| list.iter().collect::<Vec<_>>();
+        lists.iter().flatten().flat_map(named).collect()
+    }
+
+    /// The CPUs that a thread of this process may be bound to.
+    ///
+    /// The kernel starts every process without the CPUs of `isolcpus`. So where just these are missing
+    /// from what the process may use, they belong to it, unless its cpuset excludes them.
+    pub fn bindable(&self) -> Option<BTreeSet<usize>> {
+        let online: Option<BTreeSet<_>> = self.online().map(|online| online.iter().collect());
+        let allowed: BTreeSet<_> = self.allowed()?.iter().collect();
+        let Some(online) = online else { return Some(allowed) };
+        let mut bindable: BTreeSet<_> = allowed.intersection(&online).copied().collect();
+        let boot = self.list("/sys/devices/system/cpu/isolated").unwrap_or_default();
+        let (isolated, others): (BTreeSet<usize>, _) =
+            online.iter().copied().partition(|cpu| boot.contains(*cpu));
+        if bindable == others {
+            let cpuset = self.cpuset();
+            let is_open = |cpu: &usize| cpuset.as_ref().is_none_or(|set| set.contains(*cpu));
+            bindable.extend(isolated.into_iter().filter(is_open));
+        }
+        Some(bindable)
+    }
+
+    /// The CPUs that share the core of one, itself included.
+    pub(crate) fn core(&self, cpu: usize) -> Option<CpuList> {
+        self.list(&format!("/sys/devices/system/cpu/cpu{cpu}/topology/thread_siblings_list"))
+    }
+
     /// The CPUs without a tick while one thread runs there (`nohz_full`).
     pub(crate) fn tickless(&self) -> Option<CpuList> {
         let list = self.list("/sys/devices/system/cpu/nohz_full");

@@ -30,22 +30,9 @@ impl Machine {
 
     /// Without the CPU's own timer: a loop that sleeps is woken by it.
     fn interrupt_count(&self, cpu: Option<usize>) -> Option<u64> {
-        let table = self.text("/proc/interrupts")?;
-        let mut lines = table.lines();
-        let columns: Vec<_> = lines.next()?.split_whitespace().collect();
-        let counted = |index: usize| match cpu {
-            Some(cpu) => columns.get(index) == Some(&format!("CPU{cpu}").as_str()),
-            None => index < columns.len(),
-        };
-        let rows = lines.filter(|line| !is_timer(line));
-        let of_row = |row: &str| -> u64 {
-            let counts = row.split_whitespace().skip(1).enumerate();
-            counts
-                .filter(|(index, _)| counted(*index))
-                .filter_map(|(_, count)| count.parse::<u64>().ok())
-                .sum()
-        };
-        Some(rows.map(of_row).sum())
+        let table = self.interrupt_table()?;
+        let rows = table.rows.iter().filter(|row| !row.is_timer());
+        Some(rows.map(|row| table.count(row, cpu)).sum())
     }
 
     /// Time for which a limit of CPU time stopped the control group: version 2, or 1.
@@ -74,10 +61,6 @@ impl Machine {
             status.lines().find_map(|line| line.strip_prefix("nonvoluntary_ctxt_switches:"))?;
         switches.trim().parse().ok()
     }
-}
-
-fn is_timer(row: &str) -> bool {
-    row.trim_start().starts_with("LOC:") || row.contains("arch_timer")
 }
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
 //! Reading a machine: what its `/proc` and `/sys` say, below any root, so that tests read made-up
-//! machines. Nothing is written, and what cannot be read is `None`.
+//! machines. Nothing is changed, and what cannot be read is `None`.
 
 mod control_group;
 mod cpu_list;
@@ -9,6 +9,7 @@ mod interrupts;
 mod kernel;
 mod kernel_config;
 mod memory;
+mod mobility;
 mod platform;
 mod process;
 mod threads;
@@ -16,20 +17,31 @@ mod threads;
 use std::cell::OnceCell;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 pub use cpu_list::CpuList;
+pub(crate) use interrupts::Interrupt;
 use kernel_config::KernelConfig;
+pub use mobility::Mobility;
 pub(crate) use platform::{Container, Platform};
 pub use process::GroupBudget;
 pub(crate) use process::{Capability, Limit};
+pub use threads::BoundThread;
+
+use crate::quiet::Observation;
 
 /// A machine to read: this one, or a file tree that looks like one.
 #[derive(Debug)]
 pub struct Machine {
     root: PathBuf,
     free_bytes: fn(&Path) -> Option<u64>,
+    ask_mobility: fn(&Path) -> Mobility,
     config: OnceCell<Option<KernelConfig>>,
+    observation: OnceCell<Option<Observation>>,
 }
+
+/// Long enough to tell a busy device from a quiet one, short enough not to be noticed at a start.
+const OBSERVATION: Duration = Duration::from_millis(200);
 
 impl Machine {
     /// The machine that this program runs on.
@@ -39,12 +51,33 @@ impl Machine {
 
     /// A machine whose `proc`, `sys`, `dev` and `boot` are below a folder.
     pub fn below(root: impl Into<PathBuf>) -> Self {
-        Self { root: root.into(), free_bytes, config: OnceCell::new() }
+        Self {
+            root: root.into(),
+            free_bytes,
+            ask_mobility: mobility::ask,
+            config: OnceCell::new(),
+            observation: OnceCell::new(),
+        }
     }
 
     /// The same machine with a different function for the free bytes of the file system at a path.
     pub fn with_free_bytes(self, free_bytes: fn(&Path) -> Option<u64>) -> Self {
         Self { free_bytes, ..self }
+    }
+
+    /// The same machine with a different function for whether an interrupt can be moved, given the path
+    /// of its `smp_affinity_list`.
+    pub fn with_mobility(self, ask_mobility: fn(&Path) -> Mobility) -> Self {
+        Self { ask_mobility, ..self }
+    }
+
+    /// What happens on the CPUs that a thread of this process may be bound to, observed for 200 ms when it
+    /// is first asked for; not at all where there is no choice. `None` if the kernel does not say which
+    /// CPUs these are.
+    pub fn observation(&self) -> Option<&Observation> {
+        // Files do not count on while one waits.
+        let pause = || if self.is_here() { sleep(OBSERVATION) } else { OBSERVATION };
+        self.observation.get_or_init(|| Observation::of(self, pause)).as_ref()
     }
 
     /// Whether it is the machine that this program runs on.
@@ -91,6 +124,13 @@ impl Machine {
     fn path(&self, path: &str) -> PathBuf {
         self.root.join(path.trim_start_matches('/'))
     }
+}
+
+/// Returns how long it slept.
+fn sleep(length: Duration) -> Duration {
+    let began = Instant::now();
+    std::thread::sleep(length);
+    began.elapsed()
 }
 
 fn free_bytes(path: &Path) -> Option<u64> {

@@ -71,6 +71,13 @@ impl Machine {
         CpuList::parse(&self.status("Cpus_allowed_list")?)
     }
 
+    /// The CPUs of this process's cpuset.
+    pub(super) fn cpuset(&self) -> Option<CpuList> {
+        let folder = self.control_group("cpuset")?.folder();
+        let files = ["cpuset.cpus.effective", "cpuset.effective_cpus", "cpuset.cpus"];
+        files.into_iter().find_map(|file| self.list(&format!("{folder}/{file}")))
+    }
+
     /// The real-time budget of the calling thread's control group.
     pub fn group_budget(&self) -> Option<GroupBudget> {
         let group = self.control_group("cpu")?;

@@ -1,6 +1,17 @@
 //! The real-time threads of the machine.
 
-use super::Machine;
+use super::{CpuList, Machine};
+
+/// A program's thread that runs on one CPU only, as the tasks of a node do.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct BoundThread {
+    /// Its process; `None` of a task of this node that is not running yet.
+    pub process: Option<u32>,
+    /// Its name, of a running one at most 15 bytes.
+    pub name: String,
+    /// The CPU that it is bound to.
+    pub cpu: usize,
+}
 
 /// A thread that goes before all normal ones.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -20,19 +31,64 @@ impl Machine {
     /// The real-time threads that ran on a CPU last, those of other users included where `/proc`
     /// shows them. Each CPU has a `migration` thread of its own, which is left out.
     pub(crate) fn real_time_threads_on(&self, cpu: usize) -> Option<Vec<RealTimeThread>> {
-        let processes = self.names("/proc");
-        let is_number = |name: &&String| name.bytes().all(|byte| byte.is_ascii_digit());
-        let threads = processes.iter().filter(is_number).flat_map(|process| {
-            let tasks = format!("/proc/{process}/task");
-            self.names(&tasks).into_iter().map(move |task| format!("{tasks}/{task}/stat"))
-        });
-        let found = threads.filter_map(|stat| thread(&self.text(&stat)?)).collect::<Vec<_>>();
+        let threads = self.processes().into_iter().flat_map(|process| self.threads_of(&process));
+        let stats = threads.filter_map(|thread| self.text(&format!("{thread}/stat")));
+        let found = stats.filter_map(|stat| thread(&stat)).collect::<Vec<_>>();
         if found.is_empty() && !self.has("/proc/self/status") {
             return None;
         }
         let here = found.into_iter().filter_map(|(on, thread)| (on == cpu).then_some(thread?));
         Some(here.filter(|thread| !thread.name.starts_with("migration/")).collect())
     }
+
+    /// The threads of programs that somebody bound to one CPU for their own sake: those of real-time
+    /// priority, and ordinary ones in a process that as a whole may use other CPUs. (A process that runs
+    /// under `taskset -c 1`, or in a container with one CPU, has nothing that must keep a beat there.)
+    pub(crate) fn bound_threads(&self) -> Vec<BoundThread> {
+        self.processes().iter().flat_map(|process| self.bound_threads_of(process)).collect()
+    }
+
+    fn bound_threads_of(&self, process: &str) -> Vec<BoundThread> {
+        let is_program = |stat: &String| thread_flags(stat).is_some_and(|f| f & KERNEL_THREAD == 0);
+        if !self.text(&format!("/proc/{process}/stat")).as_ref().is_some_and(is_program) {
+            return Vec::new();
+        }
+        let of_process = self.affinity_of(&format!("/proc/{process}"));
+        let bound = |folder: String| {
+            let affinity = self.affinity_of(&folder)?;
+            let cpu = affinity.last().filter(|_| affinity.len() == 1)?;
+            let stat = self.text(&format!("{folder}/stat"))?;
+            let is_real_time = || thread(&stat).is_some_and(|(_, found)| found.is_some());
+            (of_process.as_ref() != Some(&affinity) || is_real_time()).then_some(())?;
+            let (_, name) = stat.rsplit_once(')')?.0.split_once(" (")?;
+            Some(BoundThread { process: Some(process.parse().ok()?), name: name.to_owned(), cpu })
+        };
+        self.threads_of(process).into_iter().filter_map(bound).collect()
+    }
+
+    fn affinity_of(&self, folder: &str) -> Option<CpuList> {
+        let status = self.text(&format!("{folder}/status"))?;
+        let list = status.lines().find_map(|line| line.strip_prefix("Cpus_allowed_list:"))?;
+        CpuList::parse(list)
+    }
+
+    /// The processes, by number.
+    fn processes(&self) -> Vec<String> {
+        let mut names = self.names("/proc");
+        names.retain(|name| name.bytes().all(|byte| byte.is_ascii_digit()));
+        names
+    }
+
+    /// The folders of a process's threads.
+    fn threads_of(&self, process: &str) -> Vec<String> {
+        let tasks = format!("/proc/{process}/task");
+        self.names(&tasks).into_iter().map(|task| format!("{tasks}/{task}")).collect()
+    }
+}
+
+fn thread_flags(stat: &str) -> Option<u64> {
+    let (_, rest) = stat.rsplit_once(')')?;
+    rest.split_whitespace().nth(6)?.parse().ok()
 }
 
 /// The CPU of a thread, and the thread if it is a real-time one.

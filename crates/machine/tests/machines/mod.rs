@@ -35,8 +35,11 @@ impl Fake {
         Machine::below(self.0.path()).with_free_bytes(|_| Some(512 << 20))
     }
 
+    /// The last CPU.
     pub(crate) fn examine(&self) -> Examination {
-        examine(&self.machine(), None).unwrap()
+        let machine = self.machine();
+        let last = machine.online().and_then(|online| online.iter().last());
+        examine(&machine, last).unwrap()
     }
 
     #[track_caller]

@@ -1,0 +1,10 @@
+//! The quiet CPU: where a real-time thread is disturbed least.
+//!
+//! [`Observation`] looks at the CPUs for a moment; [`Observation::choose`] takes the best of them, with
+//! its reasons.
+
+mod choice;
+mod observation;
+
+pub use choice::{Choice, Reason};
+pub use observation::{DeviceInterrupts, Observation, ObservedCpu};

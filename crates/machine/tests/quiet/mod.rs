@@ -1,0 +1,219 @@
+//! The choice of a CPU on machines made of files.
+
+use std::time::Duration;
+
+use crate::machines::{CONTAINER, Fake, GUEST, LAPTOP, METAL};
+use isochrone_machine::{BoundThread, Choice, Observation, Reason};
+
+const SECOND: Duration = Duration::from_secs(1);
+
+/// Nothing happens for a second.
+#[track_caller]
+fn observed(fake: &Fake) -> Observation {
+    Observation::of(&fake.machine(), || SECOND).unwrap()
+}
+
+#[track_caller]
+fn chosen(fake: &Fake) -> Choice {
+    observed(fake).choose().unwrap()
+}
+
+/// A machine of CPUs that nothing tells apart.
+fn plain(cpus: &str) -> Fake {
+    let fake = Fake::new(&[]);
+    fake.write("sys/devices/system/cpu/online", cpus);
+    fake.write("proc/self/status", format!("Cpus_allowed_list:\t{cpus}\n"));
+    fake
+}
+
+/// A program's process and one more thread of it.
+fn run(fake: &Fake, process: u32, threads: [(&str, &str); 2], policy: u32) {
+    for (thread, (name, cpus)) in (process..).zip(threads) {
+        let stat = format!(
+            "{thread} ({name}) S 1 0 0 0 -1 4194304 {} 17 0 50 {policy} 0 0 0",
+            ["0"; 28].join(" ")
+        );
+        let status = format!("Name:\tx\nCpus_allowed_list:\t{cpus}\n");
+        for folder in [format!("proc/{process}/task/{thread}"), format!("proc/{thread}")] {
+            // The folder of another thread than the first is not listed below /proc.
+            if thread == process || folder.contains("task") {
+                fake.write(&format!("{folder}/stat"), &stat);
+                fake.write(&format!("{folder}/status"), &status);
+            }
+        }
+    }
+}
+
+fn interrupts(counts: [u64; 2]) -> String {
+    let [first, second] = counts;
+    format!(
+        "     CPU0  CPU1\n 36:  {first}  {second}  PCI-MSIX  1-edge  virtio1-req.0\nLOC:  5  900000  Local timer\n"
+    )
+}
+
+#[test]
+fn of_cpus_that_are_alike_the_last_is_chosen() {
+    let choice = chosen(&plain("0-3"));
+    assert_eq!(choice, Choice { cpu: 3, reasons: vec![Reason::Last { alike: vec![0, 1, 2] }] });
+    assert_eq!(choice.to_string(), "the last of those like it (0, 1, 2)");
+}
+
+#[test]
+fn one_cpu_is_chosen_without_looking_at_it() {
+    let one = plain("0");
+    let observation =
+        Observation::of(&one.machine(), || panic!("there is no choice to wait for")).unwrap();
+    assert_eq!(observation.choose().unwrap().reasons, [Reason::Only]);
+    assert_eq!(chosen(&Fake::new(&[GUEST, CONTAINER])).cpu, 0, "the container has only this one");
+}
+
+#[test]
+fn without_a_word_of_the_kernel_nothing_is_chosen() {
+    assert_eq!(Observation::of(&Fake::new(&[]).machine(), || SECOND), None);
+}
+
+#[test]
+fn an_isolated_cpu_goes_before_the_others() {
+    let metal = chosen(&Fake::new(&[METAL]));
+    assert_eq!((metal.cpu, metal.reasons), (3, vec![Reason::Isolated]));
+    let fake = plain("0-3");
+    fake.write("sys/devices/system/cpu/nohz_full", "1-2\n");
+    let choice = chosen(&fake);
+    assert_eq!(
+        (choice.cpu, choice.to_string()),
+        (2, "isolated; the last of those like it (1)".into())
+    );
+}
+
+/// As the kernel starts programs on a machine with `isolcpus=2-3`.
+#[test]
+fn an_isolated_cpu_is_chosen_although_programs_start_without_it() {
+    let fake = plain("0-3");
+    fake.write("sys/devices/system/cpu/isolated", "2-3\n");
+    fake.write("proc/self/status", "Cpus_allowed_list:\t0-1\n");
+    assert_eq!(chosen(&fake).cpu, 3);
+    fake.write("proc/self/cgroup", "0::/cell\n");
+    fake.write("sys/fs/cgroup/cell/cpuset.cpus.effective", "0-2\n");
+    assert_eq!(chosen(&fake).cpu, 2, "the cpuset excludes the other");
+    fake.write("proc/self/status", "Cpus_allowed_list:\t0\n");
+    assert_eq!(chosen(&fake).cpu, 0, "somebody bound this process to it");
+}
+
+#[test]
+fn a_cpu_that_the_process_may_not_use_or_that_is_offline_is_never_chosen() {
+    let fake = plain("0-3");
+    fake.write("proc/self/status", "Cpus_allowed_list:\t0-2\n");
+    assert_eq!(chosen(&fake).cpu, 2);
+    fake.write("sys/devices/system/cpu/online", "0-1,3\n");
+    assert_eq!(chosen(&fake).cpu, 1);
+}
+
+#[test]
+fn what_devices_do_now_goes_before_what_they_did_since_the_start() {
+    let fake = plain("0-1");
+    fake.write("proc/interrupts", interrupts([50_000_000, 10]));
+    let observe = |fired: u64| {
+        Observation::of(&fake.machine(), || {
+            fake.write("proc/interrupts", interrupts([50_000_000, 10 + fired]));
+            SECOND / 2
+        })
+    };
+    let choice = observe(1_200).unwrap().choose().unwrap();
+    assert_eq!(choice.cpu, 0);
+    assert_eq!(choice.to_string(), "0 device interrupts per second, CPU 1 has 2400");
+    fake.write("proc/interrupts", interrupts([50_000_000, 10]));
+    let choice = observe(40).unwrap().choose().unwrap();
+    assert_eq!(choice.cpu, 1, "80 a second make no difference");
+    assert_eq!(
+        choice.to_string(),
+        "50 device interrupts since the machine started, CPU 0 had 50000000"
+    );
+}
+
+#[test]
+fn a_few_interrupts_more_and_the_timer_make_no_difference() {
+    let fake = plain("0-1");
+    fake.write("proc/interrupts", interrupts([1_000, 2_900]));
+    assert_eq!(chosen(&fake).reasons, [Reason::Last { alike: vec![0] }]);
+}
+
+#[test]
+fn tasks_and_nodes_that_run_are_kept_apart() {
+    let fake = plain("0-1");
+    run(&fake, 700, [("isochrone", "0-1"), ("fast) x", "1")], 1);
+    let choice = chosen(&fake);
+    assert_eq!(choice.cpu, 0);
+    assert_eq!(choice.to_string(), "no task is bound to it, CPU 1 has fast) x (pid 700)");
+
+    let mut observation = observed(&fake);
+    for expected in [0, 1, 0, 1] {
+        let cpu = observation.choose().unwrap().cpu;
+        observation.bind(BoundThread { process: None, name: "next".into(), cpu });
+        assert_eq!((cpu, observation.cpus[cpu].bound.is_empty()), (expected, false));
+    }
+}
+
+#[test]
+fn a_cpu_that_is_shared_is_said_to_be_with_what() {
+    let bind = |observation: &mut Observation, name: &str, cpu| {
+        observation.bind(BoundThread { process: None, name: name.into(), cpu });
+    };
+    let mut observation = observed(&plain("0-1"));
+    let why = |observation: &Observation| observation.choose().unwrap().to_string();
+    bind(&mut observation, "fast", 1);
+    assert_eq!(why(&observation), "no task is bound to it, CPU 1 has fast of this node");
+    bind(&mut observation, "slow", 0);
+    assert_eq!(
+        why(&observation),
+        "no CPU is without a task; shared with fast of this node; the last of those like it (0)"
+    );
+    bind(&mut observation, "other", 1);
+    assert_eq!(
+        why(&observation),
+        "only one task is bound to it, CPU 1 has more; shared with slow of this node"
+    );
+
+    let one = plain("0");
+    run(&one, 700, [("isochrone", "0-1"), ("fast", "0")], 1);
+    let mut observation = observed(&one);
+    for name in ["a", "b", "c"] {
+        bind(&mut observation, name, 0);
+    }
+    assert_eq!(
+        why(&observation),
+        "the only CPU that this process may use; shared with fast (pid 700), a of this node, b of this \
+         node and 1 more"
+    );
+}
+
+#[test]
+fn a_task_without_a_priority_counts_and_a_program_that_is_bound_as_a_whole_does_not() {
+    let fake = plain("0-1");
+    run(&fake, 700, [("stress-ng", "1"), ("stress-ng", "1")], 0);
+    assert_eq!(chosen(&fake).cpu, 1);
+    run(&fake, 800, [("isochrone", "0-1"), ("slow", "1")], 0);
+    assert_eq!(chosen(&fake).cpu, 0);
+    run(&fake, 900, [("cyclictest", "0"), ("cyclictest", "0")], 1);
+    assert_eq!(chosen(&fake).cpu, 1, "a real-time program counts whoever bound it");
+}
+
+#[test]
+fn a_core_of_its_own_goes_before_half_of_a_busy_one() {
+    let fake = plain("0-3");
+    for (cpu, core) in [(0, "0,2"), (1, "1,3"), (2, "0,2"), (3, "1,3")] {
+        let path = format!("sys/devices/system/cpu/cpu{cpu}/topology/thread_siblings_list");
+        fake.write(&path, core);
+    }
+    run(&fake, 700, [("isochrone", "0-3"), ("fast", "3")], 1);
+    let choice = chosen(&fake);
+    assert_eq!(choice.cpu, 2, "CPU 1 shares the core of CPU 3");
+    assert!(choice.reasons.contains(&Reason::OwnCore), "{choice}");
+}
+
+#[test]
+fn a_laptop_keeps_the_last_cpu_as_nothing_much_happens_there() {
+    assert_eq!(
+        chosen(&Fake::new(&[METAL, LAPTOP]).without("sys/devices/system/cpu/nohz_full")).cpu,
+        3
+    );
+}
