@@ -67,7 +67,7 @@ const ARMS: [(&str, &str, &[&str]); 14] = [
     ("margin 200 us", "priority = 80\ncpu = CPU\nmargin = \"200us\"", &[]),
     ("on the tick", "priority = 80\ncpu = CPU\nphase = \"500us\"", &[]),
     ("sleep on the tick", "priority = 80\ncpu = CPU\nwake = \"sleep\"\nphase = \"500us\"", &[]),
-    ("any CPU", "priority = 80", &[]),
+    ("any CPU", "priority = 80\ncpu = \"any\"", &[]),
     ("no priority", "cpu = CPU\nwake = \"hybrid\"", &[]),
     (
         "memory not locked",

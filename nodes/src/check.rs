@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use isochrone_blocks::BlockType;
 use isochrone_cyclic::{Margin, Wake};
-use isochrone_engine::config::{Bad, Binding, OnStale};
+use isochrone_engine::config::{Bad, Binding, Cpu, OnStale};
 use isochrone_engine::{
     Findings, InputPlan, OutputPlan, Plan, TaskPlan, WirePlan, format_duration_ns, reference,
 };
 use isochrone_report::Table;
+use isochrone_runtime::{Place, Places};
 use isochrone_timing::units::counted;
 use serde_json::{Value, json};
 
@@ -72,8 +73,12 @@ fn text(plan: &Plan) -> String {
         counted(plan.instances(), "block"),
         counted(outputs, "output"),
     );
+    let places = Places::of(plan);
     for (index, task) in plan.tasks.iter().enumerate() {
         text += &format!("\ntask {}: {}\n", task.name, schedule(task));
+        if let Some(Place::Chosen(choice)) = places.as_slice().get(index) {
+            text += &format!("  auto would choose CPU {} now: {choice}\n", choice.cpu);
+        }
         let mut inputs = Table::default();
         for input in &task.inputs {
             inputs.row([
@@ -144,7 +149,11 @@ fn schedule(task: &TaskPlan) -> String {
         Some(priority) => format!("SCHED_FIFO {priority}"),
         None => "normal scheduling".into(),
     });
-    words.extend(task.cpu.map(|cpu| format!("CPU {cpu}")));
+    words.extend(match task.cpu {
+        Cpu::Number(cpu) => Some(format!("CPU {cpu}")),
+        Cpu::Auto { .. } => Some("CPU auto".into()),
+        Cpu::Any => task.priority.map(|_| "any CPU".into()),
+    });
     let wake = schedule.wake.as_str();
     words.push(match schedule.wake {
         Wake::Sleep | Wake::Spin => format!("wake {wake}"),
@@ -241,6 +250,7 @@ fn binding_key(binding: &Binding) -> &'static str {
 }
 
 fn document(plan: &Plan) -> Value {
+    let places = Places::of(plan);
     let tasks = plan.tasks.iter().enumerate().map(|(index, task)| {
         let schedule = &task.schedule;
         json!({
@@ -250,7 +260,8 @@ fn document(plan: &Plan) -> Value {
             "phase_reason": task.phase_choice.reason(),
             "ob": task.ob,
             "priority": task.priority,
-            "cpu": task.cpu,
+            "cpu": places.cpu(index),
+            "cpu_reason": places.reason(index),
             "wake": schedule.wake.as_str(),
             "margin_ns": schedule.wake.margin().and_then(Margin::fixed_ns),
             "cpu_budget": schedule.wake.margin().and_then(Margin::cpu_budget),

@@ -23,7 +23,7 @@ use crate::wrapping::at_spaces;
     after_help = "Examples:\n  isochrone doctor\n  isochrone doctor --cpu 3\n  isochrone doctor --json > machine.json"
 )]
 pub(crate) struct Args {
-    /// CPU that a task would be pinned to [default: the last]
+    /// CPU that a task would be pinned to; default: the one that cpu = "auto" would choose now
     #[arg(long, value_name = "N", value_parser = parse_cpu, allow_negative_numbers = true)]
     cpu: Option<usize>,
     /// Print one JSON document

@@ -84,12 +84,14 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     if plan.tasks.iter().any(|task| task.priority.is_some()) {
         report.warnings.extend(prepare_process().refusals.iter().map(warning));
     }
-    throttling::refuse(&plan, &report.environment)?;
+    let places = beside::choose_cpus(&mut plan);
+    throttling::refuse(&plan, &places, &report.environment)?;
     let name = format!("isochrone/{}", plan.node);
     let participant = Participant::join(&name, args.domain.find()?).map_err(Failure::found)?;
     report.warnings.extend(beside::settle(&mut plan, &participant)?);
-    let prepared =
-        Node::prepare(&plan, participant).map_err(Failure::found)?.with_cycles(args.cycles);
+    let prepared = Node::prepare_at(&plan, &places, participant)
+        .map_err(Failure::found)?
+        .with_cycles(args.cycles);
     report.warnings.extend(prepared.refusals().map(warning));
     if args.strict && !report.warnings.is_empty() {
         let refusals: Vec<String> = report.warnings.iter().map(sentence).collect();

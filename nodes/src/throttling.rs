@@ -6,28 +6,32 @@
 
 use isochrone_engine::{Plan, TaskPlan};
 use isochrone_machine::{Environment, Throttling};
+use isochrone_runtime::{Place, Places};
 
 use crate::failure::Failure;
 
 /// Refuses real-time tasks that together may watch the clock on one CPU for as long as the kernel
 /// lets them have it, or longer.
-pub(crate) fn refuse(plan: &Plan, environment: &Environment) -> Result<(), Failure> {
+pub(crate) fn refuse(
+    plan: &Plan,
+    places: &Places,
+    environment: &Environment,
+) -> Result<(), Failure> {
     let Some(throttling) = environment.fifo_throttling() else { return Ok(()) };
-    let real_time = || plan.tasks.iter().filter(|task| task.priority.is_some());
-    for first in real_time() {
-        let on_its_cpu: Vec<&TaskPlan> =
-            real_time().filter(|task| meet(first, task, environment.cpus)).collect();
+    let placed = || plan.tasks.iter().zip(places.as_slice());
+    let real_time = || placed().filter(|(task, _)| task.priority.is_some());
+    for (first, place) in real_time() {
+        let meets = |(task, other): &(&TaskPlan, &Place)| {
+            let is_on_its_cpu = place.cpu().is_some() && place.cpu() == other.cpu();
+            std::ptr::eq(first, *task) || environment.cpus == 1 || is_on_its_cpu
+        };
+        let on_its_cpu: Vec<&TaskPlan> = real_time().filter(meets).map(|(task, _)| task).collect();
         let share: f64 = on_its_cpu.iter().map(|task| watched(task)).sum();
         if throttling.share().is_some_and(|limit| share >= limit) {
             return Err(Failure::found(refusal(&on_its_cpu, share, throttling)));
         }
     }
     Ok(())
-}
-
-/// Whether two tasks are sure to share a CPU.
-fn meet(first: &TaskPlan, other: &TaskPlan, cpus: usize) -> bool {
-    std::ptr::eq(first, other) || cpus == 1 || (first.cpu.is_some() && first.cpu == other.cpu)
 }
 
 /// The part of a CPU for which a task may watch the clock.

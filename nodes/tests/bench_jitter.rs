@@ -148,6 +148,43 @@ fn periods_and_configurations_are_further_circumstances_and_arms() {
 }
 
 #[test]
+fn all_arms_run_on_the_chosen_cpu_and_the_report_says_why() {
+    let domain = Domain::new();
+    let report = bench(&domain, "--arms sleep,hybrid --priority 0 --seconds 0.2 --turn 0.2");
+    let [sleep, hybrid] = tasks(&report) else { panic!("{report}") };
+    assert!(sleep["cpu"].is_u64() && sleep["cpu_reason"].is_string(), "{sleep}");
+    assert_eq!((&sleep["cpu"], &sleep["cpu_reason"]), (&hybrid["cpu"], &hybrid["cpu_reason"]));
+
+    let table = domain.run("bench jitter --arms sleep --priority 0 --seconds 0.2 --turn 0.2");
+    let said = table.expect_code(0).stdout;
+    assert_eq!(said.matches(" chosen: ").count(), 1, "{said}");
+}
+
+#[test]
+fn loops_are_compared_on_several_cpus_in_turns() {
+    let domain = Domain::new();
+    let allowed = isochrone_machine::Machine::here().bindable().unwrap();
+    let Some((first, last)) = allowed.first().zip(allowed.last()).filter(|(a, b)| a != b) else {
+        return; // This machine has one CPU.
+    };
+    let report = bench(
+        &domain,
+        &format!("--arms sleep,hybrid --cpu {first},{last} --priority 0 --seconds 0.4 --turn 0.2"),
+    );
+    let arm = |task: &Value| (task["name"].as_str().unwrap().to_owned(), number(&task["cpu"]));
+    let arms: Vec<_> = tasks(&report).iter().map(arm).collect();
+    let expected = ["sleep", "hybrid"]
+        .iter()
+        .flat_map(|name| [first, last].map(|cpu| (format!("{name}@{cpu}"), *cpu as u64)));
+    assert_eq!(arms, expected.collect::<Vec<_>>());
+    for task in tasks(&report) {
+        assert!(task.get("cpu_reason").is_none(), "somebody named it: {task}");
+    }
+    let refused = domain.run(&format!("bench jitter --arms sleep --cpu {first},{first}"));
+    assert!(refused.expect_code(2).stderr.contains("two arms"));
+}
+
+#[test]
 fn ctrl_c_ends_a_bench_early_with_a_report_that_says_so() {
     let domain = Domain::new();
     let arguments = "bench jitter --arms hybrid --priority 0 --seconds 600 --turn 0.2";

@@ -133,6 +133,25 @@ fn a_configuration_that_runs_is_shown() {
 }
 
 #[test]
+fn the_cpu_of_a_task_with_a_priority_is_shown_with_the_reason_for_it() {
+    let open = PLANT.replacen("cpu = 1\n", "", 1);
+    let folder = Folder::with(&[("plant.toml", &open)]);
+    let shown = folder.run("check plant.toml").silently();
+    for part in ["SCHED_FIFO 80, CPU auto, wake hybrid", "\n  auto would choose CPU "] {
+        assert!(shown.contains(part), "{shown}");
+    }
+    let plan = json(&folder.run("check --json plant.toml"));
+    let [fast, slow] = plan["tasks"].as_array().unwrap().as_slice() else { panic!("{plan}") };
+    assert!(fast["cpu"].is_u64() && fast["cpu_reason"].is_string(), "{fast}");
+    assert_eq!((&slow["cpu"], &slow["cpu_reason"]), (&json!(null), &json!(null)));
+
+    let any = PLANT.replacen("cpu = 1\n", "cpu = \"any\"\n", 1);
+    let shown = Folder::with(&[("plant.toml", &any)]).run("check plant.toml").silently();
+    assert!(shown.contains("SCHED_FIFO 80, any CPU, wake hybrid"), "{shown}");
+    assert!(!shown.contains("auto"), "{shown}");
+}
+
+#[test]
 fn the_json_has_all_that_the_text_has() {
     let ran = Folder::with(&[("plant.toml", PLANT)]).run("check --json plant.toml");
     assert_eq!((ran.code, ran.err.as_str()), (0, ""));

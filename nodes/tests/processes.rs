@@ -284,6 +284,32 @@ fn a_full_disk_is_said() {
 }
 
 #[test]
+fn a_task_with_a_priority_runs_on_a_chosen_cpu_and_everybody_says_why() {
+    let domain = domain();
+    domain.write("rt.toml", &NODE.replacen("ob = 35", "ob = 35\npriority = 50", 1));
+    let mut node = domain.start("run rt.toml --report rt.json");
+    node.wait_for("is running");
+    let list = domain.run("list --json").expect_code(0);
+    let list: serde_json::Value = serde_json::from_str(&list.stdout).unwrap();
+    let task = list["control_nodes"][0]["tasks"][0]["placement"].clone();
+    let (cpu, reason) = (task["cpu"].as_u64().unwrap(), task["cpu_reason"].as_str().unwrap());
+    let shown = domain.run("list").expect_code(0).stdout;
+    let chosen = format!("CPU of fast: {reason}");
+    assert!(shown.contains(&chosen), "{chosen}: {shown}");
+    let ended = node.stop().expect_code(0);
+    for (text, part) in [
+        (&ended.stderr, format!("task \"fast\": CPU {cpu}: {reason}")),
+        (&ended.stdout, format!("CPU chosen: {reason}")),
+    ] {
+        assert!(text.contains(&part), "{part}: {text}");
+    }
+    let report = domain.json("rt.json");
+    let fast = &report["tasks"][0];
+    assert_eq!((fast["cpu"].as_u64(), fast["cpu_reason"].as_str()), (Some(cpu), Some(reason)));
+    assert!(report["tasks"][1].get("cpu_reason").is_none(), "it may move: {report}");
+}
+
+#[test]
 fn strict_refuses_to_start_without_the_scheduling_that_was_asked_for() {
     let domain = domain();
     domain.write("rt.toml", &NODE.replacen("ob = 35", "ob = 35\npriority = 50\ncpu = 1000", 1));

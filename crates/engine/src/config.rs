@@ -109,8 +109,8 @@ pub struct Task {
     pub phase_choice: PhaseChoice,
     /// SCHED_FIFO priority.
     pub priority: Option<u8>,
-    /// CPU to pin to.
-    pub cpu: Option<u32>,
+    /// Where it runs.
+    pub cpu: Cpu,
     /// How to wait for the release.
     pub wake: Wake,
     /// What to do about releases that were missed.
@@ -128,6 +128,51 @@ pub struct Follow {
     pub service: Option<Spanned<String>>,
     /// How long after its release a cycle begins at the latest, less than the period.
     pub within_ns: Option<u64>,
+}
+
+/// Where the thread of a task runs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cpu {
+    /// On the CPU that is the best one when the node starts.
+    Auto {
+        /// That CPU, once it is known.
+        chosen: Option<u32>,
+    },
+    /// On any CPU; the kernel may move it.
+    Any,
+    /// On this CPU.
+    Number(u32),
+}
+
+impl Cpu {
+    /// Those that are written as a word.
+    pub const WORDS: [Self; 2] = [Self::Auto { chosen: None }, Self::Any];
+
+    /// The word that it is written as; that of a number is `number`.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Auto { .. } => "auto",
+            Self::Any => "any",
+            Self::Number(_) => "number",
+        }
+    }
+
+    /// The CPU, if the configuration names it or it is chosen.
+    pub const fn number(self) -> Option<u32> {
+        match self {
+            Self::Number(cpu) => Some(cpu),
+            Self::Auto { chosen } => chosen,
+            Self::Any => None,
+        }
+    }
+
+    /// What the configuration says, whatever is chosen.
+    pub const fn as_written(self) -> Self {
+        match self {
+            Self::Auto { .. } => Self::Auto { chosen: None },
+            written => written,
+        }
+    }
 }
 
 /// A value that another process publishes.

@@ -4,7 +4,7 @@
 use isochrone_blocks::{PinType, is_cyclic_ob};
 use isochrone_schedule::{Overrun, Wake};
 
-use crate::config::{Bad, Control, OnStale};
+use crate::config::{Bad, Control, Cpu, OnStale};
 
 /// Version that introduced a key. So far, all keys date from the first one.
 const FIRST: &str = "0.1";
@@ -53,6 +53,8 @@ pub enum Form {
     Truth,
     /// A whole number.
     Integer(Range<i64>),
+    /// One of these words, or a whole number.
+    WordOrInteger(&'static [&'static str], Range<i64>),
     /// A number with decimals.
     Number(Range<f64>),
     /// A duration, in nanoseconds: a text such as `"2.5ms"`.
@@ -110,6 +112,7 @@ impl Key {
         match self.form {
             Form::Name(_) | Form::Text | Form::Word(_) => "a text",
             Form::WordOrTable(..) => "a text or a table",
+            Form::WordOrInteger(..) => "a whole number or a text",
             Form::Truth => "true or false",
             Form::Texts => "an array of texts",
             Form::Integer(_) => "a whole number",
@@ -127,6 +130,9 @@ impl Key {
             Form::Name(rule) => rule.words.into(),
             Form::Word(words) => words_of(words),
             Form::WordOrTable(words, table) => format!("{} or `{table}`", words_of(words)),
+            Form::WordOrInteger(words, Range { words: number, .. }) => {
+                format!("{} or {number}", words_of(words))
+            }
             Form::Integer(Range { words, .. }) => (*words).into(),
             Form::Number(Range { words, .. }) => (*words).into(),
             Form::Duration(Range { words, .. }) => (*words).into(),
@@ -181,6 +187,11 @@ pub(crate) const INPUT_TYPES: [PinType; 4] =
 const TYPES: [&str; 4] = {
     let [lreal, int, bool, time] = INPUT_TYPES;
     [lreal.as_str(), int.as_str(), bool.as_str(), time.as_str()]
+};
+
+const CPUS: [&str; 2] = {
+    let [auto, any] = Cpu::WORDS;
+    [auto.as_str(), any.as_str()]
 };
 
 const ON_STALES: [&str; 2] = {
@@ -291,11 +302,11 @@ keys! {
             |priority| (1..=89).contains(&priority),
             "a SCHED_FIFO priority from 1 to 89",
         ), Means("normal scheduling");
-        /// CPU that the thread is pinned to.
-        CPU "cpu": integer(
-            |cpu| (0..=1023).contains(&cpu),
-            "the number of a CPU, from 0 to 1023",
-        ), Means("any CPU");
+        /// CPU that the thread is pinned to. `auto` chooses it when the node starts: of those that the process may use the one with the fewest threads pinned to it, isolated, with the fewest interrupts of devices. `any` does not pin the thread.
+        CPU "cpu": WordOrInteger(
+            &CPUS,
+            Range { accepts: |cpu| (0..=1023).contains(&cpu), words: "the number of a CPU, from 0 to 1023" },
+        ), Means("`\"auto\"` with a priority, else `\"any\"`");
         /// How the thread waits for a release: `sleep` sleeps until the release, `hybrid` sleeps until a margin before it and then watches the clock, `spin` watches the clock all the time.
         WAKE "wake": Word(&WAKES), Means("`\"hybrid\"` with a priority, else `\"sleep\"`");
         /// Fixed margin of a hybrid wait. Cannot be combined with `cpu_budget`.

@@ -44,6 +44,7 @@ fn kind(key: &Key) -> &'static str {
         Form::Texts => "array of texts",
         Form::Word(_) => "word",
         Form::WordOrTable(..) => "word or table",
+        Form::WordOrInteger(..) => "word or whole number",
         Form::Truth => "`true` or `false`",
         Form::Integer(_) => "whole number",
         Form::Number(_) => "number with decimals",

@@ -304,6 +304,23 @@ fn values_of_tasks_that_are_out_of_range_are_refused_with_the_range() {
             "",
         ),
         ("cpu negative", "cpu = 1", "cpu = «-1", OutOfRange, "cpu -1", "from 0 to 1023"),
+        ("cpu text", "cpu = 1", "cpu = «\"1\"", OutOfRange, "cannot be \"1\"", "write cpu = 1"),
+        (
+            "cpu word",
+            "cpu = 1",
+            "cpu = «\"atuo\"",
+            OutOfRange,
+            "cannot be \"atuo\"",
+            "did you mean \"auto\"?",
+        ),
+        (
+            "cpu decimal",
+            "cpu = 1",
+            "cpu = «1.0",
+            WrongType,
+            "a whole number or a text, not a float",
+            "",
+        ),
         ("cpu too large", "cpu = 1", "cpu = «1024", OutOfRange, "cpu 1024", "from 0 to 1023"),
         (
             "wake",

@@ -3,6 +3,7 @@
 mod findings;
 
 use findings::plan;
+use isochrone_engine::config::Cpu;
 use isochrone_engine::{Plan, TaskEngine};
 
 const HEAD: &str = "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"100ms\"\n";
@@ -153,7 +154,10 @@ fn keys_that_are_left_out_have_the_documented_values() {
     use isochrone_schedule::{Margin, Overrun, Wake};
     let plan = plan(&(HEAD.to_string() + "[[input]]\nname = \"x\"\n")).unwrap();
     let task = &plan.tasks[0];
-    assert_eq!((task.ob, task.schedule.phase_ns, task.priority, task.cpu), (None, 0, None, None));
+    assert_eq!(
+        (task.ob, task.schedule.phase_ns, task.priority, task.cpu),
+        (None, 0, None, Cpu::Any)
+    );
     assert_eq!((task.schedule.wake, task.schedule.overrun), (Wake::Sleep, Overrun::Skip));
     let input = &task.inputs[0];
     assert_eq!(input.binding, Binding::Channel(0));

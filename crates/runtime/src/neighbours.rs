@@ -85,6 +85,7 @@ mod tests {
             longest_watch_ns: 200_000,
             response_ns: None,
             phase_reason: None,
+            cpu_reason: None,
             follow: None,
             sends: Vec::new(),
         };

@@ -16,6 +16,7 @@ use crate::layouts::Resolver;
 use crate::operating::{Shared, unix_ns};
 use crate::outputs;
 use crate::parts::Parts;
+use crate::places::Places;
 use crate::running::Running;
 use crate::snapshots::Snapshots;
 use crate::task::Ready;
@@ -45,6 +46,9 @@ impl Node {
     /// [`Running::set`]. Memory is locked by
     /// [`prepare_process`](isochrone_cyclic::prepare_process), which is the program's to call.
     ///
+    /// Where the configuration leaves the CPU of a task open (`cpu = "auto"`), the machine is observed for
+    /// 200 ms and the best one chosen, as [`Places::of`] says.
+    ///
     /// Unless the configuration says `control = "off"`, a thread of its own serves the requests of
     /// other programs ([`control`](crate::control)) from the start to the end of the node.
     ///
@@ -54,7 +58,19 @@ impl Node {
         plan: &Plan,
         participant: Participant<S>,
     ) -> Result<Prepared<S>, PrepareError> {
-        Prepared::new(plan, Some(Arc::new(participant.for_real_time()?)))
+        Self::prepare_at(plan, &Places::of(plan), participant)
+    }
+
+    /// As [`prepare`](Self::prepare), with the tasks on CPUs that were chosen before.
+    ///
+    /// # Errors
+    /// A node of this name runs already, or a port or a thread is refused.
+    pub fn prepare_at<S: Service + 'static>(
+        plan: &Plan,
+        places: &Places,
+        participant: Participant<S>,
+    ) -> Result<Prepared<S>, PrepareError> {
+        Prepared::new(plan, places, Some(Arc::new(participant.for_real_time()?)))
     }
 
     /// A node without services: its inputs are given by [`Running::set`], its signals are read by
@@ -63,7 +79,7 @@ impl Node {
     /// # Errors
     /// A thread is refused.
     pub fn prepare_alone(plan: &Plan) -> Result<Prepared<local::Service>, PrepareError> {
-        Prepared::new(plan, None)
+        Prepared::new(plan, &Places::of(plan), None)
     }
 }
 
@@ -80,7 +96,11 @@ pub struct Prepared<S: Service = ipc::Service> {
 }
 
 impl<S: Service + 'static> Prepared<S> {
-    fn new(plan: &Plan, participant: Option<Arc<RealTime<S>>>) -> Result<Self, PrepareError> {
+    fn new(
+        plan: &Plan,
+        places: &Places,
+        participant: Option<Arc<RealTime<S>>>,
+    ) -> Result<Self, PrepareError> {
         let engines = TaskEngine::build(plan)?;
         let (snapshots, taps) = Snapshots::of(plan);
         let feeds = if participant.is_some() { Feeds::Services } else { Feeds::Program };
@@ -98,8 +118,9 @@ impl<S: Service + 'static> Prepared<S> {
             participant,
         };
         let mut ready = Vec::new();
-        for (task, (engine, tap)) in plan.tasks.iter().zip(engines.into_iter().zip(taps)) {
-            ready.push(threads.spawn(task, engine, tap, &mut parts)?);
+        let built = engines.into_iter().zip(taps);
+        for (index, (task, (engine, tap))) in plan.tasks.iter().zip(built).enumerate() {
+            ready.push(threads.spawn(task, places.cpu(index), engine, tap, &mut parts)?);
         }
         let mut grants = Vec::new();
         for (index, ready) in ready.into_iter().enumerate() {
@@ -109,6 +130,7 @@ impl<S: Service + 'static> Prepared<S> {
             let Ready { grant, desks } = ready?;
             if let Some(lane) = parts.operating.lock().lanes.get_mut(index) {
                 lane.grant = Some(grant.clone());
+                lane.cpu_reason = places.reason(index).filter(|_| grant.cpu.is_some());
             }
             grants.push(grant);
             let (Some(participant), Some(task)) = (&parts.participant, parts.tasks.get_mut(index))

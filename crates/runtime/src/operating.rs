@@ -98,6 +98,8 @@ pub(crate) struct Lane {
     pub(crate) words: Sender<Arc<Words>>,
     /// Its last cycle that was seen.
     pub(crate) last: Option<CycleRecord>,
+    /// Why its CPU was chosen, if the configuration leaves it open.
+    pub(crate) cpu_reason: Option<String>,
     pub(crate) busiest: Busiest,
     pub(crate) responses: Responses,
     /// What the machine granted its thread; `None` while that is set up.
@@ -188,6 +190,7 @@ impl Operating {
             longest_watch_ns: lane.schedule.longest_watch_ns(),
             response_ns: lane.responses.median_ns(),
             phase_reason: lane.phase_choice.reason().map(str::to_owned),
+            cpu_reason: lane.cpu_reason.clone(),
             follow: Followed::of(&lane.schedule, lane.followed_service.as_deref()),
             sends: lane.sends.clone(),
         })

@@ -47,6 +47,8 @@ pub struct TaskOutcome {
     pub name: String,
     /// What the machine granted its thread.
     pub grant: ThreadGrant,
+    /// Why its CPU was chosen, if the configuration leaves it open.
+    pub cpu_reason: Option<String>,
     /// How long before a release a hybrid wait was awake in the end, in ns; `None` for other waits.
     pub margin_ns: Option<u64>,
     /// How punctual its cycles were.

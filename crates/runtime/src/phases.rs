@@ -19,7 +19,7 @@ pub fn choose_phases(plan: &mut Plan, running: &[Neighbour]) {
     let given = plan.tasks.iter().filter(|task| task.phase_choice == PhaseChoice::Given);
     placed.extend(given.map(|task| Neighbour::planned(&plan.node, task)));
     for task in plan.tasks.iter_mut().filter(|task| task.phase_choice != PhaseChoice::Given) {
-        if let Some(cpu) = task.cpu {
+        if let Some(cpu) = task.cpu.number() {
             let need =
                 Need { release_ns: EPOCH_OFFSET_NS, ..Neighbour::planned(&plan.node, task).need() };
             let (phase_ns, reason) = choose(&need, cpu, &plan.node, &placed);

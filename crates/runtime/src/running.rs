@@ -185,7 +185,11 @@ impl<S: Service> Running<S> {
         let mut end = End::Asked;
         let mut tasks = Vec::new();
         let mut alarms = parts.alarms;
-        for ((task, grant), done) in parts.tasks.iter_mut().zip(grants).zip(done) {
+        let lanes: Vec<_> =
+            parts.operating.lock().lanes.iter().map(|l| l.cpu_reason.clone()).collect();
+        for (((task, grant), cpu_reason), done) in
+            parts.tasks.iter_mut().zip(grants).zip(lanes).zip(done)
+        {
             alarms.extend(task.resolvers.iter_mut().flat_map(Resolver::alarms));
             let done = match done {
                 Ok(Some(done)) => done,
@@ -211,7 +215,8 @@ impl<S: Service> Running<S> {
                 None if end == End::Asked && done.panic.is_none() => end = End::Cycles,
                 None | Some(StopReason::Requested) => {}
             }
-            tasks.push(outcome(&task.name, &task.timing, grant, done));
+            tasks
+                .push(TaskOutcome { cpu_reason, ..outcome(&task.name, &task.timing, grant, done) });
         }
         let mut operating = parts.operating.lock();
         let forces = operating.operator.forces().cloned().collect();
@@ -320,6 +325,7 @@ fn outcome(
     TaskOutcome {
         name: name.to_owned(),
         grant,
+        cpu_reason: None,
         margin_ns: done.margin_ns,
         timing: timing.clone(),
         costs: done.costs,

@@ -40,6 +40,7 @@ impl Threads {
     pub(crate) fn spawn<S: Service + 'static>(
         &mut self,
         task: &TaskPlan,
+        cpu: Option<usize>,
         engine: TaskEngine,
         tap: Tap,
         parts: &mut Parts<S>,
@@ -61,8 +62,7 @@ impl Threads {
             Some(_) => TaskInputs::of(task),
             None => TaskInputs::set_by_hand(task),
         };
-        let request =
-            ThreadRequest { priority: task.priority, cpu: task.cpu.map(|cpu| cpu as usize) };
+        let request = ThreadRequest { priority: task.priority, cpu };
         let job = Job {
             schedule,
             request,
@@ -93,6 +93,7 @@ impl Threads {
             faults: Faults::new(log.words()),
             words,
             last: None,
+            cpu_reason: None,
             busiest: Busiest::default(),
             responses: Responses::default(),
             grant: None,

@@ -30,6 +30,7 @@ fn described() -> DescribeResult {
         first_release_ns: 0,
         longest_watch_ns: 0,
         phase_reason: None,
+        cpu_reason: None,
         response_ns: None,
         follow: Some(Followed { service: String::new(), within_ns: 0 }),
         sends: vec![String::new()],

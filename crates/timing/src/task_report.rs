@@ -30,6 +30,9 @@ pub struct TaskReport {
     pub scheduler: String,
     /// CPU that the task was pinned to; `null` if it could move.
     pub cpu: Option<usize>,
+    /// Why that CPU was chosen; absent if somebody named it, or the task could move.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cpu_reason: Option<String>,
     /// Cycles that ran, including the warm-up.
     pub cycles: u64,
     /// Cycles at the beginning that no distribution includes.

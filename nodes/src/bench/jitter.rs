@@ -4,11 +4,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
 
-use isochrone_bench::jitter::{self, Load, Loop, NodeArm, Settings, check_sleep, find_cpu};
+use isochrone_bench::jitter::{
+    self, ArmCpu, Load, Loop, NodeArm, Settings, check_sleep, find_cpus,
+};
 use isochrone_blocks::BlockType;
 use isochrone_engine::{format_duration_ns, parse_milliseconds_ns};
 use isochrone_machine::{Environment, Machine, examine};
 use isochrone_report::Report;
+use isochrone_runtime::{Place, Places};
 
 use super::live::Terminal;
 use super::outputs;
@@ -41,9 +44,10 @@ pub(super) struct Args {
     /// Real-time priority (SCHED_FIFO), 1 to 89; 0 for none
     #[arg(long, value_parser = clap::value_parser!(u8).range(0..=89))]
     priority: Option<u8>,
-    /// CPU for all arms; default: the last one available to this process
-    #[arg(long)]
-    cpu: Option<usize>,
+    /// CPU for all arms; default: the one that `cpu = "auto"` would choose now. With several, such as
+    /// 0,1, every arm runs on each of them, as `hybrid@0` and `hybrid@1`
+    #[arg(long, value_delimiter = ',', value_name = "CPU")]
+    cpu: Vec<usize>,
     /// Offset of the releases (ms, or with a unit: 30us) from a grid that starts between the
     /// kernel's ticks
     #[arg(long, value_name = "TIME", value_parser = parse_milliseconds_ns)]
@@ -68,13 +72,14 @@ const DEFAULT_PRIORITY: u8 = 80;
 
 pub(super) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let outputs = args.outputs.open()?;
-    let settings = args.settings(catalogue)?;
+    let machine = Machine::here();
+    let settings = args.settings(catalogue, &machine)?;
     jitter::check(&settings)?;
     outputs.check_arms(&settings.names())?;
     let stop = stop::on_signal(None)?;
     let domain = args.domain.find()?;
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
-    if let Ok(examination) = examine(&Machine::here(), Some(settings.cpu)) {
+    if let Ok(examination) = examine(&machine, settings.cpus.first().map(|on| on.cpu)) {
         report.findings = examination.findings;
     }
     let measured = jitter::measure(&settings, &report.environment, &domain, &stop, &Terminal)?;
@@ -88,14 +93,14 @@ pub(super) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
 
 impl Args {
     /// What to measure: from the command line, or from the configurations where they specify it.
-    fn settings(&self, catalogue: &[BlockType]) -> Result<Settings, Failure> {
+    fn settings(&self, catalogue: &[BlockType], machine: &Machine) -> Result<Settings, Failure> {
         let mut settings = Settings {
             loops: self.arms.clone(),
-            nodes: self.nodes(catalogue)?,
+            nodes: self.nodes(catalogue, machine)?,
             periods_ns: self.period.clone(),
             loads: self.load.clone(),
             priority: Some(self.priority.unwrap_or(DEFAULT_PRIORITY)).filter(|p| *p > 0),
-            cpu: find_cpu(self.cpu)?,
+            cpus: find_cpus(&self.cpu, machine)?,
             phase_ns: self.phase.unwrap_or(0),
             time: Duration::from_secs_f64(self.seconds),
             turn: Duration::from_secs_f64(self.turn),
@@ -110,25 +115,28 @@ impl Args {
         Ok(settings)
     }
 
-    fn nodes(&self, catalogue: &[BlockType]) -> Result<Vec<NodeArm>, Failure> {
+    fn nodes(&self, catalogue: &[BlockType], machine: &Machine) -> Result<Vec<NodeArm>, Failure> {
         let mut nodes = Vec::new();
         for path in &self.configs {
             let plan = configuration::plan(path, catalogue)?;
             run::require_services(&plan)?;
             let name = path.file_stem().map_or_else(String::new, |n| n.to_string_lossy().into());
-            nodes.push(NodeArm { name, plan: Arc::new(plan) });
+            let places = Places::on(&plan, machine);
+            nodes.push(NodeArm { name, plan: Arc::new(plan), places });
         }
         Ok(nodes)
     }
 
     /// If there are nodes, the first task of the first one determines how all arms run.
     fn follow_first_task(&self, settings: &mut Settings) -> Result<(), Failure> {
-        let Some(NodeArm { name, plan }) = settings.nodes.first().cloned() else { return Ok(()) };
+        let Some(NodeArm { name, plan, places }) = settings.nodes.first().cloned() else {
+            return Ok(());
+        };
         let Some(task) = plan.tasks.first() else { return Ok(()) };
         let said = [
             ("--period", !self.period.is_empty()),
             ("--priority", self.priority.is_some()),
-            ("--cpu", self.cpu.is_some()),
+            ("--cpu", !self.cpu.is_empty()),
             ("--phase", self.phase.is_some()),
         ];
         if let Some((option, _)) = said.iter().find(|(_, said)| *said) {
@@ -153,7 +161,17 @@ impl Args {
         settings.periods_ns = vec![period_ns];
         settings.phase_ns = task.schedule.phase_ns;
         settings.priority = task.priority;
-        settings.cpu = task.cpu.map_or(settings.cpu, |cpu| cpu as usize);
+        if let Some(cpu) = places.cpu(0) {
+            settings.cpus = vec![ArmCpu { cpu, reason: places.reason(0) }];
+        }
+        // Where the first task of another node leaves its CPU open, it runs where this one does.
+        for other in &mut settings.nodes {
+            if let (Some(Place::Chosen(_)), Some(place)) =
+                (other.places.as_slice().first(), places.as_slice().first())
+            {
+                other.places = other.places.clone().with(0, place.clone());
+            }
+        }
         Ok(())
     }
 }

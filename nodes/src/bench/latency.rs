@@ -4,7 +4,7 @@ use std::io::{BufReader, stdin, stdout};
 
 use isochrone_bench::allowed_cpus;
 use isochrone_bench::latency::{self, Arm, Cpus, Pace, Settings, Wait};
-use isochrone_machine::Environment;
+use isochrone_machine::{BoundThread, Environment, Machine, Observation};
 use isochrone_report::Report;
 
 use super::live::Terminal;
@@ -68,7 +68,8 @@ pub(crate) struct Args {
     /// How receivers wait
     #[arg(long, value_enum, default_value = "poll")]
     wait: Wait,
-    /// CPUs of the sender and the receiver; default: the last two
+    /// CPUs of the sender and the receiver; default: those that `cpu = "auto"` would choose now for two
+    /// tasks, the better one for the receiver
     #[arg(long, value_parser = parse_cpus, value_name = "A,B")]
     cpu: Option<Cpus>,
     /// SCHED_FIFO priority of both processes, 1 to 89; default: normal scheduling
@@ -123,7 +124,7 @@ impl Args {
                 )));
             }
         }
-        let cpus = choose_cpus(self.cpu, allowed)?;
+        let cpus = choose_cpus(self.cpu, allowed, || Machine::here().observation().cloned())?;
         let others = |cpu: &&usize| **cpu != cpus.sender && **cpu != cpus.receiver;
         Ok(Settings {
             sizes: latency::plan(&self.arms, &self.values, &self.pace),
@@ -168,8 +169,12 @@ fn parse_cpus(text: &str) -> Result<Cpus, String> {
     }
 }
 
-/// Those that were asked for if this process may use them, or else the last two.
-fn choose_cpus(asked: Option<Cpus>, allowed: &[usize]) -> Result<Cpus, Failure> {
+/// Those that were asked for if this process may use them, or else the two that disturb least.
+fn choose_cpus(
+    asked: Option<Cpus>,
+    allowed: &[usize],
+    observe: impl FnOnce() -> Option<Observation>,
+) -> Result<Cpus, Failure> {
     let listed = || allowed.iter().map(usize::to_string).collect::<Vec<_>>().join(", ");
     match (asked, allowed) {
         (_, [] | [_]) => Err(Failure::found(format!(
@@ -186,22 +191,51 @@ fn choose_cpus(asked: Option<Cpus>, allowed: &[usize]) -> Result<Cpus, Failure> 
                 None => Ok(asked),
             }
         }
-        (None, [.., sender, receiver]) => Ok(Cpus { sender: *sender, receiver: *receiver }),
+        (None, [.., sender, receiver]) => {
+            let unknown = Cpus { sender: *sender, receiver: *receiver };
+            Ok(observe().and_then(quietest).unwrap_or(unknown))
+        }
     }
+}
+
+/// The receiver's arrivals are measured, so its CPU is chosen first.
+fn quietest(mut observation: Observation) -> Option<Cpus> {
+    let mut choose = || {
+        let cpu = observation.choose()?.cpu;
+        observation.bind(BoundThread { process: None, name: "bench".to_owned(), cpu });
+        Some(cpu)
+    };
+    let (receiver, sender) = (choose()?, choose()?);
+    (sender != receiver).then_some(Cpus { sender, receiver })
 }
 
 #[cfg(test)]
 mod tests {
+    use isochrone_machine::{CpuList, ObservedCpu};
+
     use super::*;
 
     #[test]
-    fn the_last_two_cpus_are_taken_if_none_are_named() {
+    fn the_quietest_cpus_are_taken_if_none_are_named() {
         let both = |sender, receiver| Cpus { sender, receiver };
-        assert_eq!(choose_cpus(None, &[0, 2, 3]).unwrap(), both(2, 3));
-        assert_eq!(choose_cpus(Some(both(3, 0)), &[0, 2, 3]).unwrap(), both(3, 0));
-        assert!(choose_cpus(Some(both(1, 0)), &[0, 2, 3]).is_err());
-        assert!(choose_cpus(None, &[5]).is_err());
-        assert!(choose_cpus(Some(both(0, 1)), &[0]).is_err());
+        let chosen = |asked, allowed: &[usize]| {
+            let cpu = |cpu: &usize| ObservedCpu {
+                cpu: *cpu,
+                is_isolated: *cpu == 2,
+                core: CpuList::default(),
+                bound: Vec::new(),
+                interrupts: None,
+            };
+            let cpus = allowed.iter().map(cpu).collect();
+            choose_cpus(asked, allowed, || Some(Observation { cpus }))
+        };
+        assert_eq!(chosen(None, &[0, 2, 3]).unwrap(), both(3, 2));
+        assert_eq!(chosen(None, &[0, 3]).unwrap(), both(0, 3));
+        assert_eq!(choose_cpus(None, &[0, 2, 3], || None).unwrap(), both(2, 3));
+        assert_eq!(chosen(Some(both(3, 0)), &[0, 2, 3]).unwrap(), both(3, 0));
+        assert!(chosen(Some(both(1, 0)), &[0, 2, 3]).is_err());
+        assert!(chosen(None, &[5]).is_err());
+        assert!(chosen(Some(both(0, 1)), &[0]).is_err());
     }
 
     #[test]

@@ -83,9 +83,13 @@ pub(super) fn text(nodes: &[ControlNode]) -> String {
         }
         text += &table.draw(4);
         for task in description.iter().flat_map(|known| &known.tasks) {
-            let reason = task.placement.as_ref().and_then(|placed| placed.phase_reason.as_deref());
-            if let Some(reason) = reason {
-                text += &format!("    phase of {}: {}\n", escaped(&task.name), escaped(reason));
+            let Some(placement) = &task.placement else { continue };
+            let reasons = [("CPU", &placement.cpu_reason), ("phase", &placement.phase_reason)];
+            for (what, reason) in reasons {
+                if let Some(reason) = reason {
+                    let (name, reason) = (escaped(&task.name), escaped(reason));
+                    text += &format!("    {what} of {name}: {reason}\n");
+                }
             }
         }
     }
@@ -188,6 +192,7 @@ mod tests {
             longest_watch_ns: 0,
             response_ns: Some(10_000),
             phase_reason: None,
+            cpu_reason: None,
             follow: None,
             sends: vec![format!("{node}/out")],
         };

@@ -1,27 +1,40 @@
-//! A node beside others: what runs already has a say in its phases, and is warned of.
+//! A node beside others: what runs already has a say in its CPUs and phases, and is warned of.
 
 use isochrone_engine::{Plan, format_duration_ns};
 use isochrone_ipc::{Participant, ipc};
-use isochrone_runtime::{Neighbours, SharedCpu, StarvedSource, choose_phases};
+use isochrone_runtime::{Neighbours, Place, Places, SharedCpu, StarvedSource, choose_phases};
 use isochrone_timing::Warning;
 
 use crate::failure::Failure;
 use crate::terminal;
 
+/// Chooses the CPUs that the configuration leaves to the node, and says why.
+pub(super) fn choose_cpus(plan: &mut Plan) -> Places {
+    let places = Places::of(plan);
+    places.settle(plan);
+    for (task, place) in plan.tasks.iter().zip(places.as_slice()) {
+        if let Place::Chosen(choice) = place {
+            terminal::note(&format!("note: task \"{}\": CPU {}: {choice}", task.name, choice.cpu));
+        }
+    }
+    places
+}
+
 /// Chooses the phases that the configuration leaves to the node, and returns which tasks will share a CPU
-/// and need it at the same time, and which will keep the tasks that they follow from sending. Tasks that are pinned to no CPU share none.
+/// and need it at the same time, and which will keep the tasks that they follow from sending. Tasks that are
+/// pinned to no CPU share none.
 pub(super) fn settle(
     plan: &mut Plan,
     participant: &Participant<ipc::Service>,
 ) -> Result<Vec<Warning>, Failure> {
-    if plan.tasks.iter().all(|task| task.cpu.is_none()) {
+    if plan.tasks.iter().all(|task| task.cpu.number().is_none()) {
         return Ok(Vec::new());
     }
     let running = Neighbours::find(participant, &plan.node).map_err(Failure::found)?;
     for node in &running.silent {
         terminal::note(&format!(
             "note: node \"{node}\" does not say which CPUs its tasks need (it says control = \"off\", just \
-             starts or is of an older version); it may meet tasks of this one"
+             starts, is stopped or is of an older version); it may meet tasks of this one"
         ));
     }
     choose_phases(plan, &running.tasks);

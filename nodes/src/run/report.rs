@@ -26,6 +26,7 @@ fn task_report(plan: &TaskPlan, task: &TaskOutcome) -> TaskReport {
         wake: plan.schedule.wake.as_str().into(),
         scheduler: task.grant.scheduler.clone(),
         cpu: task.grant.cpu,
+        cpu_reason: task.cpu_reason.clone(),
         margin_ns: task.margin_ns,
         cpu_fraction: task.costs.map(|costs| costs.cpu_fraction()),
         allocations: allocations.map(|allocations| allocations.cycle),

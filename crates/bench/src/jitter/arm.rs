@@ -6,6 +6,7 @@ use std::time::Duration;
 use isochrone_cyclic::{Cyclic, Margin, Monotonic, Schedule, ThreadGrant, ThreadRequest, Wake};
 use isochrone_engine::Plan;
 use isochrone_report::{LoopArm, TaskArm};
+use isochrone_runtime::Places;
 use isochrone_timing::{Distribution, TaskReport, Warning, WarningCode};
 
 use super::settings::Settings;
@@ -26,8 +27,8 @@ pub(super) enum Kind {
     },
     /// The program of that name.
     Cyclictest,
-    /// The whole node.
-    Node(Arc<Plan>),
+    /// The whole node, its tasks placed.
+    Node(Arc<Plan>, Places),
 }
 
 impl Kind {
@@ -46,11 +47,21 @@ impl Kind {
     }
 }
 
+/// What takes part, under all circumstances.
+pub(super) struct Entrant {
+    pub(super) name: String,
+    pub(super) kind: Kind,
+    pub(super) cpu: usize,
+    /// Why the CPU was chosen, if nobody named it.
+    pub(super) cpu_reason: Option<String>,
+}
+
 /// An arm under one set of circumstances.
 pub(super) struct Arm {
     name: String,
     kind: Kind,
     terms: Terms,
+    cpu_reason: Option<String>,
     timing: LoopArm,
     /// Lives as long as the arm, so that an adaptive margin keeps what it learned.
     cyclic: Option<Cyclic<Monotonic>>,
@@ -64,18 +75,19 @@ pub(super) struct Arm {
 
 impl Arm {
     pub(super) fn new(
-        name: &str,
-        kind: Kind,
+        entrant: &Entrant,
         period_ns: u64,
         settings: &Settings,
         origin_ns: u64,
     ) -> Self {
-        let request = ThreadRequest { priority: settings.priority, cpu: Some(settings.cpu) };
-        let (phase_ns, cpu) = (settings.phase_ns, settings.cpu);
+        let Entrant { name, kind, cpu, cpu_reason } = entrant;
+        let request = ThreadRequest { priority: settings.priority, cpu: Some(*cpu) };
+        let (phase_ns, cpu) = (settings.phase_ns, *cpu);
         Self {
-            name: name.to_owned(),
-            kind,
+            name: name.clone(),
+            kind: kind.clone(),
             terms: Terms { period_ns, phase_ns, request, cpu },
+            cpu_reason: cpu_reason.clone(),
             timing: LoopArm::new(period_ns, origin_ns),
             cyclic: None,
             grant: None,
@@ -100,7 +112,9 @@ impl Arm {
                 loops::turn(&self.terms, cyclic, &Turn { counted, ..*turn }, setting)?
             }
             Kind::Cyclictest => cyclictest::turn(&self.terms, turn)?,
-            Kind::Node(plan) => node::turn(&self.name, &self.terms, &plan, turn)?,
+            Kind::Node(plan, places) => {
+                node::turn(&self.name, &self.terms, (&plan, &places), turn)?
+            }
         };
         self.add(taken);
         Ok(())
@@ -179,13 +193,14 @@ impl Arm {
             wake: match &self.kind {
                 Kind::Loop { wake, .. } => wake.as_str().into(),
                 Kind::Cyclictest => Wake::Sleep.as_str().into(),
-                Kind::Node(plan) => {
+                Kind::Node(plan, _) => {
                     plan.tasks.first().map_or("", |task| task.schedule.wake.as_str()).into()
                 }
             },
             margin_ns: self.margin_ns,
             scheduler,
             cpu,
+            cpu_reason: self.cpu_reason.clone().filter(|_| cpu.is_some()),
             cpu_fraction: self
                 .used
                 .filter(|used| used.elapsed_ns > 0)

@@ -18,13 +18,13 @@ use isochrone_processes::Stop;
 use isochrone_report::{TaskArm, turn_order};
 use isochrone_timing::Warning;
 
-use self::arm::{Arm, Kind};
+use self::arm::{Arm, Entrant, Kind};
 use self::load::Stress;
 use self::turn::{Turn, WARM_UP};
 use crate::{BenchError, Onlooker};
 
 pub use load::Load;
-pub use settings::{Loop, NodeArm, Settings, find_cpu};
+pub use settings::{ArmCpu, Loop, NodeArm, Settings, find_cpus};
 pub use validity::check as check_sleep;
 
 /// More than a turn needs before its warm-up and after its end: cyclictest waits for a whole second.
@@ -75,14 +75,14 @@ pub fn measure(
     }
     let origin_ns = Monotonic.now_ns();
     let (rounds, counted) = (settings.rounds(), settings.counted());
-    let kinds = kinds(settings, environment);
+    let entrants = entrants(settings, environment);
     let circumstances: Vec<(Load, u64)> = settings
         .loads
         .iter()
         .flat_map(|load| settings.periods_ns.iter().map(|period_ns| (*load, *period_ns)))
         .collect();
-    let all = (rounds * kinds.len() * circumstances.len()) as f64;
-    let names: Vec<&str> = kinds.iter().map(|(name, _)| name.as_str()).collect();
+    let all = (rounds * entrants.len() * circumstances.len()) as f64;
+    let names: Vec<&str> = entrants.iter().map(|entrant| entrant.name.as_str()).collect();
     let view = onlooker.begin((WARM_UP + counted).mul_f64(all), &names);
     let began = Instant::now();
     let mut done = 0.0;
@@ -94,10 +94,8 @@ pub fn measure(
             drop(stress.take());
             stress = Stress::start(load, (WARM_UP + counted + LONGEST_SET_UP).mul_f64(all))?;
         }
-        let new = |(name, kind): &(String, Kind)| {
-            Arm::new(name, kind.clone(), period_ns, settings, origin_ns)
-        };
-        let mut arms: Vec<Arm> = kinds.iter().map(new).collect();
+        let new = |entrant: &Entrant| Arm::new(entrant, period_ns, settings, origin_ns);
+        let mut arms: Vec<Arm> = entrants.iter().map(new).collect();
         for (_, index) in turn_order(rounds, arms.len()) {
             if stop.is_due() {
                 break;
@@ -130,18 +128,25 @@ pub fn measure(
     Ok(measured)
 }
 
-/// The arms by name.
-fn kinds(settings: &Settings, environment: &Environment) -> Vec<(String, Kind)> {
-    let loops = settings.loops.iter().map(|arm| {
-        let kind = match arm {
+/// The arms.
+fn entrants(settings: &Settings, environment: &Environment) -> Vec<Entrant> {
+    let loops = settings.loops_on_cpus().map(|(arm, on)| Entrant {
+        name: settings.loop_name(arm, on),
+        kind: match arm {
             Loop::Sleep => Kind::sleep(),
             Loop::Hybrid => Kind::hybrid(0.2),
             Loop::Economical => Kind::hybrid(0.1),
             Loop::Spin => Kind::spin(loops::longest_spin(environment, settings.priority)),
             Loop::Cyclictest => Kind::Cyclictest,
-        };
-        (arm.name(), kind)
+        },
+        cpu: on.cpu,
+        cpu_reason: on.reason.clone(),
     });
-    let nodes = settings.nodes.iter();
-    loops.chain(nodes.map(|node| (node.name.clone(), Kind::Node(node.plan.clone())))).collect()
+    let nodes = settings.nodes.iter().map(|NodeArm { name, plan, places }| Entrant {
+        name: name.clone(),
+        kind: Kind::Node(plan.clone(), places.clone()),
+        cpu: places.cpu(0).or(settings.cpus.first().map(|on| on.cpu)).unwrap_or(0),
+        cpu_reason: places.reason(0),
+    });
+    loops.chain(nodes).collect()
 }

@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use isochrone_engine::Plan;
 use isochrone_ipc::Participant;
-use isochrone_runtime::{End, Node, POLL_INTERVAL};
+use isochrone_runtime::{End, Node, POLL_INTERVAL, Places};
 use isochrone_timing::CycleRecord;
 
 use super::turn::{Taken, Terms, Turn, Used, WARM_UP, cycles};
@@ -20,7 +20,7 @@ const SET_UP: Duration = Duration::from_secs(10);
 pub(super) fn turn(
     arm: &str,
     terms: &Terms,
-    plan: &Plan,
+    (plan, places): (&Plan, &Places),
     turn: &Turn<'_>,
 ) -> Result<Taken, BenchError> {
     let failed = |error: &dyn std::fmt::Display| BenchError::Arm {
@@ -36,7 +36,8 @@ pub(super) fn turn(
     let mut seen = Seen { records, counted: 0..0, for_ns: turn.counted.as_nanos() as u64 };
     // It has no thread yet to watch; what its thread meets is in its outcome.
     let watching = Watching::begin(terms.cpu, None);
-    let mut node = Node::prepare(plan, participant).map_err(|error| failed(&error))?.start();
+    let prepared = Node::prepare_at(plan, places, participant).map_err(|error| failed(&error))?;
+    let mut node = prepared.start();
     loop {
         thread::sleep(POLL_INTERVAL);
         (turn.pass)();

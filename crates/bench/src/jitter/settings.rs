@@ -5,9 +5,11 @@ use std::time::Duration;
 
 use clap::ValueEnum;
 use isochrone_engine::Plan;
+use isochrone_machine::Machine;
+use isochrone_runtime::Places;
 
 use super::load::Load;
-use crate::{BenchError, allowed_cpus};
+use crate::BenchError;
 
 /// The arms that need no configuration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -38,6 +40,17 @@ pub struct NodeArm {
     pub name: String,
     /// What it runs.
     pub plan: Arc<Plan>,
+    /// Where its tasks run.
+    pub places: Places,
+}
+
+/// A CPU on which every loop runs.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ArmCpu {
+    /// The CPU.
+    pub cpu: usize,
+    /// Why it was chosen, if nobody named it.
+    pub reason: Option<String>,
 }
 
 /// What all arms have in common, and which there are.
@@ -53,8 +66,8 @@ pub struct Settings {
     pub loads: Vec<Load>,
     /// SCHED_FIFO priority; `None` for normal scheduling.
     pub priority: Option<u8>,
-    /// CPU of all arms.
-    pub cpu: usize,
+    /// Every loop runs on each.
+    pub cpus: Vec<ArmCpu>,
     /// Where releases lie after the grid, in ns.
     pub phase_ns: u64,
     /// Time of each arm, at each period and under each load.
@@ -67,7 +80,17 @@ impl Settings {
     /// The names of the arms, in their order.
     pub fn names(&self) -> Vec<String> {
         let nodes = self.nodes.iter().map(|node| node.name.clone());
-        self.loops.iter().map(|arm| arm.name()).chain(nodes).collect()
+        self.loops_on_cpus().map(|(arm, cpu)| self.loop_name(arm, cpu)).chain(nodes).collect()
+    }
+
+    /// Every loop on every CPU.
+    pub(super) fn loops_on_cpus(&self) -> impl Iterator<Item = (Loop, &ArmCpu)> {
+        self.loops.iter().flat_map(|arm| self.cpus.iter().map(|cpu| (*arm, cpu)))
+    }
+
+    /// The name of a loop's arm: `hybrid`, or `hybrid@1` where loops run on several CPUs.
+    pub(super) fn loop_name(&self, arm: Loop, on: &ArmCpu) -> String {
+        if self.cpus.len() > 1 { format!("{}@{}", arm.name(), on.cpu) } else { arm.name() }
     }
 
     /// Turns of each arm under each circumstance.
@@ -94,18 +117,21 @@ impl Settings {
     }
 }
 
-/// The CPU that was asked for, or the last one that this process may use.
+/// The CPUs that were asked for, or the one that is the best for one more thread
+/// ([`choose`](isochrone_machine::Observation::choose)).
 ///
 /// # Errors
-/// It may not use that one, or none.
-pub fn find_cpu(wanted: Option<usize>) -> Result<usize, BenchError> {
-    let allowed = allowed_cpus()?;
-    match wanted {
-        Some(wanted) if allowed.contains(&wanted) => Ok(wanted),
-        Some(cpu) => {
-            let there: Vec<String> = allowed.iter().map(usize::to_string).collect();
-            Err(BenchError::NoSuchCpu { cpu, allowed: there.join(", ") })
-        }
-        None => allowed.last().copied().ok_or(BenchError::NoCpu),
+/// The process may not use one of them, or none at all.
+pub fn find_cpus(wanted: &[usize], machine: &Machine) -> Result<Vec<ArmCpu>, BenchError> {
+    let allowed = machine.bindable().ok_or(BenchError::NoCpu)?;
+    if wanted.is_empty() {
+        let choice = machine.observation().and_then(isochrone_machine::Observation::choose);
+        let choice = choice.ok_or(BenchError::NoCpu)?;
+        return Ok(vec![ArmCpu { cpu: choice.cpu, reason: Some(choice.to_string()) }]);
     }
+    if let Some(cpu) = wanted.iter().copied().find(|cpu| !allowed.contains(cpu)) {
+        let allowed: Vec<String> = allowed.iter().map(usize::to_string).collect();
+        return Err(BenchError::NoSuchCpu { cpu, allowed: allowed.join(", ") });
+    }
+    Ok(wanted.iter().map(|cpu| ArmCpu { cpu: *cpu, reason: None }).collect())
 }

@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::config::{Control, PhaseChoice};
+use crate::config::{Control, Cpu, PhaseChoice};
 use crate::plan::{InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan};
 use crate::{format_duration_ns, printable::escaped};
 
@@ -32,7 +32,7 @@ struct TaskPart {
     phase_choice: PhaseChoice,
     ob: Option<i16>,
     priority: Option<u8>,
-    cpu: Option<u32>,
+    cpu: Cpu,
     followed_service: Option<String>,
 }
 
@@ -148,7 +148,7 @@ fn task_differences(old: &TaskPart, new: &TaskPart) -> Vec<String> {
         ("on_overrun", a.limit != b.limit),
         ("ob", old.ob != new.ob),
         ("priority", old.priority != new.priority),
-        ("cpu", old.cpu != new.cpu),
+        ("cpu", old.cpu.as_written() != new.cpu.as_written()),
         (
             "follow",
             a.follow_within_ns != b.follow_within_ns

@@ -188,7 +188,9 @@ impl<'a> Section<'a> {
     pub(super) fn integer<T: TryFrom<i64>>(&self, key: &Key) -> Option<Spanned<T>> {
         self.read(key, |value| {
             let integer = value.as_integer().ok_or(None)?;
-            let Form::Integer(range) = &key.form else { return Err(None) };
+            let (Form::Integer(range) | Form::WordOrInteger(_, range)) = &key.form else {
+                return Err(None);
+            };
             let number = parse_integer(integer).filter(|number| (range.accepts)(*number));
             number
                 .and_then(|number| T::try_from(number).ok())
@@ -239,14 +241,19 @@ impl<'a> Section<'a> {
     pub(super) fn choice<T: Copy>(&self, key: &Key, choices: &[T]) -> Option<Spanned<T>> {
         self.read(key, |value| {
             let text = value.as_str().ok_or(None)?;
-            let (Form::Word(words) | Form::WordOrTable(words, _)) = &key.form else {
+            let (Form::Word(words) | Form::WordOrTable(words, _) | Form::WordOrInteger(words, _)) =
+                &key.form
+            else {
                 return Err(None);
             };
             let chosen = words.iter().zip(choices).find(|(word, _)| **word == text);
             chosen.map(|(_, choice)| *choice).ok_or_else(|| {
                 let message = format!("{} {} cannot be \"{text}\"", self.known.title, key.name);
                 let finding = Finding::new(Problem::OutOfRange, 0..0, message);
-                Some(finding.did_you_mean(text, words.iter().copied()))
+                Some(match meant_value(key, value) {
+                    Some(meant) => finding.help(format!("write {} = {meant}", key.name)),
+                    None => finding.did_you_mean(text, words.iter().copied()),
+                })
             })
         })
     }
@@ -367,7 +374,7 @@ fn meant_value(key: &Key, value: &DeValue<'_>) -> Option<String> {
             let plain = text.trim().to_ascii_lowercase();
             matches!(&*plain, "true" | "false").then_some(plain)
         }
-        (Form::Integer(_), DeValue::String(text)) => {
+        (Form::Integer(_) | Form::WordOrInteger(..), DeValue::String(text)) => {
             text.trim().parse::<i64>().ok().map(|number| number.to_string())
         }
         (Form::Number(_) | Form::Value, DeValue::String(text)) => {

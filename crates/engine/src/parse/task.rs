@@ -7,7 +7,7 @@ use toml::Spanned;
 
 use super::section::Section;
 use crate::Finding;
-use crate::config::{Follow, PhaseChoice, Task};
+use crate::config::{Cpu, Follow, PhaseChoice, Task};
 use crate::finding::Problem;
 use crate::keys::{Key, follow, on_overrun, task as keys};
 
@@ -20,7 +20,7 @@ pub(super) fn task(section: Section<'_>) -> Task {
         phase_ns: phase(&section, period_ns.as_ref()),
         phase_choice: phase_choice(&section),
         priority: section.integer(&keys::PRIORITY).map(Spanned::into_inner),
-        cpu: section.integer(&keys::CPU).map(Spanned::into_inner),
+        cpu: cpu(&section),
         follow: section
             .table(&keys::FOLLOW, &follow::TABLE)
             .map(|section| follow(section, wake, period_ns.as_ref())),
@@ -57,6 +57,20 @@ fn phase(section: &Section<'_>, period_ns: Option<&Spanned<u64>>) -> Option<Span
     let help = "phase moves the releases within the period";
     less_than_period(section, &keys::PHASE, &phase, period_ns, help);
     Some(phase)
+}
+
+/// A real-time task stays on one CPU, whatever else the configuration leaves open.
+fn cpu(section: &Section<'_>) -> Cpu {
+    match section.get(&keys::CPU) {
+        None if section.get(&keys::PRIORITY).is_some() => Cpu::Auto { chosen: None },
+        None => Cpu::Any,
+        Some(value) if value.get_ref().is_str() => {
+            section.choice(&keys::CPU, &Cpu::WORDS).map_or(Cpu::Any, Spanned::into_inner)
+        }
+        Some(_) => {
+            section.integer(&keys::CPU).map_or(Cpu::Any, |cpu| Cpu::Number(cpu.into_inner()))
+        }
+    }
 }
 
 /// How a task waits, and how long before its release it is awake.

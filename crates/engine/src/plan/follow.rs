@@ -46,7 +46,8 @@ pub(super) fn check(config: &Config, names: &Names<'_>, findings: &mut Vec<Findi
 pub(super) fn starved_sources(config: &Config, tasks: &[TaskPlan], findings: &mut Vec<Finding>) {
     for (task, written) in tasks.iter().zip(&config.tasks) {
         let followed = written.follow.as_ref().and_then(|follow| follow.service.as_ref());
-        let (Some(followed), Some(priority), Some(cpu)) = (followed, task.priority, task.cpu)
+        let (Some(followed), Some(priority), Some(cpu)) =
+            (followed, task.priority, task.cpu.number())
         else {
             continue;
         };
@@ -55,7 +56,7 @@ pub(super) fn starved_sources(config: &Config, tasks: &[TaskPlan], findings: &mu
         };
         let Some(source) = tasks.iter().find(sends) else { continue };
         let is_behind = source.priority.is_none_or(|source| source <= priority);
-        if source.name == task.name || source.cpu != Some(cpu) || !is_behind {
+        if source.name == task.name || source.cpu.number() != Some(cpu) || !is_behind {
             continue;
         }
         let priority_of_source = match source.priority {

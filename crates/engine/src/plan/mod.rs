@@ -21,7 +21,7 @@ use isochrone_schedule::Schedule;
 pub(crate) use names::MAX_INSTANCES;
 pub(crate) use probe::first_error;
 
-use crate::config::{Bad, Binding, Control, OnStale, PhaseChoice};
+use crate::config::{Bad, Binding, Control, Cpu, OnStale, PhaseChoice};
 use crate::{Finding, Findings, ReadError, Source, config, parse};
 
 /// What a configuration is checked against beside itself.
@@ -130,8 +130,8 @@ pub struct TaskPlan {
     pub ob: Option<i16>,
     /// SCHED_FIFO priority, 1 to 89; `None`: normal scheduling.
     pub priority: Option<u8>,
-    /// CPU to pin to.
-    pub cpu: Option<u32>,
+    /// Where its thread runs.
+    pub cpu: Cpu,
     /// The service of some of its inputs whose frames its cycles begin with, at the latest
     /// [`follow_within_ns`](Schedule::follow_within_ns) after their releases.
     pub followed_service: Option<String>,

@@ -93,6 +93,9 @@ pub struct Placement {
     /// Why it has its phase, if `phase = "auto"` chose it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phase_reason: Option<String>,
+    /// Why that CPU was chosen; `None` if the configuration names it, or leaves the thread to the kernel.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cpu_reason: Option<String>,
     /// What its cycles begin with, if it follows a service.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub follow: Option<Followed>,

@@ -30,6 +30,11 @@ impl Display for ComparisonTable<'_> {
 /// Prints what has turns, and the costs.
 pub(super) fn tables(f: &mut Formatter<'_>, report: &Report) -> Result {
     let tasks = report.tasks.iter().filter(|task| !task.turns.is_empty());
+    let mut chosen: Vec<_> = tasks.clone().filter_map(chosen_cpu).collect();
+    chosen.dedup();
+    for cpu in chosen {
+        writeln!(f, "\n{cpu}")?;
+    }
     for group in groups(tasks, &report.comparisons) {
         table(f, &group, &loops(&group))?;
     }
@@ -39,6 +44,11 @@ pub(super) fn tables(f: &mut Formatter<'_>, report: &Report) -> Result {
     }
     costs(f, report)?;
     left_out(f, &report.left_out)
+}
+
+fn chosen_cpu(task: &TaskArm) -> Option<String> {
+    let reason = task.task.cpu_reason.as_ref()?;
+    Some(format!("CPU {} chosen: {reason}", task.task.cpu?))
 }
 
 fn table<R: Reported>(f: &mut Formatter<'_>, group: &Group<'_, R>, arms: &Table) -> Result {

@@ -74,6 +74,9 @@ fn task(f: &mut Formatter<'_>, task: &TaskReport) -> Result {
         Some(cpu) => writeln!(f, ", CPU {cpu}")?,
         None => writeln!(f, ", any CPU")?,
     }
+    if let Some(reason) = &task.cpu_reason {
+        writeln!(f, "  CPU chosen: {reason}")?;
+    }
     write!(
         f,
         "  {}, {} missed, {}, {} excluded",
