@@ -3,6 +3,7 @@
 mod domain;
 
 use domain::{Domain, Ended};
+use rustix::process::Signal;
 use serde_json::Value;
 
 /// The first CPU that this process may use.
@@ -141,4 +142,30 @@ fn whoever_starts_a_task_that_would_keep_its_source_from_sending_is_warned() {
     let remedy = "remedy: give the task that follows a lower priority than its source has";
     assert!(ended.expect_code(0).stderr.contains(remedy));
     source.stop().expect_code(0);
+}
+
+#[test]
+fn a_node_starts_beside_nodes_that_are_stopped_and_names_each() {
+    let domain = Domain::new();
+    let cpu = allowed_cpu();
+    let names = ["a", "b", "c"];
+    for name in names {
+        domain.write(&format!("{name}.toml"), &node(name, "0ms", cpu));
+    }
+    domain.write("next.toml", &node("next", "0ms", cpu));
+    let mut nodes = names.map(|name| domain.start(&format!("run {name}.toml")));
+    nodes.iter_mut().for_each(|node| node.wait_for("is running"));
+    nodes.iter().for_each(|node| node.signal(Signal::STOP));
+
+    let ended = domain.run("run next.toml --cycles 1").expect_code(0);
+    let listed = domain.run("list").expect_code(0);
+    nodes.iter().for_each(|node| node.signal(Signal::CONT));
+    for name in names {
+        let silent = format!("node \"{name}\" does not say which CPUs its tasks need");
+        assert!(ended.stderr.contains(&silent), "{}", ended.stderr);
+        let unknown = format!("what node \"{name}\" does is not known: ");
+        assert!(listed.stderr.contains(&unknown), "{}", listed.stderr);
+        assert!(listed.stdout.contains(&format!("  {name}  pid ")), "{}", listed.stdout);
+    }
+    nodes.into_iter().for_each(|node| drop(node.stop().expect_code(0)));
 }

@@ -1,13 +1,8 @@
 //! What runs on this machine already: the tasks of other nodes, and when they need which CPU.
 
-use std::time::Duration;
-
 use isochrone_ipc::{OpenError, Participant, Service};
 
-use crate::control::{Client, DescribeParams, Placement, TaskDescription, running_nodes};
-
-/// How long a node is waited for that does not answer.
-const PATIENCE: Duration = Duration::from_secs(2);
+use crate::control::{DescribedNode, Placement, TaskDescription, describe_nodes};
 
 /// A task of another node.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -27,25 +22,22 @@ pub struct Neighbour {
 pub struct Neighbours {
     /// The tasks of the nodes that told, by node, then in the order of its configuration.
     pub tasks: Vec<Neighbour>,
-    /// Nodes that did not tell: they take no requests, are just starting, or are of an older version.
+    /// Nodes that did not tell: they take no requests, are just starting or are stopped, or are of an older
+    /// version.
     pub silent: Vec<String>,
 }
 
 impl Neighbours {
-    /// Asks all nodes of a participant's domain, except the one of this name. Nodes of other domains are
-    /// not found.
-    ///
-    /// Touches many files, waits for the domain's lock and up to two seconds for each node that does not
-    /// answer; never call it in a cycle.
+    /// Asks all nodes of a participant's domain, except the one of this name, as
+    /// [`describe_nodes`] does, and waits as long.
     ///
     /// # Errors
     /// The domain cannot be locked or read.
     pub fn find<S: Service>(participant: &Participant<S>, except: &str) -> Result<Self, OpenError> {
         let mut found = Self::default();
-        for node in running_nodes(participant)?.into_iter().filter(|node| node.name != except) {
-            let client = Client::connect(participant, &node.name, PATIENCE);
-            let described = client.and_then(|mut client| client.call(&DescribeParams {}));
-            match described {
+        let described = describe_nodes(participant, |node| node.name == except, || false)?;
+        for DescribedNode { node, description } in described {
+            match description {
                 Ok(described) => found.add(&node.name, &described.tasks),
                 Err(_) => found.silent.push(node.name),
             }

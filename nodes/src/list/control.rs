@@ -7,7 +7,8 @@ use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::Stop;
 use isochrone_report::Table;
 use isochrone_runtime::control::{
-    ClientError, DescribeResult, RunningNode, TaskDescription, running_nodes,
+    ClientError, DescribeResult, DescribedNode, RunningNode, TaskDescription, describe_nodes,
+    running_nodes,
 };
 use isochrone_runtime::{Neighbour, Neighbours, SharedCpu, StarvedSource};
 use isochrone_timing::WarningCode;
@@ -16,7 +17,6 @@ use serde_json::{Value, json};
 
 use super::{Rate, rate};
 use crate::failure::Failure;
-use crate::operate::described;
 use crate::terminal;
 
 /// A node that runs tasks.
@@ -27,29 +27,26 @@ pub(super) struct ControlNode {
     is_off: bool,
 }
 
-/// The control nodes, each asked for its tasks, no longer than `stop` allows. Notes which do not answer.
+/// The control nodes, all asked for their tasks, no longer than `stop` allows. Notes which do not answer.
 pub(super) fn control_nodes(
     participant: &Participant<ipc::Service>,
     stop: &Stop,
 ) -> Result<Vec<ControlNode>, Failure> {
-    let running = running_nodes(participant).map_err(Failure::found)?.into_iter();
-    let ask = |node: RunningNode| {
-        if stop.is_due() {
-            return ControlNode { node, description: None, is_off: false };
-        }
-        let asked = described(participant, &node.name);
-        let is_off = matches!(asked, Err(ClientError::NotOperated { .. }));
-        if let Err(error) = &asked
+    let described = describe_nodes(participant, |_| false, || stop.is_due());
+    let control_node = |DescribedNode { node, description }| {
+        let is_off = matches!(description, Err(ClientError::NotOperated { .. }));
+        if let Err(error) = &description
             && !is_off
+            && !matches!(error, ClientError::Interrupted { .. })
         {
             terminal::note(&format!(
                 "note: what node \"{}\" does is not known: {error}",
                 node.name
             ));
         }
-        ControlNode { node, description: asked.ok(), is_off }
+        ControlNode { node, description: description.ok(), is_off }
     };
-    Ok(running.map(ask).collect())
+    Ok(described.map_err(Failure::found)?.into_iter().map(control_node).collect())
 }
 
 /// The names of the control nodes, one per line.

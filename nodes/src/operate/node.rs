@@ -9,8 +9,8 @@ use isochrone_engine::{escaped, nearest_name};
 use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::Stop;
 use isochrone_runtime::control::{
-    self, ByTask, Client, ClientError, Code, DescribeParams, DescribeResult, GetParams, Method,
-    Params, ReadAt, SignalDescription, Values,
+    self, ByTask, Client, ClientError, Code, GetParams, Method, Params, ReadAt, SignalDescription,
+    Values,
 };
 
 use super::known::Known;
@@ -250,15 +250,6 @@ impl Node {
         reading.tasks.retain(|task, _| !mixed.contains(task));
         Ok(reading)
     }
-}
-
-/// What a node says of itself. It is not waited for long.
-pub(crate) fn described(
-    participant: &Participant<ipc::Service>,
-    node: &str,
-) -> Result<DescribeResult, ClientError> {
-    const SOON: Duration = Duration::from_millis(500);
-    Client::connect(participant, node, SOON)?.call(&DescribeParams {})
 }
 
 /// How a verb ends that a node did not answer, or whose request it refused.

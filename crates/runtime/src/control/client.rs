@@ -19,7 +19,7 @@ use super::{
 use crate::telemetry;
 
 /// Between two looks for an answer. A node looks for requests every 5 ms at the latest.
-const PAUSE: Duration = Duration::from_millis(1);
+pub(super) const PAUSE: Duration = Duration::from_millis(1);
 /// Between two looks whether the node is still there.
 const LOOK: Duration = Duration::from_millis(100);
 
@@ -234,15 +234,10 @@ impl<S: Service> Client<S> {
     /// # Errors
     /// The node refuses, ends, or does not answer in time.
     pub fn call<P: Params>(&mut self, params: &P) -> Result<P::Result, ClientError> {
-        self.requests += 1;
-        let id = format!("{}-{}", self.beginning, self.requests);
-        let request = texts::request(&id, params).map_err(ClientError::Refused)?;
-        let answer = self.ask(&id, &request);
+        let id = self.send(params)?;
+        let answer = self.wait::<P>(&id);
         self.port.give_up();
-        let answer = answer?;
-        let answer = Answer::read(&answer).map_err(|cause| self.misunderstood(cause))?;
-        let result = answer.outcome.map_err(ClientError::Refused)?;
-        serde_json::from_str(result.get()).map_err(|cause| self.misunderstood(cause))
+        answer
     }
 
     /// All items of a result that comes in pages; as many requests as that needs. `params` says how to ask
@@ -318,43 +313,69 @@ impl<S: Service> Client<S> {
         self.late
     }
 
-    /// Sends a request, and returns the answer with its id.
-    fn ask(&mut self, id: &str, request: &[u8]) -> Result<Vec<u8>, ClientError> {
-        let ended = || ClientError::Ended { node: self.node.clone() };
-        match self.port.send(request) {
-            Err(RequestError::NoServer { .. }) => return Err(ended()),
-            sent => sent?,
+    /// Sends a request, and returns its id.
+    pub(super) fn send<P: Params>(&mut self, params: &P) -> Result<String, ClientError> {
+        self.requests += 1;
+        let id = format!("{}-{}", self.beginning, self.requests);
+        let request = texts::request(&id, params).map_err(ClientError::Refused)?;
+        match self.port.send(&request) {
+            Err(RequestError::NoServer { .. }) => Err(self.ended()),
+            sent => Ok(sent.map(|()| id)?),
         }
+    }
+
+    /// The answer to the request of that id, if it is there.
+    pub(super) fn receive<P: Params>(
+        &mut self,
+        id: &str,
+    ) -> Result<Option<P::Result>, ClientError> {
+        while let Some(answer) = self.port.receive()? {
+            let answer = Answer::read(&answer).map_err(|cause| self.misunderstood(cause))?;
+            if answer.id.as_deref() == Some(id) {
+                let result = answer.outcome.map_err(ClientError::Refused)?;
+                let result = serde_json::from_str(result.get());
+                return result.map(Some).map_err(|cause| self.misunderstood(cause));
+            }
+            self.late += 1;
+        }
+        Ok(None)
+    }
+
+    /// Waits for the answer to the request of that id.
+    fn wait<P: Params>(&mut self, id: &str) -> Result<P::Result, ClientError> {
         let begin = Instant::now();
         let mut look = LOOK;
         loop {
-            while let Some(answer) = self.port.receive()? {
-                let is_ours = match Answer::read(&answer) {
-                    Ok(answer) => answer.id.as_deref() == Some(id),
-                    Err(cause) => return Err(self.misunderstood(cause)),
-                };
-                if is_ours {
-                    return Ok(answer);
-                }
-                self.late += 1;
+            if let Some(answer) = self.receive::<P>(id)? {
+                return Ok(answer);
             }
             if self.interruption.as_ref().is_some_and(|flag| flag.load(Ordering::Relaxed)) {
                 return Err(ClientError::Interrupted { node: self.node.clone() });
             }
             let waited = begin.elapsed();
-            let is_over = waited >= self.patience;
-            if is_over || waited >= look {
+            if waited >= self.patience {
+                return Err(self.unanswered());
+            }
+            if waited >= look {
                 look = waited + LOOK;
                 if self.port.living_servers() == 0 {
-                    return Err(ended());
+                    return Err(self.ended());
                 }
-            }
-            if is_over {
-                let (node, patience) = (self.node.clone(), self.patience);
-                return Err(ClientError::NoAnswer { node, patience });
             }
             thread::sleep(PAUSE);
         }
+    }
+
+    /// Why no answer came for as long as it was waited for.
+    pub(super) fn unanswered(&self) -> ClientError {
+        if self.port.living_servers() == 0 {
+            return self.ended();
+        }
+        ClientError::NoAnswer { node: self.node.clone(), patience: self.patience }
+    }
+
+    fn ended(&self) -> ClientError {
+        ClientError::Ended { node: self.node.clone() }
     }
 
     fn misunderstood(&self, cause: serde_json::Error) -> ClientError {

@@ -15,6 +15,7 @@
 
 mod client;
 mod code;
+mod describing;
 mod desk;
 mod envelope;
 mod failure;
@@ -27,6 +28,7 @@ mod value;
 
 pub use client::{Client, ClientError, RunningNode, running_nodes};
 pub use code::Code;
+pub use describing::{DescribedNode, describe_nodes};
 pub use desk::{Begun, Caller, Desk, Operated, Outcome, Ticket};
 pub use envelope::{MAX_ID_BYTES, Parsed, Unparsed, parse};
 pub use failure::{Failure, Finding, Place};
