@@ -196,6 +196,44 @@ fn a_node_that_is_killed_loses_nothing_that_it_acknowledged() {
     assert_eq!(file.runs.iter().flat_map(of_run).collect::<Vec<_>>(), numbers);
 }
 
+#[test]
+fn a_journal_that_was_renamed_is_repeated_from_both_files_and_one_that_was_truncated_from_none() {
+    let domain = Domain::new();
+    domain.write("tank.toml", TANK);
+    let mut node = domain.start("run tank.toml --journal tank.jsonl");
+    node.wait_for("is running");
+    let participant = domain.join("operator");
+    let mut client = Client::connect(&participant, "tank", Duration::from_secs(60)).unwrap();
+    let mut set = |rate: f64| {
+        let values = [("ramp.setChangeRate", rate)].into_iter().collect();
+        client.call(&SetParams { values, ..SetParams::default() }).unwrap();
+    };
+    set(1.0);
+    std::fs::rename(domain.path("tank.jsonl"), domain.path("old.jsonl")).unwrap();
+    node.wait_for("was renamed or removed; another file of this name goes on");
+    set(2.0);
+    let entries = |file: &str| {
+        let file = JournalFile::read_run(&domain.path(file), Some(1)).unwrap();
+        file.runs[0].entries.len()
+    };
+    assert_eq!((entries("old.jsonl"), entries("tank.jsonl")), (1, 2), "all that is acknowledged");
+    for (file, changes) in [("old.jsonl", "1 change,"), ("tank.jsonl", "2 changes,")] {
+        let repeated = domain.run(&format!("simulate tank.toml --cycles 9 --journal {file}"));
+        let repeated = repeated.expect_code(0).stderr;
+        assert!(repeated.contains(&format!("run 1 of {file}: {changes}")), "{repeated}");
+    }
+    let journal = std::fs::OpenOptions::new().write(true).open(domain.path("tank.jsonl")).unwrap();
+    journal.set_len(0).unwrap();
+    node.wait_for("was truncated while the node ran");
+    let alarms = domain.run("alarms tank").expect_code(0).stdout;
+    assert!(alarms.contains("was truncated while the node ran"), "{alarms}");
+    set(3.0);
+    assert_eq!(node.stop().expect_code(0).stderr.matches("was truncated").count(), 1);
+    let refused = domain.run("simulate tank.toml --cycles 9 --journal tank.jsonl").expect_code(2);
+    let told = "tank.jsonl:1: what was done first in run 1 is lost";
+    assert!(refused.stderr.contains(told), "{}", refused.stderr);
+}
+
 /// Lets a process make files of so many bytes; `None`: as long as this one may.
 fn limit_files(process: &Process, bytes: Option<u64>) {
     let own = getrlimit(Resource::Fsize);

@@ -167,7 +167,7 @@ impl<S: Service + 'static> Prepared<S> {
     /// The journal cannot be written.
     pub fn with_journal(self, mut journal: Journal) -> Result<Self, JournalError> {
         journal.begin(unix_ns())?;
-        self.parts.operating.lock().keep(journal);
+        self.parts.operating.lock().keep(journal)?;
         Ok(self)
     }
 

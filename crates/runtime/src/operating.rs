@@ -1,7 +1,7 @@
 //! What operators do to a running node: shared by the thread that polls it and the one that serves the
 //! requests of others.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
@@ -17,7 +17,7 @@ use crate::busiest::Busiest;
 use crate::control::{Followed, Placement};
 use crate::error::RequestError;
 use crate::faults::{Active, Faults};
-use crate::journal::Journal;
+use crate::journal::{Journal, JournalError, Writing};
 use crate::new_parts::NewParts;
 use crate::orders::{self, Changeover, Returned};
 use crate::responses::Responses;
@@ -66,7 +66,9 @@ pub(crate) struct Operating {
     pub(crate) operator: Operator,
     pub(crate) configuration: Configuration,
     pub(crate) lanes: Vec<Lane>,
-    journal: Option<Journal>,
+    journal: Option<Writing>,
+    /// What is acknowledged when its line of the journal has been written, by the number of the line.
+    held: VecDeque<(u64, Done)>,
     /// How often the journal could not be written, and since which cycle of the first task it cannot be.
     journal_failures: u64,
     unwritten_since: Option<u64>,
@@ -119,6 +121,7 @@ impl Shared {
             configuration: Configuration { source, sha256, rules, is_changed: false },
             lanes: Vec::new(),
             journal: None,
+            held: VecDeque::new(),
             journal_failures: 0,
             unwritten_since: None,
             epoch_ns: u64::MAX,
@@ -266,14 +269,6 @@ impl Operating {
                 });
             }
         }
-        // What is acknowledged has been written.
-        for done in &came {
-            let Done::Applied(entry) = done else { continue };
-            if let (Some(journal), Some(lane)) = (&mut self.journal, self.lanes.get(entry.task)) {
-                journal.note(entry, &lane.name);
-            }
-        }
-        self.flush_journal();
         if self.operator.changing().is_none()
             && let Some(parts) = self.expected.take()
         {
@@ -282,13 +277,28 @@ impl Operating {
             *is_changed = true;
             self.arrived.push(parts);
         }
-        came.into_iter().for_each(|done| self.hand_out(done));
+        // What is acknowledged has been written.
+        for done in came {
+            let line = match (&done, &mut self.journal) {
+                (Done::Applied(entry), Some(journal)) => {
+                    let lane = self.lanes.get(entry.task);
+                    lane.and_then(|lane| journal.note(entry, &lane.name))
+                }
+                _ => None,
+            };
+            match line {
+                Some(line) => self.held.push_back((line, done)),
+                None => self.hand_out(done),
+            }
+        }
+        self.heed_journal();
     }
 
     /// Writes what is done from now on into a journal that has begun.
-    pub(crate) fn keep(&mut self, journal: Journal) {
+    pub(crate) fn keep(&mut self, journal: Journal) -> Result<(), JournalError> {
         self.operator.continue_after(journal.last_transaction());
-        self.journal = Some(journal);
+        self.journal = Some(Writing::start(journal, self.lanes.len())?);
+        Ok(())
     }
 
     /// Takes note of a cycle of a task.
@@ -302,11 +312,14 @@ impl Operating {
         }
     }
 
-    /// Writes what waits for the journal; while that cannot be, changes are refused.
-    pub(crate) fn flush_journal(&mut self) {
+    /// Acknowledges what the journal has; while it cannot be written, changes are refused.
+    fn heed_journal(&mut self) {
         let Some(journal) = &mut self.journal else { return };
-        journal.flush();
-        let unwritten = journal.unwritten().cloned();
+        if self.has_ended {
+            // Nobody will ask again.
+            journal.wait();
+        }
+        let (tried, unwritten) = (journal.tried(), journal.unwritten());
         match (&unwritten, self.unwritten_since) {
             (Some(_), None) => {
                 let last = self.lanes.first().and_then(|lane| lane.last);
@@ -317,17 +330,23 @@ impl Operating {
             _ => {}
         }
         self.operator.set_unwritten(unwritten);
+        let written = self.held.partition_point(|(line, _)| *line <= tried);
+        for (_, done) in self.held.drain(..written).collect::<Vec<_>>() {
+            self.hand_out(done);
+        }
     }
 
     /// That the journal cannot be written, while it cannot.
     pub(crate) fn journal_alarm(&self) -> Option<Active> {
-        let reason = self.journal.as_ref()?.unwritten()?;
+        let lost = || self.journal.as_ref()?.lost().map(|lost| lost.to_string());
+        let refused = |reason| format!("{reason}; changes are refused until it can be");
+        let meaning = self.operator.unwritten().map(refused).or_else(lost)?;
         Some(Active {
             name: "journal".to_owned(),
             status: None,
-            meaning: format!("{reason}; changes are refused until it can be"),
-            since_cycle: self.unwritten_since?,
-            count: self.journal_failures,
+            meaning,
+            since_cycle: self.unwritten_since.unwrap_or_default(),
+            count: self.journal_failures.max(1),
         })
     }
 

@@ -243,7 +243,6 @@ impl<S: Service> Running<S> {
                 self.news.records.push((index, cycle.record));
             }
         }
-        operating.flush_journal();
     }
 
     /// Goes by the configuration that each task has.

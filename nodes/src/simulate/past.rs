@@ -44,7 +44,7 @@ impl Tally {
 impl Past {
     /// Reads a run of a journal; without a number, the last. Notes what is to be known of it.
     pub(super) fn read(path: &Path, run: Option<u64>, plan: &Plan) -> Result<Self, Failure> {
-        let file = JournalFile::read(path).map_err(Failure::usage)?;
+        let file = JournalFile::read_run(path, run).map_err(Failure::usage)?;
         let run = file.run(run).map_err(Failure::usage)?;
         let entries = file.entries(run, plan).map_err(Failure::usage)?;
         note_run(path, &file, run, plan);
@@ -112,7 +112,7 @@ impl Past {
 
 /// The configuration that a journal keeps of a run.
 pub(super) fn recorded(path: &Path, args: &Args) -> Result<Source, Failure> {
-    let file = JournalFile::read(path).map_err(Failure::usage)?;
+    let file = JournalFile::read_run(path, args.run).map_err(Failure::usage)?;
     let header = &file.run(args.run).map_err(Failure::usage)?.header.content;
     let text = header.configuration.as_deref().ok_or_else(|| {
         let (path, run) = (path.display(), header.run);

@@ -20,6 +20,16 @@ pub enum JournalError {
         /// Why.
         source: io::Error,
     },
+    /// There is no thread to write it.
+    #[error(
+        "cannot start the thread that writes the journal {path}: {source}; raise the limit of processes (ulimit -u)"
+    )]
+    Thread {
+        /// The file.
+        path: String,
+        /// Why.
+        source: io::Error,
+    },
     /// The operating system refuses to read it.
     #[error("cannot read the journal {path}: {source}")]
     Read {
@@ -96,6 +106,18 @@ pub enum JournalError {
         found: String,
         /// Its hash.
         sha256: String,
+    },
+    /// The beginning of a run is lost.
+    #[error(
+        "{path}:{line}: what was done first in run {run} is lost, as the file was truncated while the node ran; it cannot be repeated. Rename a journal rather than truncate it (logrotate: `create` rather than `copytruncate`)"
+    )]
+    Cut {
+        /// The file.
+        path: String,
+        /// The line of the run, from 1.
+        line: usize,
+        /// The run.
+        run: u64,
     },
     /// An entry does not fit the configuration, so somebody has edited it.
     #[error("{path}:{line}: {refusals}")]

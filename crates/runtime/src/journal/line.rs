@@ -23,6 +23,15 @@ pub enum Line {
     End(RunEnd),
 }
 
+impl Line {
+    /// As it stands in the file, with its end. `None`: it cannot be written, which no line is.
+    pub(super) fn text(&self) -> Option<Vec<u8>> {
+        let mut text = serde_json::to_vec(self).ok()?;
+        text.push(b'\n');
+        Some(text)
+    }
+}
+
 /// What a run is of.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RunHeader {
@@ -43,6 +52,13 @@ pub struct RunHeader {
     /// Text of the configuration; `None` in what versions wrote that did not keep it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub configuration: Option<String>,
+    /// Whether its first lines are lost: the file was truncated while the node ran. It cannot be repeated.
+    #[serde(default, skip_serializing_if = "is_whole")]
+    pub is_cut: bool,
+}
+
+fn is_whole(is_cut: &bool) -> bool {
+    !*is_cut
 }
 
 /// The end of a run.

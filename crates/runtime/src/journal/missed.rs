@@ -12,6 +12,11 @@ pub(super) struct Progress {
 }
 
 impl Progress {
+    /// Whether a cycle is the one after the last.
+    pub(super) fn is_next(&self, record: &CycleRecord) -> bool {
+        (self.next, self.missed) == (record.cycle, record.missed)
+    }
+
     /// Takes note of a cycle, and tells of those before it that were missed.
     pub(super) fn note(&mut self, task: &str, record: &CycleRecord) -> Option<Line> {
         let first = self.next;

@@ -13,10 +13,13 @@ mod entry;
 mod error;
 mod line;
 mod missed;
+mod place;
 mod read;
 mod write;
+mod writing;
 
 pub use error::JournalError;
 pub use line::{FORMAT, Line, Missed, RunEnd, RunHeader, Unclear};
 pub use read::{JournalFile, JournaledRun, Numbered};
 pub use write::Journal;
+pub(crate) use writing::Writing;

@@ -17,8 +17,10 @@ use crate::control::JournalEntry;
 #[derive(Debug, Default)]
 pub struct JournalFile {
     path: String,
-    /// Its runs, in the order in which they were written; at least one.
+    /// Its runs that were read, in the order in which they were written.
     pub runs: Vec<JournaledRun>,
+    /// Least and greatest number of a run in it.
+    numbers: Option<(u64, u64)>,
     /// Line of an incomplete last line, from 1: the node was killed while it wrote.
     pub cut_line: Option<usize>,
 }
@@ -54,6 +56,14 @@ impl JournaledRun {
     }
 }
 
+/// Which runs of a file are kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Wanted {
+    All,
+    /// The last of a number; `None`: of all.
+    One(Option<u64>),
+}
+
 /// What stands in a line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Numbered<T> {
@@ -69,10 +79,39 @@ impl JournalFile {
     /// # Errors
     /// It cannot be read, is no journal, is of another format, or has no runs.
     pub fn read(path: &Path) -> Result<Self, JournalError> {
+        Self::read_those(path, Wanted::All)
+    }
+
+    /// Reads one run of a file, the one of a number or the last, and keeps nothing of the others: a file
+    /// may have months of them.
+    ///
+    /// # Errors
+    /// As [`read`](Self::read) and [`run`](Self::run).
+    pub fn read_run(path: &Path, number: Option<u64>) -> Result<Self, JournalError> {
+        let file = Self::read_those(path, Wanted::One(number))?;
+        file.run(number)?;
+        Ok(file)
+    }
+
+    fn read_those(path: &Path, wanted: Wanted) -> Result<Self, JournalError> {
         let mut file = Self { path: path.display().to_string(), ..Self::default() };
+        let mut is_wanted = false;
         let end = scan(path, |line, content| {
+            if let Line::Run(header) = &content {
+                let number = header.run;
+                let (first, last) = file.numbers.unwrap_or((number, number));
+                file.numbers = Some((first.min(number), last.max(number)));
+                is_wanted = match wanted {
+                    Wanted::All => true,
+                    Wanted::One(one) => one.is_none_or(|one| one == number),
+                };
+                if is_wanted && wanted != Wanted::All {
+                    file.runs.clear();
+                }
+            }
             let run = file.runs.last_mut();
             match (content, run) {
+                _ if !is_wanted => {}
                 (Line::Run(header), _) => file.runs.push(JournaledRun {
                     header: Numbered { line, content: header },
                     entries: Vec::new(),
@@ -89,7 +128,7 @@ impl JournalFile {
             }
         })?;
         file.cut_line = end.cut_line;
-        if file.runs.is_empty() {
+        if file.numbers.is_none() {
             return Err(JournalError::Empty { path: file.path });
         }
         Ok(file)
@@ -102,12 +141,12 @@ impl JournalFile {
     pub fn run(&self, number: Option<u64>) -> Result<&JournaledRun, JournalError> {
         let of_number =
             |run: &&JournaledRun| number.is_none_or(|number| run.header.content.run == number);
-        let numbers = || self.runs.iter().map(|run| run.header.content.run);
+        let (first, last) = self.numbers.unwrap_or_default();
         self.runs.iter().rev().find(of_number).ok_or_else(|| JournalError::NoRun {
             path: self.path.clone(),
             run: number.unwrap_or_default(),
-            first: numbers().min().unwrap_or_default(),
-            last: numbers().max().unwrap_or_default(),
+            first,
+            last,
         })
     }
 
@@ -130,6 +169,10 @@ impl JournalFile {
                 found: plan.source.name.clone(),
                 sha256,
             });
+        }
+        if header.is_cut {
+            let (path, line, run) = (self.path.clone(), *line, header.run);
+            return Err(JournalError::Cut { path, line, run });
         }
         let mut replay = Replay::new(plan);
         let mut entries: BTreeMap<_, Vec<Entry>> = BTreeMap::new();

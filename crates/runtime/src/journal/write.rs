@@ -8,25 +8,18 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use isochrone_engine::Plan;
-use isochrone_engine::operate::Entry;
-use isochrone_timing::CycleRecord;
 use rustix::fs::{FallocateFlags, OFlags, fallocate};
 use rustix::io::Errno;
 
 use super::error::JournalError;
 use super::line::{FORMAT, Line, RunEnd, RunHeader};
-use super::missed::Progress;
 use super::read::scan;
-use crate::control::JournalEntry;
 use crate::operating::unix_ns;
 
 /// What a file system keeps free for the journal, so that what is allowed to happen can be written.
 const RESERVE_BYTES: u64 = 1 << 20;
-/// Most bytes that wait to be written. While there are more, no missed cycles are added; they are
-/// unclear then.
-const MOST_WAITING_BYTES: usize = 1 << 20;
 /// Between two attempts to write what could not be written.
-const RETRY_PAUSE: Duration = Duration::from_millis(100);
+pub(super) const RETRY_PAUSE: Duration = Duration::from_millis(100);
 
 /// The journal of a node, as it is written: lines are added to a file, for an ordinary thread.
 ///
@@ -35,27 +28,32 @@ const RETRY_PAUSE: Duration = Duration::from_millis(100);
 /// file systems that can, 1 MiB is reserved beyond the end of the file, so that a change is refused before
 /// it happens if the disk has no room for its entry. What cannot be written is kept and tried again, and
 /// changes are refused until it is written.
+///
+/// Where the file is renamed or removed while the node runs, another one of its name goes on within a second,
+/// with all that the run has written so far.
 #[derive(Debug)]
 pub struct Journal {
-    path: PathBuf,
-    file: File,
+    pub(super) path: PathBuf,
+    pub(super) file: File,
     /// A regular file, which has a length; pipes and devices have none.
-    is_regular: bool,
+    pub(super) is_regular: bool,
     is_new: bool,
-    header: RunHeader,
+    pub(super) header: RunHeader,
     has_begun: bool,
-    has_ended: bool,
+    pub(super) has_ended: bool,
     last_transaction: u64,
     has_cut_line: bool,
     /// Length of the file, in bytes.
-    written: u64,
+    pub(super) written: u64,
+    /// Where the run begins in the file, and its first line after the header.
+    pub(super) run_begins: u64,
+    pub(super) lines_begin: u64,
     /// Up to where room is reserved; `None`: the file system cannot.
     reserved: Option<u64>,
-    waiting: Vec<u8>,
+    pub(super) waiting: Vec<u8>,
     unwritten: Option<Arc<str>>,
     /// When it could not be written last, while that is so.
     failed: Option<Instant>,
-    progress: Vec<Progress>,
 }
 
 impl Journal {
@@ -67,23 +65,14 @@ impl Journal {
     pub fn open(path: &Path, plan: &Plan) -> Result<Self, JournalError> {
         let name = || path.display().to_string();
         let write = |source| JournalError::Write { path: name(), source };
-        let open = |is_new: bool| {
-            let mut options = OpenOptions::new();
-            // A pipe that nobody reads must hold up nothing.
-            options.append(true).create_new(is_new).create(!is_new);
-            options.custom_flags(OFlags::NONBLOCK.bits() as i32).open(path)
-        };
-        let (file, is_new) = match open(true) {
-            Err(error) if error.kind() == ErrorKind::AlreadyExists => (open(false), false),
-            made => (made, true),
-        };
-        let file = file.map_err(write)?;
+        let (file, is_new) = open(path).map_err(write)?;
         let is_regular = file.metadata().map_err(write)?.is_file();
         let mut journal = Self {
             path: path.to_owned(),
             is_regular,
             is_new,
             header: RunHeader {
+                is_cut: false,
                 format: FORMAT,
                 run: 1,
                 node: plan.node.clone(),
@@ -98,24 +87,65 @@ impl Journal {
             last_transaction: 0,
             has_cut_line: false,
             written: 0,
+            run_begins: 0,
+            lines_begin: 0,
             reserved: is_regular.then_some(0),
             waiting: Vec::new(),
             unwritten: None,
             failed: None,
-            progress: plan.tasks.iter().map(|_| Progress::default()).collect(),
             file,
         };
         if is_regular {
-            journal.file.try_lock().map_err(|error| match error {
-                fs::TryLockError::WouldBlock => JournalError::InUse { path: name() },
-                fs::TryLockError::Error(source) => write(source),
-            })?;
+            journal.lock()?;
             journal.follow().map_err(|error| match error {
                 FollowError::Journal(error) => error,
                 FollowError::Io(source) => write(source),
             })?;
         }
         Ok(journal)
+    }
+
+    /// The same run in another file, which is to be followed.
+    ///
+    /// # Errors
+    /// It is no regular file, or another process writes it.
+    pub(super) fn successor(&self, file: File) -> io::Result<Self> {
+        if !file.metadata()?.is_file() {
+            return Err(io::Error::other("there is something else than a file of this name now"));
+        }
+        let new = Self {
+            path: self.path.clone(),
+            file,
+            is_regular: true,
+            is_new: false,
+            header: self.header.clone(),
+            has_begun: true,
+            has_ended: false,
+            last_transaction: self.last_transaction,
+            has_cut_line: false,
+            written: 0,
+            run_begins: 0,
+            lines_begin: 0,
+            reserved: Some(0),
+            waiting: Vec::new(),
+            unwritten: self.unwritten.clone(),
+            failed: None,
+        };
+        Ok(new)
+    }
+
+    /// Keeps other processes from writing it.
+    pub(super) fn lock(&self) -> Result<(), JournalError> {
+        let path = || self.path.display().to_string();
+        self.file.try_lock().map_err(|error| match error {
+            fs::TryLockError::WouldBlock => JournalError::InUse { path: path() },
+            fs::TryLockError::Error(source) => JournalError::Write { path: path(), source },
+        })
+    }
+
+    /// Its path, as it was given.
+    pub(super) fn name(&self) -> String {
+        self.path.display().to_string()
     }
 
     /// Number of the run that is written, from 1.
@@ -135,7 +165,7 @@ impl Journal {
     }
 
     /// Goes to the end of what there is.
-    fn follow(&mut self) -> Result<(), FollowError> {
+    pub(super) fn follow(&mut self) -> Result<(), FollowError> {
         let (mut run, mut transaction) = (0, 0);
         let end = scan(&self.path, |_, line| match line {
             Line::Run(header) => run = run.max(header.run),
@@ -156,50 +186,34 @@ impl Journal {
     /// Writes that a run begins.
     pub(crate) fn begin(&mut self, started_unix_ns: u64) -> Result<(), JournalError> {
         self.header.started_unix_ns = started_unix_ns;
-        let before = self.written;
-        self.put(&Line::Run(self.header.clone()));
-        if let Err(source) = self.write_waiting().and_then(|()| self.reserve()) {
-            self.waiting.clear();
-            self.truncate(before);
-            let path = self.path.display().to_string();
-            return Err(JournalError::Write { path, source });
+        if let Err(source) = self.write_header().and_then(|()| self.reserve()) {
+            self.truncate(self.run_begins);
+            return Err(JournalError::Write { path: self.name(), source });
         }
         self.has_begun = true;
         Ok(())
     }
 
-    /// Adds what was done to a task of this name.
-    pub(crate) fn note(&mut self, entry: &Entry, task: &str) {
-        // What the program gives to inputs is in no journal.
-        if !entry.changes.is_empty() || entry.configuration.is_some() {
-            let applied = entry.configuration.as_deref();
-            let configuration = applied.map(|applied| applied.text.to_string());
-            self.put(&Line::Entry(JournalEntry { configuration, ..JournalEntry::of(entry, task) }));
-            self.flush();
-        }
+    /// Adds a line, with its end.
+    pub(super) fn add(&mut self, line: &[u8]) {
+        self.waiting.extend_from_slice(line);
     }
 
-    /// Takes note of a cycle, and adds those before it that were missed.
-    pub(crate) fn note_cycle(&mut self, task: usize, name: &str, record: &CycleRecord) {
-        if self.waiting.len() > MOST_WAITING_BYTES {
-            return;
-        }
-        let progress = self.progress.get_mut(task);
-        if let Some(line) = progress.and_then(|progress| progress.note(name, record)) {
-            self.put(&line);
-        }
+    /// How much waits to be written.
+    pub(super) fn waiting_bytes(&self) -> u64 {
+        self.waiting.len() as u64
     }
 
     /// Writes what waits, and sees to it that there is room for more.
     pub(crate) fn flush(&mut self) {
-        let is_idle = self.waiting.is_empty() && self.unwritten.is_none() && self.has_reserve();
         // A full disk is asked again now and then, not each time that somebody looks.
         let is_too_soon = self.failed.is_some_and(|failed| failed.elapsed() < RETRY_PAUSE);
-        if is_idle || is_too_soon {
+        if is_too_soon {
             return;
         }
         self.failed = None;
-        let written = self.write_waiting().and_then(|()| self.reserve());
+        let kept = self.keep_place().and_then(|()| self.write_waiting());
+        let written = kept.and_then(|()| self.reserve());
         let path = self.path.display();
         match written {
             Ok(()) if self.unwritten.take().is_some() => {
@@ -224,8 +238,11 @@ impl Journal {
         if !self.has_begun || self.has_ended {
             return None;
         }
+        // What is not at its place is complete all the same.
+        let _ = self.keep_place();
         self.has_ended = true;
-        self.put(&Line::End(RunEnd { run: self.header.run, ended_unix_ns }));
+        let end = Line::End(RunEnd { run: self.header.run, ended_unix_ns });
+        self.waiting.extend(end.text().unwrap_or_default());
         let written = self.write_waiting();
         self.truncate(self.written);
         let path = self.path.display();
@@ -235,18 +252,14 @@ impl Journal {
         })
     }
 
-    /// Why changes are refused, as part of a sentence; `None`: all is written.
-    pub(crate) fn unwritten(&self) -> Option<&Arc<str>> {
-        self.unwritten.as_ref()
+    /// What the file lacks for good, as a sentence without its end.
+    pub(super) fn lost(&self) -> Option<Arc<str>> {
+        self.header.is_cut.then(|| self.lost_words().into())
     }
 
-    fn put(&mut self, line: &Line) {
-        let length = self.waiting.len();
-        match serde_json::to_writer(&mut self.waiting, line) {
-            Ok(()) => self.waiting.push(b'\n'),
-            // Which no line does.
-            Err(_) => self.waiting.truncate(length),
-        }
+    /// Why changes are refused, as part of a sentence; `None`: all is written.
+    pub(super) fn unwritten(&self) -> Option<&Arc<str>> {
+        self.unwritten.as_ref()
     }
 
     fn write_waiting(&mut self) -> io::Result<()> {
@@ -286,16 +299,30 @@ impl Journal {
     }
 
     /// Gives back what is beyond a length, reserved room included.
-    fn truncate(&mut self, length: u64) {
+    pub(super) fn truncate(&mut self, length: u64) {
         if self.is_regular && self.file.set_len(length).is_ok() {
             self.written = length;
         }
     }
 }
 
+/// Opens a file that is added to; whether it is new.
+pub(super) fn open(path: &Path) -> io::Result<(File, bool)> {
+    let open = |is_new: bool| {
+        let mut options = OpenOptions::new();
+        // A pipe that nobody reads must hold up nothing.
+        options.append(true).create_new(is_new).create(!is_new);
+        options.custom_flags(OFlags::NONBLOCK.bits() as i32).open(path)
+    };
+    match open(true) {
+        Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok((open(false)?, false)),
+        made => Ok((made?, true)),
+    }
+}
+
 /// Why what there is cannot be followed.
 #[derive(Debug, thiserror::Error)]
-enum FollowError {
+pub(super) enum FollowError {
     #[error(transparent)]
     Journal(#[from] JournalError),
     #[error(transparent)]

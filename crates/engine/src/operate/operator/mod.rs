@@ -198,6 +198,11 @@ impl Operator {
         self.permissions.unwritten = reason;
     }
 
+    /// That reason, while there is one.
+    pub fn unwritten(&self) -> Option<&Arc<str>> {
+        self.permissions.unwritten.as_ref()
+    }
+
     /// Whether `[[protect]]` takes a signal out of reach.
     pub fn is_protected(&self, signal: &Signal<'_>) -> bool {
         self.permissions.check_name(signal).is_err()
