@@ -47,8 +47,8 @@ pub(crate) struct Args {
     domain: domain::Args,
 }
 
-/// Between two looks. The smallest buffer of a service of ours holds 2.5 ms at the shortest period.
-const LOOK_INTERVAL: Duration = Duration::from_micros(500);
+/// Between two looks for layouts.
+const LOOK_INTERVAL: Duration = Duration::from_millis(1);
 /// How long frames are held back before they are matched, in ns: a publisher that loses its CPU while it sends
 /// may have served the next node and not yet this program.
 const HOLD_NS: u64 = 200_000_000;
@@ -121,11 +121,13 @@ fn measure(services: &[String], links: &mut [Link], stop: &Stop) -> Measured {
             link.taken(until_ns).for_each(|frame| timing.record(service, &frame));
         }
     };
+    // What is measured are stamps: the frames need only be taken before newer ones displace them.
+    let nap_ns = links.iter().map(Link::longest_nap_ns).min().unwrap_or_default();
     let mut ended = None;
     while !stop.is_due() && ended.is_none() {
         take_in(links, Monotonic.now_ns().saturating_sub(HOLD_NS));
         ended = links.iter().find_map(Link::ended);
-        thread::sleep(LOOK_INTERVAL);
+        thread::sleep(Duration::from_nanos(nap_ns));
     }
     let (elapsed, end_ns) = (began.elapsed(), Monotonic.now_ns());
     let end = ended.or_else(|| links.iter().find_map(|link| link.silence(begin_ns, end_ns)));

@@ -16,6 +16,7 @@ use isochrone_engine::parse_seconds;
 use isochrone_ipc::{Participant, ipc};
 use isochrone_machine::Environment;
 use isochrone_report::Report;
+use isochrone_runtime::FrameWait;
 use isochrone_timing::units::counted;
 
 use self::line::Line;
@@ -63,8 +64,8 @@ pub(crate) struct Args {
     /// Stop after this time: 10, 500ms, 5min
     #[arg(long, value_name = "TIME", value_parser = parse_seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
-    /// Poll without pause: uses a whole CPU, and the latency is that of the link alone. Otherwise
-    /// frames are polled every 100 us, which adds to the latency
+    /// Look for frames without pause: uses a whole CPU, and the latency is that of the link alone.
+    /// Otherwise it sleeps until the next frame is due, and its wake-up adds to the latency
     #[arg(long)]
     spin: bool,
     /// With --stats, print the report as JSON
@@ -80,7 +81,8 @@ pub(crate) struct Args {
     domain: domain::Args,
 }
 
-const LOOK_INTERVAL: Duration = Duration::from_micros(100);
+/// Between two looks for a layout, at the end.
+const LOOK_INTERVAL: Duration = Duration::from_millis(1);
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     configuration::service_name(&args.service)?;
@@ -105,6 +107,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
     let choice = Choice { every: args.every.unwrap_or(1), signals: args.signals.clone() };
     let mut transcript = Transcript::new(&args.service, sink, choice);
+    let wait = (!args.spin).then(FrameWait::in_this_thread);
     let wants_more = |frames| args.count.is_none_or(|count| frames < count);
     while wants_more(line.timing.frames()) && !stop.is_due() {
         if line.receive(&mut transcript) {
@@ -119,8 +122,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         if line.alarms.len() > alarms {
             transcript.leave();
         }
-        if !args.spin {
-            thread::sleep(LOOK_INTERVAL);
+        if let Some(wait) = &wait {
+            line.sleep(wait);
         }
     }
     while transcript.is_waiting() {

@@ -41,6 +41,7 @@ mod clock;
 mod cyclic;
 mod follow;
 mod margin;
+mod prompt;
 mod realtime;
 #[cfg(test)]
 mod simulated;
@@ -54,6 +55,7 @@ pub use follow::{Begun, Follow, FollowStart, Look};
 pub use isochrone_schedule::{
     EPOCH_OFFSET_NS, Margin, MissLimit, Overrun, Schedule, Wake, phase_between_ticks_ns,
 };
+pub use prompt::PromptWakeUps;
 pub use realtime::{
     PREFAULTED_STACK_BYTES, PreparedThread, ProcessGrant, Refusal, ThreadGrant, ThreadRequest,
     prepare_process, prepare_thread,

@@ -17,6 +17,9 @@
 //! [`LayoutAnnouncer`] sends the announcement and a [`LayoutWatcher`] receives it, both in an
 //! ordinary thread.
 //!
+//! Nothing wakes a reader, since that would cost the thread that sends a system call. A reader that sleeps
+//! asks [`FrameSubscriber::next_look_ns`] until when.
+//!
 //! Beside the frames, a [`RequestServer`] answers the requests of up to eight [`RequestClient`]s: bytes
 //! both ways, in ordinary threads.
 //!
@@ -39,6 +42,7 @@ mod config_keys;
 mod domain;
 mod error;
 mod exhausted;
+mod expectation;
 mod file_override;
 mod following;
 mod for_real_time;

@@ -6,6 +6,7 @@ use iceoryx2::prelude::CallbackProgression;
 use iceoryx2::sample::Sample;
 use iceoryx2::service::port_factory::PortFactory as _;
 
+use crate::expectation::Expectation;
 use crate::file_override::Guard;
 use crate::following::{Arrival, Following, Seen, Verdict};
 use crate::peers::Peers;
@@ -68,10 +69,12 @@ pub struct FrameSubscriber<S: Service> {
     peers: Peers,
     guard: Guard,
     following: Following,
+    expectation: Expectation,
     /// Those who write the service, as last looked up.
     writers: Vec<u128>,
     receive_errors: u64,
-    /// A frame that [`peek_newest`](Self::peek_newest) took out of the buffer.
+    /// A frame that [`peek_newest`](Self::peek_newest) or [`peek_next`](Self::peek_next) took out of the
+    /// buffer.
     held: Option<Sample<S, [f64], FrameHeader>>,
 }
 
@@ -169,6 +172,11 @@ impl<S: Service> FrameSubscriber<S> {
             peers,
             guard: Guard::of_ordinary_thread(),
             following: Following::new(),
+            expectation: Expectation::new(match depth {
+                // Its reader wants none of the frames that newer ones displace.
+                Depth::Newest => u64::MAX,
+                Depth::All => buffer as u64,
+            }),
             writers: Vec::with_capacity(publishers),
             receive_errors: 0,
             held: None,
@@ -215,6 +223,7 @@ impl<S: Service> FrameSubscriber<S> {
             };
             // The frames of one writer come in their order.
             if self.following.judge(&arrival(&sample, now_ns)) == Verdict::Take {
+                self.expectation.note(sample.user_header());
                 self.held = Some(sample);
             }
         }
@@ -227,11 +236,26 @@ impl<S: Service> FrameSubscriber<S> {
     /// seen before.
     pub fn next(&mut self, now_ns: u64) -> Option<FrameRef<'_, S>> {
         let _guarded = self.guard.of_call();
-        if let Some(held) = self.held.take() {
-            return Some(FrameRef::new(held));
+        self.hold_next(now_ns);
+        self.held.take().map(FrameRef::new)
+    }
+
+    /// The header of the frame that [`next`](Self::next) would return, and holds on to that frame.
+    ///
+    /// As `next` otherwise.
+    pub fn peek_next(&mut self, now_ns: u64) -> Option<&FrameHeader> {
+        let _guarded = self.guard.of_call();
+        self.hold_next(now_ns);
+        self.held.as_ref().map(|sample| sample.user_header())
+    }
+
+    /// Takes the next frame in line, unless one is held.
+    fn hold_next(&mut self, now_ns: u64) {
+        if self.held.is_some() {
+            return;
         }
         for _ in 0..self.drain_limit {
-            let sample = self.receive()?;
+            let Some(sample) = self.receive() else { break };
             let arrival = arrival(&sample, now_ns);
             let mut verdict = self.following.judge(&arrival);
             if verdict == Verdict::Stranger {
@@ -241,16 +265,42 @@ impl<S: Service> FrameSubscriber<S> {
                 }
             }
             if verdict == Verdict::Take {
-                return Some(FrameRef::new(sample));
+                self.expectation.note(sample.user_header());
+                self.held = Some(sample);
+                break;
             }
         }
-        None
     }
 
-    /// Sets the period that the writer announced, in ns: how long it may be silent before another
-    /// writer is followed depends on it.
+    /// When to look for frames again, in ns of the reader's clock: for readers that sleep until then.
+    ///
+    /// Call it when nothing waits; `now_ns` is the reader's clock, and the result is always later. Nobody
+    /// wakes a reader, because that would cost the thread that sends a system call. Instead the reader is
+    /// told when the writer's next frame is due, as learned from the frames received so far and from the
+    /// [period](Self::set_period) that was announced. If the frame is late, it is told to look again after
+    /// 20 us, then after a quarter of the time by which the frame is late. Frames without a rhythm are
+    /// looked for after 100 us, then after an eighth of the time since the last one.
+    ///
+    /// No nap is longer than the [longest](Self::longest_nap_ns). To watch several services, sleep until
+    /// the earliest of their looks.
+    ///
+    /// Neither allocates nor makes a system call.
+    pub fn next_look_ns(&mut self, now_ns: u64) -> u64 {
+        self.expectation.next_look_ns(now_ns)
+    }
+
+    /// The longest nap of a reader that takes all frames in time, in ns: the time in which the writer fills
+    /// half of the buffer, from 1 ms to 5 ms. A writer whose period is unknown may be as fast as the
+    /// fastest task.
+    pub fn longest_nap_ns(&self) -> u64 {
+        self.expectation.longest_nap_ns()
+    }
+
+    /// Sets the period that the writer announced, in ns, or 0: how long it may be silent before another
+    /// writer is followed depends on it, and when its next frame is looked for.
     pub fn set_period(&mut self, period_ns: u64) {
         self.following.set_period(period_ns);
+        self.expectation.set_period(period_ns);
     }
 
     /// Connects to publishers that joined; for the slack, since iceoryx2 maps memory for that.

@@ -128,6 +128,11 @@ impl Link {
         self.before = self.subscriber.counters();
     }
 
+    /// How long frames may lie there, in ns.
+    pub(super) fn longest_nap_ns(&self) -> u64 {
+        self.subscriber.longest_nap_ns()
+    }
+
     /// Takes the frames that wait.
     pub(super) fn receive(&mut self) {
         self.subscriber.maintain();

@@ -10,7 +10,7 @@ use isochrone_ipc::{
     SenderClock, Stamps, ipc,
 };
 use isochrone_processes::Stop;
-use isochrone_runtime::Alarm;
+use isochrone_runtime::{Alarm, FrameWait};
 use isochrone_timing::{FrameRecord, LinkReport, LinkTiming};
 
 use super::taken::Taken;
@@ -132,6 +132,13 @@ impl<'a> Line<'a> {
         }
         transcript.take(Taken { header, channels, values, received_ns, stamps, number });
         true
+    }
+
+    /// Sleeps until the next frame is due, or something is to be looked after.
+    pub(super) fn sleep(&mut self, wait: &FrameWait) {
+        let now_ns = Monotonic.now_ns();
+        wait.sleep_until_ns(self.subscriber.next_look_ns(now_ns).min(self.care_ns));
+        self.now_ns = Monotonic.now_ns();
     }
 
     /// Looks after layouts, peers and connections, if it is time.
