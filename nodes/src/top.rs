@@ -25,7 +25,7 @@ use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_processes::Stop;
 use ratatui::crossterm::event::{self, Event};
 
-use self::input::{Action, action};
+use self::input::{Action, Focus, action};
 use self::model::Model;
 use self::news::Wish;
 use self::palette::Palette;
@@ -98,15 +98,18 @@ fn show(screen: &mut Screen, session: &Session, stop: &Stop) -> Result<(), Failu
             // A new size is drawn as a key's effect is: at once.
             next_draw = Instant::now();
             if let Event::Key(key) = event::read().map_err(failed)? {
-                match action(model.focus(), key) {
+                let is_shown = view::fits(terminal.size().map_err(failed)?.into());
+                // What cannot be seen is not operated.
+                let focus = if is_shown { model.focus() } else { Focus::List };
+                match action(focus, key) {
                     Some(Action::Quit) => return Ok(()),
                     Some(Action::Redraw) => terminal.clear().map_err(failed)?,
-                    Some(action) => {
+                    Some(action) if is_shown => {
                         if let Some(order) = model.act(action) {
                             session.wish(Wish::Order(order));
                         }
                     }
-                    None => {}
+                    _ => {}
                 }
             }
             waiting = event::poll(Duration::ZERO).map_err(failed)?;

@@ -43,6 +43,8 @@ pub(super) enum Asks {
     Transaction(Option<(u64, String)>),
     /// Whether it shall be done.
     Confirm(Order),
+    /// Why it shall be done, and the value that the signal has.
+    Comment(Order, Option<String>),
 }
 
 /// The signal of a question.
@@ -93,6 +95,19 @@ impl Question {
             }
             Asks::Transaction(None) => "the number of a set; `isochrone journal` lists them".into(),
             Asks::Confirm(_) => String::new(),
+            Asks::Comment(..) => "for the journal, such as: sensor 3 calibrated".into(),
+        }
+    }
+
+    /// Asks for the reason first, where the node keeps one.
+    pub(super) fn for_comment(self) -> Self {
+        match &self.asks {
+            Asks::Confirm(order) if order.clone().comment_mut().is_some() => {
+                let input = order.comment().unwrap_or_default().to_owned();
+                let asks = Asks::Comment(order.clone(), self.before);
+                Self { input, ..Self::new(asks) }
+            }
+            _ => self,
         }
     }
 
@@ -114,7 +129,8 @@ impl Question {
             Asks::NewValue(target) => {
                 let value = target.read(&self.input)?;
                 let to = target.shown(value);
-                confirm(Order::Set { name: target.name.clone(), value, to }, Some(target))
+                let (name, comment) = (target.name.clone(), None);
+                confirm(Order::Set { name, value, to, comment }, Some(target))
             }
             Asks::ForcedValue(target) => {
                 let value = target.read(&self.input)?;
@@ -123,7 +139,8 @@ impl Question {
             Asks::ForceTime(target, value) => {
                 let hold = hold(&self.input)?;
                 let (name, to) = (target.name.clone(), target.shown(*value));
-                confirm(Order::Force { name, value: *value, to, hold }, Some(target))
+                let (value, comment) = (*value, None);
+                confirm(Order::Force { name, value, to, hold, comment }, Some(target))
             }
             Asks::Transaction(last) => {
                 let transaction = self.input.trim().parse();
@@ -133,6 +150,14 @@ impl Question {
                 confirm(Order::Undo { transaction, what }, None)
             }
             Asks::Confirm(order) => Next::Send(order.clone()),
+            Asks::Comment(order, before) => {
+                let (mut order, before) = (order.clone(), before.clone());
+                if let Some(comment) = order.comment_mut() {
+                    let text = self.input.trim();
+                    *comment = (!text.is_empty()).then(|| text.to_owned());
+                }
+                Next::Ask(Self { before, ..Self::new(Asks::Confirm(order)) })
+            }
         })
     }
 }
@@ -149,7 +174,7 @@ impl Target {
     }
 
     /// A value of its type, with its unit.
-    fn shown(&self, value: Value) -> String {
+    pub(super) fn shown(&self, value: Value) -> String {
         let value_type = type_of(&self.value_type);
         let value = shown(value, value_type);
         match self.unit.as_deref() {
@@ -201,7 +226,7 @@ mod tests {
     fn a_value_is_confirmed_before_it_is_sent() {
         let next = answered(Asks::NewValue(target("LREAL")), " 7.5 ");
         let (name, to) = ("ramp.setChangeRate".into(), "7.5 m/s".into());
-        let set = Order::Set { name, value: Value::Number(7.5), to };
+        let set = Order::Set { name, value: Value::Number(7.5), to, comment: None };
         assert_eq!(confirmed(next), set);
     }
 
@@ -218,7 +243,8 @@ mod tests {
             let next = answered(question.asks, time);
             let name = "ramp.setChangeRate".to_owned();
             let (value, to) = (Value::Bool(true), "TRUE".to_owned());
-            assert_eq!(confirmed(next), Order::Force { name, value, to, hold });
+            let comment = None;
+            assert_eq!(confirmed(next), Order::Force { name, value, to, hold, comment });
         }
     }
 

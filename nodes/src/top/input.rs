@@ -54,6 +54,8 @@ pub(super) enum Action {
     Erase,
     EraseAll,
     Accept,
+    /// Give a reason for what is to be confirmed.
+    Comment,
     Cancel,
 }
 
@@ -82,6 +84,7 @@ pub(super) fn action(focus: Focus, key: KeyEvent) -> Option<Action> {
         Focus::Answer => on_text(key.code),
         Focus::Confirmation => match key.code {
             KeyCode::Enter | KeyCode::Char('y') => Some(Action::Accept),
+            KeyCode::Char('c') => Some(Action::Comment),
             KeyCode::Esc | KeyCode::Char('n' | 'q') => Some(Action::Cancel),
             _ => None,
         },

@@ -53,16 +53,18 @@ impl Link {
 
     pub(super) fn give(&mut self, order: &Order) -> Result<Done, ClientError> {
         let result = match order.clone() {
-            Order::Set { name, value, .. } => {
+            Order::Set { name, value, comment, .. } => {
                 let values = Values(vec![(name, value)]);
-                self.client.call(&SetParams { values, client: client(), ..SetParams::default() })?
+                let (client, at) = (client(), None);
+                self.client.call(&SetParams { values, client, at, comment })?
             }
-            Order::Force { name, value, hold, .. } => {
+            Order::Force { name, value, hold, comment, .. } => {
                 let values = Values(vec![(name, value)]);
                 let params = ForceParams {
                     values,
                     seconds: hold,
                     client: client(),
+                    comment,
                     ..ForceParams::default()
                 };
                 let forced = self.client.call(&params)?;

@@ -1,5 +1,7 @@
 //! What the screen knows of the node, and what it is doing with it.
 
+use std::collections::VecDeque;
+
 use isochrone_runtime::control::{ActiveAlarm, DescribeResult, Force, Role};
 
 use super::cursor::{Cursor, Motion};
@@ -30,6 +32,8 @@ pub(super) struct Model {
     pub(super) force_cursor: Cursor,
     pub(super) task_cursor: Cursor,
     pub(super) dialog: Option<Dialog>,
+    /// Messages that wait until nothing is asked or typed.
+    waiting: VecDeque<Dialog>,
     /// What was searched for before the search that is being typed.
     searched: Option<String>,
     /// What happened last.
@@ -72,7 +76,8 @@ impl Model {
             News::Done(done) => self.note_done(&done),
             News::Refused { order, why } => {
                 let title = format!("Not done: {order}");
-                self.dialog = Some(Dialog::Message { title, text: why, first: 0 });
+                self.note.clone_from(&title);
+                self.tell(title, why);
             }
             News::Lost(why) => {
                 self.lost = Some(why);
@@ -107,8 +112,19 @@ impl Model {
         }
         if !done.warnings.is_empty() {
             let title = format!("Done, with a warning: {}", done.order);
-            let text = done.warnings.join("\n");
-            self.dialog = Some(Dialog::Message { title, text, first: 0 });
+            self.tell(title, done.warnings.join("\n"));
+        }
+    }
+
+    /// Shows a message, as soon as the keyboard is free: the next key is meant for what is there now.
+    fn tell(&mut self, title: String, text: String) {
+        self.waiting.push_back(Dialog::Message { title, text, first: 0 });
+        self.show_waiting();
+    }
+
+    fn show_waiting(&mut self) {
+        if self.focus() == Focus::List {
+            self.dialog = self.waiting.pop_front();
         }
     }
 
@@ -167,6 +183,12 @@ impl Model {
 
     /// Does what a key asks for; returns what the node shall do.
     pub(super) fn act(&mut self, action: Action) -> Option<Order> {
+        let order = self.take_action(action);
+        self.show_waiting();
+        order
+    }
+
+    fn take_action(&mut self, action: Action) -> Option<Order> {
         match action {
             // Those concern the program.
             Action::Quit | Action::Redraw => {}
@@ -198,6 +220,11 @@ impl Model {
             }),
             Action::EraseAll => self.edit(String::clear),
             Action::Accept => return self.accept(),
+            Action::Comment => {
+                if let Some(Dialog::Question(question)) = self.dialog.take() {
+                    self.dialog = Some(Dialog::Question(question.for_comment()));
+                }
+            }
             Action::Cancel => self.cancel(),
         }
         None

@@ -75,12 +75,14 @@ pub(super) enum Order {
         name: String,
         value: Value,
         to: String,
+        comment: Option<String>,
     },
     Force {
         name: String,
         value: Value,
         to: String,
         hold: Hold,
+        comment: Option<String>,
     },
     Release {
         name: String,
@@ -90,6 +92,24 @@ pub(super) enum Order {
         transaction: u64,
         what: Option<String>,
     },
+}
+
+impl Order {
+    /// Why it is given.
+    pub(super) fn comment(&self) -> Option<&str> {
+        match self {
+            Self::Set { comment, .. } | Self::Force { comment, .. } => comment.as_deref(),
+            Self::Release { .. } | Self::Undo { .. } => None,
+        }
+    }
+
+    /// The place of the reason for it; `None`: the node keeps none.
+    pub(super) fn comment_mut(&mut self) -> Option<&mut Option<String>> {
+        match self {
+            Self::Set { comment, .. } | Self::Force { comment, .. } => Some(comment),
+            Self::Release { .. } | Self::Undo { .. } => None,
+        }
+    }
 }
 
 /// As people read it.

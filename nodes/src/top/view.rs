@@ -8,12 +8,16 @@ mod text;
 use isochrone_runtime::control::Access;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
-use ratatui::text::{Line, Span};
+use ratatui::text::{Line, Span, Text};
 
 use self::text::plain;
 use super::input::{Focus, Page};
+use super::message::wrapped;
 use super::model::{Model, Rows};
 use super::palette::Palette;
+
+/// On less than this, columns and dialogs would be cut.
+const LEAST: (u16, u16) = (80, 12);
 
 /// From this height on, tasks stand below the signals as well.
 const TALL: u16 = 34;
@@ -56,9 +60,24 @@ pub(super) fn rows(area: Rect, model: &Model) -> Rows {
     }
 }
 
-/// Draws everything.
+/// Whether a screen of this size has room for everything.
+pub(super) fn fits(area: Rect) -> bool {
+    area.width >= LEAST.0 && area.height >= LEAST.1
+}
+
+/// Draws everything, or that there is no room for it: half a value is a wrong value.
 pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, palette: Palette) {
     let area = frame.area();
+    if !fits(area) {
+        let (width, height) = LEAST;
+        let text = format!(
+            "top needs {width}x{height} characters, and this terminal has {}x{}. q quits.",
+            area.width, area.height
+        );
+        let text = wrapped(&text, area.width.into());
+        frame.render_widget(Text::from_iter(text), area);
+        return;
+    }
     let regions = regions(area, model);
     frame.render_widget(header(model, palette), regions.header);
     frame.render_widget(pages(model, palette), regions.pages);
@@ -121,7 +140,7 @@ fn keys(model: &Model) -> Line<'static> {
     Line::raw(match (model.focus(), model.page) {
         (Focus::Search, _) => "type a part of a name   Enter keep   Esc leave",
         (Focus::Answer, _) => "Enter next   Esc leave   Ctrl-U erase",
-        (Focus::Confirmation, _) => "Enter or y do it   Esc or n leave",
+        (Focus::Confirmation, _) => "Enter or y do it   c give a reason   Esc or n leave",
         (Focus::Message, _) => "Enter close   Up and Down scroll",
         (Focus::List, Page::Signals) => {
             "Enter set  f force  r release  u undo  / search  a i p w o list  ? help  q quit"

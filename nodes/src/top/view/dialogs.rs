@@ -6,9 +6,10 @@ use ratatui::layout::{Constraint, Rect};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Padding, Paragraph};
 
-use super::text::{plain, value};
+use super::text::plain;
 use crate::top::dialog::{Asks, Dialog, Question};
 use crate::top::message::{Space, message_lines, wrapped};
+use crate::top::news::Order;
 use crate::top::palette::Palette;
 
 /// As wide as reads well.
@@ -30,8 +31,8 @@ Release   r  ends the force of the selected signal
 Undo      u  takes back a set, with all of its values
 Quit      q  or Ctrl-C; Ctrl-L draws the screen again
 
-Each change is shown and waits for Enter. The node keeps a journal of
-all of them. Forces go on when you quit.";
+Each change is shown and waits for Enter; c gives a reason, which the
+node keeps with the change in its journal. Forces go on when you quit.";
 
 /// Room for the text of a message.
 pub(super) fn message_space(area: Rect) -> Space {
@@ -70,6 +71,7 @@ fn title_of(question: &Question) -> &'static str {
         Asks::ForceTime(..) => "Force for how long?",
         Asks::Transaction(_) => "Undo which transaction?",
         Asks::Confirm(_) => "Do this?",
+        Asks::Comment(..) => "For what reason?",
     }
 }
 
@@ -83,6 +85,13 @@ fn lines_of<'a>(question: &'a Question, space: Space, palette: Palette) -> Vec<L
             if let Some(before) = &question.before {
                 lines.extend(wrap(&format!("now {before}")).map(Line::raw));
             }
+            if let Some(comment) = order.comment() {
+                lines.extend(wrap(&format!("reason: {comment}")).map(Line::raw));
+            }
+            if matches!(order, Order::Undo { what: None, .. }) {
+                let text = "what it changed was not done here; `isochrone journal` shows it";
+                lines.extend(wrap(text).map(Line::raw));
+            }
             return lines;
         }
         Asks::NewValue(target) | Asks::ForcedValue(target) => {
@@ -90,10 +99,13 @@ fn lines_of<'a>(question: &'a Question, space: Space, palette: Palette) -> Vec<L
             lines.extend(wrap(&now).map(Line::raw));
         }
         Asks::ForceTime(target, to) => {
-            let text = format!("{} to {}", target.name, value(*to, &target.value_type));
+            let text = format!("{} to {}", target.name, target.shown(*to));
             lines.extend(wrap(&text).map(Line::raw));
         }
         Asks::Transaction(_) => {}
+        Asks::Comment(order, _) => {
+            lines.extend(wrap(&order.to_string()).map(Line::raw));
+        }
     }
     lines.push(Line::from(vec![
         Span::styled(format!("> {}", plain(&question.input)), palette.heading()),

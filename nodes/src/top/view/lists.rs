@@ -58,7 +58,7 @@ pub(super) fn draw_signals(frame: &mut Frame<'_>, body: Rect, model: &Model, pal
         let marks = signals.marks(signal);
         let style = style_of(marks, palette);
         let reading = signals.value(&signal.name);
-        let reading = reading.map_or(NONE.into(), |it| value(it, &signal.value_type));
+        let reading = reading.map_or(NONE.into(), |it| value(it, &signal.value_type, VALUE_WIDTH));
         let row = Row::new([
             Cell::from(letters(marks)).style(style),
             Cell::from(cut(&plain(&signal.name), names.into()).into_owned()).style(style),
@@ -209,7 +209,7 @@ pub(super) fn draw_forces(frame: &mut Frame<'_>, body: Rect, model: &Model, pale
         let until = force.until_cycle.map_or("released".into(), |cycle| cycle.to_string());
         Row::new([
             Cell::from(plain(&force.name)).style(palette.forced()),
-            right(value(force.value, value_type)).style(palette.forced()),
+            right(value(force.value, value_type, VALUE_WIDTH)).style(palette.forced()),
             right(force.since_cycle.to_string()),
             right(until),
             Cell::from(plain(force.client.as_deref().unwrap_or(NONE))),

@@ -169,7 +169,12 @@ fn a_parameter_is_set_with_enter_a_value_and_a_confirmation() {
     assert_eq!(press(&mut model, "\u{8}\u{8}\u{8}\u{8}7.5\n"), None);
     assert_shows(&mut model, &["Do this?", "set ramp.setChangeRate to 7.5", "now 5 m/s"]);
     let (name, to) = ("ramp.setChangeRate".into(), "7.5 m/s".into());
-    let order = Order::Set { name, value: Value::Number(7.5), to };
+    let comment = Some("too fast".to_owned());
+    press(&mut model, "ctoo slow\u{1b}");
+    assert_eq!((model.focus(), &model.dialog), (Focus::List, &None), "Esc leaves");
+    press(&mut model, "\n7.5\nctoo fast\n");
+    assert_shows(&mut model, &["Do this?", "now 5 m/s", "reason: too fast"]);
+    let order = Order::Set { name, value: Value::Number(7.5), to, comment };
     assert_eq!(press(&mut model, "\n"), Some(order.clone()));
     assert_shows(&mut model, &["asked to set ramp.setChangeRate to 7.5"]);
     let before: Values = [("ramp.setChangeRate", 5.0)].into_iter().collect();
@@ -209,11 +214,59 @@ fn a_force_has_a_time_and_is_released_where_it_is_listed() {
     assert_shows(&mut model, &["force level to 1.5 m/s for 30 s"]);
     let order = press(&mut model, "\n");
     let (name, value, to) = ("level".to_owned(), Value::Number(1.5), "1.5 m/s".to_owned());
-    assert_eq!(order, Some(Order::Force { name, value, to, hold: Hold::Seconds(30.0) }));
+    let (hold, comment) = (Hold::Seconds(30.0), None);
+    assert_eq!(order, Some(Order::Force { name, value, to, hold, comment }));
     press(&mut model, "r");
     assert_shows(&mut model, &["level is not forced"]);
     let name = "ramp.delayedValue".to_owned();
-    assert_eq!(press(&mut model, "4r\n"), Some(Order::Release { name }));
+    press(&mut model, "4r");
+    press(&mut model, "c");
+    assert_shows(&mut model, &["Do this?", "release ramp.delayedValue"]);
+    assert_eq!(press(&mut model, "\n"), Some(Order::Release { name }), "it has no reason");
+    press(&mut model, "u33\n");
+    assert_shows(&mut model, &["undo transaction 33", "was not done here"]);
+}
+
+#[test]
+fn an_answer_that_comes_while_something_is_typed_waits_until_that_is_done() {
+    let mut model = plant();
+    let refused = |transaction| News::Refused {
+        order: Order::Undo { transaction, what: None },
+        why: "it is too late".into(),
+    };
+    press(&mut model, "p\n7.");
+    [1, 2].into_iter().for_each(|number| model.take(refused(number)));
+    assert_shows(&mut model, &["Set a parameter", "> 7.", "Not done: undo transaction 2"]);
+    press(&mut model, "5\n");
+    assert_shows(&mut model, &["Do this?", "set ramp.setChangeRate to 7.5"]);
+    assert!(press(&mut model, "\n").is_some());
+    assert_shows(&mut model, &["The node says", "Not done: undo transaction 1", "too late"]);
+    press(&mut model, "\n");
+    assert_shows(&mut model, &["The node says", "Not done: undo transaction 2"]);
+    press(&mut model, "\n");
+    assert_eq!(model.dialog, None);
+    press(&mut model, "a/bank");
+    model.take(refused(3));
+    assert_shows(&mut model, &["/bank", "300 of 304 listed"]);
+    press(&mut model, "\n");
+    assert_shows(&mut model, &["Not done: undo transaction 3"]);
+}
+
+#[test]
+fn a_screen_that_is_too_small_says_so_and_shows_no_half_of_a_value() {
+    let mut model = plant();
+    for (width, height) in [(40, 10), (20, 5), (79, 24), (80, 11)] {
+        let text = lines(&mut model, (width, height)).join(" ");
+        let said = format!("top needs 80x12 characters, and this terminal has {width}x{height}.");
+        assert!(text.contains(&said), "{text}");
+        assert!(!text.contains("level") && !fits(Rect::new(0, 0, width, height)), "{text}");
+    }
+    assert!(lines(&mut model, (80, 12)).iter().any(|line| line.contains("m/s")));
+    let values = [("level", Value::Integer(-2_147_483_647))];
+    let signals = vec![signal("level", Role::Input, "TIME")];
+    model.take(News::Joined { node: node(1), signals });
+    model.take(News::Values(read(values)));
+    assert_shows(&mut model, &["T#-24d20h31m2…"]);
 }
 
 #[test]

@@ -16,9 +16,9 @@ pub(super) fn plain(text: &str) -> Cow<'_, str> {
     escaped(text)
 }
 
-/// A value of a type by name, as `show` writes it.
-pub(super) fn value(value: Value, value_type: &str) -> String {
-    shown(value, type_of(value_type))
+/// A value of a type by name, as `show` writes it, in at most so many characters.
+pub(super) fn value(value: Value, value_type: &str, most: u16) -> String {
+    cut(&shown(value, type_of(value_type)), most.into()).into_owned()
 }
 
 /// A text of at most so many characters.
