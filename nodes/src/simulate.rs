@@ -1,5 +1,6 @@
 //! `simulate`: the same engine with no clock and no IPC, as fast as it goes.
 
+mod entering;
 mod past;
 mod recorded_input;
 

@@ -8,7 +8,7 @@ use isochrone_engine::{Plan, Source, TaskEngine};
 use isochrone_runtime::journal::{JournalFile, JournaledRun, Missed, Unclear};
 use isochrone_timing::units::counted;
 
-use super::Args;
+use super::{Args, entering};
 use crate::failure::Failure;
 use crate::terminal;
 
@@ -145,20 +145,9 @@ fn note_run(path: &Path, file: &JournalFile, run: &JournaledRun, plan: &Plan) {
     let length = |range: &Missed| range.last.saturating_sub(range.first).saturating_add(1);
     let missed = run.missed.iter().map(|range| length(&range.content));
     let missed = counted(missed.fold(0, u64::saturating_add), "missed cycle");
-    let depends = |task: &usize| plan.links.iter().any(|link| link.to == *task);
-    let (open, exact): (Vec<usize>, Vec<usize>) = (0..plan.tasks.len()).partition(depends);
-    let names = |tasks: &[usize]| {
-        let names: Vec<_> = tasks.iter().map(|task| plan.tasks[*task].name.as_str()).collect();
-        names.join(", ")
-    };
-    let mut note = format!("note: run {} of {path}: {changes}, {missed}", header.run);
-    if !exact.is_empty() {
-        note += &format!("; with the inputs of the run, exact for: {}", names(&exact));
-    }
-    if !open.is_empty() {
-        note += &format!("; not for: {} (values of other tasks enter)", names(&open));
-    }
-    terminal::note(&note);
+    let applied = run.entries.iter().filter_map(|entry| entry.content.configuration.as_deref());
+    let exact = entering::note(plan, &entering::of(plan, &applied.collect()));
+    terminal::note(&format!("note: run {} of {path}: {changes}, {missed}{exact}", header.run));
     if run.end.is_none() {
         let last = match run.entries.last() {
             Some(entry) => format!(
