@@ -41,6 +41,43 @@ fn a_recording_is_published_with_its_names_its_values_and_its_pace() {
 }
 
 #[test]
+fn a_simulation_whose_outputs_share_a_signal_is_published_with_that_signal_once() {
+    let domain = Domain::new();
+    domain.write(
+        "two.toml",
+        r#"
+[node]
+name = "two"
+[[task]]
+name = "t"
+period = "10ms"
+[[block]]
+name = "saw"
+type = "SawTooth"
+in = { startValue = 5, incrementRange = 1, endlessSteps = true }
+[[block]]
+name = "other"
+type = "SawTooth"
+in = { startValue = 9 }
+[[output]]
+service = "there/one"
+signals = ["saw.value"]
+[[output]]
+service = "there/two"
+signals = ["other.value", "saw.value"]
+"#,
+    );
+    domain.run("simulate two.toml --cycles 4 --output first.csv").expect_code(0);
+    let header = domain.read("first.csv").lines().next().unwrap().to_owned();
+    assert_eq!(header.matches("saw.value").count(), 2, "rows hold every signal of every output");
+    published(&domain, "--csv first.csv --rate 100", "--csv second.csv --count 4");
+    let second = domain.read("second.csv");
+    assert_eq!(second.lines().next().unwrap().matches("saw.value").count(), 1, "{second}");
+    let values = second.lines().skip(1).map(|row| row.split(',').nth(2).unwrap().to_owned());
+    assert_eq!(values.collect::<Vec<_>>(), ["5.0", "6.0", "7.0", "8.0"], "{second}");
+}
+
+#[test]
 fn a_simulation_is_published_at_the_pace_that_it_simulated() {
     let domain = Domain::new();
     domain.write(

@@ -55,6 +55,12 @@ fn a_row_of_inputs_is_a_cycle_and_columns_come_in_any_order() {
 }
 
 #[test]
+fn a_column_that_stands_twice_with_the_same_values_counts_once() {
+    let once = simulate("a,n,b,d\n0.5,2,1,4\n0.25,6,0,8\n").silently();
+    assert_eq!(simulate("a,n,a,b,d,a\n0.5,2,0.5,1,4,0.5\n0.25,6,0.25,0,8,0.25\n").silently(), once);
+}
+
+#[test]
 fn the_last_row_holds() {
     let folder = wire("a,n,b,d\n1,2,1,4\n5,6,0,8\n");
     let out = folder.run("simulate wire.toml --inputs in.csv --cycles 4").silently();
@@ -124,7 +130,7 @@ fn inputs_that_make_no_sense_are_refused_with_their_place() {
         (b"A\n1\n", &["in.csv:1", "\"A\""]),
         (b"a;n\n1;2\n", &["in.csv:1", "\"a;n\"", "separated by commas"]),
         (b"1,2\n3,4\n", &["in.csv:1", "\"1\"", "a, n, b, d"]),
-        (b"a,n,a\n1,2,3\n", &["in.csv:1", "two columns \"a\""]),
+        (b"a,n,a\n3,2,3\n1,2,3\n", &["in.csv:3", "two columns \"a\"", "differ"]),
         (b"a,n\n1,2\n1\n", &["in.csv:3", "1 for 2"]),
         (b"a\n1,5\n", &["in.csv:2", "2 for 1"]),
         (b"a,n\n1,2\n\n1,two\n", &["in.csv:4", "\"n\"", "\"two\"", "not a number"]),

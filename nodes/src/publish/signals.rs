@@ -30,7 +30,8 @@ pub(super) struct SignalArgs {
     wave: Vec<Shape>,
     /// CSV file, for example from `subscribe --csv`: a header row, then one row per frame. The
     /// column `time_s` sets when each frame is due, `cycle` is ignored, and every other column is a
-    /// channel. Publishing stops after the last row; with a larger --count the last row is repeated
+    /// channel; one that stands twice with the same values is one channel. Publishing stops after the last
+    /// row; with a larger --count the last row is repeated
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
     /// Channel names for --value and --wave (default: ch0, ch1, …); with --csv, the columns to

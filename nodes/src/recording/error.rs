@@ -60,7 +60,9 @@ pub(crate) enum RecordingError {
     )]
     NoName { path: String, line: usize, number: usize },
     /// A column that stands twice.
-    #[error("{path}:{line}: there are two columns \"{column}\"; name each column once")]
+    #[error(
+        "{path}:{line}: there are two columns \"{column}\", and here they differ; rename one of them"
+    )]
     DuplicateColumn { path: String, line: usize, column: String },
     /// A row with too few or too many values.
     #[error(

@@ -1,6 +1,6 @@
 //! Reading a CSV file.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -25,6 +25,8 @@ enum Column {
     Ignored,
     /// Values of this type, or of any.
     Values(Option<PinType>),
+    /// The same as in the column of this place, which has its name: outputs may share a signal.
+    Again(usize),
 }
 
 impl Recording {
@@ -85,6 +87,11 @@ fn read(
         for ((cell, column), header) in row.iter().zip(&columns).zip(&header) {
             match column {
                 Column::Ignored => {}
+                Column::Again(first) if row.get(*first) == Some(cell) => {}
+                Column::Again(_) => {
+                    let (line, column) = (line_of(&row), quoted(header));
+                    return Err(RecordingError::DuplicateColumn { path: name(), line, column });
+                }
                 Column::Cycle => {
                     let before = recording.cycles.last();
                     let cycle =
@@ -150,16 +157,17 @@ fn columns(
     }
     let types: HashMap<&str, PinType> = inputs.unwrap_or_default().iter().copied().collect();
     let mut columns = Vec::new();
-    let mut seen = HashSet::new();
+    let mut seen = HashMap::new();
     for (index, column) in header.iter().enumerate() {
         if column.is_empty() {
             let number = index + 1;
             return Err(RecordingError::NoName { path: path(), line, number });
         }
-        if !seen.insert(column) {
-            let column = quoted(column);
-            return Err(RecordingError::DuplicateColumn { path: path(), line, column });
+        if let Some(first) = seen.get(column) {
+            columns.push(Column::Again(*first));
+            continue;
         }
+        seen.insert(column, index);
         columns.push(match (column, inputs, types.get(column)) {
             (_, _, Some(value_type)) => Column::Values(Some(*value_type)),
             (TIME, None, _) => Column::Time,
