@@ -289,13 +289,16 @@ fn a_task_with_a_priority_runs_on_a_chosen_cpu_and_everybody_says_why() {
     domain.write("rt.toml", &NODE.replacen("ob = 35", "ob = 35\npriority = 50", 1));
     let mut node = domain.start("run rt.toml --report rt.json");
     node.wait_for("is running");
-    let list = domain.run("list --json").expect_code(0);
-    let list: serde_json::Value = serde_json::from_str(&list.stdout).unwrap();
-    let task = list["control_nodes"][0]["tasks"][0]["placement"].clone();
+    // A node that does not answer in time is listed without its tasks.
+    let placement = |_| {
+        let list = domain.run("list --json").expect_code(0).stdout;
+        let list: serde_json::Value = serde_json::from_str(&list).unwrap();
+        Some(list["control_nodes"][0]["tasks"][0]["placement"].clone()).filter(|p| p.is_object())
+    };
+    let task = (0..20).find_map(placement).unwrap();
     let (cpu, reason) = (task["cpu"].as_u64().unwrap(), task["cpu_reason"].as_str().unwrap());
-    let shown = domain.run("list").expect_code(0).stdout;
     let chosen = format!("CPU of fast: {reason}");
-    assert!(shown.contains(&chosen), "{chosen}: {shown}");
+    assert!((0..20).any(|_| domain.run("list").expect_code(0).stdout.contains(&chosen)));
     let ended = node.stop().expect_code(0);
     for (text, part) in [
         (&ended.stderr, format!("task \"fast\": CPU {cpu}: {reason}")),

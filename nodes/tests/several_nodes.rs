@@ -155,6 +155,9 @@ fn a_node_starts_beside_nodes_that_are_stopped_and_names_each() {
     domain.write("next.toml", &node("next", "0ms", cpu));
     let mut nodes = names.map(|name| domain.start(&format!("run {name}.toml")));
     nodes.iter_mut().for_each(|node| node.wait_for("is running"));
+    // Once they answer, they have started: none is stopped while it holds up the domain.
+    let is_answered = |listed: &Ended| listed.stdout.matches("  cycle ").count() == names.len();
+    assert!((0..20).any(|_| is_answered(&domain.run("list"))));
     nodes.iter().for_each(|node| node.signal(Signal::STOP));
 
     let ended = domain.run("run next.toml --cycles 1").expect_code(0);
