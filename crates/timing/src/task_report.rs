@@ -30,7 +30,7 @@ pub struct TaskReport {
     pub scheduler: String,
     /// CPU that the task was pinned to; `null` if it could move.
     pub cpu: Option<usize>,
-    /// Why that CPU was chosen; absent if somebody named it, or the task could move.
+    /// Why that CPU was chosen, among all or among several that were named; otherwise absent.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub cpu_reason: Option<String>,
     /// Cycles that ran, including the warm-up.

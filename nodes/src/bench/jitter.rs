@@ -45,7 +45,8 @@ pub(super) struct Args {
     #[arg(long, value_parser = clap::value_parser!(u8).range(0..=89))]
     priority: Option<u8>,
     /// CPU for all arms; default: the one that `cpu = "auto"` would choose now. With several, such as
-    /// 0,1, every arm runs on each of them, as `hybrid@0` and `hybrid@1`
+    /// 0,1, every arm runs on each of them, as `hybrid@0` and `hybrid@1`, and the report says which of them
+    /// `auto` would choose
     #[arg(long, value_delimiter = ',', value_name = "CPU")]
     cpu: Vec<usize>,
     /// Offset of the releases (ms, or with a unit: 30us) from a grid that starts between the

@@ -52,7 +52,7 @@ pub(super) struct Entrant {
     pub(super) name: String,
     pub(super) kind: Kind,
     pub(super) cpu: usize,
-    /// Why the CPU was chosen, if nobody named it.
+    /// Why the CPU is the best, of all or of several that were named.
     pub(super) cpu_reason: Option<String>,
 }
 

@@ -49,7 +49,7 @@ pub struct NodeArm {
 pub struct ArmCpu {
     /// The CPU.
     pub cpu: usize,
-    /// Why it was chosen, if nobody named it.
+    /// Why it is the best, of all or of several that were named.
     pub reason: Option<String>,
 }
 
@@ -118,20 +118,29 @@ impl Settings {
 }
 
 /// The CPUs that were asked for, or the one that is the best for one more thread
-/// ([`choose`](isochrone_machine::Observation::choose)).
+/// ([`choose`](isochrone_machine::Observation::choose)). Of several that were asked for, the best one has the
+/// reason why it is.
 ///
 /// # Errors
 /// The process may not use one of them, or none at all.
 pub fn find_cpus(wanted: &[usize], machine: &Machine) -> Result<Vec<ArmCpu>, BenchError> {
     let allowed = machine.bindable().ok_or(BenchError::NoCpu)?;
-    if wanted.is_empty() {
-        let choice = machine.observation().and_then(isochrone_machine::Observation::choose);
-        let choice = choice.ok_or(BenchError::NoCpu)?;
-        return Ok(vec![ArmCpu { cpu: choice.cpu, reason: Some(choice.to_string()) }]);
-    }
     if let Some(cpu) = wanted.iter().copied().find(|cpu| !allowed.contains(cpu)) {
         let allowed: Vec<String> = allowed.iter().map(usize::to_string).collect();
         return Err(BenchError::NoSuchCpu { cpu, allowed: allowed.join(", ") });
     }
-    Ok(wanted.iter().map(|cpu| ArmCpu { cpu: *cpu, reason: None }).collect())
+    if let [only] = wanted {
+        return Ok(vec![ArmCpu { cpu: *only, reason: None }]);
+    }
+    let choice = machine.observation().and_then(|observation| {
+        let mut observation = observation.clone();
+        observation.cpus.retain(|cpu| wanted.is_empty() || wanted.contains(&cpu.cpu));
+        observation.choose()
+    });
+    if wanted.is_empty() {
+        let choice = choice.ok_or(BenchError::NoCpu)?;
+        return Ok(vec![ArmCpu { cpu: choice.cpu, reason: Some(choice.to_string()) }]);
+    }
+    let reason = |cpu| Some(choice.as_ref().filter(|choice| choice.cpu == cpu)?.to_string());
+    Ok(wanted.iter().map(|cpu| ArmCpu { cpu: *cpu, reason: reason(*cpu) }).collect())
 }
