@@ -145,6 +145,22 @@ fn mistakes_in_what_may_be_done_are_reported_where_they_stand() {
 }
 
 #[test]
+fn limits_of_all_pins_of_a_block_bound_no_pin_that_means_the_calling_task() {
+    let limits = "[limits]\n\"ramp.*.*\" = [0.0, 50.0]\n\"ramp.*.callOB\" = [1, 40]\n[[task]]";
+    let limited = VALID.replacen("[[task]]", limits, 1);
+    assert_eq!(plan(&limited).unwrap().limits.len(), 2);
+    // One that is given is bounded as all others are.
+    assert_rows(&[(
+        "a task beyond the limits",
+        "setChangeRate = 10.0\n",
+        "setChangeRate = 10.0\ncallOB = 35\n[limits]\n«\"ramp.*.callOB\" = [1, 29]\n",
+        OutOfRange,
+        "ramp.0.callOB is 35.0, outside of its limits 1.0 to 29.0",
+        "change the value in [block.in]",
+    )]);
+}
+
+#[test]
 fn an_instance_can_differ_from_the_others_of_its_block() {
     let own = "setChangeRate = 10.0\n[block.in.1]\nsetChangeRate = 5.0\nvalue = 3.0\n\
                [block.in.2]\nvalue = \"ramp.0.delayedValue\"\n";

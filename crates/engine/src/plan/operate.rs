@@ -1,6 +1,6 @@
 //! Whether what `[[protect]]` and `[limits]` name is there.
 
-use isochrone_blocks::PinType;
+use isochrone_blocks::{PinDefault, PinType};
 use toml::Spanned;
 
 use super::InputPart;
@@ -45,9 +45,13 @@ fn check_limit(names: &Names<'_>, wiring: &Wiring, limit: &Limit) -> Option<Find
         let known = entry.block_type?.inputs.get(pin.pin)?;
         let constants = wiring.constants_of(entry.first + pin.instance, pin.entry);
         let constant = constants.get(pin.pin).copied().flatten()?;
+        // Where nothing was given, nothing is bounded.
+        let is_given = known.default != PinDefault::CallingTask || !constant.is_nan();
         let is_bounded = known.pin_type != PinType::Bool;
-        is_bounded
-            .then(|| (format!("{}.{}", entry.instance_name(pin.instance), known.name), constant))
+        is_bounded.then(|| {
+            let name = format!("{}.{}", entry.instance_name(pin.instance), known.name);
+            (name, is_given.then_some(constant))
+        })
     };
     let mut parameters = pins.iter().filter_map(constant).peekable();
     if pins.is_empty() {
@@ -58,7 +62,10 @@ fn check_limit(names: &Names<'_>, wiring: &Wiring, limit: &Limit) -> Option<Find
         let help = "limits are for input pins that hold numbers and that no wire leads to";
         return Some(finding(Problem::Conflict, message).help(help));
     }
-    let (name, constant) = parameters.find(|(_, constant)| !(min..=max).contains(constant))?;
+    let outside = |(name, constant): (String, Option<f64>)| {
+        Some((name, constant.filter(|constant| !(min..=max).contains(constant))?))
+    };
+    let (name, constant) = parameters.find_map(outside)?;
     let message = format!("{name} is {constant:?}, outside of its limits {min:?} to {max:?}");
     let help = "change the value in [block.in], or the limits";
     Some(finding(Problem::OutOfRange, message).help(help))
