@@ -20,8 +20,10 @@ use crate::{domain, stop};
 /// A node answers within some milliseconds, and a transaction that is due within a second when it has
 /// happened. A process that is stopped does not answer.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// Names of one request; far less than a message holds.
+/// Names of one request, in bytes; far less than a message holds.
 const MAX_NAME_BYTES: usize = 100_000;
+/// Names of one request that a node takes.
+const MAX_NAMES: usize = 4096;
 
 /// Which node to operate
 #[derive(Debug, Clone, clap::Args)]
@@ -225,7 +227,7 @@ impl Node {
         let mut rest = names;
         while !rest.is_empty() {
             let mut bytes = 0;
-            let fits = rest.iter().take_while(|name| {
+            let fits = rest.iter().take(MAX_NAMES).take_while(|name| {
                 bytes += name.len();
                 bytes <= MAX_NAME_BYTES
             });

@@ -16,7 +16,26 @@ use rustix::process::Signal;
 use serde_json::Value;
 
 /// Longer than anything here takes on a machine that is busy with other tests.
-const PATIENCE: Duration = Duration::from_secs(60);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Waits until something is so, and leaves the CPU to others in between.
+#[track_caller]
+pub(crate) fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
+    let since = Instant::now();
+    while !is_so() {
+        assert!(since.elapsed() < PATIENCE, "waited until {what}");
+        thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// A domain in which a node runs, whose configuration is in the file `tank.toml`.
+pub(crate) fn tank(text: &str) -> (Domain, Process) {
+    let domain = Domain::new();
+    domain.write("tank.toml", text);
+    let mut node = domain.start("run tank.toml");
+    node.wait_for("is running");
+    (domain, node)
+}
 
 /// A node that passes its input on.
 pub(crate) const RELAY: &str = r#"
@@ -107,6 +126,14 @@ impl Domain {
     /// Runs the program to its end.
     pub(crate) fn run(&self, arguments: &str) -> Ended {
         self.start(arguments).finish()
+    }
+
+    /// What the program prints that does what it should and has nothing to remark.
+    #[track_caller]
+    pub(crate) fn stdout(&self, arguments: &str) -> String {
+        let ended = self.run(arguments).expect_code(0);
+        assert_eq!(ended.complaints(), "", "{arguments}");
+        ended.stdout
     }
 
     /// Files that are left, in shared memory and in the root path.
@@ -246,16 +273,19 @@ impl Process {
         self.child.signal(signal);
     }
 
-    /// Waits until the process handles SIGHUP, SIGINT and SIGTERM itself.
+    /// Whether the process handles SIGHUP, SIGINT and SIGTERM itself.
+    pub(crate) fn handles_signals(&self) -> bool {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.id())).unwrap();
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
+        let caught = u64::from_str_radix(caught.trim(), 16).unwrap();
+        let handles = |signal: &Signal| caught >> (signal.as_raw() - 1) & 1 == 1;
+        [Signal::HUP, Signal::INT, Signal::TERM].iter().all(handles)
+    }
+
+    /// Waits until it does so.
     #[track_caller]
     pub(crate) fn wait_until_it_handles_signals(&mut self) {
-        self.wait_until_it("handles signals", |process| {
-            let status = std::fs::read_to_string(format!("/proc/{}/status", process.id())).unwrap();
-            let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
-            let caught = u64::from_str_radix(caught.trim(), 16).unwrap();
-            let handles = |signal: &Signal| caught >> (signal.as_raw() - 1) & 1 == 1;
-            [Signal::HUP, Signal::INT, Signal::TERM].iter().all(handles)
-        });
+        self.wait_until_it("handles signals", Self::handles_signals);
     }
 
     /// Kills the process as a crash would.
