@@ -1,14 +1,14 @@
 //! Peers that are absent, come late, leave, restart or are killed; and peers that do not fit.
 
 mod domain;
+mod plant;
 
 use std::path::PathBuf;
-use std::thread;
-use std::time::Duration;
 
 use domain::{Domain, Process};
 use iceoryx2::prelude::{NodeBuilder, ServiceName, ipc};
-use isochrone_ipc::{Depth, FrameSubscriber};
+use isochrone_ipc::{Depth, Flags, FrameSubscriber};
+use plant::{Frame, Observer, Source};
 use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
 
 /// Passes its input on. What the subscriber prints shows what the node saw.
@@ -143,19 +143,16 @@ fn a_connection_that_failed_comes_about_once_its_cause_has_passed() {
     let usual = prlimit(pid, Resource::Nofile, getrlimit(Resource::Nofile)).unwrap();
     // Without a free file descriptor a port can open no shared memory.
     let none = Rlimit { current: Some(1), ..usual };
-    // No sign outside tells that the node has tried in vain; it does so every 2 ms.
-    let many_cycles = Duration::from_secs(1);
 
     prlimit(pid, Resource::Nofile, none).unwrap();
     let mut observer = domain.start("subscribe relay/out");
-    observer.wait_for("subscribed");
-    thread::sleep(many_cycles);
+    node.wait_for("a connection to a subscriber of service \"relay/out\" keeps failing");
     prlimit(pid, Resource::Nofile, usual).unwrap();
     observer.wait_for("x=-1.0");
 
     prlimit(pid, Resource::Nofile, none).unwrap();
     let publisher = publisher(&domain, "4.5");
-    thread::sleep(many_cycles);
+    node.wait_for("a connection to a publisher of service \"relay/in\" keeps failing");
     prlimit(pid, Resource::Nofile, usual).unwrap();
     observer.wait_for("x=4.5");
 
@@ -169,7 +166,7 @@ fn a_connection_that_failed_comes_about_once_its_cause_has_passed() {
 
 #[test]
 fn a_connection_comes_about_also_where_all_places_of_the_service_are_taken() {
-    let (domain, node) = relay();
+    let (domain, mut node) = relay();
     let crowd = domain.join("crowd");
     let join = || FrameSubscriber::open_existing(&crowd, "relay/out", Depth::Newest);
     let readers: Vec<_> = (0..15).map(|_| join().unwrap().unwrap()).collect();
@@ -181,7 +178,7 @@ fn a_connection_comes_about_also_where_all_places_of_the_service_are_taken() {
     observer.wait_for("subscribed");
     let full = join().unwrap_err().to_string();
     assert!(full.contains("no place for another subscriber"), "{full}");
-    thread::sleep(Duration::from_millis(200));
+    node.wait_for("a connection to a subscriber of service \"relay/out\" keeps failing");
     prlimit(pid, Resource::Nofile, usual).unwrap();
     observer.wait_for("x=-1.0");
 
@@ -200,9 +197,7 @@ fn a_connection_that_keeps_failing_is_told() {
     prlimit(pid, Resource::Nofile, Rlimit { current: Some(1), ..usual }).unwrap();
     let mut observer = domain.start("subscribe relay/out");
     observer.wait_for("subscribed");
-    node.wait_until("a warning", |_, stderr| {
-        stderr.contains("a connection to a subscriber of service \"relay/out\" keeps failing")
-    });
+    node.wait_for("a connection to a subscriber of service \"relay/out\" keeps failing");
     prlimit(pid, Resource::Nofile, usual).unwrap();
     observer.wait_for("x=-1.0");
     observer.stop().expect_code(0);
@@ -270,21 +265,26 @@ fn samples_that_the_type_cannot_hold_are_rejected_counted_and_leave_the_last_goo
     let domain = Domain::new();
     let node = NODE.replace("default = -1.0", "default = -1\ntype = \"INT\"");
     domain.write("node.toml", &node);
-    domain.write("in.csv", "x\n5\n1.5\nNaN\n40000\n-32769\ninf\n");
     let mut node = domain.start("run node.toml --report node.json");
     node.wait_for("is running");
-    let mut observer = domain.start("subscribe relay/out --csv out.csv");
-    observer.wait_for("subscribed");
-    domain.run("publish relay/in --csv in.csv --rate 5").expect_code(0);
+    let mut observer = Observer::of(&domain, "relay/out");
+    let mut source = Source::open(&domain, "relay/in", &["x"]);
+    let is_good = |frame: &Frame| (frame.values[0], frame.flags()) == (5.0, Flags::NONE);
+    source.send(&[5.0]);
+    observer.until("the good value", |_| {}, is_good);
+    // A node reads the newest frame only: each is sent when the one before has been read.
+    let keeps = |frame: &Frame| assert_eq!(frame.values, [5.0]);
+    let is_rejected = |frame: &Frame| frame.flags() == Flags::REJECTED;
+    for bad in [1.5, f64::NAN, 40_000.0, -32_769.0, f64::INFINITY] {
+        source.send(&[bad]);
+        observer.until("a rejection", keeps, is_rejected);
+        source.send(&[5.0]);
+        observer.until("the good value again", keeps, is_good);
+    }
+    drop(source);
     node.stop().expect_code(0);
-    observer.stop().expect_code(0);
     let rejects = domain.json("node.json")["tasks"][0]["input_rejects"].as_u64().unwrap();
     assert_eq!(rejects, 5);
-    let recorded = domain.read("out.csv");
-    let mut values: Vec<&str> =
-        recorded.lines().skip(1).map(|row| row.split(',').nth(2).unwrap()).collect();
-    values.dedup();
-    assert_eq!(values, ["-1.0", "5.0"]);
 }
 
 #[test]
