@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
 
-use domain::{Domain, Process, RELAY};
+use domain::{Domain, Process, RELAY, wait_until};
 
 /// Of each kind.
 const KILLS: u64 = 20;
@@ -74,13 +74,14 @@ fn a_node_whose_peers_are_killed_again_and_again_loses_nothing_and_grows_by_noth
     feed(1_000);
     let before = (descriptors(&node), domain.leftovers().len(), resident_kib(&node));
     (2..=KILLS).for_each(|round| feed(round * 1_000));
-    let after = (descriptors(&node), domain.leftovers().len(), resident_kib(&node));
-
-    // A joiner sweeps: what the last ones left is gone with the next one.
-    domain.run("publish elsewhere --value 1 --count 1").expect_code(0);
-    assert!(after.0 <= before.0 + 4, "descriptors: {before:?}, then {after:?}");
-    assert!(after.1 <= before.1 + 8, "files: {before:?}, then {after:?}");
-    assert!(after.2 <= before.2 + 4_096, "memory: {before:?}, then {after:?}");
+    // On a busy machine the node has not let go of the last ones yet, and they left more or less behind. A
+    // joiner sweeps: what they left is gone with the next one.
+    wait_until(&format!("there are no more than {before:?} descriptors and files"), || {
+        domain.run("publish elsewhere --value 1 --count 1").expect_code(0);
+        descriptors(&node) <= before.0 + 4 && domain.leftovers().len() <= before.1 + 8
+    });
+    let after = resident_kib(&node);
+    assert!(after <= before.2 + 4_096, "memory: {before:?}, then {after}");
     let observed = observer.stop().expect_code(0);
     assert!(observed.stderr.contains(" 0 lost"), "{}", observed.stderr);
     node.stop().expect_code(0);

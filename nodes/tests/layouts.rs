@@ -133,11 +133,13 @@ fn a_reader_that_comes_first_finds_its_signal_by_name_wherever_that_moves() {
     let reader = start(&domain, "reader.toml", READER, "--report reader.json");
     let mut observer = observer(&domain);
     observer.wait_for("x=-1.0");
-    for order in [SIGNALS, "[\"seven.delayedValue\", \"four.delayedValue\", \"four.error\"]"] {
-        let sender =
-            start(&domain, "sender.toml", &SENDER.replace(SIGNALS, order), "--cycles 1500");
-        observer.wait_for("x=7.0");
-        sender.finish().expect_code(0);
+    let moved = "[\"seven.delayedValue\", \"four.delayedValue\", \"four.error\"]";
+    // The second sender's value is another one, so that it is not taken for what the first one has sent.
+    for (order, value) in [(SIGNALS, "7.0"), (moved, "8.0")] {
+        let text = SENDER.replace(SIGNALS, order).replace("7.0", value);
+        let sender = start(&domain, "sender.toml", &text, "");
+        observer.wait_for(&format!("x={value}"));
+        sender.stop().expect_code(0);
     }
     let printed = observer.stop().expect_code(0).stdout;
     assert!(!printed.contains("x=4.0"), "a frame was read as if it were another: {printed}");

@@ -31,9 +31,9 @@ const SCENE: &str = r#"
 mount -t tmpfs -o size=48m tmpfs /dev/shm || exit 100
 "$0" run node.toml --iceoryx2-config domain.toml 2>node.err & node=$!
 until grep -q "is running" node.err; do kill -0 $node || { cat node.err >&2; exit 101; }; sleep 0.01; done
-"$0" subscribe wide/out --stats --iceoryx2-config domain.toml 2>reader.err & reader=$!
-until grep -q subscribed reader.err; do kill -0 $reader || { cat reader.err >&2; exit 102; }; sleep 0.01; done
-sleep 1
+"$0" subscribe wide/out --stats --csv reader.csv --iceoryx2-config domain.toml 2>reader.err & reader=$!
+rows() { wc -l <reader.csv 2>/dev/null || echo 0; }
+until test "$(rows)" -gt 1; do kill -0 $reader || { cat reader.err >&2; exit 102; }; sleep 0.01; done
 kill -STOP $reader
 cat /dev/zero > /dev/shm/full 2>/dev/null
 sleep 1

@@ -3,12 +3,14 @@
 mod domain;
 mod node;
 
-use domain::Domain;
+use std::time::{Duration, Instant};
+
+use domain::{PATIENCE, wait_until};
 use isochrone_runtime::control::{
-    Action, AlarmsParams, Client, ClientError, Code, DescribeParams, ForceParams, ForcesParams,
-    GetParams, Hold, JournalParams, ReleaseParams, Role, SetParams, UndoParams, Value, Values,
+    Action, AlarmsParams, ClientError, Code, DescribeParams, ForceParams, ForcesParams, GetParams,
+    Hold, JournalParams, ReleaseParams, Role, SetParams, UndoParams, Value, Values,
 };
-use node::{Node, PATIENCE};
+use node::Node;
 
 const NODE: &str = r#"
 # The level of a tank.
@@ -110,8 +112,7 @@ fn what_is_set_and_forced_is_acknowledged_read_undone_released_and_kept_in_the_j
     assert_eq!(read.get("ramp.setChangeRate"), number(5.0));
     assert!(node.call(&DescribeParams {}).configuration.changed);
 
-    let at = node.cycle("fast") + 900;
-    let later = node.call(&SetParams { at: Some(at), ..set([("ramp.value", 7.0)]) });
+    let (at, later) = node.set_ahead("fast", 900, &set([("ramp.value", 7.0)]));
     assert!(later.tasks["fast"].cycle >= at);
 
     let bert = Some("bert".to_owned());
@@ -130,7 +131,7 @@ fn what_is_set_and_forced_is_acknowledged_read_undone_released_and_kept_in_the_j
     let short = node.call(&force([("ramp.value", 9.0)], Hold::Seconds(0.05)));
     let until = short.until["fast"].unwrap();
     assert_eq!(until, short.tasks["fast"].cycle + 50);
-    while !node.call(&ForcesParams::default()).forces.is_empty() {}
+    wait_until("the force has ended", || node.call(&ForcesParams::default()).forces.is_empty());
 
     let journal = node.call(&JournalParams::default());
     let actions: Vec<_> = journal.entries.iter().map(|entry| entry.action).collect();
@@ -170,9 +171,10 @@ fn a_block_in_error_and_an_input_that_is_not_ok_are_alarms_until_they_are_well_a
     let [warning] = &done.warnings[..] else { panic!("{done:?}") };
     assert_eq!(warning.name, "late");
     let mut alarms = Vec::new();
-    while alarms.len() < 2 {
+    wait_until("both are alarms", || {
         alarms = node.call(&AlarmsParams::default()).alarms;
-    }
+        alarms.len() >= 2
+    });
     let [sensor, late] = &alarms[..] else { panic!("{alarms:?}") };
     assert_eq!((&*sensor.name, sensor.status, sensor.count), ("sensor", None, 1));
     assert!(sensor.meaning.contains("plant/sensor"), "{sensor:?}");
@@ -182,10 +184,13 @@ fn a_block_in_error_and_an_input_that_is_not_ok_are_alarms_until_they_are_well_a
     node.call(&set([("late.setChangeRate", 1.0)]));
     let mut sensor = node.domain.start("publish plant/sensor --value 1 --rate 100");
     sensor.wait_for("publishing");
-    while node.call(&AlarmsParams::default()).total > 0 {}
+    wait_until("all is well", || node.call(&AlarmsParams::default()).total == 0);
     sensor.kill();
-    while node.call(&AlarmsParams::default()).total == 0 {}
-    let [sensor] = &node.call(&AlarmsParams::default()).alarms[..] else { panic!() };
+    wait_until("the sensor is missed", || {
+        alarms = node.call(&AlarmsParams::default()).alarms;
+        !alarms.is_empty()
+    });
+    let [sensor] = &alarms[..] else { panic!("{alarms:?}") };
     assert!(sensor.count >= 2, "{sensor:?}");
     node.process.stop().expect_code(0);
 }
@@ -239,55 +244,46 @@ fn what_cannot_be_done_is_refused_with_its_code_and_all_findings_and_changes_not
 }
 
 #[test]
-fn what_operators_may_do_is_what_the_configuration_says() {
-    let with = |control: &str| NODE.replace("control = \"force\"", control);
-    let mut node = Node::start(&with("control = \"read\""));
-    assert!(node.get(&["ramp.value"]).get("ramp.value").is_some());
-    assert_eq!(node.refused(&set([("ramp.value", 1.0)])).code, Code::Forbidden);
+fn what_is_far_ahead_is_answered_as_pending_and_happens_in_its_cycle() {
+    let mut node = Node::start(NODE);
+    // On a busy machine it may be less than a second ahead by the time that the node is asked.
+    let (at, done) = (0..20)
+        .map(|_| node.set_ahead("fast", 3_000, &set([("ramp.value", 7.0)])))
+        .find(|(_, done)| done.tasks["fast"].pending)
+        .unwrap();
+    assert_eq!(done.tasks["fast"].cycle, at);
+    assert!(done.before.0.is_empty());
+    let mut happened = None;
+    wait_until("it has happened", || {
+        let journal = node.call(&JournalParams::default()).entries;
+        happened = journal.into_iter().find(|entry| entry.transaction == done.transaction);
+        happened.is_some()
+    });
+    assert!(happened.unwrap().cycle >= at);
     node.process.stop().expect_code(0);
-
-    let mut node = Node::start(&with(""));
-    node.call(&set([("ramp.value", 1.0)]));
-    let failure = node.refused(&force([("ramp.value", 1.0)], Hold::UntilReleased));
-    assert_eq!(failure.code, Code::Forbidden);
-    assert!(failure.to_string().contains("control = \"force\""), "{failure}");
-    node.process.stop().expect_code(0);
-
-    let domain = Domain::new();
-    domain.write("node.toml", &with("control = \"off\""));
-    let mut process = domain.start("run node.toml");
-    process.wait_for("is running");
-    let participant = domain.join("operator");
-    let error = Client::connect(&participant, "level", PATIENCE).unwrap_err();
-    assert!(matches!(error, ClientError::NotOperated { .. }), "{error}");
-    process.stop().expect_code(0);
 }
 
 #[test]
-fn what_is_far_ahead_is_answered_as_pending_and_happens_in_its_cycle() {
+fn sixty_four_transactions_may_be_to_come_and_the_next_one_is_refused() {
     let mut node = Node::start(NODE);
-    let at = node.cycle("fast") + 3_000;
-    let done = node.call(&SetParams { at: Some(at), ..set([("ramp.value", 7.0)]) });
-    assert_eq!((done.tasks["fast"].cycle, done.tasks["fast"].pending), (at, true));
-    assert!(done.before.0.is_empty());
-    let mut journal = Vec::new();
-    while journal.is_empty() {
-        journal = node.call(&JournalParams::default()).entries;
-    }
-    assert!(journal[0].cycle >= at && journal[0].transaction == done.transaction);
-    let mut others = Vec::new();
-    for _ in 0..100 {
-        let at = Some(node.cycle("fast") + 9_000);
-        match node.client.call(&SetParams { at, ..set([("ramp.value", 7.0)]) }) {
-            Ok(done) => others.push(done),
-            Err(ClientError::Refused(failure)) => {
-                assert_eq!((failure.code, others.len()), (Code::Busy, 64), "{failure}");
-                break;
-            }
+    let since = Instant::now();
+    let (mut accepted, mut described, mut at) = (0, None::<Instant>, 0);
+    let busy = loop {
+        assert!(since.elapsed() < PATIENCE, "{accepted} were accepted");
+        if described.is_none_or(|described| described.elapsed() > Duration::from_millis(500)) {
+            (at, described) = (node.cycle("fast") + 9_400, Some(Instant::now()));
+        }
+        match node.client.call(&SetParams { at: Some(at), ..set([("ramp.value", 7.0)]) }) {
+            Ok(_) => accepted += 1,
+            Err(ClientError::Refused(failure)) if failure.code == Code::TooLate => described = None,
+            Err(ClientError::Refused(failure)) => break failure,
             Err(error) => panic!("{error}"),
         }
-    }
-    assert_eq!(others.len(), 64);
+    };
+    assert_eq!(busy.code, Code::Busy, "{busy}");
+    // On a busy machine the first may have happened before the last were sent.
+    let happened = node.call(&JournalParams::default()).total;
+    assert!(accepted >= 64 && accepted - happened <= 64, "{accepted}, {happened} have happened");
     drop(node.participant);
     node.process.stop().expect_code(0);
 }

@@ -1,14 +1,15 @@
 //! Going back in a running node, and asking one that many ask or that is slow.
 
 mod domain;
+mod program;
 
-use domain::{Domain, Ended, Process};
+use std::time::Instant;
+
+use domain::{Domain, Ended, PATIENCE, tank};
 use isochrone_runtime::control::{
     Client, ClientError, Code, DescribeParams, GetParams, JournalParams, SetParams,
 };
-use std::time::Duration;
-
-const PATIENCE: Duration = Duration::from_secs(60);
+use program::assert_says;
 
 const TANK: &str = r#"
 [node]
@@ -28,25 +29,6 @@ service = "tank/out"
 signals = ["ramp.delayedValue"]
 "#;
 
-fn tank(text: &str) -> (Domain, Process) {
-    let domain = Domain::new();
-    domain.write("tank.toml", text);
-    let mut node = domain.start("run tank.toml");
-    node.wait_for("is running");
-    (domain, node)
-}
-
-fn stdout(domain: &Domain, arguments: &str) -> String {
-    domain.run(arguments).expect_code(0).stdout
-}
-
-#[track_caller]
-fn assert_says(text: &str, parts: &[&str]) {
-    for part in parts {
-        assert!(text.contains(part), "{part:?} is not in:\n{text}");
-    }
-}
-
 fn undo(domain: &Domain, arguments: &str) -> Ended {
     domain.run(&format!("undo tank {arguments}"))
 }
@@ -54,7 +36,7 @@ fn undo(domain: &Domain, arguments: &str) -> Ended {
 #[test]
 fn an_undo_under_a_force_prints_what_it_stores_and_not_what_the_force_holds() {
     let (domain, node) = tank(TANK);
-    stdout(&domain, "force tank ramp.value=99 --hold");
+    domain.stdout("force tank ramp.value=99 --hold");
     let set = domain.run("set tank ramp.value=20").expect_code(0);
     assert_says(&set.stderr, &["\"ramp.value\" is forced"]);
     let undone = undo(&domain, "").expect_code(0);
@@ -67,10 +49,10 @@ fn an_undo_under_a_force_prints_what_it_stores_and_not_what_the_force_holds() {
 #[test]
 fn an_apply_has_a_number_and_a_reason_and_is_not_taken_for_the_set_before_it() {
     let (domain, node) = tank(TANK);
-    stdout(&domain, "set tank ramp.value=20");
+    domain.stdout("set tank ramp.value=20");
     let narrower = TANK.replace("[0.0, 100.0]", "[0.0, 50.0]");
     domain.write("narrow.toml", &narrower);
-    let tried = stdout(&domain, "apply tank narrow.toml --dry-run --allow-missed");
+    let tried = domain.stdout("apply tank narrow.toml --dry-run --allow-missed");
     assert_says(
         &tried,
         &["nothing was changed", "limits   ramp.value: 0.0 to 100.0 -> 0.0 to 50.0"],
@@ -84,7 +66,7 @@ fn an_apply_has_a_number_and_a_reason_and_is_not_taken_for_the_set_before_it() {
         "the pump is old",
     ]);
     assert_says(&applied.finish().expect_code(0).stdout, &["transaction 2, applied, from cycle"]);
-    let journal = stdout(&domain, "journal tank");
+    let journal = domain.stdout("journal tank");
     assert_says(
         &journal,
         &[
@@ -102,7 +84,7 @@ fn an_apply_has_a_number_and_a_reason_and_is_not_taken_for_the_set_before_it() {
     );
     let refused = undo(&domain, "2").expect_code(1);
     assert_says(&refused.stderr, &["transaction 2 is an apply, which cannot be undone"]);
-    assert_eq!(stdout(&domain, "get tank ramp.value"), "20\n", "nothing was taken back");
+    assert_eq!(domain.stdout("get tank ramp.value"), "20\n", "nothing was taken back");
     undo(&domain, "1").expect_code(0);
     node.stop().expect_code(0);
 }
@@ -113,7 +95,9 @@ fn who_schedules_values_ahead_keeps_nobody_from_looking_and_all_see_them_coming(
     let participant = domain.join("operator");
     let mut client = Client::connect(&participant, "tank", PATIENCE).unwrap();
     let mut pending = Vec::new();
+    let since = Instant::now();
     let busy = loop {
+        assert!(since.elapsed() < PATIENCE, "{} are to come", pending.len());
         let cycle = client.call(&DescribeParams {}).unwrap().tasks[0].cycle;
         let values = [("ramp.value", 5.0)].into_iter().collect();
         let at = Some(cycle + 1900);
@@ -148,7 +132,7 @@ fn the_ninth_client_is_told_who_asks_already() {
     );
     assert!(!refused.stderr.contains("let a node of isochrone create"), "{}", refused.stderr);
     clients.pop();
-    assert_eq!(stdout(&domain, "get tank ramp.value"), "1\n");
+    assert_eq!(domain.stdout("get tank ramp.value"), "1\n");
     drop((clients, participant));
     node.stop().expect_code(0);
 }
@@ -156,7 +140,7 @@ fn the_ninth_client_is_told_who_asks_already() {
 #[test]
 fn values_of_a_task_that_is_slower_than_the_patience_of_a_verb_are_waited_for() {
     let (domain, node) = tank(&TANK.replace("5ms", "7s"));
-    assert_eq!(stdout(&domain, "get tank ramp.value"), "1\n");
-    assert_eq!(stdout(&domain, "get tank ramp.value"), "1\n", "after a whole period");
+    assert_eq!(domain.stdout("get tank ramp.value"), "1\n");
+    assert_eq!(domain.stdout("get tank ramp.value"), "1\n", "after a whole period");
     node.stop().expect_code(0);
 }

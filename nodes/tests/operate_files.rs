@@ -1,12 +1,14 @@
 //! Verbs that bring a configuration to a running node, and from it to a file.
 
 mod domain;
+mod program;
 
 use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
 use std::process::Command;
 
-use domain::{Domain, Process, not_tested};
+use domain::{Domain, Process, not_tested, tank};
+use program::assert_says;
 
 const TANK: &str = r#"
 [node]
@@ -35,48 +37,28 @@ type = "LimRateOfChangeCI"
 in = { value = "ramp.delayedValue", setChangeRate = 1.0 }
 "#;
 
-/// A domain in which the node runs.
-fn tank() -> (Domain, Process) {
-    let domain = Domain::new();
-    domain.write("tank.toml", TANK);
-    let mut node = domain.start("run tank.toml");
-    node.wait_for("is running");
-    (domain, node)
-}
-
-fn stdout(domain: &Domain, arguments: &str) -> String {
-    domain.run(arguments).expect_code(0).stdout
-}
-
-#[track_caller]
-fn assert_says(text: &str, parts: &[&str]) {
-    for part in parts {
-        assert!(text.contains(part), "{part:?} is not in:\n{text}");
-    }
-}
-
 #[test]
 fn an_online_change_is_shown_before_it_is_made_and_then_made() {
-    let (domain, node) = tank();
+    let (domain, node) = tank(TANK);
     domain.write("new.toml", &(TANK.replace("10.0 ", "20.0 ") + OTHER));
     // A busy machine may have no time to spare between two cycles.
-    let dry = stdout(&domain, "apply tank new.toml --dry-run");
+    let dry = domain.stdout("apply tank new.toml --dry-run");
     let changes = "\n  added    more\n  removed  nothing\n  changed  ramp.setChangeRate\n  kept     beat\n           ramp\n";
     assert_says(&dry, &["nothing was changed; it would be", changes, "  cost     ", " us\n"]);
-    assert_eq!(stdout(&domain, "get tank ramp.setChangeRate"), "10\n");
+    assert_eq!(domain.stdout("get tank ramp.setChangeRate"), "10\n");
     assert_says(&domain.run("get tank more.value").expect_code(1).stderr, &["more.value"]);
-    assert_eq!(stdout(&domain, "journal tank"), "");
+    assert_says(&domain.run("journal tank").expect_code(0).stderr, &["nothing was changed"]);
 
-    let done = stdout(&domain, "apply tank new.toml --allow-missed");
+    let done = domain.stdout("apply tank new.toml --allow-missed");
     assert_says(&done, &["applied, from cycle ", " of task \"fast\" on\n", changes]);
-    assert_eq!(stdout(&domain, "get tank ramp.setChangeRate more.setChangeRate"), "20\n1\n");
-    assert_says(&stdout(&domain, "journal tank"), &["apply 1, cycle ", ", by "]);
+    assert_eq!(domain.stdout("get tank ramp.setChangeRate more.setChangeRate"), "20\n1\n");
+    assert_says(&domain.stdout("journal tank"), &["apply 1, cycle ", ", by "]);
     node.stop().expect_code(0);
 }
 
 #[test]
 fn errors_of_a_new_configuration_are_shown_as_check_shows_them() {
-    let (domain, node) = tank();
+    let (domain, node) = tank(TANK);
     let wrong = TANK
         .replace("setChangeRate", "setChangeRat")
         .replace("\"1500ms\"", "\"soon\"")
@@ -94,31 +76,31 @@ fn errors_of_a_new_configuration_are_shown_as_check_shows_them() {
     let refused = domain.run("apply tank long.toml").expect_code(2);
     assert_says(&refused.stderr, &["long.toml has 280", "256 KiB", "start the node again"]);
     assert_says(&domain.run("apply tank none.toml").expect_code(2).stderr, &["none.toml"]);
-    assert_eq!(stdout(&domain, "journal tank"), "");
+    assert_says(&domain.run("journal tank").expect_code(0).stderr, &["nothing was changed"]);
     node.stop().expect_code(0);
 }
 
 #[test]
 fn what_cannot_be_changed_online_is_named_with_the_way_out() {
-    let (domain, node) = tank();
+    let (domain, node) = tank(TANK);
     domain.write("new.toml", &TANK.replace("2ms", "4ms"));
     let refused = domain.run("apply tank new.toml").expect_code(1);
     assert_says(&refused.stderr, &["task \"fast\" cannot be changed", "start it with the new"]);
-    stdout(&domain, "force tank beat.value=7 --hold");
+    domain.stdout("force tank beat.value=7 --hold");
     domain.write("new.toml", &TANK.replace("\"beat\"", "\"other\""));
     let refused = domain.run("apply tank new.toml --allow-missed").expect_code(1);
     assert_says(&refused.stderr, &["\"beat.value\" is forced", "release it first"]);
-    stdout(&domain, "release tank --all");
-    stdout(&domain, "apply tank new.toml --allow-missed");
-    assert_says(&stdout(&domain, "show tank other.* --names"), &["other.value\n"]);
+    domain.stdout("release tank --all");
+    domain.stdout("apply tank new.toml --allow-missed");
+    assert_says(&domain.stdout("show tank other.* --names"), &["other.value\n"]);
     node.stop().expect_code(0);
 }
 
 #[test]
 fn a_comment_behind_a_saved_value_stays_in_its_column() {
-    let (domain, node) = tank();
+    let (domain, node) = tank(TANK);
     for value in ["2.5", "12.125", "0.1234567890123", "7.0"] {
-        stdout(&domain, &format!("set tank ramp.setChangeRate={value}"));
+        domain.stdout(&format!("set tank ramp.setChangeRate={value}"));
         domain.run("save tank -o saved.toml").expect_code(0);
         let saved = domain.read("saved.toml");
         let line = saved.lines().find(|line| line.contains("# per second")).unwrap();
@@ -132,8 +114,8 @@ fn a_comment_behind_a_saved_value_stays_in_its_column() {
 
 #[test]
 fn a_file_that_is_read_only_is_not_saved_over() {
-    let (domain, node) = tank();
-    stdout(&domain, "set tank ramp.setChangeRate=2.5");
+    let (domain, node) = tank(TANK);
+    domain.stdout("set tank ramp.setChangeRate=2.5");
     fs::set_permissions(domain.path("tank.toml"), Permissions::from_mode(0o444)).unwrap();
     for to in ["--in-place", "-o tank.toml"] {
         let failed = domain.run(&format!("save tank {to}")).expect_code(1);

@@ -39,10 +39,10 @@ fn every_release_missed_while_the_process_was_frozen_is_counted_and_told_on_the_
     // that the freeze is over before even where the machine is busy.
     domain.write("node.toml", &NODE.replace("\"1ms\"", "\"20ms\""));
     let observer = domain.join("observer");
+    let frames = FrameSubscriber::open(&observer, "grid/out", 1, Depth::All);
+    let frames = RefCell::new(frames.unwrap());
     let mut node = domain.start("run node.toml --cycles 200 --report node.json");
     node.wait_for("is running");
-    let frames = FrameSubscriber::open_existing(&observer, "grid/out", Depth::All);
-    let frames = RefCell::new(frames.unwrap().unwrap());
     // A freeze before the first release would leave no frame to compare with.
     let first = Cell::new(None);
     node.wait_until("a frame", |_, _| {

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use domain::Domain;
+use domain::{Domain, wait_until};
 use isochrone_processes::Child;
 use rustix::process::Signal;
 use serde_json::Value;
@@ -61,12 +61,11 @@ fn sigint_and_sigterm_end_every_verb_with_its_summary() {
         node.wait_for("is running");
         let mut publisher = domain.start("publish clock/in --wave sine,step");
         publisher.wait_for("publishing");
-        let mut stats = domain.start("subscribe clock/fast --stats");
-        stats.wait_for("subscribed");
+        let stats = domain.start("subscribe clock/fast --stats --csv stats.csv");
         let mut lines = domain.start("subscribe clock/slow");
         lines.wait_for("level.y=");
         // A stats subscriber that saw nothing would say so.
-        std::thread::sleep(std::time::Duration::from_millis(500));
+        domain.wait_for_rows("stats.csv", 1);
         for (process, summary) in [
             (stats, "last hop"),
             (lines, "0 lost"),
@@ -113,9 +112,8 @@ fn a_node_whose_log_nobody_reads_any_more_goes_on_and_reports() {
 fn a_simulation_that_is_stopped_keeps_the_rows_it_has() {
     let domain = domain();
     let simulation = domain.start("simulate node.toml --cycles 1000000000 --output out.csv");
-    while std::fs::metadata(domain.path("out.csv")).map_or(0, |file| file.len()) == 0 {
-        std::thread::sleep(std::time::Duration::from_millis(2));
-    }
+    let length = || std::fs::metadata(domain.path("out.csv")).map_or(0, |file| file.len());
+    wait_until("rows are written", || length() > 0);
     let ended = simulation.stop().expect_code(0);
     assert!(ended.stderr.contains("of 1000000000 cycles"), "{}", ended.stderr);
     let rows = domain.read("out.csv");

@@ -15,7 +15,8 @@ const RECORDED: &str = "time_s,cycle,level.y,\"tank, full\",status\n\
     0.2,4,-0.0,0.0,3.0\n";
 
 /// Publishes a file while a subscriber with these flags takes every frame. A publisher that is alone
-/// waits for nobody: on a busy machine the subscriber may come too late for the first frames.
+/// waits for nobody: on a busy machine the subscriber may come too late for the first frames. Returns how the
+/// publisher ended.
 fn published(domain: &Domain, publish: &str, subscribe: &str) -> Ended {
     for _ in 0..20 {
         let mut subscriber = domain.start(&format!("subscribe there/again {subscribe}"));
@@ -23,7 +24,8 @@ fn published(domain: &Domain, publish: &str, subscribe: &str) -> Ended {
         let ended = domain.run(&format!("publish there/again {publish}")).expect_code(0);
         assert!(ended.stderr.contains("publishing"), "{}", ended.stderr);
         if let Some(subscriber) = subscriber.ended_within(Duration::from_secs(2)) {
-            return subscriber.expect_code(0);
+            subscriber.expect_code(0);
+            return ended;
         }
     }
     panic!("twenty subscribers came too late");
@@ -101,11 +103,8 @@ signals = ["saw.value"]
     domain.run("simulate slow.toml --cycles 4 --times --output first.csv").expect_code(0);
     let simulated = "time_s,cycle,saw.value\n0.0,0,5.0\n0.1,1,6.0\n0.2,2,7.0\n0.3,3,8.0\n";
     assert_eq!(domain.read("first.csv"), simulated);
-    let mut subscriber = domain.start("subscribe there/again --csv second.csv --count 4");
-    subscriber.wait_for("waiting for service");
-    let published = domain.run("publish there/again --csv first.csv").expect_code(0);
+    let published = published(&domain, "--csv first.csv", "--csv second.csv --count 4");
     assert!(published.stderr.contains("its recorded pace, 10 Hz"), "{}", published.stderr);
-    subscriber.finish().expect_code(0);
     assert_eq!(domain.read("second.csv"), simulated);
 }
 

@@ -7,9 +7,9 @@ use std::io::PipeReader;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use domain::{Domain, Process, not_tested, shared_memory};
+use domain::{Domain, PATIENCE, Process, not_tested, shared_memory, wait_until};
 use rustix::process::{Pid, Signal, kill_process};
 
 const NODE: &str = r#"
@@ -136,23 +136,36 @@ fn a_list_that_is_ended_early_prints_what_it_has_and_leaves_nothing() {
     for signal in [Signal::INT, Signal::TERM, Signal::HUP] {
         let mut node = domain.start("run node.toml");
         node.wait_for("is running");
-        // It counts the frames of telemetry for half a second.
-        let mut list = domain.start("list");
-        list.wait_until_it_handles_signals();
-        list.signal(signal);
-        let ended = list.finish().expect_code(0);
+        // It counts the frames of telemetry for half a second. On a busy machine that may be over before
+        // this test looks; then again.
+        let ended = (0..20).find_map(|_| {
+            let mut list = domain.start("list");
+            while !list.handles_signals() {
+                if list.is_over() {
+                    return None;
+                }
+                thread::sleep(Duration::from_millis(1));
+            }
+            list.signal(signal);
+            Some(list.finish().expect_code(0))
+        });
+        let ended = ended.unwrap();
         assert!(ended.stdout.contains("ends/out"), "{signal:?}: {}", ended.stdout);
         node.stop().expect_code(0);
         assert_eq!(domain.leftovers(), Vec::<PathBuf>::new(), "{signal:?}");
     }
 }
 
-/// Whether a pipe is so full that its writer waits.
-fn is_full(reader: &PipeReader) -> bool {
-    let bytes = || rustix::io::ioctl_fionread(reader).unwrap();
-    let before = bytes();
-    thread::sleep(Duration::from_millis(50));
-    before > 60_000 && bytes() == before
+/// Whether a process waits because nobody reads the pipe that it writes to: nothing is added, and the process
+/// sleeps at every look. One that has no CPU is ready to run, and does not sleep.
+fn waits_to_write(pid: Pid, reader: &PipeReader) -> bool {
+    let bytes = rustix::io::ioctl_fionread(reader).unwrap();
+    let looks = (0..50).all(|_| {
+        thread::sleep(Duration::from_millis(2));
+        let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap();
+        stat.contains(") S ") && rustix::io::ioctl_fionread(reader).unwrap() == bytes
+    });
+    bytes > 60_000 && looks
 }
 
 /// A subscriber that hangs because nobody reads what it prints, and its process id.
@@ -163,7 +176,7 @@ fn hang(domain: &Domain) -> (std::process::Child, Pid) {
     command.stdin(Stdio::null()).stdout(writer.try_clone().unwrap()).stderr(writer);
     let child = command.spawn().unwrap();
     let pid = Pid::from_child(&child);
-    while !is_full(&reader) {}
+    wait_until("nobody reads what it prints", || waits_to_write(pid, &reader));
     // Kept open, unread, until the test ends.
     std::mem::forget(reader);
     (child, pid)
@@ -179,7 +192,9 @@ fn another_signal_ends_a_process_that_hangs_with_exit_status_1() {
     thread::sleep(Duration::from_millis(600));
     assert_eq!(hanging.try_wait().unwrap(), None, "it hangs");
     // Where the machine is busy, the process may take two signals for one request: it sees them late.
+    let since = Instant::now();
     let ended = loop {
+        assert!(since.elapsed() < PATIENCE, "it goes on");
         kill_process(pid, Signal::INT).unwrap();
         thread::sleep(Duration::from_millis(600));
         if let Some(status) = hanging.try_wait().unwrap() {
@@ -207,9 +222,7 @@ fn await_end(processes: &[i32]) {
         let stat = std::fs::read_to_string(format!("/proc/{pid}/stat"));
         stat.is_ok_and(|stat| !stat.contains(") Z "))
     };
-    while processes.iter().any(runs) {
-        thread::sleep(Duration::from_millis(10));
-    }
+    wait_until("they have ended", || !processes.iter().any(runs));
 }
 
 #[test]
@@ -231,7 +244,9 @@ fn a_demo_that_is_ended_at_once_ends_its_processes_too() {
     let node = Pid::from_raw(children[0]).unwrap();
     kill_process(node, Signal::STOP).unwrap();
     // Where the machine is busy, the demo may take two signals for one request: it sees them late.
+    let since = Instant::now();
     while !demo.is_over() {
+        assert!(since.elapsed() < PATIENCE, "it goes on");
         demo.signal(Signal::INT);
         thread::sleep(Duration::from_millis(600));
     }

@@ -49,9 +49,14 @@ fn a_terminal_shows_one_table_with_a_header_that_is_drawn_again_in_its_place() {
 
 #[test]
 fn the_demo_shows_its_values_live_and_then_the_summary() {
-    let Some(shown) = on_a_terminal("demo --seconds 3") else { return };
+    // On a busy machine most of the time may be over before its processes run.
+    let shown = (0..10).find_map(|_| {
+        let shown = on_a_terminal("demo --seconds 3");
+        let live = |shown: &String| shown.matches("heartbeat.value").count() > 1;
+        if shown.as_ref().is_none_or(live) { Some(shown) } else { None }
+    });
+    let Some(shown) = shown.unwrap() else { return };
     let (live, summary) = shown.split_once("isochrone 0").unwrap();
-    assert!(live.matches("heartbeat.value").count() > 1, "{shown}");
     assert!(live.contains("\u{1b}[6A") && !live.contains("level.y="), "{shown}");
     for part in ["release jitter", "link plant/level", "end to end"] {
         assert!(summary.contains(part), "{part}: {shown}");

@@ -11,7 +11,7 @@ use std::process::Command;
 use std::thread;
 use std::time::Duration;
 
-use domain::{Domain, Process, not_tested};
+use domain::{Domain, PATIENCE, Process, not_tested};
 use isochrone_ipc::{LayoutWatcher, Participant, ipc};
 use isochrone_runtime::control::{Client, ClientError, SetParams};
 use serde_json::Value;
@@ -106,9 +106,14 @@ fn number(task: &Value, key: &str) -> u64 {
     task[key].as_u64().unwrap_or_else(|| panic!("{key}: {task}"))
 }
 
-/// Changes parameters of the node a hundred times a second until it ends; returns how often.
+/// Changes parameters of the node a hundred times a second until it ends; returns how often. On a busy machine
+/// it may have ended before.
 fn write_values(participant: &Participant<ipc::Service>) -> u64 {
-    let mut client = Client::connect(participant, "busy", Duration::from_secs(60)).unwrap();
+    let mut client = match Client::connect(participant, "busy", PATIENCE) {
+        Ok(client) => client,
+        Err(ClientError::NoNode { .. } | ClientError::NotOperated { .. }) => return 0,
+        Err(error) => panic!("{error}"),
+    };
     for written in 0.. {
         let rate = (written % 10) as f64;
         let parameters = (0..CHAINS).map(|n| (format!("ramp.{n}.setChangeRate"), rate));
@@ -123,31 +128,36 @@ fn write_values(participant: &Participant<ipc::Service>) -> u64 {
     0
 }
 
-#[test]
-fn a_thousand_blocks_with_inputs_and_outputs_run_without_allocation_fault_or_lock_while_operated() {
-    let (domain, peers) = company(1000);
+/// Runs the node to its end while it is operated, and while eight readers learn the layouts of its outputs;
+/// returns whether they came before it ended.
+fn is_operated(domain: &Domain) -> bool {
     // Readers that wait for the node's layouts are no matter of the cycle.
     let readers = domain.join("readers");
     let wait = |index: usize| LayoutWatcher::open(&readers, ["busy/out", "busy/more"][index % 2]);
-    let waiting: Vec<_> = (0..8).map(|index| wait(index).unwrap()).collect();
+    let mut waiting: Vec<_> = (0..8).map(|index| wait(index).unwrap()).collect();
     let run = format!("run node.toml --cycles {} --report node.json", cycles());
     let mut node = domain.start(&run);
     node.wait_for("is running");
     let operator = domain.join("operator");
     let writing = thread::spawn(move || write_values(&operator));
-    let waiting = std::cell::RefCell::new(waiting);
-    node.wait_until("eight readers to learn their layout", |_, _| {
+    let mut learned = 0;
+    while learned < waiting.len() && !node.is_over() {
         // Those that have learned it stay.
         let look = |watcher: &mut LayoutWatcher<_>| {
             watcher.look(&readers);
-            watcher.newest().is_some()
+            usize::from(watcher.newest().is_some())
         };
-        waiting.borrow_mut().iter_mut().filter_map(|watcher| look(watcher).then_some(())).count()
-            == 8
-    });
+        learned = waiting.iter_mut().map(look).sum();
+        thread::sleep(Duration::from_millis(2));
+    }
     node.finish().expect_code(0);
-    assert!(writing.join().unwrap() > 0);
-    drop((waiting, readers));
+    writing.join().unwrap() > 0 && learned == waiting.len()
+}
+
+#[test]
+fn a_thousand_blocks_with_inputs_and_outputs_run_without_allocation_fault_or_lock_while_operated() {
+    let (domain, peers) = company(1000);
+    assert!((0..10).any(|_| is_operated(&domain)), "nobody comes in time in ten runs");
     for peer in peers {
         peer.stop().expect_code(0);
     }
@@ -191,16 +201,19 @@ fn only_the_wait_is_a_system_call(node: &str, rate_hz: u32) {
     let (domain, peers) = company(rate_hz);
     // strace stops the thread at each call for longer than a period of the other test.
     domain.write("node.toml", &node.replace("250us", "4ms"));
-    let mut strace = Command::new("strace");
-    strace.args(["-f", "-o"]).arg(domain.path("calls"));
-    strace.arg(env!("CARGO_BIN_EXE_isochrone")).args(["run", "node.toml", "--cycles", "1000"]);
-    strace.arg("--iceoryx2-config").arg(domain.config_file());
-    strace.current_dir(domain.path(""));
-    let mut node = Process::start(strace);
-    node.wait_for("is running");
-    let written = write_values(&domain.join("operator"));
-    node.finish().expect_code(0);
-    assert!(written > 0);
+    let is_operated = || {
+        let mut strace = Command::new("strace");
+        strace.args(["-f", "-o"]).arg(domain.path("calls"));
+        strace.arg(env!("CARGO_BIN_EXE_isochrone")).args(["run", "node.toml", "--cycles", "1000"]);
+        strace.arg("--iceoryx2-config").arg(domain.config_file());
+        strace.current_dir(domain.path(""));
+        let mut node = Process::start(strace);
+        node.wait_for("is running");
+        let written = write_values(&domain.join("operator"));
+        node.finish().expect_code(0);
+        written > 0
+    };
+    assert!((0..10).any(|_| is_operated()), "nobody comes in time in ten runs");
     for peer in peers {
         peer.stop().expect_code(0);
     }

@@ -122,9 +122,11 @@ fn values_and_forces_stay_and_a_constant_that_differs_is_taken() {
     let mut node = start();
     node.set([("ramp.1.value", 7.0), ("ramp.2.setChangeRate", 2000.0)]).unwrap();
     node.force([("ramp.3.delayedValue", 42.0)], Hold::UntilReleased).unwrap();
+    // What has not come back yet would keep a change waiting.
+    let mut applied = 0;
     poll_until(&mut node, |node| {
-        node.poll();
-        node.value("ramp.3.delayedValue") == Some(42.0)
+        applied += node.poll().applied().len();
+        applied == 2 && node.value("ramp.3.delayedValue") == Some(42.0)
     });
     let text = RAMP.replace("setChangeRate = 1000 }", "setChangeRate = 1500 }");
     let entries = apply(&mut node, &text);

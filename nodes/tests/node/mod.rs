@@ -1,16 +1,13 @@
 //! The node `level`, which runs in a process of its own, and a client that operates it.
 #![allow(dead_code, reason = "each test file uses a part")]
 
-use std::time::{Duration, Instant};
-
 use isochrone_ipc::{Participant, ipc};
 use isochrone_runtime::control::{
-    Client, ClientError, DescribeParams, Failure, GetParams, Params, Values,
+    Client, ClientError, Code, DescribeParams, Failure, GetParams, Params, SetParams, SetResult,
+    Values,
 };
 
-use crate::domain::{Domain, Process};
-
-pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+use crate::domain::{Domain, PATIENCE, Process, wait_until};
 
 pub(crate) struct Node {
     pub(crate) client: Client<ipc::Service>,
@@ -63,9 +60,26 @@ impl Node {
     /// on its CPU between them.
     #[track_caller]
     pub(crate) fn wait_for_cycle(&mut self, task: &str, cycle: u64) {
-        let start = Instant::now();
-        while self.cycle(task) < cycle {
-            assert!(start.elapsed() < PATIENCE, "{task:?} did not reach cycle {cycle}");
+        wait_until(&format!("{task:?} is in cycle {cycle}"), || self.cycle(task) >= cycle);
+    }
+
+    /// Sets values so many cycles ahead, and returns the cycle that was asked for. On a busy machine it may
+    /// have begun before the node is asked; then again.
+    #[track_caller]
+    pub(crate) fn set_ahead(
+        &mut self,
+        task: &str,
+        cycles: u64,
+        values: &SetParams,
+    ) -> (u64, SetResult) {
+        for _ in 0..20 {
+            let at = self.cycle(task) + cycles;
+            match self.client.call(&SetParams { at: Some(at), ..values.clone() }) {
+                Ok(done) => return (at, done),
+                Err(ClientError::Refused(failure)) if failure.code == Code::TooLate => {}
+                Err(error) => panic!("{error}"),
+            }
         }
+        panic!("{cycles} cycles ahead were too late twenty times");
     }
 }
