@@ -87,7 +87,7 @@ mod tests {
                 };
                 let records: Vec<CycleRecord> = (0..100).map(record).collect();
                 let none = Disturbance::default();
-                arm.turn(&records, 0..u64::MAX, none, |_| none);
+                arm.turn(&records, &[], 0..u64::MAX, none, |_| none);
             }
             arm.report(name)
         };

@@ -226,7 +226,7 @@ fn slowed(factor: u64) -> Report {
         };
         let records: Vec<CycleRecord> = (0..1_000).map(record).collect();
         let none = Disturbance::default();
-        arm.turn(&records, 0..u64::MAX, none, |_| none);
+        arm.turn(&records, &[], 0..u64::MAX, none, |_| none);
     }
     Report { tasks: vec![arm.report("loop")], ..Report::default() }
 }

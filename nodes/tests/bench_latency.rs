@@ -163,6 +163,59 @@ fn through_a_node_the_value_has_an_age_at_every_stage() {
 }
 
 #[test]
+fn through_nodes_that_follow_a_value_comes_back_at_every_pace_that_they_can_have() {
+    let arguments = "--arms ports,follow,chain --pace 500,2000,back-to-back --values 1,64 \
+                     --seconds 0.2 --turn 0.1";
+    let through = |report: &Value| -> Vec<Value> {
+        let is_followed = |link: &&Value| link["service"] == "follow" || link["service"] == "chain";
+        links(report).iter().filter(is_followed).cloned().collect()
+    };
+    // Where something else has the CPUs for a whole turn, nothing comes back in it.
+    let has_samples = |link: &Value| link["one_way_ns"]["count"].as_u64() > Some(0);
+    let mut reports = (0..20).map(|_| report(arguments));
+    let report = reports.find(|report| through(report).iter().all(has_samples)).unwrap();
+    let found: Vec<(Value, Value, Value)> = through(&report)
+        .iter()
+        .map(|link| (link["service"].clone(), link["paced_hz"].clone(), link["values"].clone()))
+        .collect();
+    let expected = [("follow", 500.0), ("chain", 500.0), ("follow", 2000.0), ("chain", 2000.0)]
+        .map(|(arm, hz)| (arm.into(), hz.into(), 1.into()));
+    assert_eq!(found, expected);
+    for link in through(&report) {
+        assert_eq!(link["frames"], link["one_way_ns"]["count"], "{link}");
+        assert!(link["timed_out"].is_u64(), "{link}");
+        let min =
+            |stage: &str| link[stage]["min"].as_u64().unwrap_or_else(|| panic!("{stage} {link}"));
+        assert!(min("one_way_ns") >= min("end_to_end_ns"), "{link}");
+        assert!(min("end_to_end_ns") > min("age_at_publish_ns"), "{link}");
+        assert_eq!(link["age_at_release_ns"]["count"], 0, "{link}");
+    }
+    let others = links(&report).iter().filter(|link| link["service"] == "ports");
+    assert!(others.clone().count() == 6 && others.clone().all(|link| link["timed_out"].is_null()));
+    let cpus = report["environment"]["cpus"].as_u64().unwrap();
+    let warnings = report["warnings"].as_array().unwrap();
+    let is_shared = warnings.iter().any(|warning| warning["code"] == "chain_shares_cpu");
+    assert!(is_shared || cpus > 2, "{warnings:?}");
+}
+
+#[test]
+fn where_the_ends_and_the_nodes_run_is_said() {
+    let arguments = "--arms follow,chain,node,raw --pace 1000 --values 1 --seconds 0.1 --turn 0.1";
+    let ended = Bench::start(arguments).finish().expect_code(0);
+    for says in [
+        "note: follow sends and reads on CPU ",
+        "; node on CPU ",
+        "note: chain sends and reads on CPU ",
+        "; nodes on CPU ",
+        "note: node sends on CPU ",
+    ] {
+        assert!(ended.stderr.contains(says), "{says}: {}", ended.stderr);
+    }
+    assert!(!ended.stderr.contains("raw"), "{}", ended.stderr);
+    assert!(ended.stdout.contains("lost  timed out  invalid turns"), "{}", ended.stdout);
+}
+
+#[test]
 fn a_wrong_command_line_is_refused_with_the_way_out() {
     for (arguments, says) in [
         ("--values 0", "from 1 to 4096"),
@@ -202,7 +255,11 @@ fn a_real_time_receiver_that_polls_is_refused_where_the_kernel_throttles() {
 
 #[test]
 fn a_signal_ends_the_bench_early_with_a_report_that_says_so() {
-    for (arms, signal) in [("raw,pipe,cache_line", Signal::INT), ("tcp,node", Signal::TERM)] {
+    for (arms, signal) in [
+        ("raw,pipe,cache_line", Signal::INT),
+        ("tcp,node", Signal::TERM),
+        ("follow,chain", Signal::INT),
+    ] {
         let arguments =
             format!("--arms {arms} --pace 1000 --values 1 --seconds 60 --turn 0.1 --json");
         let bench = Bench::start(&arguments);

@@ -111,6 +111,10 @@ pub struct LinkArm {
     /// the previous one was answered.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub paced_hz: Option<f64>,
+    /// Cycles of the last node that had no new value to send, when the time to wait for one was up; only
+    /// for arms of a bench through nodes that follow.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub timed_out: Option<u64>,
     /// Due time of the cycle that sent the frame minus the publish time of the oldest sample behind
     /// it: the age of the value when the node was due to read it; only for arms of a bench.
     pub age_at_release_ns: Summary,

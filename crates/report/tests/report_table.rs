@@ -284,6 +284,22 @@ time of one instance in a cycle
 }
 
 #[test]
+fn cycles_that_had_no_new_value_are_shown_beside_arms_that_count_them() {
+    let link = |service: &str, timed_out| LinkArm {
+        timed_out,
+        link: LinkReport { service: service.into(), lost: 2, ..LinkReport::default() },
+        turns: vec![TurnReport::default()],
+        ..LinkArm::default()
+    };
+    let links = vec![link("ports", None), link("follow", Some(7))];
+    let table = Report { links, ..Report::default() }.to_string();
+    let rows: Vec<&str> = table.lines().filter(|line| line.ends_with("0 of 1")).collect();
+    assert!(table.contains("  lost  timed out  invalid turns\n"), "{table}");
+    assert!(rows[0].ends_with("2          -         0 of 1"), "{table}");
+    assert!(rows[1].ends_with("2          7         0 of 1"), "{table}");
+}
+
+#[test]
 fn a_bench_s_table_is_plain_ascii_without_trailing_blanks() {
     let table = bench().to_string();
     assert!(table.is_ascii());

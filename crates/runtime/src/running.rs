@@ -7,7 +7,7 @@ use std::time::Duration;
 use isochrone_cyclic::{StopReason, ThreadGrant};
 use isochrone_engine::operate::{Entry, Reading};
 use isochrone_ipc::{Service, ipc};
-use isochrone_timing::CycleRecord;
+use isochrone_timing::{CycleRecord, FollowRecord};
 
 use crate::attend::Serving;
 use crate::error::{NodePanicked, TaskPanicked};
@@ -54,6 +54,8 @@ pub struct Running<S: Service = ipc::Service> {
 #[derive(Debug, Default)]
 struct News {
     records: Vec<(usize, CycleRecord)>,
+    /// One for each record.
+    follows: Vec<Option<FollowRecord>>,
     returns: Returns,
 }
 
@@ -79,6 +81,11 @@ impl<'a> Poll<'a> {
     /// The cycles since the last poll: the task, by its place in the plan, and its record.
     pub fn records(&self) -> &'a [(usize, CycleRecord)] {
         &self.news.records
+    }
+
+    /// What each of [`records`](Self::records) leaves out, of a task that follows its data; `None` for others.
+    pub fn follow_records(&self) -> &'a [Option<FollowRecord>] {
+        &self.news.follows
     }
 
     /// What requests changed since the last poll, those of others included: an entry for each task of a
@@ -233,6 +240,7 @@ impl<S: Service> Running<S> {
 
     fn drain(&mut self) {
         self.news.records.clear();
+        self.news.follows.clear();
         let mut operating = self.parts.operating.lock();
         operating.take_back();
         self.news.returns = operating.returns();
@@ -241,6 +249,7 @@ impl<S: Service> Running<S> {
                 cycle.add_to(&mut task.timing);
                 operating.note_cycle(index, &cycle.record);
                 self.news.records.push((index, cycle.record));
+                self.news.follows.push(cycle.follow);
             }
         }
     }

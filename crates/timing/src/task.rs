@@ -95,6 +95,11 @@ impl TaskTiming {
         Self { warm_up_cycles, ..self }
     }
 
+    /// Whether there is no cycle yet.
+    pub fn is_empty(&self) -> bool {
+        self.records == 0
+    }
+
     /// Adds the next cycle.
     pub fn record(&mut self, record: &CycleRecord) {
         self.take(record, record.start_ns);

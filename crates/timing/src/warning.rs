@@ -134,6 +134,9 @@ codes! {
     /// The arm `sleep` is no substitute for cyclictest in this run.
     SleepDiffers = "sleep_differs",
         "run it longer, or on a quieter machine; otherwise compare with the arm cyclictest itself";
+    /// The nodes of the arm `chain` share a CPU.
+    ChainSharesCpu = "chain_shares_cpu",
+        "measure chains where the bench may use three CPUs";
     /// A paced sender missed more than 1 % of its send times.
     PaceNotKept = "pace_not_kept",
         "lower --pace or --values, or use a machine with less to do";

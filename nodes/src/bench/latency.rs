@@ -2,8 +2,9 @@
 
 use std::io::{BufReader, stdin, stdout};
 
+use clap::ValueEnum;
 use isochrone_bench::allowed_cpus;
-use isochrone_bench::latency::{self, Arm, Cpus, Pace, Settings, Wait};
+use isochrone_bench::latency::{self, Arm, Cpus, NodePlace, Pace, Settings, Wait};
 use isochrone_machine::{BoundThread, Environment, Machine, Observation};
 use isochrone_report::Report;
 
@@ -11,7 +12,7 @@ use super::live::Terminal;
 use super::outputs;
 use super::times::{parse_length, parse_turn};
 use crate::failure::Failure;
-use crate::stop;
+use crate::{stop, terminal};
 
 /// Measure how long a message takes from one process to another
 ///
@@ -22,12 +23,19 @@ use crate::stop;
 /// (pace_not_kept). Back to back, each message is sent when the previous one has returned, and the
 /// one-way time is half of the round trip. Every value is written, read and checked. The first
 /// tenth of each turn is warm-up.
+///
+/// Through nodes that follow (arms follow and chain), the thread that sends also reads what comes
+/// back, on the receiver's CPU; the first node runs on the sender's CPU, the second of a chain on
+/// another one if there is one. A message is sent 20 us after a release of the nodes, or a tenth of the
+/// period if that is less; the time is from just before the value is written until that of the last
+/// node's frame is read.
 #[derive(clap::Args)]
 #[group(skip)]
 #[command(
     after_help = "Examples:\n  isochrone bench latency --arms raw,ports --values 64 --seconds 10\n  \
     isochrone bench latency --pace back-to-back --html latency.html\n  \
-    isochrone bench latency --arms node,ports --pace 1000 --values 1"
+    isochrone bench latency --arms node,ports --pace 1000 --values 1\n  \
+    isochrone bench latency --arms ports,follow,chain --pace 1000,4000 --values 1"
 )]
 pub(crate) struct Args {
     /// What to measure; the others are compared with the first
@@ -35,7 +43,7 @@ pub(crate) struct Args {
         long,
         value_delimiter = ',',
         value_enum,
-        default_value = "raw,ports,unix,pipe,tcp,cache_line,node",
+        default_value = "raw,ports,unix,pipe,tcp,cache_line,node,follow,chain",
         value_name = "ARM,…"
     )]
     arms: Vec<Arm>,
@@ -89,6 +97,11 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let outputs = args.outputs.open()?;
     outputs.check_arms(&settings.names())?;
     let stop = stop::on_signal(None)?;
+    settings
+        .names()
+        .iter()
+        .filter_map(|arm| whereabouts(&settings, arm))
+        .for_each(|note| terminal::note(&note));
     let measured = latency::measure(&settings, &stop, &Terminal)?;
     report.links = measured.links;
     report.warnings.extend(measured.warnings);
@@ -137,6 +150,19 @@ impl Args {
             priority: self.priority,
         })
     }
+}
+
+/// Where the processes of an arm through nodes run.
+fn whereabouts(settings: &Settings, arm: &str) -> Option<String> {
+    let arm = Arm::from_str(arm, false).ok()?;
+    let nodes: Vec<String> = settings.node_places(arm).iter().map(NodePlace::to_string).collect();
+    let Cpus { sender, receiver } = settings.cpus;
+    let ends = match arm {
+        Arm::Follow | Arm::Chain => format!("sends and reads on CPU {receiver}"),
+        _ => format!("sends on CPU {sender}, reads on CPU {receiver}"),
+    };
+    let noun = if nodes.len() == 1 { "node" } else { "nodes" };
+    (!nodes.is_empty()).then(|| format!("note: {arm} {ends}; {noun} on {}", nodes.join(", ")))
 }
 
 /// A real-time thread that polls is taken off its CPU by the kernel's throttling.

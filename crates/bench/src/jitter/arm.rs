@@ -121,14 +121,15 @@ impl Arm {
     }
 
     fn add(&mut self, taken: Taken) {
-        let Taken { records, counted, watch, told, grant, margin_ns, used, warnings } = taken;
+        let Taken { records, follows, counted, watch, told, grant, margin_ns, used, warnings } =
+            taken;
         if let Some(counted) = counted {
             let mut disturbance = watch.since(counted.start);
             if let Some(told) = told {
                 disturbance.faults = Some(told.minor_faults + told.major_faults);
                 disturbance.preemptions = Some(told.involuntary_switches);
             }
-            self.timing.turn(&records, counted, disturbance, |at_ns| watch.around(at_ns));
+            self.timing.turn(&records, &follows, counted, disturbance, |at_ns| watch.around(at_ns));
         }
         self.grant = grant.or(self.grant.take());
         self.margin_ns = margin_ns;

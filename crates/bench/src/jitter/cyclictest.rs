@@ -76,6 +76,7 @@ pub(super) fn turn(terms: &Terms, turn: &Turn<'_>) -> Result<Taken, BenchError> 
     Ok(Taken {
         counted: transcript.counted(),
         records: transcript.records,
+        follows: Vec::new(),
         watch,
         told: None,
         grant: None,

@@ -64,6 +64,7 @@ pub(super) fn turn(
     })?;
     Ok(Taken {
         records,
+        follows: Vec::new(),
         counted: Some(done.counted),
         watch,
         told: None,

@@ -7,7 +7,7 @@ use std::time::Duration;
 use isochrone_engine::Plan;
 use isochrone_ipc::Participant;
 use isochrone_runtime::{End, Node, POLL_INTERVAL, Places};
-use isochrone_timing::CycleRecord;
+use isochrone_timing::{CycleRecord, FollowRecord};
 
 use super::turn::{Taken, Terms, Turn, Used, WARM_UP, cycles};
 use crate::BenchError;
@@ -33,7 +33,8 @@ pub(super) fn turn(
     // It ends with its first cycle after the turn; longer than this it never takes.
     let stop = turn.stop.within(WARM_UP + turn.counted + SET_UP);
     let records = Vec::with_capacity(cycles(terms.period_ns, turn.counted));
-    let mut seen = Seen { records, counted: 0..0, for_ns: turn.counted.as_nanos() as u64 };
+    let for_ns = turn.counted.as_nanos() as u64;
+    let mut seen = Seen { records, follows: Vec::new(), counted: 0..0, for_ns };
     // It has no thread yet to watch; what its thread meets is in its outcome.
     let watching = Watching::begin(terms.cpu, None);
     let prepared = Node::prepare_at(plan, places, participant).map_err(|error| failed(&error))?;
@@ -45,8 +46,9 @@ pub(super) fn turn(
             node.stop();
         }
         let news = node.poll();
-        let first = news.records().iter().filter(|(task, _)| *task == 0);
-        first.for_each(|(_, record)| seen.note(record));
+        let cycles = news.records().iter().zip(news.follow_records());
+        let first = cycles.filter(|((task, _), _)| *task == 0);
+        first.for_each(|((_, record), follow)| seen.note(record, *follow));
         if !news.is_running() {
             break;
         }
@@ -63,6 +65,7 @@ pub(super) fn turn(
     let is_begun = !seen.records.is_empty();
     Ok(Taken {
         records: seen.records,
+        follows: seen.follows,
         counted: is_begun.then_some(seen.counted),
         watch,
         told: task.costs.map(|costs| costs.usage),
@@ -80,6 +83,8 @@ pub(super) fn turn(
 /// The cycles of the first task.
 struct Seen {
     records: Vec<CycleRecord>,
+    /// One for each, if it follows a service.
+    follows: Vec<FollowRecord>,
     /// Which of them count: from when to when they are due.
     counted: Range<u64>,
     /// For how long they count.
@@ -87,12 +92,13 @@ struct Seen {
 }
 
 impl Seen {
-    fn note(&mut self, record: &CycleRecord) {
+    fn note(&mut self, record: &CycleRecord, follow: Option<FollowRecord>) {
         if self.records.is_empty() {
             let from_ns = record.release_ns + WARM_UP.as_nanos() as u64;
             self.counted = from_ns..from_ns + self.for_ns;
         }
         self.records.push(*record);
+        self.follows.extend(follow);
     }
 
     fn is_complete(&self) -> bool {

@@ -6,7 +6,7 @@ use std::time::Duration;
 use isochrone_cyclic::{ThreadGrant, ThreadRequest, ThreadUsage};
 use isochrone_ipc::Domain;
 use isochrone_processes::Stop;
-use isochrone_timing::{CycleRecord, Warning};
+use isochrone_timing::{CycleRecord, FollowRecord, Warning};
 
 use crate::watch::Watch;
 
@@ -35,6 +35,8 @@ pub(super) struct Terms {
 /// What came of a turn.
 pub(super) struct Taken {
     pub(super) records: Vec<CycleRecord>,
+    /// The rest of each record, of a task that follows its data; empty for others.
+    pub(super) follows: Vec<FollowRecord>,
     /// What counts: from when to when releases were due. `None`: it ended in its warm-up.
     pub(super) counted: Option<Range<u64>>,
     pub(super) watch: Watch,

@@ -5,6 +5,11 @@ use std::fmt;
 use clap::ValueEnum;
 use serde::{Deserialize, Serialize};
 
+use super::{follow_path, node_path};
+
+/// Values of a message through nodes.
+pub(super) const NODE_VALUES: usize = 1;
+
 /// A way from one process to another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -25,6 +30,11 @@ pub enum Arm {
     CacheLine,
     /// Publisher, control node at 1 kHz, subscriber; paced with one value only
     Node,
+    /// Through a control node that follows, from sending to reading in one thread; with one value
+    /// only, at paces whose period divides 20 ms, up to 10 kHz
+    Follow,
+    /// The same through two control nodes, the second of which follows the first
+    Chain,
 }
 
 impl Arm {
@@ -38,12 +48,31 @@ impl Arm {
             Self::Tcp => "tcp",
             Self::CacheLine => "cache_line",
             Self::Node => "node",
+            Self::Follow => "follow",
+            Self::Chain => "chain",
         }
     }
 
     /// Whether its receiver can sleep in the kernel until a message comes.
     pub const fn can_block(self) -> bool {
         matches!(self, Self::Unix | Self::Pipe | Self::Tcp)
+    }
+
+    /// Whether its receiver watches for messages all the time, unless it can block and shall. Through
+    /// nodes that follow it is the sender that watches, and only while a message is on its way.
+    pub(super) const fn polls(self) -> bool {
+        !matches!(self, Self::Follow | Self::Chain)
+    }
+
+    /// Whether it has messages of this size at this pace.
+    pub(super) fn has(self, values: usize, pace: Pace) -> bool {
+        match self {
+            Self::Node => values == NODE_VALUES && pace == Pace::Hz(node_path::RATE_HZ),
+            Self::Follow | Self::Chain => {
+                values == NODE_VALUES && follow_path::period_ns(pace).is_some()
+            }
+            _ => true,
+        }
     }
 }
 

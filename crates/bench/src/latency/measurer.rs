@@ -1,5 +1,6 @@
 //! The thread that measures. It owns the measuring ends and has a CPU for itself.
 
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, Sender};
 
@@ -10,16 +11,17 @@ use isochrone_timing::Distribution;
 
 use super::arms::Arm;
 use super::end::{End, EndError, Opening, Place};
+use super::follow_path::FollowPath;
 use super::node_path::{NodeOutput, Stages};
 use super::transports;
-use super::turn::{self, Received, Span, Terms};
+use super::turn::{self, Received, Sent, Span, Terms};
 
 /// What the thread is told to do.
 pub(super) enum Job {
     /// The peer has opened its ends: connect with them.
     Connect,
-    /// Wait until the node sends.
-    AwaitNode(usize),
+    /// Wait until the nodes of an arm send.
+    AwaitNodes(usize),
     /// Have a turn with an arm.
     Turn { arm: usize, span: Span, exchange: Exchange },
 }
@@ -31,6 +33,8 @@ pub(super) enum Exchange {
     OneWay,
     /// To the peer and back.
     RoundTrip,
+    /// Through nodes that follow, sent with this period.
+    Followed { period_ns: u64 },
 }
 
 /// What it answers.
@@ -48,8 +52,12 @@ pub(super) enum Answer {
 pub(super) struct Taken {
     pub(super) samples: Distribution,
     pub(super) received: Received,
-    /// Of the way through a node.
+    /// Of the way through nodes.
     pub(super) stages: Option<Stages>,
+    /// Where this thread has sent, instead of the peer.
+    pub(super) sent: Option<Sent>,
+    /// Cycles without a new value, of nodes that follow.
+    pub(super) timed_out: Option<u64>,
 }
 
 /// An arm, as far as it has come.
@@ -57,6 +65,7 @@ enum Line {
     Opening(Option<Opening>),
     Connected(Box<dyn End>),
     Node(Box<NodeOutput>),
+    Followed(Box<FollowPath>),
 }
 
 /// Does jobs until there are no more.
@@ -64,7 +73,7 @@ pub(super) fn run(
     place: &Place<'_>,
     arms: &[Arm],
     request: ThreadRequest,
-    stop: &AtomicBool,
+    stop: &Arc<AtomicBool>,
     jobs: &Receiver<Job>,
     answers: &Sender<Result<Answer, String>>,
 ) {
@@ -72,6 +81,8 @@ pub(super) fn run(
         let line = match arm {
             Arm::Node => NodeOutput::open(place)
                 .map(|output| output.map(|output| Line::Node(Box::new(output)))),
+            Arm::Follow | Arm::Chain => FollowPath::open(*arm, place)
+                .map(|path| path.map(|path| Line::Followed(Box::new(path)))),
             _ => transports::open(*arm, place)
                 .map(|opening| opening.map(|opening| Line::Opening(Some(opening)))),
         };
@@ -95,12 +106,12 @@ pub(super) fn run(
         let Ok(job) = jobs.recv() else { break };
         let arm = match job {
             Job::Connect => None,
-            Job::AwaitNode(arm) | Job::Turn { arm, .. } => arms.get(arm),
+            Job::AwaitNodes(arm) | Job::Turn { arm, .. } => arms.get(arm),
         };
         let name = |error| arm.map_or_else(|| format!("{error}"), |arm| named(arm, &error));
         answer = match job {
             Job::Connect => measurer.connect(arms),
-            Job::AwaitNode(arm) => measurer.await_node(arm, stop).map_err(name),
+            Job::AwaitNodes(arm) => measurer.await_nodes(arm, stop).map_err(name),
             Job::Turn { arm, span, exchange } => {
                 measurer.turn(arm, &span, exchange, stop).map_err(name)
             }
@@ -132,11 +143,13 @@ impl Measurer {
         Ok(Answer::Done)
     }
 
-    fn await_node(&mut self, arm: usize, stop: &AtomicBool) -> Result<Answer, EndError> {
+    fn await_nodes(&mut self, arm: usize, stop: &AtomicBool) -> Result<Answer, EndError> {
         match self.lines.get_mut(arm) {
-            Some(Line::Node(output)) => output.await_node(stop).map(|()| Answer::Done),
-            _ => Err(EndError::Gone),
+            Some(Line::Node(output)) => output.await_node(stop)?,
+            Some(Line::Followed(path)) => path.await_nodes(stop)?,
+            _ => return Err(EndError::Gone),
         }
+        Ok(Answer::Done)
     }
 
     fn turn(
@@ -144,24 +157,32 @@ impl Measurer {
         arm: usize,
         span: &Span,
         exchange: Exchange,
-        stop: &AtomicBool,
+        stop: &Arc<AtomicBool>,
     ) -> Result<Answer, EndError> {
-        let (terms, samples) = (self.terms, &mut self.samples);
+        let (terms, samples, stages) = (self.terms, &mut self.samples, &mut self.stages);
         samples.clear();
-        self.stages.clear();
-        let mut stages = None;
-        let received = match self.lines.get_mut(arm) {
-            Some(Line::Connected(end)) => match exchange {
-                Exchange::OneWay => turn::receive_paced(end.as_mut(), span, terms, stop, samples)?,
-                Exchange::RoundTrip => turn::ping(end.as_mut(), span, terms, stop, samples)?,
-            },
-            Some(Line::Node(output)) => {
-                let received = output.receive(span, stop, samples, &mut self.stages)?;
-                stages = Some(self.stages.clone());
-                received
+        stages.clear();
+        let (mut sent, mut timed_out) = (None, None);
+        let mut has_stages = true;
+        let received = match (self.lines.get_mut(arm), exchange) {
+            (Some(Line::Connected(end)), Exchange::OneWay) => {
+                has_stages = false;
+                turn::receive_paced(end.as_mut(), span, terms, stop, samples)?
             }
-            Some(Line::Opening(_)) | None => return Err(EndError::Gone),
+            (Some(Line::Connected(end)), Exchange::RoundTrip) => {
+                has_stages = false;
+                turn::ping(end.as_mut(), span, terms, stop, samples)?
+            }
+            (Some(Line::Node(output)), _) => output.receive(span, stop, samples, stages)?,
+            (Some(Line::Followed(path)), Exchange::Followed { period_ns }) => {
+                let passed = path.measure(span, period_ns, stop, samples, stages)?;
+                (sent, timed_out) = (Some(passed.sent), Some(passed.timed_out));
+                passed.received
+            }
+            _ => return Err(EndError::Gone),
         };
-        Ok(Answer::Taken(Box::new(Taken { samples: samples.clone(), received, stages })))
+        let stages = has_stages.then(|| stages.clone());
+        let samples = samples.clone();
+        Ok(Answer::Taken(Box::new(Taken { samples, received, stages, sent, timed_out })))
     }
 }

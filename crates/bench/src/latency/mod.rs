@@ -2,11 +2,15 @@
 //!
 //! Two processes, each on a CPU of its own. The main thread (`session`) gives the turns and keeps
 //! off those CPUs; the thread that measures (`measurer`) owns one end of every arm, the peer process
-//! (`peer`) the other. What happens in a turn is in `turn`, what a transport is in `end`.
+//! (`peer`) the other. What happens in a turn is in `turn`, what a transport is in `end`. Through nodes that
+//! follow (`follow_path`), the thread that measures owns both ends.
 
 mod arms;
+mod bench_node;
 mod cache_line;
 mod end;
+mod follow_path;
+mod in_flight;
 mod measurer;
 mod message;
 mod node_path;
@@ -39,6 +43,7 @@ use session::Bench;
 use tending::Tending;
 
 pub use arms::{Arm, Pace, Wait};
+pub use bench_node::NodePlace;
 pub use peer::serve as serve_peer;
 pub use settings::{Circumstance, Cpus, Settings, Size, plan};
 
@@ -86,6 +91,7 @@ pub fn measure(
         }
         let mut warnings = bench.warnings;
         warnings.extend(KeptPace::warning(&bench.paces));
+        warnings.extend(settings.shared_cpu());
         Ok(Measured { links, warnings })
     })
 }

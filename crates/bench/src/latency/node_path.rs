@@ -7,47 +7,32 @@ use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{Depth, ForRealTime, FramePublisher, FrameSubscriber, ipc};
 use isochrone_timing::Distribution;
 
+use super::bench_node::{BenchNode, NodePlace};
 use super::end::{End, EndError, Opening, Place};
 use super::message::{END, Header, Message};
 use super::ports::{layout, publish};
 use super::turn::{Received, Span};
 
-pub(super) const PERIOD_NS: u64 = 1_000_000;
+const PERIOD_NS: u64 = 1_000_000;
 /// What the node's frames are paced at.
 pub(super) const RATE_HZ: f64 = 1e9 / PERIOD_NS as f64;
 const INPUT: &str = "node/in";
 const OUTPUT: &str = "node/out";
 /// How long a node may take to start.
-const START_NS: u64 = 10_000_000_000;
+pub(super) const START_NS: u64 = 10_000_000_000;
 /// Looks for a frame between two readings of the clock.
 const LOOKS: u32 = 256;
 
-/// The node: it passes the value on, and limits how fast it changes, as a node would.
-pub(super) fn configuration(cpu: usize, priority: Option<u8>) -> String {
-    let priority = priority.map_or_else(String::new, |priority| format!("priority = {priority}\n"));
-    format!(
-        r#"[node]
-name = "latency"
-[[task]]
-name = "fast"
-period = "{PERIOD_NS}ns"
-wake = "hybrid"
-cpu = {cpu}
-{priority}
-[[input]]
-name = "value"
-service = "{INPUT}"
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-[block.in]
-value = "value"
-setChangeRate = 10.0
-[[output]]
-service = "{OUTPUT}"
-signals = ["value", "ramp.delayedValue"]
-"#
-    )
+/// The node, which runs in this place.
+pub(super) fn node(place: NodePlace) -> BenchNode {
+    BenchNode {
+        name: "latency",
+        period_ns: PERIOD_NS,
+        within_ns: None,
+        input: INPUT,
+        output: OUTPUT,
+        place,
+    }
 }
 
 /// When to begin to publish in a round: the age of the value when the node reads it depends on what
@@ -76,7 +61,7 @@ impl End for NodeInput {
         match header.sequence {
             // To the node it would be a value like any other.
             END => Ok(()),
-            _ => publish(&mut self.publisher, header),
+            _ => publish(&mut self.publisher, header, header.value()),
         }
     }
 
@@ -198,19 +183,7 @@ impl NodeOutput {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_engine::{Plan, Rules, Source};
-
     use super::*;
-
-    #[test]
-    fn the_node_s_configuration_is_one_that_runs() {
-        for priority in [None, Some(80)] {
-            let source = Source::new("latency.toml", configuration(1, priority));
-            let plan = Plan::new(source, &Rules::default()).unwrap();
-            assert!(plan.warnings.is_empty());
-            assert_eq!(plan.tasks[0].schedule.period_ns, PERIOD_NS);
-        }
-    }
 
     #[test]
     fn the_publisher_moves_through_the_node_s_period_from_round_to_round() {

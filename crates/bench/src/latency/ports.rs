@@ -40,7 +40,7 @@ struct Ports {
 impl End for Ports {
     fn send(&mut self, header: Header) -> Result<(), EndError> {
         self.now_ns = header.sent_ns;
-        publish(&mut self.publisher, header)
+        publish(&mut self.publisher, header, header.value())
     }
 
     fn receive(&mut self) -> Result<Option<Message>, EndError> {
@@ -56,15 +56,16 @@ impl End for Ports {
     }
 }
 
-/// Writes and sends the prepared frame. Its own sequence goes on over all turns, so the message's
+/// Writes a value everywhere into the prepared frame, and sends it. Its own sequence goes on over all turns, so the message's
 /// stands in place of the cycle; and as `publish_ns` is read after the values were written, the
 /// message's time stands in place of the release.
 pub(super) fn publish(
     publisher: &mut FramePublisher<ipc::Service>,
     header: Header,
+    value: f64,
 ) -> Result<(), EndError> {
     if let Some(values) = publisher.values_mut() {
-        values.fill(header.value());
+        values.fill(value);
     }
     let stamp = Stamp { cycle: header.sequence, release_ns: header.sent_ns, ..Stamp::default() };
     if publisher.send(stamp, || Monotonic.now_ns()) { Ok(()) } else { Err(EndError::Refused) }

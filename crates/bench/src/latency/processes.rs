@@ -10,6 +10,7 @@ use isochrone_processes::{Child, Company};
 use isochrone_timing::Warning;
 use serde::Serialize;
 
+use super::bench_node::BenchNode;
 use super::peer::{Reply, Setup, Turn};
 use super::turn::Sent;
 use crate::BenchError;
@@ -107,12 +108,10 @@ impl Drop for Peer {
     }
 }
 
-const CONFIGURATION_FILE: &str = "node.toml";
-const LOG_FILE: &str = "node.log";
-
 /// A control node that runs for one turn.
 pub(super) struct Node<'a> {
     company: &'a Company,
+    name: &'static str,
     process: Child,
 }
 
@@ -120,28 +119,33 @@ impl<'a> Node<'a> {
     /// Starts it. It ends by itself after `seconds`, should we be killed.
     pub(super) fn start(
         company: &'a Company,
-        configuration: &str,
+        node: &BenchNode,
         seconds: f64,
     ) -> Result<Self, BenchError> {
-        company.write(CONFIGURATION_FILE, configuration)?;
-        let log = File::create(company.path(LOG_FILE))
-            .map_err(|cause| BenchError::File { path: LOG_FILE.into(), cause })?;
-        let arguments = ["run", CONFIGURATION_FILE, "--seconds", &seconds.to_string()];
+        let name = node.name;
+        let file = format!("{name}.toml");
+        company.write(&file, &node.to_string())?;
+        let log = File::create(company.path(&log_file(name)))
+            .map_err(|cause| BenchError::File { path: log_file(name), cause })?;
+        let arguments = ["run", &file, "--seconds", &seconds.to_string()];
         let process = company.start_with(&arguments, |command| {
             command.args(company.in_domain());
             command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(log)
         })?;
-        Ok(Self { company, process })
+        Ok(Self { company, name, process })
     }
 
-    /// Adds what the node has said to what went wrong.
-    pub(super) fn explain(&self, failure: &str) -> BenchError {
-        let log = fs::read_to_string(self.company.path(LOG_FILE)).unwrap_or_default();
-        BenchError::Measuring(format!("{failure}\n{log}"))
+    /// What it has said.
+    pub(super) fn log(&self) -> String {
+        fs::read_to_string(self.company.path(&log_file(self.name))).unwrap_or_default()
     }
 
     /// Ends it and waits.
     pub(super) fn end(mut self) -> Result<(), BenchError> {
         Ok(self.process.finish()?)
     }
+}
+
+fn log_file(node: &str) -> String {
+    format!("{node}.log")
 }

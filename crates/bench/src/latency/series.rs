@@ -16,6 +16,7 @@ pub(super) struct Series {
     values: usize,
     turns: Turns,
     stages: Option<Stages>,
+    timed_out: Option<u64>,
     received: u64,
     sent: u64,
     /// Instants at which the sender could not send.
@@ -75,6 +76,7 @@ impl Series {
             values,
             turns: Turns::default(),
             stages: None,
+            timed_out: None,
             received: 0,
             sent: 0,
             missed: 0,
@@ -99,7 +101,11 @@ impl Series {
 
     /// Takes in a turn.
     pub(super) fn push(&mut self, turn: &Disturbed, taken: &Taken, sent: &Sent) {
-        let disturbance = both(turn.sender, turn.receiver, sent);
+        let disturbance = match taken.sent {
+            // One thread sends and receives.
+            Some(_) => alone(turn.sender, turn.receiver),
+            None => both(turn.sender, turn.receiver, sent),
+        };
         let lost = taken.received.lost;
         self.turns.push(turn.at_s, turn.elapsed_ns, &taken.samples, lost, disturbance);
         self.received += taken.received.messages;
@@ -108,6 +114,9 @@ impl Series {
         self.elapsed_ns += turn.elapsed_ns;
         if let Some(stages) = &taken.stages {
             self.stages.get_or_insert_default().merge(stages);
+        }
+        if let Some(timed_out) = taken.timed_out {
+            *self.timed_out.get_or_insert_default() += timed_out;
         }
     }
 
@@ -142,6 +151,7 @@ impl Series {
             link,
             values: self.values as u64,
             paced_hz: self.pace.hz(),
+            timed_out: self.timed_out,
             age_at_release_ns: stages.age_at_release.summary(),
             turns: self.turns.reports().to_vec(),
         })
@@ -153,6 +163,12 @@ fn both(sender: Disturbance, receiver: Disturbance, sent: &Sent) -> Disturbance 
     // The other process counts its thread itself.
     let sender = Disturbance { faults: sent.faults, preemptions: sent.preemptions, ..sender };
     Disturbance { throttled_ns: receiver.throttled_ns, ..sender.and(receiver) }
+}
+
+/// What disturbed the one thread that sends and receives, and the CPUs of the nodes.
+fn alone(nodes: Disturbance, thread: Disturbance) -> Disturbance {
+    let Disturbance { throttled_ns, faults, preemptions, .. } = thread;
+    Disturbance { throttled_ns, faults, preemptions, ..nodes.and(thread) }
 }
 
 #[cfg(test)]
@@ -175,6 +191,8 @@ mod tests {
             samples: Distribution::new(),
             received: Received { messages: 1, lost: 0 },
             stages: Some(stages),
+            sent: None,
+            timed_out: None,
         };
         let none = Disturbance::default();
         let turn = Disturbed { at_s: 0.0, elapsed_ns: 1_000_000, sender: none, receiver: none };
@@ -183,6 +201,30 @@ mod tests {
         let ages =
             [report.age_at_release_ns, report.link.age_at_publish_ns, report.link.end_to_end_ns];
         assert_eq!(ages.map(|age| age.max), [600_000, 650_000, 651_000].map(Some));
+    }
+
+    #[test]
+    fn where_one_thread_sends_and_receives_its_faults_count_and_so_do_the_nodes_cpus() {
+        let mut series = Series::new(Arm::Follow, PACES[0], 1);
+        let cpu = |steal_ns| Disturbance { steal_ns: Some(steal_ns), ..Disturbance::default() };
+        for (at_s, steal_ns, faults) in [(0.0, 0, 0), (1.0, 9_000_000, 0), (2.0, 0, 1)] {
+            let sent = Sent { messages: 50, ..Sent::default() };
+            let taken = Taken {
+                samples: Distribution::new(),
+                received: Received { messages: 50, lost: 0 },
+                stages: None,
+                sent: Some(sent),
+                timed_out: Some(3),
+            };
+            let receiver = Disturbance { faults: Some(faults), ..cpu(0) };
+            let elapsed_ns = 500_000_000;
+            let turn = Disturbed { at_s, elapsed_ns, sender: cpu(steal_ns), receiver };
+            series.push(&turn, &taken, &sent);
+        }
+        let report = series.report().unwrap();
+        assert_eq!(report.timed_out, Some(9));
+        let invalid: Vec<bool> = report.turns.iter().map(|turn| turn.invalid.is_some()).collect();
+        assert_eq!(invalid, [false, true, true]);
     }
 
     #[test]
@@ -198,7 +240,8 @@ mod tests {
         assert!(series.report().is_none());
         let mut samples = Distribution::new();
         samples.record_many(900, 50);
-        let taken = Taken { samples, received: Received { messages: 50, lost: 2 }, stages: None };
+        let received = Received { messages: 50, lost: 2 };
+        let taken = Taken { samples, received, stages: None, sent: None, timed_out: None };
         let of = |steal_ns| Disturbance { steal_ns: Some(steal_ns), ..Disturbance::default() };
         for (at_s, sender) in [(0.0, of(0)), (1.0, of(9_000_000))] {
             let receiver = of(0);

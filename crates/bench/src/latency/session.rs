@@ -7,13 +7,16 @@ use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic, ThreadRequest};
 use isochrone_ipc::{RealTime, ipc};
+use isochrone_machine::Disturbance;
 use isochrone_processes::{Company, Stop};
 use isochrone_report::{LinkArm, turn_order};
 use isochrone_runtime::warning;
 use isochrone_timing::Warning;
 
 use super::arms::{Arm, Pace};
+use super::bench_node::BenchNode;
 use super::end::{Place, Side};
+use super::follow_path;
 use super::measurer::{self, Answer, Exchange, Job, Taken};
 use super::node_path;
 use super::peer::{Setup, Turn};
@@ -178,45 +181,46 @@ impl<'a, 'b> Session<'a, 'b> {
         let Some(arm) = self.arms.iter().position(|arm| *arm == series.arm()) else {
             return Err(unexpected());
         };
-        let node = match series.arm() {
-            Arm::Node => Some(self.start_node(arm)?),
+        let period_ns = pace.hz().map(|hz| (1e9 / hz).round() as u64);
+        let followed_ns = match series.arm() {
+            Arm::Follow | Arm::Chain => follow_path::period_ns(pace),
             _ => None,
         };
-        let span = self.span(round, series.arm());
-        let cpus = self.bench.settings.cpus;
-        let mut watches = [
-            Watch::begin(Some(cpus.sender), None),
-            Watch::begin(Some(cpus.receiver), Some(self.thread)),
-        ];
-        let period_ns = pace.hz().map(|hz| (1e9 / hz).round() as u64);
+        let nodes = self.start_nodes(arm, series.arm(), followed_ns)?;
+        let span = self.span(round, series.arm(), followed_ns);
+        let mut watches = self.watches(series.arm());
         self.bench.tending.keep_quiet(&span);
-        self.peer.begin(&Turn { arm, span, period_ns })?;
-        let exchange = match period_ns {
-            Some(_) => Exchange::OneWay,
-            None => Exchange::RoundTrip,
+        let exchange = match (followed_ns, period_ns) {
+            (Some(period_ns), _) => Exchange::Followed { period_ns },
+            (None, Some(_)) => Exchange::OneWay,
+            (None, None) => Exchange::RoundTrip,
         };
+        if followed_ns.is_none() {
+            self.peer.begin(&Turn { arm, span, period_ns })?;
+        }
         self.order(Job::Turn { arm, span, exchange })?;
         let ahead_ns = span.from_ns.saturating_sub(AHEAD_NS);
         thread::sleep(Duration::from_nanos(ahead_ns.saturating_sub(Monotonic.now_ns())));
         watches.iter_mut().for_each(Watch::look);
         let taken = self.taken();
         watches.iter_mut().for_each(Watch::look);
-        if let Some(node) = node {
-            node.end()?;
-        }
+        nodes.into_iter().try_for_each(Node::end)?;
         if self.bench.stop.is_due() && taken.is_ok() {
             return Ok(false);
         }
         // Where both sides fail, the peer's reason is the cause more often than not.
-        let sent = match &taken {
-            Ok(_) => self.peer.finish()?,
+        let sent = match taken.as_ref().map(|taken| taken.sent) {
+            Ok(Some(sent)) => sent,
+            Ok(None) => self.peer.finish()?,
             Err(_) => match self.peer.last_words() {
                 Some(why) => return Err(why),
                 None => return taken.map(|_| false),
             },
         };
         let taken = taken?;
-        let [sender, receiver] = watches.map(|watch| watch.since(span.from_ns));
+        let mut seen = watches.iter().map(|watch| watch.since(span.from_ns));
+        let receiver = seen.next().unwrap_or_default();
+        let sender = seen.reduce(Disturbance::and).unwrap_or_default();
         let turn = Disturbed {
             at_s: span.from_ns.saturating_sub(self.bench.origin_ns) as f64 / 1e9,
             elapsed_ns: span.end_ns - span.from_ns,
@@ -227,12 +231,13 @@ impl<'a, 'b> Session<'a, 'b> {
         Ok(true)
     }
 
-    fn span(&self, round: usize, through: Arm) -> Span {
+    fn span(&self, round: usize, through: Arm, followed_ns: Option<u64>) -> Span {
         let plan = self.bench.settings;
         let earliest_ns = Monotonic.now_ns() + LEAD_NS;
-        let start_ns = match through {
-            Arm::Node => node_path::start_ns(earliest_ns, round, plan.rounds),
-            _ => earliest_ns,
+        let start_ns = match (followed_ns, through) {
+            (Some(period_ns), _) => follow_path::start_ns(earliest_ns, period_ns),
+            (None, Arm::Node) => node_path::start_ns(earliest_ns, round, plan.rounds),
+            (None, _) => earliest_ns,
         };
         Span {
             start_ns,
@@ -242,16 +247,45 @@ impl<'a, 'b> Session<'a, 'b> {
         }
     }
 
-    /// Starts a node, and waits until it sends.
-    fn start_node(&mut self, arm: usize) -> Result<Node<'b>, BenchError> {
+    /// Watches over the thread that measures, and over the CPUs of the others: of the peer, or of the nodes
+    /// where that thread has sent itself.
+    fn watches(&self, arm: Arm) -> Vec<Watch> {
         let plan = self.bench.settings;
-        let configuration = node_path::configuration(plan.node_cpu, plan.priority);
+        let mut others = vec![plan.cpus.sender];
+        if follow_path::length(arm) > 0 {
+            others.extend(plan.node_places(arm).iter().map(|place| place.cpu));
+        }
+        others.sort_unstable();
+        others.dedup();
+        let measuring = Watch::begin(Some(plan.cpus.receiver), Some(self.thread));
+        let others = others.into_iter().map(|cpu| Watch::begin(Some(cpu), None));
+        [measuring].into_iter().chain(others).collect()
+    }
+
+    /// Starts the nodes of an arm, if it has any, and waits until they send.
+    fn start_nodes(
+        &mut self,
+        index: usize,
+        arm: Arm,
+        followed_ns: Option<u64>,
+    ) -> Result<Vec<Node<'b>>, BenchError> {
+        let plan = self.bench.settings;
+        let places = plan.node_places(arm);
+        let configurations = match (followed_ns, &places[..]) {
+            (_, []) => return Ok(Vec::new()),
+            (None, [place, ..]) => vec![node_path::node(*place)],
+            (Some(period_ns), places) => follow_path::nodes(arm, period_ns, places),
+        };
         let seconds = plan.turn().as_secs_f64() + GRACE_S;
-        let node = Node::start(self.bench.company, &configuration, seconds)?;
-        self.order(Job::AwaitNode(arm))?;
+        let start = |node: &BenchNode| Node::start(self.bench.company, node, seconds);
+        let nodes = configurations.iter().map(start).collect::<Result<Vec<_>, _>>()?;
+        self.order(Job::AwaitNodes(index))?;
         match self.answers.recv() {
-            Ok(Ok(_)) => Ok(node),
-            Ok(Err(why)) => Err(node.explain(&why)),
+            Ok(Ok(_)) => Ok(nodes),
+            Ok(Err(why)) => {
+                let logs: String = nodes.iter().map(Node::log).collect();
+                Err(BenchError::Measuring(format!("{why}\n{logs}")))
+            }
             Err(_) => Err(unexpected()),
         }
     }

@@ -2,8 +2,11 @@
 
 use std::time::Duration;
 
-use super::arms::{Arm, Pace, Wait};
-use super::node_path;
+use isochrone_timing::{Warning, WarningCode};
+
+use super::arms::{Arm, NODE_VALUES, Pace, Wait};
+use super::bench_node::NodePlace;
+use super::{follow_path, node_path};
 
 /// What is measured, and how.
 #[derive(Debug, Clone)]
@@ -18,7 +21,7 @@ pub struct Settings {
     pub wait: Wait,
     /// CPUs of the two processes.
     pub cpus: Cpus,
-    /// CPU of the node.
+    /// CPU of the node, and of the last one of a chain; that of the sender if there is no third one.
     pub node_cpu: usize,
     /// SCHED_FIFO priority of both; `None` for normal scheduling.
     pub priority: Option<u8>,
@@ -70,7 +73,46 @@ impl Settings {
     pub fn polling_arm(&self) -> Option<Arm> {
         let circumstances = self.sizes.iter().flat_map(|size| &size.circumstances);
         let mut arms = circumstances.flat_map(|some| &some.arms);
-        arms.find(|arm| self.wait == Wait::Poll || !arm.can_block()).copied()
+        let polls = |arm: &&Arm| arm.polls() && (self.wait == Wait::Poll || !arm.can_block());
+        arms.find(polls).copied()
+    }
+
+    /// Where the nodes of an arm run, first to last. Those that follow have the sender's CPU, as the thread
+    /// that measures is the one that sends.
+    pub fn node_places(&self, arm: Arm) -> Vec<NodePlace> {
+        let at = |cpu| NodePlace { cpu, priority: self.priority };
+        match follow_path::length(arm) {
+            0 if arm == Arm::Node => vec![at(self.node_cpu)],
+            0 => Vec::new(),
+            1 => vec![at(self.cpus.sender)],
+            // On one CPU, one that watches must leave it to its source.
+            _ if self.nodes_share_cpu() => {
+                let second = self.priority.unwrap_or_default().saturating_sub(1).max(1);
+                let place =
+                    |priority| NodePlace { cpu: self.cpus.sender, priority: Some(priority) };
+                vec![place(second + 1), place(second)]
+            }
+            _ => vec![at(self.cpus.sender), at(self.node_cpu)],
+        }
+    }
+
+    /// Whether all nodes of a chain run on one CPU.
+    fn nodes_share_cpu(&self) -> bool {
+        self.node_cpu == self.cpus.sender
+    }
+
+    /// Warns of a chain that cannot show what one with a CPU for each node would.
+    pub(super) fn shared_cpu(&self) -> Option<Warning> {
+        let is_shared = self.nodes_share_cpu() && self.names().contains(&Arm::Chain.as_str());
+        let places = self.node_places(Arm::Chain);
+        let [first, second] = &places[..] else { return None };
+        is_shared.then(|| {
+            let message = format!(
+                "the nodes of arm \"chain\" share a CPU: {first}, then {second}; each frame waits until \
+                 the first node sleeps and the kernel has switched to the second"
+            );
+            Warning::new(WarningCode::ChainSharesCpu, message)
+        })
     }
 }
 
@@ -83,27 +125,27 @@ pub struct Circumstance {
     pub arms: Vec<Arm>,
 }
 
-/// The circumstances by the size of the message. The way through the node has one pace and one size,
-/// whatever the others have; where they have the same, it takes turns with them.
+/// The circumstances by the size of the message. The ways through nodes have one size, and not every pace,
+/// whatever the others have; where they have the same, they take turns with them, and where nobody has, 1 kHz.
 pub fn plan(arms: &[Arm], sizes: &[usize], paces: &[Pace]) -> Vec<Size> {
-    const NODE_VALUES: usize = 1;
-    let node_pace = Pace::Hz(node_path::RATE_HZ);
-    let with_node = arms.contains(&Arm::Node);
-    let at = |values: usize, pace: Pace| {
-        let belongs = |arm: &Arm| *arm != Arm::Node || (values == NODE_VALUES && pace == node_pace);
-        Circumstance { pace, arms: arms.iter().copied().filter(belongs).collect() }
-    };
     let mut plan: Vec<Size> = Vec::new();
     for values in sizes {
         if plan.iter().all(|planned| planned.values != *values) {
-            let circumstances = paces.iter().map(|pace| at(*values, *pace)).collect();
-            plan.push(Size { values: *values, circumstances });
+            let at = |pace: &Pace| {
+                let arms = arms.iter().copied().filter(|arm| arm.has(*values, *pace)).collect();
+                Circumstance { pace: *pace, arms }
+            };
+            plan.push(Size { values: *values, circumstances: paces.iter().map(at).collect() });
         }
     }
-    if with_node {
-        let alone = Circumstance { pace: node_pace, arms: vec![Arm::Node] };
+    let is_planned = |arm: &&Arm| {
+        let mut circumstances = plan.iter().flat_map(|size| &size.circumstances);
+        circumstances.any(|some| some.arms.contains(arm))
+    };
+    let left: Vec<Arm> = arms.iter().filter(|arm| !is_planned(arm)).copied().collect();
+    if !left.is_empty() {
+        let alone = Circumstance { pace: Pace::Hz(node_path::RATE_HZ), arms: left };
         match plan.iter_mut().find(|size| size.values == NODE_VALUES) {
-            Some(_) if paces.contains(&node_pace) => {}
             Some(size) => size.circumstances.push(alone),
             None => plan.push(Size { values: NODE_VALUES, circumstances: vec![alone] }),
         }
@@ -138,6 +180,55 @@ mod tests {
         assert_eq!(other_pace[0].circumstances[1], alone);
         let node_only = plan(&[Arm::Node], &[64], &PACES);
         assert_eq!(node_only, [Size { values: 1, circumstances: vec![alone] }]);
+    }
+
+    #[test]
+    fn nodes_that_follow_take_turns_with_the_others_at_every_pace_that_they_can_have() {
+        let paces = [1_000.0, 4_000.0, 3_000.0].map(Pace::Hz);
+        let arms = [Arm::Ports, Arm::Node, Arm::Follow, Arm::Chain];
+        let plan = plan(&arms, &[1], &paces);
+        let found: Vec<&[Arm]> = plan[0].circumstances.iter().map(|some| &some.arms[..]).collect();
+        let [ports, node, follow, chain] = arms;
+        assert_eq!(found, [&arms[..], &[ports, follow, chain], &[ports]]);
+        let odd = super::plan(&[follow, node], &[64], &[Pace::BackToBack]);
+        let alone = Circumstance { pace: PACES[0], arms: vec![follow, node] };
+        assert_eq!(odd, [Size { values: 1, circumstances: vec![alone] }]);
+    }
+
+    fn settings(node_cpu: usize, priority: Option<u8>) -> Settings {
+        Settings {
+            sizes: plan(&[Arm::Follow, Arm::Chain], &[1], &PACES),
+            rounds: 1,
+            turn_ns: 1,
+            wait: Wait::Poll,
+            cpus: Cpus { sender: 1, receiver: 2 },
+            node_cpu,
+            priority,
+        }
+    }
+
+    #[test]
+    fn the_nodes_of_a_chain_have_a_cpu_each_where_there_are_three() {
+        let cpus = |settings: &Settings, arm| -> Vec<_> {
+            settings.node_places(arm).iter().map(|place| (place.cpu, place.priority)).collect()
+        };
+        let three = settings(0, Some(50));
+        assert_eq!(cpus(&three, Arm::Follow), [(1, Some(50))]);
+        assert_eq!(cpus(&three, Arm::Chain), [(1, Some(50)), (0, Some(50))]);
+        assert_eq!(cpus(&three, Arm::Node), [(0, Some(50))]);
+        assert_eq!(cpus(&three, Arm::Ports), []);
+        for (priority, first, second) in [(None, 2, 1), (Some(1), 2, 1), (Some(89), 89, 88)] {
+            let two = settings(1, priority);
+            assert_eq!(cpus(&two, Arm::Chain), [(1, Some(first)), (1, Some(second))]);
+        }
+        assert_eq!(three.shared_cpu(), None);
+        let said = settings(1, None).shared_cpu().unwrap().message;
+        assert!(said.contains("CPU 1 (SCHED_FIFO 2), then CPU 1 (SCHED_FIFO 1)"), "{said}");
+    }
+
+    #[test]
+    fn who_watches_only_while_a_message_is_on_its_way_does_not_poll() {
+        assert_eq!(settings(0, Some(50)).polling_arm(), None);
     }
 
     #[test]

@@ -154,13 +154,23 @@ pub(super) fn send_paced(
         end.prepare();
         account.note(header, span);
     }
-    // Of the releases that a late thread skips, those after the end were not due.
-    let due = span.end_ns.saturating_sub(span.start_ns).div_ceil(period_ns.max(1));
-    let missed = cyclic.missed().min(due.saturating_sub(messages));
+    let missed = missed(&cyclic, span, period_ns, messages);
     let sent = account.close(Sent { messages, missed, ..Sent::default() });
     end.send(Header { sequence: END, sent_ns: messages })?;
     end.prepare();
     Ok(sent)
+}
+
+/// Instants of a turn at which a sender could not send that has sent so many messages.
+pub(super) fn missed(
+    cyclic: &Cyclic<Monotonic>,
+    span: &Span,
+    period_ns: u64,
+    messages: u64,
+) -> u64 {
+    // Of the releases that a late thread skips, those after the end were not due.
+    let due = span.end_ns.saturating_sub(span.start_ns).div_ceil(period_ns.max(1));
+    cyclic.missed().min(due.saturating_sub(messages))
 }
 
 /// Sends a message as soon as the one before has come back. A sample is half of the time there and
@@ -258,19 +268,19 @@ fn check(message: &Message, terms: Terms) -> Result<(), EndError> {
 
 /// What the thread has used since the end of the warm-up.
 #[derive(Default)]
-struct Account(Option<ThreadUsage>);
+pub(super) struct Account(Option<ThreadUsage>);
 
 impl Account {
     /// The kernel is asked so long before the end of the warm-up that no sample feels it.
     const AHEAD_NS: u64 = 1_000_000;
 
-    fn note(&mut self, header: Header, span: &Span) {
+    pub(super) fn note(&mut self, header: Header, span: &Span) {
         if self.0.is_none() && header.sent_ns + Self::AHEAD_NS >= span.from_ns {
             self.0 = Some(thread_usage());
         }
     }
 
-    fn close(self, sent: Sent) -> Sent {
+    pub(super) fn close(self, sent: Sent) -> Sent {
         let used = self.0.map(|before| thread_usage().since(before));
         Sent {
             faults: used.map(|used| used.minor_faults + used.major_faults),

@@ -3,7 +3,9 @@
 use std::ops::Range;
 
 use isochrone_machine::{Cause, Disturbance};
-use isochrone_timing::{CycleRecord, Distribution, Metric, TaskReport, TaskTiming, encoded};
+use isochrone_timing::{
+    CycleRecord, Distribution, FollowRecord, Metric, TaskReport, TaskTiming, encoded,
+};
 use serde::{Deserialize, Serialize};
 
 use super::turns::Turns;
@@ -63,9 +65,13 @@ impl LoopArm {
     ///
     /// A missed release counts if it was due in `counted`, even if the cycle that ran in its place
     /// was not. `records` must therefore contain the first cycle after the end, too.
+    ///
+    /// Of a loop that follows its data, `follows` has what each of the records leaves out; of others it is
+    /// empty. The release jitter is that of the grid: up to where a cycle begins to wait for its data.
     pub fn turn(
         &mut self,
         records: &[CycleRecord],
+        follows: &[FollowRecord],
         counted: Range<u64>,
         disturbance: Disturbance,
         around: impl Fn(u64) -> Disturbance,
@@ -75,8 +81,13 @@ impl LoopArm {
         // The latest release of each cycle, and when the cycle came.
         let mut lates = Vec::new();
         let mut missed_before = records.first().map_or(0, |first| first.missed);
-        for record in records {
-            let late_ns = record.start_ns.saturating_sub(record.release_ns);
+        if !follows.is_empty() && self.timing.is_empty() {
+            self.timing = self.timing.clone().following();
+        }
+        for (index, record) in records.iter().enumerate() {
+            let follow = follows.get(index);
+            let ready_ns = follow.map_or(record.start_ns, |follow| follow.ready_ns);
+            let late_ns = ready_ns.saturating_sub(record.release_ns);
             let newly_missed = record.missed.saturating_sub(missed_before);
             missed_before = record.missed;
             // The release before this one was a period later than this one, and so on.
@@ -84,12 +95,15 @@ impl LoopArm {
                 let earlier_ns = periods * self.period_ns;
                 if counted.contains(&record.release_ns.saturating_sub(earlier_ns)) {
                     corrected.record(late_ns.saturating_add(earlier_ns));
-                    lates.push((late_ns.saturating_add(earlier_ns), record.start_ns));
+                    lates.push((late_ns.saturating_add(earlier_ns), ready_ns));
                 }
             }
             if counted.contains(&record.release_ns) {
                 raw.record(late_ns);
-                self.timing.record(record);
+                match follow {
+                    Some(follow) => self.timing.record_following(record, follow),
+                    None => self.timing.record(record),
+                }
             }
             self.cycles += u64::from(record.release_ns < counted.end);
             self.warm_up_cycles += u64::from(record.release_ns < counted.start);
@@ -178,8 +192,34 @@ mod tests {
         let interrupt = Disturbance { interrupts: Some(1), ..Disturbance::default() };
         let due_ns = |cycle| record(cycle, 0, 0).release_ns;
         let counted = due_ns(counted.start)..due_ns(counted.end);
-        arm.turn(records, counted, Disturbance::default(), |_| interrupt);
+        arm.turn(records, &[], counted, Disturbance::default(), |_| interrupt);
         arm.report("hybrid")
+    }
+
+    #[test]
+    fn a_loop_that_follows_its_data_is_as_late_as_it_stood_ready() {
+        let waited = |cycle| {
+            let record = record(cycle, 300_000, 0);
+            CycleRecord { end_ns: record.start_ns + 7, ..record }
+        };
+        let records: Vec<_> = (0..20).map(waited).collect();
+        let ready = |record: &CycleRecord| FollowRecord {
+            ready_ns: record.release_ns + 11,
+            followed: 0,
+            timed_out: record.cycle + 1,
+            latency_ns: None,
+        };
+        let follows: Vec<_> = records.iter().map(ready).collect();
+        let mut arm = LoopArm::new(PERIOD_NS, ORIGIN_NS);
+        let none = Disturbance::default();
+        arm.turn(&records, &follows, 0..u64::MAX, none, |_| none);
+        let TaskArm { task, release_jitter_corrected_ns, outliers, .. } = arm.report("follows");
+        assert_eq!(task.release_jitter_ns.max, Some(11));
+        assert_eq!(release_jitter_corrected_ns.unwrap().max, Some(11));
+        assert_eq!((task.execution_ns.max, task.response_ns.max), (Some(7), Some(300_007)));
+        assert_eq!(task.follow_wait_ns.unwrap().p50, Some(300_000));
+        assert_eq!((task.followed, task.timed_out), (Some(0), Some(20)));
+        assert_eq!(outliers, []);
     }
 
     #[test]
@@ -227,7 +267,7 @@ mod tests {
         for first in [record(0, 10, 0), record(5_000, 10, 3)] {
             let next = CycleRecord { missed: first.missed + 2, ..record(first.cycle + 3, 10, 0) };
             let none = Disturbance::default();
-            arm.turn(&[first, next], 0..u64::MAX, none, |_| none);
+            arm.turn(&[first, next], &[], 0..u64::MAX, none, |_| none);
         }
         assert_eq!(arm.report("a").task.missed, 4);
     }

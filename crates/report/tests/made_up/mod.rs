@@ -54,7 +54,7 @@ fn arm(name: &str, load: &str, typical_ns: f64, turn_of_arm: u64) -> TaskArm {
             8 => Disturbance { faults: Some(2), ..Disturbance::default() },
             _ => Disturbance::default(),
         };
-        arm.turn(&records, from_ns..u64::MAX, disturbance, |at_ns| cause(at_ns / 1_000 % 9));
+        arm.turn(&records, &[], from_ns..u64::MAX, disturbance, |at_ns| cause(at_ns / 1_000 % 9));
     }
     TaskArm {
         task: TaskReport {

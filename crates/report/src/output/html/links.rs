@@ -40,17 +40,21 @@ fn summary(page: &mut Page, group: &Group<'_, LinkArm>) {
         Column::Words("arm"),
         Column::Number("frames"),
         Column::Number("lost"),
+        Column::Number("timed out"),
         Column::Number("restarts"),
         Column::Number("rate"),
     ];
     let rows = group.arms.iter().map(|link| {
+        let timed_out = section::cell(link.timed_out.map(|count| count.to_string()));
         let rate = link.link.rate_hz.map(|hz| format!("{} Hz", three_digits(hz)));
         let link = &link.link;
         let counts = [link.frames, link.lost].map(|count| count.to_string());
         let restarts = section::cell(link.restarts.map(|count| count.to_string()));
-        Row::of(
-            [link.service.clone()].into_iter().chain(counts).chain([restarts, section::cell(rate)]),
-        )
+        Row::of([link.service.clone()].into_iter().chain(counts).chain([
+            timed_out,
+            restarts,
+            section::cell(rate),
+        ]))
     });
     page.table("Frames", &columns, rows);
 }

@@ -89,11 +89,16 @@ fn loops(group: &Group<'_, TaskArm>) -> Table {
 }
 
 fn latencies(group: &Group<'_, LinkArm>) -> Table {
-    let mut table = headed(
-        ["arm", "frames"].into_iter().chain(latency_columns()).chain(["lost", "invalid turns"]),
-    );
+    let has_followed = group.arms.iter().any(|link| link.timed_out.is_some());
+    let timed_out = has_followed.then_some("timed out");
+    let rest = ["lost"].into_iter().chain(timed_out).chain(["invalid turns"]);
+    let mut table = headed(["arm", "frames"].into_iter().chain(latency_columns()).chain(rest));
     for link in &group.arms {
-        let rest = [link.link.lost.to_string(), invalid(*link)];
+        let timed_out =
+            link.timed_out.map_or_else(|| UNKNOWN.to_owned(), |count| count.to_string());
+        let timed_out = has_followed.then_some(timed_out);
+        let rest =
+            [link.link.lost.to_string()].into_iter().chain(timed_out).chain([invalid(*link)]);
         table.row(
             latency_cells(&link.link.service, link.link.frames, &link.link.one_way_ns).chain(rest),
         );
