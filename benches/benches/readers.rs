@@ -23,8 +23,10 @@ use std::time::Duration;
 
 use clap::{Parser, ValueEnum};
 use iceoryx2::node::{Node, NodeBuilder};
+use iceoryx2::port::listener::Listener;
+use iceoryx2::port::notifier::Notifier;
 use iceoryx2::prelude::SignalHandlingMode;
-use iceoryx2::service::port_factory::event::PortFactory;
+use iceoryx2::service::ipc_threadsafe;
 use isochrone_benches::{Failure, take_turns, us};
 use isochrone_cyclic::{
     Clock, Cyclic, Margin, Monotonic, Schedule, ThreadRequest, Wake, prepare_thread, thread_usage,
@@ -129,13 +131,15 @@ impl Arm {
         let domain = IsolatedDomain::new("bench")?;
         let over = Arc::new(AtomicBool::new(false));
         let (rate_hz, way) = (self.rate_hz, self.way);
-        // There before the threads that open it.
-        let _events = (way == Way::Event).then(|| Events::open(&domain)).transpose()?;
+        // There before the other threads join: iceoryx2's own nodes do not wait for those.
+        let mut event = (way == Way::Event).then(|| Event::open(&domain)).transpose()?;
+        let listener = event.as_mut().and_then(|event| event.listener.take());
+        let notifier = event.as_mut().and_then(|event| event.notifier.take());
         let spent = thread::scope(|scope| -> Result<Option<Spent>, Failure> {
             let sender = scope.spawn(|| send(&domain, rate_hz, args.cpu, &over));
-            let notifier = (way == Way::Event)
-                .then(|| scope.spawn(|| notify(&domain, args.reader_cpu, &over)));
-            let reader = scope.spawn(|| self.read(&domain, args));
+            let notify = |notifier| notify(&domain, args.reader_cpu, &over, &notifier);
+            let notifier = notifier.map(|notifier| scope.spawn(move || notify(notifier)));
+            let reader = scope.spawn(|| self.read(&domain, args, listener));
             let read = reader.join();
             over.store(true, Ordering::Relaxed);
             let sent = sender.join();
@@ -149,14 +153,16 @@ impl Arm {
         Ok(())
     }
 
-    fn read(&mut self, domain: &IsolatedDomain, args: &Args) -> Result<(), Failure> {
+    fn read(
+        &mut self,
+        domain: &IsolatedDomain,
+        args: &Args,
+        listener: Option<Listener<Shared>>,
+    ) -> Result<(), Failure> {
         on_cpu(args.reader_cpu);
         let participant = Participant::<ipc::Service>::join("reader", domain)?;
         let subscriber = FrameSubscriber::open(&participant, SERVICE, 1, Depth::All)?;
         let mut subscriber = subscriber.for_this_thread();
-        let events = (self.way == Way::Event).then(|| Events::open(domain)).transpose()?;
-        let listen = |events: &Events| events.service.listener_builder().create();
-        let listener = events.as_ref().map(listen).transpose()?;
         let wait = (self.way == Way::Wait).then(FrameWait::in_this_thread);
         let begin_ns = Monotonic.now_ns() + WARM_UP_NS;
         let end_ns = begin_ns + (args.seconds * 1e9) as u64;
@@ -170,7 +176,7 @@ impl Arm {
                 }
             }
             if let Some(listener) = &listener {
-                listener.timed_wait(|_| {}, SLICE)?;
+                listener.timed_wait(|_| {}, SLICE).map_err(|e| format!("the listener: {e}"))?;
             } else if let Some(wait) = &wait {
                 wait.sleep_until_ns(subscriber.next_look_ns(Monotonic.now_ns()));
             } else if self.way == Way::Naps {
@@ -217,13 +223,16 @@ fn send(
 }
 
 /// What an ordinary thread of the sending node would do: wait for each frame, and wake the readers.
-fn notify(domain: &IsolatedDomain, cpu: usize, over: &AtomicBool) -> Result<Spent, Failure> {
+fn notify(
+    domain: &IsolatedDomain,
+    cpu: usize,
+    over: &AtomicBool,
+    notifier: &Notifier<Shared>,
+) -> Result<Spent, Failure> {
     on_cpu(cpu);
     let participant = Participant::<ipc::Service>::join("notifier", domain)?;
     let subscriber = FrameSubscriber::open(&participant, SERVICE, 1, Depth::Newest)?;
     let mut subscriber = subscriber.for_this_thread();
-    let events = Events::open(domain)?;
-    let notifier = events.service.notifier_builder().create()?;
     let wait = FrameWait::in_this_thread();
     let begin_ns = Monotonic.now_ns() + WARM_UP_NS;
     let mut before = None;
@@ -233,27 +242,34 @@ fn notify(domain: &IsolatedDomain, cpu: usize, over: &AtomicBool) -> Result<Spen
             before = Some(thread_usage());
         }
         if wait.next(&mut subscriber, now_ns + SLICE.as_nanos() as u64).is_some() {
-            notifier.notify()?;
+            notifier.notify().map_err(|e| format!("the notifier: {e}"))?;
         }
     }
     let used = thread_usage().since(before.unwrap_or_default());
     Ok(Spent { cpu_ns: used.cpu_ns, sleeps: used.voluntary_switches })
 }
 
+/// Ports that other threads may use than the one that opens them.
+type Shared = ipc_threadsafe::Service;
+
 /// The event of the service.
-struct Events {
-    service: PortFactory<ipc::Service>,
-    _node: Node<ipc::Service>,
+struct Event {
+    listener: Option<Listener<Shared>>,
+    notifier: Option<Notifier<Shared>>,
+    _node: Node<Shared>,
 }
 
-impl Events {
+impl Event {
     fn open(domain: &IsolatedDomain) -> Result<Self, Failure> {
         let node = NodeBuilder::new()
             .config(domain.config())
             .signal_handling_mode(SignalHandlingMode::Disabled)
-            .create::<ipc::Service>()?;
-        let service = node.service_builder(&SERVICE.try_into()?).event().open_or_create()?;
-        Ok(Self { service, _node: node })
+            .create::<Shared>()
+            .map_err(|cause| format!("a node for the event: {cause}"))?;
+        let service = node.service_builder(&SERVICE.try_into()?).event().create()?;
+        let listener = Some(service.listener_builder().create()?);
+        let notifier = Some(service.notifier_builder().create()?);
+        Ok(Self { listener, notifier, _node: node })
     }
 }
 
