@@ -107,7 +107,12 @@ impl Following {
         }
         let silent_ns = arrival.now_ns.saturating_sub(followed.heard_ns);
         if arrival.term > followed.term || followed.has_left || silent_ns >= self.silence_ns {
-            count(&mut self.seen.restarts, 1);
+            // The same sender through another port: a link between machines was started again.
+            let goes_on = arrival.term != 0 && arrival.term == followed.term;
+            match loss(followed.sequence, arrival.sequence, silent_ns).filter(|_| goes_on) {
+                Some(lost) => count(&mut self.seen.lost, lost),
+                None => count(&mut self.seen.restarts, 1),
+            }
             self.follow(arrival);
             return Verdict::Take;
         }

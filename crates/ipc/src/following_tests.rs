@@ -71,6 +71,29 @@ fn a_higher_term_is_followed_at_once_and_a_lower_one_is_not() {
 }
 
 #[test]
+fn a_sender_that_comes_back_through_another_port_goes_on_and_what_it_sent_meanwhile_is_lost() {
+    let mut following = Following::new();
+    let through = |writer: u128, term: u64, sequence: u64, now_ns: u64| Arrival {
+        writer,
+        term,
+        sequence,
+        now_ns,
+    };
+    following.judge(&through(1, 10, 7, 0));
+    following.look(&[2]);
+    assert_eq!(following.judge(&through(2, 10, 12, SECOND_NS / 4)), Verdict::Take);
+    assert_eq!((following.seen().lost, following.seen().restarts), (4, 0));
+    // One that began anew, and one that says nothing of its term, may be anybody.
+    following.look(&[3]);
+    assert_eq!(following.judge(&through(3, 10, 3, SECOND_NS / 2)), Verdict::Take);
+    following.look(&[4]);
+    assert_eq!(following.judge(&through(4, 0, 9, SECOND_NS)), Verdict::Take);
+    following.look(&[5]);
+    assert_eq!(following.judge(&through(5, 0, 19, 2 * SECOND_NS)), Verdict::Take);
+    assert_eq!((following.seen().lost, following.seen().restarts), (4, 3));
+}
+
+#[test]
 fn a_second_writer_is_counted_and_not_taken_as_long_as_the_first_is_heard() {
     let mut following = Following::new();
     for cycle in 0..5_000 {
