@@ -109,7 +109,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut transcript = Transcript::new(&args.service, sink, choice);
     let wait = (!args.spin).then(FrameWait::in_this_thread);
     let wants_more = |frames| args.count.is_none_or(|count| frames < count);
-    while wants_more(line.timing.frames()) && !stop.is_due() {
+    while wants_more(line.frames()) && !stop.is_due() {
         if line.receive(&mut transcript) {
             transcript.write(&line.watcher, line.now_ns)?;
             continue;

@@ -1,20 +1,19 @@
 //! The frames of a service, as a subscriber process takes them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, VecDeque};
 use std::thread;
 use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{
-    Depth, Flags, FrameHeader, FrameSubscriber, InRealTime, LayoutWatcher, Participant,
-    SenderClock, Stamps, ipc,
+    Depth, Flags, FrameHeader, FrameSubscriber, InRealTime, LayoutWatcher, Participant, Stamps, ipc,
 };
 use isochrone_processes::Stop;
 use isochrone_runtime::{Alarm, FrameWait};
 use isochrone_timing::{FrameRecord, LinkReport, LinkTiming};
 
 use super::taken::Taken;
-use super::transcript::Transcript;
+use super::transcript::{self, Transcript};
 use crate::failure::Failure;
 
 /// While waiting for the service.
@@ -34,7 +33,9 @@ pub(super) struct Line<'a> {
     service: &'a str,
     subscriber: InRealTime<FrameSubscriber<Service>>,
     pub(super) watcher: LayoutWatcher<Service>,
-    pub(super) timing: LinkTiming,
+    timing: LinkTiming,
+    /// Frames of which it is not known yet whose clock they are stamped by.
+    undated: VecDeque<Undated>,
     past_stamps: u64,
     flagged: Flagged,
     pub(super) alarms: Vec<Alarm>,
@@ -43,6 +44,14 @@ pub(super) struct Line<'a> {
     /// When nothing waited to be received.
     idle_ns: u64,
     care_ns: u64,
+}
+
+/// A frame that was received, before its stamps are judged.
+struct Undated {
+    header: FrameHeader,
+    received_ns: u64,
+    /// How long it may have waited to be received.
+    waited_ns: u64,
 }
 
 /// How many frames had each flag.
@@ -95,6 +104,7 @@ impl<'a> Line<'a> {
             subscriber,
             watcher,
             timing: LinkTiming::new(),
+            undated: VecDeque::new(),
             past_stamps: 0,
             flagged: Flagged([0; u64::BITS as usize]),
             alarms: Vec::new(),
@@ -107,6 +117,7 @@ impl<'a> Line<'a> {
 
     /// Receives the next frame; `false` if none waits.
     pub(super) fn receive(&mut self, transcript: &mut Transcript) -> bool {
+        let number = self.frames() + 1;
         let Some(frame) = self.subscriber.next(self.now_ns) else {
             self.now_ns = Monotonic.now_ns();
             self.idle_ns = self.now_ns;
@@ -116,20 +127,14 @@ impl<'a> Line<'a> {
         let header = *frame.header();
         // It may be written only when its layout is known.
         let channels = frame.values().len();
-        let number = self.timing.frames() + 1;
         let is_wanted = transcript.wants_values(number);
         let values = if is_wanted { frame.values().to_vec() } else { Vec::new() };
         self.now_ns = received_ns;
-        let stamps = self.judge(&header);
         self.flagged.note(header.flags());
-        match stamps {
-            Stamps::Foreign => self.timing.count(received_ns),
-            Stamps::Believed | Stamps::Future => self.timing.record(&FrameRecord {
-                publish_ns: header.publish_ns,
-                source_ns: header.source_ns,
-                received_ns,
-            }),
-        }
+        let waited_ns = received_ns.saturating_sub(self.idle_ns);
+        self.undated.push_back(Undated { header, received_ns, waited_ns });
+        self.date();
+        let stamps = transcript::stamps(&self.watcher, &header, received_ns);
         transcript.take(Taken { header, channels, values, received_ns, stamps, number });
         true
     }
@@ -139,6 +144,33 @@ impl<'a> Line<'a> {
         let now_ns = Monotonic.now_ns();
         wait.sleep_until_ns(self.subscriber.next_look_ns(now_ns).min(self.care_ns));
         self.now_ns = Monotonic.now_ns();
+    }
+
+    /// How many frames were received.
+    pub(super) fn frames(&self) -> u64 {
+        self.timing.frames() + self.undated.len() as u64
+    }
+
+    /// Measures the frames of which it is known whose clock they are stamped by. Through a link from another
+    /// machine that may come after the first of them.
+    fn date(&mut self) {
+        while let Some(first) = self.undated.front() {
+            let Undated { header, received_ns, .. } = first;
+            let waited_ns = self.now_ns.saturating_sub(*received_ns);
+            let waiting = self.undated.len();
+            if !transcript::is_settled(&self.watcher, header.layout, waited_ns, waiting) {
+                break;
+            }
+            let Some(frame) = self.undated.pop_front() else { break };
+            match self.judge(&frame) {
+                Stamps::Foreign => self.timing.count(frame.received_ns),
+                Stamps::Believed | Stamps::Future => self.timing.record(&FrameRecord {
+                    publish_ns: frame.header.publish_ns,
+                    source_ns: frame.header.source_ns,
+                    received_ns: frame.received_ns,
+                }),
+            }
+        }
     }
 
     /// Looks after layouts, peers and connections, if it is time.
@@ -154,21 +186,21 @@ impl<'a> Line<'a> {
         {
             self.subscriber.set_period(announced.layout.period_ns.unwrap_or_default());
         }
+        self.date();
         if self.subscriber.counters().other_writers > 0 {
             self.raise(Alarm::OtherWriter { service: self.service.to_owned() });
         }
     }
 
-    /// Says what the stamps of a frame are worth that was received now.
-    fn judge(&mut self, header: &FrameHeader) -> Stamps {
+    /// Says what the stamps of a frame are worth.
+    fn judge(&mut self, frame: &Undated) -> Stamps {
+        let Undated { header, received_ns, waited_ns } = frame;
         let announced = self.watcher.find(header.layout);
-        let clock = announced.map_or(SenderClock::Shared, |announced| announced.clock());
-        let stamps = header.credible(clock, self.now_ns).stamps;
-        let age_ns = self.now_ns.saturating_sub(header.publish_ns);
-        let waited_ns = self.now_ns.saturating_sub(self.idle_ns);
+        let stamps = transcript::stamps(&self.watcher, header, *received_ns);
+        let age_ns = received_ns.saturating_sub(header.publish_ns);
         match stamps {
             Stamps::Future => {
-                let ahead_ns = header.publish_ns.saturating_sub(self.now_ns);
+                let ahead_ns = header.publish_ns.saturating_sub(*received_ns);
                 let service = self.service.to_owned();
                 self.raise(Alarm::FutureStamps { service, ahead_ns });
             }
@@ -210,7 +242,7 @@ impl<'a> Line<'a> {
     /// Nothing received is no success, whatever the reason.
     pub(super) fn outcome(&self) -> Result<(), Failure> {
         let service = self.service;
-        if self.timing.frames() > 0 {
+        if self.frames() > 0 {
             return Ok(());
         }
         // One that was killed is no publisher any more.

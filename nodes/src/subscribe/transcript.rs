@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use isochrone_ipc::{Announcement, LayoutWatcher, ipc};
+use isochrone_ipc::{Announcement, FrameHeader, LayoutWatcher, SenderClock, Stamps, ipc};
 use isochrone_runtime::Limiter;
 use isochrone_timing::units::counted;
 
@@ -58,6 +58,28 @@ pub(crate) struct Transcript {
     limiter: Limiter,
 }
 
+/// Whether a frame waits no longer for what is announced of it, as one of so many that wait.
+pub(super) fn is_settled(
+    watcher: &LayoutWatcher<ipc::Service>,
+    layout: u64,
+    waited_ns: u64,
+    waiting: usize,
+) -> bool {
+    let is_known = layout == 0 || watcher.find(layout).is_some();
+    is_known || waited_ns >= PATIENCE_NS || waiting >= MOST_WAITING
+}
+
+/// What the stamps of a frame are worth, by what is announced of it.
+pub(super) fn stamps(
+    watcher: &LayoutWatcher<ipc::Service>,
+    header: &FrameHeader,
+    received_ns: u64,
+) -> Stamps {
+    let announced = watcher.find(header.layout);
+    let clock = announced.map_or(SenderClock::Shared, Announcement::clock);
+    header.credible(clock, received_ns).stamps
+}
+
 /// What the names are of.
 #[derive(Clone, Copy, PartialEq, Eq)]
 struct Shown {
@@ -105,12 +127,12 @@ impl Transcript {
     ) -> Result<(), Failure> {
         while let Some(frame) = self.waiting.front() {
             let layout = frame.header.layout;
-            let is_known = layout == 0 || watcher.find(layout).is_some();
-            let has_waited = now_ns.saturating_sub(frame.received_ns) >= PATIENCE_NS;
-            if !is_known && !has_waited && self.waiting.len() < MOST_WAITING {
+            let waited_ns = now_ns.saturating_sub(frame.received_ns);
+            if !is_settled(watcher, layout, waited_ns, self.waiting.len()) {
                 break;
             }
-            let Some(frame) = self.waiting.pop_front() else { break };
+            let Some(mut frame) = self.waiting.pop_front() else { break };
+            frame.stamps = stamps(watcher, &frame.header, frame.received_ns);
             self.head(&frame, watcher.find(layout))?;
             if self.wants_values(frame.number) {
                 self.body(frame)?;
