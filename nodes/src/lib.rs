@@ -23,6 +23,7 @@ mod doctor;
 mod domain;
 mod failure;
 mod gate;
+mod link;
 mod list;
 mod logging;
 mod meant;
@@ -105,6 +106,7 @@ verbs! { catalogue;
     Publish: publish(),
     Subscribe: subscribe(),
     Chain: chain(),
+    Link: link(),
     List: list(),
     Top: top(),
     Show: operate::show(),

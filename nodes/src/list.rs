@@ -89,7 +89,7 @@ fn text(control: &[ControlNode], nodes: &[ListedNode], services: &[Found]) -> St
         let doubts = doubts.map_or_else(String::new, |flags| format!("  [{flags}]"));
         text += &format!("  {}  {}{doubts}\n", escaped(&found.service.name), rate(found.rate));
         let mut table = Table::default();
-        table.row(["from".to_owned(), joined(&found.service.publishers, "nobody")]);
+        table.row(["from".to_owned(), publishers(found)]);
         table.row(["to".to_owned(), joined(&found.service.subscribers, "nobody")]);
         text += &table.draw(4);
         text += &signals(&found.signals().map(<[SignalSpec]>::to_vec).unwrap_or_default());
@@ -123,11 +123,23 @@ fn rate(rate: Rate) -> String {
     }
 }
 
-/// Nodes of one name are one entry.
+/// Who publishes a service: through a link, that is somebody on another machine.
+fn publishers(found: &Found) -> String {
+    let here = joined(&found.service.publishers, "nobody");
+    match &found.announced {
+        Some(announced) if found.is_far() == Some(true) => {
+            format!("{} on another machine, through {here}", escaped(&announced.publisher))
+        }
+        _ => here,
+    }
+}
+
+/// Nodes of one name are one entry; one without a name goes by its program's.
 fn joined(nodes: &[ListedNode], nobody: &str) -> String {
     let mut said: Vec<String> = Vec::new();
     for node in nodes {
-        let node = format!("{} (pid {})", escaped(&node.name), node.pid);
+        let name = if node.name.is_empty() { &node.program } else { &node.name };
+        let node = format!("{} (pid {})", escaped(name), node.pid);
         if !said.contains(&node) {
             said.push(node);
         }
@@ -149,6 +161,7 @@ fn document(control: &[ControlNode], nodes: &[ListedNode], services: &[Found]) -
             "name": found.service.name,
             "publishers": nodes_of(&found.service.publishers),
             "subscribers": nodes_of(&found.service.subscribers),
+            "is_far": found.is_far(),
             "rate_hz": rate_hz,
             "rate_is_measured": rate_is_measured,
             "flags": found.flags.map(|flags| flags.words().collect::<Vec<_>>()),

@@ -97,6 +97,7 @@ fn the_help_of_a_verb_says_all_that_it_needs() {
         ("chain", &["<SERVICE>", "--seconds", "--json", "latency", "lost", "unknown", "Examples:"]),
         ("blocks", &["[BLOCK]", "--json", "--format", "markdown", "Examples:"]),
         ("doctor", &["--cpu", "--json", "Changes nothing", "Examples:"]),
+        ("link", &["--listen", "--connect", "--zenoh", "cargo install", "ssh", "Examples:"]),
         ("list", &["--json", "--names", "rate", "signals", "Examples:"]),
         ("bench", &["jitter", "latency", "engine"]),
         ("compare", &["--json", "reports of `bench`"]),

@@ -1,5 +1,6 @@
 //! A program that this one started.
 
+use std::ffi::OsStr;
 use std::io;
 use std::os::unix::process::ExitStatusExt;
 use std::process::{ChildStderr, ChildStdin, ChildStdout, Command, ExitStatus};
@@ -82,6 +83,26 @@ impl Child {
                 running.push(Pid::from_child(&child));
                 Ok(Self { name, child, ended: None })
             }
+            Err(cause) => Err(ChildError::Start { name, cause }),
+        }
+    }
+
+    /// Starts a program of another make that ends when this one is killed, as one of isochrone does; errors
+    /// call it `name`. `set_up` adds its arguments and the rest.
+    ///
+    /// For that this program is run once more, and calls [`end_with_parent`](crate::end_with_parent), which
+    /// replaces it by the other. If that fails, its exit status is 126, and its stderr says why.
+    ///
+    /// # Errors
+    /// It cannot be started.
+    pub fn start_bound(
+        name: impl Into<String>,
+        program: &OsStr,
+        set_up: impl FnOnce(&mut Command) -> &mut Command,
+    ) -> Result<Self, ChildError> {
+        let name = name.into();
+        match orphan::bound(program) {
+            Ok(mut command) => Self::start(name, set_up(&mut command)),
             Err(cause) => Err(ChildError::Start { name, cause }),
         }
     }

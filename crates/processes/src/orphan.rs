@@ -1,23 +1,43 @@
 //! Ending with the program that started this one.
 
-use std::process::Command;
+use std::ffi::OsStr;
+use std::io::{self, Write};
+use std::os::unix::process::CommandExt;
+use std::process::{self, Command};
 
 use rustix::process::{Pid, Signal, getppid, set_parent_process_death_signal};
 
 /// Tells a program by whom it was started.
 const PARENT: &str = "ISOCHRONE_PARENT_PID";
 
+/// Tells a program of isochrone that it is to become another one.
+const BECOMES: &str = "ISOCHRONE_BECOMES_ARGUMENTS";
+/// As shells end when a program cannot be run.
+const CANNOT_RUN: i32 = 126;
+
 /// Lets a program of isochrone know that it is to end with this one.
 ///
 /// The kernel could be told between fork and exec. But what forks here may have its memory locked and
 /// real-time threads at work, and each of its pages would fault once more afterwards.
 pub(crate) fn tell(command: &mut Command) {
-    command.env(PARENT, std::process::id().to_string());
+    command.env(PARENT, process::id().to_string());
+}
+
+/// A command that runs a program of another make, which ends when this one is killed as one of isochrone
+/// does: this program is started again, asks the kernel for that, and becomes the other.
+///
+/// # Errors
+/// The path of this program's executable cannot be determined.
+pub(crate) fn bound(program: &OsStr) -> io::Result<Command> {
+    let mut command = Command::new(std::env::current_exe()?);
+    command.arg(program).env(BECOMES, "1");
+    Ok(command)
 }
 
 /// Makes the kernel send SIGTERM to this process when the thread that started it as a
 /// [`Child`](crate::Child) ends, for example because its program was killed. Does nothing in a process
-/// that was started otherwise. Call it first in `main`.
+/// that was started otherwise. Call it first in `main`: for [`Child::start_bound`](crate::Child::start_bound)
+/// this program becomes another one here.
 pub fn end_with_parent() {
     let told = std::env::var(PARENT).ok().and_then(|pid| Pid::from_raw(pid.parse().ok()?));
     if told.is_none() || told != getppid() {
@@ -28,4 +48,18 @@ pub fn end_with_parent() {
     if asked.is_ok() && told != getppid() {
         let _ = rustix::process::kill_process(rustix::process::getpid(), Signal::TERM);
     }
+    if std::env::var_os(BECOMES).is_some() {
+        become_program();
+    }
+}
+
+/// Becomes the program that the arguments name. What the kernel was asked for outlives that.
+fn become_program() -> ! {
+    let mut arguments = std::env::args_os().skip(1);
+    let program = arguments.next().unwrap_or_default();
+    let cause =
+        Command::new(&program).args(arguments).env_remove(PARENT).env_remove(BECOMES).exec();
+    // Whoever started it reads that.
+    let _ = writeln!(io::stderr(), "cannot run {}: {cause}", program.display());
+    process::exit(CANNOT_RUN);
 }

@@ -35,6 +35,13 @@ pub enum Alarm {
         /// Who publishes it.
         publisher: String,
     },
+    /// A task follows a service that another machine sends.
+    FarFollow {
+        /// The task.
+        task: String,
+        /// The service.
+        service: String,
+    },
     /// An input does not fit the frames of its service.
     UnfitInput {
         /// The input.
@@ -117,6 +124,7 @@ impl Alarm {
             Self::FutureStamps { .. } => WarningCode::FutureStamps,
             Self::PastStamps { .. } => WarningCode::PastStamps,
             Self::ForeignHost { .. } => WarningCode::ForeignHost,
+            Self::FarFollow { .. } => WarningCode::FarFollow,
             Self::UnfitInput { .. } => WarningCode::UnfitInput,
             Self::MovedChannel { .. } => WarningCode::MovedChannel,
             Self::PlainFrames { .. } => WarningCode::PlainFrames,
@@ -163,6 +171,11 @@ impl fmt::Display for Alarm {
                 f,
                 "\"{publisher}\", which publishes service \"{service}\", runs on another machine, \
                  whose clock says nothing here; ages count from the arrival, and there are no latencies"
+            ),
+            Self::FarFollow { task, service } => write!(
+                f,
+                "task \"{task}\" follows service \"{service}\", which another machine sends: its frames come \
+                 when the link delivers them, so cycles begin anywhere within the time that follow allows"
             ),
             Self::UnfitInput { input, service, publisher, why } => write!(
                 f,

@@ -64,6 +64,8 @@ pub(crate) struct Desk {
     /// Names of the inputs, for people.
     pub(crate) inputs: Vec<String>,
     pub(crate) wanted: Vec<Wanted>,
+    /// The task whose cycles begin with the service's frames.
+    pub(crate) follower: Option<String>,
     new: Producer<Box<Bindings>>,
     used: Consumer<Box<Bindings>>,
     pub(crate) observed: Arc<Observed>,
@@ -77,7 +79,8 @@ pub(crate) fn ends(service: &str, inputs: Vec<String>, wanted: Vec<Wanted>) -> (
     let plain = Bindings::plain(&wanted);
     let resolved = Resolved { plain, current: None, new, used, observed: observed.clone() };
     let service = service.to_owned();
-    let desk = Desk { service, inputs, wanted, new: send_new, used: receive_used, observed };
+    let (new, used) = (send_new, receive_used);
+    let desk = Desk { service, inputs, wanted, follower: None, new, used, observed };
     (resolved, desk)
 }
 

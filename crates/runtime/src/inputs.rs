@@ -34,6 +34,8 @@ pub(crate) struct ServiceInputs {
     names: Vec<String>,
     wanted: Vec<Wanted>,
     channels: Vec<Channel>,
+    /// The task, if it follows the service.
+    follower: Option<String>,
 }
 
 /// What a task's inputs are read from.
@@ -60,6 +62,7 @@ impl TaskInputs {
         services.sort();
         services.dedup();
         let channel = |(index, input): (usize, &InputPlan)| Channel::new(index, input, task);
+        let is_followed = |service: &&String| Some(*service) == task.followed_service.as_ref();
         let inputs_of = |service: &String| {
             let inputs: Vec<_> =
                 all().filter(|(_, input)| input.service.as_ref() == Some(service)).collect();
@@ -68,10 +71,10 @@ impl TaskInputs {
                 names: inputs.iter().map(|(_, input)| input.name.clone()).collect(),
                 wanted: inputs.iter().map(|(_, input)| wanted(input)).collect(),
                 channels: inputs.into_iter().map(channel).collect(),
+                follower: is_followed(&service).then(|| task.name.clone()),
             }
         };
         let set = all().filter(|(_, input)| input.service.is_none()).map(channel).collect();
-        let is_followed = |service: &&String| Some(*service) == task.followed_service.as_ref();
         let followed = services.iter().position(is_followed);
         let followed = followed.map_or(Followed::Nothing, Followed::Port);
         Self { services: services.into_iter().map(inputs_of).collect(), set, followed }
@@ -145,10 +148,11 @@ impl<S: Service> InputPorts<S> {
         let TaskInputs { services, set, followed } = inputs;
         let mut desks = Vec::new();
         let mut ports = Vec::new();
-        for ServiceInputs { service, names, wanted, channels } in services {
+        for ServiceInputs { service, names, wanted, channels, follower } in services {
             let most = wanted.iter().map(channels_of).max().unwrap_or(1);
             let subscriber = participant.subscriber(&service, most, Depth::Newest)?;
-            let (resolved, desk) = ends(&service, names, wanted);
+            let (resolved, mut desk) = ends(&service, names, wanted);
+            desk.follower = follower;
             desks.push(desk);
             ports.push(subscriber.map(|subscriber| InputPort {
                 service,

@@ -111,6 +111,9 @@ impl<S: Service> Resolver<S> {
         if announced.clock() == SenderClock::Foreign {
             let publisher = announced.publisher.clone();
             self.raise(None, Alarm::ForeignHost { service: service.clone(), publisher });
+            if let Some(task) = self.desk.follower.clone() {
+                self.raise_once(Alarm::FarFollow { task, service: service.clone() });
+            }
         }
         self.note_moved(&announced, &places);
         for (index, place) in places.into_iter().enumerate() {

@@ -92,6 +92,9 @@ codes! {
     /// A publisher runs on another machine.
     ForeignHost = "foreign_host",
         "";
+    /// A task follows a service that another machine sends.
+    FarFollow = "far_follow",
+        "take follow out of its [[task]]: a plain task takes the newest frame at each release";
     /// An input does not match the frames of its service.
     UnfitInput = "unfit_input",
         "correct the input's signal, channel or type, or what the publisher sends";

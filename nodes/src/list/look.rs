@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{
     Announcement, Depth, Flags, FrameSubscriber, LayoutWatcher, ListedService, OpenError,
-    Participant, SignalSpec, ipc,
+    Participant, SenderClock, SignalSpec, ipc,
 };
 use isochrone_processes::Stop;
 
@@ -39,6 +39,11 @@ pub(super) enum Rate {
 }
 
 impl Found {
+    /// Whether another machine sends it; `None` if that is not announced.
+    pub(super) fn is_far(&self) -> Option<bool> {
+        self.announced.as_ref().map(|announced| announced.clock() == SenderClock::Foreign)
+    }
+
     /// The signals, if they are announced.
     pub(super) fn signals(&self) -> Option<&[SignalSpec]> {
         self.announced.as_ref().map(|announced| announced.layout.signals.as_slice())

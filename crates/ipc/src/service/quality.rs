@@ -34,9 +34,14 @@ impl Quality {
         Self { buffer: buffer_frames(channels), borrowed: MAX_BORROWED }
     }
 
+    /// For readers that take so many frames at once, one after the other.
+    pub(crate) const fn of_burst(frames: usize) -> Self {
+        Self { buffer: frames, borrowed: 1 }
+    }
+
     /// In what a service that exists provides less than this, with both sides and what to do; `None`
     /// where it provides all of it.
-    pub(super) fn shortfall<S: Service, E: Element, H: Header>(
+    pub(crate) fn shortfall<S: Service, E: Element, H: Header>(
         self,
         opened: &PortFactory<S, [E], H>,
     ) -> Option<String> {

@@ -1,0 +1,41 @@
+//! Services that are there before anybody writes or reads them.
+
+use crate::service::{self, FrameService, LayoutService, Quality};
+use crate::{OpenError, Participant, Service};
+
+/// What the link lets wait before it drops.
+const LINK_FRAMES: usize = 64;
+
+/// Keeps a service of frames, and that of their layouts, in existence, with the room that ours have and
+/// without a port.
+///
+/// A link between machines finds them when it starts. Those that it creates itself have iceoryx2's default
+/// buffer of two frames, and lose whatever arrives in a burst.
+#[derive(Debug)]
+pub struct KeptService<S: Service> {
+    frames: FrameService<S>,
+    _layouts: LayoutService<S>,
+}
+
+impl<S: Service> KeptService<S> {
+    /// Opens the services of `service` as they are, and creates those that are missing.
+    ///
+    /// # Errors
+    /// The name is not possible, or a service exists that carries something else or has no place left.
+    pub fn open(participant: &Participant<S>, service: &str) -> Result<Self, OpenError> {
+        let frames = service::open_or_create(participant, service, quality())?;
+        let layouts = service::open_or_create_layouts(participant, service)?;
+        Ok(Self { frames, _layouts: layouts })
+    }
+
+    /// In what a service that another program created has less room than a link needs: that of the frames
+    /// which it takes in at once.
+    pub fn shortfall(&self) -> Option<String> {
+        Quality::of_burst(LINK_FRAMES).shortfall(&self.frames)
+    }
+}
+
+/// How many channels the frames have is not known before somebody writes them: as for few.
+fn quality() -> Quality {
+    Quality::of_frames(1)
+}

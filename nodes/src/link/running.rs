@@ -1,0 +1,217 @@
+//! The link's program while it runs: started again when it ends, and watched for whom it is connected with.
+
+use std::collections::BTreeSet;
+use std::net::SocketAddr;
+use std::os::unix::process::CommandExt;
+use std::path::PathBuf;
+use std::process::{ExitStatus, Stdio};
+use std::time::{Duration, Instant};
+
+use isochrone_ipc::Domain;
+use isochrone_processes::Child;
+use isochrone_timing::units::{counted, duration};
+
+use super::folder::Folder;
+use super::output::Output;
+use super::{Way, connections};
+use crate::failure::Failure;
+use crate::terminal;
+
+pub(super) const LOOK_INTERVAL: Duration = Duration::from_millis(100);
+/// What has run for so long was started as it should be.
+const WELL: Duration = Duration::from_secs(2);
+/// Before it is started again: at first, and at most.
+const PAUSE: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(5)];
+/// How long the other side may take to answer before that is said.
+const ANSWER: Duration = Duration::from_secs(3);
+/// Between two looks at connections and words.
+const NEWS_INTERVAL: Duration = Duration::from_millis(200);
+/// Between two warnings about dropped frames.
+const DROPS_INTERVAL: Duration = Duration::from_secs(10);
+
+/// The link's program, and what is known of it.
+pub(super) struct Link {
+    program: PathBuf,
+    services: Vec<String>,
+    poll_ms: u64,
+    way: Way,
+    folder: Folder,
+    process: Option<Process>,
+    /// Whether it has ever run as it should.
+    was_well: bool,
+    pause: Duration,
+    due: Instant,
+    far_ends: BTreeSet<SocketAddr>,
+    /// Since when nobody answers; `None` once that was said.
+    alone_since: Option<Instant>,
+    /// Frames that it dropped, as far as that was not said.
+    dropped: u64,
+    drops_told: Option<Instant>,
+}
+
+struct Process {
+    child: Child,
+    output: Output,
+    since: Instant,
+    looked: Instant,
+}
+
+impl Link {
+    pub(super) fn new(
+        program: PathBuf,
+        services: Vec<String>,
+        poll_ms: u64,
+        way: Way,
+        folder: Folder,
+    ) -> Self {
+        let (now, pause) = (Instant::now(), PAUSE[0]);
+        let alone_since = Some(now);
+        let far_ends = BTreeSet::new();
+        Self {
+            program,
+            services,
+            poll_ms,
+            way,
+            folder,
+            process: None,
+            was_well: false,
+            pause,
+            due: now,
+            far_ends,
+            alone_since,
+            dropped: 0,
+            drops_told: None,
+        }
+    }
+
+    /// Starts the program if it does not run, and says what is new.
+    ///
+    /// # Errors
+    /// It cannot be started, or has never run for as long as a program does that works.
+    pub(super) fn look_after(&mut self, domain: &Domain) -> Result<(), Failure> {
+        let Some(process) = &mut self.process else {
+            if Instant::now() >= self.due {
+                self.process = Some(self.start(domain)?);
+            }
+            return Ok(());
+        };
+        if let Some(status) = process.child.ended()? {
+            return self.note_end(status);
+        }
+        if process.since.elapsed() >= WELL {
+            (self.was_well, self.pause) = (true, PAUSE[0]);
+        }
+        if process.looked.elapsed() >= NEWS_INTERVAL {
+            process.looked = Instant::now();
+            let news = process.output.news();
+            news.iter().for_each(|line| tracing::warn!("the link says: {line}"));
+            self.dropped += process.output.dropped();
+            let pid = process.child.id();
+            self.note_connections(pid);
+            self.note_dropped(DROPS_INTERVAL);
+        }
+        Ok(())
+    }
+
+    /// Ends the program.
+    pub(super) fn end(mut self) -> Result<(), Failure> {
+        if let Some(process) = &mut self.process {
+            process.child.end()?;
+            self.dropped += process.output.dropped();
+        }
+        self.note_dropped(Duration::ZERO);
+        Ok(())
+    }
+
+    fn start(&self, domain: &Domain) -> Result<Process, Failure> {
+        self.folder.write(domain, &self.way)?;
+        let mut child = Child::start_bound("the link", self.program.as_os_str(), |command| {
+            command.arg("--reactive").arg("--poll").arg(self.poll_ms.to_string());
+            for service in &self.services {
+                command.arg("--allow").arg(service);
+            }
+            command.arg("--zenoh-config").arg(self.folder.zenoh_file(&self.way));
+            // A Ctrl-C of the terminal is for us; we end it in order.
+            command.current_dir(self.folder.path()).process_group(0);
+            command.env("IOX2_LOG_LEVEL", "warn").env("RUST_BACKTRACE", "0");
+            command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped())
+        })?;
+        let output = Output::of(&mut child);
+        let now = Instant::now();
+        tracing::info!("the link runs as process {}", child.id());
+        Ok(Process { child, output, since: now, looked: now })
+    }
+
+    fn note_end(&mut self, status: ExitStatus) -> Result<(), Failure> {
+        let Some(process) = self.process.take() else { return Ok(()) };
+        let ran = process.since.elapsed();
+        // Its last words may still be on their way.
+        std::thread::sleep(LOOK_INTERVAL);
+        let program = self.program.display();
+        let said = process.output.last();
+        self.dropped += process.output.dropped();
+        if !self.was_well && ran < WELL {
+            return Err(Failure::found(format!(
+                "{program} ended as soon as it was started ({status}){said}"
+            )));
+        }
+        let pause = duration(self.pause.as_secs_f64() * 1e9);
+        terminal::note(&format!(
+            "warning: {program} ended ({status}){said}\nit is started again in {pause}"
+        ));
+        self.due = Instant::now() + self.pause;
+        self.pause = (2 * self.pause).min(PAUSE[1]);
+        self.far_ends.clear();
+        self.alone_since = Some(Instant::now());
+        Ok(())
+    }
+
+    fn note_connections(&mut self, pid: u32) {
+        let Some(port) = self.way.port() else { return };
+        let far_ends = connections::of(pid, port);
+        for far_end in far_ends.difference(&self.far_ends) {
+            terminal::note(&format!("connected with {far_end}"));
+        }
+        for far_end in self.far_ends.difference(&far_ends) {
+            terminal::note(&format!(
+                "warning: the connection with {far_end} is lost; frames cross again once it is back"
+            ));
+        }
+        if !far_ends.is_empty() {
+            self.was_well = true;
+            self.alone_since = None;
+        } else if !self.far_ends.is_empty() {
+            self.alone_since = Some(Instant::now());
+        }
+        self.far_ends = far_ends;
+        if self.alone_since.is_some_and(|since| since.elapsed() >= ANSWER) {
+            self.alone_since = None;
+            self.note_silence();
+        }
+    }
+
+    /// Says how many frames were dropped, not more often than at an interval.
+    fn note_dropped(&mut self, interval: Duration) {
+        if self.dropped == 0 || self.drops_told.is_some_and(|told| told.elapsed() < interval) {
+            return;
+        }
+        terminal::note(&format!(
+            "warning: the link dropped {} that had arrived: 64 of a service waited already, because its \
+             program got too little CPU time",
+            counted(std::mem::take(&mut self.dropped), "frame")
+        ));
+        self.drops_told = Some(Instant::now());
+    }
+
+    fn note_silence(&self) {
+        match &self.way {
+            Way::Connect(host) => terminal::note(&format!(
+                "warning: {host} does not answer; the link keeps trying. See that `isochrone link --listen` \
+                 runs there and that no firewall blocks TCP port {}",
+                host.port
+            )),
+            Way::Listen(_) => terminal::note("nobody has connected yet; the link keeps waiting"),
+            Way::File(_) => {}
+        }
+    }
+}
