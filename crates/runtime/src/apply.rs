@@ -133,7 +133,7 @@ impl Operating {
     pub(crate) fn check_slack(&self, prepared: &PreparedApply) -> Result<(), ApplyError> {
         for (lane, cost_ns) in self.lanes.iter().zip(&prepared.costs_ns) {
             let task = || lane.name.clone();
-            let Some(longest_ns) = lane.busiest.longest_ns() else {
+            let Some(longest_ns) = lane.responses.longest_ns() else {
                 return Err(ApplyError::NotMeasured { task: task() });
             };
             let slack_ns = lane.schedule.period_ns.saturating_sub(longest_ns);

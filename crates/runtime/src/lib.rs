@@ -52,7 +52,6 @@ mod alarms;
 mod apply;
 mod attend;
 mod bindings;
-mod busiest;
 pub mod control;
 mod error;
 mod event;

@@ -57,7 +57,7 @@ impl<S: Service> Running<S> {
     }
 
     /// Ends forces. In a name, `*` stands for any characters within one part, and all signals that are
-    /// forced and match are released.
+    /// forced and match are released; where there are none, nothing happens.
     ///
     /// # Errors
     /// A name is wrong or is not forced; otherwise as [`force`](Self::force).

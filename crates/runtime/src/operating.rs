@@ -13,7 +13,6 @@ use isochrone_engine::{OwnedRules, Plan, Source};
 use isochrone_timing::CycleRecord;
 
 use crate::alarms::Alarm;
-use crate::busiest::Busiest;
 use crate::control::{Followed, Placement};
 use crate::error::RequestError;
 use crate::faults::{Active, Faults};
@@ -23,6 +22,9 @@ use crate::orders::{self, Changeover, Returned};
 use crate::responses::Responses;
 use crate::snapshots::Snapshots;
 use crate::words::Words;
+
+/// How late a cycle may be before its task is said to stand.
+const PATIENCE_NS: u64 = 1_000_000_000;
 
 /// A request that is on its way to its tasks.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -102,7 +104,6 @@ pub(crate) struct Lane {
     pub(crate) last: Option<CycleRecord>,
     /// Why its CPU was chosen, if the configuration leaves it open.
     pub(crate) cpu_reason: Option<String>,
-    pub(crate) busiest: Busiest,
     pub(crate) responses: Responses,
     /// What the machine granted its thread; `None` while that is set up.
     pub(crate) grant: Option<ThreadGrant>,
@@ -179,6 +180,16 @@ impl Operating {
             let offset_ns = cycle.saturating_mul(lane.schedule.period_ns);
             lane.first_ns(self.epoch_ns).saturating_add(offset_ns)
         })
+    }
+
+    /// How long a task has not run where it should have, in ns: more than a second and three periods after the
+    /// release that follows its last cycle. `None`: it runs.
+    pub(crate) fn stands_ns(&self, task: usize, now_ns: u64) -> Option<u64> {
+        let lane = self.lanes.get(task)?;
+        let next = lane.last.map_or(0, |last| last.cycle.saturating_add(1));
+        let stands_ns = now_ns.checked_sub(self.release_ns(task, next))?;
+        let patience_ns = lane.schedule.period_ns.saturating_mul(3).saturating_add(PATIENCE_NS);
+        Some(stands_ns).filter(|stands_ns| *stands_ns > patience_ns)
     }
 
     /// When a task needs which CPU; `None` before its start.
@@ -305,7 +316,6 @@ impl Operating {
     pub(crate) fn note_cycle(&mut self, task: usize, record: &CycleRecord) {
         let Some(lane) = self.lanes.get_mut(task) else { return };
         lane.last = Some(*record);
-        lane.busiest.note(record);
         lane.responses.note(record);
         if let Some(journal) = &mut self.journal {
             journal.note_cycle(task, &lane.name, record);

@@ -1,37 +1,48 @@
-//! How long a task's cycles take as a rule.
+//! How long a task's cycles take.
 
 use isochrone_timing::CycleRecord;
 
-/// An odd number, so that one of them is the median.
-const KEPT: usize = 63;
+/// Cycles that are kept: at 1 kHz those of the last second.
+const KEPT: usize = 1000;
+/// Of the longest, one in so many is left out: a machine that takes the CPU away once does not make a task busy.
+const OUTLIERS: usize = 100;
+/// The last cycles, whose median counts: an odd number, so that one of them is it.
+const LAST: usize = 63;
 
 /// The responses of a task's last cycles: from the release to the end of the cycle.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(crate) struct Responses {
-    kept_ns: [u64; KEPT],
-    seen: usize,
+    kept_ns: Vec<u64>,
+    /// Where the next one goes, once as many are kept as are.
+    next: usize,
 }
 
 impl Responses {
     pub(crate) fn note(&mut self, record: &CycleRecord) {
-        if let Some(kept_ns) = self.kept_ns.get_mut(self.seen % KEPT) {
-            *kept_ns = record.end_ns.saturating_sub(record.release_ns);
+        let response_ns = record.end_ns.saturating_sub(record.release_ns);
+        match self.kept_ns.get_mut(self.next) {
+            Some(oldest) => *oldest = response_ns,
+            None => self.kept_ns.push(response_ns),
         }
-        self.seen = self.seen.wrapping_add(1);
+        self.next = (self.next + 1) % KEPT;
     }
 
-    /// The median, which a cycle that was held up does not move; `None`: no cycle was seen yet.
+    /// What 99 % of the cycles that are kept did not exceed; `None`: no cycle was seen yet.
+    pub(crate) fn longest_ns(&self) -> Option<u64> {
+        let mut kept_ns = self.kept_ns.clone();
+        let last = kept_ns.len().checked_sub(1)?;
+        let longest = last - kept_ns.len().div_ceil(OUTLIERS).min(last);
+        Some(*kept_ns.select_nth_unstable(longest).1)
+    }
+
+    /// The median of the last cycles, which one that was held up does not move; `None`: no cycle was seen
+    /// yet.
     pub(crate) fn median_ns(&self) -> Option<u64> {
-        let mut kept_ns = self.kept_ns;
-        let kept_ns = kept_ns.get_mut(..self.seen.min(KEPT))?;
-        kept_ns.sort_unstable();
-        kept_ns.get(kept_ns.len() / 2).copied()
-    }
-}
-
-impl Default for Responses {
-    fn default() -> Self {
-        Self { kept_ns: [0; KEPT], seen: 0 }
+        let (older, newer) = self.kept_ns.split_at_checked(self.next)?;
+        let mut last_ns: Vec<u64> =
+            older.iter().rev().chain(newer.iter().rev()).take(LAST).copied().collect();
+        last_ns.sort_unstable();
+        last_ns.get(last_ns.len() / 2).copied()
     }
 }
 
@@ -52,7 +63,28 @@ mod tests {
         assert_eq!(of([]).median_ns(), None);
         assert_eq!(of([7]).median_ns(), Some(7));
         assert_eq!(of([900_000, 7, 8]).median_ns(), Some(8));
-        let long_ago = [1_000; KEPT].into_iter().chain([5; KEPT]);
-        assert_eq!(of(long_ago).median_ns(), Some(5));
+        for before in [LAST, KEPT - 5, KEPT, 3 * KEPT + 7] {
+            let long_ago = std::iter::repeat_n(1_000, before).chain([5; LAST]);
+            assert_eq!(of(long_ago).median_ns(), Some(5), "{before}");
+        }
+        let half = std::iter::repeat_n(1_000, KEPT).chain([5; LAST / 2]);
+        assert_eq!(of(half).median_ns(), Some(1_000));
+    }
+
+    #[test]
+    fn one_long_cycle_in_a_hundred_does_not_make_a_task_busy_and_two_do() {
+        assert_eq!(of([]).longest_ns(), None);
+        assert_eq!(of([9_000]).longest_ns(), Some(9_000), "it is all that is known");
+        let one = || [9_000].into_iter().chain([20; 99]);
+        assert_eq!(of(one()).longest_ns(), Some(20));
+        assert_eq!(of(one().chain([8_000, 7_000])).longest_ns(), Some(7_000));
+    }
+
+    #[test]
+    fn what_is_a_thousand_cycles_old_is_forgotten() {
+        let long = || std::iter::repeat_n(70, 500);
+        let left = |short| of(long().chain(std::iter::repeat_n(20, short))).longest_ns();
+        assert_eq!(left(985), Some(70), "15 of them are left");
+        assert_eq!(left(995), Some(20), "5 of them are left");
     }
 }

@@ -10,7 +10,6 @@ use isochrone_engine::{BankPlan, TaskEngine, TaskPlan};
 use isochrone_ipc::{OpenError, Service};
 use isochrone_timing::TaskTiming;
 
-use crate::busiest::Busiest;
 use crate::error::{PrepareError, TaskPanicked};
 use crate::faults::Faults;
 use crate::inputs::TaskInputs;
@@ -94,7 +93,6 @@ impl Threads {
             words,
             last: None,
             cpu_reason: None,
-            busiest: Busiest::default(),
             responses: Responses::default(),
             grant: None,
         };

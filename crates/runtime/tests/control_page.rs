@@ -40,6 +40,8 @@ fn described() -> DescribeResult {
         period_ns: 0,
         phase_ns: 0,
         cycle: 0,
+        last_cycle: Some(0),
+        stands_ns: Some(0),
         missed: 0,
         overruns: 0,
         parameters: 0,

@@ -73,8 +73,9 @@ pub(super) fn text(nodes: &[ControlNode]) -> String {
                 &*escaped(&task.name),
                 &rate(Rate::Announced { period_ns: task.period_ns }),
                 &placed(task),
-                &format!("cycle {}", task.cycle),
+                &format!("cycle {}", task.last_cycle.unwrap_or(task.cycle)),
                 &format!("{} missed", task.missed),
+                &task.stands_ns.map_or_else(String::new, stands),
                 &if task.forces > 0 { format!("{} forced", task.forces) } else { String::new() },
             ]);
         }
@@ -91,6 +92,11 @@ pub(super) fn text(nodes: &[ControlNode]) -> String {
         }
     }
     text + "\n"
+}
+
+/// That a task does not run, and for how long.
+fn stands(stands_ns: u64) -> String {
+    format!("stands for {:.1} s", stands_ns as f64 / 1e9)
 }
 
 /// Where a task is: its phase and CPU, as far as the node tells.

@@ -2,10 +2,13 @@
 
 use isochrone_runtime::control::ReleaseParams;
 
+use super::node;
 use super::transaction::{Transaction, client};
-use super::{forces, node};
 use crate::failure::Failure;
 use crate::{program, terminal};
+
+/// The signals of all names: `input`, `block.pin` and `input.ok`, `block.17.pin`.
+const ALL: [&str; 3] = ["*", "*.*", "*.*.*"];
 
 /// End forces of a running node
 ///
@@ -36,15 +39,14 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         )));
     }
     let mut node = args.node.connect()?;
-    let mut names = args.forced.clone();
-    if args.all {
-        names.extend(forces::of(&mut node)?.into_iter().map(|force| force.name));
-        if names.is_empty() {
-            terminal::note("nothing is forced");
-            return if args.json { terminal::print_json(&()) } else { Ok(()) };
-        }
-    }
+    // What is forced is looked for by the node, at the moment of the release.
+    let all = ALL.map(str::to_owned).to_vec();
+    let names = if args.all { all } else { args.forced.clone() };
     let result = node.call(&ReleaseParams { names, client: client() })?;
+    if result.tasks.is_empty() {
+        terminal::note(if args.all { "nothing is forced" } else { "nothing of that is forced" });
+        return if args.json { terminal::print_json(&()) } else { Ok(()) };
+    }
     if args.json {
         return terminal::print_json(&result);
     }

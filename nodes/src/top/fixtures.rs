@@ -50,6 +50,8 @@ pub(super) fn node(started_unix_ns: u64) -> DescribeResult {
         period_ns,
         phase_ns: 0,
         cycle: 123_456,
+        last_cycle: Some(123_456),
+        stands_ns: None,
         missed: 2,
         overruns: 1,
         placement: None,

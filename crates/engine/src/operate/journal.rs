@@ -149,6 +149,31 @@ pub(super) struct Record {
 }
 
 impl Record {
+    /// What the program did to a task, in a part of its own.
+    pub(super) fn new(
+        transaction: u64,
+        (task, cycle): (usize, u64),
+        unix_ns: u64,
+        action: Action,
+        changes: Box<[Changed]>,
+    ) -> Self {
+        let (sequence, parts, client) = (0, 1, Client::Program);
+        let (comment, configuration) = (None, None);
+        Self {
+            sequence,
+            transaction,
+            task,
+            cycle,
+            unix_ns,
+            action,
+            parts,
+            changes,
+            client,
+            comment,
+            configuration,
+        }
+    }
+
     /// How many values it takes the place of.
     fn values(&self) -> usize {
         let text = self.configuration.as_ref().map_or(0, |applied| applied.text.len());

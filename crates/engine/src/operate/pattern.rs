@@ -18,6 +18,12 @@ impl Pattern {
         text.contains('*')
     }
 
+    /// Whether a pattern is of nothing but stars: it stands for all signals with so many parts, if there
+    /// are any.
+    pub(super) fn is_for_all(name: &str) -> bool {
+        name.contains('*') && name.chars().all(|c| matches!(c, '*' | '.'))
+    }
+
     /// Whether it matches a whole name.
     pub fn matches(&self, name: &str) -> bool {
         let mut parts = name.split('.');

@@ -23,7 +23,8 @@ const SIGNALS: u64 = 1000;
 impl Attendant {
     pub(super) fn describe(&self) -> Reply {
         let operating = self.shared.lock();
-        let next = operating.next_cycles(Monotonic.now_ns());
+        let now_ns = Monotonic.now_ns();
+        let next = operating.next_cycles(now_ns);
         let task = |(index, next): (usize, u64)| {
             let lane = operating.lanes.get(index)?;
             let forces = operating.operator.forces().filter(|forced| forced.task == index);
@@ -32,6 +33,8 @@ impl Attendant {
                 period_ns: lane.schedule.period_ns,
                 phase_ns: lane.schedule.phase_ns,
                 cycle: next.saturating_sub(1),
+                last_cycle: lane.last.map(|last| last.cycle),
+                stands_ns: operating.stands_ns(index, now_ns),
                 missed: lane.last.map_or(0, |last| last.missed),
                 overruns: lane.last.map_or(0, |last| last.overruns),
                 parameters: operating.operator.parameters(index) as u64,

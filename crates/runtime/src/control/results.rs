@@ -60,8 +60,14 @@ pub struct TaskDescription {
     pub period_ns: u64,
     /// Of its first release after that of the grid, ns.
     pub phase_ns: u64,
-    /// The cycle that it is in.
+    /// The cycle that is due by the clock.
     pub cycle: u64,
+    /// The last cycle that it is known to have run; `None`: none is known yet.
+    #[serde(default)]
+    pub last_cycle: Option<u64>,
+    /// How long it has not run, ns, where it should have: it hangs, or the node is held up. `None`: it runs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stands_ns: Option<u64>,
     /// Cycles that did not run.
     pub missed: u64,
     /// Cycles that did not end before the next release.

@@ -68,10 +68,14 @@ fn draw_counts(frame: &mut Frame<'_>, area: Rect, model: &Model, palette: Palett
             let cell = right(count.to_string());
             if count > 0 { cell.style(palette.bad()) } else { cell }
         };
+        let last = task.last_cycle.unwrap_or(task.cycle).to_string();
+        let stands =
+            |ns: u64| right(format!("stands {} s", ns / 1_000_000_000)).style(palette.bad());
+        let cycle = task.stands_ns.map_or_else(|| right(last), stands);
         Row::new([
             Cell::from(plain(&task.name)),
             right(period(task.period_ns)),
-            right(task.cycle.to_string()),
+            cycle,
             count(task.missed),
             count(task.overruns),
             right(task.forces.to_string()),

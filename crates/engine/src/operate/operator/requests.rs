@@ -120,7 +120,7 @@ impl Operator {
     }
 
     /// Prepares to let go of forces; names may be patterns, which stand for those of their signals
-    /// that are forced. `next` as with [`set`](Self::set).
+    /// that are forced: where there are none, there is nothing to do. `next` as with [`set`](Self::set).
     ///
     /// # Errors
     /// All that is wrong with the request.
@@ -155,8 +155,11 @@ impl Operator {
                     is_forced.then_some((signal.task, slot)).into_iter().collect()
                 }
             };
-            if found.is_empty() && (!Pattern::is_glob(name) || check.matching(name).is_some()) {
+            if found.is_empty() && !Pattern::is_glob(name) {
                 check.findings.push(Refusal::NotForced { name: name.to_owned() });
+            } else if found.is_empty() && !Pattern::is_for_all(name) {
+                // Nothing of it is forced, or not any more; it stands for some signals all the same.
+                check.matching(name);
             }
             found.into_iter().for_each(|(task, slot)| slots.entry(task).or_default().push(slot));
         }

@@ -96,20 +96,8 @@ impl Operator {
                 (Action::Release, ended.iter().map(released).collect())
             }
         };
-        let (sequence, configuration) = (0, None);
-        let record = Record {
-            sequence,
-            transaction: number,
-            task,
-            cycle,
-            unix_ns,
-            action,
-            parts,
-            changes,
-            client,
-            comment,
-            configuration,
-        };
+        let record = Record::new(number, (task, cycle), unix_ns, action, changes);
+        let record = Record { parts, client, comment, ..record };
         // What the program gives to inputs is no operator's doing.
         if record.changes.is_empty() {
             return Done::Applied(self.entry(&record));
@@ -124,21 +112,8 @@ impl Operator {
         let forced = self.forget(task, [force.slot], force.number);
         let client = forced.map_or(Client::Program, |forced| forced.client);
         let changes = [released(&ended)].into();
-        let (sequence, action, comment, configuration) = (0, Action::Expiry, None, None);
-        let parts = 1;
-        let record = Record {
-            sequence,
-            transaction,
-            task,
-            cycle,
-            unix_ns,
-            action,
-            parts,
-            changes,
-            client,
-            comment,
-            configuration,
-        };
+        let record = Record::new(transaction, (task, cycle), unix_ns, Action::Expiry, changes);
+        let record = Record { client, ..record };
         self.add(record)
     }
 

@@ -69,19 +69,10 @@ impl Operator {
             }
         }
         let written = |store: &Store| changed(store.slot, store.before, Some(store.value));
-        let entry = self.add(Record {
-            sequence: 0,
-            transaction: number,
-            task,
-            cycle: cycle.unwrap_or_default(),
-            unix_ns,
-            action: Action::Apply,
-            parts: 1,
-            changes: carry.stores.iter().map(written).collect(),
-            client,
-            comment,
-            configuration: applied,
-        });
+        let changes = carry.stores.iter().map(written).collect();
+        let at = (task, cycle.unwrap_or_default());
+        let record = Record::new(number, at, unix_ns, Action::Apply, changes);
+        let entry = self.add(Record { client, comment, configuration: applied, ..record });
         let is_over = |next: &Next| next.returned.iter().all(|returned| *returned);
         if let Some(next) = self.next_plan.take_if(|next| is_over(next)) {
             let Next { signals, mut permissions, warnings, fixed, .. } = *next;
