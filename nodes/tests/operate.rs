@@ -7,8 +7,9 @@ use std::time::{Duration, Instant};
 
 use domain::{PATIENCE, wait_until};
 use isochrone_runtime::control::{
-    Action, AlarmsParams, ClientError, Code, DescribeParams, ForceParams, ForcesParams, GetParams,
-    Hold, JournalParams, ReleaseParams, Role, SetParams, UndoParams, Value, Values,
+    Action, AlarmsParams, ApplyParams, ClientError, Code, DescribeParams, ForceParams,
+    ForcesParams, GetParams, Hold, JournalParams, ReleaseParams, Role, SetParams, UndoParams,
+    Value, Values,
 };
 use node::Node;
 
@@ -52,6 +53,47 @@ task = "fast"
 service = "level/out"
 signals = ["scale.y"]
 "#;
+
+#[test]
+fn pages_of_a_large_node_are_whole_and_others_are_answered_meanwhile() {
+    const COUNT: usize = 4000;
+    let many = format!("name = \"late\"\ncount = {COUNT}\n");
+    let mut node = Node::start(&NODE.replace("name = \"late\"\n", &many));
+    let names = |parts: &[&str]| parts.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+    let described = node.client.signals(Some("late.*.value")).unwrap();
+    let described: Vec<_> = described.into_iter().map(|signal| signal.name).collect();
+    let expected: Vec<_> = (0..COUNT).map(|index| format!("late.{index}.value")).collect();
+    assert_eq!(described, expected);
+    let all = node.client.signals(None).unwrap().len();
+    assert!(all > 8 * COUNT, "{all}");
+    let mut read = Vec::new();
+    loop {
+        let page = node.call(&GetParams {
+            names: names(&["late.*7.value", "late.17.value", "ramp.value"]),
+            offset: Some(read.len() as u64),
+            limit: Some(150),
+        });
+        assert_eq!(page.total, 401, "17 is one of those that end with 7");
+        read.extend(page.values.iter().map(|(name, _)| name.to_owned()));
+        if read.len() as u64 >= page.total {
+            break;
+        }
+    }
+    let mut sevens: Vec<_> = (7..COUNT).step_by(10).map(|n| format!("late.{n}.value")).collect();
+    sevens.push("ramp.value".into());
+    assert_eq!(read, sevens);
+    let unknown = GetParams { names: names(&["lat.*.value"]), ..GetParams::default() };
+    assert_eq!(node.refused(&unknown).code, Code::UnknownName);
+    // What is kept for the next pages is of no other configuration.
+    let fewer = NODE.replace("name = \"late\"\n", "name = \"late\"\ncount = 1000\n");
+    let fewer =
+        ApplyParams { configuration: fewer, allow_missed: Some(true), ..Default::default() };
+    node.call(&fewer);
+    assert_eq!(node.client.signals(Some("late.*.value")).unwrap().len(), 1000);
+    let sevens = GetParams { names: names(&["late.*7.value"]), ..GetParams::default() };
+    assert_eq!(node.call(&sevens).total, 100);
+    node.process.stop().expect_code(0);
+}
 
 fn set<const N: usize>(values: [(&str, f64); N]) -> SetParams {
     SetParams { values: values.into_iter().collect(), ..SetParams::default() }

@@ -1,21 +1,20 @@
 //! What a node tells of itself at once.
 
-use std::sync::Arc;
-
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::config::Control;
-use isochrone_engine::operate::{self, Pattern, Signal};
+use isochrone_engine::operate::{self, Selection, Signal};
 
 use crate::control::{
-    Access, ActiveAlarm, AlarmsParams, AlarmsResult, ConfigurationOrigin, DescribeResult, Failure,
-    Force, ForcesParams, ForcesResult, JournalEntry, JournalParams, JournalResult, PendingEntry,
-    Reply, Role, Room, SignalDescription, SignalsParams, SignalsResult, TaskDescription,
+    Access, ActiveAlarm, AlarmsParams, AlarmsResult, Begun, ConfigurationOrigin, DescribeResult,
+    Failure, Force, ForcesParams, ForcesResult, JournalEntry, JournalParams, JournalResult,
+    PendingEntry, Reply, Role, Room, SignalDescription, SignalsParams, SignalsResult,
+    TaskDescription,
 };
 use crate::faults::Active;
 use crate::operating::unix_ns;
 
 use super::Attendant;
-use super::requests::failure;
+use super::searching::{Purpose, Search};
 
 /// Signals of a page, if the request does not say how many.
 const SIGNALS: u64 = 1000;
@@ -61,25 +60,18 @@ impl Attendant {
         })
     }
 
-    pub(super) fn signals(&self, params: &SignalsParams) -> Result<Reply, Failure> {
-        // The index is not locked while it is searched.
-        let signals = self.shared.lock().operator.signals().clone();
-        let matches = match &params.pattern {
-            None => signals.all(),
-            Some(pattern) => signals.matching(&Pattern::new(pattern)),
-        };
-        // A pin has other names beside its own, which no pattern is compared with.
-        let by_other_name = match &params.pattern {
-            Some(name) if matches.total() == 0 => {
-                Some(signals.find(name).map_err(|refusal| failure(refusal.into()))?)
-            }
-            _ => None,
-        };
+    pub(super) fn signals(&mut self, params: SignalsParams) -> Result<Begun, Failure> {
         let (offset, limit) = page(params.offset, params.limit.or(Some(SIGNALS)));
+        let names = params.pattern.map(|pattern| vec![pattern]);
+        self.search(Search { names, offset, limit, purpose: Purpose::Describe })
+    }
+
+    /// What was found. `None`: the configuration was changed since.
+    pub(super) fn described(&self, selection: &Selection) -> Option<Reply> {
         let operating = self.shared.lock();
-        if !Arc::ptr_eq(&signals, operating.operator.signals()) {
-            drop(operating);
-            return self.signals(params);
+        let signals = operating.operator.signals();
+        if !selection.is_of(signals) {
+            return None;
         }
         let describe = |signal: Signal<'_>| SignalDescription {
             forced: operating.operator.is_forced(&signal),
@@ -92,10 +84,8 @@ impl Attendant {
             doc: signal.doc.to_owned(),
             name: signal.name,
         };
-        let total = matches.total() + usize::from(by_other_name.is_some());
-        let by_other_name = by_other_name.into_iter().skip(offset).take(limit);
-        let page = fitting(matches.page(offset, limit).chain(by_other_name).map(describe));
-        Ok(Reply::Signals(SignalsResult { total: total as u64, signals: page }))
+        let page = fitting(selection.signals().map(describe));
+        Some(Reply::Signals(SignalsResult { total: selection.total() as u64, signals: page }))
     }
 
     pub(super) fn forces(&self, params: &ForcesParams) -> Reply {

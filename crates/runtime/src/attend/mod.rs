@@ -5,6 +5,7 @@ mod applied;
 mod applying;
 mod requests;
 mod saving;
+mod searching;
 mod under_way;
 
 use std::collections::VecDeque;
@@ -24,6 +25,7 @@ use crate::operating::{Shared, unix_ns};
 use crate::panics;
 use applying::Making;
 use saving::Saving;
+use searching::Searching;
 use under_way::UnderWay;
 
 /// Between two looks for requests, and for what has become of them.
@@ -147,6 +149,7 @@ struct Attendant {
     tickets: u64,
     under_way: Vec<UnderWay>,
     saving: Saving,
+    searching: Searching,
     making: Option<Making>,
     ended: VecDeque<(Ticket, Outcome)>,
 }
@@ -161,6 +164,7 @@ impl Attendant {
             tickets: 0,
             under_way: Vec::new(),
             saving: Saving::default(),
+            searching: Searching::default(),
             making: None,
             ended: VecDeque::new(),
         }
@@ -189,6 +193,7 @@ impl Attendant {
             let (ticket, outcome) = one.end();
             self.ended.push_back((ticket, outcome));
         }
+        self.go_on_with_found();
         self.ended.extend(self.saving.made());
         self.send_made();
     }
@@ -198,7 +203,7 @@ impl Operated for Attendant {
     fn begin(&mut self, call: Call, caller: Caller) -> Begun {
         let outcome = match call {
             Call::Describe(_) => Ok(self.describe()),
-            Call::Signals(params) => self.signals(&params),
+            Call::Signals(params) => return self.signals(params).unwrap_or_else(refused),
             Call::Forces(params) => Ok(self.forces(&params)),
             Call::Journal(params) => Ok(self.journal(&params)),
             Call::Alarms(params) => Ok(self.alarms(&params)),
@@ -222,6 +227,7 @@ impl Operated for Attendant {
 
     fn given_up(&mut self, ticket: Ticket) {
         self.forget_making(ticket);
+        self.searching.forget(ticket);
     }
 }
 

@@ -9,12 +9,13 @@ use isochrone_engine::operate::{
 
 use crate::control::{
     self, Begun, Caller, Code, Failure, Finding, ForceParams, GetParams, Part, ReleaseParams,
-    SetParams, UndoParams, Values,
+    SetParams, Ticket, UndoParams, Values,
 };
 use crate::error::RequestError;
 use crate::operating::Origin;
 
 use super::Attendant;
+use super::searching::{Purpose, Search};
 use super::under_way::{Change, Read, UnderWay, Work};
 
 /// Most values and names of one request, and most values of one page.
@@ -76,16 +77,18 @@ impl Attendant {
         check_count("names", params.names.len())?;
         let offset = params.offset.unwrap_or_default().try_into().unwrap_or(usize::MAX);
         let limit = params.limit.unwrap_or(MAX_VALUES as u64).min(MAX_VALUES as u64) as usize;
-        let (mut operating, mut prepared, total) = loop {
-            // The node is not locked while its names are looked for.
-            let signals = Arc::clone(self.shared.lock().operator.signals());
-            let names = params.names.iter().map(String::as_str);
-            let mut selection = Selection::of(&signals, names, offset, limit).map_err(failure)?;
-            let operating = self.shared.lock();
-            if let Some(prepared) = operating.operator.read(&mut selection) {
-                break (operating, prepared, selection.total());
-            }
-        };
+        self.search(Search { names: Some(params.names), offset, limit, purpose: Purpose::Read })
+    }
+
+    /// Sends for the values of what was found. `None`: the configuration was changed since.
+    pub(super) fn read(
+        &mut self,
+        ticket: Ticket,
+        mut selection: Selection,
+    ) -> Result<Option<Begun>, Failure> {
+        let mut operating = self.shared.lock();
+        let Some(mut prepared) = operating.operator.read(&mut selection) else { return Ok(None) };
+        let total = selection.total();
         let order = std::mem::take(&mut prepared.read_from);
         let missing = prepared.tasks().count();
         let number = operating.send(Origin::Service, prepared).map_err(unsent)?.number;
@@ -99,7 +102,7 @@ impl Attendant {
             readings: Vec::new(),
         };
         drop(operating);
-        Ok(self.begun(number, missing, Work::Read(read)))
+        Ok(Some(self.begun(ticket, number, missing, Work::Read(read))))
     }
 
     /// Sends what is prepared, and says of each part whether it will be waited for.
@@ -136,14 +139,14 @@ impl Attendant {
             }
         }
         drop(operating);
-        Ok(self.begun(sent.number, missing, Work::Change(change)))
+        let ticket = self.ticket();
+        Ok(self.begun(ticket, sent.number, missing, Work::Change(change)))
     }
 
-    fn begun(&mut self, number: u64, missing: usize, work: Work) -> Begun {
+    fn begun(&mut self, ticket: Ticket, number: u64, missing: usize, work: Work) -> Begun {
         if missing == 0 {
             return Begun::Ended(Ok(work.reply(number)));
         }
-        let ticket = self.ticket();
         self.under_way.push(UnderWay { ticket, number, missing, work, failure: None });
         Begun::Later(ticket)
     }

@@ -7,7 +7,10 @@ use super::check::Check;
 use crate::operate::Pattern;
 use crate::operate::quality::Behind;
 use crate::operate::refusal::Refusals;
-use crate::operate::signals::Signals;
+use crate::operate::signals::{Signal, Signals};
+
+/// Names that are looked at while others wait.
+const AT_ONCE: usize = 5000;
 
 /// Signals that a request names, each once and in its order, or a page of them.
 ///
@@ -64,11 +67,51 @@ impl Selection {
             }
         }
         check.end()?;
+        Ok(Self::with_page(signals, page, total))
+    }
+
+    fn with_page(signals: &Arc<Signals>, page: Vec<(usize, usize)>, total: usize) -> Self {
         let mut slots: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         page.iter().for_each(|(task, slot)| slots.entry(*task).or_default().push(*slot));
         let behind = slots.into_iter();
         let behind = behind.filter_map(|(task, of)| Some((task, Behind::of(signals, task, &of)?)));
-        Ok(Self { behind: behind.collect(), signals: Arc::clone(signals), page, total })
+        Self { behind: behind.collect(), signals: Arc::clone(signals), page, total }
+    }
+
+    /// All signals of a node, or a page of them.
+    pub fn of_all(signals: &Arc<Signals>, offset: usize, limit: usize) -> Self {
+        let all = signals.all();
+        Self::with_page(signals, all.slots(offset).take(limit).collect(), all.total())
+    }
+
+    /// Whether looking for names may take longer than the others who ask a node should wait: names that are
+    /// not known are compared with those that are, and patterns with all.
+    pub fn takes_long<'n>(signals: &Signals, names: impl IntoIterator<Item = &'n str>) -> bool {
+        let mut looked_at = 0;
+        names.into_iter().any(|name| {
+            looked_at += match Pattern::is_glob(name) {
+                true => signals.slots(),
+                false if signals.locate(name).is_some() => 1,
+                false => signals.comparisons(),
+            };
+            looked_at > AT_ONCE
+        })
+    }
+
+    /// A page of these, which must be all that were looked for.
+    pub fn page(&self, offset: usize, limit: usize) -> Self {
+        let page = self.page.iter().skip(offset).take(limit).copied().collect();
+        Self::with_page(&self.signals, page, self.total)
+    }
+
+    /// The signals of the page.
+    pub fn signals(&self) -> impl Iterator<Item = Signal<'_>> {
+        self.page.iter().filter_map(|(task, slot)| self.signals.at(*task, *slot))
+    }
+
+    /// Whether they were looked for among these.
+    pub fn is_of(&self, signals: &Arc<Signals>) -> bool {
+        Arc::ptr_eq(&self.signals, signals)
     }
 
     /// How many signals there are, in the page or not.

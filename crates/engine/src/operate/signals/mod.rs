@@ -149,6 +149,11 @@ impl Signals {
         self.tasks.len()
     }
 
+    /// How many slots the images of the tasks have: there is a signal for nearly each.
+    pub(super) fn slots(&self) -> usize {
+        self.tasks.iter().map(|task| task.slots).sum()
+    }
+
     /// Name of a task.
     pub fn task_name(&self, task: usize) -> &str {
         self.tasks.get(task).map_or("", |task| &task.name)
