@@ -4,6 +4,7 @@ mod domain;
 mod machines;
 
 use std::ops::RangeInclusive;
+use std::time::{Duration, Instant};
 
 use domain::Process;
 use machines::{Boot, Machine, Machines};
@@ -13,6 +14,9 @@ use serde_json::{Value, json};
 const ROOM: u64 = 64;
 /// The most that wait anywhere on the way.
 const LONGEST_BUFFER: u64 = 256;
+
+/// After so long without a frame there is none on its way.
+const QUIET: Duration = Duration::from_secs(5);
 
 /// A node that counts.
 fn counter(name: &str, period: &str) -> String {
@@ -95,6 +99,18 @@ fn counted(stderr: &str) -> (u64, u64) {
     (numbers.next().unwrap(), numbers.next().unwrap())
 }
 
+/// Waits for the last frame, or until none comes any more: a link that lags drops the newest.
+fn wait_for_the_last(reader: &mut Process) {
+    let mut longest = (0, Instant::now());
+    reader.wait_until("the last frame", |stdout, _| {
+        if stdout.len() > longest.0 {
+            longest = (stdout.len(), Instant::now());
+        }
+        let is_quiet = longest.0 > 0 && longest.1.elapsed() >= QUIET;
+        is_quiet || stdout.contains("[STOPPED]")
+    });
+}
+
 /// Both directions at once, at one rate.
 fn values_cross_both_ways(period: &str, period_us: f64, cycles: u64) {
     let Some(machines) = Machines::connect(Boot::Same) else { return };
@@ -108,7 +124,7 @@ fn values_cross_both_ways(period: &str, period_us: f64, cycles: u64) {
         node.finish().expect_code(0);
     }
     for mut reader in readers {
-        reader.wait_for("[STOPPED]");
+        wait_for_the_last(&mut reader);
         let ended = reader.stop().expect_code(0);
         let frames = frames(&ended.stdout);
         let (received, lost) = counted(&ended.stderr);
