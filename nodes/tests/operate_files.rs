@@ -43,7 +43,7 @@ fn an_online_change_is_shown_before_it_is_made_and_then_made() {
     domain.write("new.toml", &(TANK.replace("10.0 ", "20.0 ") + OTHER));
     // A busy machine may have no time to spare between two cycles.
     let dry = domain.stdout("apply tank new.toml --dry-run");
-    let changes = "\n  added    more\n  removed  nothing\n  changed  ramp.setChangeRate\n  kept     beat\n           ramp\n";
+    let changes = "\n  added    more\n  removed  nothing\n  changed  ramp.setChangeRate: 10 -> 20\n  kept     beat\n           ramp\n";
     assert_says(&dry, &["nothing was changed; it would be", changes, "  cost     ", " us\n"]);
     assert_eq!(domain.stdout("get tank ramp.setChangeRate"), "10\n");
     assert_says(&domain.run("get tank more.value").expect_code(1).stderr, &["more.value"]);
@@ -53,6 +53,29 @@ fn an_online_change_is_shown_before_it_is_made_and_then_made() {
     assert_says(&done, &["applied, from cycle ", " of task \"fast\" on\n", changes]);
     assert_eq!(domain.stdout("get tank ramp.setChangeRate more.setChangeRate"), "20\n1\n");
     assert_says(&domain.stdout("journal tank"), &["apply 1, cycle ", ", by "]);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn a_dry_run_tells_values_that_were_set_as_they_are_and_will_be() {
+    let (domain, node) = tank(TANK);
+    domain.stdout("set tank ramp.setChangeRate=12.5 ramp.value=0.25");
+    domain.write("new.toml", &TANK.replace("10.0 ", "20.0 ").replace("incrementRange = 1,", ""));
+    let dry = domain.stdout("apply tank new.toml --dry-run");
+    let told = [
+        "ramp.setChangeRate: 12.5 -> 20\n",
+        "beat.incrementRange: 1 -> 0\n",
+        "  stays    ramp.value at 0.25, as it was set (the file has 1)\n",
+    ];
+    assert_says(&dry, &told);
+    assert_eq!(domain.stdout("get tank ramp.setChangeRate ramp.value"), "12.5\n0.25\n");
+    let wired = TANK.replace("value = 1.0\n", "value = \"beat.value@prev\"\n");
+    domain.write("new.toml", &wired.replace("\"beat.value@prev\"", "\"ramp.delayedValue@prev\""));
+    let dry = domain.stdout("apply tank new.toml --dry-run");
+    assert_says(
+        &dry,
+        &["  changed  ramp.value: 0.25 -> ramp.delayedValue\n", "at 12.5, as it was"],
+    );
     node.stop().expect_code(0);
 }
 

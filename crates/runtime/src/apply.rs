@@ -4,7 +4,9 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use isochrone_engine::operate::{ChangeSummary, Draft, PreparedChange, Request};
+use isochrone_engine::operate::{
+    ChangeSummary, ChangedValue, Draft, PreparedChange, Request, Tuned,
+};
 use isochrone_engine::{BankPlan, Plan, Source};
 
 use crate::alarms::Alarm;
@@ -96,6 +98,16 @@ impl PreparedApply {
     /// What it changes.
     pub fn summary(&self) -> &ChangeSummary {
         self.prepared.summary()
+    }
+
+    /// What the pins that it changes have and will have; empty where they are more than ten thousand.
+    pub fn values(&self) -> &[ChangedValue] {
+        self.prepared.values()
+    }
+
+    /// The values that were set and stay, though the new configuration has others.
+    pub fn tuned(&self) -> &[Tuned] {
+        self.prepared.tuned()
     }
 
     /// How long the task that copies most takes for it, in ns, as measured by copying as much in an

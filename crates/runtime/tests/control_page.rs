@@ -3,10 +3,11 @@
 use std::collections::BTreeSet;
 
 use isochrone_runtime::control::{
-    Access, Action, ActiveAlarm, AlarmsResult, AppliedChange, ApplyResult, ByTask, Change, Code,
-    ConfigurationOrigin, DescribeResult, Finding, Followed, Force, ForceResult, ForcesResult,
-    GetResult, JournalEntry, JournalResult, Method, Part, PendingEntry, Placement, ReadAt, Reply,
-    Role, SaveResult, SetResult, SignalDescription, SignalsResult, TaskDescription, Value, Values,
+    Access, Action, ActiveAlarm, AlarmsResult, AppliedChange, ApplyResult, ByTask, Change,
+    ChangedValue, Code, ConfigurationOrigin, DescribeResult, Finding, Followed, Force, ForceResult,
+    ForcesResult, GetResult, Given, JournalEntry, JournalResult, Method, Part, PendingEntry,
+    Placement, ReadAt, Reply, Role, SaveResult, SetResult, SignalDescription, SignalsResult,
+    TaskDescription, Tuned, Value, Values,
 };
 
 fn page() -> String {
@@ -187,6 +188,16 @@ fn answer(method: Method) -> Reply {
                 removed: names(),
                 kept: names(),
                 changed: names(),
+                values: vec![ChangedValue {
+                    name: String::new(),
+                    before: Given::Value(Value::Bool(true)),
+                    after: Given::Wire { wire: String::new() },
+                }],
+                tuned: vec![Tuned {
+                    name: String::new(),
+                    value: Value::Bool(true),
+                    configured: Value::Bool(true),
+                }],
                 limits: names(),
                 cost_ns: 0,
                 refused: Some(String::new()),

@@ -6,9 +6,12 @@ use std::time::Duration;
 
 use isochrone_engine::{Finding, Findings, Problem, Source};
 use isochrone_report::Table;
-use isochrone_runtime::control::{self, ApplyParams, ApplyResult, ClientError, Code, Place};
+use isochrone_runtime::control::{
+    self, ApplyParams, ApplyResult, ChangedValue, ClientError, Code, Given, Place, Tuned,
+};
 use isochrone_timing::units::counted;
 
+use super::known::Known;
 use super::node;
 use super::transaction::{client, since};
 use crate::failure::Failure;
@@ -67,7 +70,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         (None, Some(reason)) => format!("nothing was changed; it would be refused now: {reason}"),
         (None, None) => "nothing was changed; it would be:".into(),
     };
-    terminal::print(&format!("{head}\n{}", text(&result)))
+    let names =
+        result.values.iter().map(|one| &one.name).chain(result.tuned.iter().map(|it| &it.name));
+    let known = node.known(names.map(String::as_str))?;
+    terminal::print(&format!("{head}\n{}", text(&result, &known)))
 }
 
 /// How the verb ends when the node does not do it. Errors of the file are shown as `check` shows them.
@@ -110,20 +116,35 @@ fn placed(found: control::Finding, source: &Source) -> Finding {
     }
 }
 
-fn text(result: &ApplyResult) -> String {
+fn text(result: &ApplyResult, known: &Known) -> String {
     let mut table = Table::default();
     /// So many blocks that nothing happens to are named.
     const KEPT: usize = 12;
     let number = [counted(result.kept.len(), "block")];
     let kept = if result.kept.len() > KEPT { &number[..] } else { &result.kept };
+    let values = result.values.iter().map(|ChangedValue { name, before, after }| {
+        let shown = |given: &Given| match given {
+            Given::Value(value) => known.shown(name, *value),
+            Given::Wire { wire } => wire.clone(),
+        };
+        format!("{name}: {} -> {}", shown(before), shown(after))
+    });
+    let values: Vec<_> = values.collect();
+    let changed = if result.values.is_empty() { &result.changed } else { &values };
+    let tuned = result.tuned.iter().map(|Tuned { name, value, configured }| {
+        let [value, configured] = [value, configured].map(|value| known.shown(name, *value));
+        format!("{name} at {value}, as it was set (the file has {configured})")
+    });
+    let tuned: Vec<_> = tuned.collect();
     for (what, names) in [
         ("added", &result.added[..]),
         ("removed", &result.removed),
-        ("changed", &result.changed),
+        ("changed", changed),
+        ("stays", &tuned),
         ("limits", &result.limits),
         ("kept", kept),
     ] {
-        if names.is_empty() && what != "limits" {
+        if names.is_empty() && !["limits", "stays"].contains(&what) {
             table.row([what, "nothing"]);
         }
         for (index, name) in names.iter().enumerate() {
@@ -136,6 +157,8 @@ fn text(result: &ApplyResult) -> String {
 
 #[cfg(test)]
 mod tests {
+    use isochrone_runtime::control::Value;
+
     use super::*;
 
     #[test]
@@ -147,14 +170,33 @@ mod tests {
             added: names(&["filter", "limit"]),
             removed: Vec::new(),
             kept: names(&["level", "ramp"]),
-            changed: names(&["ramp.value"]),
+            changed: names(&["ramp.value", "ramp.setChangeRate"]),
+            values: vec![
+                ChangedValue {
+                    name: "ramp.value".into(),
+                    before: Given::Value(Value::Number(1.5)),
+                    after: Given::Wire { wire: "level.y".into() },
+                },
+                ChangedValue {
+                    name: "ramp.setChangeRate".into(),
+                    before: Given::Value(Value::Integer(10)),
+                    after: Given::Value(Value::Integer(20)),
+                },
+            ],
+            tuned: vec![Tuned {
+                name: "beat.reset".into(),
+                value: Value::Bool(true),
+                configured: Value::Bool(false),
+            }],
             limits: names(&["ramp.*: none -> 0.0 to 1.0"]),
             cost_ns: 12_340,
             refused: None,
         };
         assert_eq!(
-            text(&result),
-            "  added    filter\n           limit\n  removed  nothing\n  changed  ramp.value\n  \
+            text(&result, &Known::default()),
+            "  added    filter\n           limit\n  removed  nothing\n  \
+             changed  ramp.value: 1.5 -> level.y\n           ramp.setChangeRate: 10 -> 20\n  \
+             stays    beat.reset at TRUE, as it was set (the file has FALSE)\n  \
              limits   ramp.*: none -> 0.0 to 1.0\n  kept     level\n           ramp\n  cost     12.34 us\n"
         );
     }

@@ -250,8 +250,30 @@ impl Node {
             })?);
         }
         reading.tasks.retain(|task, _| !mixed.contains(task));
-        Ok(reading)
+        match unanswered(names, &reading.values) {
+            Some(missing) => Err(Failure::found(format!(
+                "node \"{}\" answered without the value of \"{}\": see that no other process serves \
+                 isochrone/{}/control",
+                self.name(),
+                escaped(missing),
+                self.name()
+            ))),
+            None => Ok(reading),
+        }
     }
+}
+
+/// The first name that was asked for and has no value. A pin with several names is answered by its first,
+/// so it is enough that its block is there.
+fn unanswered<'n>(names: &'n [String], values: &Values) -> Option<&'n str> {
+    let owner = |name: &str| name.rsplit_once('.').map(|(owner, _)| owner.to_owned());
+    let told: BTreeSet<&str> = values.iter().map(|(name, _)| name).collect();
+    let owners: BTreeSet<_> = told.iter().filter_map(|name| owner(name)).collect();
+    let mut names = names.iter().map(String::as_str);
+    names.find(|name| match name.contains('*') {
+        true => told.is_empty(),
+        false => !told.contains(name) && !owner(name).is_some_and(|of| owners.contains(&of)),
+    })
 }
 
 /// How a verb ends that a node did not answer, or whose request it refused.
@@ -346,6 +368,20 @@ mod tests {
         let finding = Finding::new("Cargo.toml", "there is no signal \"Cargo.toml\"");
         let failure = control::Failure::of(Code::UnknownName, vec![finding]);
         assert!(refusal(&failure, Asked::ToLook).contains("in quotes"));
+    }
+
+    #[test]
+    fn a_name_without_a_value_is_found_and_a_pin_of_another_name_is_none() {
+        let values: Values = [("ramp.status", 1.0), ("level", 2.0)].into_iter().collect();
+        let unanswered = |names: &[&str]| {
+            let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
+            super::unanswered(&names, &values).map(str::to_owned)
+        };
+        assert_eq!(unanswered(&["level", "ramp.subFunctionStatus", "ramp.*"]), None);
+        assert_eq!(unanswered(&["level", "scale.y"]).as_deref(), Some("scale.y"));
+        assert_eq!(unanswered(&["levle"]).as_deref(), Some("levle"));
+        let names = ["*".to_owned()];
+        assert_eq!(super::unanswered(&names, &Values::default()), Some("*"));
     }
 
     #[test]

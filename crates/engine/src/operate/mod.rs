@@ -62,8 +62,8 @@ pub(crate) use forces::{Force, Forces};
 pub use inbox::Inbox;
 pub use journal::{Action, Applied, Change, Client, Entry};
 pub use operator::{
-    Basis, ChangeSummary, Done, Draft, Feeds, Forced, Hold, Operator, Pending, Prepared,
-    PreparedChange, Reading, Request, Selection,
+    Basis, ChangeSummary, ChangedValue, Done, Draft, Feeds, Forced, Given, Hold, Operator, Pending,
+    Prepared, PreparedChange, Reading, Request, Selection, Tuned,
 };
 pub(crate) use order::{Look, Work};
 pub use order::{Order, OrderState};

@@ -1,14 +1,16 @@
 //! What has become of another configuration.
 
-use isochrone_engine::operate::{ChangeSummary, Entry};
+use isochrone_engine::operate::{self, ChangeSummary, Entry};
 
-use crate::control::{ApplyResult, ByTask, Part, Reply, Room};
+use crate::control::{ApplyResult, ByTask, ChangedValue, Given, Part, Reply, Room, Tuned};
 
 /// What another configuration changes, and which tasks have it.
 pub(super) struct Applied {
     pub(super) names: Vec<String>,
     pub(super) tasks: ByTask<Part>,
     pub(super) summary: ChangeSummary,
+    pub(super) values: Vec<operate::ChangedValue>,
+    pub(super) tuned: Vec<operate::Tuned>,
     pub(super) cost_ns: u64,
     /// Why it would be refused now, of one that is only tried.
     pub(super) refused: Option<String>,
@@ -23,13 +25,25 @@ impl Applied {
 
     /// `number` is 0 of one that is only tried.
     pub(super) fn reply(self, number: u64) -> Reply {
-        let Self { tasks, summary, cost_ns, refused, .. } = self;
+        let Self { tasks, summary, values, tuned, cost_ns, refused, .. } = self;
         let transaction = Some(number).filter(|number| *number > 0);
         let ChangeSummary { added, removed, kept, changed, limits } = summary;
         let mut room = Room::of_answer();
         // What has changed is worth more than what has not.
         let [limits, removed, added, changed, kept] =
             [limits, removed, added, changed, kept].map(|names| fitting(names, &mut room));
+        let tuned = tuned.into_iter().map(|operate::Tuned { name, value, configured }| Tuned {
+            name,
+            value: value.into(),
+            configured: configured.into(),
+        });
+        let tuned = tuned.take_while(|one| room.takes(one)).collect();
+        let values = values.into_iter().map(|one| ChangedValue {
+            name: one.name,
+            before: given(one.before),
+            after: given(one.after),
+        });
+        let values = values.take_while(|one| room.takes(one)).collect();
         Reply::Apply(ApplyResult {
             transaction,
             tasks,
@@ -37,10 +51,19 @@ impl Applied {
             removed,
             kept,
             changed,
+            values,
+            tuned,
             limits,
             cost_ns,
             refused,
         })
+    }
+}
+
+fn given(given: operate::Given) -> Given {
+    match given {
+        operate::Given::Value(value) => Given::Value(value.into()),
+        operate::Given::Wire(wire) => Given::Wire { wire },
     }
 }
 

@@ -84,9 +84,11 @@ impl Attendant {
         })?;
         let prepared = prepared.map_err(unapplied)?;
         let (summary, cost_ns) = (prepared.summary().clone(), prepared.cost_ns());
+        let (values, tuned) = (prepared.values().to_vec(), prepared.tuned().to_vec());
         let mut operating = self.shared.lock();
         let names = operating.lanes.iter().map(|lane| lane.name.clone()).collect();
-        let mut applied = Applied { names, tasks: ByTask::new(), summary, cost_ns, refused: None };
+        let (tasks, refused) = (ByTask::new(), None);
+        let mut applied = Applied { names, tasks, summary, values, tuned, cost_ns, refused };
         if is_dry {
             let slack = operating.check_slack(&prepared);
             applied.refused = slack.err().filter(|_| !allow_missed).map(|error| error.to_string());

@@ -31,6 +31,7 @@ pub struct Caller {
 }
 
 /// What became of a request so far.
+#[expect(clippy::large_enum_variant, reason = "there is one for a request, which is moved once")]
 #[derive(Debug, Clone, PartialEq)]
 pub enum Begun {
     /// It is answered at once.

@@ -39,9 +39,9 @@ pub use params::{
 };
 pub use results::{
     Access, Action, ActiveAlarm, AlarmsResult, AppliedChange, ApplyResult, ByTask, Change,
-    ConfigurationOrigin, DescribeResult, Followed, Force, ForceResult, ForcesResult, GetResult,
-    JournalEntry, JournalResult, Part, PendingEntry, Placement, ReadAt, Role, SaveResult,
-    SetResult, SignalDescription, SignalsResult, TaskDescription,
+    ChangedValue, ConfigurationOrigin, DescribeResult, Followed, Force, ForceResult, ForcesResult,
+    GetResult, Given, JournalEntry, JournalResult, Part, PendingEntry, Placement, ReadAt, Role,
+    SaveResult, SetResult, SignalDescription, SignalsResult, TaskDescription, Tuned,
 };
 pub use texts::{Room, answer, request};
 pub use value::{Value, Values};

@@ -432,8 +432,43 @@ pub struct SaveResult {
     pub configuration: String,
 }
 
+/// What an input pin has its value from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Given {
+    /// The value itself: a constant, or what was set.
+    Value(Value),
+    /// A wire.
+    Wire {
+        /// The signal that it comes from.
+        wire: String,
+    },
+}
+
+/// A pin that an `apply` changes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ChangedValue {
+    /// Its name; `*` stands for all instances of a block.
+    pub name: String,
+    /// What it had.
+    pub before: Given,
+    /// What the new configuration gives it.
+    pub after: Given,
+}
+
+/// A parameter that keeps a value which was set, and which the new configuration does not have.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Tuned {
+    /// Its name.
+    pub name: String,
+    /// What it has and keeps.
+    pub value: Value,
+    /// What the new configuration says.
+    pub configured: Value,
+}
+
 /// Of `apply`: what the new configuration changes.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ApplyResult {
     /// The transaction's number; `None` after `dry_run`.
     #[serde(default)]
@@ -448,6 +483,12 @@ pub struct ApplyResult {
     pub kept: Vec<String>,
     /// Pins and wires that differ.
     pub changed: Vec<String>,
+    /// What those pins had and were given, as many as fit; none if they are more than ten thousand.
+    #[serde(default)]
+    pub values: Vec<ChangedValue>,
+    /// Parameters that keep a value which was set, though the new configuration has another.
+    #[serde(default)]
+    pub tuned: Vec<Tuned>,
     /// Limits that differ: what they were and are.
     #[serde(default)]
     pub limits: Vec<String>,

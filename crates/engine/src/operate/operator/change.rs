@@ -2,6 +2,7 @@
 
 mod checks;
 mod following;
+mod values;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -21,6 +22,7 @@ use crate::plan::Plan;
 use crate::{BuildError, Source, TaskEngine};
 
 pub(super) use following::Next;
+pub use values::{ChangedValue, Given, Tuned};
 
 /// What another configuration changes.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -93,6 +95,8 @@ pub struct Basis {
 #[derive(Debug)]
 pub struct PreparedChange {
     replacements: Vec<Replacement>,
+    values: Vec<ChangedValue>,
+    tuned: Vec<Tuned>,
     next: Box<Next>,
     request: Request,
     /// How many requests that write had been sent when it was prepared.
@@ -103,6 +107,16 @@ impl PreparedChange {
     /// What it changes.
     pub fn summary(&self) -> &ChangeSummary {
         &self.next.applied.summary
+    }
+
+    /// What the pins that it changes have and will have; empty where they are more than ten thousand.
+    pub fn values(&self) -> &[ChangedValue] {
+        &self.values
+    }
+
+    /// The values that were set and stay, though the new configuration has others.
+    pub fn tuned(&self) -> &[Tuned] {
+        &self.tuned
     }
 
     /// What each task will be sent, in the order of the plan.
@@ -183,6 +197,8 @@ impl Basis {
             let slots: Vec<usize> = pins.iter().map(|pin| pin.slot).collect();
             signals.pin_names(task, &slots)
         };
+        let values = self.changed_values(&signals, &changed);
+        let tuned = self.tuned(&kept, &signals, &changed);
         let blocks = kept.blocks(&self.signals, &signals);
         let summary = ChangeSummary {
             added: blocks.added,
@@ -214,7 +230,7 @@ impl Basis {
             given: replacements.iter().map(given).collect(),
         });
         let writes = self.writes;
-        Ok(PreparedChange { replacements, next, request, writes })
+        Ok(PreparedChange { replacements, values, tuned, next, request, writes })
     }
 }
 

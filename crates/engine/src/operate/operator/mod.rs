@@ -23,7 +23,7 @@ use crate::plan::Plan;
 
 use change::Next;
 pub(in crate::operate) use change::carry;
-pub use change::{Basis, ChangeSummary, Draft, PreparedChange};
+pub use change::{Basis, ChangeSummary, ChangedValue, Draft, Given, PreparedChange, Tuned};
 pub use pending::Pending;
 pub use returned::{Done, Reading};
 pub(in crate::operate) use returned::{changed, released};

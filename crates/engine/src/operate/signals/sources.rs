@@ -36,6 +36,12 @@ impl Signals {
         found.imports.iter().any(of_import).then(|| slot - parts + inputs)
     }
 
+    /// What an input pin was configured with, if no wire leads to it.
+    pub(in crate::operate) fn constant(&self, task: usize, slot: usize) -> Option<f64> {
+        let instance = self.instance_of(task, slot).filter(|_| !self.is_wired(task, slot))?;
+        instance.constants.get(slot - instance.first_slot).copied()
+    }
+
     /// All pins of the instance that a pin's slot belongs to: their slots, how many of them are inputs,
     /// and how it says that something is wrong.
     pub(in crate::operate) fn pins_of(
