@@ -9,7 +9,7 @@ use isochrone_engine::operate::{Action, Client, Entry, Hold};
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_ipc::local;
 use isochrone_runtime::journal::{Journal, JournalError, JournalFile};
-use isochrone_runtime::{IfMissed, Node, Running};
+use isochrone_runtime::{Alarm, IfMissed, Node, Running};
 
 const NODE: &str = r#"
 [node]
@@ -323,6 +323,67 @@ fn what_is_truncated_away_is_lost_and_the_run_is_not_repeated_without_it() {
     assert_eq!(numbers, [second]);
     let refused = file.entries(run, &plan(NODE)).unwrap_err();
     assert!(matches!(refused, JournalError::Cut { line: 1, run: 1, .. }), "{refused}");
+}
+
+/// Waits until a node refuses changes for a reason.
+fn await_refusal(node: &mut Running<local::Service>, reason: &str) {
+    let since = Instant::now();
+    let mut rate = 3.0;
+    loop {
+        node.poll();
+        rate += 1.0;
+        if let Err(refused) = node.set([("ramp.setChangeRate", rate)])
+            && refused.to_string().contains(reason)
+        {
+            return;
+        }
+        assert!(since.elapsed() < Duration::from_secs(60), "it is not refused: {reason}");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+#[test]
+fn a_file_of_another_at_the_place_of_the_journal_stays_as_it_is() {
+    let folder = folder();
+    let (path, other) = (folder.path().join("j.jsonl"), folder.path().join("other"));
+    run_once(&other);
+    let journal = fs::read_to_string(&other).unwrap();
+    let broken = journal.replace("{\"end\"", "{\"dne\"");
+    let format = journal.replace("\"format\":1", "\"format\":2");
+    for (text, is_held, reason) in [
+        (journal.as_str(), true, "another node writes the journal"),
+        (NODE, false, ":1: no line of a journal"),
+        (&broken, false, "no line of a journal: unknown variant `dne`"),
+        (&format, false, ":1: run 1 has format 2"),
+    ] {
+        let mut node = start(&path);
+        fs::write(&other, text).unwrap();
+        let held = fs::File::open(&other).unwrap();
+        if is_held {
+            held.lock().unwrap();
+        }
+        fs::rename(&other, &path).unwrap();
+        await_refusal(&mut node, reason);
+        assert_eq!(fs::read_to_string(&path).unwrap(), text, "{reason}");
+        node.finish().unwrap();
+        assert_eq!(fs::read_to_string(&path).unwrap(), text, "{reason}");
+        fs::remove_file(&path).unwrap();
+    }
+}
+
+#[test]
+fn what_is_left_of_a_cut_file_and_is_no_journal_stays_as_it_is() {
+    let folder = folder();
+    let path = folder.path().join("j.jsonl");
+    let mut node = start(&path);
+    fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(20).unwrap();
+    let left = fs::read(&path).unwrap();
+    await_refusal(&mut node, ":1: no line of a journal");
+    assert_eq!(fs::read(&path).unwrap(), left);
+    let outcome = node.finish().unwrap();
+    assert_eq!(fs::read(&path).unwrap(), left);
+    let is_told = |alarm: &Alarm| matches!(alarm, Alarm::JournalIncomplete { .. });
+    assert!(outcome.alarms.iter().any(is_told), "{:?}", outcome.alarms);
 }
 
 #[test]

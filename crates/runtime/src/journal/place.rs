@@ -57,7 +57,9 @@ impl Journal {
         let (file, is_new) = open(&self.path)?;
         let mut new = self.successor(file)?;
         new.lock().map_err(io::Error::other)?;
-        let begun = new.follow().map_err(io::Error::other).and_then(|()| {
+        let followed = new.follow().map_err(io::Error::other);
+        let is_followed = followed.is_ok();
+        let begun = followed.and_then(|()| {
             if is_new {
                 new.file.set_permissions(fs::Permissions::from_mode(mode))?;
             }
@@ -69,10 +71,9 @@ impl Journal {
             if is_new {
                 // An empty one is no journal.
                 let _ = fs::remove_file(&self.path);
-            } else {
+            } else if is_followed {
                 new.truncate(new.run_begins);
             }
-            new.has_ended = true;
             return Err(error);
         }
         tracing::warn!(
@@ -81,11 +82,9 @@ impl Journal {
             self.path.display(),
             new.header.run
         );
-        new.waiting = std::mem::take(&mut self.waiting);
         // Gives back the room that is reserved for it.
         self.truncate(self.written);
-        self.has_ended = true;
-        *self = new;
+        self.hand_over(new);
         Ok(())
     }
 
@@ -107,16 +106,23 @@ impl Journal {
         let begun = new.follow().map_err(io::Error::other);
         new.header.run = new.header.run.max(self.header.run);
         new.header.is_cut = true;
-        let begun = begun.and_then(|()| new.write_header());
-        if let Err(error) = begun {
-            new.has_ended = true;
-            return Err(error);
-        }
+        begun.and_then(|()| new.write_header())?;
         tracing::error!("{}", new.lost_words());
+        self.hand_over(new);
+        Ok(())
+    }
+
+    /// Goes on in another file, which has all that was written.
+    fn hand_over(&mut self, mut new: Self) {
         new.waiting = std::mem::take(&mut self.waiting);
+        new.has_ended = false;
         self.has_ended = true;
         *self = new;
-        Ok(())
+    }
+
+    /// Whether an end of the file was cut away, and what is left could not be followed: it may be another's.
+    pub(super) fn is_cut(&self) -> bool {
+        self.is_regular && self.file.metadata().is_ok_and(|own| own.len() < self.written)
     }
 
     /// What the file lacks for good, as a sentence without its end.

@@ -105,7 +105,8 @@ impl Journal {
         Ok(journal)
     }
 
-    /// The same run in another file, which is to be followed.
+    /// The same run in another file, which is to be followed. Until it goes on there, dropping it writes nothing:
+    /// the file may be another's.
     ///
     /// # Errors
     /// It is no regular file, or another process writes it.
@@ -120,7 +121,7 @@ impl Journal {
             is_new: false,
             header: self.header.clone(),
             has_begun: true,
-            has_ended: false,
+            has_ended: true,
             last_transaction: self.last_transaction,
             has_cut_line: false,
             written: 0,
@@ -238,13 +239,18 @@ impl Journal {
         if !self.has_begun || self.has_ended {
             return None;
         }
-        // What is not at its place is complete all the same.
-        let _ = self.keep_place();
+        let kept = self.keep_place();
         self.has_ended = true;
         let end = Line::End(RunEnd { run: self.header.run, ended_unix_ns });
         self.waiting.extend(end.text().unwrap_or_default());
-        let written = self.write_waiting();
-        self.truncate(self.written);
+        let written = if self.is_cut() {
+            kept
+        } else {
+            // What is not at its place is complete all the same.
+            let written = self.write_waiting();
+            self.truncate(self.written);
+            written
+        };
         let path = self.path.display();
         written.err().map(|error| {
             format!("the journal {path} is incomplete: its end could not be written ({error})")
