@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use isochrone_engine::Plan;
+use isochrone_engine::config::Cpu;
+use isochrone_engine::{Plan, TaskPlan};
 use isochrone_timing::{Warning, WarningCode};
 
 use crate::neighbours::Neighbour;
@@ -30,14 +31,19 @@ impl Neighbour {
 }
 
 impl StarvedSource {
-    /// Those that there will be when a plan's node runs beside others. What the tasks of the plan do to each
-    /// other, the check of the configuration says.
+    /// Those that there will be when a plan's node runs beside others. What tasks of the plan do to each other
+    /// on CPUs that the configuration names, its check says.
     pub fn of_plan(plan: &Plan, running: &[Neighbour]) -> Vec<Self> {
         let planned: Vec<_> =
             plan.tasks.iter().map(|task| Neighbour::planned(&plan.node, task)).collect();
         let pairs = planned.iter().flat_map(|ours| running.iter().map(move |other| (ours, other)));
         let starved = |(ours, other)| [Self::of(ours, other), Self::of(other, ours)];
-        pairs.flat_map(starved).flatten().collect()
+        let chosen: Vec<_> =
+            plan.tasks.iter().zip(&planned).filter(|(task, _)| is_auto(task)).collect();
+        let is_chosen =
+            |of: &Self| chosen.iter().any(|(_, task)| of.follower == **task || of.source == **task);
+        let among_them = Self::of_running(&planned).into_iter().filter(is_chosen);
+        pairs.flat_map(starved).flatten().chain(among_them).collect()
     }
 
     /// Those among the tasks that run.
@@ -60,6 +66,10 @@ impl StarvedSource {
             service,
         })
     }
+}
+
+const fn is_auto(task: &TaskPlan) -> bool {
+    matches!(task.cpu, Cpu::Auto { .. })
 }
 
 /// `b.fast (fifo:80) follows "plant/saw" of a.fast (fifo:80) on the same CPU 1: while …`
@@ -128,6 +138,26 @@ mod tests {
             StarvedSource::of_plan(&follower, &source)[0].to_string(),
             "b.fast (fifo:80) follows \"saw\" of a.fast (fifo:80) on the same CPU 1: while the one watches, \
              the other cannot send"
+        );
+    }
+
+    #[test]
+    fn tasks_of_one_plan_are_looked_at_once_their_cpus_are_chosen() {
+        let saw = "[[block]]\nname = \"saw\"\ntype = \"SawTooth\"\ntask = \"source\"\n\
+                   in = { incrementRange = 1 }\n[[output]]\nservice = \"saw\"\ntask = \"source\"\nsignals = [\"saw.value\"]\n";
+        let follower = "[[task]]\nname = \"follower\"\nperiod = \"1ms\"\npriority = 80\n\
+                        follow = { service = \"saw\", within = \"100us\" }\n";
+        let source = "[[task]]\nname = \"source\"\nperiod = \"1ms\"\npriority = 80\n";
+        let input = "[[input]]\nname = \"in\"\nservice = \"saw\"\ntask = \"follower\"\n";
+        let text = format!("[node]\nname = \"n\"\n{source}{follower}{input}{saw}");
+        let mut plan = Plan::new(Source::new("n.toml", text), &Rules::default()).unwrap();
+        assert_eq!(StarvedSource::of_plan(&plan, &[]), [], "no CPU is chosen yet");
+        plan.tasks.iter_mut().for_each(|task| task.cpu = Cpu::Auto { chosen: Some(1) });
+        let starved = StarvedSource::of_plan(&plan, &[]);
+        assert_eq!(starved.len(), 1);
+        assert_eq!(
+            (&starved[0].follower.task[..], &starved[0].source.task[..]),
+            ("follower", "source")
         );
     }
 

@@ -193,6 +193,7 @@ fn answer(method: Method) -> Reply {
                     before: Given::Value(Value::Bool(true)),
                     after: Given::Wire { wire: String::new() },
                 }],
+                values_left_out: 0,
                 tuned: vec![Tuned {
                     name: String::new(),
                     value: Value::Bool(true),

@@ -72,7 +72,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     };
     let names =
         result.values.iter().map(|one| &one.name).chain(result.tuned.iter().map(|it| &it.name));
-    let known = node.known(names.map(String::as_str))?;
+    // The node has done it, whether or not it still answers.
+    let known = node.known(names.map(String::as_str)).unwrap_or_default();
     terminal::print(&format!("{head}\n{}", text(&result, &known)))
 }
 
@@ -129,7 +130,9 @@ fn text(result: &ApplyResult, known: &Known) -> String {
         };
         format!("{name}: {} -> {}", shown(before), shown(after))
     });
-    let values: Vec<_> = values.collect();
+    let left_out = result.values_left_out;
+    let more = (left_out > 0).then(|| format!("and {left_out} more"));
+    let values: Vec<_> = values.chain(more).collect();
     let changed = if result.values.is_empty() { &result.changed } else { &values };
     let tuned = result.tuned.iter().map(|Tuned { name, value, configured }| {
         let [value, configured] = [value, configured].map(|value| known.shown(name, *value));
@@ -183,6 +186,7 @@ mod tests {
                     after: Given::Value(Value::Integer(20)),
                 },
             ],
+            values_left_out: 3,
             tuned: vec![Tuned {
                 name: "beat.reset".into(),
                 value: Value::Bool(true),
@@ -195,7 +199,7 @@ mod tests {
         assert_eq!(
             text(&result, &Known::default()),
             "  added    filter\n           limit\n  removed  nothing\n  \
-             changed  ramp.value: 1.5 -> level.y\n           ramp.setChangeRate: 10 -> 20\n  \
+             changed  ramp.value: 1.5 -> level.y\n           ramp.setChangeRate: 10 -> 20\n           and 3 more\n  \
              stays    beat.reset at TRUE, as it was set (the file has FALSE)\n  \
              limits   ramp.*: none -> 0.0 to 1.0\n  kept     level\n           ramp\n  cost     12.34 us\n"
         );

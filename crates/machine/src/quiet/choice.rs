@@ -98,6 +98,14 @@ impl Observation {
         if !alike.is_empty() {
             reasons.push(Reason::Last { alike: alike.iter().map(|cpu| cpu.cpu).collect() });
         }
+        // What speaks for several CPUs is told of the one that is chosen in the end.
+        for reason in &mut reasons {
+            match (reason, last.interrupts) {
+                (Reason::Interrupts { per_second, .. }, Some(has)) => *per_second = has.per_second,
+                (Reason::InterruptsSinceBoot { count, .. }, Some(has)) => *count = has.since_boot,
+                _ => {}
+            }
+        }
         // After the reason why there is nothing better.
         reasons.splice(reasons.len().min(1)..reasons.len().min(1), shared(last));
         Some(Choice { cpu: last.cpu, reasons })

@@ -43,7 +43,9 @@ impl Applied {
             before: given(one.before),
             after: given(one.after),
         });
-        let values = values.take_while(|one| room.takes(one)).collect();
+        let all = values.len();
+        let values: Vec<_> = values.take_while(|one| room.takes(one)).collect();
+        let values_left_out = all - values.len();
         Reply::Apply(ApplyResult {
             transaction,
             tasks,
@@ -52,6 +54,7 @@ impl Applied {
             kept,
             changed,
             values,
+            values_left_out,
             tuned,
             limits,
             cost_ns,

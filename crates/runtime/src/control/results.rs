@@ -486,6 +486,9 @@ pub struct ApplyResult {
     /// What those pins had and were given, as many as fit; none if they are more than ten thousand.
     #[serde(default)]
     pub values: Vec<ChangedValue>,
+    /// How many more values the answer has no room for.
+    #[serde(default)]
+    pub values_left_out: usize,
     /// Parameters that keep a value which was set, though the new configuration has another.
     #[serde(default)]
     pub tuned: Vec<Tuned>,
