@@ -125,10 +125,11 @@ impl<S: Service> Running<S> {
     pub fn poll(&mut self) -> Poll<'_> {
         // Asked first: what a task did before its end is then in its ring.
         let is_running = !self.threads.have_ended();
-        self.drain();
         if !is_running {
+            // What is held back until the journal has it is seen by the last poll, too.
             self.parts.operating.lock().end();
         }
+        self.drain();
         self.change_over();
         self.tend();
         let is_fresh = self.parts.snapshots.update();

@@ -58,8 +58,11 @@ impl Operator {
         let number = order.number;
         let Settled { kind, parts, client, comment } = self.settle(task, &order);
         let OrderState::Applied { cycle } = order.state else {
-            if let Work::Force { stores, .. } = &order.work {
-                self.forget(task, stores.iter().map(|store| store.slot), number);
+            if let Work::Force { .. } = &order.work {
+                // The slots that it names may be those of the engine before.
+                let forces = self.forces.get(task).into_iter().flatten();
+                let slots: Vec<u32> = forces.map(|(slot, _)| *slot).collect();
+                self.forget(task, slots, number);
             }
             return Done::TooLate { transaction: number };
         };
