@@ -70,17 +70,21 @@ impl Behind {
             steps: Vec::new(),
             places: HashMap::new(),
         };
-        let targets = slots.iter().map(|slot| search.target(*slot)).collect::<Box<_>>();
+        let target = |slot: &usize| {
+            let target = search.target(*slot);
+            (!search.is_too_much()).then_some(target)
+        };
+        let targets = slots.iter().map(target).collect::<Option<Box<_>>>()?;
         let mut next = 0;
         while let Some(instance) = search.instances.get(next) {
-            if next == MOST {
-                return None;
-            }
             let inputs = instance.slots.start..instance.slots.start + instance.inputs;
             for (from_slot, _) in signals.wires_to(task, inputs) {
                 if let Some(from) = search.node(from_slot) {
                     search.steps.push(Step { from, from_slot, to: next });
                 }
+            }
+            if search.is_too_much() {
+                return None;
             }
             next += 1;
         }
@@ -158,6 +162,10 @@ struct Search<'s> {
 }
 
 impl Search<'_> {
+    fn is_too_much(&self) -> bool {
+        self.instances.len() > MOST
+    }
+
     fn target(&mut self, slot: usize) -> Target {
         let node = match self.signals.at(self.task, slot).map(|signal| signal.role) {
             Some(Role::Input | Role::Output) => self.node(slot).map(|node| (node, slot)),

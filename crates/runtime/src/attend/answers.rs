@@ -18,6 +18,8 @@ use super::searching::{Purpose, Search};
 
 /// Signals of a page, if the request does not say how many.
 const SIGNALS: u64 = 1000;
+/// Most signals of a page: each takes more than 64 bytes of its answer.
+const MOST_SIGNALS: usize = isochrone_ipc::MAX_MESSAGE_BYTES / 64;
 
 impl Attendant {
     pub(super) fn describe(&self) -> Reply {
@@ -62,6 +64,7 @@ impl Attendant {
 
     pub(super) fn signals(&mut self, params: SignalsParams) -> Result<Begun, Failure> {
         let (offset, limit) = page(params.offset, params.limit.or(Some(SIGNALS)));
+        let limit = limit.min(MOST_SIGNALS);
         let names = params.pattern.map(|pattern| vec![pattern]);
         self.search(Search { names, offset, limit, purpose: Purpose::Describe })
     }

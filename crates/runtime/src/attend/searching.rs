@@ -1,11 +1,15 @@
 //! Names that are looked for in a thread of their own: a pattern is compared with a million names, and other
 //! requests are not to wait for that.
 
-use std::collections::{BTreeMap, VecDeque};
+mod kept;
+#[cfg(test)]
+mod tests;
+
+use std::collections::VecDeque;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel};
 use std::thread::{self, JoinHandle};
-use std::time::Duration;
+use std::time::Instant;
 
 use isochrone_engine::operate::{Refusals, Selection, Signals};
 
@@ -13,14 +17,10 @@ use crate::control::{Begun, Code, Failure, Outcome, Ticket};
 
 use super::Attendant;
 use super::requests::failure;
-
-/// Most signals that are kept for the next pages of those who asked for them.
-const KEPT: usize = 2_000_000;
-/// After so long without a search, none are.
-const IDLE: Duration = Duration::from_secs(10);
+use kept::{IDLE, Kept};
 
 /// What is asked of the signals of some names.
-#[derive(Debug, Clone)]
+#[derive(Debug)]
 pub(super) struct Search {
     /// `None`: all.
     pub(super) names: Option<Vec<String>>,
@@ -38,11 +38,13 @@ pub(super) enum Purpose {
     Describe,
 }
 
-/// The searches that are under way.
+/// The searches that are not done yet.
 #[derive(Default)]
 pub(super) struct Searching {
     thread: Option<Searcher>,
-    waiting: BTreeMap<Ticket, Search>,
+    /// In the order in which they were asked for. They wait here, where they can be forgotten, and not
+    /// with the thread.
+    waiting: VecDeque<(Ticket, Search)>,
 }
 
 /// The end of the one who asks. Dropping it ends the thread when it has done its search.
@@ -50,16 +52,27 @@ struct Searcher {
     jobs: Option<Sender<Job>>,
     found: Receiver<Found>,
     thread: Option<JoinHandle<()>>,
+    occupation: Occupation,
+}
+
+/// What the thread does.
+#[derive(Debug, Default, PartialEq, Eq)]
+enum Occupation {
+    #[default]
+    Idle,
+    /// It looks for the names of a request.
+    Searching(Ticket),
+    /// It looks for the names of a request that nobody waits for any more.
+    Abandoned,
 }
 
 struct Job {
-    ticket: Ticket,
     signals: Arc<Signals>,
     search: Search,
 }
 
 struct Found {
-    ticket: Ticket,
+    search: Search,
     selection: Result<Selection, Refusals>,
 }
 
@@ -81,10 +94,19 @@ impl Search {
         }
     }
 
+    /// Adds to its page what its purpose takes.
+    fn complete(&self, page: Selection) -> Selection {
+        match self.purpose {
+            Purpose::Read => page.with_quality(),
+            Purpose::Describe => page,
+        }
+    }
+
     fn takes_long(&self, signals: &Signals) -> bool {
-        let all = || vec!["*".to_owned()];
-        let names = self.names.clone().unwrap_or_else(all);
-        Selection::takes_long(signals, names.iter().map(String::as_str))
+        match &self.names {
+            Some(names) => Selection::takes_long(signals, names.iter().map(String::as_str)),
+            None => Selection::takes_long(signals, ["*"]),
+        }
     }
 }
 
@@ -92,14 +114,14 @@ impl Attendant {
     /// Looks for signals, and goes on with them: at once, or when they are found.
     pub(super) fn search(&mut self, search: Search) -> Result<Begun, Failure> {
         let signals = Arc::clone(self.shared.lock().operator.signals());
+        let ticket = self.ticket();
         if search.takes_long(&signals) {
-            let ticket = self.ticket();
-            self.searching.begin(ticket, signals, search)?;
+            self.searching.waiting.push_back((ticket, search));
+            self.begin_next_search();
             return Ok(Begun::Later(ticket));
         }
-        let selection = search.page(&signals).map_err(failure)?;
-        let (ticket, purpose) = (self.ticket(), search.purpose);
-        match self.selected(ticket, selection, purpose)? {
+        let selection = search.complete(search.page(&signals).map_err(failure)?);
+        match self.selected(ticket, selection, search.purpose)? {
             Some(begun) => Ok(begun),
             // The configuration was changed meanwhile.
             None => self.search(search),
@@ -108,23 +130,38 @@ impl Attendant {
 
     /// Goes on with what was found since the last time.
     pub(super) fn go_on_with_found(&mut self) {
-        for (Found { ticket, selection }, search) in self.searching.found() {
-            let begun = selection
-                .map_err(failure)
-                .and_then(|selection| self.selected(ticket, selection, search.purpose));
-            let outcome: Outcome = match begun {
-                Ok(Some(Begun::Ended(outcome))) => outcome,
-                Ok(Some(Begun::Later(_))) => continue,
-                Ok(None) => {
-                    let signals = Arc::clone(self.shared.lock().operator.signals());
-                    match self.searching.begin(ticket, signals, search) {
-                        Ok(()) => continue,
-                        Err(failure) => Err(failure),
-                    }
-                }
-                Err(failure) => Err(failure),
-            };
+        if let Some((ticket, found)) = self.searching.found()
+            && let Some(outcome) = self.go_on(ticket, found)
+        {
             self.ended.push_back((ticket, outcome));
+        }
+        self.begin_next_search();
+    }
+
+    /// `None`: it is not over yet.
+    fn go_on(&mut self, ticket: Ticket, found: Result<Found, Failure>) -> Option<Outcome> {
+        let Found { search, selection } = match found {
+            Ok(found) => found,
+            Err(failure) => return Some(Err(failure)),
+        };
+        let begun = selection
+            .map_err(failure)
+            .and_then(|selection| self.selected(ticket, selection, search.purpose));
+        match begun {
+            Ok(Some(Begun::Ended(outcome))) => Some(outcome),
+            Ok(Some(Begun::Later(_))) => None,
+            Ok(None) => {
+                self.searching.waiting.push_front((ticket, search));
+                None
+            }
+            Err(failure) => Some(Err(failure)),
+        }
+    }
+
+    fn begin_next_search(&mut self) {
+        let signals = || Arc::clone(self.shared.lock().operator.signals());
+        while let Some((ticket, failure)) = self.searching.begin_next(signals) {
+            self.ended.push_back((ticket, Err(failure)));
         }
     }
 
@@ -145,39 +182,62 @@ impl Attendant {
 }
 
 impl Searching {
-    fn begin(
-        &mut self,
-        ticket: Ticket,
-        signals: Arc<Signals>,
-        search: Search,
-    ) -> Result<(), Failure> {
-        if self.thread.is_none() {
-            self.thread = Some(Searcher::start()?);
-        }
-        let job = Job { ticket, signals, search: search.clone() };
-        let jobs = self.thread.as_ref().and_then(|thread| thread.jobs.as_ref());
-        if jobs.is_none_or(|jobs| jobs.send(job).is_err()) {
-            self.thread = None;
-            let message = "the thread that looks for names panicked; ask again";
-            return Err(Failure::new(Code::Internal, message));
-        }
-        self.waiting.insert(ticket, search);
-        Ok(())
-    }
-
     /// Nobody waits for this any more.
     pub(super) fn forget(&mut self, ticket: Ticket) {
-        self.waiting.remove(&ticket);
+        self.waiting.retain(|(waiting, _)| *waiting != ticket);
+        if let Some(thread) = &mut self.thread
+            && thread.occupation == Occupation::Searching(ticket)
+        {
+            thread.occupation = Occupation::Abandoned;
+        }
     }
 
-    fn found(&mut self) -> Vec<(Found, Search)> {
-        let Some(thread) = &self.thread else { return Vec::new() };
-        let found = thread.found.try_iter();
-        found
-            .filter_map(|found| Some((self.waiting.remove(&found.ticket)?, found)))
-            .map(|(search, found)| (found, search))
-            .collect()
+    /// What the thread has found, if somebody waits for it.
+    fn found(&mut self) -> Option<(Ticket, Result<Found, Failure>)> {
+        let thread = self.thread.as_mut()?;
+        let found = match thread.found.try_recv() {
+            Ok(found) => Ok(found),
+            Err(TryRecvError::Empty) => return None,
+            Err(TryRecvError::Disconnected) => Err(panicked()),
+        };
+        let occupation = std::mem::take(&mut thread.occupation);
+        if found.is_err() {
+            self.thread = None;
+        }
+        match occupation {
+            Occupation::Searching(ticket) => Some((ticket, found)),
+            Occupation::Idle | Occupation::Abandoned => None,
+        }
     }
+
+    /// Gives the thread, if it is idle, the search that waits longest; returns whose it was if that fails.
+    fn begin_next(&mut self, signals: impl FnOnce() -> Arc<Signals>) -> Option<(Ticket, Failure)> {
+        let of = self.thread.as_ref().map(|thread| &thread.occupation);
+        if of.is_some_and(|occupation| *occupation != Occupation::Idle) {
+            return None;
+        }
+        let (ticket, search) = self.waiting.pop_front()?;
+        let begun = self.begin(ticket, Job { signals: signals(), search });
+        begun.err().map(|failure| (ticket, failure))
+    }
+
+    fn begin(&mut self, ticket: Ticket, job: Job) -> Result<(), Failure> {
+        let thread = match self.thread.take() {
+            Some(thread) => thread,
+            None => Searcher::start()?,
+        };
+        let thread = self.thread.insert(thread);
+        if thread.jobs.as_ref().is_none_or(|jobs| jobs.send(job).is_err()) {
+            self.thread = None;
+            return Err(panicked());
+        }
+        thread.occupation = Occupation::Searching(ticket);
+        Ok(())
+    }
+}
+
+fn panicked() -> Failure {
+    Failure::new(Code::Internal, "the thread that looks for names panicked; ask again")
 }
 
 impl Searcher {
@@ -190,7 +250,11 @@ impl Searcher {
             let message = format!("cannot start a thread to look for names in: {error}");
             Failure::new(Code::Internal, message)
         })?;
-        Ok(Self { jobs: Some(jobs), found, thread: Some(thread) })
+        Ok(Self::of(jobs, found, Some(thread)))
+    }
+
+    fn of(jobs: Sender<Job>, found: Receiver<Found>, thread: Option<JoinHandle<()>>) -> Self {
+        Self { jobs: Some(jobs), found, thread, occupation: Occupation::Idle }
     }
 }
 
@@ -202,41 +266,18 @@ impl Drop for Searcher {
     }
 }
 
-/// What was found, for the pages that follow.
-#[derive(Default)]
-struct Kept(VecDeque<(Arc<Signals>, Option<Vec<String>>, Selection)>);
-
-impl Kept {
-    /// A page, of what is kept or looked for now.
-    fn page(&mut self, signals: &Arc<Signals>, search: &Search) -> Result<Selection, Refusals> {
-        // Those of another configuration are of no use.
-        self.0.retain(|(of, ..)| Arc::ptr_eq(of, signals));
-        let (offset, limit) = (search.offset, search.limit);
-        let known = self.0.iter().find(|(_, names, _)| *names == search.names);
-        if let Some((.., all)) = known {
-            return Ok(all.page(offset, limit));
-        }
-        let all = search.look(signals, 0, usize::MAX)?;
-        let page = all.page(offset, limit);
-        self.0.push_back((Arc::clone(signals), search.names.clone(), all));
-        while self.0.iter().map(|(.., all)| all.total()).sum::<usize>() > KEPT {
-            self.0.pop_front();
-        }
-        Ok(page)
-    }
-}
-
 fn search(jobs: &Receiver<Job>, tell: &Sender<Found>) {
     let mut kept = Kept::default();
     loop {
         match jobs.recv_timeout(IDLE) {
-            Ok(Job { ticket, signals, search }) => {
-                let selection = kept.page(&signals, &search);
-                if tell.send(Found { ticket, selection }).is_err() {
+            Ok(Job { signals, search }) => {
+                let page = kept.page(&signals, &search, Instant::now());
+                let selection = page.map(|page| search.complete(page));
+                if tell.send(Found { search, selection }).is_err() {
                     return;
                 }
             }
-            Err(RecvTimeoutError::Timeout) => kept.0.clear(),
+            Err(RecvTimeoutError::Timeout) => kept.forget_old(Instant::now()),
             Err(RecvTimeoutError::Disconnected) => return,
         }
     }

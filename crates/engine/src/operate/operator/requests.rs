@@ -180,7 +180,8 @@ impl Operator {
         offset: usize,
         limit: usize,
     ) -> Result<(Prepared, usize), Refusals> {
-        let mut selection = Selection::of(&self.signals, names, offset, limit)?;
+        let selection = Selection::of(&self.signals, names, offset, limit)?;
+        let mut selection = selection.with_quality();
         let prepared = self.read(&mut selection).unwrap_or_else(|| read(Vec::new(), Vec::new()));
         Ok((prepared, selection.total()))
     }

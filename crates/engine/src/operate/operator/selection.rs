@@ -7,7 +7,7 @@ use super::check::Check;
 use crate::operate::Pattern;
 use crate::operate::quality::Behind;
 use crate::operate::refusal::Refusals;
-use crate::operate::signals::{Signal, Signals};
+use crate::operate::signals::{Matches, Signal, Signals};
 
 /// Names that are looked at while others wait.
 const AT_ONCE: usize = 5000;
@@ -21,7 +21,8 @@ pub struct Selection {
     pub(super) signals: Arc<Signals>,
     /// Tasks and slots.
     pub(super) page: Vec<(usize, usize)>,
-    /// For each task what its signals are computed from, where that is not too much to look through.
+    /// For each task what its signals are computed from, where that was asked for and is not too much to
+    /// look through.
     pub(super) behind: BTreeMap<usize, Behind>,
     total: usize,
 }
@@ -44,7 +45,7 @@ impl Selection {
             && Pattern::is_glob(only)
         {
             if let Some(matches) = check.matching(only) {
-                page.extend(matches.slots(offset).take(limit));
+                page = page_of(&matches, offset, limit);
                 total = matches.total();
             }
         } else {
@@ -65,23 +66,34 @@ impl Selection {
                     matches.slots(0).for_each(&mut take);
                 }
             }
+            page.shrink_to_fit();
         }
         check.end()?;
         Ok(Self::with_page(signals, page, total))
     }
 
     fn with_page(signals: &Arc<Signals>, page: Vec<(usize, usize)>, total: usize) -> Self {
+        Self { signals: Arc::clone(signals), page, behind: BTreeMap::new(), total }
+    }
+
+    /// Looks for what the signals of the page are computed from, too: without that, a reading does not say
+    /// what their values are worth.
+    #[must_use]
+    pub fn with_quality(mut self) -> Self {
         let mut slots: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-        page.iter().for_each(|(task, slot)| slots.entry(*task).or_default().push(*slot));
-        let behind = slots.into_iter();
-        let behind = behind.filter_map(|(task, of)| Some((task, Behind::of(signals, task, &of)?)));
-        Self { behind: behind.collect(), signals: Arc::clone(signals), page, total }
+        self.page.iter().for_each(|(task, slot)| slots.entry(*task).or_default().push(*slot));
+        let behind = |(task, of): (usize, Vec<usize>)| {
+            let behind = Behind::of(&self.signals, task, &of)?;
+            Some((task, behind))
+        };
+        self.behind = slots.into_iter().filter_map(behind).collect();
+        self
     }
 
     /// All signals of a node, or a page of them.
     pub fn of_all(signals: &Arc<Signals>, offset: usize, limit: usize) -> Self {
         let all = signals.all();
-        Self::with_page(signals, all.slots(offset).take(limit).collect(), all.total())
+        Self::with_page(signals, page_of(&all, offset, limit), all.total())
     }
 
     /// Whether looking for names may take longer than the others who ask a node should wait: names that are
@@ -98,10 +110,20 @@ impl Selection {
         })
     }
 
-    /// A page of these, which must be all that were looked for.
+    /// A page of these, which must be [whole](Self::is_whole).
     pub fn page(&self, offset: usize, limit: usize) -> Self {
         let page = self.page.iter().skip(offset).take(limit).copied().collect();
         Self::with_page(&self.signals, page, self.total)
+    }
+
+    /// Whether all that were looked for are in the page.
+    pub fn is_whole(&self) -> bool {
+        self.page.len() == self.total
+    }
+
+    /// Bytes that a selection takes with all of them in its page.
+    pub fn whole_bytes(&self) -> usize {
+        self.total.saturating_mul(size_of::<(usize, usize)>())
     }
 
     /// The signals of the page.
@@ -118,6 +140,14 @@ impl Selection {
     pub fn total(&self) -> usize {
         self.total
     }
+}
+
+/// Allocates nothing but the page, however many match.
+fn page_of(matches: &Matches<'_>, offset: usize, limit: usize) -> Vec<(usize, usize)> {
+    let count = matches.total().saturating_sub(offset).min(limit);
+    let mut page = Vec::with_capacity(count);
+    page.extend(matches.slots(offset).take(count));
+    page
 }
 
 /// The slots of each task that were there before: a bit for each.
@@ -137,5 +167,52 @@ impl Seen {
             *word |= 1 << (slot % 64);
             *word != before
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Plan, Rules, Source};
+
+    /// Of a node with so many instances of a block.
+    fn signals(count: usize) -> Arc<Signals> {
+        let text = format!(
+            "[node]\nname = \"n\"\n[[task]]\nname = \"fast\"\nperiod = \"10ms\"\n[[block]]\n\
+             name = \"late\"\ncount = {count}\ntype = \"LimRateOfChangeCI\"\n\
+             in = {{ value = 1.0, setChangeRate = 10.0 }}\n"
+        );
+        Arc::new(Signals::of(&Plan::new(Source::new("n.toml", text), &Rules::default()).unwrap()))
+    }
+
+    #[test]
+    fn a_page_takes_memory_for_its_own_signals_alone() {
+        const COUNT: usize = 20_000;
+        let signals = signals(COUNT);
+        let of = |names: &[&str], offset, limit| {
+            Selection::of(&signals, names.iter().copied(), offset, limit).unwrap()
+        };
+        let pattern = of(&["late.*.value"], 7, 5);
+        let patterns = of(&["late.*.value", "late.3.*"], 7, 5);
+        let all = Selection::of_all(&signals, 7, 5);
+        let rest = of(&["late.*.value"], COUNT - 2, usize::MAX);
+        for (page, count) in [(&pattern, 5), (&patterns, 5), (&all, 5), (&rest, 2)] {
+            assert_eq!((page.page.len(), page.page.capacity()), (count, count));
+            assert!(page.total() >= COUNT && !page.is_whole());
+        }
+        assert_eq!(pattern.signals().next().unwrap().name, "late.7.value");
+        assert_eq!(rest.signals().last().unwrap().name, format!("late.{}.value", COUNT - 1));
+    }
+
+    #[test]
+    fn what_signals_are_computed_from_is_looked_for_where_they_are_to_be_read() {
+        let signals = signals(5000);
+        let few = Selection::of(&signals, ["late.*.delayedValue"], 10, 20).unwrap();
+        assert!(few.behind.is_empty());
+        let few = few.with_quality();
+        assert_eq!(few.behind.len(), 1);
+        assert!(few.page(0, 1).behind.is_empty(), "a page of it has none of its own");
+        let all = Selection::of(&signals, ["late.*.delayedValue"], 0, usize::MAX).unwrap();
+        assert!(all.with_quality().behind.is_empty(), "that is too much to look through");
     }
 }
