@@ -73,7 +73,8 @@ fn split(text: &str) -> Result<(Host, u16), String> {
     if let Ok(address) = text.parse::<Ipv6Addr>() {
         return Ok((Host::Address(address.into()), DEFAULT_PORT));
     }
-    let (host, port) = match text.rsplit_once(':') {
+    // The colons within brackets are of the address.
+    let (host, port) = match text.rsplit_once(':').filter(|_| !text.ends_with(']')) {
         Some((host, port)) => match port.parse::<u16>() {
             Ok(0) | Err(_) => return Err(format!("{port:?} is no port; ports are 1 to 65535")),
             Ok(port) => (host, port),
