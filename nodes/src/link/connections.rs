@@ -68,6 +68,8 @@ mod tests {
         let (pid, port) = (std::process::id(), listener.local_addr().unwrap().port());
         assert_eq!(of(pid, port), BTreeSet::new());
         let near = TcpStream::connect(("127.0.0.1", port)).unwrap();
+        // Until it is accepted, the listener's end of it is nobody's.
+        let _far = listener.accept().unwrap();
         let ends = [near.local_addr().unwrap(), near.peer_addr().unwrap()];
         assert_eq!(of(pid, port), BTreeSet::from(ends));
         assert_eq!(of(1, port), BTreeSet::new());
