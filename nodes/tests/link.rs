@@ -161,6 +161,24 @@ fn a_link_that_ends_at_once_is_no_link_and_its_words_are_shown() {
 }
 
 #[test]
+fn a_folder_that_another_user_may_have_laid_for_the_link_is_refused() {
+    let script = Script::new(RUNS);
+    let elsewhere = script.domain.path("elsewhere");
+    std::fs::create_dir(&elsewhere).unwrap();
+    let stem = format!("{}isochrone.link.", script.domain.prefix());
+    let stem = script.domain.root_path().join(stem);
+    let mut command = Command::new("sh");
+    command.args(["-c", "mkdir -p \"${2%/*}\"; ln -s \"$1\" \"$2$$\"; shift 2; exec \"$@\"", "sh"]);
+    command.arg(&elsewhere).arg(stem).arg(env!("CARGO_BIN_EXE_isochrone"));
+    command.args(["link", "--connect", "127.0.0.1:1", "plant/a", "--link"]).arg(&script.path);
+    command.arg("--iceoryx2-config").arg(script.domain.config_file());
+    let ended = Process::start(command).finish().expect_code(1);
+    assert!(ended.stderr.contains("is not a folder of this user"), "{}", ended.stderr);
+    assert_eq!(std::fs::read_dir(&elsewhere).unwrap().count(), 0);
+    assert_eq!(script.pids(), Vec::<u32>::new());
+}
+
+#[test]
 fn frames_that_the_link_drops_are_counted() {
     let dropped = r#"for i in 1 2 3; do
         echo "$i [W] \"inbox::Inbox::push\""

@@ -2,10 +2,11 @@
 
 use std::fs::{self, DirBuilder};
 use std::io;
-use std::os::unix::fs::DirBuilderExt;
+use std::os::unix::fs::{DirBuilderExt, MetadataExt};
 use std::path::{Path, PathBuf};
 
 use isochrone_ipc::Domain;
+use rustix::process::geteuid;
 use serde_json::json;
 
 use super::Way;
@@ -24,17 +25,25 @@ pub(super) struct Folder(PathBuf);
 
 impl Folder {
     /// Creates it, and removes those of programs that were killed.
+    ///
+    /// # Errors
+    /// It cannot be created, or something of another user has its name.
     pub(super) fn create(domain: &Domain) -> Result<Self, Failure> {
         let stem = format!("{}isochrone.link.", domain.prefix());
-        let root = domain.root_path();
+        let (root, own) = (domain.root_path(), std::process::id());
         for entry in fs::read_dir(&root).into_iter().flatten().flatten() {
             let name = entry.file_name();
             let pid = name.to_str().and_then(|name| name.strip_prefix(&stem)?.parse::<u32>().ok());
-            if pid.is_some_and(|pid| !Path::new(&format!("/proc/{pid}")).exists()) {
-                let _ = fs::remove_dir_all(entry.path());
+            let is_over = |pid| pid == own || !Path::new(&format!("/proc/{pid}")).exists();
+            if pid.is_some_and(is_over) {
+                remove(&entry.path());
             }
         }
-        Ok(Self(root.join(format!("{stem}{}", std::process::id()))))
+        let path = root.join(format!("{stem}{own}"));
+        match create_own(&path) {
+            Ok(()) => Ok(Self(path)),
+            Err(cause) => Err(unwritable(&path, cause)),
+        }
     }
 
     pub(super) fn path(&self) -> &Path {
@@ -51,16 +60,13 @@ impl Folder {
 
     /// Writes what the link reads, each time before it starts.
     pub(super) fn write(&self, domain: &Domain, way: &Way) -> Result<(), Failure> {
-        let unwritable = |cause: io::Error| {
-            Failure::found(format!(
-                "cannot write to {}: {cause}; see that there is room",
-                self.0.display()
-            ))
-        };
+        let unwritable = |cause| unwritable(&self.0, cause);
         let settings = toml::to_string(domain.config()).map_err(Failure::found)?;
         let file = self.0.join(DOMAIN);
-        let folder = file.parent().unwrap_or(&self.0);
-        DirBuilder::new().recursive(true).mode(0o700).create(folder).map_err(unwritable)?;
+        // What cleans up old files may have removed it since the last start.
+        for folder in [Some(self.path()), file.parent()].into_iter().flatten() {
+            create_own(folder).map_err(unwritable)?;
+        }
         fs::write(&file, settings).map_err(unwritable)?;
         if let Some(configuration) = zenoh_configuration(way) {
             fs::write(self.zenoh_file(way), configuration).map_err(unwritable)?;
@@ -71,8 +77,43 @@ impl Folder {
 
 impl Drop for Folder {
     fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
+        remove(&self.0);
     }
+}
+
+/// Creates a folder that no other user can write to, unless it is there. In a root path such as /tmp another
+/// user may have laid something there first, to have it overwritten or read.
+fn create_own(path: &Path) -> io::Result<()> {
+    match DirBuilder::new().mode(0o700).create(path) {
+        Err(cause) if cause.kind() == io::ErrorKind::AlreadyExists => {}
+        created => return created,
+    }
+    if is_own(path) {
+        return Ok(());
+    }
+    let why = format!("{} is there, and is not a folder of this user", path.display());
+    Err(io::Error::new(io::ErrorKind::AlreadyExists, why))
+}
+
+fn is_own(path: &Path) -> bool {
+    let found = fs::symlink_metadata(path);
+    found.is_ok_and(|found| found.is_dir() && found.uid() == geteuid().as_raw())
+}
+
+fn remove(path: &Path) {
+    if is_own(path) {
+        let _ = fs::remove_dir_all(path);
+    }
+}
+
+fn unwritable(path: &Path, cause: io::Error) -> Failure {
+    let way_out = match cause.kind() {
+        io::ErrorKind::AlreadyExists => {
+            "remove it, or use a domain whose root path is a folder of your own"
+        }
+        _ => "see that there is room",
+    };
+    Failure::found(format!("cannot write to {}: {cause}; {way_out}", path.display()))
 }
 
 /// What zenoh is told; `None` where the user has a file for it. Nothing is scouted for: who the other
@@ -95,4 +136,42 @@ fn zenoh_configuration(way: &Way) -> Option<String> {
         "transport": {"link": {"tx": {"lease": LEASE_MS}}},
     });
     Some(configuration.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::os::unix::fs::{PermissionsExt, chown, symlink};
+
+    use super::*;
+
+    #[test]
+    fn a_folder_is_for_its_user_alone_and_may_be_there_already() {
+        let root = tempfile::tempdir().unwrap();
+        let path = root.path().join("folder");
+        create_own(&path).unwrap();
+        assert_eq!(path.metadata().unwrap().permissions().mode() & 0o777, 0o700);
+        create_own(&path).unwrap();
+        remove(&path);
+        assert!(!path.exists());
+    }
+
+    #[test]
+    fn what_another_user_may_have_laid_there_is_neither_used_nor_removed() {
+        let root = tempfile::tempdir().unwrap();
+        let [link, file, folder] = ["link", "file", "folder"].map(|name| root.path().join(name));
+        symlink(root.path(), &link).unwrap();
+        fs::write(&file, "").unwrap();
+        let mut laid = vec![link, file];
+        if geteuid().is_root() {
+            fs::create_dir(&folder).unwrap();
+            chown(&folder, Some(65_534), None).unwrap();
+            laid.push(folder);
+        }
+        for path in laid {
+            let error = create_own(&path).unwrap_err().to_string();
+            assert!(error.contains("is not a folder of this user"), "{error}");
+            remove(&path);
+            assert!(path.symlink_metadata().is_ok());
+        }
+    }
 }
