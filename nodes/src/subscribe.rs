@@ -133,6 +133,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         transcript.write(&line.watcher, line.now_ns)?;
     }
     transcript.finish()?;
+    line.date_rest();
 
     let link = line.report();
     let outcome = line.outcome();

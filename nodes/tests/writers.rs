@@ -3,6 +3,7 @@
 mod domain;
 
 use std::process::Command;
+use std::sync::{PoisonError, RwLock};
 use std::thread;
 use std::time::Duration;
 
@@ -38,8 +39,22 @@ fn relay(domain: &Domain) -> (Process, Process) {
     (node, observer)
 }
 
+/// Held while a node of iceoryx2 lives in this process: a program that is started meanwhile has its descriptors too.
+static NODES: RwLock<()> = RwLock::new(());
+
+/// Starts the program with at most so many file descriptors.
+fn start_limited(domain: &Domain, descriptors: u32, arguments: &str) -> Process {
+    let script =
+        format!("ulimit -n {descriptors}; exec \"$0\" {arguments} --iceoryx2-config \"$1\"");
+    let mut command = Command::new("sh");
+    command.args(["-c", &script, env!("CARGO_BIN_EXE_isochrone")]).arg(domain.config_file());
+    let _without_nodes = NODES.write().unwrap_or_else(PoisonError::into_inner);
+    Process::start(command)
+}
+
 /// Lets a writer that knows nothing but iceoryx2 send frames of one value, a millisecond apart.
 fn send_plain(domain: &Domain, frames: u64, mut frame: impl FnMut(u64) -> (FrameHeader, f64)) {
+    let _with_node = NODES.read().unwrap_or_else(PoisonError::into_inner);
     let node = NodeBuilder::new().config(domain.config()).create::<ipc::Service>().unwrap();
     let service = node
         .service_builder(&ServiceName::new("relay/in").unwrap())
@@ -191,6 +206,21 @@ fn a_sequence_that_alternates_between_its_ends_is_restarts_and_never_a_loss() {
 }
 
 #[test]
+fn frames_whose_layout_nobody_announces_all_count_at_the_end_of_a_subscriber() {
+    let domain = Domain::new();
+    let (_node, _observer) = relay(&domain);
+    let mut subscriber = domain.start("subscribe relay/in --count 20");
+    subscriber.wait_for("subscribed to");
+    send_plain(&domain, 1000, |sequence| {
+        let publish_ns = Monotonic.now_ns();
+        (FrameHeader { sequence, publish_ns, layout: 7, ..FrameHeader::default() }, 3.0)
+    });
+    let ended = subscriber.finish().expect_code(0);
+    assert_eq!(ended.stdout.lines().count(), 20);
+    assert!(ended.stderr.contains("20 frames, "), "{}", ended.stderr);
+}
+
+#[test]
 fn a_publisher_that_restarts_is_one_restart_in_the_report_of_the_node() {
     let domain = Domain::new();
     let (node, mut observer) = relay(&domain);
@@ -212,10 +242,7 @@ fn a_publisher_that_restarts_is_one_restart_in_the_report_of_the_node() {
 #[test]
 fn subscribers_that_a_publisher_cannot_connect_to_say_so_and_fail() {
     let domain = Domain::new();
-    let mut command = Command::new("sh");
-    let script = "ulimit -n 22; exec \"$0\" publish relay/in --value 1 --iceoryx2-config \"$1\"";
-    command.args(["-c", script, env!("CARGO_BIN_EXE_isochrone")]).arg(domain.config_file());
-    let mut publisher = Process::start(command);
+    let mut publisher = start_limited(&domain, 22, "publish relay/in --value 1");
     publisher.wait_for("publishing");
     let subscribers: Vec<_> =
         (0..15).map(|_| domain.start("subscribe relay/in --seconds 8 --every 1000")).collect();
@@ -246,12 +273,7 @@ fn a_subscriber_without_file_descriptors_says_so_and_fails() {
     let publisher = domain.start("publish relay/in --value 1");
     let mut fails = 0;
     for descriptors in [9, 12, 15] {
-        let mut command = Command::new("sh");
-        let script = format!(
-            "ulimit -n {descriptors}; exec \"$0\" subscribe relay/in --count 5 --iceoryx2-config \"$1\""
-        );
-        command.args(["-c", &script, env!("CARGO_BIN_EXE_isochrone")]).arg(domain.config_file());
-        let ended = Process::start(command).finish();
+        let ended = start_limited(&domain, descriptors, "subscribe relay/in --count 5").finish();
         match ended.status.code() {
             Some(0) => assert_eq!(ended.stdout.lines().count(), 5),
             Some(1) => assert!(!ended.stderr.contains("0 lost"), "{}", ended.stderr),

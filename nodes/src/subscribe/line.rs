@@ -162,14 +162,25 @@ impl<'a> Line<'a> {
                 break;
             }
             let Some(frame) = self.undated.pop_front() else { break };
-            match self.judge(&frame) {
-                Stamps::Foreign => self.timing.count(frame.received_ns),
-                Stamps::Believed | Stamps::Future => self.timing.record(&FrameRecord {
-                    publish_ns: frame.header.publish_ns,
-                    source_ns: frame.header.source_ns,
-                    received_ns: frame.received_ns,
-                }),
-            }
+            self.measure(&frame);
+        }
+    }
+
+    /// Measures the frames of which it will not be known any more.
+    pub(super) fn date_rest(&mut self) {
+        while let Some(frame) = self.undated.pop_front() {
+            self.measure(&frame);
+        }
+    }
+
+    fn measure(&mut self, frame: &Undated) {
+        match self.judge(frame) {
+            Stamps::Foreign => self.timing.count(frame.received_ns),
+            Stamps::Believed | Stamps::Future => self.timing.record(&FrameRecord {
+                publish_ns: frame.header.publish_ns,
+                source_ns: frame.header.source_ns,
+                received_ns: frame.received_ns,
+            }),
         }
     }
 
