@@ -39,7 +39,7 @@ use crate::{configuration, domain, stop, terminal};
     cargo install iceoryx2-integrations-zenoh-link-tunnel-cli@0.10.0 --locked\n\n\
     Nothing is encrypted, and whoever reaches the port can read and write the services: listen on an address of \
     a network that you trust, go through a VPN or ssh, or name a configuration with TLS (--zenoh).\n\n\
-    Ends with 1 if the link's program ends as soon as it is started, and with 2 if it is not installed."
+    Ends with 1 if the link's program ends as soon as it is started, four times in a row, and with 2 if it is not installed."
 )]
 #[command(group = clap::ArgGroup::new("way").required(true).args(["listen", "connect", "zenoh"]))]
 pub(crate) struct Args {

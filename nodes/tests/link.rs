@@ -6,8 +6,9 @@ use std::net::TcpListener;
 use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
 use std::process::Command;
+use std::time::Duration;
 
-use domain::{Domain, Process};
+use domain::{Domain, Ended, Process};
 use rustix::process::Signal;
 use serde_json::Value;
 
@@ -150,14 +151,71 @@ fn a_link_ends_with_its_verb_also_when_that_is_killed_and_the_next_removes_what_
 #[test]
 fn a_link_that_ends_at_once_is_no_link_and_its_words_are_shown() {
     let script = Script::new("echo 'no room for a session'; exit 3");
-    let ended = script.start("--connect 127.0.0.1:1 plant/a").finish().expect_code(1);
+    let ended = given_up(&script);
     for part in ["ended as soon as it was started (exit status: 3)", "  no room for a session"] {
         assert!(ended.stderr.contains(part), "{}", ended.stderr);
     }
     let broken = Script::new("");
     std::fs::write(&broken.path, "#!/no/such/shell\n").unwrap();
-    let ended = broken.start("--connect 127.0.0.1:1 plant/a").finish().expect_code(1);
-    assert!(ended.stderr.contains("cannot run"), "{}", ended.stderr);
+    assert!(given_up(&broken).stderr.contains("cannot run"));
+}
+
+/// A verb that gives its program up. On a busy machine a start may take so long that the program seems to work;
+/// then it is started for ever.
+fn given_up(script: &Script) -> Ended {
+    let try_once = |_| {
+        let mut verb = script.start("--connect 127.0.0.1:1 plant/a");
+        verb.wait_until("it gives up or starts a fifth time", |_, stderr| {
+            stderr.contains("4 times in a row") || stderr.matches("it is started again").count() > 3
+        });
+        let is_given_up = verb.ended_within(Duration::from_secs(1));
+        is_given_up.filter(|ended| ended.status.code() == Some(1))
+    };
+    (0..10).find_map(try_once).unwrap()
+}
+
+#[test]
+fn a_link_that_fails_at_first_is_tried_again() {
+    let script = Script::new(&format!(
+        "echo x >> ../../tries\n[ $(wc -l < ../../tries) -gt 2 ] || exit 1\n{RUNS}"
+    ));
+    let mut verb = script.start("--connect 127.0.0.1:1 plant/a");
+    script.wait_for_start(&mut verb, 1);
+    let ended = verb.stop().expect_code(0);
+    assert_eq!(ended.stderr.matches("it is started again").count(), 2, "{}", ended.stderr);
+}
+
+#[test]
+fn a_link_whose_own_file_was_removed_starts_its_program_again() {
+    let script = Script::new(RUNS);
+    let own = script.domain.path("isochrone");
+    std::fs::copy(env!("CARGO_BIN_EXE_isochrone"), &own).unwrap();
+    let mut command = Command::new(&own);
+    command.args(["link", "--connect", "127.0.0.1:1", "plant/a", "--link"]).arg(&script.path);
+    command.arg("--iceoryx2-config").arg(script.domain.config_file());
+    let mut verb = Process::start(command);
+    let first = script.wait_for_start(&mut verb, 1);
+    std::fs::remove_file(&own).unwrap();
+    kill(first);
+    script.wait_for_start(&mut verb, 2);
+    verb.stop().expect_code(0);
+}
+
+#[test]
+fn a_link_that_cannot_be_started_for_a_while_is_started_later() {
+    let script = Script::new(RUNS);
+    let mut verb = script.start("--connect 127.0.0.1:1 plant/a");
+    let first = script.wait_for_start(&mut verb, 1);
+    verb.wait_for("does not answer");
+    let folder = format!("{}isochrone.link.{}", script.domain.prefix(), verb.id());
+    let config = script.domain.root_path().join(folder).join("config");
+    std::fs::remove_dir_all(&config).unwrap();
+    std::fs::write(&config, "").unwrap();
+    kill(first);
+    verb.wait_for("cannot write to");
+    std::fs::remove_file(&config).unwrap();
+    script.wait_for_start(&mut verb, 2);
+    verb.stop().expect_code(0);
 }
 
 #[test]
@@ -188,9 +246,12 @@ fn frames_that_the_link_drops_are_counted() {
     while :; do sleep 0.05; done"#;
     let script = Script::new(dropped);
     let mut verb = script.start("--connect 127.0.0.1:1 plant/a");
-    verb.wait_for("dropped 3 frames");
     verb.wait_for("the link says: The tunnel has a cold");
     let ended = verb.stop().expect_code(0);
+    // On a busy machine it may look before all three are there.
+    let told = ended.stderr.split("the link dropped ").skip(1);
+    let dropped = told.map(|told| told.split(' ').next().unwrap().parse::<u64>().unwrap());
+    assert_eq!(dropped.sum::<u64>(), 3, "{}", ended.stderr);
     assert_eq!(ended.stderr.matches("inbox").count(), 0, "{}", ended.stderr);
 }
 

@@ -100,11 +100,7 @@ impl Child {
         program: &OsStr,
         set_up: impl FnOnce(&mut Command) -> &mut Command,
     ) -> Result<Self, ChildError> {
-        let name = name.into();
-        match orphan::bound(program) {
-            Ok(mut command) => Self::start(name, set_up(&mut command)),
-            Err(cause) => Err(ChildError::Start { name, cause }),
-        }
+        Self::start(name, set_up(&mut orphan::bound(program)))
     }
 
     /// Its process id.

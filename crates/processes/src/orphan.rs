@@ -12,6 +12,8 @@ const PARENT: &str = "ISOCHRONE_PARENT_PID";
 
 /// Tells a program of isochrone that it is to become another one.
 const BECOMES: &str = "ISOCHRONE_BECOMES_ARGUMENTS";
+/// This program, also where an upgrade has removed or replaced its file since it was started.
+const OWN_PROGRAM: &str = "/proc/self/exe";
 /// As shells end when a program cannot be run.
 const CANNOT_RUN: i32 = 126;
 
@@ -25,13 +27,10 @@ pub(crate) fn tell(command: &mut Command) {
 
 /// A command that runs a program of another make, which ends when this one is killed as one of isochrone
 /// does: this program is started again, asks the kernel for that, and becomes the other.
-///
-/// # Errors
-/// The path of this program's executable cannot be determined.
-pub(crate) fn bound(program: &OsStr) -> io::Result<Command> {
-    let mut command = Command::new(std::env::current_exe()?);
+pub(crate) fn bound(program: &OsStr) -> Command {
+    let mut command = Command::new(OWN_PROGRAM);
     command.arg(program).env(BECOMES, "1");
-    Ok(command)
+    command
 }
 
 /// Makes the kernel send SIGTERM to this process when the thread that started it as a

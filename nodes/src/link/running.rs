@@ -20,6 +20,9 @@ use crate::terminal;
 pub(super) const LOOK_INTERVAL: Duration = Duration::from_millis(100);
 /// What has run for so long was started as it should be.
 const WELL: Duration = Duration::from_secs(2);
+/// How often it is started before it counts as one that does not work: a node of iceoryx2 may fail to start while
+/// others join or leave the domain.
+const FIRST_STARTS: u32 = 4;
 /// Before it is started again: at first, and at most.
 const PAUSE: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(5)];
 /// How long the other side may take to answer before that is said.
@@ -39,6 +42,8 @@ pub(super) struct Link {
     process: Option<Process>,
     /// Whether it has ever run as it should.
     was_well: bool,
+    /// How often it has ended, or could not be started, before that.
+    failed_starts: u32,
     pause: Duration,
     due: Instant,
     far_ends: BTreeSet<SocketAddr>,
@@ -75,6 +80,7 @@ impl Link {
             folder,
             process: None,
             was_well: false,
+            failed_starts: 0,
             pause,
             due: now,
             far_ends,
@@ -87,11 +93,19 @@ impl Link {
     /// Starts the program if it does not run, and says what is new.
     ///
     /// # Errors
-    /// It cannot be started, or has never run for as long as a program does that works.
+    /// It cannot be started, or has never run for as long as a program does that works, several times in a row.
     pub(super) fn look_after(&mut self, domain: &Domain) -> Result<(), Failure> {
         let Some(process) = &mut self.process else {
-            if Instant::now() >= self.due {
-                self.process = Some(self.start(domain)?);
+            if Instant::now() < self.due {
+                return Ok(());
+            }
+            match self.start(domain) {
+                Ok(process) => self.process = Some(process),
+                Err(failure) if self.is_final() => return Err(failure),
+                Err(failure) => {
+                    let why = failure.report().map(ToString::to_string).unwrap_or_default();
+                    self.put_off(&why);
+                }
             }
             return Ok(());
         };
@@ -147,23 +161,32 @@ impl Link {
         let ran = process.since.elapsed();
         // Its last words may still be on their way.
         std::thread::sleep(LOOK_INTERVAL);
-        let program = self.program.display();
+        let program = self.program.display().to_string();
         let said = process.output.last();
         self.dropped += process.output.dropped();
-        if !self.was_well && ran < WELL {
+        if ran < WELL && self.is_final() {
             return Err(Failure::found(format!(
-                "{program} ended as soon as it was started ({status}){said}"
+                "{program} ended as soon as it was started ({status}), {FIRST_STARTS} times in a row{said}"
             )));
         }
-        let pause = duration(self.pause.as_secs_f64() * 1e9);
-        terminal::note(&format!(
-            "warning: {program} ended ({status}){said}\nit is started again in {pause}"
-        ));
-        self.due = Instant::now() + self.pause;
-        self.pause = (2 * self.pause).min(PAUSE[1]);
+        self.put_off(&format!("{program} ended ({status}){said}"));
         self.far_ends.clear();
         self.alone_since = Some(Instant::now());
         Ok(())
+    }
+
+    /// Counts a start that came to nothing; whether that was one too many.
+    fn is_final(&mut self) -> bool {
+        self.failed_starts += 1;
+        !self.was_well && self.failed_starts >= FIRST_STARTS
+    }
+
+    /// Says why it does not run, and has it started again later.
+    fn put_off(&mut self, why: &str) {
+        let pause = duration(self.pause.as_secs_f64() * 1e9);
+        terminal::note(&format!("warning: {why}\nit is started again in {pause}"));
+        self.due = Instant::now() + self.pause;
+        self.pause = (2 * self.pause).min(PAUSE[1]);
     }
 
     fn note_connections(&mut self, pid: u32) {
