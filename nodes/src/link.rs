@@ -101,7 +101,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     terminal::note(&format!("the link {way} and carries {carried}. Press Ctrl-C to end it."));
     let mut link = Link::new(program, allowed, args.poll, way, folder);
     while !stop.is_due() {
-        link.look_after(&domain)?;
+        link.look_after(&domain, &participant)?;
         std::thread::sleep(running::LOOK_INTERVAL);
     }
     link.end()

@@ -82,6 +82,9 @@ fn the_link_is_started_in_this_domain_with_the_services_and_their_layouts() {
     for part in [script.domain.prefix(), script.domain.root_path().display().to_string()] {
         assert!(read.contains(&format!("{part:?}")), "{read}");
     }
+    // Whatever is left in the domain is removed under its lock, which the script does not know.
+    let cleans = |when: &str| read.contains(&format!("cleanup-dead-nodes-on-{when} = false"));
+    assert!(["creation", "destruction", "open"].into_iter().all(cleans), "{read}");
     let zenoh = script.domain.json("zenoh.read");
     assert_eq!(zenoh["mode"], "peer");
     assert_eq!(zenoh["listen"]["endpoints"], serde_json::json!([format!("tcp/127.0.0.1:{port}")]));

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::process::{ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use isochrone_ipc::Domain;
+use isochrone_ipc::{Domain, Participant, ipc};
 use isochrone_processes::Child;
 use isochrone_timing::units::{counted, duration};
 
@@ -94,11 +94,17 @@ impl Link {
     ///
     /// # Errors
     /// It cannot be started, or has never run for as long as a program does that works, several times in a row.
-    pub(super) fn look_after(&mut self, domain: &Domain) -> Result<(), Failure> {
+    pub(super) fn look_after(
+        &mut self,
+        domain: &Domain,
+        participant: &Participant<ipc::Service>,
+    ) -> Result<(), Failure> {
         let Some(process) = &mut self.process else {
             if Instant::now() < self.due {
                 return Ok(());
             }
+            // What it has left takes places of publishers, and it does not clean up itself.
+            participant.clean_up();
             match self.start(domain) {
                 Ok(process) => self.process = Some(process),
                 Err(failure) if self.is_final() => return Err(failure),
