@@ -157,6 +157,11 @@ impl Cpu {
         }
     }
 
+    /// Whether it is chosen when the node starts.
+    pub const fn is_auto(self) -> bool {
+        matches!(self, Self::Auto { .. })
+    }
+
     /// The CPU, if the configuration names it or it is chosen.
     pub const fn number(self) -> Option<u32> {
         match self {

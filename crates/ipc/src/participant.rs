@@ -85,13 +85,8 @@ impl<S: Service> Participant<S> {
         LOG_LEVEL.get_or_init(|| iceoryx2::prelude::set_log_level(LogLevel::Warn));
         let node_name =
             NodeName::new(name).map_err(|_| JoinError::Name { name: beginning(name) })?;
-        let mut config = domain.config().clone();
+        let mut config = domain.config_without_clean_up();
         config.global.creation_timeout = creation_timeout;
-        // iceoryx2 would clean up on its own when a node is made or dropped and when a service
-        // is opened. That is done here instead, under the domain's lock.
-        config.global.node.cleanup_dead_nodes_on_creation = false;
-        config.global.node.cleanup_dead_nodes_on_destruction = false;
-        config.global.service.cleanup_dead_nodes_on_open = false;
 
         let membership = Membership::claim::<S>(domain, config, name)?;
         space::require(0).map_err(|shortage| shortage.of_domain(membership.describe()))?;

@@ -49,7 +49,7 @@ impl Places {
     pub fn on(plan: &Plan, machine: &Machine) -> Self {
         let mut places: Vec<Place> = plan.tasks.iter().map(named).collect();
         let mut open: Vec<(usize, &TaskPlan)> =
-            plan.tasks.iter().enumerate().filter(|(_, task)| is_open(task)).collect();
+            plan.tasks.iter().enumerate().filter(|(_, task)| task.cpu.is_auto()).collect();
         if open.is_empty() {
             return Self { places };
         }
@@ -72,7 +72,7 @@ impl Places {
     /// Writes the chosen CPUs into the plan, for what depends on them.
     pub fn settle(&self, plan: &mut Plan) {
         for (task, place) in plan.tasks.iter_mut().zip(&self.places) {
-            if is_open(task) {
+            if task.cpu.is_auto() {
                 task.cpu = Cpu::Auto { chosen: place.cpu().and_then(|cpu| cpu.try_into().ok()) };
             }
         }
@@ -109,10 +109,6 @@ fn named(task: &TaskPlan) -> Place {
         Cpu::Number(cpu) => Place::Named(cpu as usize),
         Cpu::Auto { .. } | Cpu::Any => Place::Anywhere,
     }
-}
-
-const fn is_open(task: &TaskPlan) -> bool {
-    matches!(task.cpu, Cpu::Auto { .. })
 }
 
 #[cfg(test)]

@@ -2,8 +2,7 @@
 
 use std::fmt;
 
-use isochrone_engine::config::Cpu;
-use isochrone_engine::{Plan, TaskPlan};
+use isochrone_engine::Plan;
 use isochrone_timing::{Warning, WarningCode};
 
 use crate::neighbours::Neighbour;
@@ -39,7 +38,7 @@ impl StarvedSource {
         let pairs = planned.iter().flat_map(|ours| running.iter().map(move |other| (ours, other)));
         let starved = |(ours, other)| [Self::of(ours, other), Self::of(other, ours)];
         let chosen: Vec<_> =
-            plan.tasks.iter().zip(&planned).filter(|(task, _)| is_auto(task)).collect();
+            plan.tasks.iter().zip(&planned).filter(|(task, _)| task.cpu.is_auto()).collect();
         let is_chosen =
             |of: &Self| chosen.iter().any(|(_, task)| of.follower == **task || of.source == **task);
         let among_them = Self::of_running(&planned).into_iter().filter(is_chosen);
@@ -68,10 +67,6 @@ impl StarvedSource {
     }
 }
 
-const fn is_auto(task: &TaskPlan) -> bool {
-    matches!(task.cpu, Cpu::Auto { .. })
-}
-
 /// `b.fast (fifo:80) follows "plant/saw" of a.fast (fifo:80) on the same CPU 1: while …`
 impl fmt::Display for StarvedSource {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -96,6 +91,7 @@ impl From<&StarvedSource> for Warning {
 
 #[cfg(test)]
 mod tests {
+    use isochrone_engine::config::Cpu;
     use isochrone_engine::{Rules, Source};
 
     use super::*;

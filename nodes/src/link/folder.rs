@@ -61,12 +61,8 @@ impl Folder {
     /// Writes what the link reads, each time before it starts.
     pub(super) fn write(&self, domain: &Domain, way: &Way) -> Result<(), Failure> {
         let unwritable = |cause| unwritable(&self.0, cause);
-        // It would do so without the domain's lock.
-        let mut config = domain.config().clone();
-        config.global.node.cleanup_dead_nodes_on_creation = false;
-        config.global.node.cleanup_dead_nodes_on_destruction = false;
-        config.global.service.cleanup_dead_nodes_on_open = false;
-        let settings = toml::to_string(&config).map_err(Failure::found)?;
+        let settings =
+            toml::to_string(&domain.config_without_clean_up()).map_err(Failure::found)?;
         let file = self.0.join(DOMAIN);
         // What cleans up old files may have removed it since the last start.
         for folder in [Some(self.path()), file.parent()].into_iter().flatten() {

@@ -90,6 +90,17 @@ impl Domain {
         &self.0.config
     }
 
+    /// The same for a node of iceoryx2 that leaves it to [`Participant`](crate::Participant) to clean up.
+    /// By itself it would clean up when it is made or dropped and when a service is opened, without the
+    /// domain's lock.
+    pub fn config_without_clean_up(&self) -> Config {
+        let mut config = self.config().clone();
+        config.global.node.cleanup_dead_nodes_on_creation = false;
+        config.global.node.cleanup_dead_nodes_on_destruction = false;
+        config.global.service.cleanup_dead_nodes_on_open = false;
+        config
+    }
+
     /// The folder in which iceoryx2 keeps its files.
     pub fn root_path(&self) -> PathBuf {
         root_path(self.config())
