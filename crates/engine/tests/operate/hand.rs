@@ -1,5 +1,4 @@
 //! A node whose cycles are stepped by hand.
-#![allow(dead_code, reason = "each test file uses a part")]
 
 use isochrone_engine::operate::*;
 use isochrone_engine::{Plan, Rules, Source, TaskEngine};

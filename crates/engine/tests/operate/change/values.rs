@@ -1,9 +1,8 @@
 //! What a change of the configuration does to values, told before it is made.
 
-mod hand;
-
-use hand::{Hand, draft};
 use isochrone_engine::operate::{ChangedValue, Given, PreparedChange, Request, Value};
+
+use crate::hand::{Hand, draft};
 
 const NODE: &str = r#"
 [node]

@@ -1,11 +1,10 @@
 //! What signals that are read are worth.
 
-mod hand;
-
-use hand::Hand;
 use isochrone_engine::Reading;
 use isochrone_engine::operate::{Done, Hold, Request, Role};
 use isochrone_quality::Flags;
+
+use crate::hand::{Hand, draft};
 
 /// Two tasks that read each other, a loop within one of them, blocks that can fail, and what depends on
 /// nothing. Each signal has an output of its own.
@@ -197,7 +196,7 @@ fn while_another_configuration_is_on_its_way_nothing_is_said() {
     });
     let text = text + &outputs.collect::<String>();
     hand.send(Ok(before));
-    let prepared = hand.operator.change(hand::draft(&text), Request::default()).unwrap();
+    let prepared = hand.operator.change(draft(&text), Request::default()).unwrap();
     let (_, replacements) = hand.operator.send_change(prepared, &hand.next).unwrap();
     hand.replacements = replacements.into_iter().map(Some).collect();
     let during = hand.operator.get(["ramp.delayedValue"], 0, 1).unwrap().0;
