@@ -1,42 +1,23 @@
 //! A plan whose parts do not fit together is refused before it is stepped.
 
-use isochrone_engine::{BuildError, Plan, Rules, Source, TaskEngine};
+mod two_tasks;
 
-const TWO_TASKS: &str = r#"
-    [node]
-    name = "n"
-    [[task]]
-    name = "fast"
-    period = "1ms"
-    [[task]]
-    name = "slow"
-    period = "10ms"
-    [[input]]
-    name = "raw"
-    task = "fast"
-    [[block]]
-    name = "a"
-    type = "LimRateOfChangeCI"
-    task = "fast"
-    in = { value = "raw", setChangeRate = 1.0 }
-    [[block]]
-    name = "b"
-    type = "LimRateOfChangeCI"
-    task = "fast"
-    in = { value = "a.delayedValue", setChangeRate = "b.delayedValue@prev" }
-    [[block]]
-    name = "c"
-    type = "LimRateOfChangeCI"
-    task = "slow"
-    in = { value = "b.delayedValue", setChangeRate = 1.0 }
-    [[output]]
-    service = "plant/c"
-    task = "slow"
-    signals = ["c.delayedValue"]
-"#;
+use isochrone_engine::{BuildError, Plan, TaskEngine};
+use two_tasks::{input, output, ramp};
+
+/// An input and two ramps of `fast`, the second of which has its own last value, and one of `slow`.
+fn ramps() -> Plan {
+    two_tasks::plan(
+        &(input("raw", "fast")
+            + &ramp("a", "fast", "raw", 1.0)
+            + &ramp("b", "fast", "a.delayedValue", "b.delayedValue@prev")
+            + &ramp("c", "slow", "b.delayedValue", 1.0)
+            + &output("slow", &["c.delayedValue"])),
+    )
+}
 
 fn refusal(change: impl FnOnce(&mut Plan)) -> BuildError {
-    let mut plan = Plan::new(Source::new("t.toml", TWO_TASKS), &Rules::default()).unwrap();
+    let mut plan = ramps();
     assert!(TaskEngine::build(&plan).is_ok());
     change(&mut plan);
     TaskEngine::build(&plan).err().expect("a refusal")

@@ -1,41 +1,19 @@
 //! What an output is worth: the flags of everything that it is computed from, and of nothing else.
 
-mod findings;
+mod two_tasks;
 
-use findings::plan;
 use isochrone_engine::{Flags, TaskEngine};
-
-const TASKS: &str = "[node]\nname = \"n\"\n[[task]]\nname = \"fast\"\nperiod = \"1ms\"\n\
-    [[task]]\nname = \"slow\"\nperiod = \"10ms\"\n";
+use two_tasks::{input, output, ramp};
 
 fn engines(rest: &str) -> (TaskEngine, TaskEngine) {
-    let plan = plan(&format!("{TASKS}{rest}")).unwrap();
-    let mut engines = TaskEngine::build(&plan).unwrap().into_iter();
-    (engines.next().unwrap(), engines.next().unwrap())
-}
-
-fn input(name: &str, task: &str) -> String {
-    format!("[[input]]\nname = \"{name}\"\ntask = \"{task}\"\n")
-}
-
-/// A ramp whose rate is a wire; a negative rate is an error.
-fn ramp(name: &str, task: &str, rate: &str) -> String {
-    format!(
-        "[[block]]\nname = \"{name}\"\ntype = \"LimRateOfChangeCI\"\ntask = \"{task}\"\n\
-         in = {{ value = 1.0, setChangeRate = \"{rate}\" }}\n"
-    )
-}
-
-fn output(task: &str, signals: &[&str]) -> String {
-    let service = signals.join("+");
-    format!("[[output]]\nservice = \"{service}\"\ntask = \"{task}\"\nsignals = {signals:?}\n")
+    two_tasks::engines(&two_tasks::plan(rest))
 }
 
 #[test]
 fn an_output_without_a_sample_at_a_source_is_a_substitute_until_the_sample_comes() {
     let (mut fast, _) = engines(
         &(input("x", "fast")
-            + &ramp("a", "fast", "x")
+            + &ramp("a", "fast", 1.0, "x")
             + &output("fast", &["a.delayedValue"])
             + &output("fast", &["x"])),
     );
@@ -54,9 +32,9 @@ fn the_error_of_a_block_is_said_of_what_it_feeds_and_of_nothing_else() {
     let (mut fast, _) = engines(
         &(input("x", "fast")
             + &input("y", "fast")
-            + &ramp("a", "fast", "x").replace("type", "count = 2\ntype")
-            + &ramp("b", "fast", "y")
-            + &ramp("c", "fast", "b.delayedValue@prev")
+            + &ramp("a", "fast", 1.0, "x").replace("type", "count = 2\ntype")
+            + &ramp("b", "fast", 1.0, "y")
+            + &ramp("c", "fast", 1.0, "b.delayedValue@prev")
             + &output("fast", &["a.1.delayedValue"])
             + &output("fast", &["b.delayedValue"])
             + &output("fast", &["c.delayedValue"])
@@ -80,8 +58,8 @@ fn flags_cross_tasks_for_each_value_on_its_own() {
     let (mut fast, mut slow) = engines(
         &(input("x", "fast")
             + &input("y", "fast")
-            + &ramp("a", "fast", "x")
-            + &ramp("b", "fast", "y")
+            + &ramp("a", "fast", 1.0, "x")
+            + &ramp("b", "fast", 1.0, "y")
             + &output("slow", &["a.delayedValue"])
             + &output("slow", &["b.delayedValue"])),
     );

@@ -1,25 +1,15 @@
 //! Wires between tasks: the values of the producer's last finished cycle, all of the same one.
 
-mod findings;
+mod two_tasks;
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-use findings::plan;
 use isochrone_engine::TaskEngine;
+use two_tasks::{TASKS, input, output, plan_of};
 
-const TASKS: &str = "[node]\nname = \"n\"\n[[task]]\nname = \"fast\"\nperiod = \"1ms\"\nob = 30\n\
-    [[task]]\nname = \"slow\"\nperiod = \"10ms\"\nob = 31\n";
-
-/// Tasks `fast` (1 ms) and `slow` (10 ms), then what is given.
 fn engines(rest: &str) -> (TaskEngine, TaskEngine) {
-    engines_of(TASKS, rest)
-}
-
-fn engines_of(tasks: &str, rest: &str) -> (TaskEngine, TaskEngine) {
-    let plan = plan(&format!("{tasks}{rest}")).unwrap();
-    let mut engines = TaskEngine::build(&plan).unwrap().into_iter();
-    (engines.next().unwrap(), engines.next().unwrap())
+    two_tasks::engines(&two_tasks::plan(rest))
 }
 
 /// A ScaleLinear that adds 1 to what its wire brings.
@@ -28,15 +18,6 @@ fn plus_1(name: &str, task: &str, wire: &str) -> String {
         "[[block]]\nname = \"{name}\"\ntype = \"ScaleLinear\"\ntask = \"{task}\"\n\
          in = {{ x = \"{wire}\", x1 = 0.0, y1 = 1.0, x2 = 1.0, y2 = 2.0, yMin = -inf, yMax = inf }}\n"
     )
-}
-
-fn input(name: &str, task: &str, default: f64) -> String {
-    format!("[[input]]\nname = \"{name}\"\ntask = \"{task}\"\ndefault = {default:?}\n")
-}
-
-fn output(task: &str, signals: &[&str]) -> String {
-    let service = signals.join("+");
-    format!("[[output]]\nservice = \"{service}\"\ntask = \"{task}\"\nsignals = {signals:?}\n")
 }
 
 fn frame<const N: usize>(engine: &TaskEngine, output: usize) -> [f64; N] {
@@ -93,7 +74,8 @@ fn tasks_may_read_each_other() {
 #[test]
 fn an_input_of_another_task_reads_its_default_until_that_task_has_run() {
     let (mut fast, mut slow) = engines(
-        &(input("x", "fast", 7.0)
+        &(input("x", "fast")
+            + "default = 7.0\n"
             + &plus_1("reader", "slow", "x")
             + &output("slow", &["reader.y", "x"])),
     );
@@ -110,9 +92,9 @@ fn an_input_of_another_task_reads_its_default_until_that_task_has_run() {
 #[test]
 fn the_source_time_goes_through_tasks_for_each_value_on_its_own() {
     let (mut fast, mut slow) = engines(
-        &(input("old", "fast", 0.0)
-            + &input("young", "fast", 0.0)
-            + &input("own", "slow", 0.0)
+        &(input("old", "fast")
+            + &input("young", "fast")
+            + &input("own", "slow")
             + &plus_1("a", "fast", "old")
             + &plus_1("b", "fast", "young")
             + &plus_1("c", "slow", "b.y")
@@ -134,7 +116,7 @@ fn the_source_time_goes_through_tasks_for_each_value_on_its_own() {
 #[test]
 fn the_source_time_goes_through_tasks_that_only_pass_a_value_on() {
     let (mut fast, mut slow) = engines(
-        &(input("x", "fast", 0.0)
+        &(input("x", "fast")
             + &plus_1("a", "slow", "x")
             + &plus_1("b", "fast", "a.y")
             + &output("fast", &["b.y"])),
@@ -168,7 +150,8 @@ fn call_ob_names_a_task_by_its_name_with_or_without_a_number() {
                 "[[block]]\nname = \"r\"\ntype = \"LimRateOfChangeCI\"\ntask = \"fast\"\n\
                  in = {{ value = 100.0, setChangeRate = 10.0, callOB = \"{task}\" }}\n"
             ) + &output("fast", &["r.delayedValue", "r.status"]);
-            let (mut fast, _) = engines_of(&TASKS.replace("ob = 31\n", number), &text);
+            let (mut fast, _) =
+                two_tasks::engines(&plan_of(&TASKS.replace("ob = 31\n", number), &text));
             fast.step(0);
             assert_eq!(frame(&fast, 0), [step, 0.0], "{task} {number}");
         }
@@ -232,7 +215,7 @@ fn an_automatic_phase_keeps_the_releases_away_from_the_ticks_at_whole_millisecon
         let text = format!(
             "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"{period}\"\nphase = \"auto\"\n"
         );
-        let phase_ns = plan(&text).unwrap().tasks[0].schedule.phase_ns;
+        let phase_ns = plan_of("", &text).tasks[0].schedule.phase_ns;
         assert!(phase_ns < period_ns, "{period}");
         let behind_tick_ns = (isochrone_schedule::EPOCH_OFFSET_NS + phase_ns) % 1_000_000;
         for release in 0..2_000 {

@@ -12,3 +12,6 @@ mod save;
 mod set;
 mod signals;
 mod undo;
+
+#[path = "../two_tasks/mod.rs"]
+mod two_tasks;

@@ -5,61 +5,7 @@ use isochrone_engine::operate::{Done, Hold, Request, Role};
 use isochrone_quality::Flags;
 
 use crate::hand::{Hand, draft};
-
-/// Two tasks that read each other, a loop within one of them, blocks that can fail, and what depends on
-/// nothing. Each signal has an output of its own.
-const PLANT: &str = r#"
-[node]
-name = "plant"
-control = "force"
-
-[[task]]
-name = "fast"
-period = "1ms"
-[[task]]
-name = "slow"
-period = "2ms"
-
-[[input]]
-name = "level"
-service = "level"
-task = "fast"
-[[input]]
-name = "wish"
-service = "wish"
-task = "fast"
-
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-task = "fast"
-in = { value = "level", setChangeRate = 10.0 }
-[[block]]
-name = "first"
-type = "LimRateOfChangeCI"
-task = "fast"
-in = { value = "second.delayedValue@prev", setChangeRate = "ramp.delayedValue" }
-[[block]]
-name = "second"
-type = "LimRateOfChangeCI"
-task = "fast"
-in = { value = "first.delayedValue", setChangeRate = 1.0 }
-[[block]]
-name = "alone"
-type = "LimRateOfChangeCI"
-task = "fast"
-in = { value = 3.0, setChangeRate = "late.delayedValue" }
-[[block]]
-name = "late"
-type = "LimRateOfChangeCI"
-task = "slow"
-in = { value = "wish", setChangeRate = "second.delayedValue" }
-[[block]]
-name = "free"
-type = "LimRateOfChangeCI"
-task = "slow"
-in = { value = 1.0, setChangeRate = 1.0 }
-"#;
+use crate::two_tasks::{TASKS, input, output, ramp};
 
 const PUBLISHED: [(&str, &str); 8] = [
     ("fast", "level"),
@@ -72,14 +18,21 @@ const PUBLISHED: [(&str, &str); 8] = [
     ("slow", "free.delayedValue"),
 ];
 
-fn plant() -> Hand {
-    let output = |(place, (task, signal)): (usize, &(&str, &str))| {
-        format!(
-            "[[output]]\nservice = \"out/{place}\"\ntask = \"{task}\"\nsignals = [\"{signal}\"]\n"
-        )
-    };
-    let outputs: String = PUBLISHED.iter().enumerate().map(output).collect();
-    Hand::new(&(PLANT.to_owned() + &outputs))
+/// Two tasks that read each other, a loop within one of them, blocks that can fail, and what depends on
+/// nothing. Each signal has an output of its own. The first ramp has this rate.
+fn plant(rate: f64) -> String {
+    let entries = [
+        input("level", "fast"),
+        input("wish", "fast"),
+        ramp("ramp", "fast", "level", rate),
+        ramp("first", "fast", "second.delayedValue@prev", "ramp.delayedValue"),
+        ramp("second", "fast", "first.delayedValue", 1.0),
+        ramp("alone", "fast", 3.0, "late.delayedValue"),
+        ramp("late", "slow", "wish", "second.delayedValue"),
+        ramp("free", "slow", 1.0, 1.0),
+    ];
+    let outputs = PUBLISHED.map(|(task, signal)| output(task, &[signal]));
+    TASKS.to_owned() + &entries.concat() + &outputs.concat()
 }
 
 fn give(hand: &mut Hand, flags: [Flags; 2]) {
@@ -123,7 +76,7 @@ fn assert_as_frames_say(hand: &mut Hand, case: &str) {
 
 #[test]
 fn a_signal_has_the_flags_of_a_frame_with_it_alone_whatever_is_stale_or_forced() {
-    let mut hand = plant();
+    let mut hand = Hand::new(&plant(10.0));
     let forceable: Vec<String> = {
         let signals = hand.operator.signals();
         let all = (0..2).flat_map(|task| (0..200).filter_map(move |slot| signals.at(task, slot)));
@@ -158,7 +111,7 @@ fn a_signal_has_the_flags_of_a_frame_with_it_alone_whatever_is_stale_or_forced()
 
 #[test]
 fn a_block_in_error_marks_its_outputs_and_all_that_is_computed_from_them() {
-    let mut hand = plant();
+    let mut hand = Hand::new(&plant(10.0));
     give(&mut hand, [Flags::NONE; 2]);
     hand.steps(3);
     hand.set([("ramp.setChangeRate", (-1.0).into())]);
@@ -174,7 +127,7 @@ fn a_block_in_error_marks_its_outputs_and_all_that_is_computed_from_them() {
 
 #[test]
 fn wires_take_the_flags_of_their_source_and_parameters_and_the_worth_of_inputs_have_none() {
-    let mut hand = plant();
+    let mut hand = Hand::new(&plant(10.0));
     give(&mut hand, [Flags::STALE, Flags::NONE]);
     hand.steps(3);
     let names =
@@ -186,17 +139,10 @@ fn wires_take_the_flags_of_their_source_and_parameters_and_the_worth_of_inputs_h
 
 #[test]
 fn while_another_configuration_is_on_its_way_nothing_is_said() {
-    let mut hand = plant();
+    let mut hand = Hand::new(&plant(10.0));
     let before = hand.operator.get(["ramp.delayedValue"], 0, 1).unwrap().0;
-    let text = PLANT.replace("setChangeRate = 10.0", "setChangeRate = 20.0");
-    let outputs = PUBLISHED.iter().enumerate().map(|(place, (task, signal))| {
-        format!(
-            "[[output]]\nservice = \"out/{place}\"\ntask = \"{task}\"\nsignals = [\"{signal}\"]\n"
-        )
-    });
-    let text = text + &outputs.collect::<String>();
     hand.send(Ok(before));
-    let prepared = hand.operator.change(draft(&text), Request::default()).unwrap();
+    let prepared = hand.operator.change(draft(&plant(20.0)), Request::default()).unwrap();
     let (_, replacements) = hand.operator.send_change(prepared, &hand.next).unwrap();
     hand.replacements = replacements.into_iter().map(Some).collect();
     let during = hand.operator.get(["ramp.delayedValue"], 0, 1).unwrap().0;
