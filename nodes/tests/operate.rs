@@ -181,11 +181,14 @@ fn what_is_set_and_forced_is_acknowledged_read_undone_released_and_kept_in_the_j
     assert_eq!(actions, [Set, Set, Set, Undo, Undo, Force, Release, Force, Expiry]);
     assert_eq!(journal.total, 9);
     let first = &journal.entries[0];
-    assert_eq!((first.client.as_deref(), first.comment.as_deref()), (Some("anna"), Some("slower")));
+    assert_eq!(
+        (first.by.client.as_deref(), first.by.comment.as_deref()),
+        (Some("anna"), Some("slower"))
+    );
     for entry in journal.entries.iter().filter(|one| matches!(one.action, Undo | Release)) {
-        assert_eq!(entry.client.as_deref(), Some("bert"), "{entry:?}");
+        assert_eq!(entry.by.client.as_deref(), Some("bert"), "{entry:?}");
     }
-    assert_eq!(first.process, Some(std::process::id()));
+    assert_eq!(first.by.process, Some(std::process::id()));
     let expiry = &journal.entries[8];
     assert!(expiry.cycle >= until && expiry.transaction == short.transaction);
     let rest = node.call(&JournalParams { since: Some(9), limit: Some(5) });

@@ -104,7 +104,7 @@ fn a_ramp_goes_on_without_a_bump_while_a_thousand_blocks_come_and_go() {
     let entries = node.call(&JournalParams::default()).entries;
     let applied: Vec<_> = entries.iter().filter(|entry| entry.action == Action::Apply).collect();
     assert_eq!(applied.len(), 12, "one for each task");
-    assert!(applied.iter().all(|entry| entry.client.as_deref() == Some("anna")), "{applied:?}");
+    assert!(applied.iter().all(|entry| entry.by.client.as_deref() == Some("anna")), "{applied:?}");
     assert_eq!(node.call(&AlarmsParams::default()).total, 0);
     node.process.stop().expect_code(0);
 }

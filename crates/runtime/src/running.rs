@@ -13,10 +13,10 @@ use crate::attend::Serving;
 use crate::error::{NodePanicked, TaskPanicked};
 use crate::layouts::Resolver;
 use crate::new_parts::NewParts;
-use crate::operating::Returns;
+use crate::operating::{Lane, Returns};
 use crate::outcome::{End, InputOutcome, Outcome, TaskOutcome};
 use crate::panics::Panic;
-use crate::parts::Parts;
+use crate::parts::{Parts, Task};
 use crate::task::Done;
 use crate::telemetry::Telemetry;
 use crate::threads::Threads;
@@ -193,10 +193,10 @@ impl<S: Service> Running<S> {
         let mut end = End::Asked;
         let mut tasks = Vec::new();
         let mut alarms = parts.alarms;
-        let lanes: Vec<_> =
-            parts.operating.lock().lanes.iter().map(|l| l.cpu_reason.clone()).collect();
+        let reason = |lane: &Lane| lane.cpu_reason.clone();
+        let cpu_reasons: Vec<_> = parts.operating.lock().lanes.iter().map(reason).collect();
         for (((task, grant), cpu_reason), done) in
-            parts.tasks.iter_mut().zip(grants).zip(lanes).zip(done)
+            parts.tasks.iter_mut().zip(grants).zip(cpu_reasons).zip(done)
         {
             alarms.extend(task.resolvers.iter_mut().flat_map(Resolver::alarms));
             let done = match done {
@@ -223,8 +223,7 @@ impl<S: Service> Running<S> {
                 None if end == End::Asked && done.panic.is_none() => end = End::Cycles,
                 None | Some(StopReason::Requested) => {}
             }
-            tasks
-                .push(TaskOutcome { cpu_reason, ..outcome(&task.name, &task.timing, grant, done) });
+            tasks.push(outcome(task, grant, cpu_reason, done));
         }
         let mut operating = parts.operating.lock();
         let forces = operating.operator.forces().cloned().collect();
@@ -325,18 +324,18 @@ impl<S: Service> Running<S> {
     }
 }
 
-fn outcome(
-    name: &str,
-    timing: &isochrone_timing::TaskTiming,
+fn outcome<S: Service>(
+    task: &Task<S>,
     grant: ThreadGrant,
+    cpu_reason: Option<String>,
     done: Done,
 ) -> TaskOutcome {
     TaskOutcome {
-        name: name.to_owned(),
+        name: task.name.clone(),
         grant,
-        cpu_reason: None,
+        cpu_reason,
         margin_ns: done.margin_ns,
-        timing: timing.clone(),
+        timing: task.timing.clone(),
         costs: done.costs,
         block_errors: done.block_errors,
         input_rejects: done.input_rejects,

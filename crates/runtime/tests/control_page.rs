@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use isochrone_runtime::control::{
-    Access, Action, ActiveAlarm, AlarmsResult, AppliedChange, ApplyResult, ByTask, Change,
+    Access, Action, ActiveAlarm, AlarmsResult, AppliedChange, ApplyResult, AskedBy, ByTask, Change,
     ChangedValue, Code, ConfigurationOrigin, DescribeResult, Finding, Followed, Force, ForceResult,
     ForcesResult, GetResult, Given, JournalEntry, JournalResult, Method, Part, PendingEntry,
     Placement, ReadAt, Reply, Role, SaveResult, SetResult, SignalDescription, SignalsResult,
@@ -89,9 +89,7 @@ fn entry() -> JournalEntry {
         undone: Some(0),
         changes: vec![Change { name: String::new(), before: Value::Bool(true), after: None }],
         left_out: 1,
-        client: Some(String::new()),
-        process: Some(0),
-        comment: Some(String::new()),
+        by: by(),
         configuration: Some(String::new()),
         applied: Some(AppliedChange {
             file: Some(String::new()),
@@ -104,6 +102,10 @@ fn entry() -> JournalEntry {
     }
 }
 
+fn by() -> AskedBy {
+    AskedBy { client: Some(String::new()), process: Some(0), comment: Some(String::new()) }
+}
+
 fn pending() -> PendingEntry {
     PendingEntry {
         transaction: 1,
@@ -111,9 +113,7 @@ fn pending() -> PendingEntry {
         task: String::new(),
         cycle: 0,
         names: vec![String::new()],
-        client: Some(String::new()),
-        process: Some(0),
-        comment: Some(String::new()),
+        by: by(),
     }
 }
 

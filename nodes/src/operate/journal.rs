@@ -6,7 +6,7 @@ use std::path::Path;
 use isochrone_engine::escaped;
 use isochrone_report::Table;
 use isochrone_runtime::control::{
-    Action, AppliedChange, Change, JournalEntry, JournalParams, PendingEntry,
+    Action, AppliedChange, AskedBy, Change, JournalEntry, JournalParams, PendingEntry,
 };
 use isochrone_runtime::journal::{JournalFile, JournaledRun, RunHeader};
 use jiff::Timestamp;
@@ -158,7 +158,7 @@ fn to_come(entry: &PendingEntry) -> String {
     let mut text = format!(
         "still to come             {action} {transaction}, cycle {cycle} of task \"{task}\""
     );
-    text += &by(entry.client.as_deref(), entry.process, entry.comment.as_deref());
+    text += &by(&entry.by);
     text += "\n";
     for name in names {
         text += &format!("  {name}\n");
@@ -167,15 +167,16 @@ fn to_come(entry: &PendingEntry) -> String {
 }
 
 /// Who asked, and why.
-fn by(client: Option<&str>, process: Option<u32>, comment: Option<&str>) -> String {
+fn by(by: &AskedBy) -> String {
+    let AskedBy { client, process, comment } = by;
     // One line, whatever others have put into it.
-    let who = match (client.map(escaped), process) {
+    let who = match (client.as_deref().map(escaped), process) {
         (Some(client), Some(process)) => format!(", by {client} (pid {process})"),
         (Some(client), None) => format!(", by {client}"),
         (None, Some(process)) => format!(", by pid {process}"),
         (None, None) => String::new(),
     };
-    who + &comment.map_or_else(String::new, |comment| format!(": {}", escaped(comment)))
+    who + &comment.as_deref().map_or_else(String::new, |comment| format!(": {}", escaped(comment)))
 }
 
 /// Which configuration was applied.
@@ -206,7 +207,7 @@ fn text(entry: &JournalEntry, known: &Known) -> String {
     if let Some(undone) = entry.undone {
         text += &format!(", takes {undone} back");
     }
-    text += &by(entry.client.as_deref(), entry.process, entry.comment.as_deref());
+    text += &by(&entry.by);
     let mut table = Table::default();
     for change in &entry.changes {
         let Change { name, before, after } = change;
@@ -264,9 +265,11 @@ mod tests {
                 after: None,
             }],
             left_out: 3,
-            client: Some("anna".to_owned()),
-            process: Some(42),
-            comment: Some("pump\ntest".to_owned()),
+            by: AskedBy {
+                client: Some("anna".to_owned()),
+                process: Some(42),
+                comment: Some("pump\ntest".to_owned()),
+            },
             configuration: None,
             applied: None,
         };

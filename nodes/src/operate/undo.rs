@@ -63,7 +63,7 @@ fn last_set(node: &mut Node) -> Result<(u64, Option<String>), Failure> {
     match last_change(&entries) {
         Some(Last::Set(transaction)) => {
             let mut of_it = entries.into_iter().filter(|entry| entry.transaction == transaction);
-            Ok((transaction, of_it.next().and_then(|entry| entry.client)))
+            Ok((transaction, of_it.next().and_then(|entry| entry.by.client)))
         }
         Some(Last::Apply(number)) => Err(Failure::found(format!(
             "the last change of node \"{node}\" is apply {number}, which cannot be undone: apply the \
@@ -109,6 +109,8 @@ fn last_change(entries: &[JournalEntry]) -> Option<Last> {
 
 #[cfg(test)]
 mod tests {
+    use isochrone_runtime::control::AskedBy;
+
     use super::*;
 
     fn entry(transaction: u64, action: Action, undone: Option<u64>) -> JournalEntry {
@@ -123,9 +125,7 @@ mod tests {
             undone,
             changes: Vec::new(),
             left_out: 0,
-            client: None,
-            process: None,
-            comment: None,
+            by: AskedBy::default(),
             configuration: None,
             applied: None,
         }

@@ -5,10 +5,10 @@ use isochrone_engine::config::Control;
 use isochrone_engine::operate::{self, Selection, Signal};
 
 use crate::control::{
-    Access, ActiveAlarm, AlarmsParams, AlarmsResult, Begun, ConfigurationOrigin, DescribeResult,
-    Failure, Force, ForcesParams, ForcesResult, JournalEntry, JournalParams, JournalResult,
-    PendingEntry, Reply, Role, Room, SignalDescription, SignalsParams, SignalsResult,
-    TaskDescription,
+    Access, ActiveAlarm, AlarmsParams, AlarmsResult, AskedBy, Begun, ConfigurationOrigin,
+    DescribeResult, Failure, Force, ForcesParams, ForcesResult, JournalEntry, JournalParams,
+    JournalResult, PendingEntry, Reply, Role, Room, SignalDescription, SignalsParams,
+    SignalsResult, TaskDescription,
 };
 use crate::faults::Active;
 use crate::operating::unix_ns;
@@ -134,9 +134,7 @@ impl Attendant {
             task: task(one.task).to_owned(),
             cycle: one.cycle,
             names: one.names,
-            client: one.client.name().map(str::to_owned),
-            process: one.client.process(),
-            comment: one.comment.as_deref().map(str::to_owned),
+            by: AskedBy::of(&one.client, one.comment.as_deref()),
         });
         let pending = pending.take_while(|pending| room.takes(pending)).collect();
         Reply::Journal(JournalResult { total, entries: page, pending })

@@ -38,7 +38,7 @@ pub use params::{
     JournalParams, Params, ReleaseParams, SaveParams, SetParams, SignalsParams, UndoParams,
 };
 pub use results::{
-    Access, Action, ActiveAlarm, AlarmsResult, AppliedChange, ApplyResult, ByTask, Change,
+    Access, Action, ActiveAlarm, AlarmsResult, AppliedChange, ApplyResult, AskedBy, ByTask, Change,
     ChangedValue, ConfigurationOrigin, DescribeResult, Followed, Force, ForceResult, ForcesResult,
     GetResult, Given, JournalEntry, JournalResult, Part, PendingEntry, Placement, ReadAt, Role,
     SaveResult, SetResult, SignalDescription, SignalsResult, TaskDescription, Tuned,

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use isochrone_engine::operate::{self, Client, Entry};
 
-use crate::control::{Action, AppliedChange, Change, JournalEntry};
+use crate::control::{Action, AppliedChange, AskedBy, Change, JournalEntry};
 
 impl JournalEntry {
     /// What was done to a task of this name.
@@ -33,9 +33,7 @@ impl JournalEntry {
             undone,
             changes: entry.changes.iter().map(change).collect(),
             left_out: 0,
-            client: entry.client.name().map(str::to_owned),
-            process: entry.client.process(),
-            comment: entry.comment.as_deref().map(str::to_owned),
+            by: AskedBy::of(&entry.client, entry.comment.as_deref()),
             configuration: None,
             applied: entry.configuration.as_deref().map(AppliedChange::of),
         }
@@ -74,11 +72,21 @@ impl JournalEntry {
             action,
             changes: self.changes.iter().map(change).collect(),
             client: Client::Program,
-            comment: self.comment.as_deref().map(Into::into),
+            comment: self.by.comment.as_deref().map(Into::into),
             configuration: self.configuration.as_deref().map(|text| {
                 Arc::new(operate::Applied { text: text.into(), ..operate::Applied::default() })
             }),
         })
+    }
+}
+
+impl AskedBy {
+    pub(crate) fn of(client: &Client, comment: Option<&str>) -> Self {
+        Self {
+            client: client.name().map(str::to_owned),
+            process: client.process(),
+            comment: comment.map(str::to_owned),
+        }
     }
 }
 

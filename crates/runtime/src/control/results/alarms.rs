@@ -1,0 +1,33 @@
+//! What is wrong now.
+
+use serde::{Deserialize, Serialize};
+
+/// Of `alarms`: a page of what is wrong now.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AlarmsResult {
+    /// How many there are on all pages.
+    pub total: u64,
+    /// Those from `offset` on.
+    pub alarms: Vec<ActiveAlarm>,
+}
+
+/// A block that reports an error, or an input that is not ok.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ActiveAlarm {
+    /// The block or input.
+    pub name: String,
+    /// The block's status word; an input has none.
+    pub status: Option<u16>,
+    /// What that means.
+    pub meaning: String,
+    /// Its task.
+    #[serde(default)]
+    pub task: String,
+    /// The task's cycle since when it is so.
+    pub since_cycle: u64,
+    /// When that cycle was due, ns of UTC since 1970; `None`: the node's version does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub since_unix_ns: Option<u64>,
+    /// How often it came.
+    pub count: u64,
+}

@@ -1,0 +1,113 @@
+//! What a node says of itself and its tasks.
+
+use serde::{Deserialize, Serialize};
+
+/// What operators may do, as `[node] control` says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Access {
+    /// Nothing: there is no service.
+    Off,
+    /// Look.
+    Read,
+    /// Also set parameters.
+    Set,
+    /// Also force signals and change the configuration.
+    Force,
+}
+
+/// Of `describe`: what the node is.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DescribeResult {
+    /// Its name.
+    pub node: String,
+    /// The version of isochrone.
+    pub version: String,
+    /// What operators may do.
+    pub control: Access,
+    /// What it was made from.
+    pub configuration: ConfigurationOrigin,
+    /// When it started, ns of UTC since 1970.
+    pub started_unix_ns: u64,
+    /// Its tasks, in the order of the configuration.
+    pub tasks: Vec<TaskDescription>,
+}
+
+/// What a node was made from.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ConfigurationOrigin {
+    /// The file, as it was given.
+    pub file: String,
+    /// SHA-256 of its text, hexadecimal.
+    pub sha256: String,
+    /// Whether a value or the configuration was changed since.
+    pub changed: bool,
+}
+
+/// A task of `describe`.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct TaskDescription {
+    /// Its name.
+    pub name: String,
+    /// From release to release, ns.
+    pub period_ns: u64,
+    /// Of its first release after that of the grid, ns.
+    pub phase_ns: u64,
+    /// The cycle that is due by the clock.
+    pub cycle: u64,
+    /// The last cycle that it is known to have run; `None`: none is known yet.
+    #[serde(default)]
+    pub last_cycle: Option<u64>,
+    /// How long it has not run, ns, where it should have: it hangs, or the node is held up. `None`: it runs.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stands_ns: Option<u64>,
+    /// Cycles that did not run.
+    pub missed: u64,
+    /// Cycles that did not end before the next release.
+    pub overruns: u64,
+    /// How many parameters it has.
+    pub parameters: u64,
+    /// How many of its signals are forced.
+    pub forces: u64,
+    /// When it needs which CPU; `None`: the node's version does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub placement: Option<Placement>,
+}
+
+/// When a task needs which CPU. Times in ns.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Placement {
+    /// The CPU that it is pinned to; `None`: it may move.
+    pub cpu: Option<u32>,
+    /// What the kernel granted: `other`, or `fifo:80` with real-time priority 80.
+    pub scheduler: String,
+    /// How it waits for a release: `sleep`, `hybrid` or `spin`.
+    pub wake: String,
+    /// When its first cycle was due, on `CLOCK_MONOTONIC`.
+    pub first_release_ns: u64,
+    /// The longest that it watches the clock before a release.
+    pub longest_watch_ns: u64,
+    /// From a release to the end of its cycle, median of the last 63 cycles; `None`: no cycle was seen yet.
+    pub response_ns: Option<u64>,
+    /// Why it has its phase, if `phase = "auto"` chose it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub phase_reason: Option<String>,
+    /// Why that CPU was chosen; `None` if the configuration names it, or leaves the thread to the kernel.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cpu_reason: Option<String>,
+    /// What its cycles begin with, if it follows a service.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub follow: Option<Followed>,
+    /// The services that it publishes.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub sends: Vec<String>,
+}
+
+/// The service that a task follows.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Followed {
+    /// Its name.
+    pub service: String,
+    /// How long after a release the task watches the clock and the service for a frame, ns.
+    pub within_ns: u64,
+}
