@@ -73,7 +73,7 @@ pub struct FrameSubscriber<S: Service> {
     /// Those who write the service, as last looked up.
     writers: Vec<u128>,
     receive_errors: u64,
-    /// A frame that [`peek_newest`](Self::peek_newest) or [`peek_next`](Self::peek_next) took out of the
+    /// A frame that [`has_newer`](Self::has_newer) or [`peek_next`](Self::peek_next) took out of the
     /// buffer.
     held: Option<Sample<S, [f64], FrameHeader>>,
 }
@@ -198,35 +198,50 @@ impl<S: Service> FrameSubscriber<S> {
         self.held.take().map(FrameRef::new)
     }
 
-    /// The header of the frame that [`newest`](Self::newest) would return, for readers that watch for it.
+    /// Whether a frame waits that `is_wanted`, for readers that watch for one.
     ///
-    /// `now_ns` is the reader's clock. Holds on to that frame, and drops those before it; frames of writers
-    /// that are not followed are no news. Never waits, logs or allocates, and makes no system call, unless a
-    /// publisher has joined or left: then iceoryx2 connects here instead of in `newest`.
-    pub fn peek_newest(&mut self, now_ns: u64) -> Option<&FrameHeader> {
+    /// `now_ns` is the reader's clock. Takes frames, and holds on to the last of them, until that one is
+    /// wanted or no more wait; frames of writers that are not followed are no news. What is held, and
+    /// whatever is newer by then, is left for [`newest`](Self::newest). Never waits, logs or allocates, and
+    /// makes no system call, unless a publisher has joined or left: then iceoryx2 connects here instead of
+    /// in `newest`.
+    pub fn has_newer(&mut self, now_ns: u64, is_wanted: impl Fn(&FrameHeader) -> bool) -> bool {
         let _guarded = self.guard.of_call();
-        self.hold_newest(now_ns);
-        self.held.as_ref().map(|sample| sample.user_header())
+        for _ in 0..self.drain_limit {
+            if self.held.as_ref().is_some_and(|sample| is_wanted(sample.user_header())) {
+                return true;
+            }
+            if !self.take_newer(now_ns) {
+                return false;
+            }
+        }
+        false
     }
 
     /// Takes all frames that wait and holds on to the newest of them.
     fn hold_newest(&mut self, now_ns: u64) {
         for _ in 0..self.drain_limit {
-            if !self.can_compare && self.held.is_some() {
-                if !self.port.has_samples().unwrap_or(false) {
-                    break;
-                }
-                self.held = None;
-            }
-            let Some(sample) = self.receive() else {
+            if !self.take_newer(now_ns) {
                 break;
-            };
-            // The frames of one writer come in their order.
-            if self.following.judge(&arrival(&sample, now_ns)) == Verdict::Take {
-                self.expectation.note(sample.user_header());
-                self.held = Some(sample);
             }
         }
+    }
+
+    /// Takes a frame, and holds on to it if its writer is followed; `false` if none waits.
+    fn take_newer(&mut self, now_ns: u64) -> bool {
+        if !self.can_compare && self.held.is_some() {
+            if !self.port.has_samples().unwrap_or(false) {
+                return false;
+            }
+            self.held = None;
+        }
+        let Some(sample) = self.receive() else { return false };
+        // The frames of one writer come in their order.
+        if self.following.judge(&arrival(&sample, now_ns)) == Verdict::Take {
+            self.expectation.note(sample.user_header());
+            self.held = Some(sample);
+        }
+        true
     }
 
     /// Takes the next frame in line, for readers that want them all; `None` when none waits.

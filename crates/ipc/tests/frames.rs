@@ -11,6 +11,7 @@ for_both_variants! {
     the_sequence_has_no_gap
     the_newest_of_many_frames_wins
     a_frame_that_a_reader_watched_for_is_kept_until_it_reads
+    frames_that_a_reader_does_not_watch_for_are_left_for_it_to_read
     a_reader_of_all_frames_gets_them_in_order
     a_late_reader_gets_the_next_frame_and_no_old_one
     a_restarted_publisher_is_picked_up_by_the_same_reader
@@ -104,15 +105,35 @@ fn the_newest_of_many_frames_wins<S: Service>() {
     }
 }
 
+fn frames_that_a_reader_does_not_watch_for_are_left_for_it_to_read<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+    let mut reader = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap();
+    for n in 0..1000_u64 {
+        send(&mut writer, 1.0, 3 * n);
+        assert!(!reader.has_newer(NOW_NS, |header| header.publish_ns > 3 * n), "it is too old");
+        if n % 2 == 0 {
+            assert_eq!(reader.newest(NOW_NS).unwrap().values(), [1.0]);
+        }
+        send(&mut writer, 2.0, 3 * n + 1);
+        send(&mut writer, 3.0, 3 * n + 2);
+        assert!(reader.has_newer(NOW_NS, |header| header.publish_ns > 3 * n));
+        assert_eq!(reader.newest(NOW_NS).unwrap().values(), [3.0]);
+        assert!(reader.newest(NOW_NS).is_none());
+    }
+    assert_eq!(reader.counters().lost, 0);
+}
+
 fn a_frame_that_a_reader_watched_for_is_kept_until_it_reads<S: Service>() {
     let domain = Domain::new();
     let node = domain.join::<S>();
     let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
     let mut reader = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap();
     for n in 0..1000_u64 {
-        assert!(reader.peek_newest(NOW_NS).is_none(), "nothing was sent since");
+        assert!(!reader.has_newer(NOW_NS, |_| true), "nothing was sent since");
         send(&mut writer, 0.0, 10 * n);
-        assert!(reader.peek_newest(NOW_NS).is_some() && reader.peek_newest(NOW_NS).is_some());
+        assert!(reader.has_newer(NOW_NS, |_| true) && reader.has_newer(NOW_NS, |_| true));
         // Those that come after it are newer, however many the buffer holds.
         let more = n % 5;
         (1..=more).for_each(|k| send(&mut writer, k as f64, 10 * n + k));

@@ -188,13 +188,13 @@ impl<S: Service> InputPorts<S> {
         };
         let Some(port) = port else { return false };
         let before = thread_allocations();
-        let published_ns = port.subscriber.peek_newest(look.now_ns).map(|header| header.publish_ns);
-        port.allocations += thread_allocations() - before;
-        published_ns.is_some_and(|published_ns| {
+        let has_come = port.subscriber.has_newer(look.now_ns, |header| {
             // A stamp that lies far back is no time of this clock.
-            let behind_ns = look.since_ns.saturating_sub(published_ns);
+            let behind_ns = look.since_ns.saturating_sub(header.publish_ns);
             behind_ns == 0 || behind_ns > CREDIBLE_DELAY_NS
-        })
+        });
+        port.allocations += thread_allocations() - before;
+        has_come
     }
 
     /// When the newest frame of the service that the task follows was published, in ns; `None` if its
