@@ -29,7 +29,8 @@ use iceoryx2::prelude::SignalHandlingMode;
 use iceoryx2::service::ipc_threadsafe;
 use isochrone_benches::{Failure, take_turns, us};
 use isochrone_cyclic::{
-    Clock, Cyclic, Margin, Monotonic, Schedule, ThreadRequest, Wake, prepare_thread, thread_usage,
+    Clock, Cyclic, Margin, Monotonic, Pinning, Schedule, ThreadRequest, Wake, prepare_thread,
+    thread_usage,
 };
 use isochrone_ipc::{
     Depth, FrameLayout, FramePublisher, FrameSubscriber, IsolatedDomain, Participant, SignalSpec,
@@ -208,7 +209,8 @@ fn send(
     let signals = vec![SignalSpec::new("value", "LREAL")];
     let layout = FrameLayout { signals, period_ns: Some(period_ns) };
     let mut publisher = FramePublisher::open(&participant, SERVICE, &layout)?.plain();
-    let grant = prepare_thread(ThreadRequest { priority: Some(PRIORITY), cpu: Some(cpu) });
+    let request = ThreadRequest { priority: Some(PRIORITY), cpu: Pinning::Named(cpu) };
+    let grant = prepare_thread(request);
     grant.refusals.iter().for_each(|refusal| eprintln!("{refusal}: {}", refusal.remedy()));
     let schedule = Schedule::every(period_ns, Wake::Hybrid(Margin::DEFAULT));
     let mut cyclic = Cyclic::new(Monotonic, schedule, Monotonic.now_ns() + period_ns, over.clone());

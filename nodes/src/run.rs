@@ -97,6 +97,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         let refusals: Vec<String> = report.warnings.iter().map(sentence).collect();
         return Err(Failure::found(refusals.join("\n")));
     }
+    beside::note_unpinned(&places, prepared.grants());
     // No reason to refuse the start: the cycles are what they would be without telemetry.
     note_start(
         &plan,

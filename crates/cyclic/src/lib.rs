@@ -57,8 +57,8 @@ pub use isochrone_schedule::{
 };
 pub use prompt::PromptWakeUps;
 pub use realtime::{
-    PREFAULTED_STACK_BYTES, PreparedThread, ProcessGrant, Refusal, ThreadGrant, ThreadRequest,
-    prepare_process, prepare_thread,
+    PREFAULTED_STACK_BYTES, Pinning, PreparedThread, ProcessGrant, Refusal, ThreadGrant,
+    ThreadRequest, prepare_process, prepare_thread,
 };
 pub use usage::{ThreadUsage, thread_usage};
 pub use wait::WakeUps;

@@ -120,7 +120,7 @@ impl<S: Service + 'static> Prepared<S> {
         let mut ready = Vec::new();
         let built = engines.into_iter().zip(taps);
         for (index, (task, (engine, tap))) in plan.tasks.iter().zip(built).enumerate() {
-            ready.push(threads.spawn(task, places.cpu(index), engine, tap, &mut parts)?);
+            ready.push(threads.spawn(task, places.pinning(index), engine, tap, &mut parts)?);
         }
         let mut grants = Vec::new();
         for (index, ready) in ready.into_iter().enumerate() {

@@ -2,6 +2,7 @@
 
 use std::cmp::Reverse;
 
+use isochrone_cyclic::Pinning;
 use isochrone_engine::config::Cpu;
 use isochrone_engine::{Plan, TaskPlan};
 use isochrone_machine::{BoundThread, Choice, Machine};
@@ -20,7 +21,7 @@ pub enum Place {
     Anywhere,
     /// On a CPU that the configuration names.
     Named(usize),
-    /// On a CPU that was chosen.
+    /// On a CPU that was chosen; anywhere if the task's priority is refused.
     Chosen(Choice),
 }
 
@@ -30,6 +31,14 @@ impl Place {
         match self {
             Self::Anywhere => None,
             Self::Named(cpu) | Self::Chosen(Choice { cpu, .. }) => Some(*cpu),
+        }
+    }
+
+    const fn pinning(&self) -> Pinning {
+        match self {
+            Self::Anywhere => Pinning::Any,
+            Self::Named(cpu) => Pinning::Named(*cpu),
+            Self::Chosen(choice) => Pinning::Chosen(choice.cpu),
         }
     }
 }
@@ -85,6 +94,15 @@ impl Places {
         self
     }
 
+    /// The same as if the configuration named the CPUs: tasks keep them even if their priority is refused.
+    #[must_use]
+    pub fn named(mut self) -> Self {
+        for place in &mut self.places {
+            *place = place.cpu().map_or(Place::Anywhere, Place::Named);
+        }
+        self
+    }
+
     /// Where each task runs, in the order of the configuration.
     pub fn as_slice(&self) -> &[Place] {
         &self.places
@@ -93,6 +111,11 @@ impl Places {
     /// The CPU that a task is to be pinned to.
     pub fn cpu(&self, task: usize) -> Option<usize> {
         self.places.get(task).and_then(Place::cpu)
+    }
+
+    /// What a task's thread asks for.
+    pub(crate) fn pinning(&self, task: usize) -> Pinning {
+        self.places.get(task).map_or(Pinning::Any, Place::pinning)
     }
 
     /// Why a task's CPU was chosen, if it was.

@@ -65,7 +65,7 @@ impl<P> DerefMut for RealTimeThread<P> {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_cyclic::prepare_thread;
+    use isochrone_cyclic::{Pinning, prepare_thread};
 
     use super::*;
 
@@ -83,7 +83,7 @@ mod tests {
     fn ports_end_without_the_priority_of_their_thread() {
         let (send, seen) = std::sync::mpsc::channel();
         let thread = std::thread::spawn(move || {
-            let request = ThreadRequest { priority: Some(1), cpu: None };
+            let request = ThreadRequest { priority: Some(1), cpu: Pinning::Any };
             let port = ForRealTime::nothing().map(|()| Port(send));
             let (ports, grant) = RealTimeThread::prepare(request, port);
             drop(ports);

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 
-use isochrone_cyclic::ThreadRequest;
+use isochrone_cyclic::{Pinning, ThreadRequest};
 use isochrone_engine::{BankPlan, TaskEngine, TaskPlan};
 use isochrone_ipc::{OpenError, Service};
 use isochrone_timing::TaskTiming;
@@ -39,7 +39,7 @@ impl Threads {
     pub(crate) fn spawn<S: Service + 'static>(
         &mut self,
         task: &TaskPlan,
-        cpu: Option<usize>,
+        cpu: Pinning,
         engine: TaskEngine,
         tap: Tap,
         parts: &mut Parts<S>,

@@ -1,5 +1,6 @@
 //! A node beside others: what runs already has a say in its CPUs and phases, and is warned of.
 
+use isochrone_cyclic::ThreadGrant;
 use isochrone_engine::{Plan, format_duration_ns};
 use isochrone_ipc::{Participant, ipc};
 use isochrone_runtime::{Neighbours, Place, Places, SharedCpu, StarvedSource, choose_phases};
@@ -18,6 +19,22 @@ pub(super) fn choose_cpus(plan: &mut Plan) -> Places {
         }
     }
     places
+}
+
+/// Says which tasks have given up the CPU that was chosen for them.
+pub(super) fn note_unpinned<'a>(
+    places: &Places,
+    grants: impl Iterator<Item = (&'a str, &'a ThreadGrant)>,
+) {
+    for (place, (task, grant)) in places.as_slice().iter().zip(grants) {
+        if let (Place::Chosen(choice), None) = (place, grant.cpu) {
+            terminal::note(&format!(
+                "note: task \"{task}\": not pinned to CPU {}, because its priority is refused; name the CPU \
+                 (cpu = {0}) to have it stay there",
+                choice.cpu
+            ));
+        }
+    }
 }
 
 /// Chooses the phases that the configuration leaves to the node, and returns which tasks will share a CPU

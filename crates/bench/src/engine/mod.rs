@@ -7,7 +7,7 @@ mod settings;
 use std::thread;
 use std::time::Duration;
 
-use isochrone_cyclic::{Clock, Monotonic, ThreadRequest, prepare_process, prepare_thread};
+use isochrone_cyclic::{Clock, Monotonic, Pinning, ThreadRequest, prepare_process, prepare_thread};
 use isochrone_engine::Workload;
 use isochrone_processes::Stop;
 use isochrone_report::{CostReport, turn_order};
@@ -70,7 +70,8 @@ impl Bench<'_> {
     fn measure(&self) -> Result<Measured, BenchError> {
         let Settings { sizes, priority, cpu, .. } = self.settings;
         let origin_ns = Monotonic.now_ns();
-        let grant = prepare_thread(ThreadRequest { priority: *priority, cpu: *cpu });
+        let cpu = cpu.map_or(Pinning::Any, Pinning::Named);
+        let grant = prepare_thread(ThreadRequest { priority: *priority, cpu });
         let (rounds, turn_ns) = rounds(self.settings.seconds);
         let mut turn =
             Turn::new(origin_ns, turn_ns, self.clock_read_ns, grant.cpu, self.stop.clone());

@@ -3,7 +3,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use isochrone_cyclic::{Cyclic, Margin, Monotonic, Schedule, ThreadGrant, ThreadRequest, Wake};
+use isochrone_cyclic::{
+    Cyclic, Margin, Monotonic, Pinning, Schedule, ThreadGrant, ThreadRequest, Wake,
+};
 use isochrone_engine::Plan;
 use isochrone_report::{LoopArm, TaskArm};
 use isochrone_runtime::Places;
@@ -81,7 +83,7 @@ impl Arm {
         origin_ns: u64,
     ) -> Self {
         let Entrant { name, kind, cpu, cpu_reason } = entrant;
-        let request = ThreadRequest { priority: settings.priority, cpu: Some(*cpu) };
+        let request = ThreadRequest { priority: settings.priority, cpu: Pinning::Named(*cpu) };
         let (phase_ns, cpu) = (settings.phase_ns, *cpu);
         Self {
             name: name.clone(),
@@ -186,7 +188,7 @@ impl Arm {
                     .request
                     .priority
                     .map_or("other".into(), |priority| format!("fifo:{priority}")),
-                self.terms.request.cpu,
+                self.terms.request.cpu.cpu(),
             ),
         };
         let arm = self.timing.report(&self.name);

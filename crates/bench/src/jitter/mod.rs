@@ -144,7 +144,8 @@ fn entrants(settings: &Settings, environment: &Environment) -> Vec<Entrant> {
     });
     let nodes = settings.nodes.iter().map(|NodeArm { name, plan, places }| Entrant {
         name: name.clone(),
-        kind: Kind::Node(plan.clone(), places.clone()),
+        // As the loops do, it keeps its CPU without a priority too.
+        kind: Kind::Node(plan.clone(), places.clone().named()),
         cpu: places.cpu(0).or(settings.cpus.first().map(|on| on.cpu)).unwrap_or(0),
         cpu_reason: places.reason(0),
     });

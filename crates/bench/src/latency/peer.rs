@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 
-use isochrone_cyclic::{ThreadRequest, prepare_process};
+use isochrone_cyclic::{Pinning, ThreadRequest, prepare_process};
 use isochrone_ipc::{Domain, ForRealTime, Participant};
 use isochrone_runtime::{RealTimeThread, warning};
 use isochrone_timing::Warning;
@@ -113,7 +113,7 @@ fn take_turns(
             end.map_err(|error| format!("arm \"{arm}\": {error}"))
         };
         let ends = setup.arms.iter().map(open).collect::<Result<ForRealTime<Vec<_>>, String>>()?;
-        let request = ThreadRequest { priority: setup.priority, cpu: Some(setup.cpu) };
+        let request = ThreadRequest { priority: setup.priority, cpu: Pinning::Named(setup.cpu) };
         let (mut ends, grant) = RealTimeThread::prepare(request, ends);
         refusals.extend(grant.refusals);
         let ready = Reply::Ready(refusals.iter().map(warning).collect());

@@ -5,7 +5,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 use std::time::Duration;
 
-use isochrone_cyclic::{Clock, Monotonic, ThreadRequest};
+use isochrone_cyclic::{Clock, Monotonic, Pinning, ThreadRequest};
 use isochrone_ipc::{RealTime, ipc};
 use isochrone_machine::Disturbance;
 use isochrone_processes::{Company, Stop};
@@ -92,7 +92,7 @@ impl Bench<'_> {
         };
         let request = ThreadRequest {
             priority: self.settings.priority,
-            cpu: Some(self.settings.cpus.receiver),
+            cpu: Pinning::Named(self.settings.cpus.receiver),
         };
         let flag = self.stop.flag();
         thread::scope(|scope| {

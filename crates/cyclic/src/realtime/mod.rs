@@ -10,7 +10,7 @@ pub(crate) use os::thread_counters;
 pub use prepared::PreparedThread;
 pub use process::{ProcessGrant, prepare_process};
 pub use refusal::Refusal;
-pub use thread::{PREFAULTED_STACK_BYTES, ThreadGrant, ThreadRequest, prepare_thread};
+pub use thread::{PREFAULTED_STACK_BYTES, Pinning, ThreadGrant, ThreadRequest, prepare_thread};
 
 #[cfg(test)]
 mod simulated_os;

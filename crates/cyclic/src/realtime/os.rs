@@ -47,8 +47,9 @@ pub(crate) trait Os {
     fn block_signals(&self);
     /// The CPUs that are online, if the kernel says.
     fn online_cpus(&self) -> Option<CpuList>;
-    fn pin(&self, cpu: usize) -> io::Result<()>;
-    fn pinned_cpu(&self) -> Option<usize>;
+    /// The CPUs that the thread may run on.
+    fn affinity(&self) -> io::Result<CpuSet>;
+    fn set_affinity(&self, cpus: &CpuSet) -> io::Result<()>;
     fn set_fifo(&self, priority: u8) -> io::Result<()>;
     /// Normal scheduling, which every thread may always have.
     fn set_other(&self);
@@ -125,19 +126,12 @@ impl Os for Linux {
         Machine::here().online()
     }
 
-    fn pin(&self, cpu: usize) -> io::Result<()> {
-        if cpu >= CpuSet::MAX_CPU {
-            return Err(io::ErrorKind::InvalidInput.into());
-        }
-        let mut set = CpuSet::new();
-        set.set(cpu);
-        Ok(sched_setaffinity(None, &set)?)
+    fn affinity(&self) -> io::Result<CpuSet> {
+        Ok(sched_getaffinity(None)?)
     }
 
-    fn pinned_cpu(&self) -> Option<usize> {
-        let set = sched_getaffinity(None).ok()?;
-        let first = (0..CpuSet::MAX_CPU).find(|&cpu| set.is_set(cpu));
-        first.filter(|_| set.count() == 1)
+    fn set_affinity(&self, cpus: &CpuSet) -> io::Result<()> {
+        Ok(sched_setaffinity(None, cpus)?)
     }
 
     fn set_fifo(&self, priority: u8) -> io::Result<()> {
@@ -227,17 +221,6 @@ mod tests {
         let parent = Linux.scheduler();
         let child = std::thread::spawn(|| Linux.scheduler()).join().unwrap();
         assert_eq!(child, parent);
-    }
-
-    #[test]
-    fn a_cpu_number_beyond_any_cpu_set_is_an_error_and_not_a_panic() {
-        assert!(Linux.pin(usize::MAX).is_err());
-    }
-
-    #[test]
-    fn a_thread_that_may_move_is_not_pinned() {
-        let may_move = std::thread::available_parallelism().is_ok_and(|cpus| cpus.get() > 1);
-        assert!(!may_move || Linux.pinned_cpu().is_none());
     }
 
     #[test]

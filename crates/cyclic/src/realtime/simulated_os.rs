@@ -5,6 +5,7 @@ use std::io;
 use std::num::NonZeroU64;
 
 use isochrone_machine::{CpuList, GroupBudget};
+use rustix::thread::CpuSet;
 
 use super::os::{Limit, Os, Scheduler};
 
@@ -14,12 +15,12 @@ pub(crate) struct SimulatedOs {
     pub(crate) can_set_priority: bool,
     pub(crate) lock_memory_errno: Option<i32>,
     pub(crate) set_fifo_errno: Option<i32>,
-    pub(crate) pin_errno: Option<i32>,
+    pub(crate) affinity_errno: Option<i32>,
     pub(crate) group_budget: Option<GroupBudget>,
     pub(crate) memory_lock_limit: Cell<Limit>,
     pub(crate) priority_limit: Cell<Limit>,
     pub(crate) scheduler: Cell<Scheduler>,
-    pub(crate) pinned_cpu: Cell<Option<usize>>,
+    pub(crate) affinity: Cell<CpuSet>,
     pub(crate) calls: RefCell<Vec<&'static str>>,
 }
 
@@ -30,12 +31,12 @@ impl Default for SimulatedOs {
             can_set_priority: false,
             lock_memory_errno: None,
             set_fifo_errno: None,
-            pin_errno: None,
+            affinity_errno: None,
             group_budget: None,
             memory_lock_limit: Cell::new(Limit { soft: 65_536, hard: 65_536 }),
             priority_limit: Cell::new(Limit { soft: 0, hard: 0 }),
             scheduler: Cell::new(Scheduler::Other),
-            pinned_cpu: Cell::new(None),
+            affinity: Cell::new(cpus(&[0, 1])),
             calls: RefCell::default(),
         }
     }
@@ -60,6 +61,13 @@ impl SimulatedOs {
     fn called(&self, name: &'static str) {
         self.calls.borrow_mut().push(name);
     }
+}
+
+/// A set of these CPUs.
+pub(crate) fn cpus(numbers: &[usize]) -> CpuSet {
+    let mut cpus = CpuSet::new();
+    numbers.iter().for_each(|cpu| cpus.set(*cpu));
+    cpus
 }
 
 fn outcome(errno: Option<i32>) -> io::Result<()> {
@@ -118,15 +126,15 @@ impl Os for SimulatedOs {
         CpuList::parse("0-1")
     }
 
-    fn pin(&self, cpu: usize) -> io::Result<()> {
-        self.called("pin");
-        outcome(self.pin_errno)?;
-        self.pinned_cpu.set(Some(cpu));
-        Ok(())
+    fn affinity(&self) -> io::Result<CpuSet> {
+        Ok(self.affinity.get())
     }
 
-    fn pinned_cpu(&self) -> Option<usize> {
-        self.pinned_cpu.get()
+    fn set_affinity(&self, cpus: &CpuSet) -> io::Result<()> {
+        self.called("set_affinity");
+        outcome(self.affinity_errno)?;
+        self.affinity.set(*cpus);
+        Ok(())
     }
 
     fn set_fifo(&self, priority: u8) -> io::Result<()> {

@@ -2,11 +2,13 @@
 
 use std::fmt;
 use std::hint::black_box;
+use std::io;
 use std::marker::PhantomData;
 use std::num::NonZeroU64;
 use std::ops::RangeInclusive;
 
 use isochrone_machine::GroupBudget;
+use rustix::thread::CpuSet;
 
 use super::os::{Linux, Os, Scheduler};
 use super::refusal::Refusal;
@@ -24,8 +26,31 @@ const TIMER_SLACK_NS: NonZeroU64 = NonZeroU64::MIN;
 pub struct ThreadRequest {
     /// `SCHED_FIFO` priority 1..=89; `None` leaves the scheduler as it is.
     pub priority: Option<u8>,
-    /// The one CPU to run on; `None` leaves the affinity as it is.
-    pub cpu: Option<usize>,
+    /// Where to run.
+    pub cpu: Pinning,
+}
+
+/// The one CPU that a thread asks for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Pinning {
+    /// None: the affinity stays as it is.
+    #[default]
+    Any,
+    /// This one, whatever else is refused.
+    Named(usize),
+    /// This one, which was chosen for a thread with a priority. If the priority is refused, the affinity stays
+    /// as it is: an ordinary thread that may not move waits behind every other one on its CPU.
+    Chosen(usize),
+}
+
+impl Pinning {
+    /// The CPU.
+    pub const fn cpu(self) -> Option<usize> {
+        match self {
+            Self::Any => None,
+            Self::Named(cpu) | Self::Chosen(cpu) => Some(cpu),
+        }
+    }
 }
 
 /// What the kernel says the thread has now.
@@ -42,8 +67,9 @@ pub struct ThreadGrant {
 /// Prepares the calling thread for real-time work; call it last before the loop.
 ///
 /// Touches the stack, sets the timer slack to 1 ns, blocks all signals except those for its own
-/// faults (so another thread must handle SIGTERM), pins the CPU and sets the priority. A thread
-/// spawned afterwards inherits all but the stack.
+/// faults (so another thread must handle SIGTERM), pins the CPU and sets the priority. A CPU that was
+/// [chosen](Pinning::Chosen) is given up where the priority is refused. A thread spawned afterwards
+/// inherits all but the stack.
 pub fn prepare_thread(request: ThreadRequest) -> ThreadGrant {
     prefault_stack();
     prepare(&Linux, request)
@@ -53,11 +79,16 @@ fn prepare(os: &impl Os, request: ThreadRequest) -> ThreadGrant {
     os.set_timer_slack_ns(TIMER_SLACK_NS);
     os.block_signals();
     // Pinned first: from the moment the thread has its priority it must not disturb other CPUs.
-    let pinned = request.cpu.map_or(Ok(()), |cpu| pin(os, cpu));
+    let before = os.affinity();
+    let pinned = request.cpu.cpu().map_or(Ok(()), |cpu| pin(os, cpu));
     let raised = request.priority.map_or(Ok(()), |priority| set_priority(os, priority));
+    if let (Pinning::Chosen(_), Ok(before), Err(_)) = (request.cpu, before, &raised) {
+        // The kernel allowed it a moment ago.
+        let _ = os.set_affinity(&before);
+    }
     ThreadGrant {
         scheduler: os.scheduler().to_string(),
-        cpu: os.pinned_cpu(),
+        cpu: os.affinity().ok().and_then(|cpus| only_cpu(&cpus)),
         refusals: [pinned, raised].into_iter().filter_map(Result::err).collect(),
     }
 }
@@ -82,7 +113,19 @@ fn pin(os: &impl Os, cpu: usize) -> Result<(), Refusal> {
     {
         return Err(Refusal::NoSuchCpu { cpu, online: online.to_string() });
     }
-    os.pin(cpu).map_err(|error| Refusal::CpuExcluded { cpu, reason: error.to_string() })
+    let excluded = |error: io::Error| Refusal::CpuExcluded { cpu, reason: error.to_string() };
+    if cpu >= CpuSet::MAX_CPU {
+        return Err(excluded(io::ErrorKind::InvalidInput.into()));
+    }
+    let mut cpus = CpuSet::new();
+    cpus.set(cpu);
+    os.set_affinity(&cpus).map_err(excluded)
+}
+
+/// The CPU of a set of one.
+fn only_cpu(cpus: &CpuSet) -> Option<usize> {
+    let first = (0..CpuSet::MAX_CPU).find(|&cpu| cpus.is_set(cpu));
+    first.filter(|_| cpus.count() == 1)
 }
 
 fn set_priority(os: &impl Os, priority: u8) -> Result<(), Refusal> {

@@ -1,10 +1,10 @@
 use super::*;
 use crate::realtime::os::Limit;
-use crate::realtime::simulated_os::SimulatedOs;
+use crate::realtime::simulated_os::{SimulatedOs, cpus};
 use crate::usage::thread_usage;
 
-const BOTH: ThreadRequest = ThreadRequest { priority: Some(80), cpu: Some(1) };
-const PRIORITY: ThreadRequest = ThreadRequest { priority: Some(80), cpu: None };
+const BOTH: ThreadRequest = ThreadRequest { priority: Some(80), cpu: Pinning::Named(1) };
+const PRIORITY: ThreadRequest = ThreadRequest { priority: Some(80), cpu: Pinning::Any };
 
 /// The file of a group's budget.
 const BOX: &str = "/sys/fs/cgroup/cpu/box/cpu.rt_runtime_us";
@@ -22,7 +22,7 @@ fn a_privileged_thread_gets_its_priority_and_its_cpu() {
     assert_eq!(grant.scheduler, "fifo:80");
     assert_eq!(grant.cpu, Some(1));
     assert_eq!(grant.refusals, []);
-    assert_eq!(os.calls(), ["set_timer_slack_ns", "block_signals", "pin", "set_fifo"]);
+    assert_eq!(os.calls(), ["set_timer_slack_ns", "block_signals", "set_affinity", "set_fifo"]);
 }
 
 #[test]
@@ -86,7 +86,7 @@ fn a_privileged_thread_that_is_refused_all_the_same_learns_of_containers() {
 fn a_priority_outside_1_to_89_is_refused_without_asking_the_kernel() {
     for priority in [0, 90, 255] {
         let os = SimulatedOs { can_set_priority: true, ..SimulatedOs::default() };
-        let request = ThreadRequest { priority: Some(priority), cpu: None };
+        let request = ThreadRequest { priority: Some(priority), cpu: Pinning::Any };
         assert_eq!(only_refusal(&os, request), Refusal::PriorityRange { priority });
         assert!(!os.calls().contains(&"set_fifo"));
     }
@@ -94,19 +94,19 @@ fn a_priority_outside_1_to_89_is_refused_without_asking_the_kernel() {
 
 #[test]
 fn a_cpu_that_does_not_exist_is_refused_with_those_that_do() {
-    let request = ThreadRequest { priority: None, cpu: Some(7) };
+    let request = ThreadRequest { priority: None, cpu: Pinning::Named(7) };
     let os = SimulatedOs::default();
     let refusal = only_refusal(&os, request);
     assert_eq!(refusal, Refusal::NoSuchCpu { cpu: 7, online: "0-1".to_owned() });
     assert_eq!(refusal.code(), "cpu_denied");
     assert!(refusal.to_string().ends_with("this machine has 0-1"));
-    assert!(!os.calls().contains(&"pin"));
+    assert!(!os.calls().contains(&"set_affinity"));
 }
 
 #[test]
 fn a_cpu_outside_the_cpuset_is_refused_with_the_kernels_reason() {
-    let os = SimulatedOs { pin_errno: Some(libc::EINVAL), ..SimulatedOs::default() };
-    let request = ThreadRequest { priority: None, cpu: Some(1) };
+    let os = SimulatedOs { affinity_errno: Some(libc::EINVAL), ..SimulatedOs::default() };
+    let request = ThreadRequest { priority: None, cpu: Pinning::Named(1) };
     let refusal = only_refusal(&os, request);
     assert_eq!(refusal.code(), "cpu_denied");
     assert!(refusal.to_string().contains("cpuset"));
@@ -114,8 +114,40 @@ fn a_cpu_outside_the_cpuset_is_refused_with_the_kernels_reason() {
 }
 
 #[test]
+fn a_cpu_number_beyond_any_cpu_set_is_refused_and_no_panic() {
+    let error = pin(&Linux, usize::MAX).unwrap_err();
+    assert_eq!(error.code(), "cpu_denied");
+    assert_eq!(only_cpu(&cpus(&[CpuSet::MAX_CPU - 1])), Some(CpuSet::MAX_CPU - 1));
+}
+
+#[test]
+fn a_thread_is_pinned_if_it_has_one_cpu() {
+    assert_eq!(only_cpu(&cpus(&[3])), Some(3));
+    assert_eq!(only_cpu(&cpus(&[0, 1])), None);
+    assert_eq!(only_cpu(&cpus(&[])), None);
+}
+
+#[test]
+fn a_chosen_cpu_is_kept_with_the_priority_and_given_up_without_it() {
+    let request = ThreadRequest { cpu: Pinning::Chosen(1), ..BOTH };
+    let granted = SimulatedOs { can_set_priority: true, ..SimulatedOs::default() };
+    assert_eq!(prepare(&granted, request).cpu, Some(1));
+    let refused = SimulatedOs::default();
+    let grant = prepare(&refused, request);
+    assert_eq!((grant.cpu, grant.refusals.len()), (None, 1), "{grant:?}");
+    assert_eq!(refused.affinity.get(), cpus(&[0, 1]), "it may move where it could before");
+    let without = ThreadRequest { priority: None, cpu: Pinning::Chosen(1) };
+    assert_eq!(prepare(&SimulatedOs::default(), without).cpu, Some(1), "nothing was refused");
+}
+
+#[test]
+fn a_cpu_that_is_named_is_kept_without_the_priority_too() {
+    assert_eq!(prepare(&SimulatedOs::default(), BOTH).cpu, Some(1));
+}
+
+#[test]
 fn all_refusals_are_reported_together() {
-    let request = ThreadRequest { priority: Some(80), cpu: Some(7) };
+    let request = ThreadRequest { priority: Some(80), cpu: Pinning::Named(7) };
     let codes: Vec<_> =
         prepare(&SimulatedOs::default(), request).refusals.iter().map(Refusal::code).collect();
     assert_eq!(codes, ["cpu_denied", "rt_denied"]);
