@@ -2,7 +2,7 @@
 
 mod domain;
 
-use domain::{Domain, Process, RELAY};
+use domain::{Domain, Process, RELAY, relay_with};
 use serde_json::Value;
 
 /// A second relay behind the first.
@@ -114,27 +114,14 @@ fn a_node_that_is_killed_during_the_measurement_is_named() {
 }
 
 /// The output does not depend on the first input, whose samples are newer than those of the second.
-const TWO_INPUTS: &str = r#"
-[node]
-name = "relay"
-[[task]]
-name = "t"
-period = "2ms"
-[[input]]
-name = "x"
-service = "relay/in"
-[[input]]
-name = "y"
-service = "relay/other"
-[[output]]
-service = "relay/out"
-signals = ["y"]
-"#;
+fn two_inputs() -> String {
+    relay_with("[[input]]\nname = \"y\"\nservice = \"relay/other\"").replace("[\"x\"]", "[\"y\"]")
+}
 
 #[test]
 fn a_node_that_reads_a_service_but_computes_nothing_from_it_leaves_too_little_to_judge() {
     let domain = Domain::new();
-    domain.write("relay.toml", TWO_INPUTS);
+    domain.write("relay.toml", &two_inputs());
     let mut node = domain.start("run relay.toml");
     node.wait_for("is running");
     let mut source = domain.start("publish relay/in --value 4 --rate 200");

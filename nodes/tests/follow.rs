@@ -1,47 +1,31 @@
 //! A node that follows another one, which comes, is killed and comes back.
 
+mod counter;
 mod domain;
 mod program;
 
+use counter::counter;
 use domain::{Domain, Process};
 use program::{Folder, assert_says, cells};
 use serde_json::Value;
 
-const SOURCE: &str = r#"
-[node]
-name = "source"
-[[task]]
-name = "t"
-period = "10ms"
-phase = "1ms"
-[[block]]
-name = "saw"
-type = "SawTooth"
-in = { incrementRange = 1, endlessSteps = true }
-[[output]]
-service = "plant/saw"
-signals = ["saw.value"]
-"#;
+/// What is followed: a counter that is released so long after the follower's grid.
+fn source(phase: &str) -> String {
+    counter("saw", "10ms").replace("[[block]]", &format!("phase = \"{phase}\"\n[[block]]"))
+}
 
-const FOLLOWER: &str = r#"
-[node]
-name = "follower"
-[[task]]
-name = "t"
-period = "10ms"
-follow = { service = "plant/saw", within = "8ms" }
-[[input]]
-name = "saw"
-type = "INT"
-service = "plant/saw"
-signal = "saw.value"
+/// Follows the counter, and reads a service that nobody sends.
+fn follower() -> String {
+    counter::follower("saw", "8ms")
+        + r#"
 [[input]]
 name = "other"
 service = "plant/other"
 [[output]]
 service = "plant/after"
 signals = ["saw", "other"]
-"#;
+"#
+}
 
 /// The newest value of a signal that a subscriber printed.
 fn newest(stdout: &str, signal: &str) -> u64 {
@@ -66,9 +50,9 @@ fn wait_for_more(telemetry: &mut Process, count: &str, more: u64) {
 #[test]
 fn a_follower_outlives_its_source_and_follows_the_next_one() {
     let domain = Domain::new();
-    domain.write("source.toml", SOURCE);
-    domain.write("other_phase.toml", &SOURCE.replace("phase = \"1ms\"", "phase = \"6ms\""));
-    domain.write("follower.toml", FOLLOWER);
+    domain.write("source.toml", &source("1ms"));
+    domain.write("other_phase.toml", &source("6ms"));
+    domain.write("follower.toml", &follower());
     let mut follower = domain.start("run follower.toml --report report.json");
     follower.wait_for("is running");
     let mut telemetry = domain.start("subscribe isochrone/follower/telemetry");
@@ -146,20 +130,20 @@ fn folder(configuration: &str) -> Folder {
 
 #[test]
 fn check_says_what_a_task_follows() {
-    let text = folder(FOLLOWER).run("check follower.toml").noting().0;
+    let text = folder(&follower()).run("check follower.toml").noting().0;
     assert!(text.contains("wake sleep, follows plant/saw within 8ms, overrun skip"), "{text}");
     let follow = |configuration: &str| {
         let json = folder(configuration).run("check follower.toml --json").noting().0;
         serde_json::from_str::<Value>(&json).unwrap()["tasks"][0]["follow"].clone()
     };
     let expected = serde_json::json!({"service": "plant/saw", "within_ns": 8_000_000});
-    assert_eq!(follow(FOLLOWER), expected);
-    assert!(follow(SOURCE).is_null());
+    assert_eq!(follow(&follower()), expected);
+    assert!(follow(&source("1ms")).is_null());
 }
 
 #[test]
 fn a_service_that_the_task_does_not_read_is_pointed_at() {
-    let text = FOLLOWER.replace("{ service = \"plant/saw\"", "{ service = \"plant/swa\"");
+    let text = follower().replace("{ service = \"plant/saw\"", "{ service = \"plant/swa\"");
     let error = folder(&text).run("check follower.toml").refused(2);
     assert_says(&error, &["follows \"plant/swa\"", "did you mean \"plant/saw\"?"]);
 }
@@ -168,7 +152,7 @@ fn a_service_that_the_task_does_not_read_is_pointed_at() {
 fn real_time_tasks_that_would_watch_for_data_all_the_time_are_refused() {
     let follow = "priority = 5\nmargin = \"1900us\"\nfollow =";
     let domain = Domain::new();
-    domain.write("follower.toml", &FOLLOWER.replace("follow =", follow));
+    domain.write("follower.toml", &follower().replace("follow =", follow));
     let ended = domain.run("run follower.toml --cycles 1");
     // Where the kernel does not throttle, nothing is refused.
     if ended.status.code() != Some(0) {
@@ -178,13 +162,13 @@ fn real_time_tasks_that_would_watch_for_data_all_the_time_are_refused() {
 
 #[test]
 fn simulate_takes_each_row_as_the_frame_of_a_cycle() {
-    let plain = FOLLOWER.replace("follow =", "# follow =");
+    let plain = follower().replace("follow =", "# follow =");
     let simulated = |configuration: &str| {
         let folder = folder(configuration);
         folder.write("in.csv", "saw,other\n1,0\n2,0\n3,0\n");
         folder.run("simulate follower.toml --cycles 3 --inputs in.csv").noting().0
     };
-    let rows = simulated(FOLLOWER);
+    let rows = simulated(&follower());
     assert_eq!(cells(&rows).len(), 4, "{rows}");
     assert_eq!(rows, simulated(&plain));
 }

@@ -5,33 +5,22 @@ mod plant;
 
 use std::path::PathBuf;
 
-use domain::{Domain, Process};
+use domain::{Domain, Process, relay_with};
 use iceoryx2::prelude::{NodeBuilder, ServiceName, ipc};
 use isochrone_ipc::{Depth, Flags, FrameSubscriber};
 use plant::{Frame, Observer, Source};
 use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
 
 /// Passes its input on. What the subscriber prints shows what the node saw.
-const NODE: &str = r#"
-[node]
-name = "relay"
-[[task]]
-name = "t"
-period = "2ms"
-[[input]]
-name = "x"
-service = "relay/in"
-default = -1.0
-[[output]]
-service = "relay/out"
-signals = ["x"]
-"#;
+fn configuration() -> String {
+    relay_with("default = -1.0")
+}
 
 const NOTHING: Vec<PathBuf> = Vec::new();
 
 fn relay() -> (Domain, Process) {
     let domain = Domain::new();
-    domain.write("node.toml", NODE);
+    domain.write("node.toml", &configuration());
     let mut node = domain.start("run node.toml");
     node.wait_for("node \"relay\" is running");
     (domain, node)
@@ -66,7 +55,7 @@ fn a_node_runs_on_its_defaults_until_a_publisher_comes() {
 #[test]
 fn peers_may_start_in_any_order() {
     let domain = Domain::new();
-    domain.write("node.toml", NODE);
+    domain.write("node.toml", &configuration());
     let mut observer = domain.start("subscribe relay/out");
     let publisher = publisher(&domain, "7");
     let mut node = domain.start("run node.toml");
@@ -111,7 +100,7 @@ fn a_publisher_that_was_killed_is_replaced_without_a_restart_of_the_node() {
 #[test]
 fn a_node_that_was_killed_while_it_started_starts_again() {
     let domain = Domain::new();
-    domain.write("node.toml", NODE);
+    domain.write("node.toml", &configuration());
     // From the first file to the first frame takes some milliseconds; every moment of it counts.
     for delay_us in (0..60).map(|step| 1000 + step * 150) {
         let node = domain.start("run node.toml");
@@ -136,7 +125,7 @@ fn subscribers_that_are_killed_neither_hold_up_the_node_nor_use_up_its_places() 
 #[test]
 fn a_connection_that_failed_comes_about_once_its_cause_has_passed() {
     let domain = Domain::new();
-    domain.write("node.toml", NODE);
+    domain.write("node.toml", &configuration());
     let mut node = domain.start("run node.toml --report node.json");
     node.wait_for("is running");
     let pid = Pid::from_raw(node.id().cast_signed());
@@ -229,7 +218,7 @@ fn a_node_that_was_killed_starts_again_and_its_peers_carry_on() {
 fn a_second_node_on_the_same_service_is_refused_and_told_who_has_it() {
     let (domain, node) = relay();
     let mut observer = observer(&domain);
-    domain.write("other.toml", &NODE.replace("\"relay\"", "\"other\""));
+    domain.write("other.toml", &configuration().replace("\"relay\"", "\"other\""));
     for (file, says) in [("other", "\"relay/out\""), ("node", "node \"relay\" runs already")] {
         let second = domain.run(&format!("run {file}.toml")).expect_code(1);
         assert!(second.stderr.contains(says), "{}", second.stderr);
@@ -247,7 +236,7 @@ fn a_second_node_on_the_same_service_is_refused_and_told_who_has_it() {
 #[test]
 fn a_service_of_another_type_is_refused_with_both_sides_named() {
     let domain = Domain::new();
-    domain.write("node.toml", NODE);
+    domain.write("node.toml", &configuration());
     let other = NodeBuilder::new().config(domain.config()).create::<ipc::Service>().unwrap();
     let name = ServiceName::new("relay/in").unwrap();
     let service = other.service_builder(&name).publish_subscribe::<u64>().create().unwrap();
@@ -263,7 +252,7 @@ fn a_service_of_another_type_is_refused_with_both_sides_named() {
 #[test]
 fn samples_that_the_type_cannot_hold_are_rejected_counted_and_leave_the_last_good_value() {
     let domain = Domain::new();
-    let node = NODE.replace("default = -1.0", "default = -1\ntype = \"INT\"");
+    let node = configuration().replace("default = -1.0", "default = -1\ntype = \"INT\"");
     domain.write("node.toml", &node);
     let mut node = domain.start("run node.toml --report node.json");
     node.wait_for("is running");
@@ -292,7 +281,7 @@ fn a_stale_input_holds_or_falls_back_as_configured() {
     for (on_stale, last) in [("hold", "x=9.0"), ("default", "x=-1.0")] {
         let domain = Domain::new();
         let stale = format!("default = -1.0\nmax_age = \"100ms\"\non_stale = \"{on_stale}\"");
-        domain.write("node.toml", &NODE.replace("default = -1.0", &stale));
+        domain.write("node.toml", &configuration().replace("default = -1.0", &stale));
         let mut node = domain.start("run node.toml");
         node.wait_for("is running");
         let mut observer = observer(&domain);

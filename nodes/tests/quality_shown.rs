@@ -1,14 +1,14 @@
 //! The verbs mark every value that is computed from a dead sensor, in its node and in the next one.
 
 mod domain;
+mod plant;
 
 use std::thread;
 use std::time::{Duration, Instant};
 
-use domain::{Domain, Process};
+use domain::{Domain, PATIENCE};
+use plant::{run, sensor};
 use serde_json::{Value, json};
-
-const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Two tasks, the second of which reads what the first computes of the sensor.
 const FIRST: &str = r#"
@@ -65,19 +65,6 @@ type = "LimRateOfChangeCI"
 in = { value = "got", setChangeRate = 10.0 }
 "#;
 
-fn node(domain: &Domain, name: &str, text: &str) -> Process {
-    domain.write(&format!("{name}.toml"), text);
-    let mut node = domain.start(&format!("run {name}.toml"));
-    node.wait_for("is running");
-    node
-}
-
-fn sensor(domain: &Domain) -> Process {
-    let mut sensor = domain.start("publish plant/sensor --value 1.5 --rate 100");
-    sensor.wait_for("publishing");
-    sensor
-}
-
 fn quality(domain: &Domain, names: &str) -> Value {
     let stdout = domain.run(&format!("get {names} --json")).expect_code(0).stdout;
     serde_json::from_str::<Value>(&stdout).unwrap()["quality"].clone()
@@ -100,9 +87,9 @@ fn wait_for_quality(domain: &Domain, names: &str, expected: &Value) {
 #[test]
 fn what_is_computed_from_a_dead_sensor_is_marked_through_blocks_tasks_and_nodes() {
     let domain = Domain::new();
-    let first = node(&domain, "first", FIRST);
-    let second = node(&domain, "second", SECOND);
-    let sensor = sensor(&domain);
+    let first = run(&domain, "first.toml", FIRST);
+    let second = run(&domain, "second.toml", SECOND);
+    let sensor = sensor(&domain, "1.5");
     let all = "first level level.ok ramp.value ramp.setChangeRate ramp.delayedValue late.delayedValue alone.delayedValue";
     wait_for_quality(&domain, all, &json!({}));
     wait_for_quality(&domain, "second got next.delayedValue", &json!({}));
@@ -141,7 +128,7 @@ fn what_is_computed_from_a_dead_sensor_is_marked_through_blocks_tasks_and_nodes(
 #[test]
 fn a_force_marks_what_it_acts_on_and_leaves_no_mark_behind() {
     let domain = Domain::new();
-    let first = node(&domain, "first", FIRST);
+    let first = run(&domain, "first.toml", FIRST);
     domain.run("force first alone.value=3 --hold").expect_code(0);
     let forced = json!({"alone.value": ["FORCED"], "alone.delayedValue": ["FORCED"]});
     let names = "first alone.value alone.delayedValue alone.setChangeRate";

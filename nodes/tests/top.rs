@@ -7,9 +7,7 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use domain::{Domain, Process, not_tested};
-
-const PATIENCE: Duration = Duration::from_secs(60);
+use domain::{Domain, PATIENCE, Process, not_tested};
 
 const NODE: &str = r#"
 [node]

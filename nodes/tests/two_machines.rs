@@ -1,11 +1,13 @@
 //! Two machines and iceoryx2's own link between them.
 
+mod counter;
 mod domain;
 mod machines;
 
 use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
 
+use counter::counter;
 use domain::Process;
 use machines::{Boot, Machine, Machines};
 use serde_json::{Value, json};
@@ -17,26 +19,6 @@ const LONGEST_BUFFER: u64 = 256;
 
 /// After so long without a frame there is none on its way.
 const QUIET: Duration = Duration::from_secs(5);
-
-/// A node that counts.
-fn counter(name: &str, period: &str) -> String {
-    format!(
-        r#"
-[node]
-name = "{name}"
-[[task]]
-name = "t"
-period = "{period}"
-[[block]]
-name = "saw"
-type = "SawTooth"
-in = {{ incrementRange = 1, endlessSteps = true }}
-[[output]]
-service = "plant/{name}"
-signals = ["saw.value"]
-"#
-    )
-}
 
 fn start_counter(machine: &Machine, name: &str, period: &str, cycles: u64) -> Process {
     let file = format!("{name}.toml");
@@ -157,23 +139,15 @@ fn values_cross_both_ways_at_1_khz() {
     values_cross_both_ways("1ms", 1000.0, 4000);
 }
 
-const READER: &str = r#"
-[node]
-name = "reader"
-[[task]]
-name = "t"
-period = "10ms"
-follow = { service = "plant/there", within = "5ms" }
-[[input]]
-name = "there"
-type = "INT"
-service = "plant/there"
-signal = "saw.value"
-max_age = "10s"
+/// Follows the counter there, and shows what its input is worth.
+fn reader() -> String {
+    counter::follower("there", "5ms")
+        + r#"max_age = "10s"
 [[output]]
 service = "plant/seen"
 signals = ["there", "there.ok", "there.age"]
-"#;
+"#
+}
 
 #[test]
 fn a_far_service_has_its_names_and_no_times_of_another_clock() {
@@ -205,7 +179,7 @@ fn a_far_service_has_its_names_and_no_times_of_another_clock() {
     assert_eq!(report["warnings"][0]["code"], "foreign_host", "{report}");
     assert!(stats.stderr.contains("runs on another machine"), "{}", stats.stderr);
 
-    far.domain.write("reader.toml", READER);
+    far.domain.write("reader.toml", &reader());
     let mut node = far.start("run reader.toml --json");
     let mut seen = far.start("subscribe plant/seen");
     seen.wait_for("there.ok=TRUE");

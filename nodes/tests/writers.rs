@@ -7,31 +7,18 @@ use std::sync::{PoisonError, RwLock};
 use std::thread;
 use std::time::Duration;
 
-use domain::{Domain, Process, not_tested};
+use domain::{Domain, Process, not_tested, relay_with};
 use iceoryx2::prelude::{NodeBuilder, ServiceName, ipc};
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::FrameHeader;
 use serde_json::Value;
 
-const NODE: &str = r#"
-[node]
-name = "relay"
-[[task]]
-name = "t"
-period = "2ms"
-[[input]]
-name = "x"
-service = "relay/in"
-default = -1.0
-max_age = "100ms"
-on_stale = "default"
-[[output]]
-service = "relay/out"
-signals = ["x"]
-"#;
+fn configuration() -> String {
+    relay_with("default = -1.0\nmax_age = \"100ms\"\non_stale = \"default\"")
+}
 
 fn relay(domain: &Domain) -> (Process, Process) {
-    domain.write("node.toml", NODE);
+    domain.write("node.toml", &configuration());
     let mut node = domain.start("run node.toml --report node.json");
     node.wait_for("is running");
     let mut observer = domain.start("subscribe relay/out");

@@ -52,6 +52,11 @@ service = "relay/out"
 signals = ["x"]
 "#;
 
+/// [`RELAY`] with further keys of its input, and entries behind it.
+pub(crate) fn relay_with(keys: &str) -> String {
+    RELAY.replace("[[output]]", &format!("{keys}\n[[output]]"))
+}
+
 pub(crate) struct Domain(IsolatedDomain);
 
 impl Domain {
