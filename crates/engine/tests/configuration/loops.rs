@@ -1,10 +1,9 @@
 //! Loops of blocks, and the wire that breaks one.
 
-mod findings;
-
-use findings::{assert_one, findings, plan};
 use isochrone_engine::Problem::Loop;
 use isochrone_engine::TaskEngine;
+
+use crate::findings::{assert_one, findings, plan};
 
 const HEAD: &str = "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"100ms\"\n";
 const HELP: &str = "one wire of a loop must say \"block.pin@prev\"";

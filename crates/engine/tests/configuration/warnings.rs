@@ -1,9 +1,8 @@
 //! Constants that make a block report an error from its first call, and those that only may.
 
-mod findings;
-
-use findings::plan;
 use isochrone_engine::Problem;
+
+use crate::findings::plan;
 
 /// The warnings about one block in a node with an LREAL, a BOOL and an INT input and OB 35.
 fn warnings(block_type: &str, pins: &str) -> Vec<String> {

@@ -1,11 +1,10 @@
 //! Names that stand twice, or for nothing: where, and what would be right.
 
-mod findings;
-
-use findings::{VALID, assert_one, assert_rows};
 use isochrone_blocks::CATALOGUE;
 use isochrone_engine::Problem::*;
 use isochrone_engine::{Plan, Rules, Source};
+
+use crate::findings::{VALID, assert_one, assert_rows};
 
 #[test]
 fn names_that_stand_twice_are_refused_where_they_stand_again() {

@@ -1,10 +1,9 @@
 //! `control`, `[[protect]]`, `[limits]` and pins of single instances: what they do, and mistakes in them.
 
-mod findings;
-
-use findings::{VALID, assert_rows, plan};
 use isochrone_engine::Problem::*;
 use isochrone_engine::config::Control;
+
+use crate::findings::{VALID, assert_rows, plan};
 
 const NODE: &str = "name = \"level\"\n";
 

@@ -1,9 +1,8 @@
 //! Keys, sections and names of entries: what is wrong, where, and what would be right.
 
-mod findings;
-
-use findings::{VALID, assert_one, assert_rows, plan};
 use isochrone_engine::Problem::*;
+
+use crate::findings::{VALID, assert_one, assert_rows, plan};
 
 #[test]
 fn the_configuration_that_all_mistakes_are_made_in_is_valid() {
@@ -146,7 +145,7 @@ fn a_task_without_a_name_is_reported_and_a_reference_to_it_too() {
         "[[task]] has no name",
         "write name = ",
     );
-    let found = findings::findings(
+    let found = crate::findings::findings(
         "[node]\nname = \"n\"\n[[task]]\nperiod = \"1ms\"\n[[input]]\nname = \"i\"\ntask = \"t\"\n",
     );
     assert_eq!(
@@ -313,7 +312,7 @@ fn what_is_wrong_with_the_value_of_a_misspelt_key_is_said_once_the_key_is_right(
 #[test]
 fn a_key_that_is_near_none_gets_a_list_in_which_each_stands_once() {
     let text = VALID.replace("[node]", "[global]\nx = 1\n[node]");
-    let found = findings::findings(&text);
+    let found = crate::findings::findings(&text);
     let help = found[0].help.as_deref().unwrap();
     assert_eq!(help, "there is: node, protect, limits, task, input, block, output");
 }
