@@ -6,7 +6,7 @@ use isochrone_blocks::PinType;
 use isochrone_engine::parse_time_ms;
 use isochrone_runtime::control::{Value, Values};
 
-use super::known::Known;
+use super::known::{CALLING_TASK, Known};
 use super::node::Node;
 use crate::failure::Failure;
 use crate::numbers;
@@ -25,6 +25,8 @@ pub(crate) enum Written {
     Plain(Value),
     /// A number with a unit, such as `T#100ms` or `1.5s`.
     WithUnit(String),
+    /// No value, as a `callOB` has it that nothing was given to.
+    CallingTask,
 }
 
 impl FromStr for Assignment {
@@ -50,7 +52,7 @@ pub(super) fn resolve(
     for Assignment { name, value } in assignments {
         let value = match (value, known.get(name)) {
             (Written::Plain(value), _) => Ok(*value),
-            (Written::WithUnit(_), None) => {
+            (_, None) => {
                 // The node says which name was meant.
                 node.signals(Some(name))?;
                 Err(format!("\"{name}\" stands for several signals; name one"))
@@ -76,6 +78,9 @@ impl Written {
     pub(crate) fn read(text: &str) -> Result<Self, String> {
         if let Some(value) = numbers::parse_bool(text) {
             return Ok(Self::Plain(Value::Bool(value)));
+        }
+        if text.eq_ignore_ascii_case(CALLING_TASK) {
+            return Ok(Self::CallingTask);
         }
         if let Some((base, digits)) = text.split_once('#')
             && let Some(base) =
@@ -111,6 +116,12 @@ impl Written {
     pub(crate) fn of(&self, value_type: PinType, unit: Option<&str>) -> Result<Value, String> {
         match (self, value_type) {
             (Self::Plain(value), _) => Ok(*value),
+            // The node knows which INT can be without a value.
+            (Self::CallingTask, PinType::Int) => Ok(Value::Number(f64::NAN)),
+            (Self::CallingTask, _) => Err(format!(
+                "\"{CALLING_TASK}\" is for a callOB; this is {}",
+                with_article(value_type)
+            )),
             (Self::WithUnit(text), PinType::Time) => parse_time_ms(text)
                 .map(|ms| Value::Integer(ms.into()))
                 .map_err(|why| format!("\"{text}\" is no time: {why}")),
@@ -187,6 +198,19 @@ mod tests {
         assert!(!error.contains("units are"), "no unit would be right: {error}");
         let error = metres.of(PinType::Time, None).unwrap_err();
         assert!(error.contains("no unit \"mm\""), "{error}");
+    }
+
+    #[test]
+    fn what_a_call_ob_without_a_value_is_shown_as_takes_its_value_away_again() {
+        for text in ["calling task", "Calling Task"] {
+            let value = written(text).unwrap().of(PinType::Int, None).unwrap();
+            assert!(matches!(value, Value::Number(value) if value.is_nan()), "{text}: {value}");
+            assert_eq!(super::super::shown(value, PinType::Int), "calling task");
+        }
+        for other in [PinType::Lreal, PinType::Time, PinType::Word, PinType::Bool] {
+            let error = written("calling task").unwrap().of(other, None).unwrap_err();
+            assert!(error.contains("is for a callOB") && error.contains(other.as_str()), "{error}");
+        }
     }
 
     #[test]

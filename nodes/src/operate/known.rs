@@ -8,6 +8,9 @@ use isochrone_runtime::control::{SignalDescription, Value};
 
 use crate::numbers::{self, Digits};
 
+/// What a `callOB` without a value means, and how it is shown and written.
+pub(super) const CALLING_TASK: &str = "calling task";
+
 /// What a node says of some of its signals.
 #[derive(Debug, Default)]
 pub(crate) struct Known(HashMap<String, SignalDescription>);
@@ -50,7 +53,7 @@ fn in_words(value: Value, value_type: PinType, digits: Digits) -> String {
         (_, Some(slot)) => numbers::shown(slot, value_type, digits),
         // The one INT without a number: an OB that nothing was given for.
         (Value::Number(number), None) if number.is_nan() && value_type == PinType::Int => {
-            "calling task".into()
+            CALLING_TASK.into()
         }
         (value, None) => value.to_string(),
     }

@@ -6,7 +6,7 @@ use isochrone_runtime::control::{Force, Role, SignalDescription, Value};
 
 use super::cursor::{Cursor, Motion};
 use super::news::Read;
-use super::trace::Trace;
+use super::trace::{NO_LEVEL, Trace, UNSET};
 use crate::operate::ok_of;
 
 /// Which signals are listed.
@@ -210,8 +210,11 @@ impl Signals {
         self.readings.get(name).copied()
     }
 
-    pub(super) fn trace(&self, name: &str, width: usize) -> String {
-        self.traces.get(name).map_or_else(String::new, |trace| trace.draw(width))
+    pub(super) fn trace(&self, signal: &SignalDescription, width: usize) -> String {
+        // An INT that is NaN was given nothing.
+        let no_level = if signal.value_type == "INT" { UNSET } else { NO_LEVEL };
+        let trace = self.traces.get(&signal.name);
+        trace.map_or_else(String::new, |trace| trace.draw(width, no_level))
     }
 
     pub(super) fn set_forced(&mut self, forces: &[Force]) {
@@ -322,8 +325,24 @@ mod tests {
         signals.read(read([("level", 1.5)]));
         assert_eq!(signals.value("level"), Some(Value::Number(1.5)));
         signals.read(read([("ramp.value", 2.0)]));
-        assert_eq!((signals.value("level"), signals.trace("level", 9)), (None, String::new()));
-        assert_eq!(signals.trace("ramp.value", 9).chars().count(), 1);
+        let trace = |name: &str| signals.trace(signals.find(name).unwrap(), 9);
+        assert_eq!((signals.value("level"), trace("level")), (None, String::new()));
+        assert_eq!(trace("ramp.value").chars().count(), 1);
+    }
+
+    #[test]
+    fn a_pin_without_a_value_leaves_its_trend_empty_where_a_number_that_is_none_does_not() {
+        let mut signals = Signals::default();
+        signals.set_all(vec![
+            signal("ramp.callOB", Role::Parameter, "INT"),
+            signal("ramp.delayedValue", Role::Output, "LREAL"),
+        ]);
+        signals.set_rows(20);
+        for value in [f64::NAN, 35.0] {
+            signals.read(read([("ramp.callOB", value), ("ramp.delayedValue", value)]));
+        }
+        let trace = |name: &str| signals.trace(signals.find(name).unwrap(), 9);
+        assert_eq!((&*trace("ramp.callOB"), &*trace("ramp.delayedValue")), (" ▁", "?▁"));
     }
 
     #[test]

@@ -5,8 +5,10 @@ use std::collections::VecDeque;
 /// Values that are kept: more than a line on the widest terminals has room for.
 const KEPT: usize = 120;
 const LEVELS: [char; 8] = ['▁', '▂', '▃', '▄', '▅', '▆', '▇', '█'];
-/// Where a value is NaN or infinite.
-const NO_LEVEL: char = '?';
+/// Where a number is NaN or infinite.
+pub(super) const NO_LEVEL: char = '?';
+/// Where a pin has no value, which is no fault.
+pub(super) const UNSET: char = ' ';
 
 /// The last values of a signal.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -21,8 +23,8 @@ impl Trace {
     }
 
     /// The newest values as a line of at most so many characters, from the smallest of them to the
-    /// largest. One that does not change runs along the bottom.
-    pub(super) fn draw(&self, width: usize) -> String {
+    /// largest. One that does not change runs along the bottom; `no_level` stands for NaN and infinity.
+    pub(super) fn draw(&self, width: usize, no_level: char) -> String {
         let shown = self.0.iter().copied().skip(self.0.len().saturating_sub(width));
         let finite = shown.clone().filter(|value| value.is_finite());
         let least = finite.clone().fold(f64::INFINITY, f64::min);
@@ -31,11 +33,11 @@ impl Trace {
         let span = greatest / 2.0 - least / 2.0;
         let level = |value: f64| {
             if !value.is_finite() {
-                return NO_LEVEL;
+                return no_level;
             }
             let part = if span > 0.0 { (value / 2.0 - least / 2.0) / span } else { 0.0 };
             let level = (part * (LEVELS.len() - 1) as f64).round() as usize;
-            LEVELS.get(level).copied().unwrap_or(NO_LEVEL)
+            LEVELS.get(level).copied().unwrap_or(no_level)
         };
         shown.map(level).collect()
     }
@@ -48,7 +50,7 @@ mod tests {
     fn drawn(values: &[f64], width: usize) -> String {
         let mut trace = Trace::default();
         values.iter().for_each(|value| trace.push(*value));
-        trace.draw(width)
+        trace.draw(width, NO_LEVEL)
     }
 
     #[test]
@@ -71,6 +73,6 @@ mod tests {
     fn the_oldest_values_are_forgotten() {
         let mut trace = Trace::default();
         (0..10_000).for_each(|value| trace.push(f64::from(value)));
-        assert_eq!(trace.draw(10_000).chars().count(), KEPT);
+        assert_eq!(trace.draw(10_000, NO_LEVEL).chars().count(), KEPT);
     }
 }

@@ -112,12 +112,13 @@ impl Permissions {
     pub(super) fn slot(&self, signal: &Signal<'_>, value: Value) -> Result<f64, Refusal> {
         let name = || signal.name.clone();
         let value_type = signal.value_type;
-        let slot = value.slot(value_type).ok_or_else(|| Refusal::Value {
+        let slot = signal.slot_of(value).ok_or_else(|| Refusal::Value {
             name: name(),
             value,
             value_type,
         })?;
-        self.bound(signal, slot, value)
+        // Where nothing is given, nothing is bounded.
+        if slot.is_nan() { Ok(slot) } else { self.bound(signal, slot, value) }
     }
 
     /// The limits of a parameter, if there are any: least and greatest value.

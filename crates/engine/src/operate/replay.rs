@@ -226,17 +226,14 @@ impl Replay {
         let slot = self.slot(entry, change)?;
         let of_task = self.signals.get(entry.task);
         let signal = of_task.and_then(|signals| signals.at(entry.task, slot as usize));
-        let value_type = signal.map_or(PinType::Lreal, |signal| signal.value_type);
-        // A value that is missing cannot be had by a signal either.
-        let value = change.after.unwrap_or(Value::Number(f64::NAN));
-        match value.slot(value_type) {
-            // A pin that nothing was given before a transaction has nothing again after its undo.
-            None if matches!(change.after, Some(Value::Number(after)) if after.is_nan()) => {
-                Ok(Store::new(slot as usize, f64::NAN))
-            }
-            Some(value) => Ok(Store::new(slot as usize, value)),
-            None => Err(Refusal::Value { name: change.name.clone(), value, value_type }),
-        }
+        let value_type = signal.as_ref().map_or(PinType::Lreal, |signal| signal.value_type);
+        let stored = signal.zip(change.after).and_then(|(signal, after)| signal.slot_of(after));
+        stored.map(|value| Store::new(slot as usize, value)).ok_or_else(|| Refusal::Value {
+            name: change.name.clone(),
+            // A value that is missing cannot be had by a signal either.
+            value: change.after.unwrap_or(Value::Number(f64::NAN)),
+            value_type,
+        })
     }
 }
 

@@ -1,6 +1,6 @@
 //! Constants at pins: numbers, truth values, times, and tasks by their names.
 
-use isochrone_blocks::{Ob, Pin, PinType};
+use isochrone_blocks::{Ob, Pin, PinDefault, PinType};
 
 use super::names::Names;
 use crate::Finding;
@@ -103,6 +103,11 @@ fn value_slot(constant: &Connection, pin: &Pin) -> Result<f64, Finding> {
                 .help("inf and -inf stand for \"no limit\""));
         }
         (Connection::Float(float), PinType::Lreal) => return Ok(*float),
+        (Connection::Float(float), _)
+            if float.is_nan() && pin.default == PinDefault::CallingTask =>
+        {
+            return Ok(Ob::Caller.slot());
+        }
         (Connection::Bool(bool), PinType::Bool) => return Ok(f64::from(u8::from(*bool))),
         (Connection::Integer(integer), PinType::Bool) => (integer.to_string(), None),
         (Connection::Integer(integer), _) => (integer.to_string(), Some(*integer as f64)),

@@ -247,10 +247,12 @@ fn call_ob_is_a_number_a_task_or_a_wire() {
         ("35", Ob::Number(35)),
         ("\"fast\"", Ob::Number(35)),
         ("\"slow\"", Ob::Task { period_ns: 10_000_000 }),
+        ("nan", Ob::Caller),
+        ("-nan", Ob::Caller),
     ] {
         let plan = plan(&with_ob(written)).unwrap();
         let slot = (0..).find(|slot| plan.slot_name(0, *slot) == "ramp.callOB").unwrap();
-        assert_eq!(plan.tasks[0].image[slot], ob.slot(), "{written}");
+        assert_eq!(plan.tasks[0].image[slot].to_bits(), ob.slot().to_bits(), "{written}");
         assert!(plan.warnings.is_empty(), "{:?}", plan.warnings);
     }
     assert_eq!(plan(&with_ob("\"number\"")).unwrap().tasks[0].banks[0].wires.len(), 1);

@@ -12,6 +12,7 @@ mod save;
 mod set;
 mod signals;
 mod undo;
+mod unset;
 
 #[path = "../two_tasks/mod.rs"]
 mod two_tasks;

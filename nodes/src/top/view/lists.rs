@@ -65,7 +65,7 @@ pub(super) fn draw_signals(frame: &mut Frame<'_>, body: Rect, model: &Model, pal
             Cell::from(role(signal.role)),
             right(reading).style(style),
             Cell::from(plain(unit(signal))),
-            Cell::from(signals.trace(&signal.name, traces.into())),
+            Cell::from(signals.trace(signal, traces.into())),
         ]);
         if is_selected { row.style(palette.selected()) } else { row }
     });

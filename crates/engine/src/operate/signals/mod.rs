@@ -7,9 +7,10 @@ mod meant;
 mod published;
 mod sources;
 
-use isochrone_blocks::{BlockType, Pin, PinType};
+use isochrone_blocks::{BlockType, Pin, PinDefault, PinType};
 
 use super::refusal::Refusal;
+use super::value::Value;
 use crate::plan::{InputPart, WirePlan};
 
 pub(super) use kept::{ChangedPin, Kept};
@@ -133,6 +134,18 @@ pub struct Signal<'a> {
     pub doc: &'static str,
     /// The service that an input is read from, if it names one.
     pub service: Option<&'a str>,
+    /// Whether it may also have no value, which is NaN: the pin then means the task that runs its block.
+    pub can_be_unset: bool,
+}
+
+impl Signal<'_> {
+    /// How its slot holds a value; `None` if it cannot have it.
+    pub(super) fn slot_of(&self, value: Value) -> Option<f64> {
+        match value {
+            Value::Number(number) if number.is_nan() && self.can_be_unset => Some(f64::NAN),
+            value => value.slot(self.value_type),
+        }
+    }
 }
 
 /// What an instance was configured with.
@@ -221,6 +234,7 @@ impl Signals {
                 unit,
                 doc,
                 service: input.service.as_deref(),
+                can_be_unset: false,
             });
         }
         let (run, offset, index) = self.pin_at(task, slot)?;
@@ -240,6 +254,7 @@ impl Signals {
             unit: pin.unit,
             doc: pin.doc(),
             service: None,
+            can_be_unset: pin.default == PinDefault::CallingTask,
         })
     }
 
