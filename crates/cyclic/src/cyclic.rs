@@ -7,7 +7,7 @@ use isochrone_schedule::{MissLimit, Overrun, Schedule};
 
 use crate::clock::Clock;
 use crate::follow::{Begun, Follow, FollowStart, watch};
-use crate::wait::{Waiter, WakeUps};
+use crate::wait::{Awake, Waiter, WakeUps};
 
 /// Most late cycles that [`Overrun::CatchUp`] runs back to back before it skips the rest.
 pub const MAX_BURST: u32 = 8;
@@ -96,12 +96,12 @@ impl<C: Clock> Cyclic<C> {
     /// tells why. A loop that ends because it missed releases runs the late cycle first, so that
     /// whoever reads its results learns of it.
     pub fn wait(&mut self) -> Option<Release> {
-        self.wait_with(WakeUps::One, || ())
+        self.wait_with(WakeUps::One, |_| ())
     }
 
-    /// As [`wait`](Self::wait); a hybrid wait calls `awake` at each of its wake-ups before the release.
-    /// What would otherwise disturb the cycle, and is short, has its place there.
-    pub fn wait_with(&mut self, wake_ups: WakeUps, awake: impl FnMut()) -> Option<Release> {
+    /// As [`wait`](Self::wait); calls `awake` at its wake-ups before the release. What would otherwise
+    /// disturb the cycle, and is short, has its place there.
+    pub fn wait_with(&mut self, wake_ups: WakeUps, awake: impl FnMut(Awake)) -> Option<Release> {
         if self.stop_reason.is_some() {
             return None;
         }
@@ -141,7 +141,7 @@ impl<C: Clock> Cyclic<C> {
         wake_ups: WakeUps,
         follow: &mut impl Follow,
     ) -> Option<Release> {
-        let release = self.wait_with(wake_ups, || follow.awake())?;
+        let release = self.wait_with(wake_ups, |awake| follow.awake(awake))?;
         let latest_ns = release.release_ns.saturating_add(self.follow_within_ns);
         let window = latest_ns.saturating_sub(self.period_ns)..latest_ns;
         let watched = watch(&self.clock, &release, window, &self.stop, follow);

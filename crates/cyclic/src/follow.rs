@@ -5,12 +5,12 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use crate::clock::Clock;
 use crate::cyclic::Release;
+use crate::wait::Awake;
 
 /// What a task that follows its data does while it waits; injected so that tests need no ports.
 pub trait Follow {
-    /// Called at each wake-up of a hybrid wait before the release, as by
-    /// [`wait_with`](crate::Cyclic::wait_with).
-    fn awake(&mut self);
+    /// Called at the wake-ups before the release, as by [`wait_with`](crate::Cyclic::wait_with).
+    fn awake(&mut self, awake: Awake);
 
     /// Whether data of this cycle is there. Asked at the release, and from then on again and again until
     /// data is there or the time is up.

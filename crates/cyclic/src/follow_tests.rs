@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use super::*;
 use crate::cyclic::{Cyclic, StopReason};
 use crate::simulated::SimulatedClock;
-use crate::wait::WakeUps;
+use crate::wait::{Awake, WakeUps};
 
 const EPOCH_NS: u64 = 1_000_000_000;
 const PERIOD_NS: u64 = 1_000_000;
@@ -39,7 +39,7 @@ impl Source {
 }
 
 impl Follow for Source {
-    fn awake(&mut self) {
+    fn awake(&mut self, _awake: Awake) {
         self.wake_ups += 1;
     }
 

@@ -61,4 +61,4 @@ pub use realtime::{
     ThreadRequest, prepare_process, prepare_thread,
 };
 pub use usage::{ThreadUsage, thread_usage};
-pub use wait::WakeUps;
+pub use wait::{Awake, WakeUps};

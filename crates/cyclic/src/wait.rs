@@ -14,6 +14,19 @@ const SLICE_NS: u64 = 200_000_000;
 /// port needs to connect.
 const EARLY_NS: u64 = 400_000;
 
+/// Where a wait has less than this left, it tells nobody that it is midway: what is done then takes far
+/// less.
+const MIDWAY_LEFT_NS: u64 = 10_000_000;
+
+/// At which of its wake-ups before the release a wait is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Awake {
+    /// In a wait of more than 200 ms, which looks every 200 ms whether it shall stop: at least 10 ms are left.
+    Midway,
+    /// In a hybrid wait, its margin before the release, or 400 us before that.
+    Ahead,
+}
+
 /// How often a hybrid wait is awake before the release.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WakeUps {
@@ -46,34 +59,35 @@ impl Waiter {
 
     /// Returns the first clock reading at or after `deadline_ns`, or `None` once `stop` is set.
     ///
-    /// A hybrid wait calls `awake` at each of its wake-ups, the last of which is just before it spins.
+    /// Calls `awake` at its wake-ups, the last of which is, in a hybrid wait, just before it spins.
     pub(crate) fn wait_until<C: Clock>(
         &mut self,
         clock: &C,
         deadline_ns: u64,
         stop: &AtomicBool,
         wake_ups: WakeUps,
-        mut awake: impl FnMut(),
+        mut awake: impl FnMut(Awake),
     ) -> Option<u64> {
+        let sleep = |until_ns, awake: &mut _| sleep(clock, until_ns, stop, awake);
         let Some(margin_ns) = self.margin_ns() else {
             return match self {
                 Self::Spin => spin(clock, deadline_ns, stop),
-                _ => sleep(clock, deadline_ns, stop),
+                _ => sleep(deadline_ns, &mut awake),
             };
         };
         let wake_ns = deadline_ns.saturating_sub(margin_ns);
         let early_ns = wake_ns.saturating_sub(EARLY_NS);
         if wake_ups == WakeUps::Two && clock.now_ns() < early_ns {
-            sleep(clock, early_ns, stop)?;
-            awake();
+            sleep(early_ns, &mut awake)?;
+            awake(Awake::Ahead);
         }
         // Without a sleep there is no wake-up latency to learn from.
         if clock.now_ns() < wake_ns {
-            let woken_ns = sleep(clock, wake_ns, stop)?;
+            let woken_ns = sleep(wake_ns, &mut awake)?;
             if let Self::HybridAdaptive { margin } = self {
                 margin.observe(woken_ns.saturating_sub(wake_ns));
             }
-            awake();
+            awake(Awake::Ahead);
         }
         spin(clock, deadline_ns, stop)
     }
@@ -88,7 +102,12 @@ impl Waiter {
     }
 }
 
-fn sleep<C: Clock>(clock: &C, deadline_ns: u64, stop: &AtomicBool) -> Option<u64> {
+fn sleep<C: Clock>(
+    clock: &C,
+    deadline_ns: u64,
+    stop: &AtomicBool,
+    awake: &mut impl FnMut(Awake),
+) -> Option<u64> {
     loop {
         if stop.load(Ordering::Relaxed) {
             return None;
@@ -97,7 +116,11 @@ fn sleep<C: Clock>(clock: &C, deadline_ns: u64, stop: &AtomicBool) -> Option<u64
         if now_ns >= deadline_ns {
             return Some(now_ns);
         }
-        clock.sleep_until_ns(deadline_ns.min(now_ns.saturating_add(SLICE_NS)));
+        let woken_ns = deadline_ns.min(now_ns.saturating_add(SLICE_NS));
+        clock.sleep_until_ns(woken_ns);
+        if woken_ns < deadline_ns && clock.now_ns().saturating_add(MIDWAY_LEFT_NS) <= deadline_ns {
+            awake(Awake::Midway);
+        }
     }
 }
 
@@ -131,7 +154,7 @@ mod tests {
             deadline_ns,
             &AtomicBool::new(false),
             WakeUps::One,
-            || (),
+            |_| (),
         )
     }
 
@@ -153,8 +176,8 @@ mod tests {
         let clock = SimulatedClock::at(0).wake_latency_ns(120_000).read_cost_ns(40);
         let stop = AtomicBool::new(false);
         let mut waiter = Waiter::new(Wake::Hybrid(Margin::default()), PERIOD_NS);
-        let first = waiter.wait_until(&clock, PERIOD_NS, &stop, WakeUps::One, || ()).unwrap();
-        let second = waiter.wait_until(&clock, 2 * PERIOD_NS, &stop, WakeUps::One, || ()).unwrap();
+        let first = waiter.wait_until(&clock, PERIOD_NS, &stop, WakeUps::One, |_| ()).unwrap();
+        let second = waiter.wait_until(&clock, 2 * PERIOD_NS, &stop, WakeUps::One, |_| ()).unwrap();
         assert!(first - PERIOD_NS > 50_000, "the first margin is too short: {first}");
         assert!(second - 2 * PERIOD_NS <= 40, "the second is not: {second}");
     }
@@ -164,7 +187,7 @@ mod tests {
         let clock = SimulatedClock::at(10_000_000);
         let mut waiter = Waiter::new(Wake::Hybrid(Margin::default()), PERIOD_NS);
         let before = waiter.margin_ns();
-        waiter.wait_until(&clock, 9_900_000, &AtomicBool::new(false), WakeUps::One, || ());
+        waiter.wait_until(&clock, 9_900_000, &AtomicBool::new(false), WakeUps::One, |_| ());
         assert_eq!(waiter.margin_ns(), before);
     }
 
@@ -175,7 +198,7 @@ mod tests {
             let mut woken_ns = Vec::new();
             let mut waiter = Waiter::new(wake, PERIOD_NS);
             for deadline_ns in [PERIOD_NS, PERIOD_NS + 1_000] {
-                let awake = || woken_ns.push(clock.now_ns());
+                let awake = |_| woken_ns.push(clock.now_ns());
                 waiter.wait_until(
                     &clock,
                     deadline_ns,
@@ -194,7 +217,7 @@ mod tests {
             let clock = SimulatedClock::at(7_000_000).read_cost_ns(40);
             let mut woken_ns = Vec::new();
             let deadline_ns = 7_000_000 + wait_ns;
-            let awake = || woken_ns.push(clock.now_ns());
+            let awake = |_| woken_ns.push(clock.now_ns());
             let mut waiter = Waiter::new(Wake::Hybrid(Margin::Fixed(100_000)), PERIOD_NS);
             waiter.wait_until(&clock, deadline_ns, &AtomicBool::new(false), WakeUps::Two, awake);
             assert_eq!(woken_ns.len(), times, "{woken_ns:?}");
@@ -228,7 +251,7 @@ mod tests {
                 .read_cost_ns(1_000)
                 .raises_at(requested_ns, Arc::clone(&stop));
             assert_eq!(
-                Waiter::new(wake, HOUR_NS).wait_until(&clock, HOUR_NS, &stop, WakeUps::One, || ()),
+                Waiter::new(wake, HOUR_NS).wait_until(&clock, HOUR_NS, &stop, WakeUps::One, |_| ()),
                 None
             );
             assert!(clock.now_ns() - requested_ns <= 200_000_000 + 10_000, "{}", wake.as_str());
@@ -240,6 +263,24 @@ mod tests {
         let clock = SimulatedClock::at(0);
         wait_once(Wake::Sleep, &clock, 200_000_000);
         assert_eq!(clock.sleeps(), 1);
+    }
+
+    #[test]
+    fn a_wait_of_seconds_tells_every_200_ms_that_it_is_midway_but_not_just_before_its_end() {
+        for wake in [Wake::Sleep, Wake::Hybrid(Margin::Fixed(100_000))] {
+            let clock = SimulatedClock::at(0).wake_latency_ns(7_000).read_cost_ns(40);
+            let mut midway_ns = Vec::new();
+            let awake = |at| {
+                if at == Awake::Midway {
+                    midway_ns.push(clock.now_ns());
+                }
+            };
+            let (deadline_ns, stop) = (1_005_000_000, AtomicBool::new(false));
+            let mut waiter = Waiter::new(wake, PERIOD_NS);
+            waiter.wait_until(&clock, deadline_ns, &stop, WakeUps::One, awake);
+            let times: Vec<u64> = midway_ns.iter().map(|ns| ns / 1_000_000).collect();
+            assert_eq!(times, [200, 400, 600, 800], "{}", wake.as_str());
+        }
     }
 
     proptest! {

@@ -130,11 +130,17 @@ impl Applier {
 
     /// Copies the values that were asked for, when the blocks have stepped; for the slack.
     #[inline]
-    pub(crate) fn read(&mut self, engine: &TaskEngine, release: &Release) {
+    pub(crate) fn read(&mut self, engine: &TaskEngine, cycle: u64) {
         let Self { back, inbox, .. } = self;
-        inbox.read(engine, release.cycle, |order| {
+        inbox.read(engine, cycle, |order| {
             let _ = back.push(Returned::Order(order));
         });
+    }
+
+    /// As [`read`](Self::read) long after the last cycle that ran, also for what was sent since.
+    pub(crate) fn read_between(&mut self, engine: &TaskEngine, last_cycle: u64) {
+        self.receive();
+        self.read(engine, last_cycle);
     }
 }
 
@@ -240,6 +246,23 @@ mod tests {
     }
 
     #[test]
+    fn what_is_sent_between_two_cycles_is_read_there_and_applied_in_the_next() {
+        let plan = Plan::new(Source::new("n.toml", CONFIGURATION), &Rules::default()).unwrap();
+        let mut engine = TaskEngine::build(&plan).unwrap().pop().unwrap();
+        let mut operator = Operator::new(&plan, Feeds::Program);
+        let (mut applier, mut sender) = ends();
+        engine.step(7);
+        sender.send(set(&mut operator, None));
+        let reading = operator.get(["ramp.value"], 0, 1).unwrap().0;
+        sender.send(operator.send(reading).1.remove(0).1);
+        applier.read_between(&engine, 7);
+        assert_eq!(returned(&mut sender), Some(OrderState::Applied { cycle: 7 }));
+        assert_eq!(returned(&mut sender), None, "nothing is changed between two cycles");
+        applier.apply(&mut engine, &release(8));
+        assert_eq!(returned(&mut sender), Some(OrderState::Applied { cycle: 8 }));
+    }
+
+    #[test]
     fn a_cycle_that_stands_still_is_sent_no_more_than_it_can_give_back() {
         let plan = Plan::new(Source::new("n.toml", CONFIGURATION), &Rules::default()).unwrap();
         let mut engine = TaskEngine::build(&plan).unwrap().pop().unwrap();
@@ -253,7 +276,7 @@ mod tests {
             sender.send(operator.send(reading).1.remove(0).1);
         }
         applier.apply(&mut engine, &release(0));
-        applier.read(&engine, &release(0));
+        applier.read(&engine, 0);
         assert!(!sender.has_room() && !sender.has_room_to_read(), "they have not come back yet");
         assert_eq!(std::iter::from_fn(|| returned(&mut sender)).count(), 2 * ROOM);
         assert!(sender.has_room() && sender.has_room_to_read());

@@ -5,8 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender};
 
 use isochrone_cyclic::{
-    Begun, Clock, Cyclic, Follow, Look, Monotonic, Release, Schedule, StopReason, ThreadGrant,
-    ThreadRequest, ThreadUsage, WakeUps, counts_allocations, thread_allocations, thread_usage,
+    Awake, Begun, Clock, Cyclic, Follow, Look, Monotonic, Release, Schedule, StopReason,
+    ThreadGrant, ThreadRequest, ThreadUsage, WakeUps, counts_allocations, thread_allocations,
+    thread_usage,
 };
 use isochrone_engine::TaskEngine;
 use isochrone_ipc::{ForRealTime, OpenError, RealTime, Service};
@@ -109,19 +110,23 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
     let mut account = Account::open(0);
     let mut restless = Restless::default();
     let mut cycles = 0;
-    let mut last = None;
+    let mut last: Option<Cycle> = None;
     // The release whose frames say that another one follows.
     let mut unfinished: Option<Release> = None;
     let ended = catch_panic(|| {
         while wanted.is_none_or(|wanted| cycles < wanted) {
             // Peers that came while the thread slept are connected before the release, not after it.
+            let mut waiting = Waiting {
+                account: &mut account,
+                ports: &mut ports,
+                orders: &mut orders,
+                engine: &engine,
+                last_cycle: last.as_ref().map(|last| last.record.cycle),
+            };
             let released = if follows {
-                let mut watch =
-                    Watching { account: &mut account, ports: &mut ports, orders: &mut orders };
-                cyclic.wait_for_data(restless.wake_ups(), &mut watch)
+                cyclic.wait_for_data(restless.wake_ups(), &mut waiting)
             } else {
-                let connect = || account.library(|| ports.maintain());
-                cyclic.wait_with(restless.wake_ups(), connect)
+                cyclic.wait_with(restless.wake_ups(), |awake| waiting.awake(awake))
             };
             let Some(release) = released else { break };
 
@@ -142,7 +147,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
                 ports.inputs.maintain();
             });
             restless.note(ports.connects(), end_ns);
-            orders.read(&engine, &release);
+            orders.read(&engine, release.cycle);
             events.look(&engine, release.cycle);
             ports.inputs.tell(&mut events);
             let record = record(&release, end_ns, cyclic.overruns());
@@ -224,16 +229,23 @@ impl<S: Service> Ports<S> {
     }
 }
 
-/// What a task that follows its data does while it waits.
-struct Watching<'a, S: Service> {
+/// What a task does while it waits for its next cycle.
+struct Waiting<'a, S: Service> {
     account: &'a mut Account,
     ports: &'a mut Ports<S>,
     orders: &'a mut Applier,
+    engine: &'a TaskEngine,
+    last_cycle: Option<u64>,
 }
 
-impl<S: Service> Follow for Watching<'_, S> {
-    fn awake(&mut self) {
-        self.account.library(|| self.ports.maintain());
+impl<S: Service> Follow for Waiting<'_, S> {
+    fn awake(&mut self, awake: Awake) {
+        match (awake, self.last_cycle) {
+            (Awake::Ahead, _) => self.account.library(|| self.ports.maintain()),
+            // Whoever looks at a slow task need not wait for its next cycle.
+            (Awake::Midway, Some(cycle)) => self.orders.read_between(self.engine, cycle),
+            (Awake::Midway, None) => {}
+        }
     }
 
     fn has_arrived(&mut self, look: Look) -> bool {

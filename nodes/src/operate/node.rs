@@ -96,7 +96,7 @@ impl Args {
         let look = |error| failure(error, Asked::ToLook);
         let client = Client::connect(&participant, &self.node, PATIENCE).map_err(look)?;
         let mut client = client.interrupted_by(stop.flag());
-        client.allow_for_slow_tasks().map_err(look)?;
+        client.allow_for_first_cycles().map_err(look)?;
         Ok(Node { client, participant, stop })
     }
 }

@@ -38,7 +38,7 @@ impl Link {
     ) -> Result<Self, ClientError> {
         let client = Client::connect(participant, node, PATIENCE)?;
         let mut client = client.interrupted_by(is_over.clone());
-        client.allow_for_slow_tasks()?;
+        client.allow_for_first_cycles()?;
         let telemetry = Telemetry::open(participant, node)?;
         let now = Instant::now();
         Ok(Self {

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use isochrone_cyclic::Wake;
 use isochrone_engine::nearest_name;
 use isochrone_ipc::{OpenError, Participant, RequestClient, RequestError, Service, ipc};
 use thiserror::Error;
@@ -14,7 +15,7 @@ use thiserror::Error;
 use super::texts::{self, Answer};
 use super::{
     DescribeParams, Failure, GetParams, Params, SaveParams, SignalDescription, SignalsParams,
-    Values, service_name,
+    TaskDescription, Values, service_name,
 };
 use crate::telemetry;
 
@@ -174,9 +175,9 @@ pub struct Client<S: Service = ipc::Service> {
 }
 
 impl<S: Service> Client<S> {
-    /// Finds a node and gets ready to ask it; each answer is waited for as long as `patience`. Values of a
-    /// task are read at the end of its cycle: where one has a period of seconds, see
-    /// [`allow_for_slow_tasks`](Self::allow_for_slow_tasks).
+    /// Finds a node and gets ready to ask it; each answer is waited for as long as `patience`. A task has no
+    /// values before its first cycle: where that may be long in coming, see
+    /// [`allow_for_first_cycles`](Self::allow_for_first_cycles).
     ///
     /// # Errors
     /// No such node runs (the error names those that do), it takes no requests, or eight clients ask it
@@ -207,14 +208,18 @@ impl<S: Service> Client<S> {
         Self { interruption: Some(flag), ..self }
     }
 
-    /// Waits for each answer as long as the node's slowest task may take longer: a value that is read is
-    /// of the end of a cycle.
+    /// Waits for each answer longer by what those tasks may take whose values cannot be read before they
+    /// have run another cycle: those that have run none, and those that never sleep.
     ///
     /// # Errors
     /// As [`call`](Self::call).
-    pub fn allow_for_slow_tasks(&mut self) -> Result<(), ClientError> {
-        let tasks = self.call(&DescribeParams {})?.tasks;
-        let longest_ns = tasks.iter().map(|task| task.period_ns).max().unwrap_or_default();
+    pub fn allow_for_first_cycles(&mut self) -> Result<(), ClientError> {
+        let sleeps = |task: &TaskDescription| {
+            task.placement.as_ref().is_some_and(|placement| placement.wake != Wake::Spin.as_str())
+        };
+        let tasks = self.call(&DescribeParams {})?.tasks.into_iter();
+        let waiting = tasks.filter(|task| task.last_cycle.is_none() || !sleeps(task));
+        let longest_ns = waiting.map(|task| task.period_ns).max().unwrap_or_default();
         self.patience = self.patience.saturating_add(Duration::from_nanos(longest_ns));
         Ok(())
     }
