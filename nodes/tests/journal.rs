@@ -7,7 +7,7 @@ use std::process::Command;
 use std::time::{Duration, Instant};
 
 use domain::{Domain, Ended, Process};
-use isochrone_runtime::control::{Client, ClientError, Code, JournalParams, SetParams};
+use isochrone_runtime::control::{Client, ClientError, Code, JournalParams, SetParams, SetResult};
 use isochrone_runtime::journal::JournalFile;
 use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
 
@@ -331,6 +331,55 @@ fn while_the_journal_cannot_be_written_changes_are_refused_and_the_node_goes_on(
     assert!(file.runs[0].end.is_some());
     let written: Vec<_> = file.runs[0].entries.iter().map(|entry| entry.content.clone()).collect();
     assert_eq!(written, done, "what waited is written, in order");
+}
+
+#[test]
+fn what_the_journal_cannot_have_yet_is_answered_with_a_warning_and_a_force_can_always_be_released()
+{
+    let domain = Domain::new();
+    domain.write("tank.toml", TANK);
+    let node = start_limited(&domain, "");
+    operate(&domain, "force tank level=7.25 --hold");
+    limit_files(&node, Some(1));
+    let participant = domain.join("operator");
+    let mut client = Client::connect(&participant, "tank", Duration::from_secs(60)).unwrap();
+    let (since, mut rate, mut done) = (Instant::now(), 1.0, Vec::new());
+    loop {
+        rate += 1.0;
+        let values = [("ramp.setChangeRate", rate)].into_iter().collect();
+        match client.call(&SetParams { values, ..SetParams::default() }) {
+            Ok(set) => done.push(set),
+            Err(ClientError::Refused(_)) => break,
+            Err(error) => panic!("{error}"),
+        }
+        assert!(since.elapsed() < Duration::from_secs(60), "it is not refused");
+    }
+    let text = domain.read("tank.jsonl");
+    let told = |result: &SetResult| result.warnings.iter().any(|it| it.name == "journal");
+    for result in &done {
+        let is_written = text.contains(&format!("\"transaction\":{},", result.transaction));
+        assert_eq!(told(result), !is_written, "{result:?}");
+    }
+    let released = domain.run("release tank --all").expect_code(0);
+    let warning =
+        "is not in the journal yet: the journal tank.jsonl cannot be written (File too large";
+    let lines = released.stderr.lines();
+    let told = lines.filter(|line| line.starts_with("warning: this was made at cycle "));
+    assert_eq!(told.filter(|line| line.contains(warning)).count(), 1, "{}", released.stderr);
+    let forces = domain.run("forces tank").expect_code(0).stderr;
+    assert!(forces.contains("nothing is forced"), "{forces}");
+
+    limit_files(&node, None);
+    domain::wait_until("the release is written", || {
+        domain.read("tank.jsonl").contains("\"action\":\"release\"")
+    });
+    node.stop().expect_code(0);
+    let file = JournalFile::read(&domain.path("tank.jsonl")).unwrap();
+    let entries = &file.runs[0].entries;
+    assert!(entries.iter().is_sorted_by_key(|entry| entry.content.sequence), "{entries:?}");
+    let is_there =
+        |set: &SetResult| entries.iter().any(|entry| entry.content.transaction == set.transaction);
+    assert!(done.iter().all(is_there), "{done:?}\n{entries:?}");
 }
 
 #[test]

@@ -8,15 +8,16 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use isochrone_cyclic::{Schedule, ThreadGrant};
 use isochrone_engine::config::PhaseChoice;
-use isochrone_engine::operate::{Action, Done, Entry, Operator, Prepared, Reading, Warning};
+use isochrone_engine::operate::{
+    Action, Done, Entry, Operator, Prepared, Reading, Unwritten, Warning,
+};
 use isochrone_engine::{OwnedRules, Plan, Source};
 use isochrone_timing::CycleRecord;
 
-use crate::alarms::Alarm;
 use crate::control::{Followed, Placement};
 use crate::error::RequestError;
 use crate::faults::{Active, Faults};
-use crate::journal::{Journal, JournalError, Writing};
+use crate::journal::{Fate, Journal, JournalError, Mark, Writing};
 use crate::new_parts::NewParts;
 use crate::orders::{self, Changeover, Returned};
 use crate::responses::Responses;
@@ -48,8 +49,18 @@ pub(crate) enum Origin {
 #[derive(Debug, Default)]
 pub(crate) struct Returns {
     pub(crate) applied: Vec<Entry>,
+    /// The transactions of those that are not in the journal's file.
+    pub(crate) unwritten: Vec<u64>,
     pub(crate) too_late: Vec<u64>,
     pub(crate) readings: Vec<Reading>,
+}
+
+/// What came back of a request.
+#[derive(Debug)]
+pub(crate) struct Told {
+    pub(crate) done: Done,
+    /// Why the journal does not have it, where it should.
+    pub(crate) unwritten: Option<Unwritten>,
 }
 
 /// What a node was made from.
@@ -69,8 +80,8 @@ pub(crate) struct Operating {
     pub(crate) configuration: Configuration,
     pub(crate) lanes: Vec<Lane>,
     journal: Option<Writing>,
-    /// What is acknowledged when its line of the journal has been written, by the number of the line.
-    held: VecDeque<(u64, Done)>,
+    /// What is acknowledged when it is known what has become of its line of the journal.
+    held: VecDeque<(Mark, Done)>,
     /// How often the journal could not be written, and since which cycle of the first task it cannot be.
     journal_failures: u64,
     unwritten_since: Option<u64>,
@@ -79,7 +90,7 @@ pub(crate) struct Operating {
     returns: Returns,
     /// The service's requests, and from how many tasks each has not come back.
     of_service: BTreeMap<u64, usize>,
-    for_service: Vec<Done>,
+    for_service: Vec<Told>,
     /// What goes with a configuration that is on its way to the tasks.
     expected: Option<NewParts>,
     /// What shows the signals of configurations that are on their way, until that is asked for.
@@ -154,6 +165,11 @@ impl Operating {
 
     pub(crate) fn has_ended(&self) -> bool {
         self.has_ended
+    }
+
+    /// Whether no task runs any more, and all that was done has been told.
+    pub(crate) fn is_over(&self) -> bool {
+        self.has_ended && self.held.is_empty()
     }
 
     /// The first cycle of each task that has not begun.
@@ -288,18 +304,17 @@ impl Operating {
             *is_changed = true;
             self.arrived.push(parts);
         }
-        // What is acknowledged has been written.
         for done in came {
-            let line = match (&done, &mut self.journal) {
+            let mark = match (&done, &mut self.journal) {
                 (Done::Applied(entry), Some(journal)) => {
                     let lane = self.lanes.get(entry.task);
                     lane.and_then(|lane| journal.note(entry, &lane.name))
                 }
                 _ => None,
             };
-            match line {
-                Some(line) => self.held.push_back((line, done)),
-                None => self.hand_out(done),
+            match mark {
+                Some(mark) => self.held.push_back((mark, done)),
+                None => self.hand_out(Told { done, unwritten: None }),
             }
         }
         self.heed_journal();
@@ -322,15 +337,12 @@ impl Operating {
         }
     }
 
-    /// Acknowledges what the journal has; while it cannot be written, changes are refused.
+    /// Acknowledges what the journal has, and what it cannot have now; while it cannot be written, changes are
+    /// refused.
     fn heed_journal(&mut self) {
         let Some(journal) = &mut self.journal else { return };
-        if self.has_ended {
-            // Nobody will ask again.
-            journal.wait();
-        }
-        let (tried, unwritten) = (journal.tried(), journal.unwritten());
-        match (&unwritten, self.unwritten_since) {
+        let standing = journal.standing();
+        match (&standing.unwritten, self.unwritten_since) {
             (Some(_), None) => {
                 let last = self.lanes.first().and_then(|lane| lane.last);
                 self.unwritten_since = Some(last.map_or(0, |last| last.cycle));
@@ -339,17 +351,27 @@ impl Operating {
             (None, Some(_)) => self.unwritten_since = None,
             _ => {}
         }
-        self.operator.set_unwritten(unwritten);
-        let written = self.held.partition_point(|(line, _)| *line <= tried);
-        for (_, done) in self.held.drain(..written).collect::<Vec<_>>() {
-            self.hand_out(done);
+        while let Some((mark, _)) = self.held.front() {
+            let unwritten = match standing.fate(*mark) {
+                Fate::Waits => break,
+                Fate::Written => None,
+                Fate::Unwritten(why) => Some(why),
+            };
+            let Some((_, done)) = self.held.pop_front() else { break };
+            self.hand_out(Told { done, unwritten });
         }
+        self.operator.set_unwritten(standing.unwritten);
     }
 
     /// That the journal cannot be written, while it cannot.
     pub(crate) fn journal_alarm(&self) -> Option<Active> {
         let lost = || self.journal.as_ref()?.lost().map(|lost| lost.to_string());
-        let refused = |reason| format!("{reason}; changes are refused until it can be");
+        let refused = |why: &Unwritten| match why {
+            Unwritten::ForNow(reason) => format!("{reason}; changes are refused until it can be"),
+            Unwritten::ForGood(reason) => {
+                format!("{reason}; changes are refused until the node is started again")
+            }
+        };
         let meaning = self.operator.unwritten().map(refused).or_else(lost)?;
         Some(Active {
             name: "journal".to_owned(),
@@ -360,14 +382,24 @@ impl Operating {
         })
     }
 
-    /// Ends the journal, after the last cycle. An alarm if it is incomplete.
-    pub(crate) fn end_journal(&mut self) -> Option<Alarm> {
-        let reason = self.journal.take()?.end(unix_ns())?;
-        Some(Alarm::JournalIncomplete { reason: reason.to_string() })
+    /// Has the journal end, when the last cycles are noted.
+    pub(crate) fn begin_journal_end(&mut self) {
+        if let Some(journal) = self.journal.as_mut().filter(|_| self.has_ended) {
+            journal.begin_end(unix_ns());
+        }
     }
 
-    fn hand_out(&mut self, done: Done) {
-        let number = match &done {
+    /// The journal, whose end is to be waited for without a lock.
+    pub(crate) fn take_journal(&mut self) -> Option<Writing> {
+        self.journal.take()
+    }
+
+    fn hand_out(&mut self, told: Told) {
+        let done = &told.done;
+        if let (Done::Applied(entry), Some(_)) = (done, &told.unwritten) {
+            self.returns.unwritten.push(entry.transaction);
+        }
+        let number = match done {
             // It is of no request any more.
             Done::Applied(Entry { action: Action::Expiry, .. }) => None,
             Done::Applied(entry) => Some(entry.transaction),
@@ -380,13 +412,13 @@ impl Operating {
             if let (0, Some(number)) = (*missing, number) {
                 self.of_service.remove(&number);
             }
-            if let Done::Applied(entry) = &done {
+            if let Done::Applied(entry) = done {
                 self.returns.applied.push(entry.clone());
             }
-            self.for_service.push(done);
+            self.for_service.push(told);
             return;
         }
-        match done {
+        match told.done {
             Done::Applied(entry) => self.returns.applied.push(entry),
             Done::TooLate { transaction } => self.returns.too_late.push(transaction),
             Done::Read(reading) => self.returns.readings.push(reading),
@@ -399,7 +431,7 @@ impl Operating {
     }
 
     /// What has come of the service's requests since the last time.
-    pub(crate) fn for_service(&mut self) -> Vec<Done> {
+    pub(crate) fn for_service(&mut self) -> Vec<Told> {
         std::mem::take(&mut self.for_service)
     }
 }

@@ -9,11 +9,12 @@ use isochrone_engine::operate::{Entry, Reading};
 use isochrone_ipc::{Service, ipc};
 use isochrone_timing::{CycleRecord, FollowRecord};
 
+use crate::alarms::Alarm;
 use crate::attend::Serving;
 use crate::error::{NodePanicked, TaskPanicked};
 use crate::layouts::Resolver;
 use crate::new_parts::NewParts;
-use crate::operating::{Lane, Returns};
+use crate::operating::{Lane, Returns, unix_ns};
 use crate::outcome::{End, InputOutcome, Outcome, TaskOutcome};
 use crate::panics::Panic;
 use crate::parts::{Parts, Task};
@@ -68,7 +69,8 @@ pub struct Poll<'a> {
 }
 
 impl<'a> Poll<'a> {
-    /// Whether a task still runs. When none does, everything has been seen.
+    /// Whether a task still runs, or the last that was done waits for the journal: at most a second. When
+    /// that is over, everything has been seen.
     pub fn is_running(&self) -> bool {
         self.is_running
     }
@@ -92,6 +94,13 @@ impl<'a> Poll<'a> {
     /// request, and what ended by itself.
     pub fn applied(&self) -> &'a [Entry] {
         &self.news.returns.applied
+    }
+
+    /// The transactions among [`applied`](Self::applied) whose entries are not in the file of the journal,
+    /// as it cannot be written: they are written as soon as it can be, and a node that is killed before loses
+    /// them.
+    pub fn unwritten(&self) -> &'a [u64] {
+        &self.news.returns.unwritten
     }
 
     /// The program's requests since the last poll that came too late for the cycle that they named. Nothing
@@ -124,12 +133,10 @@ impl<S: Service> Running<S> {
     /// less often loses records, which are counted, and connects later to peers that were busy.
     pub fn poll(&mut self) -> Poll<'_> {
         // Asked first: what a task did before its end is then in its ring.
-        let is_running = !self.threads.have_ended();
-        if !is_running {
-            // What is held back until the journal has it is seen by the last poll, too.
+        if self.threads.have_ended() {
             self.parts.operating.lock().end();
         }
-        self.drain();
+        let is_running = !self.drain();
         self.change_over();
         self.tend();
         let is_fresh = self.parts.snapshots.update();
@@ -178,12 +185,9 @@ impl<S: Service> Running<S> {
     /// Tasks panicked; what all tasks did until then is in the error.
     pub fn finish(mut self) -> Result<Outcome, NodePanicked> {
         self.stop();
-        while !self.threads.have_ended() {
-            self.poll();
+        while self.poll().is_running() {
             std::thread::sleep(Duration::from_millis(1));
         }
-        // What the last cycles ran into is still to be logged.
-        self.poll();
         // What the last cycles did is answered yet.
         drop(self.serving.take());
         self.parts.tasks.iter_mut().for_each(|task| task.log.finish());
@@ -227,18 +231,21 @@ impl<S: Service> Running<S> {
         }
         let mut operating = parts.operating.lock();
         let forces = operating.operator.forces().cloned().collect();
-        if let Some(alarm) = operating.end_journal() {
+        let journal = operating.take_journal();
+        drop(operating);
+        if let Some(reason) = journal.and_then(|journal| journal.end(unix_ns())) {
+            let alarm = Alarm::JournalIncomplete { reason: reason.to_string() };
             tracing::error!("{}", alarm.sentence());
             alarms.push(alarm);
         }
-        drop(operating);
         let Some(first) = panics.first() else { return Ok(Outcome { end, tasks, alarms, forces }) };
         let end = End::Panicked { task: first.task.clone() };
         let outcome = Box::new(Outcome { end, tasks, alarms, forces });
         Err(NodePanicked { panics, outcome })
     }
 
-    fn drain(&mut self) {
+    /// Takes in what the cycles did; whether that was the last.
+    fn drain(&mut self) -> bool {
         self.news.records.clear();
         self.news.follows.clear();
         let mut operating = self.parts.operating.lock();
@@ -252,6 +259,8 @@ impl<S: Service> Running<S> {
                 self.news.follows.push(cycle.follow);
             }
         }
+        operating.begin_journal_end();
+        operating.is_over()
     }
 
     /// Goes by the configuration that each task has.

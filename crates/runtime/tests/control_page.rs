@@ -184,6 +184,7 @@ fn answer(method: Method) -> Reply {
             Reply::Apply(ApplyResult {
                 transaction: Some(1),
                 tasks: parts(),
+                warnings: vec![Finding::new("", "").with_help("")],
                 added: names(),
                 removed: names(),
                 kept: names(),

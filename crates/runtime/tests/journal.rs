@@ -428,6 +428,60 @@ fn a_place_where_the_file_cannot_be_written_anew_has_changes_refused_until_it_ca
     assert!(numbers.first() == Some(&first) && numbers.last() == Some(&last), "{numbers:?}");
 }
 
+/// Waits until a release is told; whether its entry was in the file then.
+fn await_told(node: &mut Running<local::Service>, transaction: u64) -> bool {
+    let since = Instant::now();
+    loop {
+        let news = node.poll();
+        if news.applied().iter().any(|entry| entry.transaction == transaction) {
+            return !news.unwritten().contains(&transaction);
+        }
+        assert!(since.elapsed() < Duration::from_secs(60), "it is not told");
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
+#[test]
+fn what_happens_while_the_file_is_not_at_its_place_is_written_to_where_it_is() {
+    let folder = folder();
+    let (inner, away) = (folder.path().join("inner"), folder.path().join("away"));
+    fs::create_dir(&inner).unwrap();
+    let path = inner.join("j.jsonl");
+    let mut node = start(&path);
+    node.force([("raw", 7.0)], Hold::UntilReleased).unwrap();
+    fs::rename(&inner, &away).unwrap();
+    await_refusal(&mut node, "cannot be written (No such file");
+    let release = node.release(["raw"]).unwrap().number;
+    let is_written = await_told(&mut node, release);
+    let line = format!("\"transaction\":{release},");
+    let text = fs::read_to_string(away.join("j.jsonl")).unwrap();
+    // A disk that takes longer than a second is a reason of its own.
+    assert!(text.contains(&line) || !is_written, "{text}");
+    await_line(&mut node, &away.join("j.jsonl"), release);
+    node.finish().unwrap();
+}
+
+#[test]
+fn what_happens_while_the_file_cannot_be_written_is_told_with_that_and_written_when_it_can_be() {
+    let folder = folder();
+    let path = folder.path().join("j.jsonl");
+    let mut node = start(&path);
+    let force = node.force([("raw", 7.0)], Hold::UntilReleased).unwrap().number;
+    await_line(&mut node, &path, force);
+    fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(20).unwrap();
+    await_refusal(&mut node, ":1: no line of a journal");
+    let release = node.release(["raw"]).unwrap().number;
+    assert!(!await_told(&mut node, release));
+    // What is left of the file is nothing; the way out is to remove it.
+    fs::remove_file(&path).unwrap();
+    await_line(&mut node, &path, release);
+    node.finish().unwrap();
+    let file = JournalFile::read(&path).unwrap();
+    let run = file.run(None).unwrap();
+    assert!(run.header.content.is_cut && run.end.is_some());
+    assert!(run.entries.iter().is_sorted_by_key(|entry| entry.content.sequence));
+}
+
 #[test]
 fn one_run_is_read_without_the_others() {
     let folder = folder();

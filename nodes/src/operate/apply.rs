@@ -13,7 +13,7 @@ use isochrone_timing::units::counted;
 
 use super::known::Known;
 use super::node;
-use super::transaction::{client, since};
+use super::transaction::{client, since, warn};
 use crate::failure::Failure;
 use crate::terminal;
 
@@ -65,6 +65,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if args.json {
         return terminal::print_json(&result);
     }
+    warn(&result.warnings);
     let head = match (result.transaction, &result.refused) {
         (Some(number), _) => format!("transaction {number}, applied{}", since(&result.tasks)),
         (None, Some(reason)) => format!("nothing was changed; it would be refused now: {reason}"),
@@ -170,6 +171,7 @@ mod tests {
         let result = ApplyResult {
             transaction: Some(7),
             tasks: Default::default(),
+            warnings: Vec::new(),
             added: names(&["filter", "limit"]),
             removed: Vec::new(),
             kept: names(&["level", "ramp"]),

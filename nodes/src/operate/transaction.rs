@@ -41,11 +41,16 @@ impl Transaction<'_> {
         text
     }
 
-    /// Says what blocks will think of the new values.
+    /// Says what blocks will think of the new values, and where the journal lacks them.
     pub(super) fn warn(&self) {
-        for warning in self.warnings {
-            terminal::note(&format!("warning: {warning}"));
-        }
+        warn(self.warnings);
+    }
+}
+
+/// Says what is to be known of a change.
+pub(super) fn warn(warnings: &[Finding]) {
+    for warning in warnings {
+        terminal::note(&format!("warning: {warning}"));
     }
 }
 

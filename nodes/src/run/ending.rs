@@ -11,7 +11,7 @@ use crate::terminal;
 /// for a release end within 200 ms.
 const IN_SILENCE: Duration = Duration::from_secs(1);
 
-/// Ends a node, and waits until no task of it runs. Names those that do not end.
+/// Ends a node, and waits until no task of it runs and everything is told. Names the tasks that do not end.
 pub(super) fn await_end(name: &str, node: &mut Running) {
     node.stop();
     let since = Instant::now();
@@ -27,6 +27,11 @@ pub(super) fn await_end(name: &str, node: &mut Running) {
 
 fn sentence(name: &str, node: &Running) -> String {
     let tasks: Vec<String> = node.unfinished_tasks().map(|task| format!("\"{task}\"")).collect();
+    if tasks.is_empty() {
+        return format!(
+            "node \"{name}\" waits until the journal has what was done last: the disk takes long."
+        );
+    }
     let (tasks, cycles) = match tasks.as_slice() {
         [task] => (format!("task {task}"), "its cycle"),
         tasks => (format!("tasks {}", tasks.join(", ")), "their cycles"),

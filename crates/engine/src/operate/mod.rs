@@ -69,6 +69,7 @@ pub(crate) use order::{Look, Work};
 pub use order::{Order, OrderState};
 pub use pattern::Pattern;
 pub(crate) use pattern::part_matches;
+pub use permissions::Unwritten;
 pub use refusal::{AtRefusal, Refusal, RefusalKind, Refusals};
 pub use replay::{Difference, Replay};
 pub use save::{Changes, SaveError};

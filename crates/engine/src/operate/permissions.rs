@@ -13,7 +13,26 @@ use crate::plan::Plan;
 pub(super) enum Intent {
     Set,
     Force,
+    Release,
     Apply,
+}
+
+/// Why a journal is not written, as part of a sentence, such as "the journal log.jsonl cannot be written
+/// (disk full)".
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Unwritten {
+    /// It is tried again.
+    ForNow(Arc<str>),
+    /// Nothing more is written to it until the node is started again.
+    ForGood(Arc<str>),
+}
+
+impl Unwritten {
+    /// What is in the way.
+    pub fn reason(&self) -> &str {
+        let (Self::ForNow(reason) | Self::ForGood(reason)) = self;
+        reason
+    }
 }
 
 /// The bounds of some parameters.
@@ -32,7 +51,7 @@ pub(super) struct Permissions {
     protected: Vec<(String, Pattern)>,
     limits: Vec<Limits>,
     /// Why the journal cannot be written, while that is so.
-    pub(super) unwritten: Option<Arc<str>>,
+    pub(super) unwritten: Option<Unwritten>,
 }
 
 impl Permissions {
@@ -53,6 +72,7 @@ impl Permissions {
         let (action, needs) = match intent {
             Intent::Set => ("setting a parameter", Control::Set),
             Intent::Force => ("forcing a signal", Control::Force),
+            Intent::Release => ("releasing a signal", Control::Force),
             Intent::Apply => ("changing the configuration", Control::Force),
         };
         if self.control < needs {
@@ -60,8 +80,9 @@ impl Permissions {
             return Err(Refusal::Control { control, action, needs });
         }
         match &self.unwritten {
-            Some(reason) => Err(Refusal::Journal { reason: reason.clone() }),
-            None => Ok(()),
+            // Whatever is wrong with the journal, a signal can be let go.
+            Some(why) if intent != Intent::Release => Err(Refusal::Journal { why: why.clone() }),
+            _ => Ok(()),
         }
     }
 

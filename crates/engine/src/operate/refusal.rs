@@ -3,11 +3,9 @@
 mod kind;
 mod refusals;
 
-use std::sync::Arc;
-
 use isochrone_blocks::PinType;
 
-use super::Value;
+use super::{Unwritten, Value};
 use crate::printable::escaped;
 
 pub use kind::RefusalKind;
@@ -106,10 +104,10 @@ pub enum Refusal {
         needs: &'static str,
     },
     /// The journal cannot be written, so nothing may be changed.
-    #[error("nothing can be changed while {reason}")]
+    #[error("nothing can be changed while {}", .why.reason())]
     Journal {
-        /// What is wrong with the journal, as part of a sentence.
-        reason: Arc<str>,
+        /// What is wrong with the journal.
+        why: Unwritten,
     },
     /// It is not forced.
     #[error("\"{name}\" is not forced")]
@@ -314,9 +312,12 @@ impl Refusal {
             Self::Control { needs, .. } => {
                 format!("write control = \"{needs}\" and start the node again")
             }
-            Self::Journal { .. } => {
-                "make it writable; the node tries again all the time, and changes nothing until then"
+            Self::Journal { why: Unwritten::ForNow(_) } => {
+                "make it writable; the node tries again all the time, and only releases forces until then"
                     .into()
+            }
+            Self::Journal { why: Unwritten::ForGood(_) } => {
+                "start the node again; until then it only releases forces".into()
             }
             Self::NotForced { .. } => "name a signal that is; `forces` lists them".into(),
             Self::NotSearched { .. } => "divide the request".into(),

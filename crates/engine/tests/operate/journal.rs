@@ -124,11 +124,14 @@ fn an_entry_of_another_node_is_refused_with_all_that_does_not_fit() {
 }
 
 #[test]
-fn nothing_is_changed_while_the_journal_cannot_be_written() {
+fn nothing_is_changed_while_the_journal_cannot_be_written_but_a_force_can_be_released() {
     let mut hand = Hand::new(NODE);
-    hand.operator.continue_after(41);
+    hand.operator.continue_after(40);
+    assert_eq!(hand.force([("ramp.0.value", 9.0.into())], Hold::UntilReleased), 41);
+    hand.steps(1);
     assert_eq!(hand.set([("ramp.0.setChangeRate", 20.0.into())]), 42);
-    hand.operator.set_unwritten(Some("the journal j cannot be written (disk full)".into()));
+    let unwritten = "the journal j cannot be written (disk full)";
+    hand.operator.set_unwritten(Some(Unwritten::ForNow(unwritten.into())));
     let set = [("ramp.0.setChangeRate", 30.0.into())];
     let refused = hand.operator.set(set, Request::default(), &hand.next).unwrap_err();
     assert_eq!(refused.kind(), RefusalKind::Forbidden);
@@ -138,6 +141,12 @@ fn nothing_is_changed_while_the_journal_cannot_be_written() {
         hand.operator.force([("raw", 1.into())], Hold::UntilReleased, Request::default(), &[0, 0]);
     assert_eq!(refusals(force)[0].to_string(), told);
     assert!(hand.operator.get(["raw"], 0, 1).is_ok());
+    assert_eq!(hand.release("ramp.*.value"), 43);
+    hand.steps(1);
+    assert_eq!(hand.operator.forces().count(), 0);
+    hand.operator.set_unwritten(Some(Unwritten::ForGood(unwritten.into())));
+    let refused = hand.operator.set(set, Request::default(), &hand.next).unwrap_err();
+    assert!(refused.findings()[0].help().starts_with("start the node again"), "{refused}");
     hand.operator.set_unwritten(None);
-    assert_eq!(hand.set(set), 43);
+    assert_eq!(hand.set(set), 44);
 }

@@ -2,7 +2,7 @@
 
 use isochrone_engine::operate::{self, ChangeSummary, Entry};
 
-use crate::control::{ApplyResult, ByTask, ChangedValue, Given, Part, Reply, Room, Tuned};
+use crate::control::{ApplyResult, ByTask, ChangedValue, Finding, Given, Part, Reply, Room, Tuned};
 
 /// What another configuration changes, and which tasks have it.
 pub(super) struct Applied {
@@ -24,11 +24,12 @@ impl Applied {
     }
 
     /// `number` is 0 of one that is only tried.
-    pub(super) fn reply(self, number: u64) -> Reply {
+    pub(super) fn reply(self, number: u64, notes: Vec<Finding>) -> Reply {
         let Self { tasks, summary, values, tuned, cost_ns, refused, .. } = self;
         let transaction = Some(number).filter(|number| *number > 0);
         let ChangeSummary { added, removed, kept, changed, limits } = summary;
         let mut room = Room::of_answer();
+        let warnings = notes.into_iter().take_while(|note| room.takes(note)).collect();
         // What has changed is worth more than what has not.
         let [limits, removed, added, changed, kept] =
             [limits, removed, added, changed, kept].map(|names| fitting(names, &mut room));
@@ -49,6 +50,7 @@ impl Applied {
         Reply::Apply(ApplyResult {
             transaction,
             tasks,
+            warnings,
             added,
             removed,
             kept,

@@ -92,8 +92,7 @@ impl Attendant {
         if is_dry {
             let slack = operating.check_slack(&prepared);
             applied.refused = slack.err().filter(|_| !allow_missed).map(|error| error.to_string());
-            let work = Work::Apply(applied);
-            return Ok(UnderWay { ticket, number: 0, missing: 0, work, failure: None });
+            return Ok(UnderWay::new(ticket, 0, 0, Work::Apply(applied)));
         }
         if !allow_missed {
             operating.check_slack(&prepared).map_err(unapplied)?;
@@ -108,8 +107,7 @@ impl Attendant {
                 applied.tasks.insert(name.clone(), Part { cycle, pending: true });
             }
         }
-        let (number, work) = (sent.number, Work::Apply(applied));
-        Ok(UnderWay { ticket, number, missing, work, failure: None })
+        Ok(UnderWay::new(ticket, sent.number, missing, Work::Apply(applied)))
     }
 }
 

@@ -180,15 +180,15 @@ impl Attendant {
         let mut operating = self.shared.lock();
         operating.take_back();
         let came = operating.for_service();
-        let has_ended = operating.has_ended();
+        let is_over = operating.is_over();
         drop(operating);
-        for done in came {
-            let is_its = |one: &&mut UnderWay| one.is_about(&done);
+        for told in came {
+            let is_its = |one: &&mut UnderWay| one.is_about(&told.done);
             if let Some(one) = self.under_way.iter_mut().find(is_its) {
-                one.take(done);
+                one.take(told);
             }
         }
-        let is_over = |one: &mut UnderWay| one.is_complete() || has_ended;
+        let is_over = |one: &mut UnderWay| one.is_complete() || is_over;
         for one in self.under_way.extract_if(.., is_over) {
             let (ticket, outcome) = one.end();
             self.ended.push_back((ticket, outcome));

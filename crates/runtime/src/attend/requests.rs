@@ -145,9 +145,9 @@ impl Attendant {
 
     fn begun(&mut self, ticket: Ticket, number: u64, missing: usize, work: Work) -> Begun {
         if missing == 0 {
-            return Begun::Ended(Ok(work.reply(number)));
+            return Begun::Ended(Ok(work.reply(number, Vec::new())));
         }
-        self.under_way.push(UnderWay { ticket, number, missing, work, failure: None });
+        self.under_way.push(UnderWay::new(ticket, number, missing, work));
         Begun::Later(ticket)
     }
 }

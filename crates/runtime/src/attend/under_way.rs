@@ -1,6 +1,6 @@
 //! A request that has been sent to its tasks, until all that are due soon have answered.
 
-use isochrone_engine::operate::{Action, Done, Entry, Reading, Warning};
+use isochrone_engine::operate::{Action, Done, Entry, Reading, Unwritten, Warning};
 use isochrone_ipc::Flags;
 
 use crate::control::{
@@ -9,6 +9,7 @@ use crate::control::{
 };
 
 use super::applied::Applied;
+use crate::operating::Told;
 
 /// A request under way.
 pub(super) struct UnderWay {
@@ -18,6 +19,8 @@ pub(super) struct UnderWay {
     /// Tasks that are still to answer.
     pub(super) missing: usize,
     pub(super) work: Work,
+    /// What to know of it beside what the node's operator said beforehand.
+    pub(super) notes: Vec<Finding>,
     pub(super) failure: Option<Failure>,
 }
 
@@ -51,6 +54,10 @@ pub(super) struct Read {
 }
 
 impl UnderWay {
+    pub(super) fn new(ticket: Ticket, number: u64, missing: usize, work: Work) -> Self {
+        Self { ticket, number, missing, work, notes: Vec::new(), failure: None }
+    }
+
     pub(super) fn is_about(&self, done: &Done) -> bool {
         self.number
             == match done {
@@ -65,9 +72,12 @@ impl UnderWay {
     }
 
     /// Takes in what one of its tasks did. One that was too far ahead to be waited for may come early.
-    pub(super) fn take(&mut self, done: Done) {
+    pub(super) fn take(&mut self, told: Told) {
         self.missing = self.missing.saturating_sub(1);
-        match (done, &mut self.work) {
+        if let (Done::Applied(entry), Some(why)) = (&told.done, &told.unwritten) {
+            self.notes.extend(self.work.task(entry.task).map(|task| unwritten(entry, task, why)));
+        }
+        match (told.done, &mut self.work) {
             (Done::Applied(entry), Work::Change(change)) => change.take(entry),
             (Done::Applied(entry), Work::Apply(applied)) => applied.take(&entry),
             (Done::Read(reading), Work::Read(read)) => read.readings.push(reading),
@@ -81,21 +91,58 @@ impl UnderWay {
 
     /// Its outcome; where tasks are missing, the node has ended.
     pub(super) fn end(self) -> (Ticket, Outcome) {
-        let outcome = match (self.failure, self.missing) {
-            (Some(failure), _) => Err(failure),
-            (None, 0) => Ok(self.work.reply(self.number)),
-            (None, _) => Err(Failure::new(Code::TooLate, "the node ended before it came to this")),
+        let Self { ticket, number, missing, work, mut notes, failure } = self;
+        let outcome = match failure {
+            Some(failure) => Err(failure),
+            None if missing == 0 => Ok(work.reply(number, notes)),
+            None if work.is_partly_done() => {
+                let message =
+                    "the node ended before all tasks had come to this; `tasks` has those that had";
+                notes.push(Finding::new("", message));
+                Ok(work.reply(number, notes))
+            }
+            None => Err(Failure::new(Code::TooLate, "the node ended before it came to this")),
         };
-        (self.ticket, outcome)
+        (ticket, outcome)
     }
 }
 
+/// That an entry is not in the journal's file.
+fn unwritten(entry: &Entry, task: &str, why: &Unwritten) -> Finding {
+    let (cycle, reason) = (entry.cycle, why.reason());
+    let (yet, help) = match why {
+        Unwritten::ForNow(_) => (" yet", "it is written as soon as that is possible"),
+        Unwritten::ForGood(_) => ("", "nothing more is written until the node is started again"),
+    };
+    let message = format!(
+        "this was made at cycle {cycle} of task \"{task}\" and is not in the journal{yet}: {reason}"
+    );
+    Finding::new("journal", message).with_help(help)
+}
+
 impl Work {
-    pub(super) fn reply(self, number: u64) -> Reply {
+    pub(super) fn reply(self, number: u64, notes: Vec<Finding>) -> Reply {
         match self {
-            Self::Change(change) => change.reply(number),
-            Self::Apply(applied) => applied.reply(number),
+            Self::Change(change) => change.reply(number, notes),
+            Self::Apply(applied) => applied.reply(number, notes),
             Self::Read(read) => Reply::Get(read.result()),
+        }
+    }
+
+    fn task(&self, index: usize) -> Option<&str> {
+        let (Self::Change(Change { names, .. })
+        | Self::Apply(Applied { names, .. })
+        | Self::Read(Read { names, .. })) = self;
+        names.get(index).map(String::as_str)
+    }
+
+    /// Whether a task has come to it.
+    fn is_partly_done(&self) -> bool {
+        match self {
+            Self::Change(Change { tasks, .. }) | Self::Apply(Applied { tasks, .. }) => {
+                tasks.values().any(|part| !part.pending)
+            }
+            Self::Read(_) => false,
         }
     }
 }
@@ -114,7 +161,7 @@ impl Change {
         }
     }
 
-    fn reply(self, transaction: u64) -> Reply {
+    fn reply(self, transaction: u64, notes: Vec<Finding>) -> Reply {
         let Self { tasks, before, after, warnings, until, .. } = self;
         let mut room = Room::of_answer();
         let values = before.0.len();
@@ -128,7 +175,8 @@ impl Change {
                 .with_help("the journal has them")
         });
         let words = |warning: Warning| Finding::new(warning.name(), warning.to_string());
-        let warnings = long.into_iter().chain(warnings.into_iter().map(words));
+        let notes = notes.into_iter().chain(long);
+        let warnings = notes.chain(warnings.into_iter().map(words));
         let warnings = warnings.take_while(|finding| room.takes(finding)).collect();
         match until {
             Some(until) => {
@@ -176,5 +224,55 @@ impl Read {
             values.push((name, value));
         }
         GetResult { total, tasks, values: Values(values), quality: is_known.then_some(quality) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use isochrone_engine::operate::Client;
+
+    use super::*;
+
+    /// A change of two tasks, of which the first has come to it, unless `done` is empty.
+    fn ended(done: &[usize]) -> Outcome {
+        let names = vec!["fast".to_owned(), "slow".to_owned()];
+        let change = Change { names, ..Change::default() };
+        let mut request = UnderWay::new(Ticket(1), 7, 2, Work::Change(change));
+        for &task in done {
+            let entry = Entry {
+                sequence: 1,
+                transaction: 7,
+                task,
+                cycle: 12,
+                unix_ns: 0,
+                action: Action::Set,
+                changes: Vec::new(),
+                client: Client::Program,
+                comment: None,
+                configuration: None,
+            };
+            let reason = Unwritten::ForNow("the journal j cannot be written (disk full)".into());
+            request.take(Told { done: Done::Applied(entry), unwritten: Some(reason) });
+        }
+        request.end().1
+    }
+
+    #[test]
+    fn what_was_done_when_the_node_ended_is_answered_as_done_and_nothing_else_is() {
+        let Err(failure) = ended(&[]) else { panic!() };
+        assert_eq!(failure.code, Code::TooLate);
+        let Ok(Reply::Set(partly)) = ended(&[0]) else { panic!() };
+        assert_eq!(partly.tasks.keys().collect::<Vec<_>>(), ["fast"]);
+        let told: Vec<_> = partly.warnings.iter().map(|warning| &warning.message).collect();
+        assert_eq!(
+            told,
+            [
+                "this was made at cycle 12 of task \"fast\" and is not in the journal yet: the journal j \
+                 cannot be written (disk full)",
+                "the node ended before all tasks had come to this; `tasks` has those that had",
+            ]
+        );
+        let Ok(Reply::Set(whole)) = ended(&[0, 1]) else { panic!() };
+        assert_eq!((whole.tasks.len(), whole.warnings.len()), (2, 2));
     }
 }

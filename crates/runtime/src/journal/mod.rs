@@ -22,4 +22,4 @@ pub use error::JournalError;
 pub use line::{FORMAT, Line, Missed, RunEnd, RunHeader, Unclear};
 pub use read::{JournalFile, JournaledRun, Numbered};
 pub use write::Journal;
-pub(crate) use writing::Writing;
+pub(crate) use writing::{Fate, Mark, Writing};

@@ -57,15 +57,16 @@ impl Journal {
         let (file, is_new) = open(&self.path)?;
         let mut new = self.successor(file)?;
         new.lock().map_err(io::Error::other)?;
-        let followed = new.follow().map_err(io::Error::other);
+        let (followed, is_cut) = (new.follow().map_err(io::Error::other), self.is_cut());
         let is_followed = followed.is_ok();
         let begun = followed.and_then(|()| {
             if is_new {
                 new.file.set_permissions(fs::Permissions::from_mode(mode))?;
             }
             new.header.run = new.header.run.max(self.header.run);
+            new.header.is_cut |= is_cut;
             new.write_header()?;
-            new.copy_run(self)
+            if is_cut { Ok(()) } else { new.copy_run(self) }
         });
         if let Err(error) = begun {
             if is_new {
@@ -76,14 +77,19 @@ impl Journal {
             }
             return Err(error);
         }
-        tracing::warn!(
-            "the journal {} was renamed or removed; another file of this name goes on, with all of run {} so \
-             far",
-            self.path.display(),
-            new.header.run
-        );
-        // Gives back the room that is reserved for it.
-        self.truncate(self.written);
+        if is_cut {
+            tracing::error!("{}", new.lost_words());
+            self.drop_begun_line();
+        } else {
+            tracing::warn!(
+                "the journal {} was renamed or removed; another file of this name goes on, with all of run {} \
+                 so far",
+                self.path.display(),
+                new.header.run
+            );
+            // Gives back the room that is reserved for it.
+            self.truncate(self.written);
+        }
         self.hand_over(new);
         Ok(())
     }
@@ -106,8 +112,14 @@ impl Journal {
         let begun = new.follow().map_err(io::Error::other);
         new.header.run = new.header.run.max(self.header.run);
         new.header.is_cut = true;
-        begun.and_then(|()| new.write_header())?;
+        begun?;
+        if let Err(error) = new.write_header() {
+            // What is written of it is no line.
+            new.truncate(new.run_begins);
+            return Err(error);
+        }
         tracing::error!("{}", new.lost_words());
+        self.drop_begun_line();
         self.hand_over(new);
         Ok(())
     }
@@ -115,6 +127,7 @@ impl Journal {
     /// Goes on in another file, which has all that was written.
     fn hand_over(&mut self, mut new: Self) {
         new.waiting = std::mem::take(&mut self.waiting);
+        new.has_begun_line = self.has_begun_line;
         new.has_ended = false;
         self.has_ended = true;
         *self = new;

@@ -51,6 +51,10 @@ pub struct Journal {
     /// Up to where room is reserved; `None`: the file system cannot.
     reserved: Option<u64>,
     pub(super) waiting: Vec<u8>,
+    /// Whether the beginning of its first line is in the file.
+    pub(super) has_begun_line: bool,
+    /// How much of that is the line of the end, which comes last.
+    end_bytes: usize,
     unwritten: Option<Arc<str>>,
     /// When it could not be written last, while that is so.
     failed: Option<Instant>,
@@ -91,6 +95,8 @@ impl Journal {
             lines_begin: 0,
             reserved: is_regular.then_some(0),
             waiting: Vec::new(),
+            has_begun_line: false,
+            end_bytes: 0,
             unwritten: None,
             failed: None,
             file,
@@ -129,6 +135,8 @@ impl Journal {
             lines_begin: 0,
             reserved: Some(0),
             waiting: Vec::new(),
+            has_begun_line: false,
+            end_bytes: 0,
             unwritten: self.unwritten.clone(),
             failed: None,
         };
@@ -200,21 +208,36 @@ impl Journal {
         self.waiting.extend_from_slice(line);
     }
 
-    /// How much waits to be written.
+    /// How much of what was added waits to be written.
     pub(super) fn waiting_bytes(&self) -> u64 {
-        self.waiting.len() as u64
+        self.waiting.len().saturating_sub(self.end_bytes) as u64
     }
 
-    /// Writes what waits, and sees to it that there is room for more.
-    pub(crate) fn flush(&mut self) {
-        // A full disk is asked again now and then, not each time that somebody looks.
+    /// Leaves it as it is: lines are lost that belong before an end.
+    pub(super) fn abandon(&mut self) {
+        self.has_ended = true;
+    }
+
+    /// Leaves out the rest of a line whose beginning was cut away with the file.
+    pub(super) fn drop_begun_line(&mut self) {
+        if std::mem::take(&mut self.has_begun_line) {
+            let end = self.waiting.iter().position(|byte| *byte == b'\n');
+            self.waiting.drain(..end.map_or(self.waiting.len(), |end| end + 1));
+        }
+    }
+
+    /// Writes what waits, and sees to it that there is room for more. Whether it was tried: a full disk is
+    /// asked again now and then, not each time that somebody looks.
+    pub(crate) fn flush(&mut self) -> bool {
         let is_too_soon = self.failed.is_some_and(|failed| failed.elapsed() < RETRY_PAUSE);
         if is_too_soon {
-            return;
+            return false;
         }
         self.failed = None;
-        let kept = self.keep_place().and_then(|()| self.write_waiting());
-        let written = kept.and_then(|()| self.reserve());
+        let kept = self.keep_place();
+        // What is not at its place is complete all the same; what is left of one that was cut may be another's.
+        let written = if self.is_cut() { Ok(()) } else { self.write_waiting() };
+        let written = kept.and(written).and_then(|()| self.reserve());
         let path = self.path.display();
         match written {
             Ok(()) if self.unwritten.take().is_some() => {
@@ -231,6 +254,7 @@ impl Journal {
                 self.failed = Some(Instant::now());
             }
         }
+        true
     }
 
     /// Writes that the run has ended, and gives back the room that is reserved. Returns why the file lacks
@@ -242,7 +266,9 @@ impl Journal {
         let kept = self.keep_place();
         self.has_ended = true;
         let end = Line::End(RunEnd { run: self.header.run, ended_unix_ns });
-        self.waiting.extend(end.text().unwrap_or_default());
+        let end = end.text().unwrap_or_default();
+        self.end_bytes = end.len();
+        self.waiting.extend(end);
         let written = if self.is_cut() {
             kept
         } else {
@@ -281,6 +307,8 @@ impl Journal {
                 Err(error) => break Err(error),
             }
         };
+        let last = done.checked_sub(1).and_then(|last| self.waiting.get(last));
+        self.has_begun_line = last.map_or(self.has_begun_line, |last| *last != b'\n');
         self.waiting.drain(..done);
         self.written += done as u64;
         result

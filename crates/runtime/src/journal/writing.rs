@@ -1,12 +1,13 @@
 //! The thread that writes a journal: a disk that is slow holds up what waits to be acknowledged, and
 //! nothing else.
 
+use std::panic::{self, AssertUnwindSafe};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use isochrone_engine::operate::Entry;
+use isochrone_engine::operate::{Entry, Unwritten};
 use isochrone_timing::CycleRecord;
 
 use super::error::JournalError;
@@ -14,6 +15,8 @@ use super::line::Line;
 use super::missed::Progress;
 use super::write::{Journal, RETRY_PAUSE};
 use crate::control::JournalEntry;
+use crate::operating::unix_ns;
+use crate::panics;
 
 /// Most bytes that wait to be written. While there are more, no missed cycles are added; they are
 /// unclear then.
@@ -22,22 +25,36 @@ const MOST_WAITING_BYTES: u64 = 1 << 20;
 const LOOK_PAUSE: Duration = Duration::from_secs(1);
 /// What takes longer is told, and changes are refused until it is over.
 const PATIENCE: Duration = Duration::from_secs(1);
-/// How long a node's end waits for the disk.
+/// How long a node's end waits for the disk, in all.
 const LAST_PATIENCE: Duration = Duration::from_secs(5);
 
 /// A journal that is being written.
 #[derive(Debug)]
 pub(crate) struct Writing {
     name: String,
-    lines: Option<Sender<Vec<u8>>>,
-    thread: Option<JoinHandle<Journal>>,
+    jobs: Sender<Job>,
+    thread: Option<JoinHandle<()>>,
     desk: Arc<Desk>,
-    /// Lines and bytes that were handed to the thread.
-    sent: u64,
-    sent_bytes: u64,
+    /// Where the last line ends that was handed to the thread.
+    sent: Mark,
     /// Since when there has been a line that the thread has not come to.
     behind_since: Option<(u64, Instant)>,
+    /// Up to when the end is waited for that the thread was asked for.
+    ends_until: Option<Instant>,
     progress: Vec<Progress>,
+}
+
+/// Where a line ends among those that the thread is given.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub(crate) struct Mark {
+    lines: u64,
+    bytes: u64,
+}
+
+/// What the thread is to do.
+enum Job {
+    Write(Vec<u8>),
+    End { ended_unix_ns: u64 },
 }
 
 /// What the thread tells.
@@ -52,8 +69,52 @@ struct Told {
     /// Lines that it has written, or could not write.
     tried: u64,
     written_bytes: u64,
-    unwritten: Option<Arc<str>>,
+    unwritten: Option<Unwritten>,
     lost: Option<Arc<str>>,
+    /// It writes no more.
+    end: Option<End>,
+}
+
+/// How the thread has ended.
+#[derive(Debug, Clone)]
+struct End {
+    /// Why the file lacks something at its end, if it does.
+    incomplete: Option<Arc<str>>,
+}
+
+/// How far the thread has come.
+#[derive(Debug, Clone)]
+pub(crate) struct Standing {
+    tried: u64,
+    written_bytes: u64,
+    /// Whether to wait for it no longer.
+    is_given_up: bool,
+    /// Why changes are refused; `None`: all is written, or it is not known yet.
+    pub(crate) unwritten: Option<Unwritten>,
+}
+
+/// What has become of a line.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) enum Fate {
+    /// The thread is to come to it.
+    Waits,
+    /// It is in the file.
+    Written,
+    /// It is not in the file yet.
+    Unwritten(Unwritten),
+}
+
+impl Standing {
+    /// What has become of the line that ends there.
+    pub(crate) fn fate(&self, mark: Mark) -> Fate {
+        match &self.unwritten {
+            _ if mark.bytes <= self.written_bytes => Fate::Written,
+            Some(why) if self.is_given_up || mark.lines <= self.tried => {
+                Fate::Unwritten(why.clone())
+            }
+            _ => Fate::Waits,
+        }
+    }
 }
 
 impl Desk {
@@ -68,28 +129,36 @@ impl Writing {
     /// # Errors
     /// There is no thread for it.
     pub(crate) fn start(journal: Journal, tasks: usize) -> Result<Self, JournalError> {
-        let (lines, taken) = channel();
-        let (name, desk) = (journal.name(), Arc::new(Desk::default()));
+        Self::with_thread(journal.name(), tasks, move |jobs, desk| work(journal, jobs, desk))
+    }
+
+    fn with_thread(
+        name: String,
+        tasks: usize,
+        work: impl FnOnce(&Receiver<Job>, &Desk) + Send + 'static,
+    ) -> Result<Self, JournalError> {
+        let (jobs, taken) = channel();
+        let desk = Arc::new(Desk::default());
         let told = Arc::clone(&desk);
-        let work = move || write(journal, &taken, &told);
-        let thread = thread::Builder::new().name("journal".to_owned()).spawn(work);
+        let thread = thread::Builder::new().name("journal".to_owned());
+        let thread = thread.spawn(move || work(&taken, &told));
         let path = name.clone();
         let thread = thread.map_err(|source| JournalError::Thread { path, source })?;
         Ok(Self {
             name,
-            lines: Some(lines),
+            jobs,
             thread: Some(thread),
             desk,
-            sent: 0,
-            sent_bytes: 0,
+            sent: Mark::default(),
             behind_since: None,
+            ends_until: None,
             progress: (0..tasks).map(|_| Progress::default()).collect(),
         })
     }
 
-    /// Adds what was done to a task of this name. Returns the number of its line, which [`tried`](Self::tried)
-    /// reaches before it is acknowledged; `None`: it is in no journal.
-    pub(crate) fn note(&mut self, entry: &Entry, task: &str) -> Option<u64> {
+    /// Adds what was done to a task of this name. Returns where its line ends, whose [fate](Standing::fate)
+    /// is told when it is acknowledged; `None`: it is in no journal.
+    pub(crate) fn note(&mut self, entry: &Entry, task: &str) -> Option<Mark> {
         // What the program gives to inputs is no operator's doing.
         if entry.changes.is_empty() && entry.configuration.is_none() {
             return None;
@@ -113,22 +182,20 @@ impl Writing {
         }
     }
 
-    /// How many lines the thread has written, or could not write.
-    pub(crate) fn tried(&self) -> u64 {
-        self.desk.lock().tried
-    }
-
-    /// Why changes are refused, as part of a sentence; `None`: all is written.
-    pub(crate) fn unwritten(&mut self) -> Option<Arc<str>> {
-        let Told { tried, unwritten, .. } = self.desk.lock().clone();
+    /// How far the thread has come, without waiting for it.
+    pub(crate) fn standing(&mut self) -> Standing {
+        let Told { tried, written_bytes, unwritten, end, .. } = self.desk.lock().clone();
         let began = self.behind_since.filter(|(at, _)| *at == tried).map(|(_, began)| began);
-        let began = (tried < self.sent).then(|| began.unwrap_or_else(Instant::now));
+        let began = (tried < self.sent.lines).then(|| began.unwrap_or_else(Instant::now));
         self.behind_since = began.map(|began| (tried, began));
-        unwritten.or_else(|| {
-            let is_slow = began.is_some_and(|began| began.elapsed() >= PATIENCE);
-            let name = &self.name;
-            is_slow.then(|| format!("the journal {name} has not been written for a second").into())
-        })
+        let is_slow = began.is_some_and(|began| began.elapsed() >= PATIENCE);
+        let slow = || {
+            let reason = format!("the journal {} has not been written for a second", self.name);
+            Unwritten::ForNow(reason.into())
+        };
+        let is_given_up = is_slow || end.is_some();
+        let unwritten = unwritten.or_else(|| is_slow.then(slow));
+        Standing { tried, written_bytes, is_given_up, unwritten }
     }
 
     /// What the file lacks for good, as a sentence without its end.
@@ -136,74 +203,119 @@ impl Writing {
         self.desk.lock().lost.clone()
     }
 
-    /// Waits until all that was added is written or could not be; not for ever. Whether it is.
-    pub(crate) fn wait(&self) -> bool {
-        let is_behind = |told: &mut Told| told.tried < self.sent;
-        let told =
-            self.desk.has_told.wait_timeout_while(self.desk.lock(), LAST_PATIENCE, is_behind);
-        !told.unwrap_or_else(PoisonError::into_inner).1.timed_out()
+    /// Has the thread write that the run has ended, after all that was added. Once is enough.
+    pub(crate) fn begin_end(&mut self, ended_unix_ns: u64) {
+        if self.ends_until.is_none() {
+            self.ends_until = Some(Instant::now() + LAST_PATIENCE);
+            // One that panicked has told so.
+            let _ = self.jobs.send(Job::End { ended_unix_ns });
+        }
     }
 
-    /// Writes that the run has ended. Returns why the file lacks something at its end, if it does: that is
-    /// lost.
+    /// Waits until it is written that the run has ended, up to 5 s after that was begun. Returns why the file
+    /// lacks something at its end, if it does: that is lost.
     pub(crate) fn end(mut self, ended_unix_ns: u64) -> Option<Arc<str>> {
-        let is_written = self.wait();
-        self.lines = None;
-        let thread = self.thread.take().filter(|_| is_written);
-        let Some(mut journal) = thread.and_then(|thread| thread.join().ok()) else {
+        self.begin_end(ended_unix_ns);
+        self.await_end()
+    }
+
+    fn await_end(&mut self) -> Option<Arc<str>> {
+        let thread = self.thread.take()?;
+        let now = Instant::now();
+        let patience = self.ends_until.unwrap_or(now).saturating_duration_since(now);
+        let writes = |told: &mut Told| told.end.is_none();
+        let told = self.desk.has_told.wait_timeout_while(self.desk.lock(), patience, writes);
+        let end = told.unwrap_or_else(PoisonError::into_inner).0.end.clone();
+        let Some(End { incomplete }) = end else {
+            // It hangs in the disk, and is left there.
             let (name, seconds) = (&self.name, LAST_PATIENCE.as_secs());
             let reason = format!("its end was not written within {seconds} s");
             return Some(format!("the journal {name} is incomplete: {reason}").into());
         };
-        journal.end(ended_unix_ns)
+        // What it has told last is the last that it does.
+        let _ = thread.join();
+        incomplete
     }
 
     fn waiting_bytes(&self) -> u64 {
-        self.sent_bytes - self.desk.lock().written_bytes
+        self.sent.bytes - self.desk.lock().written_bytes
     }
 
     fn send(&mut self, line: &Line) {
         let Some(text) = line.text() else { return };
-        let bytes = text.len() as u64;
-        // The thread ends with this end.
-        if self.lines.as_ref().is_some_and(|lines| lines.send(text).is_ok()) {
-            self.sent += 1;
-            self.sent_bytes += bytes;
-        }
+        self.sent.lines += 1;
+        self.sent.bytes += text.len() as u64;
+        // A thread that panicked never comes to it, and has told so.
+        let _ = self.jobs.send(Job::Write(text));
     }
 }
 
 impl Drop for Writing {
     fn drop(&mut self) {
-        self.lines = None;
-        // The journal ends with its thread; one that hangs in the disk is left there.
-        if self.thread.is_some() && self.wait() {
-            let _ = self.thread.take().map(JoinHandle::join);
+        if self.thread.is_some() {
+            self.begin_end(unix_ns());
+            if let Some(reason) = self.await_end() {
+                tracing::error!("{reason}");
+            }
         }
     }
 }
 
-fn write(mut journal: Journal, lines: &Receiver<Vec<u8>>, desk: &Desk) -> Journal {
-    let (mut taken, mut taken_bytes) = (0, 0);
+/// What the thread does, from its beginning to its end.
+fn work(mut journal: Journal, jobs: &Receiver<Job>, desk: &Desk) {
+    let name = journal.name();
+    let written = panic::catch_unwind(AssertUnwindSafe(|| write(&mut journal, jobs, desk)));
+    let incomplete = written.unwrap_or_else(|panic| {
+        // What it had taken is lost, so the run has no end in the file.
+        journal.abandon();
+        let words = panics::words(&*panic);
+        let why = format!("the thread that writes it panicked: {words}");
+        let reason = format!("the journal {name} cannot be written ({why})");
+        desk.lock().unwritten = Some(Unwritten::ForGood(reason.into()));
+        Some(format!("the journal {name} is incomplete: {why}").into())
+    });
+    // The file is free for others when the end is told.
+    drop(journal);
+    desk.lock().end = Some(End { incomplete });
+    desk.has_told.notify_all();
+}
+
+/// Writes what comes, up to the end. Returns why the file lacks something there, if it does.
+fn write(journal: &mut Journal, jobs: &Receiver<Job>, desk: &Desk) -> Option<Arc<str>> {
+    let mut taken = Mark::default();
     loop {
         let pause = if journal.unwritten().is_some() { RETRY_PAUSE } else { LOOK_PAUSE };
-        let first = match lines.recv_timeout(pause) {
-            Ok(line) => Some(line),
+        let first = match jobs.recv_timeout(pause) {
+            Ok(job) => Some(job),
             Err(RecvTimeoutError::Timeout) => None,
-            Err(RecvTimeoutError::Disconnected) => return journal,
+            Err(RecvTimeoutError::Disconnected) => return journal.end(unix_ns()),
         };
-        for line in first.into_iter().chain(lines.try_iter()) {
-            taken += 1;
-            taken_bytes += line.len() as u64;
-            journal.add(&line);
+        let mut end = None;
+        for job in first.into_iter().chain(jobs.try_iter()) {
+            match job {
+                Job::Write(line) => {
+                    taken.lines += 1;
+                    taken.bytes += line.len() as u64;
+                    journal.add(&line);
+                }
+                Job::End { ended_unix_ns } => end = Some(ended_unix_ns),
+            }
         }
-        journal.flush();
+        let incomplete = end.map(|ended_unix_ns| journal.end(ended_unix_ns));
+        let is_tried = incomplete.is_some() || journal.flush();
         let mut told = desk.lock();
-        told.tried = taken;
-        told.written_bytes = taken_bytes - journal.waiting_bytes();
-        told.unwritten = journal.unwritten().cloned();
+        if is_tried {
+            told.tried = taken.lines;
+        }
+        told.written_bytes = taken.bytes.saturating_sub(journal.waiting_bytes());
+        told.unwritten = match &incomplete {
+            Some(incomplete) => incomplete.clone().map(Unwritten::ForGood),
+            None => journal.unwritten().cloned().map(Unwritten::ForNow),
+        };
         told.lost = journal.lost();
         drop(told);
-        desk.has_told.notify_all();
+        if let Some(incomplete) = incomplete {
+            return incomplete;
+        }
     }
 }

@@ -16,7 +16,7 @@ use super::Value;
 use super::fixed::Fixed;
 use super::journal::{Change, Changed, Client, Entry, Journal, Place, Record};
 use super::order::Order;
-use super::permissions::Permissions;
+use super::permissions::{Permissions, Unwritten};
 use super::signals::{Signal, Signals};
 use super::warnings::{Warning, Warnings};
 use crate::plan::Plan;
@@ -192,14 +192,13 @@ impl Operator {
         self.next = self.next.max(last.saturating_add(1));
     }
 
-    /// Refuses all changes while a journal cannot be written, for this reason: part of a sentence,
-    /// such as "the journal log.jsonl cannot be written (disk full)". `None`: it can be written.
-    pub fn set_unwritten(&mut self, reason: Option<Arc<str>>) {
-        self.permissions.unwritten = reason;
+    /// Refuses all changes but releases while a journal is not written. `None`: it is.
+    pub fn set_unwritten(&mut self, why: Option<Unwritten>) {
+        self.permissions.unwritten = why;
     }
 
-    /// That reason, while there is one.
-    pub fn unwritten(&self) -> Option<&Arc<str>> {
+    /// Why changes are refused, while a journal is not written.
+    pub fn unwritten(&self) -> Option<&Unwritten> {
         self.permissions.unwritten.as_ref()
     }
 

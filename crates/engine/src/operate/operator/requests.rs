@@ -131,7 +131,7 @@ impl Operator {
         next: &[u64],
     ) -> Result<Prepared, Refusals> {
         let mut check = Check::of_writing(self);
-        check.note(self.permissions.check(Intent::Force));
+        check.note(self.permissions.check(Intent::Release));
         let mut slots: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
         for name in names {
             check.is_empty = false;

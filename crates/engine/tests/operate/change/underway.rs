@@ -113,6 +113,30 @@ fn a_force_that_comes_before_its_task_changes_goes_on_with_its_end_and_its_flag(
 }
 
 #[test]
+fn a_force_that_comes_too_late_after_a_change_is_forgotten() {
+    let mut hand = Hand::new(RAMPS);
+    hand.steps(1);
+    // Its slots come before those of `ramp`.
+    hand.change(&RAMPS.replace(
+        "[[block]]\nname = \"ramp\"",
+        "[[block]]\nname = \"fresh\"\ntype = \"LimRateOfChangeCI\"\ntask = \"fast\"\n\
+         in = { value = 25.0, setChangeRate = 10.0 }\n[[block]]\nname = \"ramp\"",
+    ));
+    let request = Request { at: Some(1), ..Request::default() };
+    let values = [("ramp.0.delayedValue", 9.0.into())];
+    let prepared = hand.operator.force(values, Hold::UntilReleased, request, &hand.next).unwrap();
+    let (transaction, orders) = hand.operator.send(prepared);
+    hand.steps(1);
+    assert!(hand.operator.changing().is_none());
+    for (task, order) in orders {
+        hand.inboxes[task].take(order).unwrap();
+    }
+    hand.step(0);
+    assert!(hand.done.contains(&Done::TooLate { transaction }), "{:?}", hand.done);
+    assert_eq!(hand.operator.forces().count(), 0);
+}
+
+#[test]
 fn what_is_on_its_way_out_or_is_given_a_value_by_the_change_waits_for_it() {
     let mut hand = Hand::new(RAMPS);
     let set = hand.set([("ramp.0.setChangeRate", 20.0.into())]);

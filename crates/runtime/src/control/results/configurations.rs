@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{ByTask, Part};
-use crate::control::Value;
+use crate::control::{Finding, Value};
 
 /// Of `save`: a piece of the configuration with the values of now.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -57,6 +57,9 @@ pub struct ApplyResult {
     pub transaction: Option<u64>,
     /// Each task's first cycle with it; empty after `dry_run`.
     pub tasks: ByTask<Part>,
+    /// What to know of it: the journal does not have it, or not all tasks.
+    #[serde(default)]
+    pub warnings: Vec<Finding>,
     /// Blocks that are new.
     pub added: Vec<String>,
     /// Blocks that are gone.
