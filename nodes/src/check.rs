@@ -6,7 +6,8 @@ use isochrone_blocks::BlockType;
 use isochrone_cyclic::{Margin, Wake};
 use isochrone_engine::config::{Bad, Binding, Cpu, OnStale};
 use isochrone_engine::{
-    Findings, InputPlan, OutputPlan, Plan, TaskPlan, WirePlan, format_duration_ns, reference,
+    Findings, InputPlan, OutputPlan, Plan, Problem, TaskPlan, WirePlan, format_duration_ns,
+    reference,
 };
 use isochrone_report::Table;
 use isochrone_runtime::{Place, Places};
@@ -47,21 +48,34 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let Some(file) = args.file.as_ref().filter(|_| !args.reference) else {
         return terminal::print(&reference::page());
     };
-    let plan =
-        configuration::plan_strictly(file, args.strict, catalogue).or_else(
-            |failure| match failure.findings().filter(|_| args.json) {
-                Some(findings) => terminal::print_json(&refusal(findings)).and(Err(failure)),
-                None => Err(failure),
-            },
-        )?;
+    let placed = configuration::plan(file, catalogue).and_then(|plan| placed(plan, args.strict));
+    let (plan, places) =
+        placed.or_else(|failure| match failure.findings().filter(|_| args.json) {
+            Some(findings) => terminal::print_json(&refusal(findings)).and(Err(failure)),
+            None => Err(failure),
+        })?;
     if args.json {
-        return terminal::print_json(&document(&plan));
+        return terminal::print_json(&document(&plan, &places));
     }
     configuration::note_warnings(&plan);
-    terminal::print(&text(&plan))
+    terminal::print(&text(&plan, &places))
 }
 
-fn text(plan: &Plan) -> String {
+/// A plan with the CPUs that would be chosen now, and what there is to be warned of then; with `strict`,
+/// warnings are errors.
+fn placed(mut plan: Plan, strict: bool) -> Result<(Plan, Places), Failure> {
+    let places = Places::of(&plan);
+    places.settle(&mut plan);
+    plan.warnings.retain(|finding| finding.problem != Problem::StarvedSource);
+    let starved = plan.starved_sources();
+    plan.warnings.extend(starved);
+    if strict {
+        configuration::refuse_warnings(&plan)?;
+    }
+    Ok((plan, places))
+}
+
+fn text(plan: &Plan, places: &Places) -> String {
     let outputs: usize = plan.tasks.iter().map(|task| task.outputs.len()).sum();
     let inputs: usize = plan.tasks.iter().map(|task| task.inputs.len()).sum();
     let mut text = format!(
@@ -73,7 +87,6 @@ fn text(plan: &Plan) -> String {
         counted(plan.instances(), "block"),
         counted(outputs, "output"),
     );
-    let places = Places::of(plan);
     for (index, task) in plan.tasks.iter().enumerate() {
         text += &format!("\ntask {}: {}\n", task.name, schedule(task));
         if let Some(Place::Chosen(choice)) = places.as_slice().get(index) {
@@ -249,8 +262,7 @@ fn binding_key(binding: &Binding) -> &'static str {
     }
 }
 
-fn document(plan: &Plan) -> Value {
-    let places = Places::of(plan);
+fn document(plan: &Plan, places: &Places) -> Value {
     let tasks = plan.tasks.iter().enumerate().map(|(index, task)| {
         let schedule = &task.schedule;
         json!({

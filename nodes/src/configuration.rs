@@ -22,17 +22,9 @@ pub(crate) fn plan_of(source: Source, catalogue: &[BlockType]) -> Result<Plan, F
     Plan::new(source, &rules(catalogue)).map_err(Failure::configuration)
 }
 
-/// Reads and plans a configuration; with `strict`, warnings are errors too.
-pub(crate) fn plan_strictly(
-    path: &Path,
-    strict: bool,
-    catalogue: &[BlockType],
-) -> Result<Plan, Failure> {
-    let plan = plan(path, catalogue)?;
-    if strict && !plan.warnings.is_empty() {
-        return Err(Failure::configuration(warnings(&plan)));
-    }
-    Ok(plan)
+/// Takes the warnings of a plan for errors.
+pub(crate) fn refuse_warnings(plan: &Plan) -> Result<(), Failure> {
+    if plan.warnings.is_empty() { Ok(()) } else { Err(Failure::configuration(warnings(plan))) }
 }
 
 /// Refuses a name on the command line that no service can have.

@@ -67,7 +67,10 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
-    let mut plan = configuration::plan_strictly(&args.file, args.strict, catalogue)?;
+    let mut plan = configuration::plan(&args.file, catalogue)?;
+    if args.strict {
+        configuration::refuse_warnings(&plan)?;
+    }
     require_services(&plan)?;
     configuration::note_warnings(&plan);
     configuration::note_max_age(&plan);
@@ -84,11 +87,12 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     if plan.tasks.iter().any(|task| task.priority.is_some()) {
         report.warnings.extend(prepare_process().refusals.iter().map(warning));
     }
-    let places = beside::choose_cpus(&mut plan);
-    throttling::refuse(&plan, &places, &report.environment)?;
     let name = format!("isochrone/{}", plan.node);
     let participant = Participant::join(&name, args.domain.find()?).map_err(Failure::found)?;
-    report.warnings.extend(beside::settle(&mut plan, &participant)?);
+    let running = beside::find(&plan, &participant)?;
+    let places = beside::choose_cpus(&mut plan, &running);
+    throttling::refuse(&plan, &places, &report.environment)?;
+    report.warnings.extend(beside::settle(&mut plan, &running));
     let prepared = Node::prepare_at(&plan, &places, participant)
         .map_err(Failure::found)?
         .with_cycles(args.cycles);

@@ -4,9 +4,11 @@ mod domain;
 
 use std::path::PathBuf;
 use std::process::Command;
+use std::thread;
 
-use domain::{Domain, Process, not_tested};
+use domain::{Domain, Ended, Process, not_tested};
 use isochrone_machine::Machine;
+use rustix::thread::{CpuSet, sched_setaffinity};
 use serde_json::Value;
 
 /// A node whose first task has these keys.
@@ -50,6 +52,83 @@ fn a_task_with_a_priority_runs_on_a_chosen_cpu_and_everybody_says_why() {
     let fast = &report["tasks"][0];
     assert_eq!((fast["cpu"].as_u64(), fast["cpu_reason"].as_str()), (Some(cpu), Some(reason)));
     assert!(report["tasks"][1].get("cpu_reason").is_none(), "it may move: {report}");
+}
+
+/// A task that follows another one of the same priority.
+const FOLLOWS: &str = r#"
+[node]
+name = "n"
+[[task]]
+name = "source"
+period = "10ms"
+priority = 5
+[[task]]
+name = "follower"
+period = "10ms"
+priority = 5
+follow = { service = "plant/saw", within = "1ms" }
+[[block]]
+name = "saw"
+task = "source"
+type = "SawTooth"
+in = { incrementRange = 1 }
+[[output]]
+service = "plant/saw"
+task = "source"
+signals = ["saw.value"]
+[[input]]
+name = "in"
+task = "follower"
+type = "INT"
+service = "plant/saw"
+signal = "saw.value"
+max_age = "1s"
+[[output]]
+service = "plant/after"
+task = "follower"
+signals = ["in"]
+"#;
+
+/// Runs the program on these CPUs.
+fn run_on(domain: &Domain, cpus: &[usize], arguments: &[&str]) -> Ended {
+    let mut set = CpuSet::new();
+    cpus.iter().for_each(|cpu| set.set(*cpu));
+    // What a thread starts has the thread's CPUs.
+    thread::scope(|scope| {
+        let run = || {
+            sched_setaffinity(None, &set).unwrap();
+            domain.start_with(arguments).finish()
+        };
+        scope.spawn(run).join().unwrap()
+    })
+}
+
+#[test]
+fn check_warns_of_a_source_that_its_follower_would_starve_on_the_cpu_that_is_chosen_for_both() {
+    let domain = Domain::new();
+    domain.write("n.toml", FOLLOWS);
+    let cpu = *Machine::here().bindable().unwrap().first().unwrap();
+    let said = "which has priority 5 and would run on the same CPU";
+    let checked = run_on(&domain, &[cpu], &["check", "n.toml"]).expect_code(0);
+    assert!(checked.stderr.contains(said), "{}", checked.stderr);
+    run_on(&domain, &[cpu], &["check", "n.toml", "--strict"]).expect_code(2);
+    let json = run_on(&domain, &[cpu], &["check", "n.toml", "--json"]).expect_code(0).stdout;
+    let json: Value = serde_json::from_str(&json).unwrap();
+    assert_eq!(json["warnings"][0]["code"], "starved_source", "{json}");
+}
+
+#[test]
+fn a_task_and_its_source_get_different_cpus_where_there_are_two() {
+    let domain = Domain::new();
+    domain.write("n.toml", FOLLOWS);
+    let allowed: Vec<usize> = Machine::here().bindable().unwrap().into_iter().take(2).collect();
+    if allowed.len() < 2 {
+        return not_tested("two CPUs", "this machine has one");
+    }
+    let json = run_on(&domain, &allowed, &["check", "n.toml", "--json"]).expect_code(0).stdout;
+    let json: Value = serde_json::from_str(&json).unwrap();
+    assert_ne!(json["tasks"][0]["cpu"], json["tasks"][1]["cpu"], "{json}");
+    assert_eq!(json["warnings"], serde_json::json!([]), "{json}");
 }
 
 /// Runs a node without the right to a priority, and returns its first task and what it said.

@@ -26,5 +26,5 @@ pub use disturbance::{Cause, Disturbance};
 pub use doctor::{Examination, Finding, NoSuchCpu, Severity, examine};
 pub use environment::Environment;
 pub use machine::{BoundThread, CpuList, GroupBudget, Machine, Mobility};
-pub use quiet::{Choice, DeviceInterrupts, Observation, ObservedCpu, Reason};
+pub use quiet::{Avoided, Choice, DeviceInterrupts, Observation, ObservedCpu, Reason};
 pub use throttling::{NoThrottling, Throttling};

@@ -1,11 +1,13 @@
 //! The CPUs of a node's tasks.
 
-use std::cmp::Reverse;
+mod choice;
 
 use isochrone_cyclic::Pinning;
 use isochrone_engine::config::Cpu;
 use isochrone_engine::{Plan, TaskPlan};
-use isochrone_machine::{BoundThread, Choice, Machine};
+use isochrone_machine::{Choice, Machine};
+
+use crate::neighbours::Neighbour;
 
 /// The CPUs of a node's tasks.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,34 +50,29 @@ impl Places {
     /// any, the machine is observed for 200 ms.
     ///
     /// Tasks of higher priority choose first, then those of shorter period. Each takes the CPU that
-    /// [`choose`](isochrone_machine::Observation::choose) names, where the tasks that have a CPU before it
-    /// count as threads that run there.
+    /// [`choose_off`](isochrone_machine::Observation::choose_off) names, where the tasks that have a CPU before
+    /// it count as threads that run there. A task that follows another one at its priority or a higher one
+    /// keeps off its CPU where there is another, and so does its source.
     pub fn of(plan: &Plan) -> Self {
-        Self::on(plan, &Machine::here())
+        Self::beside(plan, &Machine::here(), &[])
     }
 
     /// As [`of`](Self::of), on any machine.
     pub fn on(plan: &Plan, machine: &Machine) -> Self {
-        let mut places: Vec<Place> = plan.tasks.iter().map(named).collect();
-        let mut open: Vec<(usize, &TaskPlan)> =
-            plan.tasks.iter().enumerate().filter(|(_, task)| task.cpu.is_auto()).collect();
-        if open.is_empty() {
-            return Self { places };
+        Self::beside(plan, machine, &[])
+    }
+
+    /// As [`of`](Self::of), on any machine, and off the CPUs on which tasks of other nodes would keep a
+    /// task of the plan from sending, or it them.
+    pub fn beside(plan: &Plan, machine: &Machine, running: &[Neighbour]) -> Self {
+        let named = plan.tasks.iter().map(named).collect();
+        if !plan.tasks.iter().any(|task| task.cpu.is_auto()) {
+            return Self { places: named };
         }
-        let Some(mut observation) = machine.observation().cloned() else { return Self { places } };
-        let thread =
-            |task: &TaskPlan, cpu| BoundThread { process: None, name: task.name.clone(), cpu };
-        for (task, place) in plan.tasks.iter().zip(&places) {
-            place.cpu().into_iter().for_each(|cpu| observation.bind(thread(task, cpu)));
+        match machine.observation() {
+            Some(observation) => choice::choose(plan, &named, observation, running),
+            None => Self { places: named },
         }
-        open.sort_by_key(|(_, task)| (Reverse(task.priority), task.schedule.period_ns));
-        for (index, task) in open {
-            if let (Some(choice), Some(place)) = (observation.choose(), places.get_mut(index)) {
-                observation.bind(thread(task, choice.cpu));
-                *place = Place::Chosen(choice);
-            }
-        }
-        Self { places }
     }
 
     /// Writes the chosen CPUs into the plan, for what depends on them.
@@ -135,72 +132,5 @@ fn named(task: &TaskPlan) -> Place {
 }
 
 #[cfg(test)]
-mod tests {
-    use std::fs;
-    use std::path::Path;
-
-    use isochrone_engine::{Rules, Source};
-
-    use super::*;
-
-    /// The CPUs of tasks that are written like this, on a machine of three CPUs.
-    #[track_caller]
-    fn placed(tasks: &[&str]) -> Vec<Option<usize>> {
-        let names = ["a", "b", "c", "d"];
-        let task = |(name, keys): (&str, &&str)| format!("[[task]]\nname = \"{name}\"\n{keys}\n");
-        let tasks: String = names.into_iter().zip(tasks).map(task).collect();
-        let plan = plan(&tasks);
-        let root = tempfile::tempdir().unwrap();
-        write(root.path(), "sys/devices/system/cpu/online", "0-2");
-        write(root.path(), "proc/self/status", "Cpus_allowed_list:\t0-2\n");
-        let places = Places::on(&plan, &Machine::below(root.path()));
-        (0..plan.tasks.len()).map(|task| places.cpu(task)).collect()
-    }
-
-    #[track_caller]
-    fn plan(tasks: &str) -> Plan {
-        let text = format!("[node]\nname = \"n\"\n{tasks}").into();
-        let source = Source { name: "test.toml".into(), text };
-        Plan::new(source, &Rules::default()).unwrap()
-    }
-
-    fn write(root: &Path, path: &str, text: &str) {
-        fs::create_dir_all(root.join(path).parent().unwrap()).unwrap();
-        fs::write(root.join(path), text).unwrap();
-    }
-
-    #[test]
-    fn a_task_with_a_priority_gets_a_cpu_and_one_without_may_move() {
-        assert_eq!(
-            placed(&["period = \"1ms\"\npriority = 80", "period = \"1ms\""]),
-            [Some(2), None]
-        );
-        assert_eq!(placed(&["period = \"1ms\"\ncpu = \"auto\""]), [Some(2)]);
-        assert_eq!(placed(&["period = \"1ms\"\npriority = 80\ncpu = \"any\""]), [None]);
-    }
-
-    #[test]
-    fn the_highest_priority_chooses_first_and_tasks_are_kept_apart() {
-        let slow = "period = \"100ms\"\npriority = 50";
-        let fast = "period = \"1ms\"\npriority = 50";
-        let first = "period = \"10ms\"\npriority = 80";
-        assert_eq!(placed(&[slow, fast, first]), [Some(0), Some(1), Some(2)]);
-        assert_eq!(placed(&[slow, slow, slow, slow]), [Some(2), Some(1), Some(0), Some(2)]);
-    }
-
-    #[test]
-    fn a_cpu_that_is_named_is_kept_and_avoided() {
-        let named = "period = \"1ms\"\npriority = 10\ncpu = 2";
-        let open = "period = \"1ms\"\npriority = 80";
-        assert_eq!(placed(&[named, open]), [Some(2), Some(1)]);
-        assert_eq!(placed(&["period = \"1ms\"\ncpu = 7"]), [Some(7)], "the kernel refuses it");
-    }
-
-    #[test]
-    fn on_a_machine_that_tells_nothing_a_task_may_move() {
-        let plan = plan("[[task]]\nname = \"a\"\nperiod = \"1ms\"\npriority = 80\n");
-        let root = tempfile::tempdir().unwrap();
-        let places = Places::on(&plan, &Machine::below(root.path()));
-        assert_eq!(places.as_slice(), [Place::Anywhere]);
-    }
-}
+#[path = "places_tests.rs"]
+mod tests;

@@ -27,6 +27,14 @@ impl Neighbour {
         let service = &self.placement.follow.as_ref()?.service;
         source.placement.sends.contains(service).then_some(service)
     }
+
+    /// The service of another task for which it watches in a way that keeps that one from sending, were they
+    /// on one CPU. Without a priority it takes turns with others.
+    pub(crate) fn watched_in_the_way_of(&self, source: &Self) -> Option<&str> {
+        let is_itself = self.node == source.node && self.task == source.task;
+        let is_in_the_way = self.priority().is_some_and(|own| source.priority() <= Some(own));
+        self.followed_in(source).filter(|_| is_in_the_way && !is_itself)
+    }
 }
 
 impl StarvedSource {
@@ -54,16 +62,8 @@ impl StarvedSource {
 
     fn of(follower: &Neighbour, source: &Neighbour) -> Option<Self> {
         let cpu = follower.placement.cpu.filter(|cpu| source.placement.cpu == Some(*cpu))?;
-        let service = follower.followed_in(source)?.to_owned();
-        let is_itself = follower.node == source.node && follower.task == source.task;
-        // Without a priority it takes turns with others.
-        let is_in_the_way = follower.priority().is_some_and(|own| source.priority() <= Some(own));
-        (is_in_the_way && !is_itself).then(|| Self {
-            cpu,
-            follower: follower.clone(),
-            source: source.clone(),
-            service,
-        })
+        let service = follower.watched_in_the_way_of(source)?.to_owned();
+        Some(Self { cpu, follower: follower.clone(), source: source.clone(), service })
     }
 }
 

@@ -1,17 +1,37 @@
 //! A node beside others: what runs already has a say in its CPUs and phases, and is warned of.
 
 use isochrone_cyclic::ThreadGrant;
+use isochrone_engine::config::Cpu;
 use isochrone_engine::{Plan, format_duration_ns};
 use isochrone_ipc::{Participant, ipc};
+use isochrone_machine::Machine;
 use isochrone_runtime::{Neighbours, Place, Places, SharedCpu, StarvedSource, choose_phases};
 use isochrone_timing::Warning;
 
 use crate::failure::Failure;
 use crate::terminal;
 
+/// What runs beside a node whose tasks are pinned to CPUs. Other nodes share none with it.
+pub(super) fn find(
+    plan: &Plan,
+    participant: &Participant<ipc::Service>,
+) -> Result<Neighbours, Failure> {
+    if plan.tasks.iter().all(|task| matches!(task.cpu, Cpu::Any)) {
+        return Ok(Neighbours::default());
+    }
+    let running = Neighbours::find(participant, &plan.node).map_err(Failure::found)?;
+    for node in &running.silent {
+        terminal::note(&format!(
+            "note: node \"{node}\" does not say which CPUs its tasks need (it says control = \"off\", just \
+             starts, is stopped or is of an older version); it may meet tasks of this one"
+        ));
+    }
+    Ok(running)
+}
+
 /// Chooses the CPUs that the configuration leaves to the node, and says why.
-pub(super) fn choose_cpus(plan: &mut Plan) -> Places {
-    let places = Places::of(plan);
+pub(super) fn choose_cpus(plan: &mut Plan, running: &Neighbours) -> Places {
+    let places = Places::beside(plan, &Machine::here(), &running.tasks);
     places.settle(plan);
     for (task, place) in plan.tasks.iter().zip(places.as_slice()) {
         if let Place::Chosen(choice) = place {
@@ -38,22 +58,8 @@ pub(super) fn note_unpinned<'a>(
 }
 
 /// Chooses the phases that the configuration leaves to the node, and returns which tasks will share a CPU
-/// and need it at the same time, and which will keep the tasks that they follow from sending. Tasks that are
-/// pinned to no CPU share none.
-pub(super) fn settle(
-    plan: &mut Plan,
-    participant: &Participant<ipc::Service>,
-) -> Result<Vec<Warning>, Failure> {
-    if plan.tasks.iter().all(|task| task.cpu.number().is_none()) {
-        return Ok(Vec::new());
-    }
-    let running = Neighbours::find(participant, &plan.node).map_err(Failure::found)?;
-    for node in &running.silent {
-        terminal::note(&format!(
-            "note: node \"{node}\" does not say which CPUs its tasks need (it says control = \"off\", just \
-             starts, is stopped or is of an older version); it may meet tasks of this one"
-        ));
-    }
+/// and need it at the same time, and which will keep the tasks that they follow from sending.
+pub(super) fn settle(plan: &mut Plan, running: &Neighbours) -> Vec<Warning> {
     choose_phases(plan, &running.tasks);
     for task in &plan.tasks {
         if let Some(reason) = task.phase_choice.reason() {
@@ -64,5 +70,5 @@ pub(super) fn settle(
     let shared = SharedCpu::of_plan(plan, &running.tasks);
     let starved = StarvedSource::of_plan(plan, &running.tasks);
     let starved = starved.iter().map(Into::into);
-    Ok(shared.iter().map(Into::into).chain(starved).collect())
+    shared.iter().map(Into::into).chain(starved).collect()
 }

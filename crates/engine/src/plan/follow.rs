@@ -41,40 +41,38 @@ pub(super) fn check(config: &Config, names: &Names<'_>, findings: &mut Vec<Findi
     }
 }
 
-/// Warns of tasks that watch for another task's frames on its CPU and at its priority or a higher one:
-/// while they watch, it does not run.
-pub(super) fn starved_sources(config: &Config, tasks: &[TaskPlan], findings: &mut Vec<Finding>) {
-    for (task, written) in tasks.iter().zip(&config.tasks) {
-        let followed = written.follow.as_ref().and_then(|follow| follow.service.as_ref());
-        let (Some(followed), Some(priority), Some(cpu)) =
-            (followed, task.priority, task.cpu.number())
-        else {
-            continue;
-        };
-        let sends = |other: &&TaskPlan| {
-            other.outputs.iter().any(|output| output.service == *followed.get_ref())
-        };
-        let Some(source) = tasks.iter().find(sends) else { continue };
-        let is_behind = source.priority.is_none_or(|source| source <= priority);
-        if source.name == task.name || source.cpu.number() != Some(cpu) || !is_behind {
-            continue;
-        }
-        let priority_of_source = match source.priority {
-            Some(priority) => format!("has priority {priority}"),
-            None => "has no priority".into(),
-        };
-        let message = format!(
-            "task \"{}\" (priority {priority}) follows \"{}\" of task \"{}\", which {priority_of_source} and \
-             runs on the same CPU {cpu}: while the one watches, the other cannot send",
-            task.name,
-            followed.get_ref(),
-            source.name,
-        );
-        let help = format!(
-            "give task \"{}\" a higher priority than task \"{}\", or another CPU",
-            source.name, task.name
-        );
-        let finding = Finding::new(Problem::StarvedSource, followed.span(), message);
-        findings.push(finding.help(help));
+/// As [`Plan::starved_sources`](super::Plan::starved_sources).
+pub(super) fn starved_sources(tasks: &[TaskPlan]) -> Vec<Finding> {
+    tasks.iter().filter_map(|task| starved_source(task, tasks)).collect()
+}
+
+fn starved_source(task: &TaskPlan, tasks: &[TaskPlan]) -> Option<Finding> {
+    let followed = task.followed_service.as_ref()?;
+    let (priority, cpu) = (task.priority?, task.cpu.number()?);
+    let sends = |other: &&TaskPlan| other.outputs.iter().any(|output| output.service == *followed);
+    let source = tasks.iter().find(sends)?;
+    let is_behind = source.priority.is_none_or(|source| source <= priority);
+    if source.name == task.name || source.cpu.number() != Some(cpu) || !is_behind {
+        return None;
     }
+    let priority_of_source = match source.priority {
+        Some(priority) => format!("has priority {priority}"),
+        None => "has no priority".into(),
+    };
+    let runs = if task.cpu.is_auto() || source.cpu.is_auto() {
+        format!("would run on the same CPU {cpu}, as cpu = \"auto\" chooses now")
+    } else {
+        format!("runs on the same CPU {cpu}")
+    };
+    let message = format!(
+        "task \"{}\" (priority {priority}) follows \"{followed}\" of task \"{}\", which {priority_of_source} \
+         and {runs}: while the one watches, the other cannot send",
+        task.name, source.name,
+    );
+    let help = format!(
+        "give task \"{}\" a higher priority than task \"{}\", or another CPU",
+        source.name, task.name
+    );
+    let span = task.followed_span.clone().unwrap_or_default();
+    Some(Finding::new(Problem::StarvedSource, span, message).help(help))
 }

@@ -56,6 +56,10 @@ fn task_plan(task: &config::Task) -> TaskPlan {
             .follow
             .as_ref()
             .and_then(|follow| Some(follow.service.as_ref()?.get_ref().clone())),
+        followed_span: task
+            .follow
+            .as_ref()
+            .and_then(|follow| Some(follow.service.as_ref()?.span())),
         ob: task.ob.as_ref().map(|ob| *ob.get_ref()),
         priority: task.priority,
         cpu: task.cpu,

@@ -135,6 +135,8 @@ pub struct TaskPlan {
     /// The service of some of its inputs whose frames its cycles begin with, at the latest
     /// [`follow_within_ns`](Schedule::follow_within_ns) after their releases.
     pub followed_service: Option<String>,
+    /// Place of that service's name in the file.
+    pub followed_span: Option<std::ops::Range<usize>>,
     /// Its inputs, which stand first in the image: their values, then their `ok`, then their `age`.
     pub inputs: Vec<InputPlan>,
     /// Its outputs in file order.
@@ -363,7 +365,7 @@ impl Plan {
         // Only now: what an error keeps from being read is not the reader's choice.
         wiring.report_unread(&config, &mut findings);
         let (tasks, links) = layout::lay_out(&config, &names, &wiring, &depths);
-        follow::starved_sources(&config, &tasks, &mut findings);
+        findings.extend(follow::starved_sources(&tasks));
         advice::feedback_without_effect(&config, &tasks, &links, &mut findings);
         Ok(Self {
             node: config.node.as_ref().map(|node| node.get_ref().clone()).unwrap_or_default(),
@@ -389,6 +391,13 @@ impl Plan {
     /// The file cannot be read, or its configuration has errors, all of which are found together.
     pub fn read(path: impl AsRef<Path>, rules: &Rules<'_>) -> Result<Self, PlanError> {
         Ok(Self::new(Source::read(path.as_ref())?, rules)?)
+    }
+
+    /// Warns of tasks that watch for another task's frames on its CPU and at its priority or a higher one:
+    /// while they watch, it does not run. The plan's warnings have those that it had when it was made: after
+    /// CPUs were chosen for tasks that leave theirs open, there may be more.
+    pub fn starved_sources(&self) -> Vec<Finding> {
+        follow::starved_sources(&self.tasks)
     }
 
     /// Number of block instances.

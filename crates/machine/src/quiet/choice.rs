@@ -20,6 +20,11 @@ pub struct Choice {
 pub enum Reason {
     /// The process may use no other.
     Only,
+    /// It is none of those that had better not be chosen.
+    Off {
+        /// One of them.
+        avoided: Avoided,
+    },
     /// Just as many threads are bound to each other one.
     NoneFree,
     /// Fewer threads are bound to it than to others.
@@ -63,6 +68,15 @@ pub enum Reason {
     },
 }
 
+/// A CPU that a thread had better not run on.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Avoided {
+    /// Its number.
+    pub cpu: usize,
+    /// What it has that speaks against it.
+    pub has: String,
+}
+
 /// Up to this many device interrupts per second more make no difference: one that takes 10 us meets one
 /// cycle in a thousand.
 const RATE_TOLERANCE: f64 = 100.0;
@@ -78,6 +92,11 @@ impl Observation {
     /// threads on its core, with the fewest device interrupts per second, with the fewest since the machine
     /// started, and of CPUs that are alike in all this the last. `None` if there is none.
     pub fn choose(&self) -> Option<Choice> {
+        self.choose_off(&[])
+    }
+
+    /// As [`choose`](Self::choose), among the CPUs that are not to be avoided, if there are any.
+    pub fn choose_off(&self, avoided: &[Avoided]) -> Option<Choice> {
         let mut left: Vec<&ObservedCpu> = self.cpus.iter().collect();
         let mut reasons = Vec::new();
         if let [only] = left.as_slice() {
@@ -91,6 +110,8 @@ impl Observation {
             Self::interrupts,
             Self::interrupts_since_boot,
         ];
+        reasons.extend(off(&mut left, avoided));
+        let reasons_before = reasons.len();
         for narrow in narrow {
             reasons.extend(narrow(self, &mut left));
         }
@@ -107,7 +128,8 @@ impl Observation {
             }
         }
         // After the reason why there is nothing better.
-        reasons.splice(reasons.len().min(1)..reasons.len().min(1), shared(last));
+        let behind = reasons.len().min(reasons_before + 1);
+        reasons.splice(behind..behind, shared(last));
         Some(Choice { cpu: last.cpu, reasons })
     }
 
@@ -153,6 +175,16 @@ impl Observation {
         let (count, worst_count) = (fewest as u64, count(worst)?);
         Some(Reason::InterruptsSinceBoot { count, worst: worst.cpu, worst_count })
     }
+}
+
+/// Leaves those that are not to be avoided, unless that is none.
+fn off(left: &mut Vec<&ObservedCpu>, avoided: &[Avoided]) -> Option<Reason> {
+    let why = |cpu: &ObservedCpu| avoided.iter().find(|avoided| avoided.cpu == cpu.cpu);
+    if left.iter().all(|cpu| why(cpu).is_some()) {
+        return None;
+    }
+    let lost = keep(left, |cpu| why(cpu).is_none());
+    lost.into_iter().rev().find_map(why).map(|avoided| Reason::Off { avoided: avoided.clone() })
 }
 
 fn shared(cpu: &ObservedCpu) -> Option<Reason> {
@@ -202,6 +234,7 @@ impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Only => f.write_str("the only CPU that this process may use"),
+            Self::Off { avoided } => write!(f, "CPU {} has {}", avoided.cpu, avoided.has),
             Self::NoneFree => f.write_str("no CPU is without a task"),
             Self::Apart { bound: 0, other } => {
                 write!(f, "no task is bound to it, CPU {} has {}", other.cpu, Named(other))

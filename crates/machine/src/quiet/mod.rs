@@ -6,5 +6,5 @@
 mod choice;
 mod observation;
 
-pub use choice::{Choice, Reason};
+pub use choice::{Avoided, Choice, Reason};
 pub use observation::{DeviceInterrupts, Observation, ObservedCpu};

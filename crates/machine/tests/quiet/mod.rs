@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use crate::machines::{CONTAINER, Fake, GUEST, LAPTOP, METAL};
-use isochrone_machine::{BoundThread, Choice, Observation, Reason};
+use isochrone_machine::{Avoided, BoundThread, Choice, Observation, Reason};
 
 const SECOND: Duration = Duration::from_secs(1);
 
@@ -24,6 +24,19 @@ fn plain(cpus: &str) -> Fake {
     fake.write("sys/devices/system/cpu/online", cpus);
     fake.write("proc/self/status", format!("Cpus_allowed_list:\t{cpus}\n"));
     fake
+}
+
+#[test]
+fn a_cpu_that_is_to_be_avoided_is_chosen_only_if_all_are() {
+    let observation = observed(&plain("0-2"));
+    let avoid = |cpus: &[usize]| {
+        let avoided = |cpu: &usize| Avoided { cpu: *cpu, has: "a.t, which it follows".into() };
+        observation.choose_off(&cpus.iter().map(avoided).collect::<Vec<_>>()).unwrap()
+    };
+    assert_eq!(avoid(&[2]).cpu, 1);
+    assert_eq!(avoid(&[1, 2]).to_string(), "CPU 2 has a.t, which it follows");
+    assert_eq!(avoid(&[0, 1, 2]), observation.choose().unwrap());
+    assert_eq!(avoid(&[7]), observation.choose().unwrap());
 }
 
 /// A program's process and one more thread of it.

@@ -1,0 +1,112 @@
+//! Which task gets which CPU.
+
+use std::cmp::Reverse;
+use std::iter;
+
+use isochrone_engine::{Plan, TaskPlan};
+use isochrone_machine::{Avoided, BoundThread, Observation};
+
+use super::{Place, Places};
+use crate::neighbours::Neighbour;
+use crate::starved_source::StarvedSource;
+
+/// Chooses the CPUs that a plan leaves open. The others are `named`.
+pub(super) fn choose(
+    plan: &Plan,
+    named: &[Place],
+    observation: &Observation,
+    running: &[Neighbour],
+) -> Places {
+    let start = Chooser::new(plan, named, observation, running);
+    let mut open: Vec<(usize, &TaskPlan)> =
+        plan.tasks.iter().enumerate().filter(|(_, task)| task.cpu.is_auto()).collect();
+    open.sort_by_key(|(_, task)| (Reverse(task.priority), task.schedule.period_ns));
+    let by_rank = start.clone().give(&open);
+    if by_rank.starved() == 0 {
+        return by_rank.places();
+    }
+    // Of those that chose before it, a task that comes behind its source has to keep off that one alone.
+    open.sort_by_key(|(index, _)| start.hops(*index));
+    let by_flow = start.give(&open);
+    if by_flow.starved() < by_rank.starved() { by_flow.places() } else { by_rank.places() }
+}
+
+#[derive(Clone)]
+struct Chooser<'a> {
+    /// The plan's tasks as they will run. Each has its CPU as soon as it is known.
+    tasks: Vec<Neighbour>,
+    places: Vec<Place>,
+    observation: Observation,
+    running: &'a [Neighbour],
+}
+
+impl<'a> Chooser<'a> {
+    fn new(
+        plan: &Plan,
+        named: &[Place],
+        observation: &Observation,
+        running: &'a [Neighbour],
+    ) -> Self {
+        let tasks = plan.tasks.iter().map(|task| Neighbour::planned(&plan.node, task)).collect();
+        let (places, observation) = (named.to_vec(), observation.clone());
+        let mut chooser = Self { tasks, places, observation, running };
+        for (index, place) in named.iter().enumerate() {
+            chooser.put(index, place.clone());
+        }
+        chooser
+    }
+
+    /// Has tasks choose one after the other.
+    fn give(mut self, order: &[(usize, &TaskPlan)]) -> Self {
+        for (index, _) in order {
+            let choice = self.observation.choose_off(&self.avoided(*index));
+            choice.into_iter().for_each(|choice| self.put(*index, Place::Chosen(choice)));
+        }
+        self
+    }
+
+    fn put(&mut self, index: usize, place: Place) {
+        let (Some(task), Some(old)) = (self.tasks.get_mut(index), self.places.get_mut(index))
+        else {
+            return;
+        };
+        if let Some(cpu) = place.cpu() {
+            self.observation.bind(BoundThread { process: None, name: task.task.clone(), cpu });
+            task.placement.cpu = cpu.try_into().ok();
+        }
+        *old = place;
+    }
+
+    /// The CPUs on which a task would keep another one from sending, or another one it.
+    fn avoided(&self, index: usize) -> Vec<Avoided> {
+        let Some(task) = self.tasks.get(index) else { return Vec::new() };
+        let avoided = |other: &Neighbour| {
+            let (cpu, name) = (other.placement.cpu? as usize, other.full_name());
+            let has = if task.watched_in_the_way_of(other).is_some() {
+                format!("{name}, which it follows")
+            } else {
+                other.watched_in_the_way_of(task)?;
+                format!("{name}, which follows it")
+            };
+            Some(Avoided { cpu, has })
+        };
+        self.tasks.iter().chain(self.running).filter_map(avoided).collect()
+    }
+
+    /// How many tasks keep their sources from sending.
+    fn starved(&self) -> usize {
+        StarvedSource::of_running(&[&self.tasks, self.running].concat()).len()
+    }
+
+    /// How many tasks stand behind each other from a task to where what it follows comes from.
+    fn hops(&self, index: usize) -> usize {
+        let source = |task: &&Neighbour| {
+            self.tasks.iter().find(|other| task.watched_in_the_way_of(other).is_some())
+        };
+        iter::successors(self.tasks.get(index), source).take(self.tasks.len()).count()
+    }
+
+    fn places(self) -> Places {
+        Places { places: self.places }
+    }
+}
