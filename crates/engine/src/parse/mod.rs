@@ -2,6 +2,8 @@
 
 mod input;
 mod limits;
+mod meant;
+mod scalar;
 mod section;
 mod syntax;
 mod task;

@@ -5,10 +5,10 @@ use std::cell::RefCell;
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
+use super::meant::{article, meant_value};
 use crate::Finding;
-use crate::duration::parse_duration_ns;
 use crate::finding::Problem;
-use crate::keys::{Absent, Form, Key, Range, TableKeys};
+use crate::keys::{Absent, Form, Key, TableKeys};
 use crate::nearest::nearest_name;
 
 type Span = std::ops::Range<usize>;
@@ -164,110 +164,6 @@ impl<'a> Section<'a> {
         }
     }
 
-    pub(super) fn string(&self, key: &Key) -> Option<Spanned<String>> {
-        self.read(key, |value| value.as_str().map(str::to_owned).ok_or(None))
-    }
-
-    /// A name that others refer to.
-    pub(super) fn name(&self, key: &Key) -> Option<Spanned<String>> {
-        let name = self.string(key)?;
-        let Form::Name(rule) = &key.form else { return Some(name) };
-        if (rule.accepts)(name.get_ref()) {
-            return Some(name);
-        }
-        let message =
-            format!("{} {} \"{}\" is not a valid name", self.known.title, key.name, name.get_ref());
-        self.report(
-            Finding::new(Problem::BadName, name.span(), message)
-                .help(format!("a name here is {}", rule.words)),
-        );
-        None
-    }
-
-    /// A whole number within the key's range.
-    pub(super) fn integer<T: TryFrom<i64>>(&self, key: &Key) -> Option<Spanned<T>> {
-        self.read(key, |value| {
-            let integer = value.as_integer().ok_or(None)?;
-            let (Form::Integer(range) | Form::WordOrInteger(_, range)) = &key.form else {
-                return Err(None);
-            };
-            let number = parse_integer(integer).filter(|number| (range.accepts)(*number));
-            number
-                .and_then(|number| T::try_from(number).ok())
-                .ok_or_else(|| Some(self.out_of_range(key, &integer.to_string(), range.words)))
-        })
-    }
-
-    /// A number with decimals within the key's range.
-    pub(super) fn number(&self, key: &Key) -> Option<Spanned<f64>> {
-        self.read(key, |value| {
-            // A whole number is one with decimals too, where there is no doubt about its type.
-            let whole = value.as_integer().and_then(parse_integer).map(|number| number as f64);
-            let float = || value.as_float().and_then(|float| float.as_str().parse().ok());
-            let number = whole.or_else(float);
-            match (&key.form, number) {
-                (Form::Number(range), Some(number)) if (range.accepts)(number) => Ok(number),
-                (Form::Number(range), Some(number)) => {
-                    Err(Some(self.out_of_range(key, &number.to_string(), range.words)))
-                }
-                _ => Err(None),
-            }
-        })
-    }
-
-    /// A duration within the key's range, in nanoseconds.
-    pub(super) fn duration_ns(&self, key: &Key) -> Option<Spanned<u64>> {
-        self.read(key, |value| {
-            let text = value.as_str().ok_or(None)?;
-            let Form::Duration(range) = &key.form else { return Err(None) };
-            match parse_duration_ns(text) {
-                Ok(duration_ns) if (range.accepts)(duration_ns) => Ok(duration_ns),
-                Ok(_) => Err(Some(self.out_of_range(key, text, range.words))),
-                Err(reason) => {
-                    let (title, name) = (self.known.title, key.name);
-                    let message = format!("{title} {name} \"{text}\": {reason}");
-                    let finding = Finding::new(Problem::OutOfRange, 0..0, message);
-                    let help = plain_duration(text, range).map_or_else(
-                        || format!("{name} is {}", range.words),
-                        |plain| format!("write {name} = \"{plain}\""),
-                    );
-                    Err(Some(finding.help(help)))
-                }
-            }
-        })
-    }
-
-    /// One of the key's words: the choice in its place.
-    pub(super) fn choice<T: Copy>(&self, key: &Key, choices: &[T]) -> Option<Spanned<T>> {
-        self.read(key, |value| {
-            let text = value.as_str().ok_or(None)?;
-            let (Form::Word(words) | Form::WordOrTable(words, _) | Form::WordOrInteger(words, _)) =
-                &key.form
-            else {
-                return Err(None);
-            };
-            let chosen = words.iter().zip(choices).find(|(word, _)| **word == text);
-            chosen.map(|(_, choice)| *choice).ok_or_else(|| {
-                let message = format!("{} {} cannot be \"{text}\"", self.known.title, key.name);
-                let finding = Finding::new(Problem::OutOfRange, 0..0, message);
-                Some(match meant_value(key, value) {
-                    Some(meant) => finding.help(format!("write {} = {meant}", key.name)),
-                    None => finding.did_you_mean(text, words.iter().copied()),
-                })
-            })
-        })
-    }
-
-    /// `true` or `false`.
-    pub(super) fn truth(&self, key: &Key) -> Option<Spanned<bool>> {
-        self.read(key, |value| value.as_bool().ok_or(None))
-    }
-
-    pub(super) fn out_of_range(&self, key: &Key, written: &str, range: &str) -> Finding {
-        let message = format!("{} {} {written} is out of range", self.known.title, key.name);
-        Finding::new(Problem::OutOfRange, 0..0, message).help(format!("{} is {range}", key.name))
-    }
-
     /// The tables of an array of tables.
     pub(super) fn tables(&self, key: &Key, known: &'static TableKeys) -> Vec<Section<'a>> {
         let Some(value) = self.get(key) else { return Vec::new() };
@@ -344,55 +240,4 @@ pub(super) fn is_instance(key: &str, value: &Spanned<DeValue<'_>>) -> bool {
 /// The number of a TOML integer in any notation, if it fits.
 pub(super) fn parse_integer(integer: &toml::de::DeInteger<'_>) -> Option<i64> {
     i64::from_str_radix(integer.as_str(), integer.radix()).ok()
-}
-
-/// The duration that was meant by one without a unit, or by a TIME literal such as `T#2ms`.
-fn plain_duration(text: &str, range: &Range<u64>) -> Option<String> {
-    let text = text.trim();
-    let plain = match text.split_once('#') {
-        Some((prefix, rest)) if ["t", "time"].contains(&&*prefix.to_lowercase()) => {
-            rest.to_lowercase().replace('_', "")
-        }
-        Some(_) => return None,
-        None => format!("{text}ms"),
-    };
-    parse_duration_ns(&plain).is_ok_and(range.accepts).then_some(plain)
-}
-
-/// What was meant by a value of another type, as it is written.
-fn meant_value(key: &Key, value: &DeValue<'_>) -> Option<String> {
-    match (&key.form, value) {
-        (Form::Duration(range), DeValue::Integer(number)) => {
-            let plain = plain_duration(&parse_integer(number)?.to_string(), range)?;
-            Some(format!("\"{plain}\""))
-        }
-        (Form::Duration(range), DeValue::Float(number)) => {
-            Some(format!("\"{}\"", plain_duration(number.as_str(), range)?))
-        }
-        (Form::Texts, DeValue::String(text)) => Some(format!("[\"{text}\"]")),
-        (Form::Truth, DeValue::String(text)) => {
-            let plain = text.trim().to_ascii_lowercase();
-            matches!(&*plain, "true" | "false").then_some(plain)
-        }
-        (Form::Integer(_) | Form::WordOrInteger(..), DeValue::String(text)) => {
-            text.trim().parse::<i64>().ok().map(|number| number.to_string())
-        }
-        (Form::Number(_) | Form::Value, DeValue::String(text)) => {
-            let plain = text.trim().to_ascii_lowercase();
-            let is_number = || plain.starts_with(|c: char| c.is_ascii_digit() || "+-".contains(c));
-            let is_value = matches!(&*plain, "true" | "false")
-                || (is_number() && plain.parse::<f64>().is_ok());
-            is_value.then_some(plain)
-        }
-        _ => None,
-    }
-}
-
-fn article(value: &DeValue<'_>) -> String {
-    let noun = match value.type_str() {
-        "string" => "text",
-        noun => noun,
-    };
-    let article = if noun.starts_with(['a', 'e', 'i', 'o', 'u']) { "an" } else { "a" };
-    format!("{article} {noun}")
 }

@@ -1,13 +1,17 @@
 //! What two indexes of a node's names have in common.
 
+mod blocks;
+mod pins;
+
 use std::collections::HashMap;
 use std::ops::Range;
 
 use isochrone_blocks::BlockType;
+pub(in crate::operate) use pins::ChangedPin;
 
-use super::{Run, Signals, Task, split};
+use super::{Run, Signals, Task};
 use crate::engine::{CarriedValue, Span};
-use crate::plan::{InputPart, WirePlan};
+use crate::plan::InputPart;
 
 /// The instances of the same name, type and task in two plans with the same tasks and inputs.
 #[derive(Debug)]
@@ -36,23 +40,6 @@ pub(in crate::operate) struct Stretch {
     block: usize,
     numbers: Range<usize>,
     from_block: usize,
-}
-
-/// An input pin of an instance that is in both plans, and that has another constant or wire.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(in crate::operate) struct ChangedPin {
-    /// In the second plan.
-    pub(in crate::operate) slot: usize,
-    /// Its constant there, if no wire leads to it.
-    pub(in crate::operate) constant: Option<f64>,
-}
-
-/// Blocks by name, and some of a block's instances by their numbers: `ramp.3 to ramp.7`.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub(in crate::operate) struct Blocks {
-    pub(in crate::operate) added: Vec<String>,
-    pub(in crate::operate) removed: Vec<String>,
-    pub(in crate::operate) kept: Vec<String>,
 }
 
 impl Stretch {
@@ -173,86 +160,6 @@ impl Kept {
         }
         carried.into()
     }
-
-    /// The input pins of a task that have another constant or wire, in the order of the new image.
-    pub(in crate::operate) fn changed(
-        &self,
-        old: &Signals,
-        new: &Signals,
-        task: usize,
-    ) -> Vec<ChangedPin> {
-        let (Some(of_old), Some(of_new)) = (old.tasks.get(task), new.tasks.get(task)) else {
-            return Vec::new();
-        };
-        let places = new.imported(task);
-        let origin = |wire: WirePlan| {
-            let from = wire.from as usize;
-            self.slot(task, from).or_else(|| {
-                let (from, slot) = of_old.import_at(from)?;
-                places.get(&(from, self.slot(from, slot)?)).copied()
-            })
-        };
-        let mut changed = Vec::new();
-        for stretch in self.stretches(task) {
-            let (Some((from, ..)), Some((to, ..))) =
-                (old.pin_at(task, stretch.from), new.pin_at(task, stretch.to))
-            else {
-                continue;
-            };
-            let (stride, inputs) = (stretch.block_type.slots(), stretch.block_type.inputs.len());
-            for instance in 0..stretch.instances {
-                for pin in 0..inputs {
-                    let offset = instance * stride + pin;
-                    let (known, slot) = (stretch.from + offset, stretch.to + offset);
-                    let constant = to.constants.get(pin).copied().unwrap_or_default();
-                    let is_same = match (of_old.wire_to(known), of_new.wire_to(slot)) {
-                        (None, None) => {
-                            let before = from.constants.get(pin).copied().unwrap_or_default();
-                            before.to_bits() == constant.to_bits()
-                        }
-                        (Some(before), Some(now)) => {
-                            origin(before) == Some(now.from as usize)
-                                && of_old.is_delayed(known) == of_new.is_delayed(slot)
-                        }
-                        _ => false,
-                    };
-                    if !is_same {
-                        let constant = of_new.wire_to(slot).is_none().then_some(constant);
-                        changed.push(ChangedPin { slot, constant });
-                    }
-                }
-            }
-        }
-        changed.sort_unstable_by_key(|pin| pin.slot);
-        changed
-    }
-
-    /// The blocks that are new, gone and kept.
-    pub(in crate::operate) fn blocks(&self, old: &Signals, new: &Signals) -> Blocks {
-        let mut by_new: HashMap<usize, Vec<Range<usize>>> = HashMap::new();
-        let mut by_old: HashMap<usize, Vec<Range<usize>>> = HashMap::new();
-        for stretch in self.tasks.iter().flat_map(|task| &task.stretches) {
-            by_new.entry(stretch.block).or_default().push(stretch.numbers.clone());
-            by_old.entry(stretch.from_block).or_default().push(stretch.numbers.clone());
-        }
-        let mut blocks = Blocks::default();
-        for (index, block) in new.blocks.iter().enumerate() {
-            let kept = merged(by_new.remove(&index).unwrap_or_default());
-            let is_numbered = new.is_numbered(block);
-            let name = |range| name(&block.name, range, block.count, is_numbered);
-            let others = complement(&kept, block.count);
-            blocks.kept.extend(kept.into_iter().map(name));
-            blocks.added.extend(others.into_iter().map(name));
-        }
-        for (index, block) in old.blocks.iter().enumerate() {
-            let kept = merged(by_old.remove(&index).unwrap_or_default());
-            let is_numbered = old.is_numbered(block);
-            let gone = complement(&kept, block.count).into_iter();
-            let name = |range| name(&block.name, range, block.count, is_numbered);
-            blocks.removed.extend(gone.map(name));
-        }
-        blocks
-    }
 }
 
 impl Signals {
@@ -280,41 +187,6 @@ impl Signals {
         };
         imports.iter().flat_map(|import| -> Vec<_> { of_import(import) }).collect()
     }
-
-    fn is_numbered(&self, block: &super::Block) -> bool {
-        let first = block.runs.first().and_then(|run| self.runs.get(*run as usize));
-        first.is_some_and(|run| run.number.is_some())
-    }
-
-    /// Names of pins by their slots; one that stands for all instances of a block has a `*`.
-    pub(in crate::operate) fn pin_names(&self, task: usize, slots: &[usize]) -> Vec<String> {
-        let mut order = Vec::new();
-        let mut pins: HashMap<(u32, usize), Vec<usize>> = HashMap::new();
-        for &slot in slots {
-            let Some((run, _, pin)) = self.pin_at(task, slot) else { continue };
-            let of_pin = pins.entry((run.block, pin)).or_default();
-            if of_pin.is_empty() {
-                order.push((run.block, pin));
-            }
-            of_pin.push(slot);
-        }
-        let mut names = Vec::new();
-        for key in order {
-            let slots = pins.remove(&key).unwrap_or_default();
-            let count = self.blocks.get(key.0 as usize).map_or(0, |block| block.count);
-            let mut signals = slots.iter().filter_map(|slot| self.at(task, *slot));
-            if slots.len() == count && count > 1 {
-                let parts = signals.next().and_then(|signal| {
-                    let (instance, pin) = signal.name.rsplit_once('.')?;
-                    Some(format!("{}.*.{pin}", split(instance)?.0))
-                });
-                names.extend(parts);
-            } else {
-                names.extend(signals.map(|signal| signal.name));
-            }
-        }
-        names
-    }
 }
 
 impl Run {
@@ -322,21 +194,6 @@ impl Run {
     fn numbers(&self) -> Range<usize> {
         let first = self.number.unwrap_or_default() as usize;
         first..first + self.len
-    }
-}
-
-impl Task {
-    /// Whether the wire to a slot is of the cycle before.
-    fn is_delayed(&self, slot: usize) -> bool {
-        self.delayed.binary_search_by_key(&slot, |to| *to as usize).is_ok()
-    }
-
-    /// The task and slot that another task's value comes from.
-    fn import_at(&self, slot: usize) -> Option<(usize, usize)> {
-        self.imports.iter().find_map(|import| {
-            let from = *import.slots.get(slot.checked_sub(import.first_slot)?)?;
-            Some((import.from, from as usize))
-        })
     }
 }
 
@@ -362,31 +219,4 @@ fn joined(spans: impl Iterator<Item = Span>) -> Box<[Span]> {
         }
     }
     joined.into()
-}
-
-fn merged(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
-    ranges.sort_unstable_by_key(|range| range.start);
-    let mut merged: Vec<Range<usize>> = Vec::new();
-    for range in ranges {
-        match merged.last_mut() {
-            Some(last) if last.end == range.start => last.end = range.end,
-            _ => merged.push(range),
-        }
-    }
-    merged
-}
-
-/// What is left of `0..count`.
-fn complement(ranges: &[Range<usize>], count: usize) -> Vec<Range<usize>> {
-    let starts = std::iter::once(0).chain(ranges.iter().map(|range| range.end));
-    let ends = ranges.iter().map(|range| range.start).chain(std::iter::once(count));
-    starts.zip(ends).map(|(start, end)| start..end).filter(|range| !range.is_empty()).collect()
-}
-
-fn name(block: &str, range: Range<usize>, count: usize, is_numbered: bool) -> String {
-    match range.len() {
-        len if len == count || !is_numbered => block.to_owned(),
-        1 => format!("{block}.{}", range.start),
-        _ => format!("{block}.{} to {block}.{}", range.start, range.end - 1),
-    }
 }

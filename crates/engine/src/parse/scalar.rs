@@ -1,0 +1,116 @@
+//! Values of keys that are one thing: a text, a number, a duration, a word.
+
+use toml::Spanned;
+
+use super::meant::{meant_value, plain_duration};
+use super::section::{Section, parse_integer};
+use crate::Finding;
+use crate::duration::parse_duration_ns;
+use crate::finding::Problem;
+use crate::keys::{Form, Key};
+
+impl Section<'_> {
+    pub(super) fn string(&self, key: &Key) -> Option<Spanned<String>> {
+        self.read(key, |value| value.as_str().map(str::to_owned).ok_or(None))
+    }
+
+    /// A name that others refer to.
+    pub(super) fn name(&self, key: &Key) -> Option<Spanned<String>> {
+        let name = self.string(key)?;
+        let Form::Name(rule) = &key.form else { return Some(name) };
+        if (rule.accepts)(name.get_ref()) {
+            return Some(name);
+        }
+        let message =
+            format!("{} {} \"{}\" is not a valid name", self.title(), key.name, name.get_ref());
+        self.report(
+            Finding::new(Problem::BadName, name.span(), message)
+                .help(format!("a name here is {}", rule.words)),
+        );
+        None
+    }
+
+    /// A whole number within the key's range.
+    pub(super) fn integer<T: TryFrom<i64>>(&self, key: &Key) -> Option<Spanned<T>> {
+        self.read(key, |value| {
+            let integer = value.as_integer().ok_or(None)?;
+            let (Form::Integer(range) | Form::WordOrInteger(_, range)) = &key.form else {
+                return Err(None);
+            };
+            let number = parse_integer(integer).filter(|number| (range.accepts)(*number));
+            number
+                .and_then(|number| T::try_from(number).ok())
+                .ok_or_else(|| Some(self.out_of_range(key, &integer.to_string(), range.words)))
+        })
+    }
+
+    /// A number with decimals within the key's range.
+    pub(super) fn number(&self, key: &Key) -> Option<Spanned<f64>> {
+        self.read(key, |value| {
+            // A whole number is one with decimals too, where there is no doubt about its type.
+            let whole = value.as_integer().and_then(parse_integer).map(|number| number as f64);
+            let float = || value.as_float().and_then(|float| float.as_str().parse().ok());
+            let number = whole.or_else(float);
+            match (&key.form, number) {
+                (Form::Number(range), Some(number)) if (range.accepts)(number) => Ok(number),
+                (Form::Number(range), Some(number)) => {
+                    Err(Some(self.out_of_range(key, &number.to_string(), range.words)))
+                }
+                _ => Err(None),
+            }
+        })
+    }
+
+    /// A duration within the key's range, in nanoseconds.
+    pub(super) fn duration_ns(&self, key: &Key) -> Option<Spanned<u64>> {
+        self.read(key, |value| {
+            let text = value.as_str().ok_or(None)?;
+            let Form::Duration(range) = &key.form else { return Err(None) };
+            match parse_duration_ns(text) {
+                Ok(duration_ns) if (range.accepts)(duration_ns) => Ok(duration_ns),
+                Ok(_) => Err(Some(self.out_of_range(key, text, range.words))),
+                Err(reason) => {
+                    let (title, name) = (self.title(), key.name);
+                    let message = format!("{title} {name} \"{text}\": {reason}");
+                    let finding = Finding::new(Problem::OutOfRange, 0..0, message);
+                    let help = plain_duration(text, range).map_or_else(
+                        || format!("{name} is {}", range.words),
+                        |plain| format!("write {name} = \"{plain}\""),
+                    );
+                    Err(Some(finding.help(help)))
+                }
+            }
+        })
+    }
+
+    /// One of the key's words: the choice in its place.
+    pub(super) fn choice<T: Copy>(&self, key: &Key, choices: &[T]) -> Option<Spanned<T>> {
+        self.read(key, |value| {
+            let text = value.as_str().ok_or(None)?;
+            let (Form::Word(words) | Form::WordOrTable(words, _) | Form::WordOrInteger(words, _)) =
+                &key.form
+            else {
+                return Err(None);
+            };
+            let chosen = words.iter().zip(choices).find(|(word, _)| **word == text);
+            chosen.map(|(_, choice)| *choice).ok_or_else(|| {
+                let message = format!("{} {} cannot be \"{text}\"", self.title(), key.name);
+                let finding = Finding::new(Problem::OutOfRange, 0..0, message);
+                Some(match meant_value(key, value) {
+                    Some(meant) => finding.help(format!("write {} = {meant}", key.name)),
+                    None => finding.did_you_mean(text, words.iter().copied()),
+                })
+            })
+        })
+    }
+
+    /// `true` or `false`.
+    pub(super) fn truth(&self, key: &Key) -> Option<Spanned<bool>> {
+        self.read(key, |value| value.as_bool().ok_or(None))
+    }
+
+    pub(super) fn out_of_range(&self, key: &Key, written: &str, range: &str) -> Finding {
+        let message = format!("{} {} {written} is out of range", self.title(), key.name);
+        Finding::new(Problem::OutOfRange, 0..0, message).help(format!("{} is {range}", key.name))
+    }
+}
