@@ -1,97 +1,26 @@
 //! A task's inputs: the frames that they are read from, and what those are worth.
 
-use std::sync::atomic::Ordering;
+mod channel;
+mod port;
+mod sources;
 
+use channel::{Change, Channel};
 use isochrone_cyclic::{Clock, Look, Monotonic, Release, thread_allocations};
-use isochrone_engine::config;
-use isochrone_engine::{GivenSample, InputPlan, TaskEngine, TaskPlan};
-use isochrone_ipc::{
-    Binding, Depth, Flags, ForRealTime, FrameHeader, FrameSubscriber, OpenError, RealTime, Service,
-    Stamps, Wanted,
-};
+use isochrone_engine::{GivenSample, TaskEngine};
+use isochrone_ipc::{Depth, Flags, ForRealTime, OpenError, RealTime, Service};
 use isochrone_timing::Direction;
+use port::InputPort;
+pub(crate) use sources::{Followed, TaskInputs};
+use sources::{ServiceInputs, channels_of};
 
-use crate::bindings::{Desk, Observed, Resolved, ends};
+use crate::bindings::{Desk, Observed, ends};
 use crate::events::Events;
-use crate::freshness::{Freshness, InputState, Sample, Tally};
+use crate::freshness::Sample;
 use crate::orders::Applier;
 use crate::outcome::{InputOutcome, Link};
 
 /// A frame that is older than any wait in this process by so much has a stamp of another clock.
 const CREDIBLE_DELAY_NS: u64 = 1_000_000_000;
-/// How old the oldest sample behind a fresh frame may be before that is an alarm.
-const OLD_SOURCE_NS: u64 = 10_000_000_000;
-/// How long an input may be without its first sample before that is said: publishers announce their
-/// layout within half of it.
-const PATIENCE_NS: u64 = 1_000_000_000;
-/// How many channels a frame is taken for whose signals are bound by name, where this node creates
-/// the service.
-const CHANNELS_BY_NAME: usize = 1_000;
-
-/// One service that a task reads, and the inputs that are channels of its frame.
-pub(crate) struct ServiceInputs {
-    service: String,
-    names: Vec<String>,
-    wanted: Vec<Wanted>,
-    channels: Vec<Channel>,
-    /// The task, if it follows the service.
-    follower: Option<String>,
-}
-
-/// What a task's inputs are read from.
-pub(crate) struct TaskInputs {
-    services: Vec<ServiceInputs>,
-    set: Vec<Channel>,
-    followed: Followed,
-}
-
-/// What the cycles of a task begin with, beside their releases.
-pub(crate) enum Followed {
-    Nothing,
-    /// Frames of a service, by its place.
-    Port(usize),
-    /// Values that the program gives these inputs, by their places in the plan.
-    Given(Box<[usize]>),
-}
-
-impl TaskInputs {
-    /// Of a node that has services: inputs that name none are set by hand.
-    pub(crate) fn of(task: &TaskPlan) -> Self {
-        let all = || task.inputs.iter().enumerate();
-        let mut services: Vec<&String> = all().flat_map(|(_, input)| &input.service).collect();
-        services.sort();
-        services.dedup();
-        let channel = |(index, input): (usize, &InputPlan)| Channel::new(index, input, task);
-        let is_followed = |service: &&String| Some(*service) == task.followed_service.as_ref();
-        let inputs_of = |service: &String| {
-            let inputs: Vec<_> =
-                all().filter(|(_, input)| input.service.as_ref() == Some(service)).collect();
-            ServiceInputs {
-                service: service.clone(),
-                names: inputs.iter().map(|(_, input)| input.name.clone()).collect(),
-                wanted: inputs.iter().map(|(_, input)| wanted(input)).collect(),
-                channels: inputs.into_iter().map(channel).collect(),
-                follower: is_followed(&service).then(|| task.name.clone()),
-            }
-        };
-        let set = all().filter(|(_, input)| input.service.is_none()).map(channel).collect();
-        let followed = services.iter().position(is_followed);
-        let followed = followed.map_or(Followed::Nothing, Followed::Port);
-        Self { services: services.into_iter().map(inputs_of).collect(), set, followed }
-    }
-
-    /// Of a node without services.
-    pub(crate) fn set_by_hand(task: &TaskPlan) -> Self {
-        let inputs = task.inputs.iter().enumerate();
-        let set = inputs.map(|(index, input)| Channel::new(index, input, task)).collect();
-        let followed = task.followed_service.as_ref().map(|followed| {
-            let inputs = task.inputs.iter().enumerate();
-            inputs.filter(|(_, i)| i.service.as_ref() == Some(followed)).map(|(i, _)| i).collect()
-        });
-        let followed = followed.map_or(Followed::Nothing, Followed::Given);
-        Self { services: Vec::new(), set, followed }
-    }
-}
 
 /// The ports of a task's inputs.
 pub(crate) struct InputPorts<S: Service> {
@@ -100,42 +29,6 @@ pub(crate) struct InputPorts<S: Service> {
     /// Inputs that are set by hand.
     set: Vec<Channel>,
     rejects: u64,
-}
-
-/// One service, and the inputs that are channels of its frame.
-struct InputPort<S: Service> {
-    service: String,
-    subscriber: FrameSubscriber<S>,
-    resolved: Resolved,
-    channels: Vec<Channel>,
-    /// When frames were last looked for.
-    looked_ns: u64,
-    future_stamps: u64,
-    past_stamps: u64,
-    unknown_layouts: u64,
-    /// Of iceoryx2, in the cycle: it connects a publisher that joined just before.
-    allocations: u64,
-    /// When the newest frame was published, in ns, if its stamp can be believed.
-    published_ns: Option<u64>,
-}
-
-struct Channel {
-    /// Index of the input in the plan.
-    input: usize,
-    name: String,
-    service: Option<String>,
-    freshness: Freshness,
-    /// What was said of it last, and the first cycle in which that was no longer so.
-    told: Option<InputState>,
-    changed: Option<Change>,
-    first_ns: Option<u64>,
-}
-
-/// A change of what is to be said of an input.
-#[derive(Clone, Copy)]
-struct Change {
-    to: InputState,
-    cycle: u64,
 }
 
 impl<S: Service> InputPorts<S> {
@@ -289,126 +182,5 @@ impl<S: Service> InputPorts<S> {
                 unknown_layouts: Some(port.unknown_layouts),
             }
         })
-    }
-}
-
-impl<S: Service> InputPort<S> {
-    /// Takes over the newest frame, if there is one; returns how many samples were rejected.
-    fn read(&mut self, now_ns: u64) -> u64 {
-        if let Some(period_ns) = self.resolved.update() {
-            self.subscriber.set_period(period_ns);
-        }
-        let waited_ns = now_ns.saturating_sub(std::mem::replace(&mut self.looked_ns, now_ns));
-        let before = thread_allocations();
-        let frame = self.subscriber.newest(now_ns);
-        self.allocations += thread_allocations() - before;
-        let Some(frame) = frame else { return 0 };
-        self.published_ns = None;
-        let header = frame.header();
-        let observed = &self.resolved.observed;
-        observed.is_plain.store(header.layout == 0, Ordering::Relaxed);
-        let Some(bindings) = self.resolved.of(header.layout) else {
-            self.unknown_layouts += 1;
-            Observed::store(&observed.unknown_layout, header.layout);
-            self.channels.iter_mut().for_each(|channel| channel.freshness.miss(header.flags()));
-            return self.channels.len() as u64;
-        };
-        Observed::store(&observed.unknown_layout, 0);
-        // A frame that came after the cycle had begun is not from the future.
-        let arrival_ns = if header.publish_ns > now_ns { Monotonic.now_ns() } else { now_ns };
-        let credible = header.credible(bindings.clock, arrival_ns);
-        let age_ns = arrival_ns.saturating_sub(header.publish_ns);
-        let is_believed = matches!(credible.stamps, Stamps::Believed);
-        self.published_ns = is_believed.then_some(header.publish_ns);
-        match credible.stamps {
-            Stamps::Future => {
-                self.future_stamps += 1;
-                Observed::store(&observed.ahead_ns, header.publish_ns.saturating_sub(arrival_ns));
-            }
-            Stamps::Believed if age_ns > waited_ns.saturating_add(CREDIBLE_DELAY_NS) => {
-                self.past_stamps += 1;
-                Observed::store(&observed.behind_ns, age_ns);
-            }
-            Stamps::Believed => note_old_source(observed, header),
-            Stamps::Foreign => {}
-        }
-        let mut rejects = 0;
-        for (channel, place) in self.channels.iter_mut().zip(&bindings.places) {
-            let value = place.and_then(|place| frame.values().get(place));
-            let is_taken = value.is_some_and(|value| {
-                channel.freshness.offer(Sample {
-                    value: *value,
-                    sampled_ns: credible.sampled_ns,
-                    source_ns: credible.source_ns,
-                    flags: header.flags(),
-                })
-            });
-            if value.is_none() {
-                channel.freshness.miss(header.flags());
-            }
-            rejects += u64::from(!is_taken);
-        }
-        rejects
-    }
-}
-
-/// Samples go round in a loop of nodes, or come from a publisher whose death nobody has noticed.
-fn note_old_source(observed: &Observed, header: &FrameHeader) {
-    let behind_ns = header.publish_ns.saturating_sub(header.source_ns);
-    // A frame that says itself what it is worth comes from a node that has noticed.
-    let is_flagged = !header.flags().without(Flags::FORCED | Flags::STOPPED).is_empty();
-    if header.source_ns > 0 && behind_ns > OLD_SOURCE_NS && !is_flagged {
-        Observed::store(&observed.old_source_ns, behind_ns);
-    }
-}
-
-impl Channel {
-    fn new(input: usize, plan: &InputPlan, task: &TaskPlan) -> Self {
-        Self {
-            input,
-            name: plan.name.clone(),
-            service: plan.service.clone(),
-            freshness: Freshness::new(plan, task.schedule.period_ns),
-            // Of one that is set by hand, nobody expects a sample.
-            told: plan.service.is_none().then_some(InputState::Waiting),
-            changed: None,
-            first_ns: None,
-        }
-    }
-
-    fn read(&mut self, engine: &mut TaskEngine, release: &Release) {
-        engine.read_input(self.input, &self.freshness.read(release.start_ns));
-        let to = self.freshness.state();
-        let first_ns = *self.first_ns.get_or_insert(release.start_ns);
-        let is_start =
-            self.told.is_none() && release.start_ns.saturating_sub(first_ns) < PATIENCE_NS;
-        let is_expected = is_start && matches!(to, InputState::Waiting | InputState::Missing);
-        if is_expected || self.told.is_some_and(|told| told.is_like(to)) {
-            self.changed = None;
-        } else if self.changed.is_none_or(|changed| !changed.to.is_like(to)) {
-            self.changed = Some(Change { to, cycle: release.cycle });
-        }
-    }
-
-    fn outcome(&self) -> (usize, InputOutcome) {
-        let Tally { falls, not_ok_ns } = self.freshness.tally();
-        let is_ok = self.freshness.state().is_ok();
-        let (name, service) = (self.name.clone(), self.service.clone());
-        (self.input, InputOutcome { name, service, is_ok, falls, not_ok_ns })
-    }
-}
-
-fn wanted(input: &InputPlan) -> Wanted {
-    let binding = match &input.binding {
-        config::Binding::Channel(channel) => Binding::Channel(*channel),
-        config::Binding::Signal(signal) => Binding::Signal(signal.clone()),
-    };
-    Wanted { binding, value_type: input.value_type.to_string() }
-}
-
-fn channels_of(wanted: &Wanted) -> usize {
-    match wanted.binding {
-        Binding::Channel(channel) => channel + 1,
-        Binding::Signal(_) => CHANNELS_BY_NAME,
     }
 }

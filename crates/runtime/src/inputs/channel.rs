@@ -1,0 +1,67 @@
+//! One input of a task.
+
+use isochrone_cyclic::Release;
+use isochrone_engine::{InputPlan, TaskEngine, TaskPlan};
+
+use crate::freshness::{Freshness, InputState, Tally};
+use crate::outcome::InputOutcome;
+
+/// How long an input may be without its first sample before that is said: publishers announce their
+/// layout within half of it.
+const PATIENCE_NS: u64 = 1_000_000_000;
+
+/// An input: what it reads, and what was said of it.
+pub(super) struct Channel {
+    /// Index of the input in the plan.
+    pub(super) input: usize,
+    name: String,
+    service: Option<String>,
+    pub(super) freshness: Freshness,
+    /// What was said of it last, and the first cycle in which that was no longer so.
+    pub(super) told: Option<InputState>,
+    pub(super) changed: Option<Change>,
+    first_ns: Option<u64>,
+}
+
+/// A change of what is to be said of an input.
+#[derive(Clone, Copy)]
+pub(super) struct Change {
+    pub(super) to: InputState,
+    pub(super) cycle: u64,
+}
+
+impl Channel {
+    pub(super) fn new(input: usize, plan: &InputPlan, task: &TaskPlan) -> Self {
+        Self {
+            input,
+            name: plan.name.clone(),
+            service: plan.service.clone(),
+            freshness: Freshness::new(plan, task.schedule.period_ns),
+            // Of one that is set by hand, nobody expects a sample.
+            told: plan.service.is_none().then_some(InputState::Waiting),
+            changed: None,
+            first_ns: None,
+        }
+    }
+
+    pub(super) fn read(&mut self, engine: &mut TaskEngine, release: &Release) {
+        engine.read_input(self.input, &self.freshness.read(release.start_ns));
+        let to = self.freshness.state();
+        let first_ns = *self.first_ns.get_or_insert(release.start_ns);
+        let is_start =
+            self.told.is_none() && release.start_ns.saturating_sub(first_ns) < PATIENCE_NS;
+        let is_expected = is_start && matches!(to, InputState::Waiting | InputState::Missing);
+        if is_expected || self.told.is_some_and(|told| told.is_like(to)) {
+            self.changed = None;
+        } else if self.changed.is_none_or(|changed| !changed.to.is_like(to)) {
+            self.changed = Some(Change { to, cycle: release.cycle });
+        }
+    }
+
+    pub(super) fn outcome(&self) -> (usize, InputOutcome) {
+        let Tally { falls, not_ok_ns } = self.freshness.tally();
+        let is_ok = self.freshness.state().is_ok();
+        let (name, service) = (self.name.clone(), self.service.clone());
+        (self.input, InputOutcome { name, service, is_ok, falls, not_ok_ns })
+    }
+}

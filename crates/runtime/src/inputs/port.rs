@@ -1,0 +1,101 @@
+//! One service that a task reads.
+
+use std::sync::atomic::Ordering;
+
+use isochrone_cyclic::{Clock, Monotonic, thread_allocations};
+use isochrone_ipc::{Flags, FrameHeader, FrameSubscriber, Service, Stamps};
+
+use super::CREDIBLE_DELAY_NS;
+use super::channel::Channel;
+use crate::bindings::{Observed, Resolved};
+use crate::freshness::Sample;
+
+/// How old the oldest sample behind a fresh frame may be before that is an alarm.
+const OLD_SOURCE_NS: u64 = 10_000_000_000;
+
+/// One service, and the inputs that are channels of its frame.
+pub(super) struct InputPort<S: Service> {
+    pub(super) service: String,
+    pub(super) subscriber: FrameSubscriber<S>,
+    pub(super) resolved: Resolved,
+    pub(super) channels: Vec<Channel>,
+    /// When frames were last looked for.
+    pub(super) looked_ns: u64,
+    pub(super) future_stamps: u64,
+    pub(super) past_stamps: u64,
+    pub(super) unknown_layouts: u64,
+    /// Of iceoryx2, in the cycle: it connects a publisher that joined just before.
+    pub(super) allocations: u64,
+    /// When the newest frame was published, in ns, if its stamp can be believed.
+    pub(super) published_ns: Option<u64>,
+}
+
+impl<S: Service> InputPort<S> {
+    /// Takes over the newest frame, if there is one; returns how many samples were rejected.
+    pub(super) fn read(&mut self, now_ns: u64) -> u64 {
+        if let Some(period_ns) = self.resolved.update() {
+            self.subscriber.set_period(period_ns);
+        }
+        let waited_ns = now_ns.saturating_sub(std::mem::replace(&mut self.looked_ns, now_ns));
+        let before = thread_allocations();
+        let frame = self.subscriber.newest(now_ns);
+        self.allocations += thread_allocations() - before;
+        let Some(frame) = frame else { return 0 };
+        self.published_ns = None;
+        let header = frame.header();
+        let observed = &self.resolved.observed;
+        observed.is_plain.store(header.layout == 0, Ordering::Relaxed);
+        let Some(bindings) = self.resolved.of(header.layout) else {
+            self.unknown_layouts += 1;
+            Observed::store(&observed.unknown_layout, header.layout);
+            self.channels.iter_mut().for_each(|channel| channel.freshness.miss(header.flags()));
+            return self.channels.len() as u64;
+        };
+        Observed::store(&observed.unknown_layout, 0);
+        // A frame that came after the cycle had begun is not from the future.
+        let arrival_ns = if header.publish_ns > now_ns { Monotonic.now_ns() } else { now_ns };
+        let credible = header.credible(bindings.clock, arrival_ns);
+        let age_ns = arrival_ns.saturating_sub(header.publish_ns);
+        let is_believed = matches!(credible.stamps, Stamps::Believed);
+        self.published_ns = is_believed.then_some(header.publish_ns);
+        match credible.stamps {
+            Stamps::Future => {
+                self.future_stamps += 1;
+                Observed::store(&observed.ahead_ns, header.publish_ns.saturating_sub(arrival_ns));
+            }
+            Stamps::Believed if age_ns > waited_ns.saturating_add(CREDIBLE_DELAY_NS) => {
+                self.past_stamps += 1;
+                Observed::store(&observed.behind_ns, age_ns);
+            }
+            Stamps::Believed => note_old_source(observed, header),
+            Stamps::Foreign => {}
+        }
+        let mut rejects = 0;
+        for (channel, place) in self.channels.iter_mut().zip(&bindings.places) {
+            let value = place.and_then(|place| frame.values().get(place));
+            let is_taken = value.is_some_and(|value| {
+                channel.freshness.offer(Sample {
+                    value: *value,
+                    sampled_ns: credible.sampled_ns,
+                    source_ns: credible.source_ns,
+                    flags: header.flags(),
+                })
+            });
+            if value.is_none() {
+                channel.freshness.miss(header.flags());
+            }
+            rejects += u64::from(!is_taken);
+        }
+        rejects
+    }
+}
+
+/// Samples go round in a loop of nodes, or come from a publisher whose death nobody has noticed.
+fn note_old_source(observed: &Observed, header: &FrameHeader) {
+    let behind_ns = header.publish_ns.saturating_sub(header.source_ns);
+    // A frame that says itself what it is worth comes from a node that has noticed.
+    let is_flagged = !header.flags().without(Flags::FORCED | Flags::STOPPED).is_empty();
+    if header.source_ns > 0 && behind_ns > OLD_SOURCE_NS && !is_flagged {
+        Observed::store(&observed.old_source_ns, behind_ns);
+    }
+}
