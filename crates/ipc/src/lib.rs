@@ -87,8 +87,8 @@ pub use participant::Participant;
 pub use publisher::{FramePublisher, PUBLISHER_PORT_NAME, PublisherCounters, Stamp};
 pub use real_time::RealTime;
 pub use requests::{
-    AnswerError, Delivery, MAX_CLIENTS, MAX_MESSAGE_BYTES, MAX_SERVERS, Request, RequestClient,
-    RequestError, RequestServer, RequestUpkeep, Unanswered,
+    Answer, AnswerError, Delivery, MAX_CLIENTS, MAX_MESSAGE_BYTES, MAX_SERVERS, Request,
+    RequestClient, RequestError, RequestServer, RequestUpkeep, ServingProcess, Unanswered,
 };
 pub use service::{check_service_name, layout_service_name};
 pub use subscriber::{Depth, FrameSubscriber, SubscriberCounters};

@@ -7,6 +7,7 @@ use iceoryx2::service::static_config::StaticConfig;
 use iceoryx2::service::static_config::message_type_details::{TypeDetail, TypeVariant};
 use iceoryx2::service::static_config::messaging_pattern::MessagingPattern;
 
+use crate::requests::process_of;
 use crate::{FrameHeader, OpenError, Participant, Service, give_up_file_override, service};
 
 /// An iceoryx2 node: a process, or a part of one.
@@ -99,6 +100,23 @@ impl<S: Service> Participant<S> {
             Some(ListedService { name, publishers, subscribers })
         });
         Ok(listed.collect())
+    }
+
+    /// The processes that publish frames on a service, as far as iceoryx2 tells them; none where there is no
+    /// such service.
+    ///
+    /// Briefly opens the service, but no port, and may wait for the domain's lock; never call it in a cycle.
+    ///
+    /// # Errors
+    /// The service cannot be opened.
+    pub fn publishing_processes(&self, service: &str) -> Result<Vec<u32>, OpenError> {
+        let Some(opened) = service::open_existing(self, service)? else { return Ok(Vec::new()) };
+        let mut processes = Vec::new();
+        opened.dynamic_config().list_publishers(|port| {
+            processes.extend(process_of::<S>(port.node_id));
+            CallbackProgression::Continue
+        });
+        Ok(processes)
     }
 
     /// The nodes that live, each with its identity.

@@ -205,7 +205,8 @@ fn both_servers_get_each_request_and_the_silent_one_does_no_harm<S: Service>() {
     let mut active = RequestServer::open(&node, SERVICE).unwrap();
     let mut client = open(&node);
     let mut standby = RequestServer::open(&node, SERVICE).unwrap();
-    assert_eq!(client.living_servers(), MAX_SERVERS);
+    assert_eq!(client.living_servers().len(), MAX_SERVERS);
+    assert!(client.living_servers().iter().all(|one| one.process == Some(std::process::id())));
     for n in 0..50 {
         let text = format!("{n}");
         client.send(text.as_bytes()).unwrap();

@@ -52,7 +52,7 @@ impl<S: Service> Telemetry<S> {
 }
 
 /// Name of a node's telemetry service.
-fn service(node: &str) -> String {
+pub(crate) fn service(node: &str) -> String {
     format!("isochrone/{node}/telemetry")
 }
 

@@ -15,7 +15,7 @@ use isochrone_runtime::control::{
 
 use super::known::Known;
 use crate::failure::Failure;
-use crate::{domain, stop};
+use crate::{domain, stop, terminal};
 
 /// A node answers within some milliseconds, and a transaction that is due within a second when it has
 /// happened. A process that is stopped does not answer.
@@ -96,6 +96,14 @@ impl Args {
         let look = |error| failure(error, Asked::ToLook);
         let client = Client::connect(&participant, &self.node, PATIENCE).map_err(look)?;
         let mut client = client.interrupted_by(stop.flag());
+        let strangers = client.strangers();
+        if !strangers.is_empty() {
+            let name = &self.node;
+            terminal::note(&format!(
+                "warning: node \"{name}\" answers{}",
+                control::beside(name, &strangers)
+            ));
+        }
         client.allow_for_first_cycles().map_err(look)?;
         Ok(Node { client, participant, stop })
     }
@@ -280,16 +288,18 @@ fn unanswered<'n>(names: &'n [String], values: &Values) -> Option<&'n str> {
 pub(crate) fn failure(error: ClientError, asked: Asked) -> Failure {
     match error {
         ClientError::NoNode { node, running } => Failure::nobody(absent(&node, &running)),
-        ClientError::NotOperated { .. } => Failure::nobody(error),
+        ClientError::NotOperated { .. } | ClientError::Stranger { .. } => Failure::nobody(error),
         ClientError::Refused(failure) => Failure::found(refusal(&failure, asked)),
         // Whoever only looked has no need to know what may have been done.
         ClientError::Ended { node } if asked == Asked::ToLook => {
             Failure::nobody(format!("node \"{node}\" ended"))
         }
         ClientError::Ended { .. } => Failure::nobody(error),
-        ClientError::NoAnswer { node, patience } if asked == Asked::ToLook => {
+        ClientError::NoAnswer { node, patience, strangers } if asked == Asked::ToLook => {
+            let beside = control::beside(&node, &strangers);
             Failure::found(format!(
-                "node \"{node}\" did not answer within {patience:?}; see that its process is not stopped"
+                "node \"{node}\" did not answer within {patience:?}; see that its process is not \
+                 stopped{beside}"
             ))
         }
         ClientError::Interrupted { node } if asked == Asked::ToLook => {

@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::pending_response::PendingResponse;
 use iceoryx2::port::LoanError;
 use iceoryx2::port::SendError;
@@ -10,7 +11,7 @@ use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy};
 use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::client::{ClientCreateError, PortFactoryClient};
 
-use super::service::{self, RequestService};
+use super::service::{self, RequestService, process_of};
 use super::{MAX_MESSAGE_BYTES, RequestError};
 use crate::peers::Peers;
 use crate::space::{self, Shortage};
@@ -34,6 +35,8 @@ const SYSTEM_HEADER_BYTES: usize = 64;
 #[derive(Debug)]
 pub struct RequestClient<S: Service> {
     pending: Option<Pending<S>>,
+    /// Who could receive the request: an answer may outlive its server.
+    asked: Vec<(UniqueNodeId, u128)>,
     // Dropped before its service.
     port: Port<S>,
     service: Arc<RequestService<S>>,
@@ -50,7 +53,7 @@ impl<S: Service> RequestClient<S> {
     /// room.
     pub fn open(participant: &Participant<S>, service: &str) -> Result<Option<Self>, OpenError> {
         let Some(opened) = service::open_existing(participant, service)? else { return Ok(None) };
-        if living_servers(&opened) == 0 {
+        if living_servers(&opened).is_empty() {
             return Ok(None);
         }
         let full = |shortage: Shortage| shortage.of_service(service);
@@ -85,7 +88,7 @@ impl<S: Service> RequestClient<S> {
             Ok(port)
         })?;
         crate::publisher::reserve(participant, port.id().value()).map_err(full)?;
-        Ok(Some(Self { pending: None, port, service: opened }))
+        Ok(Some(Self { pending: None, asked: Vec::new(), port, service: opened }))
     }
 
     /// Sends a request. The one before it is given up, if it was not answered.
@@ -115,6 +118,7 @@ impl<S: Service> RequestClient<S> {
             return Err(RequestError::NoServer { service: service() });
         }
         self.pending = Some(pending);
+        self.asked = service::servers(&self.service);
         Ok(())
     }
 
@@ -125,10 +129,25 @@ impl<S: Service> RequestClient<S> {
     /// # Errors
     /// iceoryx2 failed.
     pub fn receive(&mut self) -> Result<Option<Vec<u8>>, RequestError> {
+        Ok(self.receive_from()?.map(|answer| answer.bytes))
+    }
+
+    /// As [`receive`](Self::receive), with who answered.
+    ///
+    /// # Errors
+    /// As [`receive`](Self::receive).
+    pub fn receive_from(&mut self) -> Result<Option<Answer>, RequestError> {
         let Some(pending) = &self.pending else { return Ok(None) };
         let _given_up = give_up_file_override();
         match pending.receive() {
-            Ok(answer) => Ok(answer.map(|answer| answer.payload().to_vec())),
+            Ok(answer) => Ok(answer.map(|answer| {
+                let origin = answer.origin().value();
+                let now = service::servers(&self.service);
+                let mut servers = self.asked.iter().chain(&now);
+                let server = servers.find(|(_, server)| *server == origin).copied();
+                let process = server.and_then(|(node, _)| process_of::<S>(node));
+                Answer { bytes: answer.payload().to_vec(), process }
+            })),
             Err(cause) => {
                 let service = self.service.name().to_string();
                 Err(RequestError::Failed { service, cause: cause.to_string() })
@@ -142,21 +161,48 @@ impl<S: Service> RequestClient<S> {
         self.pending = None;
     }
 
-    /// How many servers the service has now that are not known to be dead.
+    /// The servers that the service has now and that are not known to be dead.
     ///
     /// Looks at a file for each process of the service: not for a cycle, and not for every millisecond.
-    pub fn living_servers(&self) -> usize {
-        living_servers(&self.service)
+    pub fn living_servers(&self) -> Vec<ServingProcess> {
+        let of_node = |node| ServingProcess {
+            process: process_of::<S>(node),
+            name: service::holder(&self.service, node),
+        };
+        living_servers(&self.service).into_iter().map(of_node).collect()
+    }
+
+    /// How many servers the service has now, living or dead: one look at shared memory.
+    pub fn servers(&self) -> usize {
+        self.service.dynamic_config().number_of_servers()
     }
 }
 
-fn living_servers<S: Service>(opened: &RequestService<S>) -> usize {
+/// An answer.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Answer {
+    /// What the server sent.
+    pub bytes: Vec<u8>,
+    /// The server's process, where iceoryx2 tells it.
+    pub process: Option<u32>,
+}
+
+/// Who serves a service.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ServingProcess {
+    /// The process, where iceoryx2 tells it.
+    pub process: Option<u32>,
+    /// Its iceoryx2 node, program and process id, in words.
+    pub name: String,
+}
+
+fn living_servers<S: Service>(opened: &RequestService<S>) -> Vec<UniqueNodeId> {
     let servers = service::servers(opened);
     if servers.is_empty() {
-        return 0;
+        return Vec::new();
     }
     let dead = service::dead(opened);
-    servers.into_iter().filter(|(node, _)| !dead.contains(node)).count()
+    servers.into_iter().map(|(node, _)| node).filter(|node| !dead.contains(node)).collect()
 }
 
 /// What a port is made with that has memory for so many requests of so many bytes.

@@ -21,9 +21,10 @@ mod server;
 mod service;
 mod upkeep;
 
-pub use client::RequestClient;
+pub use client::{Answer, RequestClient, ServingProcess};
 pub use error::{AnswerError, RequestError};
 pub use server::{Delivery, Request, RequestServer, Unanswered};
+pub(crate) use service::process_of;
 pub use upkeep::RequestUpkeep;
 
 /// Longest request and longest answer, in bytes.

@@ -14,7 +14,7 @@ use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::port_factory::server::ServerCreateError;
 
 use super::departures::{Burden, Departures};
-use super::service::{self, RequestService};
+use super::service::{self, RequestService, process_of};
 use super::{AnswerError, MAX_CLIENTS, MAX_MESSAGE_BYTES, RequestUpkeep};
 use crate::peers::Peers;
 use crate::space::{self, Shortage};
@@ -271,8 +271,4 @@ fn client_of<S: Service>(opened: &RequestService<S>, active: &Active<S>) -> Opti
     let origin = active.origin().value();
     let mut clients = service::clients(opened).into_iter();
     clients.find(|(_, client)| *client == origin).map(|(node, _)| node)
-}
-
-fn process_of<S: Service>(node: UniqueNodeId) -> Option<u32> {
-    u32::try_from(node.pid::<S>().ok()?.value()).ok()
 }

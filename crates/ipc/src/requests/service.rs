@@ -84,6 +84,16 @@ pub(super) fn clients<S: Service>(opened: &RequestService<S>) -> Vec<(UniqueNode
     clients
 }
 
+/// The process of a node, where iceoryx2 tells it.
+pub(crate) fn process_of<S: Service>(node: UniqueNodeId) -> Option<u32> {
+    u32::try_from(node.pid::<S>().ok()?.value()).ok()
+}
+
+/// A node of a service in words.
+pub(super) fn holder<S: Service>(opened: &RequestService<S>, node: UniqueNodeId) -> String {
+    holders::node(&**opened, node)
+}
+
 /// The nodes of a service whose processes have died, and that were not cleared yet.
 pub(super) fn dead<S: Service>(opened: &RequestService<S>) -> Vec<UniqueNodeId> {
     let _given_up = give_up_file_override();

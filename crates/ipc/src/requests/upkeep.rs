@@ -4,10 +4,11 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
+use iceoryx2::identifiers::UniqueNodeId;
 use iceoryx2::service::port_factory::PortFactory as _;
 
 use super::client;
-use super::service::{self, RequestService};
+use super::service::{self, RequestService, process_of};
 use crate::{Participant, Service, exhausted, give_up_file_override, space};
 
 /// How often the dead are looked for while there are clients.
@@ -27,11 +28,14 @@ pub struct RequestUpkeep<S: Service> {
     not_before: Option<Instant>,
     /// Whether the log says that there are too few descriptors.
     is_short_told: bool,
+    /// Servers of other processes that were there at the last look.
+    strangers: Vec<(UniqueNodeId, u128)>,
 }
 
 impl<S: Service> RequestUpkeep<S> {
     pub(super) fn new(service: Arc<RequestService<S>>, failures: Arc<AtomicU64>) -> Self {
-        Self { service, failures, answered: 0, not_before: None, is_short_told: false }
+        let strangers = Vec::new();
+        Self { service, failures, answered: 0, not_before: None, is_short_told: false, strangers }
     }
 
     /// Does what is due; returns whether dead clients were cleared.
@@ -58,6 +62,23 @@ impl<S: Service> RequestUpkeep<S> {
             self.answered = failures;
         }
         has_dead
+    }
+
+    /// A server of another process that came since the last look, in words: nearly always there is none.
+    pub fn new_stranger(&mut self) -> Option<String> {
+        if self.service.dynamic_config().number_of_servers() <= 1 {
+            self.strangers.clear();
+            return None;
+        }
+        let own = std::process::id();
+        let strangers: Vec<_> = service::servers(&self.service)
+            .into_iter()
+            .filter(|(node, _)| process_of::<S>(*node).is_some_and(|process| process != own))
+            .collect();
+        let new = strangers.iter().find(|stranger| !self.strangers.contains(stranger));
+        let new = new.map(|(node, _)| service::holder(&self.service, *node));
+        self.strangers = strangers;
+        new
     }
 
     /// Says in the log why clients cannot be connected, once until they can.

@@ -61,9 +61,16 @@ impl Serving {
         let Ok(upkeep) = is_open.recv() else { return Ok(serving) };
         let mut upkeep = upkeep?;
         let stop = Arc::clone(&serving.stop);
+        let of = service.clone();
         serving.spawn(&service, "control upkeep", move || {
             while !stop.load(Ordering::Relaxed) {
                 upkeep.tend(participant.ordinary());
+                if let Some(stranger) = upkeep.new_stranger() {
+                    tracing::warn!(
+                        "service \"{of}\" has a second server: {stranger}; it sees all requests, and only \
+                         clients that check who answers, as isochrone does, pass its answers over: end it"
+                    );
+                }
                 thread::park_timeout(UPKEEP_PAUSE);
             }
         })?;

@@ -8,13 +8,14 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use isochrone_cyclic::Wake;
-use isochrone_engine::nearest_name;
-use isochrone_ipc::{OpenError, Participant, RequestClient, RequestError, Service, ipc};
-use thiserror::Error;
+use isochrone_ipc::{
+    OpenError, Participant, RequestClient, RequestError, Service, ServingProcess, ipc,
+};
 
+use super::client_error::ClientError;
 use super::texts::{self, Answer};
 use super::{
-    DescribeParams, Failure, GetParams, Params, SaveParams, SignalDescription, SignalsParams,
+    DescribeParams, GetParams, Params, SaveParams, SignalDescription, SignalsParams,
     TaskDescription, Values, service_name,
 };
 use crate::telemetry;
@@ -33,98 +34,6 @@ pub struct RunningNode {
     pub process: u32,
     /// The file name of its program.
     pub program: String,
-}
-
-/// Why a node was not asked, or did not do what it was asked for.
-#[derive(Debug, Error)]
-#[non_exhaustive]
-pub enum ClientError {
-    /// No node of this name runs.
-    #[error("no node \"{node}\" runs here; {}", alternatives(node, running))]
-    NoNode {
-        /// The name.
-        node: String,
-        /// Those that do run.
-        running: Vec<String>,
-    },
-    /// It runs, but takes no requests.
-    #[error(
-        "node \"{node}\" runs but takes no requests: its configuration says control = \"off\" in [node], or it is just starting or ending"
-    )]
-    NotOperated {
-        /// The node.
-        node: String,
-    },
-    /// As many clients ask it as it takes.
-    #[error(
-        "node \"{node}\" is asked by {clients} clients already, and takes no more{}; end one of them",
-        by(.holders)
-    )]
-    Full {
-        /// The node.
-        node: String,
-        /// How many there are.
-        clients: usize,
-        /// Name, program and process id of the clients, as far as they are known.
-        holders: String,
-    },
-    /// The service cannot be opened, or it is not one.
-    #[error(transparent)]
-    Open(#[from] OpenError),
-    /// The request could not be sent.
-    #[error(transparent)]
-    Send(#[from] RequestError),
-    /// The node ended before it answered.
-    #[error(
-        "node \"{node}\" ended before it answered; what was asked for may have been done before"
-    )]
-    Ended {
-        /// The node.
-        node: String,
-    },
-    /// No answer came in time.
-    #[error(
-        "node \"{node}\" did not answer within {patience:?}; see that its process is not stopped, and what its log says. What was asked for may still be done if the node has received it"
-    )]
-    NoAnswer {
-        /// The node.
-        node: String,
-        /// How long it was waited for.
-        patience: Duration,
-    },
-    /// The flag of [`Client::interrupted_by`] was set before the answer came.
-    #[error(
-        "ended by a signal before node \"{node}\" answered; what was asked for may still be done"
-    )]
-    Interrupted {
-        /// The node.
-        node: String,
-    },
-    /// The node refused, and says why.
-    #[error("{0}")]
-    Refused(Failure),
-    /// What came is not what the method answers.
-    #[error(
-        "node \"{node}\" answered what this program does not understand ({cause}); see that both are of one version"
-    )]
-    Misunderstood {
-        /// The node.
-        node: String,
-        /// What is wrong with it.
-        cause: String,
-    },
-}
-
-fn by(holders: &str) -> String {
-    if holders.is_empty() { String::new() } else { format!(" ({holders})") }
-}
-
-fn alternatives(node: &str, running: &[String]) -> String {
-    match nearest_name(node, running.iter().map(String::as_str)) {
-        Some(nearest) => format!("did you mean \"{nearest}\"?"),
-        None if running.is_empty() => "none runs at all".to_owned(),
-        None => format!("there is: {}", running.join(", ")),
-    }
 }
 
 /// The nodes that run in a participant's domain, by name.
@@ -172,6 +81,9 @@ pub struct Client<S: Service = ipc::Service> {
     beginning: String,
     requests: u64,
     late: u64,
+    /// The processes that publish the node's telemetry, which are the node. Where none does, the node
+    /// cannot be told from others.
+    owners: Vec<u32>,
 }
 
 impl<S: Service> Client<S> {
@@ -198,8 +110,38 @@ impl<S: Service> Client<S> {
         // Clients get each other's places, and late answers with them: their ids must differ.
         let chance = RandomState::new().hash_one(std::process::id());
         let beginning = format!("{}-{chance:016x}", std::process::id());
+        let owners = participant.publishing_processes(&telemetry::service(node))?;
         let node = node.to_owned();
-        Ok(Self { port, node, patience, interruption: None, beginning, requests: 0, late: 0 })
+        let (requests, late, interruption) = (0, 0, None);
+        let client = Self { port, node, patience, interruption, beginning, requests, late, owners };
+        let is_node = |server: &ServingProcess| client.is_node(server.process);
+        let mut servers = client.port.living_servers().into_iter();
+        match servers.next() {
+            Some(first) if !is_node(&first) && !servers.any(|server| is_node(&server)) => {
+                Err(ClientError::Stranger { node: client.node, server: first.name })
+            }
+            _ => Ok(client),
+        }
+    }
+
+    /// Whether a server of this process is the node's.
+    fn is_node(&self, process: Option<u32>) -> bool {
+        self.owners.is_empty() || process.is_some_and(|process| self.owners.contains(&process))
+    }
+
+    /// Other processes that serve the node's service, in words; their answers are not taken.
+    pub fn strangers(&self) -> Vec<String> {
+        if self.port.servers() <= 1 {
+            return Vec::new();
+        }
+        let servers = self.port.living_servers().into_iter();
+        let strangers = servers.filter(|server| !self.is_node(server.process));
+        strangers.map(|server| server.name).collect()
+    }
+
+    /// Whether the node has left its service.
+    fn has_ended(&self) -> bool {
+        !self.port.living_servers().iter().any(|server| self.is_node(server.process))
     }
 
     /// The same client, which waits no longer for an answer once the flag is set, as a signal does.
@@ -334,8 +276,12 @@ impl<S: Service> Client<S> {
         &mut self,
         id: &str,
     ) -> Result<Option<P::Result>, ClientError> {
-        while let Some(answer) = self.port.receive()? {
-            let answer = Answer::read(&answer).map_err(|cause| self.misunderstood(cause))?;
+        while let Some(received) = self.port.receive_from()? {
+            if !self.is_node(received.process) {
+                continue;
+            }
+            let answer =
+                Answer::read(&received.bytes).map_err(|cause| self.misunderstood(cause))?;
             if answer.id.as_deref() == Some(id) {
                 let result = answer.outcome.map_err(ClientError::Refused)?;
                 let result = serde_json::from_str(result.get());
@@ -363,7 +309,7 @@ impl<S: Service> Client<S> {
             }
             if waited >= look {
                 look = waited + LOOK;
-                if self.port.living_servers() == 0 {
+                if self.has_ended() {
                     return Err(self.ended());
                 }
             }
@@ -373,10 +319,11 @@ impl<S: Service> Client<S> {
 
     /// Why no answer came for as long as it was waited for.
     pub(super) fn unanswered(&self) -> ClientError {
-        if self.port.living_servers() == 0 {
+        if self.has_ended() {
             return self.ended();
         }
-        ClientError::NoAnswer { node: self.node.clone(), patience: self.patience }
+        let (node, strangers) = (self.node.clone(), self.strangers());
+        ClientError::NoAnswer { node, patience: self.patience, strangers }
     }
 
     fn ended(&self) -> ClientError {

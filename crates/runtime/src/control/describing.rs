@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 
 use isochrone_ipc::{OpenError, Participant, Service};
 
-use super::client::{Client, ClientError, PAUSE, RunningNode, running_nodes};
+use super::client::{Client, PAUSE, RunningNode, running_nodes};
+use super::client_error::ClientError;
 use super::{DescribeParams, DescribeResult};
 
 /// How long all nodes together are waited for. One answers within some milliseconds, unless its process is

@@ -14,6 +14,7 @@
 //! [JSON-RPC 2.0]: https://www.jsonrpc.org/specification
 
 mod client;
+mod client_error;
 mod code;
 mod describing;
 mod desk;
@@ -26,7 +27,8 @@ mod results;
 mod texts;
 mod value;
 
-pub use client::{Client, ClientError, RunningNode, running_nodes};
+pub use client::{Client, RunningNode, running_nodes};
+pub use client_error::{ClientError, beside};
 pub use code::Code;
 pub use describing::{DescribedNode, describe_nodes};
 pub use desk::{Begun, Caller, Desk, Operated, Outcome, Ticket};

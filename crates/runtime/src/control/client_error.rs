@@ -1,0 +1,125 @@
+//! Why a node was not asked, or did not do what it was asked for.
+
+use std::time::Duration;
+
+use isochrone_engine::nearest_name;
+use isochrone_ipc::{OpenError, RequestError};
+use thiserror::Error;
+
+use super::Failure;
+
+/// Why a node was not asked, or did not do what it was asked for.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum ClientError {
+    /// No node of this name runs.
+    #[error("no node \"{node}\" runs here; {}", alternatives(node, running))]
+    NoNode {
+        /// The name.
+        node: String,
+        /// Those that do run.
+        running: Vec<String>,
+    },
+    /// It runs, but takes no requests.
+    #[error(
+        "node \"{node}\" runs but takes no requests: its configuration says control = \"off\" in [node], or it is just starting or ending"
+    )]
+    NotOperated {
+        /// The node.
+        node: String,
+    },
+    /// Another process serves its service, and it does not itself.
+    #[error(
+        "node \"{node}\" itself takes no requests, but {server} serves isochrone/{node}/control: end that"
+    )]
+    Stranger {
+        /// The node.
+        node: String,
+        /// Who serves.
+        server: String,
+    },
+    /// As many clients ask it as it takes.
+    #[error(
+        "node \"{node}\" is asked by {clients} clients already, and takes no more{}; end one of them",
+        by(.holders)
+    )]
+    Full {
+        /// The node.
+        node: String,
+        /// How many there are.
+        clients: usize,
+        /// Name, program and process id of the clients, as far as they are known.
+        holders: String,
+    },
+    /// The service cannot be opened, or it is not one.
+    #[error(transparent)]
+    Open(#[from] OpenError),
+    /// The request could not be sent.
+    #[error(transparent)]
+    Send(#[from] RequestError),
+    /// The node ended before it answered.
+    #[error(
+        "node \"{node}\" ended before it answered; what was asked for may have been done before"
+    )]
+    Ended {
+        /// The node.
+        node: String,
+    },
+    /// No answer came in time.
+    #[error(
+        "node \"{node}\" did not answer within {patience:?}; see that its process is not stopped, and what its log says. What was asked for may still be done if the node has received it{}",
+        beside(node, strangers)
+    )]
+    NoAnswer {
+        /// The node.
+        node: String,
+        /// How long it was waited for.
+        patience: Duration,
+        /// Other processes that serve its service, in words.
+        strangers: Vec<String>,
+    },
+    /// The flag of [`Client::interrupted_by`] was set before the answer came.
+    #[error(
+        "ended by a signal before node \"{node}\" answered; what was asked for may still be done"
+    )]
+    Interrupted {
+        /// The node.
+        node: String,
+    },
+    /// The node refused, and says why.
+    #[error("{0}")]
+    Refused(Failure),
+    /// What came is not what the method answers.
+    #[error(
+        "node \"{node}\" answered what this program does not understand ({cause}); see that both are of one version"
+    )]
+    Misunderstood {
+        /// The node.
+        node: String,
+        /// What is wrong with it.
+        cause: String,
+    },
+}
+
+/// That others serve a node's service, as the end of a sentence.
+pub fn beside(node: &str, strangers: &[String]) -> String {
+    let strangers = strangers.join(" and ");
+    if strangers.is_empty() {
+        return String::new();
+    }
+    format!(
+        "; {strangers} serves isochrone/{node}/control too, and its answers are not taken: end that"
+    )
+}
+
+fn by(holders: &str) -> String {
+    if holders.is_empty() { String::new() } else { format!(" ({holders})") }
+}
+
+fn alternatives(node: &str, running: &[String]) -> String {
+    match nearest_name(node, running.iter().map(String::as_str)) {
+        Some(nearest) => format!("did you mean \"{nearest}\"?"),
+        None if running.is_empty() => "none runs at all".to_owned(),
+        None => format!("there is: {}", running.join(", ")),
+    }
+}
