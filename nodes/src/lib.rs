@@ -66,7 +66,8 @@ use crate::failure::Failure;
     signal, at least half a second later, ends it at once with exit status 1. SIGINT and SIGHUP stay \
     ignored if they were when the program started, as under nohup. `check`, `blocks`, `compare`, `doctor` \
     and `completions` leave nothing to end in order: the first signal ends them at once.\n\
-    Results go to stdout, progress and logs to stderr.\n\
+    Results go to stdout, progress, logs and errors to stderr. Errors are sentences with --json too, and \
+    stdout is then empty.\n\
     Times: a number without a unit is in seconds (--seconds, --turn) or milliseconds (--period, \
     --phase); units are us, ms, s, min and h.")]
 struct Cli {

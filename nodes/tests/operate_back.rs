@@ -3,13 +3,15 @@
 mod domain;
 mod program;
 
+use std::process::Command;
 use std::time::Instant;
 
-use domain::{Domain, Ended, PATIENCE, tank};
+use domain::{Domain, Ended, PATIENCE, Process, tank};
 use isochrone_runtime::control::{
     Client, ClientError, Code, DescribeParams, GetParams, JournalParams, SetParams,
 };
 use program::assert_says;
+use serde_json::{Value, json};
 
 const TANK: &str = r#"
 [node]
@@ -33,6 +35,13 @@ fn undo(domain: &Domain, arguments: &str) -> Ended {
     domain.run(&format!("undo tank {arguments}"))
 }
 
+/// Runs the program as somebody.
+fn run_as(domain: &Domain, user: &str, arguments: &[&str]) -> Ended {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
+    command.env("USER", user).args(arguments).arg("--iceoryx2-config").arg(domain.config_file());
+    Process::start(command).finish().expect_code(0)
+}
+
 #[test]
 fn an_undo_under_a_force_prints_what_it_stores_and_not_what_the_force_holds() {
     let (domain, node) = tank(TANK);
@@ -43,6 +52,79 @@ fn an_undo_under_a_force_prints_what_it_stores_and_not_what_the_force_holds() {
     assert_says(&undone.stdout, &["ramp.value  20  -> 1"]);
     let again = undo(&domain, "2").expect_code(1);
     assert_says(&again.stderr, &["transaction 2 is already undone, by transaction 3"]);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn an_undo_says_whose_transaction_it_takes_back() {
+    let (domain, node) = tank(TANK);
+    for (number, value) in [(1, 20), (2, 30)] {
+        run_as(&domain, "anna", &["set", "tank", &format!("ramp.value={value}")]);
+        let named: &[&str] = if number == 1 { &["undo", "tank", "1"] } else { &["undo", "tank"] };
+        let done = run_as(&domain, "bob", named).stdout;
+        assert_says(&done, &[&format!("transaction {} of anna is taken back", 2 * number - 1)]);
+    }
+    let again = undo(&domain, "4 --json").expect_code(0);
+    let again: Value = serde_json::from_str(&again.stdout).unwrap();
+    assert_eq!((&again["undone"], &again["undone_client"]), (&json!(4), &json!("bob")), "{again}");
+    assert_eq!((&again["transaction"], &again["after"]["ramp.value"]), (&json!(5), &json!(30.0)));
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn a_transaction_of_an_earlier_run_is_told_from_one_that_never_was() {
+    let domain = Domain::new();
+    domain.write("tank.toml", TANK);
+    for _ in 0..2 {
+        let mut node = domain.start("run tank.toml --journal tank.jsonl");
+        node.wait_for("is running");
+        domain.stdout("set tank ramp.value=20");
+        let unknown = undo(&domain, "99").expect_code(1);
+        assert_says(&unknown.stderr, &["there is no transaction 99"]);
+        if domain.read("tank.jsonl").contains("\"run\":2") {
+            let earlier = undo(&domain, "1").expect_code(1);
+            assert_says(
+                &earlier.stderr,
+                &["transaction 1 is of an earlier run", "journal FILE.jsonl"],
+            );
+        }
+        node.stop().expect_code(0);
+    }
+    assert_says(&domain.read("tank.jsonl"), &["\"run\":2"]);
+}
+
+#[test]
+fn an_error_is_a_sentence_with_json_too_and_leaves_stdout_empty() {
+    let (domain, node) = tank(TANK);
+    for (verb, code) in [
+        ("get tank nope --json", 1),
+        ("set tank ramp.value=1000 --json", 1),
+        ("undo tank 7 --json", 1),
+        ("show knat --json", 3),
+        ("apply tank nope.toml --json", 2),
+    ] {
+        let refused = domain.run(verb).expect_code(code);
+        assert_eq!(refused.stdout, "", "{verb}");
+        assert!(!refused.stderr.contains('{'), "{verb}: {}", refused.stderr);
+    }
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn what_a_star_leaves_out_is_counted() {
+    let many = "[[block]]\nname = \"saw\"\ntype = \"SawTooth\"\ncount = 5\n[[input]]\nname = \"level\"\nservice = \"tank/in\"\n";
+    let (domain, node) = tank(&TANK.replace("[[output]]", &format!("{many}[[output]]")));
+    let shown = domain.run("show tank *").expect_code(0);
+    assert_says(&shown.stdout, &["level"]);
+    let pins = domain.stdout("show tank *.* --names").lines().count();
+    let all = domain.stdout("show tank --names").lines().count();
+    let rest = all - pins - 1;
+    assert_says(&shown.stderr, &[&format!("{pins} more match '*.*', {rest} more match '*.*.*'")]);
+    for complete in ["show tank", "show tank * *.* *.*.*", "show tank ramp.*", "show tank saw.*"] {
+        let shown = domain.run(complete).expect_code(0);
+        assert!(!shown.stderr.contains("more match"), "{complete}: {}", shown.stderr);
+    }
+    assert_eq!(domain.run("show tank * --names").expect_code(0).stderr, "");
     node.stop().expect_code(0);
 }
 
@@ -134,13 +216,5 @@ fn the_ninth_client_is_told_who_asks_already() {
     clients.pop();
     assert_eq!(domain.stdout("get tank ramp.value"), "1\n");
     drop((clients, participant));
-    node.stop().expect_code(0);
-}
-
-#[test]
-fn values_of_a_task_that_is_slower_than_the_patience_of_a_verb_are_waited_for() {
-    let (domain, node) = tank(&TANK.replace("5ms", "7s"));
-    assert_eq!(domain.stdout("get tank ramp.value"), "1\n");
-    assert_eq!(domain.stdout("get tank ramp.value"), "1\n", "after a whole period");
     node.stop().expect_code(0);
 }

@@ -41,6 +41,28 @@ pub fn parse_duration_ns(text: &str) -> Result<u64, String> {
     })
 }
 
+/// A duration whose unit is written as some people write it (`200 msec`), as it should be (`200ms`).
+pub(crate) fn respelled(text: &str) -> Option<String> {
+    const SPELLINGS: [(&str, &[&str]); 6] = [
+        ("ns", &["nsec", "nanosecond"]),
+        ("us", &["usec", "microsecond"]),
+        ("ms", &["msec", "milli", "millisecond"]),
+        ("s", &["sec", "second"]),
+        ("min", &["minute"]),
+        ("h", &["hr", "hour"]),
+    ];
+    let text = text.trim();
+    let split = text.find(|c: char| !c.is_ascii_digit() && c != '.')?;
+    let (number, unit) = text.split_at(split);
+    let unit = unit.trim().to_lowercase();
+    let singular = unit.strip_suffix('s').unwrap_or(&unit);
+    let is_meant = |(known, others): &&(&str, &[&str])| {
+        *known == unit || *known == singular || others.contains(&singular)
+    };
+    let (known, _) = SPELLINGS.iter().find(is_meant)?;
+    Some(format!("{number}{known}"))
+}
+
 /// Parses a time on a command line into seconds, greater than 0: a number alone is seconds (`10`,
 /// `0.5`, `1e3`), one with a unit a duration (`500ms`, `5min`). `Err` says what is wrong with it.
 pub fn parse_seconds(text: &str) -> Result<f64, String> {
@@ -117,6 +139,27 @@ pub fn format_duration_ns(duration_ns: u64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_unit_that_is_written_in_another_way_is_the_one_that_was_meant() {
+        for (text, plain) in [
+            ("200 msec", "200ms"),
+            ("200 milliseconds", "200ms"),
+            ("1.5 Seconds", "1.5s"),
+            ("3secs", "3s"),
+            ("5 mins", "5min"),
+            ("20 MS", "20ms"),
+            ("2hrs", "2h"),
+            ("7 usec", "7us"),
+        ] {
+            assert_eq!(respelled(text).as_deref(), Some(plain), "{text}");
+            assert!(parse_duration_ns(plain).is_ok());
+        }
+        for text in ["5 parsecs", "200", "", "msec"] {
+            let meant = respelled(text);
+            assert!(meant.is_none_or(|meant| parse_duration_ns(&meant).is_err()), "{text}");
+        }
+    }
 
     #[test]
     fn decimals_are_exact() {

@@ -10,7 +10,7 @@ use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::Stop;
 use isochrone_runtime::control::{
     self, ByTask, Client, ClientError, Code, GetParams, Method, Params, ReadAt, SignalDescription,
-    Values,
+    SignalsParams, Values,
 };
 
 use super::known::Known;
@@ -199,6 +199,16 @@ impl Node {
                 Ok(Vec::new())
             }
             found => found.map_err(|error| failure(error, Asked::ToLook)),
+        }
+    }
+
+    /// How many signals match a glob.
+    pub(super) fn count(&mut self, pattern: &str) -> Result<u64, Failure> {
+        let (pattern, limit) = (Some(pattern.to_owned()), Some(1));
+        match self.client.call(&SignalsParams { pattern, offset: None, limit }) {
+            Ok(page) => Ok(page.total),
+            Err(ClientError::Refused(refused)) if refused.code == Code::UnknownName => Ok(0),
+            Err(error) => Err(failure(error, Asked::ToLook)),
         }
     }
 

@@ -48,7 +48,7 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut node = args.node.connect()?;
-    let mut signals = chosen(&mut node, &args.patterns)?;
+    let Chosen { mut signals, left_out } = chosen(&mut node, &args.patterns)?;
     if args.parameters {
         signals.retain(|signal| signal.role == Role::Parameter);
     }
@@ -83,29 +83,49 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             &marks(signal, &values, &reading).join(", "),
         ]);
     }
-    terminal::print(&table.draw(0))
+    terminal::print(&table.draw(0))?;
+    if !left_out.is_empty() {
+        let more =
+            left_out.iter().map(|(pattern, count)| format!("{count} more match '{pattern}'"));
+        let more = more.collect::<Vec<_>>().join(", ");
+        terminal::note(&format!("note: * stands for one part of a name: {more}"));
+    }
+    Ok(())
+}
+
+/// The signals that are meant, and what was perhaps meant as well.
+#[derive(Default)]
+struct Chosen {
+    signals: Vec<SignalDescription>,
+    /// Patterns of longer names, and how many signals match each.
+    left_out: Vec<(String, u64)>,
 }
 
 /// The signals that are meant by names, globs and blocks; all without any.
-fn chosen(node: &mut Node, patterns: &[String]) -> Result<Vec<SignalDescription>, Failure> {
+fn chosen(node: &mut Node, patterns: &[String]) -> Result<Chosen, Failure> {
     if patterns.is_empty() {
-        return node.signals(None);
+        return Ok(Chosen { signals: node.signals(None)?, ..Chosen::default() });
     }
-    let mut chosen: Vec<SignalDescription> = Vec::new();
+    let mut chosen = Chosen::default();
     let mut names = HashSet::new();
     for pattern in patterns {
-        let mut found = node.signals_if_any(pattern)?;
-        // The name of an instance, or of a block with several.
-        for pins in [".*", ".*.*"] {
+        let is_for_all = pattern == "*" || pattern.ends_with(".*");
+        let mut found = Vec::new();
+        // A name, that of an instance, or that of a block with several.
+        for pins in ["", ".*", ".*.*"] {
+            let longer = format!("{pattern}{pins}");
             if found.is_empty() {
-                found = node.signals_if_any(&format!("{pattern}{pins}"))?;
+                found = node.signals_if_any(&longer)?;
+            } else if is_for_all && let count @ 1.. = node.count(&longer)? {
+                chosen.left_out.push((longer, count));
             }
         }
         if found.is_empty() {
             found = node.signals(Some(pattern))?;
         }
-        chosen.extend(found.into_iter().filter(|signal| names.insert(signal.name.clone())));
+        chosen.signals.extend(found.into_iter().filter(|it| names.insert(it.name.clone())));
     }
+    chosen.left_out.retain(|(longer, _)| !patterns.contains(longer));
     Ok(chosen)
 }
 

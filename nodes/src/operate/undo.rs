@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use isochrone_engine::escaped;
-use isochrone_runtime::control::{Action, JournalEntry, PendingEntry, UndoParams};
+use isochrone_runtime::control::{Action, JournalEntry, PendingEntry, SetResult, UndoParams};
 
 use super::journal;
 use super::node::{self, Node};
@@ -32,24 +32,39 @@ pub(crate) struct Args {
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut node = args.node.connect()?;
-    let (transaction, by) = match args.transaction {
-        Some(transaction) => (transaction, String::new()),
-        None => {
-            let (transaction, client) = last_set(&mut node)?;
-            let client = client.as_deref().map(escaped);
-            (transaction, client.map_or_else(String::new, |client| format!(" of {client}")))
-        }
+    let (undone, undone_client) = match args.transaction {
+        Some(transaction) => (transaction, client_of(&mut node, transaction)?),
+        None => last_set(&mut node)?,
     };
-    let result = node.call(&UndoParams { transaction, client: client() })?;
+    let result = node.call(&UndoParams { transaction: undone, client: client() })?;
     if args.json {
-        return terminal::print_json(&result);
+        return terminal::print_json(&Undone { undone, undone_client, result });
     }
+    let by = undone_client.as_deref().map(escaped);
+    let by = by.map_or_else(String::new, |client| format!(" of {client}"));
     let done = Transaction::from(&result);
     done.warn();
     let known = node.known(result.before.iter().map(|(name, _)| name))?;
     // What is stored: a force may hold another value in front of it.
     let done = done.text(&result.after, &known);
-    terminal::print(&format!("transaction {transaction}{by} is taken back\n{done}"))
+    terminal::print(&format!("transaction {undone}{by} is taken back\n{done}"))
+}
+
+/// The result of an undo, and what was undone.
+#[derive(serde::Serialize)]
+struct Undone {
+    undone: u64,
+    /// Who had asked for that, as they call themselves.
+    undone_client: Option<String>,
+    #[serde(flatten)]
+    result: SetResult,
+}
+
+/// Who asked for a transaction, if the node knows.
+fn client_of(node: &mut Node, transaction: u64) -> Result<Option<String>, Failure> {
+    let (entries, _) = journal::all(node, None)?;
+    let mut of_it = entries.into_iter().filter(|entry| entry.transaction == transaction);
+    Ok(of_it.next().and_then(|entry| entry.by.client))
 }
 
 fn number(text: &str) -> Result<u64, String> {

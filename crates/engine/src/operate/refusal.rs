@@ -198,6 +198,12 @@ pub enum Refusal {
         /// Its number.
         transaction: u64,
     },
+    /// The transaction was of an earlier run.
+    #[error("transaction {transaction} is of an earlier run of the node, which cannot be undone")]
+    EarlierRun {
+        /// Its number.
+        transaction: u64,
+    },
     /// The transaction did something else than to set values.
     #[error("transaction {transaction} is {}, which cannot be undone", deed(.action))]
     NoSet {
@@ -279,6 +285,7 @@ impl Refusal {
             | Self::Waiting { .. }
             | Self::NoSet { .. }
             | Self::TakenBack { .. }
+            | Self::EarlierRun { .. }
             | Self::UnknownTransaction { .. } => "",
         }
     }
@@ -339,6 +346,9 @@ impl Refusal {
             Self::Waiting { .. } => "ask again when it has".into(),
             Self::Gone { .. } => "set what took its place".into(),
             Self::UnknownTransaction { .. } => "the journal lists those that can be undone".into(),
+            Self::EarlierRun { .. } => {
+                "set what it changed; `isochrone journal FILE.jsonl` shows that".into()
+            }
             Self::NoSet { action, .. } => match *action {
                 "apply" => "apply the configuration from before it to go back",
                 "force" => "release what it forces",

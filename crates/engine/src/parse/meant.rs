@@ -3,7 +3,7 @@
 use toml::de::DeValue;
 
 use super::section::parse_integer;
-use crate::duration::parse_duration_ns;
+use crate::duration::{parse_duration_ns, respelled};
 use crate::keys::{Form, Key, Range};
 
 /// The duration that was meant by one without a unit, or by a TIME literal such as `T#2ms`.
@@ -14,7 +14,7 @@ pub(super) fn plain_duration(text: &str, range: &Range<u64>) -> Option<String> {
             rest.to_lowercase().replace('_', "")
         }
         Some(_) => return None,
-        None => format!("{text}ms"),
+        None => respelled(text).unwrap_or_else(|| format!("{text}ms")),
     };
     parse_duration_ns(&plain).is_ok_and(range.accepts).then_some(plain)
 }

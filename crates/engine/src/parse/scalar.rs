@@ -74,7 +74,7 @@ impl Section<'_> {
                     let message = format!("{title} {name} \"{text}\": {reason}");
                     let finding = Finding::new(Problem::OutOfRange, 0..0, message);
                     let help = plain_duration(text, range).map_or_else(
-                        || format!("{name} is {}", range.words),
+                        || format!("{name} is {}, such as \"10ms\"", range.words),
                         |plain| format!("write {name} = \"{plain}\""),
                     );
                     Err(Some(finding.help(help)))

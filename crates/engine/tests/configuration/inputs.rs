@@ -121,6 +121,22 @@ fn values_of_inputs_that_are_out_of_range_are_refused_with_the_range() {
             "max_age is longer than 0",
         ),
         (
+            "max_age in a unit as others write it",
+            "max_age = \"20ms\"",
+            "max_age = «\"200 msec\"",
+            OutOfRange,
+            "there is no unit \"msec\"",
+            "write max_age = \"200ms\"",
+        ),
+        (
+            "max_age in no unit",
+            "max_age = \"20ms\"",
+            "max_age = «\"200 ticks\"",
+            OutOfRange,
+            "there is no unit \"ticks\"",
+            "such as \"10ms\"",
+        ),
+        (
             "default BOOL for LREAL",
             "default = 0.5",
             "default = «true",

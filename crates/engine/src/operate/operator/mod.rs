@@ -160,6 +160,8 @@ pub struct Operator {
     /// Requests that write which were sent.
     writes: u64,
     journal: Journal,
+    /// The first transaction of this run of the node.
+    first: u64,
     next: u64,
     /// Readings count down from the top, so that transactions are numbered without gaps.
     next_reading: u64,
@@ -182,6 +184,7 @@ impl Operator {
             sent: BTreeMap::new(),
             writes: 0,
             journal: Journal::default(),
+            first: 1,
             next: 1,
             next_reading: u64::MAX,
         }
@@ -190,6 +193,7 @@ impl Operator {
     /// Goes on counting transactions after `last`, the last that the node's journal knows.
     pub fn continue_after(&mut self, last: u64) {
         self.next = self.next.max(last.saturating_add(1));
+        self.first = self.next;
     }
 
     /// Refuses all changes but releases while a journal is not written. `None`: it is.

@@ -63,6 +63,7 @@ impl Operator {
         }
         Err(match self.journal.action_of(transaction) {
             Some(action) => Refusal::NoSet { transaction, action: action.as_str() },
+            None if (1..self.first).contains(&transaction) => Refusal::EarlierRun { transaction },
             None => Refusal::UnknownTransaction { transaction },
         })
     }

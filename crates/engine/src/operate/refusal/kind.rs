@@ -28,7 +28,9 @@ impl Refusal {
     /// What kind it is of.
     pub fn kind(&self) -> RefusalKind {
         match self {
-            Self::Unknown { .. } | Self::UnknownTransaction { .. } => RefusalKind::UnknownName,
+            Self::Unknown { .. } | Self::UnknownTransaction { .. } | Self::EarlierRun { .. } => {
+                RefusalKind::UnknownName
+            }
             Self::Output { .. }
             | Self::Wired { .. }
             | Self::Fed { .. }
