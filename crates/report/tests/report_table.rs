@@ -111,19 +111,19 @@ kernel 6.18.44, preempt -, 2 CPUs, hypervisor kvm, clock tsc (42 ns per reading)
 
 task fast: period 1 ms, wake hybrid, scheduler fifo:80, CPU 1
   60000 cycles, 0 missed, 0 overruns, 100 warm-up cycles excluded
-                        min      p50      p90      p99    p99.9   p99.99      max
-  release jitter      41 ns    98 ns   150 ns   260 ns  2.10 us  52.0 us   231 us
-  execution         1.20 us  1.25 us  10.0 us        -        -        -  1.30 ms
-  response                -        -        -        -        -        -        -
-  period error            -        -        -        -        -        -        -
+                       min      p50      p90      p99    p99.9   p99.99      max
+  release jitter     41 ns    98 ns   150 ns   260 ns  2.10 us  52.0 us   231 us
+  execution        1.20 us  1.25 us  10.0 us        -        -        -  1.30 ms
+  response               -        -        -        -        -        -        -
+  period error           -        -        -        -        -        -        -
   CPU 6.2 %, 0 allocations (60000 more by the IPC library), 3 minor and 0 major faults, 60000 voluntary and 1 involuntary switches
   0 block errors, 0 input rejects, 2 connects (0 failed at first)
 
 link plant/level (received): 1000 Hz
   60000 frames, 1 lost, 0 restarts
-                        min      p50      p90      p99    p99.9   p99.99      max
-  last hop          1.20 us  1.25 us  10.0 us        -        -        -  1.30 ms
-  end to end              -        -        -        -        -        -        -
+                       min      p50      p90      p99    p99.9   p99.99      max
+  last hop         1.20 us  1.25 us  10.0 us        -        -        -  1.30 ms
+  end to end             -        -        -        -        -        -        -
 
 warning [rt_denied]: no real-time priority
   remedy: run as root

@@ -15,7 +15,8 @@ use isochrone_timing::{LinkReport, Summary, TaskReport, Warning};
 use crate::output::groups::percent;
 use crate::report::Report;
 
-const LABEL_WIDTH: usize = 16;
+/// With the indent and the columns, a row has the 80 characters of a terminal.
+const LABEL_WIDTH: usize = 15;
 const COLUMN_WIDTH: usize = 9;
 const COLUMNS: [&str; 7] = ["min", "p50", "p90", "p99", "p99.9", "p99.99", "max"];
 /// Stands where the samples are too few, or nobody knows.
