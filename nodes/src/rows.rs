@@ -38,14 +38,15 @@ impl Rows {
         Ok(Self { name, out: BufWriter::with_capacity(1 << 16, out), row: String::new() })
     }
 
-    /// Writes the names of the columns: those of times and cycles, and those of the values. A value
-    /// with the name of one of those gets another, so that the file can be read again.
+    /// Writes the names of the columns: those of times and cycles and whatever else is no value, and those
+    /// of the values. A value with the name of one of those gets another, so that the file can be read again.
     pub(crate) fn header(&mut self, own: &[&str], values: &[&str]) -> Result<(), Failure> {
         own.iter().for_each(|column| self.field(column));
         for name in values {
             let mut name = Cow::from(*name);
-            if is_reserved(&name) {
-                while is_reserved(&name) || values.contains(&&*name) {
+            let is_taken = |name: &str| is_reserved(name) || own.contains(&name);
+            if is_taken(&name) {
+                while is_taken(&name) || values.contains(&&*name) {
                     name.to_mut().push('_');
                 }
             }
@@ -62,10 +63,22 @@ impl Rows {
         cycle: u64,
         values: impl IntoIterator<Item = Option<f64>>,
     ) -> Result<(), Failure> {
+        self.row_with(time_s, cycle, &[], values)
+    }
+
+    /// As [`row`](Self::row), with fields between the cycle and the values.
+    pub(crate) fn row_with(
+        &mut self,
+        time_s: Option<f64>,
+        cycle: u64,
+        further: &[String],
+        values: impl IntoIterator<Item = Option<f64>>,
+    ) -> Result<(), Failure> {
         if let Some(time_s) = time_s {
             self.field(&numbers::format(time_s));
         }
         self.field(&cycle.to_string());
+        further.iter().for_each(|text| self.field(text));
         for value in values {
             self.field(&value.map_or_else(String::new, numbers::format));
         }

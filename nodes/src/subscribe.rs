@@ -1,8 +1,12 @@
 //! `subscribe`: a subscriber process.
 
 mod channel;
+mod column;
+mod heading;
 mod line;
+mod object;
 mod screen;
+mod silence;
 mod taken;
 mod transcript;
 
@@ -19,6 +23,7 @@ use isochrone_report::Report;
 use isochrone_runtime::FrameWait;
 use isochrone_timing::units::counted;
 
+use self::column::Column;
 use self::line::Line;
 use self::screen::Screen;
 use self::transcript::{Choice, Sink, Transcript};
@@ -33,21 +38,30 @@ use crate::{configuration, list, numbers, terminal};
 ///
 /// Waits for the service if it does not exist yet. On a terminal, a table shows the newest values
 /// and is updated in place. In a pipe, each frame is one line: sequence, cycle, age and values,
-/// with the signal names that the publisher announces.
+/// with the signal names that the publisher announces; with --json, one object. When frames cease to
+/// come, and when they come again, the table's header says so, or a line on stderr.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone subscribe plant/level\n  \
     isochrone subscribe plant/level --signals level.y --every 100 | tee log\n  \
     isochrone subscribe plant/level --csv out.csv --count 5000\n  \
+    isochrone subscribe plant/level --csv out.csv --columns sequence,flags\n  \
+    isochrone subscribe plant/level --json | jq -c 'select(.flags != [])'\n  \
     isochrone subscribe plant/level --stats --seconds 10 --spin\n\n\
     The columns of --csv are `time_s`, `cycle` and the signals. `time_s` is when the frame's cycle was \
     due (or, if the publisher does not give that, when it was sent), in seconds after the first row. \
-    Numbers are written with full precision, so `publish --csv` publishes the same values again. If the publisher changes its signals, a new header row follows.")]
+    Numbers are written with full precision, so `publish --csv` publishes the same values again. If the publisher changes its signals, a new header row follows.\n\n\
+    --json prints one object per frame and line: `sequence`, `cycle`, `publish_ns` (the sender's monotonic \
+    clock), `age_ns` (when it came; null if it was stamped by another clock), `flags` (a list, empty for a \
+    frame in order) and `values` by signal name. NaN and infinities are the texts \"NaN\", \"inf\" and \"-inf\".")]
 pub(crate) struct Args {
     /// Service to subscribe to, such as plant/level
     service: String,
     /// Write frames to this file ("-": stdout) instead of showing them
     #[arg(long, value_name = "FILE")]
     csv: Option<PathBuf>,
+    /// With --csv, further columns behind `cycle`. `publish --csv` takes a file without them
+    #[arg(long, value_delimiter = ',', value_name = "COLUMN,…", requires = "csv")]
+    columns: Vec<Column>,
     /// Signals to show or write, in this order; default: all
     #[arg(long, value_delimiter = ',', value_name = "NAME,…")]
     signals: Vec<String>,
@@ -58,7 +72,7 @@ pub(crate) struct Args {
     /// Show or write only every Nth frame; with --stats, show these frames too
     #[arg(long, value_name = "N", value_parser = numbers::parse_count, allow_negative_numbers = true)]
     every: Option<u64>,
-    /// Stop after this many frames
+    /// Stop after this many frames; with --every, of those that are shown or written
     #[arg(long, value_parser = numbers::parse_count, allow_negative_numbers = true)]
     count: Option<u64>,
     /// Stop after this time: 10, 500ms, 5min
@@ -68,8 +82,8 @@ pub(crate) struct Args {
     /// Otherwise it sleeps until the next frame is due, and its wake-up adds to the latency
     #[arg(long)]
     spin: bool,
-    /// With --stats, print the report as JSON
-    #[arg(long, requires = "stats")]
+    /// Print each frame as one JSON object in a line; with --stats, print the report as JSON
+    #[arg(long)]
     json: bool,
     /// Write the report of --stats (JSON) to this file at the end
     #[arg(long, value_name = "FILE.json")]
@@ -105,12 +119,17 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     };
     terminal::note(&format!("subscribed to \"{}\". Press Ctrl-C to end it.", args.service));
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
-    let choice = Choice { every: args.every.unwrap_or(1), signals: args.signals.clone() };
+    let every = args.every.unwrap_or(1);
+    let (signals, columns) = (args.signals.clone(), args.columns.clone());
+    let choice = Choice { every, signals, columns };
     let mut transcript = Transcript::new(&args.service, sink, choice);
     let wait = (!args.spin).then(FrameWait::in_this_thread);
-    let wants_more = |frames| args.count.is_none_or(|count| frames < count);
+    // The first frame is shown, and then each `every`th.
+    let most = args.count.map(|count| (count - 1).saturating_mul(every).saturating_add(1));
+    let wants_more = |frames| most.is_none_or(|most| frames < most);
     while wants_more(line.frames()) && !stop.is_due() {
         if line.receive(&mut transcript) {
+            transcript.tell(line.news.take(), line.silence());
             transcript.write(&line.watcher, line.now_ns)?;
             continue;
         }
@@ -119,6 +138,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         transcript.flush()?;
         let alarms = line.alarms.len();
         line.care();
+        transcript.tell(line.news.take(), line.silence());
         if line.alarms.len() > alarms {
             transcript.leave();
         }
@@ -155,9 +175,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 }
 
 fn sink(args: &Args) -> Result<Sink, Failure> {
+    let prints_frames = !args.stats || args.every.is_some();
     Ok(match &args.csv {
+        Some(_) if args.json && !args.stats => {
+            return Err(Failure::usage(
+                "--json prints each frame and --csv writes each frame: choose one; with --stats, --json prints the report",
+            ));
+        }
         Some(path) => Sink::Csv(Rows::create(path)?),
-        None if args.stats && args.every.is_none() => Sink::Count,
+        None if !prints_frames => Sink::Count,
+        None if args.json && !args.stats => Sink::Objects,
         None if io::stdout().is_terminal() => Sink::Screen(Screen::default()),
         None => Sink::Lines,
     })

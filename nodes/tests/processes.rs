@@ -256,7 +256,8 @@ fn what_cannot_be_is_refused_before_anything_starts() {
         ("subscribe clock/fast --count 0", 2, ["--count", "a whole number, 1 or greater"]),
         ("subscribe clock/fast --every 0", 2, ["--every", "a whole number, 1 or greater"]),
         ("publish clock/in --value 1 --count 0", 2, ["--count", "a whole number, 1 or greater"]),
-        ("subscribe clock/fast --json", 2, ["--stats", "--json"]),
+        ("subscribe clock/fast --json --csv -", 2, ["--csv", "choose one"]),
+        ("subscribe clock/fast --columns flags", 2, ["--columns", "--csv"]),
     ] {
         let ended = domain.run(arguments).expect_code(code);
         for part in parts {

@@ -12,8 +12,9 @@ use isochrone_processes::Stop;
 use isochrone_runtime::{Alarm, FrameWait};
 use isochrone_timing::{FrameRecord, LinkReport, LinkTiming};
 
-use super::taken::Taken;
-use super::transcript::{self, Transcript};
+use super::silence::{Listener, Silence, patience_ns};
+use super::taken::{self, Taken};
+use super::transcript::Transcript;
 use crate::failure::Failure;
 
 /// While waiting for the service.
@@ -22,8 +23,6 @@ const SEARCH_INTERVAL: Duration = Duration::from_millis(5);
 const CARE_INTERVAL_NS: u64 = 10_000_000;
 /// A frame that is older than any wait here by so much has a stamp of another clock.
 const CREDIBLE_DELAY_NS: u64 = 1_000_000_000;
-/// How long a publisher may be silent, or three of its periods, before that is a fault.
-const SILENCE_NS: u64 = 1_000_000_000;
 
 type Service = ipc::Service;
 
@@ -38,6 +37,9 @@ pub(super) struct Line<'a> {
     undated: VecDeque<Undated>,
     past_stamps: u64,
     flagged: Flagged,
+    listener: Listener,
+    /// That frames have ceased, or come again, until somebody takes it.
+    pub(super) news: Option<String>,
     pub(super) alarms: Vec<Alarm>,
     opened_ns: u64,
     pub(super) now_ns: u64,
@@ -107,6 +109,8 @@ impl<'a> Line<'a> {
             undated: VecDeque::new(),
             past_stamps: 0,
             flagged: Flagged([0; u64::BITS as usize]),
+            listener: Listener::new(now_ns),
+            news: None,
             alarms: Vec::new(),
             opened_ns: now_ns,
             now_ns,
@@ -131,10 +135,14 @@ impl<'a> Line<'a> {
         let values = if is_wanted { frame.values().to_vec() } else { Vec::new() };
         self.now_ns = received_ns;
         self.flagged.note(header.flags());
+        if let Some(after_ns) = self.listener.hear(&header, received_ns) {
+            let (service, after_s) = (self.service, after_ns as f64 / 1e9);
+            self.news = Some(format!("\"{service}\" sends again, after {after_s:.1} s"));
+        }
         let waited_ns = received_ns.saturating_sub(self.idle_ns);
         self.undated.push_back(Undated { header, received_ns, waited_ns });
         self.date();
-        let stamps = transcript::stamps(&self.watcher, &header, received_ns);
+        let stamps = taken::stamps(&self.watcher, &header, received_ns);
         transcript.take(Taken { header, channels, values, received_ns, stamps, number });
         true
     }
@@ -158,7 +166,7 @@ impl<'a> Line<'a> {
             let Undated { header, received_ns, .. } = first;
             let waited_ns = self.now_ns.saturating_sub(*received_ns);
             let waiting = self.undated.len();
-            if !transcript::is_settled(&self.watcher, header.layout, waited_ns, waiting) {
+            if !taken::is_settled(&self.watcher, header.layout, waited_ns, waiting) {
                 break;
             }
             let Some(frame) = self.undated.pop_front() else { break };
@@ -198,16 +206,35 @@ impl<'a> Line<'a> {
             self.subscriber.set_period(announced.layout.period_ns.unwrap_or_default());
         }
         self.date();
+        let (participant, subscriber) = (self.participant, &self.subscriber);
+        let ceased = self.listener.look(self.now_ns, self.period_ns(), || {
+            // One that was killed is no publisher any more.
+            participant.clean_up();
+            subscriber.publishers()
+        });
+        if let Some(ceased) = ceased {
+            self.news = Some(format!("\"{}\" {ceased}", self.service));
+        }
         if self.subscriber.counters().other_writers > 0 {
             self.raise(Alarm::OtherWriter { service: self.service.to_owned() });
         }
+    }
+
+    /// The silence that lasts.
+    pub(super) fn silence(&self) -> Option<Silence> {
+        self.listener.silence(self.now_ns)
+    }
+
+    /// The period that the publisher announces.
+    fn period_ns(&self) -> Option<u64> {
+        self.watcher.newest().and_then(|announced| announced.layout.period_ns)
     }
 
     /// Says what the stamps of a frame are worth.
     fn judge(&mut self, frame: &Undated) -> Stamps {
         let Undated { header, received_ns, waited_ns } = frame;
         let announced = self.watcher.find(header.layout);
-        let stamps = transcript::stamps(&self.watcher, header, *received_ns);
+        let stamps = taken::stamps(&self.watcher, header, *received_ns);
         let age_ns = received_ns.saturating_sub(header.publish_ns);
         match stamps {
             Stamps::Future => {
@@ -262,8 +289,7 @@ impl<'a> Line<'a> {
             return Err(Failure::nobody(format!("service \"{service}\" has no publisher")));
         }
         let counters = self.subscriber.counters();
-        let period_ns = self.watcher.newest().and_then(|announced| announced.layout.period_ns);
-        let patience_ns = period_ns.unwrap_or_default().saturating_mul(3).max(SILENCE_NS);
+        let patience_ns = patience_ns(self.period_ns());
         let waited_ns = self.now_ns.saturating_sub(self.opened_ns);
         if counters.connect_errors + counters.receive_errors == 0 && waited_ns < patience_ns {
             return Err(Failure::nobody(format!("service \"{service}\" sent nothing")));

@@ -7,6 +7,7 @@ use isochrone_report::Table;
 use rustix::termios::tcgetwinsize;
 
 use super::channel::{Channel, NO_VALUE};
+use super::heading::Heading;
 use crate::failure::Failure;
 use crate::numbers::{Digits, shown, type_of};
 
@@ -42,14 +43,14 @@ impl Screen {
     /// Draws the values of a frame.
     pub(super) fn draw(
         &mut self,
-        title: &str,
+        heading: &Heading<'_>,
         channels: &[Channel],
-        values: &[f64],
     ) -> Result<(), Failure> {
         self.last = Some(Instant::now());
-        let line = |channel| Line { channel, value: value(channel, values) };
+        let line = |channel| Line { channel, value: value(channel, &heading.frame.values) };
         let lines: Vec<Line<'_>> = channels.iter().map(line).collect();
-        let table = table(title, &lines, size());
+        let size = size();
+        let table = table(&heading.line(size.0), &lines, size);
         let mut text = String::new();
         if self.drawn > 0 {
             text += &format!("\u{1b}[{}A", self.drawn);
@@ -141,7 +142,7 @@ fn table(title: &str, lines: &[Line<'_>], (columns, rows): (usize, usize)) -> St
 }
 
 /// A text of at most so many characters.
-fn cut(text: &str, most: usize) -> String {
+pub(super) fn cut(text: &str, most: usize) -> String {
     if text.chars().count() <= most {
         return text.to_owned();
     }

@@ -1,6 +1,12 @@
 //! A frame that was received, and when.
 
-use isochrone_ipc::{FrameHeader, Stamps};
+use isochrone_ipc::{Announcement, FrameHeader, LayoutWatcher, SenderClock, Stamps, ipc};
+
+/// How long a frame waits for its layout before it is shown without names. Whoever announces one does
+/// so within half of it.
+const PATIENCE_NS: u64 = 1_000_000_000;
+/// Most frames that wait.
+const MOST_WAITING: usize = 65_536;
 
 /// A frame that was received.
 pub(super) struct Taken {
@@ -34,16 +40,43 @@ impl Taken {
         }
     }
 
-    /// How old a frame was when it came.
-    pub(super) fn age(&self) -> String {
+    /// How old the frame was when it came; `None` if its stamps are of another clock.
+    pub(super) fn age_ns(&self) -> Option<u64> {
         match self.stamps {
-            Stamps::Believed => {
-                let age_ns = self.received_ns.saturating_sub(self.header.publish_ns);
-                format!("{:.1} us", age_ns as f64 / 1e3)
-            }
-            Stamps::Future | Stamps::Foreign => "- us".to_owned(),
+            Stamps::Believed => Some(self.received_ns.saturating_sub(self.header.publish_ns)),
+            Stamps::Future | Stamps::Foreign => None,
         }
     }
+
+    /// The same for people.
+    pub(super) fn age(&self) -> String {
+        match self.age_ns() {
+            Some(age_ns) => format!("{:.1} us", age_ns as f64 / 1e3),
+            None => "- us".to_owned(),
+        }
+    }
+}
+
+/// Whether a frame waits no longer for what is announced of it, as one of so many that wait.
+pub(super) fn is_settled(
+    watcher: &LayoutWatcher<ipc::Service>,
+    layout: u64,
+    waited_ns: u64,
+    waiting: usize,
+) -> bool {
+    let is_known = layout == 0 || watcher.find(layout).is_some();
+    is_known || waited_ns >= PATIENCE_NS || waiting >= MOST_WAITING
+}
+
+/// What the stamps of a frame are worth, by what is announced of it.
+pub(super) fn stamps(
+    watcher: &LayoutWatcher<ipc::Service>,
+    header: &FrameHeader,
+    received_ns: u64,
+) -> Stamps {
+    let announced = watcher.find(header.layout);
+    let clock = announced.map_or(SenderClock::Shared, Announcement::clock);
+    header.credible(clock, received_ns).stamps
 }
 
 #[cfg(test)]

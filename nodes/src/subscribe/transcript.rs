@@ -2,24 +2,22 @@
 
 use std::collections::VecDeque;
 
-use isochrone_ipc::{Announcement, FrameHeader, LayoutWatcher, SenderClock, Stamps, ipc};
+use isochrone_ipc::{Announcement, LayoutWatcher, ipc};
 use isochrone_runtime::Limiter;
 use isochrone_timing::units::counted;
 
 use super::channel::{Channel, NO_VALUE, channels_of, listed};
+use super::column::Column;
+use super::heading::Heading;
+use super::object::Object;
 use super::screen::Screen;
-use super::taken::Taken;
+use super::silence::Silence;
+use super::taken::{Taken, is_settled, stamps};
 use crate::failure::Failure;
 use crate::meant;
 use crate::numbers::{Digits, shown, type_of};
 use crate::rows::{CYCLE, Rows, TIME};
 use crate::terminal;
-
-/// How long a frame waits for its layout before it is shown without names. Whoever announces one does
-/// so within half of it.
-const PATIENCE_NS: u64 = 1_000_000_000;
-/// Most frames that wait.
-const MOST_WAITING: usize = 65_536;
 
 /// Where the frames go.
 pub(crate) enum Sink {
@@ -27,6 +25,8 @@ pub(crate) enum Sink {
     Count,
     /// A line for each, for people and pipes.
     Lines,
+    /// A JSON object in a line for each, for scripts.
+    Objects,
     /// One table of the newest, on a terminal.
     Screen(Screen),
     /// A CSV file. Where the layout changes, another header stands in it.
@@ -39,6 +39,8 @@ pub(crate) struct Choice {
     pub(crate) every: u64,
     /// Names of signals in their order; empty: all.
     pub(crate) signals: Vec<String>,
+    /// What a CSV file has of each frame beside time and cycle.
+    pub(crate) columns: Vec<Column>,
 }
 
 /// Writes frames with the names that their publisher announces for them.
@@ -55,29 +57,13 @@ pub(crate) struct Transcript {
     first_ns: Option<u64>,
     /// Of a table: the newest frame that is not drawn yet.
     undrawn: Option<Taken>,
+    /// The frame whose values the table shows.
+    drawn: Option<Taken>,
+    /// Frames have ceased.
+    silence: Option<Silence>,
+    /// How long they had when the table was drawn, in s.
+    drawn_silence_s: Option<u64>,
     limiter: Limiter,
-}
-
-/// Whether a frame waits no longer for what is announced of it, as one of so many that wait.
-pub(super) fn is_settled(
-    watcher: &LayoutWatcher<ipc::Service>,
-    layout: u64,
-    waited_ns: u64,
-    waiting: usize,
-) -> bool {
-    let is_known = layout == 0 || watcher.find(layout).is_some();
-    is_known || waited_ns >= PATIENCE_NS || waiting >= MOST_WAITING
-}
-
-/// What the stamps of a frame are worth, by what is announced of it.
-pub(super) fn stamps(
-    watcher: &LayoutWatcher<ipc::Service>,
-    header: &FrameHeader,
-    received_ns: u64,
-) -> Stamps {
-    let announced = watcher.find(header.layout);
-    let clock = announced.map_or(SenderClock::Shared, Announcement::clock);
-    header.credible(clock, received_ns).stamps
 }
 
 /// What the names are of.
@@ -100,6 +86,9 @@ impl Transcript {
             channels: Vec::new(),
             first_ns: None,
             undrawn: None,
+            drawn: None,
+            silence: None,
+            drawn_silence_s: None,
             limiter: Limiter::default(),
         }
     }
@@ -169,6 +158,7 @@ impl Transcript {
             Sink::Screen(screen) => {
                 screen.leave();
                 self.undrawn = None;
+                self.drawn = None;
             }
             _ => {
                 if let Some(news) = self.limiter.pass(news) {
@@ -178,7 +168,9 @@ impl Transcript {
         }
         if let Sink::Csv(rows) = &mut self.sink {
             let names: Vec<&str> = self.channels.iter().map(|it| it.name.as_str()).collect();
-            rows.header(&[TIME, CYCLE], &names)?;
+            let further = self.choice.columns.iter().map(|column| column.as_str());
+            let own: Vec<&str> = [TIME, CYCLE].into_iter().chain(further).collect();
+            rows.header(&own, &names)?;
         }
         Ok(())
     }
@@ -231,13 +223,19 @@ impl Transcript {
                 }
                 terminal::print(&(line + &frame.doubts("  ") + "\n"))
             }
+            Sink::Objects => {
+                terminal::print(&terminal::json_line(&Object::new(&frame, &self.channels))?)
+            }
             Sink::Screen(_) => {
                 self.undrawn = Some(frame);
                 Ok(())
             }
             Sink::Csv(rows) => {
                 let time_s = due_ns.wrapping_sub(first_ns).cast_signed() as f64 / 1e9;
-                rows.row(Some(time_s), header.cycle, chosen.map(|(_, value)| value))
+                let further: Vec<String> =
+                    self.choice.columns.iter().map(|column| column.of(&frame)).collect();
+                let values = chosen.map(|(_, value)| value);
+                rows.row_with(Some(time_s), header.cycle, &further, values)
             }
         }
     }
@@ -268,20 +266,28 @@ impl Transcript {
 
     fn draw(&mut self) -> Result<(), Failure> {
         let Sink::Screen(screen) = &mut self.sink else { return Ok(()) };
-        let Some(frame) = self.undrawn.take() else { return Ok(()) };
-        let from = match self.publisher.as_str() {
-            "" => String::new(),
-            publisher => format!(" from \"{publisher}\""),
-        };
-        let title = format!(
-            "\"{}\"{from}: frame {}, cycle {}, age {}{}",
-            self.service,
-            frame.header.sequence,
-            frame.header.cycle,
-            frame.age(),
-            frame.doubts(", ")
-        );
-        screen.draw(&title, &self.channels, &frame.values)
+        let silence_s = self.silence.map(|silence| silence.seconds());
+        if let Some(frame) = self.undrawn.take() {
+            self.drawn = Some(frame);
+        } else if silence_s == self.drawn_silence_s {
+            return Ok(());
+        }
+        let Some(frame) = &self.drawn else { return Ok(()) };
+        self.drawn_silence_s = silence_s;
+        let (service, publisher, silence) = (&self.service, &self.publisher, self.silence);
+        screen.draw(&Heading { service, publisher, frame, silence }, &self.channels)
+    }
+
+    /// Tells that frames have ceased, or come again.
+    pub(super) fn tell(&mut self, news: Option<String>, silence: Option<Silence>) {
+        self.silence = silence;
+        // A table says it itself.
+        let is_shown = matches!(self.sink, Sink::Screen(_)) && self.drawn.is_some();
+        if let Some(news) = news.filter(|_| !is_shown)
+            && let Some(news) = self.limiter.pass(news)
+        {
+            terminal::note(&news.to_string());
+        }
     }
 
     /// Lets others write to the terminal.
