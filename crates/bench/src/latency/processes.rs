@@ -7,8 +7,8 @@ use std::process::{ChildStdin, ChildStdout, Stdio};
 use std::time::Duration;
 
 use isochrone_processes::{Child, Company};
-use isochrone_timing::Warning;
-use serde::Serialize;
+use isochrone_timing::{Warning, WarningCode};
+use serde::{Deserialize, Serialize};
 
 use super::bench_node::BenchNode;
 use super::peer::{Reply, Setup, Turn};
@@ -127,7 +127,9 @@ impl<'a> Node<'a> {
         company.write(&file, &node.to_string())?;
         let log = File::create(company.path(&log_file(name)))
             .map_err(|cause| BenchError::File { path: log_file(name), cause })?;
-        let arguments = ["run", &file, "--seconds", &seconds.to_string()];
+        let seconds = seconds.to_string();
+        let report = report_file(name);
+        let arguments = ["run", &file, "--seconds", &seconds, "--report", &report];
         let process = company.start_with(&arguments, |command| {
             command.args(company.in_domain());
             command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(log)
@@ -140,12 +142,51 @@ impl<'a> Node<'a> {
         fs::read_to_string(self.company.path(&log_file(self.name))).unwrap_or_default()
     }
 
-    /// Ends it and waits.
-    pub(super) fn end(mut self) -> Result<(), BenchError> {
-        Ok(self.process.finish()?)
+    /// Ends it, waits, and returns what the machine refused it.
+    pub(super) fn end(mut self) -> Result<Vec<Warning>, BenchError> {
+        self.process.finish()?;
+        let file = report_file(self.name);
+        let read = fs::read_to_string(self.company.path(&file));
+        let refused = read.and_then(|text| Ok(refusals(&text)?));
+        refused.map_err(|cause| BenchError::File { path: file, cause })
     }
+}
+
+/// What a node's report says that the machine refused.
+fn refusals(report: &str) -> serde_json::Result<Vec<Warning>> {
+    #[derive(Deserialize)]
+    struct Warned {
+        warnings: Vec<Warning>,
+    }
+    let Warned { mut warnings } = serde_json::from_str(report)?;
+    let is_refusal = |code: &WarningCode| {
+        matches!(code, WarningCode::RtDenied | WarningCode::CpuDenied | WarningCode::LockDenied)
+    };
+    warnings.retain(|warning| is_refusal(&warning.code));
+    Ok(warnings)
+}
+
+fn report_file(node: &str) -> String {
+    format!("{node}.json")
 }
 
 fn log_file(node: &str) -> String {
     format!("{node}.log")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_machine_refused_a_node_is_taken_from_its_report() {
+        let report = r#"{"warnings": [
+            {"code": "debug_build", "message": "a debug build", "remedy": ""},
+            {"code": "rt_denied", "message": "no real-time priority 2", "remedy": "setcap"}
+        ]}"#;
+        let refused = refusals(report).unwrap();
+        let codes: Vec<_> = refused.iter().map(|warning| &warning.code).collect();
+        assert_eq!(codes, [&WarningCode::RtDenied]);
+        assert!(refusals("{}").is_err());
+    }
 }

@@ -204,7 +204,10 @@ impl<'a, 'b> Session<'a, 'b> {
         watches.iter_mut().for_each(Watch::look);
         let taken = self.taken();
         watches.iter_mut().for_each(Watch::look);
-        nodes.into_iter().try_for_each(Node::end)?;
+        for node in nodes {
+            let refused = node.end()?;
+            self.bench.warn(refused);
+        }
         if self.bench.stop.is_due() && taken.is_ok() {
             return Ok(false);
         }
