@@ -31,7 +31,7 @@ const BEFORE_ANY_LOOK_NS: u64 = 1_000_000_000;
 /// The shortest period of a task.
 const SHORTEST_PERIOD_NS: u64 = 10_000;
 /// A reader whose buffer holds less than it takes to sleep sensibly sleeps for so long regardless.
-const LEAST_LONGEST_NAP_NS: u64 = 1_000_000;
+const LEAST_LONGEST_NAP_NS: u64 = 500_000;
 
 /// Learns a writer's rhythm and says when to look for its next frame. Never allocates.
 #[derive(Debug)]

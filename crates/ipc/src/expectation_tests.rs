@@ -293,11 +293,11 @@ fn a_small_buffer_is_looked_after_more_often_the_faster_its_writer_may_fill_it()
     };
     assert_eq!(
         [2, 256, u64::MAX].map(|buffer| longest_nap_ns(buffer, 0)),
-        [MS, 1_280 * US, 5 * MS]
+        [500 * US, 1_280 * US, 5 * MS]
     );
     assert_eq!(
         [2, 25, 256].map(|buffer| longest_nap_ns(buffer, 100 * US)),
-        [MS, 1_200 * US, 5 * MS]
+        [500 * US, 1_200 * US, 5 * MS]
     );
     assert_eq!([2, 256].map(|buffer| longest_nap_ns(buffer, u64::MAX)), [5 * MS; 2]);
 }
