@@ -3,9 +3,11 @@
 
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use crate::domain::{Domain, Process, not_tested};
+use crate::domain::{Domain, Process, not_tested, wait_until};
+use serde_json::Value;
 
 const PROGRAM: &str = "iox2-link-tunnel-zenoh";
 const STEM: &str = "isolink";
@@ -42,6 +44,8 @@ impl Machines {
             Some("it takes the rights of root to set up networks")
         } else if !run("ip", &["-V"]) {
             Some("ip (iproute2) is not installed")
+        } else if !can_be_several() {
+            Some("no network namespace is to be had")
         } else if link().is_none() {
             Some("iox2-link-tunnel-zenoh is not installed")
         } else {
@@ -69,7 +73,7 @@ impl Machines {
         Some(machines)
     }
 
-    /// The links on both sides, connected.
+    /// The links on both sides, connected and with their ends of the services.
     pub(crate) fn link(&self, services: &str) -> [Process; 2] {
         let link = link().unwrap().display().to_string();
         let start = |machine: &Machine, way: &str| {
@@ -78,6 +82,11 @@ impl Machines {
         let mut links =
             [start(&self.near, "--listen 10.77.0.1"), start(&self.far, "--connect 10.77.0.1")];
         links.iter_mut().for_each(|link| link.wait_for("connected with 10.77.0."));
+        for machine in [&self.near, &self.far] {
+            for service in services.split_whitespace() {
+                wait_until("the link reads and writes", || machine.has_link_at(service));
+            }
+        }
         links
     }
 }
@@ -92,6 +101,20 @@ impl Machine {
         let boot_id = matches!(boot, Some(Boot::Another))
             .then(|| domain.write("boot_id", "4a1e0c5e-0000-4000-8000-000000000002\n"));
         Self { domain, network, boot_id }
+    }
+
+    /// Whether a link reads and writes a service here.
+    fn has_link_at(&self, service: &str) -> bool {
+        let listed = self.start("list --json").finish().expect_code(0).stdout;
+        let listed: Value = serde_json::from_str(&listed).unwrap();
+        let services = listed["services"].as_array().unwrap();
+        let Some(found) = services.iter().find(|found| found["name"] == service) else {
+            return false;
+        };
+        ["publishers", "subscribers"].iter().all(|ends| {
+            let mut nodes = found[ends].as_array().unwrap().iter();
+            nodes.any(|node| PROGRAM.starts_with(node["program"].as_str().unwrap()))
+        })
     }
 
     /// Starts the program on this machine, in its domain.
@@ -114,6 +137,24 @@ impl Drop for Machine {
     fn drop(&mut self) {
         run("ip", &["netns", "del", &self.network]);
     }
+}
+
+/// Whether networks can be made and joined here; containers may have the rights and lack the mounts.
+fn can_be_several() -> bool {
+    static CAN: OnceLock<bool> = OnceLock::new();
+    *CAN.get_or_init(try_to_be_several)
+}
+
+fn try_to_be_several() -> bool {
+    let network = format!("{STEM}-{}-probe", std::process::id());
+    let can = run("ip", &["netns", "add", &network])
+        && run("ip", &["netns", "exec", &network, "true"])
+        && run(
+            "ip",
+            &["-n", &network, "link", "add", "eth0", "type", "veth", "peer", "name", "eth1"],
+        );
+    run("ip", &["netns", "del", &network]);
+    can
 }
 
 /// Those of tests that were killed.
