@@ -39,7 +39,10 @@ use crate::{configuration, domain, stop, terminal};
     cargo install iceoryx2-integrations-zenoh-link-tunnel-cli@0.10.0 --locked\n\n\
     Nothing is encrypted, and whoever reaches the port can read and write the services: listen on an address of \
     a network that you trust, go through a VPN or ssh, or name a configuration with TLS (--zenoh).\n\n\
-    Ends with 1 if the link's program ends as soon as it is started, four times in a row, and with 2 if it is not installed."
+    A service has one link on each machine. To exchange one with several machines, have each of them connect to the \
+    one that listens.\n\n\
+    Ends with 1 if the link's program ends as soon as it is started, four times in a row, or if another link carries \
+    one of the services, and with 2 if the program is not installed."
 )]
 #[command(group = clap::ArgGroup::new("way").required(true).args(["listen", "connect", "zenoh"]))]
 pub(crate) struct Args {
@@ -85,6 +88,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut allowed = Vec::new();
     for service in &services {
         let opened = KeptService::open(&participant, service).map_err(Failure::found)?;
+        if let Some(pid) = opened.other_of_name(&participant).map_err(Failure::found)? {
+            return Err(Failure::found(carried_already(service, pid)));
+        }
         if let Some(shortfall) = opened.shortfall() {
             terminal::note(&format!(
                 "warning: service \"{service}\" loses frames that arrive in a burst: {shortfall}"
@@ -107,6 +113,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     link.end()
 }
 
+/// A second link would send what the first one receives, and the first what the second one receives: in a circle of
+/// machines frames would go round for ever.
+fn carried_already(service: &str, pid: u32) -> String {
+    format!(
+        "another `isochrone link` of this domain, process {pid}, carries service \"{service}\" already; a service \
+         has one link on each machine. To reach several machines, have each of them connect to this one, which \
+         listens"
+    )
+}
+
 /// The services, each once.
 fn services(named: &[String]) -> Result<Vec<String>, Failure> {
     let mut services = Vec::new();
@@ -118,6 +134,12 @@ fn services(named: &[String]) -> Result<Vec<String>, Failure> {
                  service (`isochrone list --names` shows those that there are)"
             )));
         }
+        if let Some(node) = operated_by(service) {
+            return Err(Failure::usage(format!(
+                "node \"{node}\" is operated by service \"{service}\", which no link carries; use ssh: ssh HOST \
+                 isochrone top {node}"
+            )));
+        }
         if !services.contains(service) {
             services.push(service.clone());
         }
@@ -125,10 +147,23 @@ fn services(named: &[String]) -> Result<Vec<String>, Failure> {
     Ok(services)
 }
 
+/// The node that a service operates, if that is what it is for.
+fn operated_by(service: &str) -> Option<&str> {
+    let node = service.strip_prefix("isochrone/")?.strip_suffix("/control")?;
+    (isochrone_runtime::control::service_name(node) == service).then_some(node)
+}
+
 fn way(args: &Args) -> Result<Way, Failure> {
     match (args.listen, &args.connect, &args.zenoh) {
         (Some(local), ..) => {
             check_free(local)?;
+            if local.0.ip().is_unspecified() {
+                terminal::note(&format!(
+                    "warning: {} is every address of this machine: whoever reaches one of them can read and \
+                     write the services; name the address of a network that you trust",
+                    local.0.ip()
+                ));
+            }
             Ok(Way::Listen(local))
         }
         (_, Some(host), _) => Ok(Way::Connect(host.clone())),
@@ -172,7 +207,7 @@ impl fmt::Display for Way {
 }
 
 impl Way {
-    /// The port by which its connections are known.
+    /// The port by which its connections are known; `None`: any, as the file may name any.
     fn port(&self) -> Option<u16> {
         match self {
             Self::Listen(local) => Some(local.0.port()),

@@ -116,6 +116,15 @@ fn who_connects_listens_nowhere_and_says_once_that_nobody_answers() {
 }
 
 #[test]
+fn a_host_that_nobody_knows_is_told_from_one_that_does_not_answer() {
+    let script = Script::new(RUNS);
+    // A name that never exists, by the standards of names.
+    let mut verb = script.start("--connect plant-b.invalid plant/a");
+    verb.wait_for("plant-b.invalid:7447 cannot be found");
+    verb.stop().expect_code(0);
+}
+
+#[test]
 fn a_link_that_dies_is_started_again() {
     let script = Script::new(RUNS);
     let mut verb = script.start("--connect 127.0.0.1:1 plant/a");
@@ -131,6 +140,47 @@ fn a_link_that_dies_is_started_again() {
     let third = script.wait_for_start(&mut verb, 3);
     let ended = verb.stop().expect_code(0);
     assert!(!runs(third), "{}", ended.stderr);
+}
+
+#[test]
+fn a_service_has_one_link() {
+    let script = Script::new(RUNS);
+    let mut first = script.start("--connect 127.0.0.1:1 plant/a plant/b");
+    script.wait_for_start(&mut first, 1);
+    let ended = script.start("--connect 127.0.0.1:2 plant/c plant/b").finish().expect_code(1);
+    let said = format!("process {}, carries service \"plant/b\" already", first.id());
+    assert!(ended.stderr.contains(&said), "{}", ended.stderr);
+    let mut other = script.start("--connect 127.0.0.1:2 plant/c");
+    script.wait_for_start(&mut other, 2);
+    // What one link has left, another may take.
+    first.stop().expect_code(0);
+    let mut next = script.start("--connect 127.0.0.1:1 plant/b");
+    script.wait_for_start(&mut next, 3);
+    next.stop().expect_code(0);
+    other.stop().expect_code(0);
+    assert_eq!(script.domain.leftovers(), Vec::<PathBuf>::new());
+}
+
+#[test]
+fn a_link_that_listens_on_every_address_is_warned_of() {
+    let script = Script::new(RUNS);
+    for (address, is_every) in [("127.0.0.1", false), ("0.0.0.0", true), ("[::]", true)] {
+        let mut verb = script.start(&format!("--listen {address}:{} plant/a", free_port()));
+        verb.wait_for("Press Ctrl-C");
+        let ended = verb.stop().expect_code(0);
+        let is_warned = ended.stderr.contains("is every address of this machine");
+        assert_eq!(is_warned, is_every, "{}", ended.stderr);
+    }
+}
+
+#[test]
+fn a_link_after_a_file_says_whether_it_is_connected() {
+    let script = Script::new(RUNS);
+    script.domain.write("tls.json5", "{}");
+    let mut verb = script.start("--zenoh tls.json5 plant/a");
+    verb.wait_for("no TCP connection yet");
+    let ended = verb.stop().expect_code(0);
+    assert!(ended.stderr.contains("tls.json5 says of addresses"), "{}", ended.stderr);
 }
 
 fn kill(pid: u32) {
@@ -155,7 +205,11 @@ fn a_link_ends_with_its_verb_also_when_that_is_killed_and_the_next_removes_what_
 fn a_link_that_ends_at_once_is_no_link_and_its_words_are_shown() {
     let script = Script::new("echo 'no room for a session'; exit 3");
     let ended = given_up(&script);
-    for part in ["ended as soon as it was started (exit status: 3)", "  no room for a session"] {
+    for part in [
+        "ended as soon as it was started (exit status: 3)",
+        "link over zenoh 0.10.0; it said:\n",
+        "no room for a session",
+    ] {
         assert!(ended.stderr.contains(part), "{}", ended.stderr);
     }
     let broken = Script::new("");
@@ -289,6 +343,7 @@ fn what_cannot_be_meant_is_refused_with_the_way_out() {
         ("--listen 10.0.0.1 --connect plant-b plant/a", "cannot be used with"),
         ("--connect plant-b plant/*", "has a wildcard"),
         ("--connect plant-b isochrone/layout/plant/a", "isochrone/layout/"),
+        ("--connect plant-b isochrone/tank/control", "ssh HOST isochrone top tank"),
         ("--connect tcp/10.0.0.1 plant/a", "name a host"),
         ("--connect plant-b:99999 plant/a", "ports are 1 to 65535"),
         ("--connect 0.0.0.0 plant/a", "name the one to connect to"),

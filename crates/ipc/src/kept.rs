@@ -1,5 +1,7 @@
 //! Services that are there before anybody writes or reads them.
 
+use iceoryx2::service::port_factory::PortFactory as _;
+
 use crate::service::{self, FrameService, LayoutService, Quality};
 use crate::{OpenError, Participant, Service};
 
@@ -26,6 +28,19 @@ impl<S: Service> KeptService<S> {
         let frames = service::open_or_create(participant, service, quality())?;
         let layouts = service::open_or_create_layouts(participant, service)?;
         Ok(Self { frames, _layouts: layouts })
+    }
+
+    /// The process id of another participant that has the service open under the name of `participant`, which
+    /// has opened this one.
+    ///
+    /// # Errors
+    /// The domain cannot be locked, or its nodes cannot be listed.
+    pub fn other_of_name(&self, participant: &Participant<S>) -> Result<Option<u32>, OpenError> {
+        let service = self.frames.name().as_str();
+        let _held = participant.lock(service)?;
+        let own = *participant.node().id();
+        service::holders::other_of_name(&*self.frames, own, participant.name())
+            .map_err(|cause| service::failed(participant, service, cause))
     }
 
     /// In what a service that another program created has less room than a link needs: that of the frames

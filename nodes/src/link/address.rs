@@ -1,7 +1,8 @@
 //! Where a link listens, and whom it connects to.
 
 use std::fmt;
-use std::net::{IpAddr, Ipv6Addr, SocketAddr};
+use std::io;
+use std::net::{IpAddr, Ipv6Addr, SocketAddr, ToSocketAddrs};
 use std::str::FromStr;
 
 /// zenoh's own.
@@ -23,6 +24,16 @@ enum Host {
 /// An address of this machine, and a TCP port.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Local(pub(super) SocketAddr);
+
+impl HostPort {
+    /// Looks its name up, which may take long.
+    pub(super) fn look_up(&self) -> io::Result<()> {
+        match &self.host {
+            Host::Address(_) => Ok(()),
+            Host::Name(name) => (name.as_str(), self.port).to_socket_addrs().map(|_| ()),
+        }
+    }
+}
 
 impl FromStr for HostPort {
     type Err = String;
@@ -50,7 +61,7 @@ impl FromStr for Local {
             Some(address) => Ok(Self(SocketAddr::new(address, port))),
             None => {
                 Err("name an IP address of this machine, such as 192.168.7.1 or 192.168.7.1:7447; \
-                         0.0.0.0 is all of them"
+                         `ip address` shows those it has"
                     .into())
             }
         }

@@ -7,8 +7,8 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 /// In the kernel's tables of TCP sockets.
 const ESTABLISHED: &str = "01";
 
-/// The far ends of a process's TCP connections that involve `port`, on either side.
-pub(super) fn of(pid: u32, port: u16) -> BTreeSet<SocketAddr> {
+/// The far ends of a process's TCP connections that involve `port`, on either side; of all of them if it is `None`.
+pub(super) fn of(pid: u32, port: Option<u16>) -> BTreeSet<SocketAddr> {
     let sockets = sockets(pid);
     let tables = ["tcp", "tcp6"]
         .map(|table| fs::read_to_string(format!("/proc/{pid}/net/{table}")).unwrap_or_default());
@@ -24,14 +24,15 @@ fn sockets(pid: u32) -> BTreeSet<String> {
     entries.filter_map(|entry| inode(fs::read_link(entry.path()).ok()?)).collect()
 }
 
-fn established(table: &str, sockets: &BTreeSet<String>, port: u16) -> BTreeSet<SocketAddr> {
+fn established(table: &str, sockets: &BTreeSet<String>, port: Option<u16>) -> BTreeSet<SocketAddr> {
     let far_end = |line: &str| {
         let mut fields = line.split_whitespace().skip(1);
         let (local, far, state) = (fields.next()?, fields.next()?, fields.next()?);
         let inode = fields.nth(5)?;
         let (local, far) = (address(local)?, address(far)?);
         let is_ours = state == ESTABLISHED && sockets.contains(inode);
-        (is_ours && (local.port() == port || far.port() == port)).then_some(far)
+        let is_meant = port.is_none_or(|port| local.port() == port || far.port() == port);
+        (is_ours && is_meant).then_some(far)
     };
     table.lines().skip(1).filter_map(far_end).collect()
 }
@@ -66,14 +67,15 @@ mod tests {
     fn connections_are_those_of_the_process_and_the_port() {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let (pid, port) = (std::process::id(), listener.local_addr().unwrap().port());
-        assert_eq!(of(pid, port), BTreeSet::new());
+        assert_eq!(of(pid, Some(port)), BTreeSet::new());
         let near = TcpStream::connect(("127.0.0.1", port)).unwrap();
         // Until it is accepted, the listener's end of it is nobody's.
         let _far = listener.accept().unwrap();
         let ends = [near.local_addr().unwrap(), near.peer_addr().unwrap()];
-        assert_eq!(of(pid, port), BTreeSet::from(ends));
-        assert_eq!(of(1, port), BTreeSet::new());
-        assert_eq!(of(pid, port ^ 1), BTreeSet::new());
+        assert_eq!(of(pid, Some(port)), BTreeSet::from(ends));
+        assert!(of(pid, None).is_superset(&BTreeSet::from(ends)));
+        assert_eq!(of(1, Some(port)), BTreeSet::new());
+        assert_eq!(of(pid, Some(port ^ 1)), BTreeSet::new());
     }
 
     #[test]

@@ -75,7 +75,7 @@ impl Output {
     /// What it said last, indented.
     pub(super) fn last(&self) -> String {
         match self.said().last.iter().map(|line| format!("\n  {line}")).collect::<String>() {
-            said if said.is_empty() => " without a word".into(),
+            said if said.is_empty() => "; it said nothing".into(),
             said => format!("; it said:{said}"),
         }
     }

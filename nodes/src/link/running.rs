@@ -1,16 +1,18 @@
 //! The link's program while it runs: started again when it ends, and watched for whom it is connected with.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
 use std::net::SocketAddr;
 use std::os::unix::process::CommandExt;
 use std::path::PathBuf;
 use std::process::{ExitStatus, Stdio};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use isochrone_ipc::{Domain, Participant, ipc};
 use isochrone_processes::Child;
 use isochrone_timing::units::{counted, duration};
 
+use super::address::HostPort;
 use super::folder::Folder;
 use super::output::Output;
 use super::{Way, connections};
@@ -25,6 +27,8 @@ const WELL: Duration = Duration::from_secs(2);
 const FIRST_STARTS: u32 = 4;
 /// Before it is started again: at first, and at most.
 const PAUSE: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(5)];
+/// A connection that lasts for less was none between two links: they give up after 10 s without an answer.
+const HANDSHAKE: Duration = Duration::from_secs(12);
 /// How long the other side may take to answer before that is said.
 const ANSWER: Duration = Duration::from_secs(3);
 /// Between two looks at connections and words.
@@ -46,7 +50,8 @@ pub(super) struct Link {
     failed_starts: u32,
     pause: Duration,
     due: Instant,
-    far_ends: BTreeSet<SocketAddr>,
+    /// Whom it is connected with, and since when.
+    far_ends: BTreeMap<SocketAddr, Instant>,
     /// Since when nobody answers; `None` once that was said.
     alone_since: Option<Instant>,
     /// Frames that it dropped, as far as that was not said.
@@ -71,7 +76,7 @@ impl Link {
     ) -> Self {
         let (now, pause) = (Instant::now(), PAUSE[0]);
         let alone_since = Some(now);
-        let far_ends = BTreeSet::new();
+        let far_ends = BTreeMap::new();
         Self {
             program,
             services,
@@ -166,13 +171,14 @@ impl Link {
         let Some(process) = self.process.take() else { return Ok(()) };
         let ran = process.since.elapsed();
         // Its last words may still be on their way.
-        std::thread::sleep(LOOK_INTERVAL);
+        thread::sleep(LOOK_INTERVAL);
         let program = self.program.display().to_string();
         let said = process.output.last();
         self.dropped += process.output.dropped();
         if ran < WELL && self.is_final() {
             return Err(Failure::found(format!(
-                "{program} ended as soon as it was started ({status}), {FIRST_STARTS} times in a row{said}"
+                "{program} ended as soon as it was started ({status}), {FIRST_STARTS} times in a row; see that it is \
+                 iceoryx2's link over zenoh 0.10.0{said}"
             )));
         }
         self.put_off(&format!("{program} ended ({status}){said}"));
@@ -196,23 +202,27 @@ impl Link {
     }
 
     fn note_connections(&mut self, pid: u32) {
-        let Some(port) = self.way.port() else { return };
-        let far_ends = connections::of(pid, port);
-        for far_end in far_ends.difference(&self.far_ends) {
-            terminal::note(&format!("connected with {far_end}"));
+        let far_ends = connections::of(pid, self.way.port());
+        let was_alone = self.far_ends.is_empty();
+        self.far_ends.retain(|far_end, since| {
+            let is_there = far_ends.contains(far_end);
+            if !is_there {
+                note_loss(*far_end, since.elapsed());
+            }
+            is_there
+        });
+        for far_end in far_ends {
+            self.far_ends.entry(far_end).or_insert_with(|| {
+                terminal::note(&format!("connected with {far_end}"));
+                Instant::now()
+            });
         }
-        for far_end in self.far_ends.difference(&far_ends) {
-            terminal::note(&format!(
-                "warning: the connection with {far_end} is lost; frames cross again once it is back"
-            ));
-        }
-        if !far_ends.is_empty() {
+        if !self.far_ends.is_empty() {
             self.was_well = true;
             self.alone_since = None;
-        } else if !self.far_ends.is_empty() {
+        } else if !was_alone {
             self.alone_since = Some(Instant::now());
         }
-        self.far_ends = far_ends;
         if self.alone_since.is_some_and(|since| since.elapsed() >= ANSWER) {
             self.alone_since = None;
             self.note_silence();
@@ -234,13 +244,41 @@ impl Link {
 
     fn note_silence(&self) {
         match &self.way {
-            Way::Connect(host) => terminal::note(&format!(
-                "warning: {host} does not answer; the link keeps trying. See that `isochrone link --listen` \
-                 runs there and that no firewall blocks TCP port {}",
-                host.port
+            Way::Connect(host) => {
+                let host = host.clone();
+                // To look its name up may take long.
+                thread::spawn(move || terminal::note(&silence(&host)));
+            }
+            Way::Listen(_) => terminal::note("nobody is connected; the link keeps waiting"),
+            Way::File(file) => terminal::note(&format!(
+                "no TCP connection yet; the link keeps trying. See that the link on the other machine runs, that \
+                 no firewall is in the way, and what {} says of addresses and certificates",
+                file.display()
             )),
-            Way::Listen(_) => terminal::note("nobody has connected yet; the link keeps waiting"),
-            Way::File(_) => {}
         }
+    }
+}
+
+fn note_loss(far_end: SocketAddr, after: Duration) {
+    let hint = if after < HANDSHAKE {
+        "if this goes on, see that a link runs at the other end, over the same transport"
+    } else {
+        "frames cross again once it is back"
+    };
+    terminal::note(&format!("warning: the connection with {far_end} is lost; {hint}"));
+}
+
+/// Why a host may not answer.
+fn silence(host: &HostPort) -> String {
+    match host.look_up() {
+        Ok(()) => format!(
+            "warning: {host} does not answer; the link keeps trying. See that `isochrone link --listen` runs there \
+             and that no firewall blocks TCP port {}",
+            host.port
+        ),
+        Err(cause) => format!(
+            "warning: {host} cannot be found ({cause}); the link keeps trying. See that the name is right, or give \
+             the address"
+        ),
     }
 }

@@ -1,7 +1,7 @@
 //! Who has the places of a service.
 
 use iceoryx2::identifiers::UniqueNodeId;
-use iceoryx2::node::{NodeState, NodeView};
+use iceoryx2::node::{NodeListFailure, NodeState, NodeView};
 use iceoryx2::prelude::CallbackProgression;
 use iceoryx2::service::port_factory::PortFactory;
 
@@ -25,6 +25,27 @@ pub(crate) fn node(opened: &impl PortFactory, id: UniqueNodeId) -> String {
         CallbackProgression::Stop
     });
     found
+}
+
+/// The process id of another live node of this name that has the service open.
+pub(crate) fn other_of_name(
+    opened: &impl PortFactory,
+    own: UniqueNodeId,
+    name: &str,
+) -> Result<Option<u32>, NodeListFailure> {
+    let mut found = None;
+    opened.nodes(|state| {
+        if let NodeState::Alive(node) = &state
+            && *node.id() != own
+            && let Some(details) = node.details().as_ref()
+            && details.name().as_str() == name
+        {
+            found = Some(details.process_id().value().cast_unsigned());
+            return CallbackProgression::Stop;
+        }
+        CallbackProgression::Continue
+    })?;
+    Ok(found)
 }
 
 /// The nodes of a service's publishers, each with how many it has.
