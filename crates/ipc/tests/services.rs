@@ -2,10 +2,13 @@
 
 mod domain;
 
+use std::fmt::Debug;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 
 use domain::{Domain, NOW_NS, layout, send};
-use iceoryx2::prelude::{NodeBuilder, ServiceName, ZeroCopySend};
+use iceoryx2::node::Node;
+use iceoryx2::prelude::{IceoryxSend, NodeBuilder, ServiceName, ZeroCopySend};
+use iceoryx2::service::builder::publish_subscribe::Builder;
 use iceoryx2::service::port_factory::PortFactory as _;
 use isochrone_ipc::{
     Depth, FrameHeader, FrameLayout, FramePublisher, FrameSubscriber, LayoutAnnouncer,
@@ -30,6 +33,22 @@ for_both_variants! {
     publishers_that_open_at_once_end_as_one
 }
 
+/// A node of iceoryx2 that goes by rules of its own.
+fn stranger<S: Service>(domain: &Domain) -> Node<S> {
+    NodeBuilder::new().config(domain.config()).create::<S>().unwrap()
+}
+
+/// Its service `x`, with a payload and a header of its choice.
+fn frames<S, T, H>(node: &Node<S>) -> Builder<T, H, S>
+where
+    S: Service,
+    T: Debug + IceoryxSend + ?Sized,
+    H: Debug + ZeroCopySend,
+{
+    let service = node.service_builder(&ServiceName::new("x").unwrap());
+    service.publish_subscribe::<T>().user_header::<H>()
+}
+
 fn a_second_publisher_is_refused_and_told_who_the_first_is<S: Service>() {
     let domain = Domain::new();
     let first = isochrone_ipc::Participant::<S>::join_variant("the-first", &domain).unwrap();
@@ -49,13 +68,8 @@ fn a_second_publisher_is_refused_and_told_who_the_first_is<S: Service>() {
 
 fn a_service_of_another_payload_type_is_refused_with_both_sides_named<S: Service>() {
     let domain = Domain::new();
-    let other = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
-    let _service = other
-        .service_builder(&ServiceName::new("x").unwrap())
-        .publish_subscribe::<u64>()
-        .user_header::<FrameHeader>()
-        .create()
-        .unwrap();
+    let other = stranger::<S>(&domain);
+    let _service = frames::<S, u64, FrameHeader>(&other).create().unwrap();
     let node = domain.join::<S>();
     let shape = layout(&["a:LREAL"]);
     let errors = [
@@ -73,13 +87,8 @@ fn a_service_of_another_payload_type_is_refused_with_both_sides_named<S: Service
 
 fn a_service_of_another_header_is_refused_with_both_sides_named<S: Service>() {
     let domain = Domain::new();
-    let other = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
-    let _service = other
-        .service_builder(&ServiceName::new("x").unwrap())
-        .publish_subscribe::<[f64]>()
-        .user_header::<[u64; 6]>()
-        .create()
-        .unwrap();
+    let other = stranger::<S>(&domain);
+    let _service = frames::<S, [f64], [u64; 6]>(&other).create().unwrap();
     let error = FramePublisher::open(&domain.join::<S>(), "x", &layout(&["a:LREAL"])).unwrap_err();
     let text = error.to_string();
     assert!(text.contains("user header [u64; 6] (48 bytes)"), "{text}");
@@ -92,13 +101,8 @@ fn frames_of_the_first_version_are_refused_with_both_sides_named<S: Service>() {
     #[type_name("isochrone.FrameHeader.v1")]
     struct FirstHeader([u64; 6]);
     let domain = Domain::new();
-    let other = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
-    let _service = other
-        .service_builder(&ServiceName::new("x").unwrap())
-        .publish_subscribe::<[f64]>()
-        .user_header::<FirstHeader>()
-        .create()
-        .unwrap();
+    let other = stranger::<S>(&domain);
+    let _service = frames::<S, [f64], FirstHeader>(&other).create().unwrap();
     let node = domain.join::<S>();
     let error = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap_err().to_string();
     for part in ["isochrone.FrameHeader.v1 (48 bytes)", "isochrone.FrameHeader.v2 (72 bytes)"] {
@@ -108,7 +112,7 @@ fn frames_of_the_first_version_are_refused_with_both_sides_named<S: Service>() {
 
 fn a_service_of_layouts_that_carries_something_else_is_refused<S: Service>() {
     let domain = Domain::new();
-    let other = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
+    let other = stranger::<S>(&domain);
     let _service = other
         .service_builder(&ServiceName::new("isochrone/layout/x").unwrap())
         .publish_subscribe::<u64>()
@@ -162,11 +166,8 @@ fn an_observer_finds_no_service_where_there_is_none<S: Service>() {
 
 fn a_service_of_foreign_quality_is_taken_as_it_is<S: Service>() {
     let domain = Domain::new();
-    let other = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
-    let _service = other
-        .service_builder(&ServiceName::new("x").unwrap())
-        .publish_subscribe::<[f64]>()
-        .user_header::<FrameHeader>()
+    let other = stranger::<S>(&domain);
+    let _service = frames::<S, [f64], FrameHeader>(&other)
         .history_size(3)
         .subscriber_max_buffer_size(2)
         .subscriber_max_borrowed_samples(1)
@@ -194,14 +195,9 @@ fn a_service_without_overflow_never_blocks_the_writer<S: Service>() {
     let (done, finished) = channel();
     let scenario = std::thread::spawn(move || {
         let domain = Domain::new();
-        let other = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
-        let _service = other
-            .service_builder(&ServiceName::new("x").unwrap())
-            .publish_subscribe::<[f64]>()
-            .user_header::<FrameHeader>()
-            .enable_safe_overflow(false)
-            .create()
-            .unwrap();
+        let other = stranger::<S>(&domain);
+        let _service =
+            frames::<S, [f64], FrameHeader>(&other).enable_safe_overflow(false).create().unwrap();
         let node = domain.join::<S>();
         let shape = layout(&["a:LREAL"]);
         let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
@@ -225,13 +221,8 @@ fn whoever_creates_a_service_sets_its_quality<S: Service>() {
     let domain = Domain::new();
     let node = domain.join::<S>();
     let _writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
-    let other = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
-    let service = other
-        .service_builder(&ServiceName::new("x").unwrap())
-        .publish_subscribe::<[f64]>()
-        .user_header::<FrameHeader>()
-        .open()
-        .unwrap();
+    let other = stranger::<S>(&domain);
+    let service = frames::<S, [f64], FrameHeader>(&other).open().unwrap();
     let quality = service.static_config();
     assert!(quality.has_safe_overflow());
     assert_eq!(quality.history_size(), 0, "a command must not be stale");
@@ -248,13 +239,8 @@ fn the_publisher_of_a_link_is_no_second_writer<S: Service>() {
     let node = domain.join::<S>();
     let shape = layout(&["a:LREAL"]);
     let _reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
-    let link = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
-    let service = link
-        .service_builder(&ServiceName::new("x").unwrap())
-        .publish_subscribe::<[f64]>()
-        .user_header::<FrameHeader>()
-        .open()
-        .unwrap();
+    let link = stranger::<S>(&domain);
+    let service = frames::<S, [f64], FrameHeader>(&link).open().unwrap();
     let mirror = service.publisher_builder().create().unwrap();
     let writer = FramePublisher::open(&node, "x", &shape).unwrap();
     drop(writer);
