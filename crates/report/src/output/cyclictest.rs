@@ -72,15 +72,8 @@ fn joined(numbers: impl Iterator<Item = u64>, width: usize, separator: &str) -> 
 
 #[cfg(test)]
 mod tests {
-    use isochrone_timing::Distribution;
-
     use super::*;
-
-    fn of(samples: &[(u64, u64)]) -> Distribution {
-        let mut distribution = Distribution::new();
-        samples.iter().for_each(|(ns, count)| distribution.record_many(*ns, *count));
-        distribution
-    }
+    use crate::output::of_samples as of;
 
     #[test]
     fn a_histogram_has_a_row_for_each_microsecond_and_counts_what_lies_beyond() {

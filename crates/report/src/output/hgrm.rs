@@ -58,12 +58,7 @@ fn figure(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn of(samples: &[(u64, u64)]) -> Distribution {
-        let mut distribution = Distribution::new();
-        samples.iter().for_each(|(ns, count)| distribution.record_many(*ns, *count));
-        distribution
-    }
+    use crate::output::of_samples as of;
 
     #[test]
     fn a_table_names_its_unit_and_else_is_that_of_hdr_histogram_letter_by_letter() {

@@ -14,3 +14,11 @@ pub use hlog::hlog;
 pub use html::{html, pictures};
 pub use picture::{Series, Timeline, histogram_svg, percentiles_svg, scaling_svg, timeline_svg};
 pub use table::{Alignment, ComparisonTable, Table};
+
+/// A distribution with so many samples of each value, in ns.
+#[cfg(test)]
+fn of_samples(samples: &[(u64, u64)]) -> isochrone_timing::Distribution {
+    let mut distribution = isochrone_timing::Distribution::new();
+    samples.iter().for_each(|(ns, count)| distribution.record_many(*ns, *count));
+    distribution
+}
