@@ -232,6 +232,8 @@ fn a_journal_that_was_renamed_is_repeated_from_both_files_and_one_that_was_trunc
     let refused = domain.run("simulate tank.toml --cycles 9 --journal tank.jsonl").expect_code(2);
     let told = "tank.jsonl:1: what was done first in run 1 is lost";
     assert!(refused.stderr.contains(told), "{}", refused.stderr);
+    let printed = domain.stdout("journal tank.jsonl");
+    assert!(printed.contains("what was done first is lost: the file was truncated"), "{printed}");
 }
 
 /// Lets a process make files of so many bytes; `None`: as long as this one may.

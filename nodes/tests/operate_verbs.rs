@@ -442,6 +442,17 @@ fn a_journal_file_is_printed_run_after_run() {
     let runs = json(domain.run("journal tank.jsonl --json"));
     assert_eq!(runs[1]["entries"][0]["action"], "set", "{runs}");
     assert_eq!(runs[1]["run"]["run"], 2);
+    // What comes before a line that is broken is printed all the same.
+    let text = domain.read("tank.jsonl");
+    let (first, second) = text.split_once("\"run\":2").unwrap();
+    domain.write("broken.jsonl", &format!("{first}\"run\":2{}", second.replace("entry", "enrty")));
+    for arguments in ["journal broken.jsonl", "journal broken.jsonl --json"] {
+        let broken = domain.run(arguments).expect_code(2);
+        assert_says(&broken.stderr, &["no line of a journal: unknown variant `enrty`"]);
+        assert!(broken.stdout.contains("ramp.setChangeRate"), "{}", broken.stdout);
+    }
+    domain.write("empty.jsonl", "");
+    assert_says(&domain.run("journal empty.jsonl --json").expect_code(2).stderr, &["has no runs"]);
     assert_says(&domain.run("journal tank.jsonl --follow").expect_code(2).stderr, &["is a file"]);
     assert_says(&domain.run("journal absent.jsonl").expect_code(2).stderr, &["absent.jsonl"]);
 }

@@ -113,8 +113,8 @@ impl<S: Service> Running<S> {
     ///
     /// Each task has it from its first cycle on that is released at or after one instant, a period of
     /// the slowest task and 20 ms from now. Until all have it, no other configuration is taken, and
-    /// [`set`](Self::set), [`force`](Self::force) and [`undo`](Self::undo) are refused for signals that
-    /// it takes away or gives another value; all else goes on.
+    /// [`set`](Self::set), [`force`](Self::force) and [`undo`](Self::undo) are refused for signals that it
+    /// takes away, and set and undo also for those that it gives another value; all else goes on.
     ///
     /// # Errors
     /// As [`prepare_apply`](Self::prepare_apply), or something was changed since, or the tasks have no

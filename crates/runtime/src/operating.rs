@@ -85,6 +85,8 @@ pub(crate) struct Operating {
     /// How often the journal could not be written, and since which cycle of the first task it cannot be.
     journal_failures: u64,
     unwritten_since: Option<u64>,
+    /// What the journal lacks for good, and since which cycle of the first task.
+    lost: Option<(Arc<str>, u64)>,
     epoch_ns: u64,
     has_ended: bool,
     returns: Returns,
@@ -136,6 +138,7 @@ impl Shared {
             held: VecDeque::new(),
             journal_failures: 0,
             unwritten_since: None,
+            lost: None,
             epoch_ns: u64::MAX,
             has_ended: false,
             returns: Returns::default(),
@@ -342,10 +345,14 @@ impl Operating {
     fn heed_journal(&mut self) {
         let Some(journal) = &mut self.journal else { return };
         let standing = journal.standing();
+        let last = self.lanes.first().and_then(|lane| lane.last);
+        let cycle = last.map_or(0, |last| last.cycle);
+        if self.lost.is_none() {
+            self.lost = standing.lost.clone().map(|lost| (lost, cycle));
+        }
         match (&standing.unwritten, self.unwritten_since) {
             (Some(_), None) => {
-                let last = self.lanes.first().and_then(|lane| lane.last);
-                self.unwritten_since = Some(last.map_or(0, |last| last.cycle));
+                self.unwritten_since = Some(cycle);
                 self.journal_failures += 1;
             }
             (None, Some(_)) => self.unwritten_since = None,
@@ -365,21 +372,20 @@ impl Operating {
 
     /// That the journal cannot be written, while it cannot.
     pub(crate) fn journal_alarm(&self) -> Option<Active> {
-        let lost = || self.journal.as_ref()?.lost().map(|lost| lost.to_string());
-        let refused = |why: &Unwritten| match why {
-            Unwritten::ForNow(reason) => format!("{reason}; changes are refused until it can be"),
-            Unwritten::ForGood(reason) => {
-                format!("{reason}; changes are refused until the node is started again")
+        let (meaning, since_cycle, count) = match (self.operator.unwritten(), &self.lost) {
+            (Some(why), _) => {
+                let until = match why {
+                    Unwritten::ForNow(_) => "it can be",
+                    Unwritten::ForGood(_) => "the node is started again",
+                };
+                let meaning = format!("{}; changes are refused until {until}", why.reason());
+                (meaning, self.unwritten_since?, self.journal_failures)
             }
+            // It is told until the node ends.
+            (None, Some((lost, since))) => (lost.to_string(), *since, 1),
+            (None, None) => return None,
         };
-        let meaning = self.operator.unwritten().map(refused).or_else(lost)?;
-        Some(Active {
-            name: "journal".to_owned(),
-            status: None,
-            meaning,
-            since_cycle: self.unwritten_since.unwrap_or_default(),
-            count: self.journal_failures.max(1),
-        })
+        Some(Active { name: "journal".to_owned(), status: None, meaning, since_cycle, count })
     }
 
     /// Has the journal end, when the last cycles are noted.

@@ -1,5 +1,7 @@
 //! `journal`: what operators did.
 
+mod file;
+
 use std::cell::Cell;
 use std::path::Path;
 
@@ -8,9 +10,7 @@ use isochrone_report::Table;
 use isochrone_runtime::control::{
     Action, AppliedChange, AskedBy, Change, JournalEntry, JournalParams, PendingEntry,
 };
-use isochrone_runtime::journal::{JournalFile, JournaledRun, RunHeader};
 use jiff::Timestamp;
-use serde_json::json;
 
 use super::known::Known;
 use super::node::{self, Node};
@@ -41,7 +41,7 @@ pub(crate) struct Args {
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    if let Some(file) = file(&args.node.node) {
+    if let Some(file) = path(&args.node.node) {
         return in_file(file, args);
     }
     let mut node = args.node.connect()?;
@@ -61,7 +61,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// The file that is meant by what looks like a path; nodes have other names.
-fn file(name: &str) -> Option<&Path> {
+fn path(name: &str) -> Option<&Path> {
     let is_path = name.ends_with(".jsonl") || name.contains('/');
     is_path.then_some(Path::new(name))
 }
@@ -72,33 +72,7 @@ fn in_file(path: &Path, args: &Args) -> Result<(), Failure> {
         let path = path.display();
         return Err(Failure::usage(format!("{path} is a file: --follow follows a running node")));
     }
-    let file = JournalFile::read(path).map_err(Failure::usage)?;
-    let entries = |run: &JournaledRun| -> Vec<JournalEntry> {
-        run.entries.iter().map(|entry| entry.content.clone()).collect()
-    };
-    if args.json {
-        let run = |run| json!({"run": run_of(run), "entries": entries(run)});
-        return terminal::print_json(&file.runs.iter().map(run).collect::<Vec<_>>());
-    }
-    let mut told = String::new();
-    for run in &file.runs {
-        let RunHeader { run: number, node, file, started_unix_ns, .. } = run_of(run);
-        let (node, file, started) = (escaped(node), escaped(file), time(*started_unix_ns));
-        told += &format!("run {number} of node \"{node}\", {file}, started {started}\n");
-        told +=
-            &entries(run).iter().map(|entry| text(entry, &Known::default())).collect::<String>();
-    }
-    if let Some(line) = file.cut_line {
-        let path = path.display();
-        terminal::note(&format!(
-            "note: {path}: line {line} is cut off: the node was killed while it wrote"
-        ));
-    }
-    terminal::print(&told)
-}
-
-fn run_of(run: &JournaledRun) -> &RunHeader {
-    &run.header.content
+    file::print(path, args.json)
 }
 
 /// Entries as people read them, the values as their signals' types have them.

@@ -52,6 +52,9 @@ pub struct RunHeader {
     /// Text of the configuration; `None` in what versions wrote that did not keep it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub configuration: Option<String>,
+    /// The last transaction of the runs before it in the file; `None` in what versions wrote that did not say so.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub after_transaction: Option<u64>,
     /// Whether its first lines are lost: the file was truncated while the node ran. It cannot be repeated.
     #[serde(default, skip_serializing_if = "is_whole")]
     pub is_cut: bool,
@@ -68,6 +71,9 @@ pub struct RunEnd {
     pub run: u64,
     /// When the node ended, in ns of UTC since 1970.
     pub ended_unix_ns: u64,
+    /// The last transaction of all runs up to it; `None` in what versions wrote that did not say so.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub last_transaction: Option<u64>,
 }
 
 /// Cycles of a task that did not run.

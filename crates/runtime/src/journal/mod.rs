@@ -7,19 +7,22 @@
 //! only ever added.
 //!
 //! A [`Journal`] is what a node writes to ([`Prepared::with_journal`](crate::Prepared::with_journal)),
-//! and [`JournalFile::read`] reads one.
+//! [`JournalFile::read`] reads one, and [`JournalLines`] reads it line by line.
 
 mod entry;
 mod error;
 mod line;
+mod lines;
 mod missed;
 mod place;
 mod read;
+mod tail;
 mod write;
 mod writing;
 
 pub use error::JournalError;
 pub use line::{FORMAT, Line, Missed, RunEnd, RunHeader, Unclear};
+pub use lines::JournalLines;
 pub use read::{JournalFile, JournaledRun, Numbered};
 pub use write::Journal;
 pub(crate) use writing::{Fate, Mark, Writing};

@@ -65,6 +65,7 @@ impl Journal {
             }
             new.header.run = new.header.run.max(self.header.run);
             new.header.is_cut |= is_cut;
+            new.count_on(self);
             new.write_header()?;
             if is_cut { Ok(()) } else { new.copy_run(self) }
         });
@@ -94,6 +95,17 @@ impl Journal {
         Ok(())
     }
 
+    /// Goes on counting transactions after those of the file before.
+    fn count_on(&mut self, from: &Self) {
+        let before = match self.header.is_cut {
+            // Those of the run that are lost are before what follows.
+            true => from.last_transaction,
+            false => from.header.after_transaction.unwrap_or_default(),
+        };
+        self.header.after_transaction = Some(before.max(self.last_transaction));
+        self.last_transaction = self.last_transaction.max(from.last_transaction);
+    }
+
     /// Adds what another file has of its run after the header.
     fn copy_run(&mut self, from: &Self) -> io::Result<()> {
         // It was opened to be written, and may have no name any more.
@@ -112,6 +124,7 @@ impl Journal {
         let begun = new.follow().map_err(io::Error::other);
         new.header.run = new.header.run.max(self.header.run);
         new.header.is_cut = true;
+        new.count_on(self);
         begun?;
         if let Err(error) = new.write_header() {
             // What is written of it is no line.

@@ -1,16 +1,14 @@
 //! Reading a journal file.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufRead, BufReader};
 use std::path::Path;
 
 use isochrone_engine::Plan;
 use isochrone_engine::operate::{Entry, Replay};
-use serde_json::Value;
 
 use super::error::JournalError;
-use super::line::{FORMAT, Line, Missed, RunEnd, RunHeader, Unclear};
+use super::line::{Line, Missed, RunEnd, RunHeader, Unclear};
+use super::lines::JournalLines;
 use crate::control::JournalEntry;
 
 /// A journal file that was read.
@@ -96,7 +94,9 @@ impl JournalFile {
     fn read_those(path: &Path, wanted: Wanted) -> Result<Self, JournalError> {
         let mut file = Self { path: path.display().to_string(), ..Self::default() };
         let mut is_wanted = false;
-        let end = scan(path, |line, content| {
+        let mut lines = JournalLines::open(path)?;
+        for next in &mut lines {
+            let (line, content) = next?;
             if let Line::Run(header) = &content {
                 let number = header.run;
                 let (first, last) = file.numbers.unwrap_or((number, number));
@@ -126,11 +126,8 @@ impl JournalFile {
                 // The first line is that of a run.
                 (_, None) => {}
             }
-        })?;
-        file.cut_line = end.cut_line;
-        if file.numbers.is_none() {
-            return Err(JournalError::Empty { path: file.path });
         }
+        file.cut_line = lines.cut_line();
         Ok(file)
     }
 
@@ -191,75 +188,4 @@ impl JournalFile {
         }
         Ok(entries)
     }
-}
-
-/// Where a file ends.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct End {
-    /// Length of its complete lines, in bytes.
-    pub(super) bytes: u64,
-    /// Whether the last of them lacks its end of line.
-    pub(super) is_open: bool,
-    /// The line after them, if it is incomplete.
-    pub(super) cut_line: Option<usize>,
-}
-
-/// Reads a file line by line. What a node that was killed has begun to write is left out.
-pub(super) fn scan(path: &Path, mut take: impl FnMut(usize, Line)) -> Result<End, JournalError> {
-    let name = || path.display().to_string();
-    let io = |source| JournalError::Read { path: name(), source };
-    let mut reader = BufReader::new(File::open(path).map_err(io)?);
-    let (mut bytes, mut end, mut has_run) = (Vec::new(), End::default(), false);
-    for line in 1.. {
-        bytes.clear();
-        if reader.read_until(b'\n', &mut bytes).map_err(io)? == 0 {
-            break;
-        }
-        let is_open = !bytes.ends_with(b"\n");
-        let bad = |reason| JournalError::BadLine { path: name(), line, reason };
-        match serde_json::from_slice(&bytes) {
-            Ok(Line::Run(header)) if header.format != FORMAT => {
-                return Err(
-                    other_format(&name(), line, &bytes).unwrap_or_else(|| bad(String::new()))
-                );
-            }
-            Ok(content) => {
-                has_run |= matches!(content, Line::Run(_));
-                if !has_run {
-                    return Err(bad("the first line must be that of a run".into()));
-                }
-                take(line, content);
-            }
-            Err(_) if is_open && has_run => {
-                end.cut_line = Some(line);
-                break;
-            }
-            Err(error) => {
-                return Err(other_format(&name(), line, &bytes)
-                    .unwrap_or_else(|| bad(without_place(&error.to_string()))));
-            }
-        }
-        end.bytes += bytes.len() as u64;
-        end.is_open = is_open;
-    }
-    Ok(end)
-}
-
-/// The error for the first line of a run that another version wrote, if it is one.
-fn other_format(path: &str, line: usize, bytes: &[u8]) -> Option<JournalError> {
-    let value: Value = serde_json::from_slice(bytes).ok()?;
-    let header = value.get("run")?;
-    let format = header.get("format")?.as_u64()?;
-    (format != u64::from(FORMAT)).then(|| JournalError::OtherFormat {
-        path: path.to_owned(),
-        line,
-        run: header.get("run").and_then(Value::as_u64).unwrap_or_default(),
-        format,
-        version: header.get("version").and_then(Value::as_str).unwrap_or("unknown").to_owned(),
-    })
-}
-
-/// What a parser says, without the line and column that it counts within the line.
-fn without_place(message: &str) -> String {
-    message.split(" at line ").next().unwrap_or(message).to_owned()
 }

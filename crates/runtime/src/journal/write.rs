@@ -13,13 +13,15 @@ use rustix::io::Errno;
 
 use super::error::JournalError;
 use super::line::{FORMAT, Line, RunEnd, RunHeader};
-use super::read::scan;
+use super::tail::Tail;
 use crate::operating::unix_ns;
 
 /// What a file system keeps free for the journal, so that what is allowed to happen can be written.
 const RESERVE_BYTES: u64 = 1 << 20;
 /// Between two attempts to write what could not be written.
 pub(super) const RETRY_PAUSE: Duration = Duration::from_millis(100);
+/// Longest pause, where an attempt takes long.
+const MOST_RETRY_PAUSE: Duration = Duration::from_secs(10);
 
 /// The journal of a node, as it is written: lines are added to a file, for an ordinary thread.
 ///
@@ -41,7 +43,7 @@ pub struct Journal {
     pub(super) header: RunHeader,
     has_begun: bool,
     pub(super) has_ended: bool,
-    last_transaction: u64,
+    pub(super) last_transaction: u64,
     has_cut_line: bool,
     /// Length of the file, in bytes.
     pub(super) written: u64,
@@ -56,8 +58,8 @@ pub struct Journal {
     /// How much of that is the line of the end, which comes last.
     end_bytes: usize,
     unwritten: Option<Arc<str>>,
-    /// When it could not be written last, while that is so.
-    failed: Option<Instant>,
+    /// When it is tried again, while it cannot be written.
+    tried_again: Option<Instant>,
 }
 
 impl Journal {
@@ -85,6 +87,7 @@ impl Journal {
                 sha256: plan.source.sha256(),
                 started_unix_ns: 0,
                 configuration: Some(plan.source.text.to_string()),
+                after_transaction: None,
             },
             has_begun: false,
             has_ended: false,
@@ -98,7 +101,7 @@ impl Journal {
             has_begun_line: false,
             end_bytes: 0,
             unwritten: None,
-            failed: None,
+            tried_again: None,
             file,
         };
         if is_regular {
@@ -138,7 +141,7 @@ impl Journal {
             has_begun_line: false,
             end_bytes: 0,
             unwritten: self.unwritten.clone(),
-            failed: None,
+            tried_again: None,
         };
         Ok(new)
     }
@@ -175,26 +178,22 @@ impl Journal {
 
     /// Goes to the end of what there is.
     pub(super) fn follow(&mut self) -> Result<(), FollowError> {
-        let (mut run, mut transaction) = (0, 0);
-        let end = scan(&self.path, |_, line| match line {
-            Line::Run(header) => run = run.max(header.run),
-            Line::Entry(entry) => transaction = transaction.max(entry.transaction),
-            Line::Missed(_) | Line::Unclear(_) | Line::End(_) => {}
-        })?;
-        self.header.run = run + 1;
-        self.last_transaction = transaction;
-        self.has_cut_line = end.cut_line.is_some();
-        self.file.set_len(end.bytes)?;
-        if end.is_open {
+        let tail = Tail::read(&self.path)?;
+        self.header.run = tail.run + 1;
+        self.last_transaction = tail.transaction;
+        self.has_cut_line = tail.is_cut;
+        self.file.set_len(tail.bytes)?;
+        if tail.is_open {
             self.file.write_all(b"\n")?;
         }
-        self.written = end.bytes + u64::from(end.is_open);
+        self.written = tail.bytes + u64::from(tail.is_open);
         Ok(())
     }
 
     /// Writes that a run begins.
     pub(crate) fn begin(&mut self, started_unix_ns: u64) -> Result<(), JournalError> {
         self.header.started_unix_ns = started_unix_ns;
+        self.header.after_transaction = Some(self.last_transaction);
         if let Err(source) = self.write_header().and_then(|()| self.reserve()) {
             self.truncate(self.run_begins);
             return Err(JournalError::Write { path: self.name(), source });
@@ -203,9 +202,10 @@ impl Journal {
         Ok(())
     }
 
-    /// Adds a line, with its end.
-    pub(super) fn add(&mut self, line: &[u8]) {
+    /// Adds a line, with its end, and the transaction that it is of.
+    pub(super) fn add(&mut self, line: &[u8], transaction: Option<u64>) {
         self.waiting.extend_from_slice(line);
+        self.last_transaction = self.last_transaction.max(transaction.unwrap_or_default());
     }
 
     /// How much of what was added waits to be written.
@@ -229,11 +229,11 @@ impl Journal {
     /// Writes what waits, and sees to it that there is room for more. Whether it was tried: a full disk is
     /// asked again now and then, not each time that somebody looks.
     pub(crate) fn flush(&mut self) -> bool {
-        let is_too_soon = self.failed.is_some_and(|failed| failed.elapsed() < RETRY_PAUSE);
-        if is_too_soon {
+        let now = Instant::now();
+        if self.tried_again.is_some_and(|due| now < due) {
             return false;
         }
-        self.failed = None;
+        self.tried_again = None;
         let kept = self.keep_place();
         // What is not at its place is complete all the same; what is left of one that was cut may be another's.
         let written = if self.is_cut() { Ok(()) } else { self.write_waiting() };
@@ -251,7 +251,9 @@ impl Journal {
                     tracing::error!("{reason}; changes are refused until it can be");
                 }
                 self.unwritten = Some(reason);
-                self.failed = Some(Instant::now());
+                // What takes long, as to write all of a long run anew, is tried less often.
+                let pause = (now.elapsed() * 10).clamp(RETRY_PAUSE, MOST_RETRY_PAUSE);
+                self.tried_again = Some(Instant::now() + pause);
             }
         }
         true
@@ -265,7 +267,8 @@ impl Journal {
         }
         let kept = self.keep_place();
         self.has_ended = true;
-        let end = Line::End(RunEnd { run: self.header.run, ended_unix_ns });
+        let (run, last_transaction) = (self.header.run, Some(self.last_transaction));
+        let end = Line::End(RunEnd { run, ended_unix_ns, last_transaction });
         let end = end.text().unwrap_or_default();
         self.end_bytes = end.len();
         self.waiting.extend(end);

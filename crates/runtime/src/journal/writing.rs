@@ -53,7 +53,7 @@ pub(crate) struct Mark {
 
 /// What the thread is to do.
 enum Job {
-    Write(Vec<u8>),
+    Write { line: Vec<u8>, transaction: Option<u64> },
     End { ended_unix_ns: u64 },
 }
 
@@ -91,6 +91,8 @@ pub(crate) struct Standing {
     is_given_up: bool,
     /// Why changes are refused; `None`: all is written, or it is not known yet.
     pub(crate) unwritten: Option<Unwritten>,
+    /// What the file lacks for good, as a sentence without its end.
+    pub(crate) lost: Option<Arc<str>>,
 }
 
 /// What has become of a line.
@@ -184,7 +186,7 @@ impl Writing {
 
     /// How far the thread has come, without waiting for it.
     pub(crate) fn standing(&mut self) -> Standing {
-        let Told { tried, written_bytes, unwritten, end, .. } = self.desk.lock().clone();
+        let Told { tried, written_bytes, unwritten, lost, end } = self.desk.lock().clone();
         let began = self.behind_since.filter(|(at, _)| *at == tried).map(|(_, began)| began);
         let began = (tried < self.sent.lines).then(|| began.unwrap_or_else(Instant::now));
         self.behind_since = began.map(|began| (tried, began));
@@ -195,12 +197,7 @@ impl Writing {
         };
         let is_given_up = is_slow || end.is_some();
         let unwritten = unwritten.or_else(|| is_slow.then(slow));
-        Standing { tried, written_bytes, is_given_up, unwritten }
-    }
-
-    /// What the file lacks for good, as a sentence without its end.
-    pub(crate) fn lost(&self) -> Option<Arc<str>> {
-        self.desk.lock().lost.clone()
+        Standing { tried, written_bytes, is_given_up, unwritten, lost }
     }
 
     /// Has the thread write that the run has ended, after all that was added. Once is enough.
@@ -243,10 +240,14 @@ impl Writing {
 
     fn send(&mut self, line: &Line) {
         let Some(text) = line.text() else { return };
+        let transaction = match line {
+            Line::Entry(entry) => Some(entry.transaction),
+            _ => None,
+        };
         self.sent.lines += 1;
         self.sent.bytes += text.len() as u64;
         // A thread that panicked never comes to it, and has told so.
-        let _ = self.jobs.send(Job::Write(text));
+        let _ = self.jobs.send(Job::Write { line: text, transaction });
     }
 }
 
@@ -293,10 +294,10 @@ fn write(journal: &mut Journal, jobs: &Receiver<Job>, desk: &Desk) -> Option<Arc
         let mut end = None;
         for job in first.into_iter().chain(jobs.try_iter()) {
             match job {
-                Job::Write(line) => {
+                Job::Write { line, transaction } => {
                     taken.lines += 1;
                     taken.bytes += line.len() as u64;
-                    journal.add(&line);
+                    journal.add(&line, transaction);
                 }
                 Job::End { ended_unix_ns } => end = Some(ended_unix_ns),
             }

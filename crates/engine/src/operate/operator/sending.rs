@@ -53,7 +53,9 @@ impl Operator {
         }
         let is_write = match kind {
             Kind::Set => !writes.is_empty(),
-            Kind::Force | Kind::Release | Kind::Undo { .. } | Kind::Change => true,
+            // With nothing to release there is nothing to wait for.
+            Kind::Release => !orders.is_empty(),
+            Kind::Force | Kind::Undo { .. } | Kind::Change => true,
             Kind::Read => false,
         };
         self.writes += u64::from(is_write);

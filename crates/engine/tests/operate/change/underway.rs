@@ -113,6 +113,15 @@ fn a_force_that_comes_before_its_task_changes_goes_on_with_its_end_and_its_flag(
 }
 
 #[test]
+fn a_release_of_nothing_does_not_hold_up_a_change_that_was_prepared() {
+    let mut hand = Hand::new(RAMPS);
+    let more = draft(&RAMPS.replace("count = 3", "count = 4"));
+    let change = hand.operator.change(more, Request::default()).unwrap();
+    hand.release("ramp.*.value");
+    assert!(hand.operator.send_change(change, &hand.next).is_ok());
+}
+
+#[test]
 fn a_force_that_comes_too_late_after_a_change_is_forgotten() {
     let mut hand = Hand::new(RAMPS);
     hand.steps(1);

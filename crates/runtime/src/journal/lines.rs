@@ -1,0 +1,126 @@
+//! The lines of a journal file, one after the other.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+
+use serde_json::Value;
+
+use super::error::JournalError;
+use super::line::{FORMAT, Line};
+
+/// The lines of a journal file, each with its number from 1, of which one is kept at a time: a file may have
+/// months of them. What a node that was killed has begun to write is left out.
+///
+/// It ends with the first error: a line that is none of a journal, a run of another format, a file that has no
+/// runs or cannot be read.
+#[derive(Debug)]
+pub struct JournalLines {
+    path: String,
+    reader: BufReader<File>,
+    bytes: Vec<u8>,
+    line: usize,
+    has_run: bool,
+    is_over: bool,
+    cut_line: Option<usize>,
+}
+
+impl JournalLines {
+    /// Opens a file.
+    ///
+    /// # Errors
+    /// It cannot be read.
+    pub fn open(path: &Path) -> Result<Self, JournalError> {
+        let path_name = path.display().to_string();
+        let file = File::open(path).map_err(|source| read(&path_name, source))?;
+        Ok(Self {
+            path: path_name,
+            reader: BufReader::new(file),
+            bytes: Vec::new(),
+            line: 0,
+            has_run: false,
+            is_over: false,
+            cut_line: None,
+        })
+    }
+
+    /// The incomplete last line, from 1, once all others were read: the node was killed while it wrote.
+    pub fn cut_line(&self) -> Option<usize> {
+        self.cut_line
+    }
+
+    fn read(&mut self) -> Result<Option<Line>, JournalError> {
+        self.bytes.clear();
+        let length = self.reader.read_until(b'\n', &mut self.bytes);
+        if length.map_err(|source| read(&self.path, source))? == 0 {
+            let path = || self.path.clone();
+            return if self.has_run { Ok(None) } else { Err(JournalError::Empty { path: path() }) };
+        }
+        self.line += 1;
+        match parse(&self.path, self.line, &self.bytes) {
+            Ok(Line::Run(header)) => {
+                self.has_run = true;
+                Ok(Some(Line::Run(header)))
+            }
+            Ok(line) if self.has_run => Ok(Some(line)),
+            Ok(_) => {
+                let reason = "the first line must be that of a run".into();
+                Err(JournalError::BadLine { path: self.path.clone(), line: self.line, reason })
+            }
+            Err(JournalError::BadLine { .. }) if self.has_run && !self.bytes.ends_with(b"\n") => {
+                self.cut_line = Some(self.line);
+                Ok(None)
+            }
+            Err(error) => Err(error),
+        }
+    }
+}
+
+impl Iterator for JournalLines {
+    type Item = Result<(usize, Line), JournalError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        if self.is_over {
+            return None;
+        }
+        let line = self.read().transpose();
+        self.is_over = !matches!(line, Some(Ok(_)));
+        line.map(|line| line.map(|line| (self.line, line)))
+    }
+}
+
+/// A line, and what is wrong with it otherwise.
+pub(super) fn parse(path: &str, line: usize, bytes: &[u8]) -> Result<Line, JournalError> {
+    let bad = |reason| JournalError::BadLine { path: path.to_owned(), line, reason };
+    match serde_json::from_slice(bytes) {
+        Ok(Line::Run(header)) if header.format != FORMAT => {
+            Err(other_format(path, line, bytes).unwrap_or_else(|| bad(String::new())))
+        }
+        Ok(content) => Ok(content),
+        Err(error) => Err(other_format(path, line, bytes)
+            .unwrap_or_else(|| bad(without_place(&error.to_string())))),
+    }
+}
+
+fn read(path: &str, source: std::io::Error) -> JournalError {
+    JournalError::Read { path: path.to_owned(), source }
+}
+
+/// The error for the first line of a run that another version wrote, if it is one.
+fn other_format(path: &str, line: usize, bytes: &[u8]) -> Option<JournalError> {
+    let value: Value = serde_json::from_slice(bytes).ok()?;
+    let header = value.get("run")?;
+    let format = header.get("format")?.as_u64()?;
+    (format != u64::from(FORMAT)).then(|| JournalError::OtherFormat {
+        path: path.to_owned(),
+        line,
+        run: header.get("run").and_then(Value::as_u64).unwrap_or_default(),
+        format,
+        version: header.get("version").and_then(Value::as_str).unwrap_or("unknown").to_owned(),
+    })
+}
+
+/// What a parser says, without the line and column that it counts within the line.
+fn without_place(message: &str) -> String {
+    message.split(" at line ").next().unwrap_or(message).to_owned()
+}
