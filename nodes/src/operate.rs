@@ -21,7 +21,7 @@ pub(crate) mod watch;
 
 pub(crate) use assignment::Written;
 pub(crate) use journal::time;
-pub(crate) use known::shown;
+pub(crate) use known::{CALLING_TASK, shown};
 pub(crate) use node::{Args as NodeArgs, Asked, failure, refusal};
 pub(crate) use show::{ok_of, role};
 pub(crate) use transaction::client;

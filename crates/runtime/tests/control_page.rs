@@ -73,6 +73,7 @@ fn signal() -> SignalDescription {
         forced: false,
         protected: Some(false),
         limits: Some([0.0, 1.0]),
+        can_be_unset: true,
         doc: String::new(),
     }
 }

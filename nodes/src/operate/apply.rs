@@ -129,7 +129,10 @@ fn text(result: &ApplyResult, known: &Known) -> String {
             Given::Value(value) => known.shown(name, *value),
             Given::Wire { wire } => wire.clone(),
         };
-        format!("{name}: {} -> {}", shown(before), shown(after))
+        match (shown(before), shown(after)) {
+            (before, after) if before == after => format!("{name}: is {after} already"),
+            (before, after) => format!("{name}: {before} -> {after}"),
+        }
     });
     let left_out = result.values_left_out;
     let more = (left_out > 0).then(|| format!("and {left_out} more"));
@@ -187,6 +190,12 @@ mod tests {
                     before: Given::Value(Value::Integer(10)),
                     after: Given::Value(Value::Integer(20)),
                 },
+                // It was set to what the file has now.
+                ChangedValue {
+                    name: "ramp.defaultOutValue".into(),
+                    before: Given::Value(Value::Number(2.0)),
+                    after: Given::Value(Value::Number(2.0)),
+                },
             ],
             values_left_out: 3,
             tuned: vec![Tuned {
@@ -201,7 +210,7 @@ mod tests {
         assert_eq!(
             text(&result, &Known::default()),
             "  added    filter\n           limit\n  removed  nothing\n  \
-             changed  ramp.value: 1.5 -> level.y\n           ramp.setChangeRate: 10 -> 20\n           and 3 more\n  \
+             changed  ramp.value: 1.5 -> level.y\n           ramp.setChangeRate: 10 -> 20\n           ramp.defaultOutValue: is 2 already\n           and 3 more\n  \
              stays    beat.reset at TRUE, as it was set (the file has FALSE)\n  \
              limits   ramp.*: none -> 0.0 to 1.0\n  kept     level\n           ramp\n  cost     12.34 us\n"
         );

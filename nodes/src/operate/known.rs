@@ -9,7 +9,7 @@ use isochrone_runtime::control::{SignalDescription, Value};
 use crate::numbers::{self, Digits};
 
 /// What a `callOB` without a value means, and how it is shown and written.
-pub(super) const CALLING_TASK: &str = "calling task";
+pub(crate) const CALLING_TASK: &str = "calling task";
 
 /// What a node says of some of its signals.
 #[derive(Debug, Default)]

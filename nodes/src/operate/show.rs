@@ -221,6 +221,7 @@ mod tests {
             forced,
             protected: Some(name == "z"),
             limits: (name == "a.in").then_some([0.0, 2.5]),
+            can_be_unset: false,
             doc: String::new(),
         };
         let values = HashMap::from([("x.ok", Value::Bool(false)), ("y.ok", Value::Bool(true))]);

@@ -6,7 +6,7 @@ use isochrone_runtime::control::{Hold, SignalDescription, Value};
 
 use super::news::Order;
 use crate::numbers::type_of;
-use crate::operate::{Written, shown};
+use crate::operate::{CALLING_TASK, Written, shown};
 
 /// What stands over the list.
 #[derive(Debug, Clone, PartialEq)]
@@ -53,6 +53,7 @@ pub(super) struct Target {
     pub(super) name: String,
     pub(super) value_type: String,
     pub(super) unit: Option<String>,
+    pub(super) can_be_unset: bool,
     /// When the question was asked.
     pub(super) value: Option<Value>,
 }
@@ -78,6 +79,9 @@ impl Question {
             Asks::NewValue(target) | Asks::ForcedValue(target) => {
                 match type_of(&target.value_type) {
                     PinType::Bool => "true or false".into(),
+                    PinType::Int if target.can_be_unset => {
+                        format!("a whole number from -32768 to 32767, or {CALLING_TASK}")
+                    }
                     PinType::Int => "a whole number from -32768 to 32767".into(),
                     PinType::Time => {
                         "a time, such as 100ms or T#1s500ms; a number alone is in milliseconds"
@@ -164,8 +168,8 @@ impl Question {
 
 impl Target {
     pub(super) fn new(signal: &SignalDescription, value: Option<Value>) -> Self {
-        let SignalDescription { name, value_type, unit, .. } = signal.clone();
-        Self { name, value_type, unit, value }
+        let SignalDescription { name, value_type, unit, can_be_unset, .. } = signal.clone();
+        Self { name, value_type, unit, can_be_unset, value }
     }
 
     /// The value that was typed.
@@ -228,6 +232,22 @@ mod tests {
         let (name, to) = ("ramp.setChangeRate".into(), "7.5 m/s".into());
         let set = Order::Set { name, value: Value::Number(7.5), to, comment: None };
         assert_eq!(confirmed(next), set);
+    }
+
+    #[test]
+    fn a_pin_that_can_be_without_a_value_says_how_it_gets_there() {
+        let signal = signal("ramp.callOB", Role::Parameter, "INT");
+        let asks = |can_be_unset| {
+            let signal = SignalDescription { can_be_unset, ..signal.clone() };
+            Asks::NewValue(Target::new(&signal, Some(Value::Integer(35))))
+        };
+        assert!(!Question::new(asks(false)).help().contains("calling task"));
+        assert!(Question::new(asks(true)).help().ends_with("or calling task"));
+        let Order::Set { value, to, .. } = confirmed(answered(asks(true), "calling task")) else {
+            panic!("a value is set")
+        };
+        assert!(matches!(value, Value::Number(value) if value.is_nan()), "{value}");
+        assert_eq!(to, "calling task");
     }
 
     #[test]

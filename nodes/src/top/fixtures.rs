@@ -17,6 +17,7 @@ pub(super) fn signal(name: &str, role: Role, value_type: &str) -> SignalDescript
         forced: false,
         protected: Some(false),
         limits: None,
+        can_be_unset: false,
         doc: format!("what {name} is for"),
     }
 }

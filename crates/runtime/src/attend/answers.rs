@@ -80,6 +80,7 @@ impl Attendant {
             forced: operating.operator.is_forced(&signal),
             protected: Some(operating.operator.is_protected(&signal)),
             limits: operating.operator.limits(&signal),
+            can_be_unset: signal.can_be_unset,
             value_type: signal.value_type.to_string(),
             unit: Some(signal.unit.to_owned()).filter(|unit| !unit.is_empty()),
             role: role(signal.role),

@@ -104,6 +104,7 @@ impl Operated for Parameters {
                     forced: false,
                     protected: None,
                     limits: None,
+                    can_be_unset: false,
                     doc: "x".repeat(500),
                 };
                 let page =

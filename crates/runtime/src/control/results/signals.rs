@@ -38,6 +38,10 @@ pub struct SignalDescription {
     /// Of a parameter that `[limits]` bounds: least and greatest value.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub limits: Option<[f64; 2]>,
+    /// Whether it can also be NaN, which is no value: of a `callOB`, whose block then runs with the period of
+    /// its own task.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub can_be_unset: bool,
     /// What it is for.
     pub doc: String,
 }
