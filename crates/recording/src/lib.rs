@@ -1,0 +1,54 @@
+//! Recordings of frames: MCAP files that are written, read and repaired.
+//!
+//! A file has a channel for each service and layout. Its messages are CDR with a `ros2msg` schema, so
+//! Foxglove, PlotJuggler, `ros2 bag`, and `mcap` and `rosbags` in Python read it as it is. Names are spelled
+//! as ROS spells them; the original ones are metadata of the channel.
+//!
+//! | in the file | is |
+//! |---|---|
+//! | channel `/plant/level` | frames of the service `plant/level`, as `isochrone/msg/PlantLevel…` |
+//! | field `frame` | the frame's header, when it was received, and how many frames were lost before it |
+//! | other fields | the signals: `ramp.delayedValue` is `ramp.delayed_value`, `axis.17.y` is `axis_17.y` |
+//! | log time | when the frame's cycle was due, in Unix ns |
+//! | publish time | when the frame was sent, in Unix ns |
+//! | channel `/isochrone/marks` | [marks](Mark): gaps and restarts |
+//! | metadata `isochrone.clock` | what both clocks read, at the start and whenever Unix time was set |
+//! | metadata `isochrone.recording` | the [format](FORMAT), and the version that wrote it |
+//!
+//! A [`Writer`] hands a chunk to the system whenever it is [flushed](Writer::flush), so a process that is
+//! killed loses what came after that. A [`Reader`] reads such a file to where it breaks off, and
+//! [`repair`] makes a closed one of it. Whatever a file claims, a reader's memory stays
+//! [bounded](MAX_RECORD_BYTES).
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::print_stdout,
+        clippy::print_stderr
+    )
+)]
+
+mod carried;
+mod cdr;
+mod clock;
+mod error;
+mod frame;
+mod reader;
+mod records;
+mod repair;
+mod spelling;
+mod writer;
+
+pub use carried::Carried;
+pub use clock::ClockReading;
+pub use error::{ReadError, RepairError, WriteError};
+pub use frame::{Frame, Mark, RecordedFrame};
+pub use reader::{Item, Reader};
+pub use records::{Condition, Damage, MAX_RECORD_BYTES};
+pub use repair::{Repaired, repair};
+pub use writer::{ChannelId, Failed, Writer};
+
+/// The version of the format: of names, messages and metadata.
+pub const FORMAT: u32 = 1;

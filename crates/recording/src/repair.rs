@@ -1,0 +1,89 @@
+//! Closing a file that its writer did not close.
+
+use std::io::{Read, Write};
+
+use mcap::records::Record;
+use mcap::write::NoSeek;
+use mcap::{Attachment, McapError};
+
+use crate::records::Records;
+use crate::writer::options;
+use crate::{Condition, MAX_RECORD_BYTES, ReadError, RepairError, WriteError};
+
+/// What a repair has found.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Repaired {
+    /// Messages in the new file.
+    pub messages: u64,
+    /// In what state the old file was.
+    pub condition: Condition,
+}
+
+/// Copies what can be read of an MCAP file, whoever wrote it, into a new one, and closes that.
+///
+/// Channels, schemas and times stay; chunks are made anew.
+///
+/// # Errors
+/// One of the two cannot be read or written.
+pub fn repair<W: Write>(file: impl Read, out: W) -> Result<(Repaired, W), RepairError> {
+    let mut records = Records::open(file)?;
+    let mut new = options().create(NoSeek::new(out)).map_err(WriteError::from)?;
+    let mut messages = 0;
+    let mut described_bytes = 0;
+    while let Some(record) = records.next_record()? {
+        described_bytes += match &record {
+            Record::Schema { data, .. } => data.len(),
+            Record::Channel(it) => {
+                it.metadata.iter().map(|(key, value)| key.len() + value.len()).sum()
+            }
+            _ => 0,
+        };
+        if described_bytes > MAX_RECORD_BYTES {
+            drop(new.into_inner());
+            return Err(ReadError::TooManyChannels.into());
+        }
+        let copied = match record {
+            Record::Schema { header, data } => {
+                new.add_schema_with_id(header.id, &header.name, &header.encoding, &data).map(drop)
+            }
+            Record::Channel(it) => new
+                .add_channel_with_id(
+                    it.id,
+                    it.schema_id,
+                    &it.topic,
+                    &it.message_encoding,
+                    &it.metadata,
+                )
+                .map(drop),
+            Record::Message { header, data } => {
+                let written = new.write_to_known_channel(&header, &data);
+                messages += u64::from(written.is_ok());
+                written
+            }
+            Record::Attachment { header, data, .. } => new.attach(&Attachment {
+                log_time: header.log_time,
+                create_time: header.create_time,
+                name: header.name,
+                media_type: header.media_type,
+                data,
+            }),
+            Record::Metadata(metadata) => new.write_metadata(&metadata),
+            _ => Ok(()),
+        };
+        match copied {
+            Ok(()) => {}
+            Err(error @ (McapError::Io(_) | McapError::AttemptedWriteAfterFailure)) => {
+                // Not to be closed once more.
+                drop(new.into_inner());
+                return Err(WriteError::from(error).into());
+            }
+            // What contradicts the rest of its file.
+            Err(error) => records.note_here(&error.to_string()),
+        }
+    }
+    let condition = records.condition().clone();
+    match new.finish() {
+        Ok(_) => Ok((Repaired { messages, condition }, new.into_inner().into_inner())),
+        Err(error) => Err(WriteError::from(error).into()),
+    }
+}

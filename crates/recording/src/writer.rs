@@ -1,0 +1,257 @@
+//! Writing a file.
+
+use std::collections::{BTreeMap, HashMap, HashSet};
+use std::io::{self, Write};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use mcap::records::{MessageHeader, Metadata};
+use mcap::write::NoSeek;
+use mcap::{Compression, WriteOptions};
+
+use crate::carried::topic;
+use crate::spelling::{PACKAGE, unique};
+use crate::{Carried, ClockReading, FORMAT, Frame, Mark, WriteError, cdr};
+
+/// The encodings of messages and of their definitions.
+const MESSAGES: &str = "cdr";
+const SCHEMAS: &str = "ros2msg";
+/// The channel of marks.
+pub(crate) const MARKS_TOPIC: &str = "/isochrone/marks";
+/// Size of a chunk before it is compressed.
+const CHUNK_BYTES: u64 = 1 << 20;
+
+/// The options of every file: chunks are made in memory, so that no half of one is ever in the file, and
+/// compressed in the thread that writes, so that a task on another CPU keeps that CPU.
+pub(crate) fn options() -> WriteOptions {
+    WriteOptions::new()
+        .profile("ros2")
+        .library(concat!("isochrone ", env!("CARGO_PKG_VERSION")))
+        .compression(Some(Compression::Zstd))
+        .compression_threads(0)
+        .chunk_size(Some(CHUNK_BYTES))
+        .disable_seeking(true)
+}
+
+/// Writes a file. Dropped without [`finish`](Self::finish), it is closed as well as that goes.
+pub struct Writer<W: Write> {
+    file: mcap::Writer<NoSeek<Counted<W>>>,
+    written: Arc<AtomicU64>,
+    clock: ClockReading,
+    topics: HashMap<String, String>,
+    taken_topics: HashSet<String>,
+    channels: Vec<Channel>,
+    marks: Option<u16>,
+    /// Frames that are not in the file yet.
+    pending: u64,
+    /// The length up to which the file is whole.
+    good_bytes: u64,
+    message: Vec<u8>,
+    ordered: Vec<f64>,
+}
+
+/// A channel of a [`Writer`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct ChannelId(usize);
+
+struct Channel {
+    id: u16,
+    /// Where each value of a frame stands in the message.
+    places: Vec<usize>,
+}
+
+/// What is left of a file that could not be written.
+#[derive(Debug)]
+pub struct Failed<W> {
+    /// What was written to.
+    pub out: W,
+    /// Cut the file to this length: up to there it can be read.
+    pub good_bytes: u64,
+    /// How many frames were given to the writer and are not in the file.
+    pub lost_frames: u64,
+}
+
+impl<W: Write> Writer<W> {
+    /// Begins a file.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn create(out: W, clock: ClockReading) -> Result<Self, WriteError> {
+        let written = Arc::new(AtomicU64::new(0));
+        let out = NoSeek::new(Counted { out, written: written.clone() });
+        let mut file = options().create(out)?;
+        let about = [("format", FORMAT.to_string()), ("version", env!("CARGO_PKG_VERSION").into())];
+        let metadata = about.map(|(key, value)| (key.to_owned(), value)).into();
+        file.write_metadata(&Metadata { name: "isochrone.recording".into(), metadata })?;
+        file.write_metadata(&clock.metadata())?;
+        let good_bytes = written.load(Ordering::Relaxed);
+        Ok(Self {
+            file,
+            written,
+            clock,
+            topics: HashMap::new(),
+            taken_topics: [MARKS_TOPIC.to_owned()].into(),
+            channels: Vec::new(),
+            marks: None,
+            pending: 0,
+            good_bytes,
+            message: Vec::new(),
+            ordered: Vec::new(),
+        })
+    }
+
+    /// Adds a channel. Those of one service have one topic.
+    ///
+    /// # Errors
+    /// The file has too many channels, or cannot be written.
+    pub fn add(&mut self, carried: &Carried) -> Result<ChannelId, WriteError> {
+        let spelling = carried.spelling();
+        let schema =
+            self.file.add_schema(&spelling.schema_name, SCHEMAS, spelling.definition.as_bytes())?;
+        let taken = &mut self.taken_topics;
+        let topic = self
+            .topics
+            .entry(carried.service.clone())
+            .or_insert_with(|| unique(topic(&carried.service), "_", taken));
+        let metadata = carried.metadata(&spelling.fields);
+        let id = self.file.add_channel(schema, topic, MESSAGES, &metadata)?;
+        let places = spelling.fields.iter().map(|field| field.place).collect();
+        self.channels.push(Channel { id, places });
+        self.note_progress(0);
+        Ok(ChannelId(self.channels.len() - 1))
+    }
+
+    /// Writes a frame. One with other than as many values as its channel carries gets NaN for those that
+    /// are missing.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write(&mut self, channel: ChannelId, frame: &Frame<'_>) -> Result<(), WriteError> {
+        let Some(Channel { id, places }) = self.channels.get(channel.0) else { return Ok(()) };
+        self.ordered.clear();
+        self.ordered.resize(places.len(), f64::NAN);
+        for (place, value) in places.iter().zip(frame.values) {
+            if let Some(slot) = self.ordered.get_mut(*place) {
+                *slot = *value;
+            }
+        }
+        cdr::write_frame(frame, &self.ordered, &mut self.message);
+        let header = MessageHeader {
+            channel_id: *id,
+            sequence: frame.header.sequence as u32,
+            log_time: self.clock.unix_ns(frame.due_ns),
+            publish_time: self.clock.unix_ns(frame.sent_ns),
+        };
+        self.pending += 1;
+        self.file.write_to_known_channel(&header, &self.message)?;
+        self.note_progress(1);
+        Ok(())
+    }
+
+    /// Writes a mark.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn mark(&mut self, mark: &Mark) -> Result<(), WriteError> {
+        let channel_id = match self.marks {
+            Some(id) => id,
+            None => {
+                let name = format!("{PACKAGE}/msg/Mark");
+                let schema = self.file.add_schema(&name, SCHEMAS, cdr::MARK.as_bytes())?;
+                let metadata = BTreeMap::new();
+                *self.marks.insert(self.file.add_channel(
+                    schema,
+                    MARKS_TOPIC,
+                    MESSAGES,
+                    &metadata,
+                )?)
+            }
+        };
+        let time = self.clock.unix_ns(mark.time_ns);
+        let header = MessageHeader { channel_id, sequence: 0, log_time: time, publish_time: time };
+        self.file.write_to_known_channel(&header, &cdr::write_mark(mark))?;
+        self.note_progress(0);
+        Ok(())
+    }
+
+    /// Takes note that Unix time was set: frames from now on have their times by this reading.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn set_clock(&mut self, clock: ClockReading) -> Result<(), WriteError> {
+        self.file.write_metadata(&clock.metadata())?;
+        self.clock = clock;
+        self.note_progress(0);
+        Ok(())
+    }
+
+    /// The reading by which frames have their times.
+    pub fn clock(&self) -> ClockReading {
+        self.clock
+    }
+
+    /// Hands everything to the system: whoever kills the process does not take it away. Nothing is
+    /// synchronized with the disk.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn flush(&mut self) -> Result<(), WriteError> {
+        self.file.flush()?;
+        self.note_progress(0);
+        self.pending = 0;
+        Ok(())
+    }
+
+    /// Bytes in the file so far.
+    pub fn bytes(&self) -> u64 {
+        self.written.load(Ordering::Relaxed)
+    }
+
+    /// Closes the file.
+    ///
+    /// # Errors
+    /// It cannot be written; the second part says what is left of it.
+    pub fn finish(mut self) -> Result<W, (WriteError, Failed<W>)> {
+        if let Err(error) = self.flush() {
+            return Err((error, self.give_up()));
+        }
+        match self.file.finish() {
+            Ok(_) => Ok(self.file.into_inner().into_inner().out),
+            Err(error) => Err((error.into(), self.give_up())),
+        }
+    }
+
+    /// Ends after an error.
+    pub fn give_up(self) -> Failed<W> {
+        let out = self.file.into_inner().into_inner().out;
+        Failed { out, good_bytes: self.good_bytes, lost_frames: self.pending }
+    }
+
+    /// After a call that succeeded: whatever was written ends with a whole record, and has all frames but the
+    /// newest ones, which wait for their chunk to be complete.
+    fn note_progress(&mut self, newest: u64) {
+        let written = self.bytes();
+        if written > self.good_bytes {
+            self.good_bytes = written;
+            self.pending = newest;
+        }
+    }
+}
+
+/// Counts what is written.
+struct Counted<W> {
+    out: W,
+    written: Arc<AtomicU64>,
+}
+
+impl<W: Write> Write for Counted<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let written = self.out.write(bytes)?;
+        self.written.fetch_add(written as u64, Ordering::Relaxed);
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.out.flush()
+    }
+}
