@@ -21,6 +21,7 @@ mod configuration;
 mod demo;
 mod doctor;
 mod domain;
+mod export;
 mod failure;
 mod gate;
 mod link;
@@ -31,6 +32,7 @@ mod numbers;
 mod operate;
 mod program;
 mod publish;
+mod record;
 mod recording;
 mod reference;
 mod result_file;
@@ -106,6 +108,8 @@ verbs! { catalogue;
     Simulate: simulate(catalogue),
     Publish: publish(),
     Subscribe: subscribe(),
+    Record: record(),
+    Export: export(),
     Chain: chain(),
     Link: link(),
     List: list(),

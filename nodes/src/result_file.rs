@@ -20,6 +20,12 @@ pub(crate) struct ResultFile {
 impl ResultFile {
     /// Opens the file, or creates it.
     pub(crate) fn open(path: &Path) -> Result<Self, Failure> {
+        let cannot = |error| Failure::usage(format!("cannot write {}: {error}", path.display()));
+        Self::create(path).map_err(cannot)
+    }
+
+    /// The same for a file that follows another one during a run.
+    pub(crate) fn create(path: &Path) -> io::Result<Self> {
         let open = |is_new| {
             let mut options = OpenOptions::new();
             // What is no new file may still be none: a link to a file that does not exist.
@@ -29,10 +35,7 @@ impl ResultFile {
             Err(error) if error.kind() == ErrorKind::AlreadyExists => (open(false), false),
             made => (made, true),
         };
-        match opened {
-            Ok(file) => Ok(Self { path: path.to_owned(), file, is_new, has_result: false }),
-            Err(error) => Err(Failure::usage(format!("cannot write {}: {error}", path.display()))),
-        }
+        Ok(Self { path: path.to_owned(), file: opened?, is_new, has_result: false })
     }
 
     /// Replaces what the file held.
@@ -46,6 +49,11 @@ impl ResultFile {
             Ok(text) => self.replace(&(text + "\n")),
             Err(error) => Err(self.cannot_write(&error.into())),
         }
+    }
+
+    /// Takes away what stands behind so many bytes. A pipe or a device keeps it.
+    pub(crate) fn cut(&mut self, bytes: u64) {
+        let _ = self.file.set_len(bytes);
     }
 
     fn cannot_write(&self, error: &io::Error) -> Failure {

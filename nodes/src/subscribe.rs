@@ -23,6 +23,9 @@ use isochrone_report::Report;
 use isochrone_runtime::FrameWait;
 use isochrone_timing::units::counted;
 
+pub(crate) use self::channel::{channels_of, listed};
+pub(crate) use self::taken::{Taken, is_settled, stamps};
+
 use self::column::Column;
 use self::line::Line;
 use self::screen::Screen;

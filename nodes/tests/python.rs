@@ -1,14 +1,14 @@
 //! The programs in Python, against real processes.
 //!
-//! They need `pip install iceoryx2==0.10.0`, in `target/python` (as `.ci/run` makes it) or for the
-//! `python3` on the path. Without it the tests skip themselves, but not where `CI` is set.
+//! They need `pip install iceoryx2==0.10.0`.
 
 mod domain;
+mod interpreter;
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use domain::{Domain, Process, not_tested};
+use domain::{Domain, Process};
 use rustix::process::Signal;
 
 const NODE: &str = r#"
@@ -34,18 +34,7 @@ signals = ["wave", "n"]
 
 /// A Python that has iceoryx2.
 fn python() -> Option<PathBuf> {
-    let own = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/python/bin/python3");
-    let candidates = [own, PathBuf::from("python3")];
-    let found = candidates.into_iter().find(|python| {
-        let probe = Command::new(python).args(["-c", "import iceoryx2"]).output();
-        probe.is_ok_and(|probe| probe.status.success())
-    });
-    let why = "no python3 has the package iceoryx2; pip install iceoryx2==0.10.0";
-    if found.is_none() {
-        assert!(std::env::var_os("CI").is_none(), "{why}");
-        not_tested("the programs in Python", why);
-    }
-    found
+    interpreter::python("iceoryx2", "iceoryx2==0.10.0")
 }
 
 /// Starts one of the programs in the domain of a test.

@@ -5,19 +5,19 @@ use isochrone_ipc::SignalSpec;
 
 /// A signal that is shown.
 #[derive(Clone)]
-pub(super) struct Channel {
+pub(crate) struct Channel {
     /// Index in the frame.
-    pub(super) place: usize,
-    pub(super) name: String,
-    pub(super) value_type: String,
-    pub(super) unit: String,
+    pub(crate) place: usize,
+    pub(crate) name: String,
+    pub(crate) value_type: String,
+    pub(crate) unit: String,
 }
 
 /// Stands where a frame has no value for a signal.
-pub(super) const NO_VALUE: &str = "-";
+pub(crate) const NO_VALUE: &str = "-";
 
 /// Names as a line for people.
-pub(super) fn listed(channels: &[Channel]) -> String {
+pub(crate) fn listed(channels: &[Channel]) -> String {
     const SHOWN: usize = 64;
     let (shown, more) = channels.split_at(channels.len().min(SHOWN));
     let names = shown.iter().map(|channel| channel.name.as_str()).collect::<Vec<_>>().join(", ");
@@ -29,7 +29,7 @@ pub(super) fn listed(channels: &[Channel]) -> String {
 
 /// The channels of a frame, with their numbers where nobody names them. Another process chose the
 /// names, so they are escaped, also for a file that somebody will look at.
-pub(super) fn channels_of(signals: &[SignalSpec], channels: usize) -> Vec<Channel> {
+pub(crate) fn channels_of(signals: &[SignalSpec], channels: usize) -> Vec<Channel> {
     let channel = |place: usize| {
         let signal = signals.get(place).cloned().unwrap_or_default();
         let name = match signal.name.as_str() {

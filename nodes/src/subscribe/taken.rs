@@ -9,21 +9,21 @@ const PATIENCE_NS: u64 = 1_000_000_000;
 const MOST_WAITING: usize = 65_536;
 
 /// A frame that was received.
-pub(super) struct Taken {
-    pub(super) header: FrameHeader,
+pub(crate) struct Taken {
+    pub(crate) header: FrameHeader,
     /// How many values it has.
-    pub(super) channels: usize,
+    pub(crate) channels: usize,
     /// The values, where they are wanted.
-    pub(super) values: Vec<f64>,
-    pub(super) received_ns: u64,
-    pub(super) stamps: Stamps,
+    pub(crate) values: Vec<f64>,
+    pub(crate) received_ns: u64,
+    pub(crate) stamps: Stamps,
     /// Count of frames, from 1.
-    pub(super) number: u64,
+    pub(crate) number: u64,
 }
 
 impl Taken {
     /// When the cycle of a frame was due, or the nearest to it that is known on this clock.
-    pub(super) fn due_ns(&self) -> u64 {
+    pub(crate) fn due_ns(&self) -> u64 {
         let FrameHeader { release_ns, publish_ns, .. } = self.header;
         match self.stamps {
             Stamps::Believed if (1..=publish_ns).contains(&release_ns) => release_ns,
@@ -58,7 +58,7 @@ impl Taken {
 }
 
 /// Whether a frame waits no longer for what is announced of it, as one of so many that wait.
-pub(super) fn is_settled(
+pub(crate) fn is_settled(
     watcher: &LayoutWatcher<ipc::Service>,
     layout: u64,
     waited_ns: u64,
@@ -69,7 +69,7 @@ pub(super) fn is_settled(
 }
 
 /// What the stamps of a frame are worth, by what is announced of it.
-pub(super) fn stamps(
+pub(crate) fn stamps(
     watcher: &LayoutWatcher<ipc::Service>,
     header: &FrameHeader,
     received_ns: u64,

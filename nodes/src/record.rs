@@ -1,0 +1,161 @@
+//! `record`: the frames of services, in an MCAP file.
+
+mod clock;
+mod output;
+mod progress;
+mod source;
+mod split;
+mod summary;
+mod wanted;
+
+use std::path::PathBuf;
+
+use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_engine::parse_seconds;
+use isochrone_ipc::{Participant, ipc};
+use isochrone_processes::Stop;
+use isochrone_runtime::FrameWait;
+use isochrone_timing::units::counted;
+
+use self::output::{Broken, Output};
+use self::progress::Progress;
+use self::source::Source;
+use self::split::Split;
+use self::summary::Summary;
+use self::wanted::Wanted;
+use crate::failure::Failure;
+use crate::{domain, stop, terminal};
+
+/// Record frames of services in an MCAP file, every frame and bit for bit
+///
+/// Foxglove, PlotJuggler, `ros2 bag` and Python's `mcap` read the file as it is; `export` makes CSV of it.
+/// A NODE stands for all services that it publishes. What does not exist yet is recorded as soon as it
+/// does. Lost frames are counted, and marked in the file where they are missing. What was recorded up to a
+/// second ago is in the file even if the recorder is killed.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  isochrone record -o all.mcap\n  \
+    isochrone record plant/level plant/analog -o level.mcap --seconds 60\n  \
+    isochrone record level -o shift.mcap --split 1h\n\n\
+    With --split, the files are shift_0001.mcap, shift_0002.mcap and so on.")]
+pub(crate) struct Args {
+    /// Services or control nodes; default: all services, also those to come, but for those of isochrone itself
+    // Shells complete services where they are called so.
+    #[arg(id = "service", value_name = "SERVICE|NODE")]
+    wanted: Vec<String>,
+    /// File to write
+    #[arg(short, long, value_name = "OUT.mcap")]
+    output: PathBuf,
+    /// Stop after this time: 10, 500ms, 5min
+    #[arg(long, value_name = "TIME", value_parser = parse_seconds, allow_negative_numbers = true)]
+    seconds: Option<f64>,
+    /// Begin another file after this time or about this size: 10min, 1h, 500MB, 1GB
+    #[arg(long, value_name = "TIME|SIZE", value_parser = split::parse)]
+    split: Option<Split>,
+    /// At the end, print what was recorded as JSON
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    domain: domain::Args,
+}
+
+/// How often layouts, peers and connections are looked after.
+const CARE_INTERVAL_NS: u64 = 10_000_000;
+/// How often everything is handed to the system.
+const FLUSH_INTERVAL_NS: u64 = 1_000_000_000;
+/// Frames of one service before it is the next one's turn.
+const TURN: usize = 64;
+
+type Service = ipc::Service;
+
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let mut output = Output::open(&args.output, args.split)?;
+    let stop = stop::on_signal(args.seconds)?;
+    let participant = args.domain.join("isochrone/record")?;
+    let wanted = Wanted::new(&args.wanted);
+    let mut recorder = Recorder { participant: &participant, wanted, sources: Vec::new() };
+    let ended = recorder.run(&mut output, &stop)?;
+    let closed = ended.and_then(|()| output.close());
+    let summary = Summary::new(&recorder.sources, &output);
+    if args.json {
+        terminal::print_json(&summary.document())?;
+    } else {
+        terminal::note(&summary.text());
+    }
+    match closed {
+        Err(broken) => Err(broken.failure(summary.unwritten())),
+        Ok(()) => recorder.outcome(&output),
+    }
+}
+
+/// What is recorded, and what is yet to be found.
+struct Recorder<'a> {
+    participant: &'a Participant<Service>,
+    wanted: Wanted,
+    sources: Vec<Source>,
+}
+
+impl Recorder<'_> {
+    /// Records until it is to stop. The inner error says why the file could not be written.
+    fn run(&mut self, output: &mut Output, stop: &Stop) -> Result<Result<(), Broken>, Failure> {
+        let wait = FrameWait::in_this_thread();
+        let progress = Progress::default();
+        self.wanted.find(self.participant, &mut self.sources)?;
+        self.wanted.say_waiting(self.participant);
+        let services = counted(self.sources.len(), "service");
+        let file = output.next_file();
+        let file = file.display();
+        terminal::note(&format!("recording {services} in {file}. Press Ctrl-C to end it."));
+        let (mut care_ns, mut flush_ns) = (0, Monotonic.now_ns() + FLUSH_INTERVAL_NS);
+        // Once it is to stop and nothing more lies there, only frames that wait for their layout are written.
+        let mut has_all = false;
+        loop {
+            let is_due = stop.is_due();
+            let mut has_news = false;
+            for source in &mut self.sources {
+                has_news |= !has_all && source.take(TURN);
+                if let Err(broken) = source.write(output) {
+                    return Ok(Err(broken));
+                }
+            }
+            has_all |= is_due && !has_news;
+            let now_ns = Monotonic.now_ns();
+            if now_ns >= care_ns {
+                care_ns = now_ns + CARE_INTERVAL_NS;
+                self.participant.tend();
+                self.sources.iter_mut().for_each(|source| source.care(self.participant));
+                self.wanted.find(self.participant, &mut self.sources)?;
+            }
+            if now_ns >= flush_ns {
+                flush_ns = now_ns + FLUSH_INTERVAL_NS;
+                if let Err(broken) = output.flush() {
+                    return Ok(Err(broken));
+                }
+                progress.show(&self.sources, output);
+            }
+            if has_all && !self.sources.iter().any(Source::is_waiting) {
+                return Ok(Ok(()));
+            }
+            if !has_news {
+                let looks = self.sources.iter_mut().map(|source| source.next_look_ns(now_ns));
+                let look_ns = looks.min().unwrap_or(care_ns);
+                wait.sleep_until_ns(look_ns.min(care_ns).min(flush_ns));
+            }
+        }
+    }
+
+    /// Nothing recorded is no success, whatever the reason.
+    fn outcome(&self, output: &Output) -> Result<(), Failure> {
+        if output.frames() > 0 {
+            return Ok(());
+        }
+        let way_out = "start what publishes them, or see `isochrone list` for what there is";
+        Err(Failure::nobody(match &self.sources[..] {
+            [] => format!("there is no service to record; {way_out}"),
+            sources => {
+                let names: Vec<String> =
+                    sources.iter().map(|source| format!("\"{}\"", source.service)).collect();
+                format!("nothing was sent on {}; {way_out}", names.join(", "))
+            }
+        }))
+    }
+}

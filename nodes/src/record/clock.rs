@@ -1,0 +1,29 @@
+//! Reading Unix time and the monotonic clock together.
+
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_recording::ClockReading;
+
+/// Reads until nothing came in between, or so often.
+const ATTEMPTS: usize = 8;
+/// How far two readings of the monotonic clock are apart if nothing came in between, in ns.
+const PROMPT_NS: u64 = 5_000;
+
+/// What both clocks read now.
+pub(super) fn read() -> ClockReading {
+    let mut best = (u64::MAX, ClockReading::default());
+    for _ in 0..ATTEMPTS {
+        let before_ns = Monotonic.now_ns();
+        let unix = SystemTime::now().duration_since(UNIX_EPOCH).unwrap_or_default();
+        let took_ns = Monotonic.now_ns().saturating_sub(before_ns);
+        let unix_ns = u64::try_from(unix.as_nanos()).unwrap_or(u64::MAX);
+        if took_ns < best.0 {
+            best = (took_ns, ClockReading { monotonic_ns: before_ns + took_ns / 2, unix_ns });
+        }
+        if took_ns <= PROMPT_NS {
+            break;
+        }
+    }
+    best.1
+}
