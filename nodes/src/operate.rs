@@ -20,8 +20,8 @@ pub(crate) mod undo;
 pub(crate) mod watch;
 
 pub(crate) use assignment::Written;
-pub(crate) use journal::time;
+pub(crate) use journal::{time, word};
 pub(crate) use known::{CALLING_TASK, shown};
 pub(crate) use node::{Args as NodeArgs, Asked, failure, refusal};
-pub(crate) use show::{ok_of, role};
+pub(crate) use show::{limits, ok_of, role};
 pub(crate) use transaction::client;

@@ -1,9 +1,12 @@
 //! `top`: a running node on the screen.
 
+mod asking;
+mod changes;
 mod cursor;
 mod dialog;
 #[cfg(test)]
 mod fixtures;
+mod history;
 mod input;
 mod link;
 mod message;
@@ -106,7 +109,7 @@ fn show(screen: &mut Screen, session: &Session, stop: &Stop) -> Result<(), Failu
                     Some(Action::Redraw) => terminal.clear().map_err(failed)?,
                     Some(action) if is_shown => {
                         if let Some(order) = model.act(action) {
-                            session.wish(Wish::Order(order));
+                            session.order(order);
                         }
                     }
                     _ => {}

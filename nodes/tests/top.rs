@@ -142,7 +142,7 @@ fn value(domain: &Domain, name: &str) -> String {
 }
 
 #[test]
-fn a_parameter_is_set_on_the_screen_and_set_back_and_what_the_node_refuses_is_shown() {
+fn a_parameter_is_set_on_the_screen_within_its_limits_and_set_back() {
     let domain = Domain::new();
     let node = node(&domain);
     let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
@@ -150,13 +150,15 @@ fn a_parameter_is_set_on_the_screen_and_set_back_and_what_the_node_refuses_is_sh
     tmux.press(&["/", "setChangeRate", "Enter"]);
     tmux.wait_for("1 of 14012 listed");
     tmux.wait_for("parameter             10 1/s");
-    tmux.press(&["Enter", "60", "Enter", "Enter"]);
-    tmux.wait_for("0.0 to 50.0");
-    tmux.press(&["Enter", "Enter", "7.5", "Enter", "y"]);
+    tmux.press(&["Enter", "60", "Enter"]);
+    tmux.wait_for("60 is outside of the limits: 0 to 50");
+    tmux.press(&["C-u", "7.5", "Enter", "y"]);
     tmux.wait_for("set ramp.setChangeRate to 7.5 1/s (was 10)");
     tmux.wait_for("parameter            7.5 1/s");
     assert_eq!(value(&domain, "ramp.setChangeRate"), "7.5");
-    tmux.press(&["u", "Enter", "Enter"]);
+    tmux.press(&["u"]);
+    tmux.wait_for("set ramp.setChangeRate 10 -> 7.5, by ");
+    tmux.press(&["Enter", "Enter"]);
     tmux.wait_for("undo transaction");
     tmux.wait_for("parameter             10 1/s");
     assert_eq!(value(&domain, "ramp.setChangeRate"), "10");
@@ -238,6 +240,30 @@ fn a_node_that_is_killed_is_said_to_be_gone_and_comes_back() {
     tmux.wait_for("looking for the node");
     Command::new("kill").arg(tmux.program()).status().unwrap();
     tmux.expect_given_back(&domain, 0);
+}
+
+#[test]
+fn a_task_that_has_not_run_yet_holds_up_neither_the_values_nor_the_changes_of_the_others() {
+    let domain = Domain::new();
+    let slow = "[[task]]\nname = \"slow\"\nperiod = \"1h\"\nphase = \"50min\"\n";
+    let late = "[[block]]\nname = \"late\"\ntask = \"slow\"\ntype = \"LimRateOfChangeCI\"\n";
+    let text = NODE.replace("[[input]]", &format!("{slow}[[input]]"));
+    let text = text.replace("name = \"ramp\"", "name = \"ramp\"\ntask = \"fast\"");
+    let text = text.replace("name = \"saw\"", "name = \"saw\"\ntask = \"fast\"");
+    let text = text.replace("service = ", "task = \"fast\"\nservice = ") + late;
+    domain.write("tank.toml", &text);
+    let mut node = domain.start("run tank.toml");
+    node.wait_for("is running");
+    let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
+    tmux.wait_for("14021 of 14021 listed");
+    tmux.press(&["/", "setChangeRate", "Enter"]);
+    tmux.wait_for("2 of ");
+    tmux.wait_for("parameter             10 1/s");
+    tmux.wait_for("parameter              - 1/s");
+    tmux.press(&["Enter", "7.5", "Enter", "Enter"]);
+    tmux.wait_for("set ramp.setChangeRate to 7.5 1/s (was 10)");
+    tmux.wait_for("parameter            7.5 1/s");
+    node.stop().expect_code(0);
 }
 
 #[test]

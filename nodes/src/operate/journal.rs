@@ -197,7 +197,7 @@ fn text(entry: &JournalEntry, known: &Known) -> String {
     text
 }
 
-fn word(action: Action) -> &'static str {
+pub(crate) fn word(action: Action) -> &'static str {
     match action {
         Action::Set => "set",
         Action::Force => "force",

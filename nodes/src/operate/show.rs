@@ -158,15 +158,18 @@ fn marks(
         (signal.protected.unwrap_or_default(), "protected"),
     ];
     let marks = marks.into_iter().filter(|(is_so, _)| *is_so).map(|(_, mark)| mark.to_owned());
-    let limits = signal.limits.map(|[min, max]| {
-        let digits = |value| numbers::shown(value, PinType::Lreal, Digits::Exact);
-        format!("{} to {}", digits(min), digits(max))
-    });
+    let limits = signal.limits.map(limits);
     let flags = reading.flags(&signal.name);
     // Of a signal that is forced itself this is said already.
     let flags = flags.split(' ').filter(|flag| !(signal.forced && *flag == "FORCED"));
     let flags = flags.collect::<Vec<_>>().join(" ");
     marks.chain(Some(flags).filter(|flags| !flags.is_empty())).chain(limits).collect()
+}
+
+/// The least and the greatest value of a parameter.
+pub(crate) fn limits([min, max]: [f64; 2]) -> String {
+    let digits = |value| numbers::shown(value, PinType::Lreal, Digits::Exact);
+    format!("{} to {}", digits(min), digits(max))
 }
 
 fn document(

@@ -100,26 +100,31 @@ fn last_set(node: &mut Node) -> Result<(u64, Option<String>), Failure> {
 
 /// What an `undo` without a number is about.
 #[derive(Debug, PartialEq, Eq)]
-enum Last {
+pub(crate) enum Last {
     Set(u64),
     Apply(u64),
 }
 
 /// The youngest of the sets that stand and the applies.
-fn last_change(entries: &[JournalEntry]) -> Option<Last> {
+pub(crate) fn last_change(entries: &[JournalEntry]) -> Option<Last> {
+    let undone = taken_back(entries);
+    entries.iter().rev().find_map(|entry| match entry.action {
+        Action::Set if !undone.contains(&entry.transaction) => Some(Last::Set(entry.transaction)),
+        Action::Apply => Some(Last::Apply(entry.transaction)),
+        _ => None,
+    })
+}
+
+/// The transactions that were taken back and not made good again.
+pub(crate) fn taken_back(entries: &[JournalEntry]) -> BTreeSet<u64> {
     let mut undone = BTreeSet::new();
     // An undo is younger than what it takes back, and may be taken back itself.
-    for entry in entries.iter().rev() {
-        match entry.action {
-            Action::Undo if !undone.contains(&entry.transaction) => undone.extend(entry.undone),
-            Action::Set if !undone.contains(&entry.transaction) => {
-                return Some(Last::Set(entry.transaction));
-            }
-            Action::Apply => return Some(Last::Apply(entry.transaction)),
-            _ => {}
+    for entry in entries.iter().rev().filter(|entry| entry.action == Action::Undo) {
+        if !undone.contains(&entry.transaction) {
+            undone.extend(entry.undone);
         }
     }
-    None
+    undone
 }
 
 #[cfg(test)]

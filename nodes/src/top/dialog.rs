@@ -4,9 +4,11 @@ use isochrone_blocks::PinType;
 use isochrone_engine::parse_seconds;
 use isochrone_runtime::control::{Hold, SignalDescription, Value};
 
+use super::history::History;
 use super::news::Order;
+use super::signals::{Signals, number};
 use crate::numbers::type_of;
-use crate::operate::{CALLING_TASK, Written, shown};
+use crate::operate::{CALLING_TASK, Written, limits, shown};
 
 /// What stands over the list.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,8 +29,6 @@ pub(super) struct Question {
     pub(super) asks: Asks,
     /// What was typed so far.
     pub(super) input: String,
-    /// Of a confirmation: the value that the signal has.
-    pub(super) before: Option<String>,
     /// Why the last answer is none.
     pub(super) error: Option<String>,
 }
@@ -39,12 +39,24 @@ pub(super) enum Asks {
     NewValue(Target),
     ForcedValue(Target),
     ForceTime(Target, Value),
-    /// With what this screen set last, in words.
-    Transaction(Option<(u64, String)>),
+    Transaction,
     /// Whether it shall be done.
     Confirm(Order),
-    /// Why it shall be done, and the value that the signal has.
-    Comment(Order, Option<String>),
+    /// Why it shall be done.
+    Comment(Order),
+}
+
+impl Asks {
+    /// The signal that it is about.
+    pub(super) fn signal(&self) -> Option<&str> {
+        match self {
+            Self::NewValue(target) | Self::ForcedValue(target) | Self::ForceTime(target, _) => {
+                Some(&target.name)
+            }
+            Self::Confirm(order) | Self::Comment(order) => order.signal(),
+            Self::Transaction => None,
+        }
+    }
 }
 
 /// The signal of a question.
@@ -54,8 +66,7 @@ pub(super) struct Target {
     pub(super) value_type: String,
     pub(super) unit: Option<String>,
     pub(super) can_be_unset: bool,
-    /// When the question was asked.
-    pub(super) value: Option<Value>,
+    pub(super) limits: Option<[f64; 2]>,
 }
 
 /// What an answer leads to.
@@ -70,12 +81,14 @@ const HOLD: &str = "hold";
 
 impl Question {
     pub(super) fn new(asks: Asks) -> Self {
-        Self { asks, input: String::new(), before: None, error: None }
+        Self { asks, input: String::new(), error: None }
     }
 
-    /// What the answer may be.
-    pub(super) fn help(&self) -> String {
+    /// What the answer may be, or stands for.
+    pub(super) fn help(&self, history: &History, signals: &Signals) -> String {
         match &self.asks {
+            Asks::NewValue(Target { limits: Some(range), .. })
+            | Asks::ForcedValue(Target { limits: Some(range), .. }) => limits(*range),
             Asks::NewValue(target) | Asks::ForcedValue(target) => {
                 match type_of(&target.value_type) {
                     PinType::Bool => "true or false".into(),
@@ -94,47 +107,52 @@ impl Question {
             Asks::ForceTime(..) => {
                 format!("a time, such as 30 (seconds) or 5min; \"{HOLD}\": until it is released")
             }
-            Asks::Transaction(Some((number, what))) => {
-                format!("#{number} {what}; `isochrone journal` lists others")
-            }
-            Asks::Transaction(None) => "the number of a set; `isochrone journal` lists them".into(),
+            Asks::Transaction if self.input.is_empty() => match history.undoable() {
+                Some(_) => "the number of a set; `isochrone journal` lists them".into(),
+                None => history.why_nothing(),
+            },
+            Asks::Transaction => match self.transaction() {
+                Ok(number) => history.told(number, signals).unwrap_or_else(|why| why),
+                Err(error) => error,
+            },
             Asks::Confirm(_) => String::new(),
-            Asks::Comment(..) => "for the journal, such as: sensor 3 calibrated".into(),
+            Asks::Comment(_) => "for the journal, such as: sensor 3 calibrated".into(),
         }
     }
 
     /// Asks for the reason first, where the node keeps one.
     pub(super) fn for_comment(self) -> Self {
         match &self.asks {
-            Asks::Confirm(order) if order.clone().comment_mut().is_some() => {
+            Asks::Confirm(order) if order.takes_reason() => {
                 let input = order.comment().unwrap_or_default().to_owned();
-                let asks = Asks::Comment(order.clone(), self.before);
-                Self { input, ..Self::new(asks) }
+                Self { input, ..Self::new(Asks::Comment(order.clone())) }
             }
             _ => self,
         }
     }
 
     /// Takes what was typed.
-    pub(super) fn answer(self) -> Next {
-        let answered = self.read();
+    pub(super) fn answer(self, history: &History, signals: &Signals) -> Next {
+        let answered = self.read(history, signals);
         match answered {
             Ok(next) => next,
             Err(error) => Next::Ask(Self { error: Some(error), ..self }),
         }
     }
 
-    fn read(&self) -> Result<Next, String> {
-        let confirm = |order, target: Option<&Target>| {
-            let before = target.filter(|it| it.value.is_some()).map(Target::now);
-            Next::Ask(Self { before, ..Self::new(Asks::Confirm(order)) })
-        };
+    /// The number that was typed.
+    fn transaction(&self) -> Result<u64, String> {
+        self.input.trim().parse().map_err(|_| "give the number of a transaction".into())
+    }
+
+    fn read(&self, history: &History, signals: &Signals) -> Result<Next, String> {
+        let confirm = |order| Next::Ask(Self::new(Asks::Confirm(order)));
         Ok(match &self.asks {
             Asks::NewValue(target) => {
                 let value = target.read(&self.input)?;
                 let to = target.shown(value);
                 let (name, comment) = (target.name.clone(), None);
-                confirm(Order::Set { name, value, to, comment }, Some(target))
+                confirm(Order::Set { name, value, to, comment })
             }
             Asks::ForcedValue(target) => {
                 let value = target.read(&self.input)?;
@@ -144,37 +162,45 @@ impl Question {
                 let hold = hold(&self.input)?;
                 let (name, to) = (target.name.clone(), target.shown(*value));
                 let (value, comment) = (*value, None);
-                confirm(Order::Force { name, value, to, hold, comment }, Some(target))
+                confirm(Order::Force { name, value, to, hold, comment })
             }
-            Asks::Transaction(last) => {
-                let transaction = self.input.trim().parse();
-                let transaction = transaction.map_err(|_| "give the number of a transaction")?;
-                let last = last.as_ref().filter(|(number, _)| *number == transaction);
-                let what = last.map(|(_, what)| what.clone());
-                confirm(Order::Undo { transaction, what }, None)
+            Asks::Transaction => {
+                let transaction = self.transaction()?;
+                // What is not known is not confirmed.
+                let what = history.told(transaction, signals)?;
+                confirm(Order::Undo { transaction, what })
             }
             Asks::Confirm(order) => Next::Send(order.clone()),
-            Asks::Comment(order, before) => {
-                let (mut order, before) = (order.clone(), before.clone());
+            Asks::Comment(order) => {
+                let mut order = order.clone();
                 if let Some(comment) = order.comment_mut() {
                     let text = self.input.trim();
                     *comment = (!text.is_empty()).then(|| text.to_owned());
                 }
-                Next::Ask(Self { before, ..Self::new(Asks::Confirm(order)) })
+                confirm(order)
             }
         })
     }
 }
 
 impl Target {
-    pub(super) fn new(signal: &SignalDescription, value: Option<Value>) -> Self {
-        let SignalDescription { name, value_type, unit, can_be_unset, .. } = signal.clone();
-        Self { name, value_type, unit, can_be_unset, value }
+    pub(super) fn new(signal: &SignalDescription) -> Self {
+        let SignalDescription { name, value_type, unit, can_be_unset, limits, .. } = signal.clone();
+        Self { name, value_type, unit, can_be_unset, limits }
     }
 
     /// The value that was typed.
     fn read(&self, text: &str) -> Result<Value, String> {
-        Written::read(text.trim())?.of(type_of(&self.value_type), self.unit.as_deref())
+        let value = Written::read(text.trim())?;
+        let value = value.of(type_of(&self.value_type), self.unit.as_deref())?;
+        let slot = number(value);
+        match self.limits {
+            // Where nothing is given, nothing is bounded.
+            Some([min, max]) if !slot.is_nan() && !(min..=max).contains(&slot) => {
+                Err(format!("{} is outside of the limits: {}", text.trim(), limits([min, max])))
+            }
+            _ => Ok(value),
+        }
     }
 
     /// A value of its type, with its unit.
@@ -188,11 +214,6 @@ impl Target {
             }
             _ => value,
         }
-    }
-
-    /// The value that it had.
-    pub(super) fn now(&self) -> String {
-        self.value.map_or("-".into(), |value| self.shown(value))
     }
 }
 
@@ -211,16 +232,17 @@ mod tests {
     use crate::top::fixtures::signal;
 
     fn target(value_type: &str) -> Target {
-        Target::new(&signal("ramp.setChangeRate", Role::Parameter, value_type), None)
+        Target::new(&signal("ramp.setChangeRate", Role::Parameter, value_type))
     }
 
     fn answered(asks: Asks, input: &str) -> Next {
-        Question { input: input.into(), ..Question::new(asks) }.answer()
+        let question = Question { input: input.into(), ..Question::new(asks) };
+        question.answer(&History::default(), &Signals::default())
     }
 
     fn confirmed(next: Next) -> Order {
         let Next::Ask(question) = next else { panic!("{next:?}") };
-        match question.answer() {
+        match question.answer(&History::default(), &Signals::default()) {
             Next::Send(order) => order,
             next => panic!("{next:?}"),
         }
@@ -239,10 +261,13 @@ mod tests {
         let signal = signal("ramp.callOB", Role::Parameter, "INT");
         let asks = |can_be_unset| {
             let signal = SignalDescription { can_be_unset, ..signal.clone() };
-            Asks::NewValue(Target::new(&signal, Some(Value::Integer(35))))
+            Asks::NewValue(Target::new(&signal))
         };
-        assert!(!Question::new(asks(false)).help().contains("calling task"));
-        assert!(Question::new(asks(true)).help().ends_with("or calling task"));
+        let help = |can_be_unset| {
+            Question::new(asks(can_be_unset)).help(&History::default(), &Signals::default())
+        };
+        assert!(!help(false).contains("calling task"));
+        assert!(help(true).ends_with("or calling task"));
         let Order::Set { value, to, .. } = confirmed(answered(asks(true), "calling task")) else {
             panic!("a value is set")
         };
@@ -279,7 +304,10 @@ mod tests {
             (Asks::NewValue(target("WORD")), "16#XYZ"),
             (Asks::ForceTime(target("LREAL"), Value::Number(1.0)), ""),
             (Asks::ForceTime(target("LREAL"), Value::Number(1.0)), "soon"),
-            (Asks::Transaction(None), "-1"),
+            (Asks::Transaction, "-1"),
+            (Asks::Transaction, "33"),
+            (Asks::NewValue(Target { limits: Some([0.2, 1.5]), ..target("LREAL") }), "1.6"),
+            (Asks::ForcedValue(Target { limits: Some([0.2, 1.5]), ..target("LREAL") }), "0"),
         ] {
             let Next::Ask(question) = answered(asks.clone(), input) else { panic!("{input}") };
             assert_eq!((question.asks, question.input.as_str()), (asks, input));

@@ -1,8 +1,8 @@
 //! Descriptions of things that tests of the screen show.
 
 use isochrone_runtime::control::{
-    Access, ActiveAlarm, ConfigurationOrigin, DescribeResult, Force, Role, SignalDescription,
-    TaskDescription, Value,
+    Access, Action, ActiveAlarm, AskedBy, Change, ConfigurationOrigin, DescribeResult, Force,
+    JournalEntry, Role, SignalDescription, TaskDescription, Value,
 };
 
 use super::news::{Read, Sample};
@@ -42,6 +42,26 @@ pub(super) fn alarm(name: &str, status: Option<u16>) -> ActiveAlarm {
         since_cycle: 42,
         since_unix_ns: Some(1_700_000_000_000_000_000),
         count: 3,
+    }
+}
+
+/// The entry of a transaction of its own that bert asked for.
+pub(super) fn entry(transaction: u64, action: Action, after: f64) -> JournalEntry {
+    let (before, after) = (Value::Number(0.0), Some(Value::Number(after)));
+    JournalEntry {
+        sequence: transaction,
+        transaction,
+        action,
+        task: "fast".into(),
+        cycle: 777,
+        unix_ns: 1_700_000_000_000_000_000,
+        until_cycle: None,
+        undone: None,
+        changes: vec![Change { name: "ramp.setChangeRate".into(), before, after }],
+        left_out: 0,
+        by: AskedBy { client: Some("bert".into()), ..AskedBy::default() },
+        configuration: None,
+        applied: None,
     }
 }
 

@@ -9,7 +9,7 @@ use isochrone_runtime::control::{
     Client, ClientError, ForceParams, ReleaseParams, SetParams, SetResult, UndoParams, Values,
 };
 
-use super::news::{Done, Order};
+use super::news::{Absence, Done, Order};
 use super::telemetry::Telemetry;
 use crate::operate::{Asked, client, refusal};
 
@@ -17,7 +17,7 @@ type Service = ipc::Service;
 
 /// How long an answer is waited for. A node answers within milliseconds; the screen says before when it
 /// does not.
-const PATIENCE: Duration = Duration::from_secs(5);
+pub(super) const PATIENCE: Duration = Duration::from_secs(5);
 
 /// A node that answers.
 pub(super) struct Link {
@@ -25,6 +25,8 @@ pub(super) struct Link {
     pub(super) telemetry: Option<Telemetry>,
     /// When the node started and what it was made from; its signals are known of that.
     pub(super) identity: Option<(u64, String)>,
+    /// Which run of the node this is, once it has said so.
+    pub(super) started_unix_ns: Option<u64>,
     pub(super) watched: Vec<String>,
     pub(super) state_due: Instant,
     pub(super) values_due: Instant,
@@ -45,52 +47,54 @@ impl Link {
             client,
             telemetry,
             identity: None,
+            started_unix_ns: None,
             watched: Vec::new(),
             state_due: now,
             values_due: now,
         })
     }
+}
 
-    pub(super) fn give(&mut self, order: &Order) -> Result<Done, ClientError> {
-        let result = match order.clone() {
-            Order::Set { name, value, comment, .. } => {
-                let values = Values(vec![(name, value)]);
-                let (client, at) = (client(), None);
-                self.client.call(&SetParams { values, client, at, comment })?
+/// Has the node carry out an order.
+pub(super) fn give(asked: &mut Client<Service>, order: &Order) -> Result<Done, ClientError> {
+    let result = match order.clone() {
+        Order::Set { name, value, comment, .. } => {
+            let values = Values(vec![(name, value)]);
+            let (client, at) = (client(), None);
+            asked.call(&SetParams { values, client, at, comment })?
+        }
+        Order::Force { name, value, hold, comment, .. } => {
+            let values = Values(vec![(name, value)]);
+            let params = ForceParams {
+                values,
+                seconds: hold,
+                client: client(),
+                comment,
+                ..ForceParams::default()
+            };
+            let forced = asked.call(&params)?;
+            SetResult {
+                transaction: forced.transaction,
+                tasks: forced.tasks,
+                before: forced.before,
+                after: Values::default(),
+                warnings: forced.warnings,
             }
-            Order::Force { name, value, hold, comment, .. } => {
-                let values = Values(vec![(name, value)]);
-                let params = ForceParams {
-                    values,
-                    seconds: hold,
-                    client: client(),
-                    comment,
-                    ..ForceParams::default()
-                };
-                let forced = self.client.call(&params)?;
-                SetResult {
-                    transaction: forced.transaction,
-                    tasks: forced.tasks,
-                    before: forced.before,
-                    after: Values::default(),
-                    warnings: forced.warnings,
-                }
-            }
-            Order::Release { name } => {
-                self.client.call(&ReleaseParams { names: vec![name], client: client() })?
-            }
-            Order::Undo { transaction, .. } => {
-                self.client.call(&UndoParams { transaction, client: client() })?
-            }
-        };
-        Ok(Done {
-            order: order.clone(),
-            transaction: result.transaction,
-            before: result.before,
-            cycles: result.tasks.into_iter().map(|(task, part)| (task, part.cycle)).collect(),
-            warnings: result.warnings.iter().map(|it| format!("{}: {it}", it.name)).collect(),
-        })
-    }
+        }
+        Order::Release { name } => {
+            asked.call(&ReleaseParams { names: vec![name], client: client() })?
+        }
+        Order::Undo { transaction, .. } => {
+            asked.call(&UndoParams { transaction, client: client() })?
+        }
+    };
+    Ok(Done {
+        order: order.clone(),
+        transaction: result.transaction,
+        before: result.before,
+        cycles: result.tasks.into_iter().map(|(task, part)| (task, part.cycle)).collect(),
+        warnings: result.warnings.iter().map(|it| format!("{}: {it}", it.name)).collect(),
+    })
 }
 
 /// Why an order was not carried out.
@@ -98,5 +102,13 @@ pub(super) fn whole(error: &ClientError) -> String {
     match error {
         ClientError::Refused(failure) => refusal(failure, Asked::ToChange),
         error => error.to_string(),
+    }
+}
+
+/// What an error says of the node.
+pub(super) fn absence(error: &ClientError) -> Absence {
+    match error {
+        ClientError::Ended { .. } | ClientError::NoNode { .. } => Absence::Ended,
+        _ => Absence::Silent,
     }
 }

@@ -2,28 +2,29 @@
 
 use std::collections::VecDeque;
 
-use isochrone_runtime::control::{ActiveAlarm, DescribeResult, Force, Role};
+use isochrone_runtime::control::{ActiveAlarm, DescribeResult, Force};
 
 use super::cursor::{Cursor, Motion};
-use super::dialog::{Asks, Dialog, Next, Question, Target};
+use super::dialog::{Asks, Dialog, Next, Question};
+use super::history::{History, shown_as};
 use super::input::{Action, Focus, Page};
 use super::message::{Space, message_lines};
-use super::news::{Done, News, Order};
+use super::news::{Absence, Done, News, Order};
 use super::signals::Signals;
 use super::timing::{Timings, Windows};
-use crate::numbers::type_of;
-use crate::operate::shown;
 
 /// A node that answers is heard at least once a second.
 const SILENCE_NS: u64 = 1_500_000_000;
+/// For how long it is said what happened last.
+const NOTE_NS: u64 = 15_000_000_000;
 
 /// The state of the screen.
 #[derive(Debug, Default)]
 pub(super) struct Model {
     /// As it last described itself; `None` until it did.
     pub(super) node: Option<DescribeResult>,
-    /// Why it does not answer at the moment.
-    pub(super) lost: Option<String>,
+    /// What is known of it while it does not answer, and why it does not.
+    pub(super) lost: Option<(Absence, String)>,
     pub(super) page: Page,
     pub(super) signals: Signals,
     pub(super) alarms: Vec<ActiveAlarm>,
@@ -36,10 +37,10 @@ pub(super) struct Model {
     waiting: VecDeque<Dialog>,
     /// What was searched for before the search that is being typed.
     searched: Option<String>,
-    /// What happened last.
-    pub(super) note: String,
-    /// The last transaction that this screen made and that can be undone, and what it did.
-    last_set: Option<(u64, String)>,
+    /// What happened last, and when that was.
+    note: String,
+    noted_ns: u64,
+    pub(super) history: History,
     timings: Timings,
     /// Whether there were news since the last tick, and when there last were.
     has_heard: bool,
@@ -55,7 +56,7 @@ impl Model {
         match news {
             News::Joined { node, signals } => {
                 if self.lost.take().is_some() {
-                    self.note = format!("node \"{}\" answers again", node.node);
+                    self.say(format!("node \"{}\" answers again", node.node));
                 }
                 self.describe(node);
                 self.signals.set_all(signals);
@@ -72,16 +73,21 @@ impl Model {
                 self.forces = forces;
                 self.force_cursor.set_len(self.forces.len());
             }
+            News::Journal(entries) => self.history.take(entries),
             News::Timing(samples) => self.timings.take(samples),
             News::Done(done) => self.note_done(&done),
             News::Refused { order, why } => {
                 let title = format!("Not done: {order}");
-                self.note.clone_from(&title);
+                self.say(title.clone());
                 self.tell(title, why);
             }
-            News::Lost(why) => {
-                self.lost = Some(why);
+            News::Lost { absence, why } => {
+                self.lost = Some((absence, why));
                 self.signals.forget_values();
+                if absence == Absence::Ended {
+                    self.take(News::Alarms(Vec::new()));
+                    self.take(News::Forces(Vec::new()));
+                }
             }
         }
     }
@@ -91,7 +97,7 @@ impl Model {
             self.node.as_ref().is_some_and(|known| known.started_unix_ns != node.started_unix_ns);
         if has_restarted {
             // Its numbers are those of another run.
-            self.last_set = None;
+            self.history = History::default();
             self.timings = Timings::default();
         }
         self.task_cursor.set_len(node.tasks.len());
@@ -100,20 +106,25 @@ impl Model {
 
     fn note_done(&mut self, done: &Done) {
         let cycles = done.cycles.iter().map(|(task, cycle)| format!("{task} cycle {cycle}"));
-        let before = done.before.iter().map(|(name, value)| match self.signals.find(name) {
-            Some(signal) => shown(value, type_of(&signal.value_type)),
-            None => value.to_string(),
-        });
+        let before = done.before.iter().map(|(name, value)| shown_as(&self.signals, name, value));
         let (cycles, before) = (joined(cycles), joined(before));
-        let what = format!("{} (was {before})", done.order);
-        self.note = format!("#{} from {cycles}: {what}", done.transaction);
-        if matches!(done.order, Order::Set { .. }) {
-            self.last_set = Some((done.transaction, what));
-        }
+        self.say(format!("#{} from {cycles}: {} (was {before})", done.transaction, done.order));
         if !done.warnings.is_empty() {
             let title = format!("Done, with a warning: {}", done.order);
             self.tell(title, done.warnings.join("\n"));
         }
+    }
+
+    /// Says something below the list.
+    pub(super) fn say(&mut self, text: impl Into<String>) {
+        self.note = text.into();
+        self.noted_ns = self.now_ns;
+    }
+
+    /// What happened a moment ago; nothing after a while, or on another page.
+    pub(super) fn note(&self) -> &str {
+        let is_old = self.now_ns.saturating_sub(self.noted_ns) > NOTE_NS;
+        if is_old { "" } else { &self.note }
     }
 
     /// Shows a message, as soon as the keyboard is free: the next key is meant for what is there now.
@@ -139,7 +150,7 @@ impl Model {
 
     /// Why what is shown is not that of now.
     pub(super) fn doubt(&self) -> Option<String> {
-        if let Some(why) = &self.lost {
+        if let Some((_, why)) = &self.lost {
             return Some(format!("looking for the node: {why}"));
         }
         let silent_ns = self.now_ns.saturating_sub(self.heard_ns);
@@ -162,12 +173,31 @@ impl Model {
         self.message_space = rows.message;
     }
 
-    /// The signals whose values are wanted.
+    /// The signals whose values are wanted: those on the screen, and that of a question.
     pub(super) fn watched(&self) -> Vec<String> {
-        match self.page {
-            Page::Signals => self.signals.watched(),
+        let tasks = self.node.as_ref().map_or(&[][..], |node| &node.tasks);
+        let waits: Vec<_> = tasks.iter().filter(|task| task.last_cycle.is_none()).collect();
+        let has_run = |name: &str| !waits.iter().any(|task| task.name == name);
+        let mut names = match self.page {
+            Page::Signals => self.signals.watched(has_run),
             Page::Tasks | Page::Alarms | Page::Forces => Vec::new(),
+        };
+        if let Some(Dialog::Question(question)) = &self.dialog
+            && let Some(name) = question.asks.signal()
+            && !names.iter().any(|it| it == name)
+            && self.signals.find(name).is_some_and(|signal| has_run(&signal.task))
+        {
+            names.push(name.to_owned());
         }
+        names
+    }
+
+    /// Whether what waits to be confirmed can be given a reason.
+    pub(super) fn takes_reason(&self) -> bool {
+        matches!(
+            &self.dialog,
+            Some(Dialog::Question(Question { asks: Asks::Confirm(order), .. })) if order.takes_reason()
+        )
     }
 
     /// Whose the keyboard is.
@@ -193,27 +223,22 @@ impl Model {
             // Those concern the program.
             Action::Quit | Action::Redraw => {}
             Action::Help => self.dialog = Some(Dialog::Help),
-            Action::Show(page) => self.page = page,
+            Action::Show(page) => self.turn_to(page),
             Action::NextPage => self.turn(1),
             Action::PreviousPage => self.turn(Page::ALL.len() - 1),
             Action::Go(motion) => self.go(motion),
             Action::List(filter) => {
-                self.page = Page::Signals;
+                self.turn_to(Page::Signals);
                 self.signals.set_filter(filter);
             }
             Action::Search => {
-                self.page = Page::Signals;
+                self.turn_to(Page::Signals);
                 self.searched = Some(self.signals.search().to_owned());
             }
             Action::Set => self.ask_for_value(),
             Action::Force => self.ask_for_force(),
             Action::Release => self.ask_for_release(),
-            Action::Undo => {
-                let mut question = Question::new(Asks::Transaction(self.last_set.clone()));
-                let number = self.last_set.as_ref().map(|(number, _)| number.to_string());
-                question.input = number.unwrap_or_default();
-                self.dialog = Some(Dialog::Question(question));
-            }
+            Action::Undo => self.ask_for_undo(),
             Action::Type(character) => self.edit(|text| text.push(character)),
             Action::Erase => self.edit(|text| {
                 text.pop();
@@ -232,7 +257,14 @@ impl Model {
 
     fn turn(&mut self, by: usize) {
         let place = Page::ALL.iter().position(|page| *page == self.page).unwrap_or_default();
-        self.page = Page::ALL[(place + by) % Page::ALL.len()];
+        self.turn_to(Page::ALL[(place + by) % Page::ALL.len()]);
+    }
+
+    fn turn_to(&mut self, page: Page) {
+        if self.page != page {
+            self.note.clear();
+        }
+        self.page = page;
     }
 
     fn go(&mut self, motion: Motion) {
@@ -258,55 +290,13 @@ impl Model {
         }
     }
 
-    fn target(&mut self) -> Option<(Target, Role)> {
-        let signal = match self.page {
-            Page::Signals => self.signals.selected(),
-            Page::Forces => {
-                let force = self.forces.get(self.force_cursor.selected());
-                force.and_then(|force| self.signals.find(&force.name))
-            }
-            Page::Tasks | Page::Alarms => None,
-        };
-        let target = signal
-            .map(|signal| (Target::new(signal, self.signals.value(&signal.name)), signal.role));
-        if target.is_none() {
-            self.note = "select a signal first (page 1)".into();
-        }
-        target
-    }
-
-    fn ask(&mut self, asks: Asks) {
-        self.dialog = Some(Dialog::Question(Question::new(asks)));
-    }
-
-    fn ask_for_value(&mut self) {
-        match self.target() {
-            Some((target, Role::Parameter)) => self.ask(Asks::NewValue(target)),
-            Some((target, _)) => {
-                self.note = format!("{} is no parameter; f forces it", target.name);
-            }
-            None => {}
-        }
-    }
-
-    fn ask_for_force(&mut self) {
-        if let Some((target, _)) = self.target() {
-            self.ask(Asks::ForcedValue(target));
-        }
-    }
-
-    fn ask_for_release(&mut self) {
-        let Some((target, _)) = self.target() else { return };
-        if self.forces.iter().any(|force| force.name == target.name) {
-            self.ask(Asks::Confirm(Order::Release { name: target.name }));
-        } else {
-            self.note = format!("{} is not forced", target.name);
-        }
-    }
-
     fn edit(&mut self, change: impl FnOnce(&mut String)) {
         match &mut self.dialog {
-            Some(Dialog::Question(question)) => change(&mut question.input),
+            Some(Dialog::Question(question)) => {
+                change(&mut question.input);
+                // It was about what was typed before.
+                question.error = None;
+            }
             Some(_) => {}
             None if self.searched.is_some() => {
                 let mut search = self.signals.search().to_owned();
@@ -319,10 +309,11 @@ impl Model {
 
     fn accept(&mut self) -> Option<Order> {
         match self.dialog.take() {
-            Some(Dialog::Question(question)) => match question.answer() {
+            Some(Dialog::Question(question)) => match question.answer(&self.history, &self.signals)
+            {
                 Next::Ask(question) => self.dialog = Some(Dialog::Question(question)),
                 Next::Send(order) => {
-                    self.note = format!("asked to {order} …");
+                    self.say(format!("asked to {order} …"));
                     return Some(order);
                 }
             },

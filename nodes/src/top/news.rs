@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use isochrone_runtime::control::{
-    ActiveAlarm, DescribeResult, Force, Hold, SignalDescription, Value, Values,
+    ActiveAlarm, DescribeResult, Force, Hold, JournalEntry, SignalDescription, Value, Values,
 };
 
 /// From the session to the screen.
@@ -18,6 +18,8 @@ pub(super) enum News {
     Values(Read),
     Alarms(Vec<ActiveAlarm>),
     Forces(Vec<Force>),
+    /// Entries of the journal that came since, perhaps with some that are known.
+    Journal(Vec<JournalEntry>),
     /// Cycles that telemetry shows.
     Timing(Vec<Sample>),
     Done(Done),
@@ -27,7 +29,19 @@ pub(super) enum News {
         why: String,
     },
     /// The node does not answer any more; it is looked for.
-    Lost(String),
+    Lost {
+        absence: Absence,
+        why: String,
+    },
+}
+
+/// What is known of a node that does not answer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Absence {
+    /// It has ended, and its forces with it.
+    Ended,
+    /// It may go on: its process is stopped, or it is starting.
+    Silent,
 }
 
 /// Values, and the flags of those that have some.
@@ -64,6 +78,9 @@ pub(super) struct Done {
 pub(super) enum Wish {
     /// The signals whose values are wanted from now on.
     Watch(Vec<String>),
+    /// The node was changed: how it is now is wanted at once.
+    Look,
+    /// An order that found no place of its own.
     Order(Order),
 }
 
@@ -87,14 +104,29 @@ pub(super) enum Order {
     Release {
         name: String,
     },
-    /// With what is taken back, in words, where that is known.
+    /// With what is taken back, in words.
     Undo {
         transaction: u64,
-        what: Option<String>,
+        what: String,
     },
 }
 
 impl Order {
+    /// The signal that it is about; that of an undo is none of its own.
+    pub(super) fn signal(&self) -> Option<&str> {
+        match self {
+            Self::Set { name, .. } | Self::Force { name, .. } | Self::Release { name } => {
+                Some(name)
+            }
+            Self::Undo { .. } => None,
+        }
+    }
+
+    /// Whether the node keeps a reason for it.
+    pub(super) fn takes_reason(&self) -> bool {
+        matches!(self, Self::Set { .. } | Self::Force { .. })
+    }
+
     /// Why it is given.
     pub(super) fn comment(&self) -> Option<&str> {
         match self {
@@ -124,8 +156,7 @@ impl std::fmt::Display for Order {
                 write!(f, "force {name} to {to} until it is released")
             }
             Self::Release { name } => write!(f, "release {name}"),
-            Self::Undo { transaction, what: None } => write!(f, "undo transaction {transaction}"),
-            Self::Undo { transaction, what: Some(what) } => {
+            Self::Undo { transaction, what } => {
                 write!(f, "undo transaction {transaction}: {what}")
             }
         }

@@ -1,7 +1,7 @@
-//! The thread that asks the node, so that the screen waits for nobody.
+//! The threads that ask the node, so that the screen waits for nobody: one reads, one changes.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
@@ -11,7 +11,8 @@ use isochrone_runtime::control::{
     AlarmsParams, ClientError, Code, DescribeParams, ForcesParams, GetParams,
 };
 
-use super::link::{Link, whole};
+use super::changes::{Changes, entries};
+use super::link::{Link, absence, give, whole};
 use super::news::{News, Order, Read, Wish};
 use crate::failure::Failure;
 use crate::operate::{Asked, NodeArgs, failure};
@@ -27,21 +28,32 @@ const STATE_INTERVAL: Duration = Duration::from_millis(1000);
 /// Between two looks for a node that is gone.
 const SEARCH_INTERVAL: Duration = Duration::from_millis(500);
 
-/// The thread, and both ways to it. It ends when this is dropped.
+/// The threads, and the ways to them. They end when this is dropped.
 pub(super) struct Session {
     wishes: Sender<Wish>,
+    orders: Sender<Order>,
     news: Receiver<News>,
     is_over: Arc<AtomicBool>,
-    thread: Option<JoinHandle<()>>,
+    threads: Vec<JoinHandle<()>>,
 }
 
 impl Session {
     /// Starts asking a node; returns when it has answered for the first time.
     pub(super) fn start(args: NodeArgs) -> Result<Self, Failure> {
         let (wishes, wished) = channel();
+        let (orders, ordered) = channel();
         let (told, news) = channel();
         let (started, has_started) = channel();
         let is_over = Arc::new(AtomicBool::new(false));
+        let next_entry = Arc::new(AtomicU64::new(0));
+        let changes = Changes {
+            args: args.clone(),
+            orders: ordered,
+            news: told.clone(),
+            wishes: wishes.clone(),
+            next_entry: next_entry.clone(),
+            is_over: is_over.clone(),
+        };
         let ends = is_over.clone();
         let serve = move || match join(&args, &ends) {
             Ok((participant, link)) => {
@@ -52,30 +64,42 @@ impl Session {
                     news: told,
                     wished,
                     watched: Vec::new(),
+                    next_entry,
+                    looks: false,
                 };
                 asking.until(&ends, link);
             }
             Err(failure) => drop(started.send(Err(failure))),
         };
-        let thread = thread::Builder::new().name("top".into()).spawn(serve);
-        let thread = thread.map_err(|cause| {
-            Failure::found(format!(
-                "cannot start a thread: {cause}; raise the limit of processes (ulimit -u)"
-            ))
-        })?;
-        let session = Self { wishes, news, is_over, thread: Some(thread) };
+        let mut session = Self { wishes, orders, news, is_over, threads: Vec::new() };
+        session.spawn("top", serve)?;
+        session.spawn("top-changes", || changes.run())?;
         match has_started.recv() {
             Ok(started) => started.map(|()| session),
             Err(_) => Err(session.ended()),
         }
     }
 
-    /// What there is to tell, without waiting; an error if the thread has ended.
+    fn spawn(&mut self, name: &str, run: impl FnOnce() + Send + 'static) -> Result<(), Failure> {
+        let thread = thread::Builder::new().name(name.into()).spawn(run);
+        let thread = thread.map_err(|cause| {
+            Failure::found(format!(
+                "cannot start a thread: {cause}; raise the limit of processes (ulimit -u)"
+            ))
+        })?;
+        self.threads.push(thread);
+        Ok(())
+    }
+
+    /// What there is to tell, without waiting; an error if a thread has ended.
     pub(super) fn news(&self) -> Result<Option<News>, Failure> {
         use std::sync::mpsc::TryRecvError;
         match self.news.try_recv() {
             Ok(news) => Ok(Some(news)),
-            Err(TryRecvError::Empty) => Ok(None),
+            Err(TryRecvError::Empty) if !self.threads.iter().any(JoinHandle::is_finished) => {
+                Ok(None)
+            }
+            Err(TryRecvError::Empty) => Err(self.ended()),
             Err(TryRecvError::Disconnected) => Err(self.ended()),
         }
     }
@@ -85,15 +109,19 @@ impl Session {
         let _ = self.wishes.send(wish);
     }
 
+    pub(super) fn order(&self, order: Order) {
+        let _ = self.orders.send(order);
+    }
+
     fn ended(&self) -> Failure {
-        Failure::found("the thread that asks the node has ended; its panic message says why")
+        Failure::found("a thread that asks the node has ended; its panic message says why")
     }
 }
 
 impl Drop for Session {
     fn drop(&mut self) {
         self.is_over.store(true, Ordering::Relaxed);
-        if let Some(thread) = self.thread.take() {
+        for thread in self.threads.drain(..) {
             // Its panic has been reported.
             let _ = thread.join();
         }
@@ -117,6 +145,9 @@ struct Asking {
     news: Sender<News>,
     wished: Receiver<Wish>,
     watched: Vec<String>,
+    next_entry: Arc<AtomicU64>,
+    /// The state of the node is wanted at once.
+    looks: bool,
 }
 
 impl Asking {
@@ -131,14 +162,18 @@ impl Asking {
                 self.participant.clean_up();
                 match Link::open(&self.participant, &self.node, is_over) {
                     Ok(open) => link = Some(open),
-                    Err(error) => self.tell(News::Lost(error.to_string())),
+                    Err(error) => self.tell(lost(&error)),
                 }
             }
             let orders = self.read_wishes();
+            let looks = std::mem::take(&mut self.looks);
             match &mut link {
                 Some(open) => {
+                    if looks {
+                        open.state_due = Instant::now();
+                    }
                     if let Err(error) = self.turn(open, orders) {
-                        self.tell(News::Lost(error.to_string()));
+                        self.tell(lost(&error));
                         link = None;
                         search = Instant::now() + SEARCH_INTERVAL;
                     }
@@ -164,6 +199,7 @@ impl Asking {
         for wish in self.wished.try_iter() {
             match wish {
                 Wish::Watch(names) => self.watched = names,
+                Wish::Look => self.looks = true,
                 Wish::Order(order) => orders.push(order),
             }
         }
@@ -180,7 +216,7 @@ impl Asking {
         }
         let mut orders = orders.into_iter();
         while let Some(order) = orders.next() {
-            match link.give(&order) {
+            match give(&mut link.client, &order) {
                 Ok(done) => self.tell(News::Done(done)),
                 Err(error) => {
                     self.tell(News::Refused { order, why: whole(&error) });
@@ -210,6 +246,10 @@ impl Asking {
     fn ask_for_state(&self, link: &mut Link) -> Result<(), ClientError> {
         let node = link.client.call(&DescribeParams {})?;
         let identity = (node.started_unix_ns, node.configuration.sha256.clone());
+        if link.started_unix_ns != Some(node.started_unix_ns) {
+            link.started_unix_ns = Some(node.started_unix_ns);
+            self.next_entry.store(0, Ordering::Relaxed);
+        }
         if link.identity.as_ref() == Some(&identity) {
             self.tell(News::Described(node));
         } else {
@@ -225,6 +265,10 @@ impl Asking {
             |offset| ForcesParams { offset: Some(offset), limit: None },
             |page| (page.total, page.forces),
         )?));
+        let entries = entries(&mut link.client, &self.next_entry)?;
+        if !entries.is_empty() {
+            self.tell(News::Journal(entries));
+        }
         Ok(())
     }
 
@@ -247,4 +291,8 @@ impl Asking {
         }
         Ok(())
     }
+}
+
+fn lost(error: &ClientError) -> News {
+    News::Lost { absence: absence(error), why: error.to_string() }
 }

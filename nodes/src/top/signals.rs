@@ -168,9 +168,10 @@ impl Signals {
     }
 
     /// The names whose values the screen needs: those on it, and what its inputs are worth.
-    pub(super) fn watched(&self) -> Vec<String> {
+    /// None of a task that has not run yet: the node would answer after its first cycle, for all of them.
+    pub(super) fn watched(&self, has_run: impl Fn(&str) -> bool) -> Vec<String> {
         let mut names = Vec::new();
-        for (signal, _) in self.on_screen() {
+        for (signal, _) in self.on_screen().filter(|(signal, _)| has_run(&signal.task)) {
             names.push(signal.name.clone());
             if signal.role == Role::Input {
                 names.push(ok_of(&signal.name));
@@ -245,7 +246,8 @@ impl Signals {
     }
 }
 
-fn number(value: Value) -> f64 {
+/// A value as a slot holds it.
+pub(super) fn number(value: Value) -> f64 {
     match value {
         Value::Bool(value) => f64::from(u8::from(value)),
         Value::Integer(value) => value as f64,
@@ -308,15 +310,16 @@ mod tests {
     #[test]
     fn of_thousands_of_signals_only_those_on_the_screen_are_asked_for_and_what_inputs_are_worth() {
         let mut signals = plant();
-        assert_eq!(signals.watched().len(), 20);
+        assert_eq!(signals.watched(|_| true).len(), 20);
         signals.go(Motion::Last);
-        let watched = signals.watched();
+        let watched = signals.watched(|_| true);
         assert_eq!((watched.len(), watched[19].as_str()), (20, "bank.4999.y"));
         signals.set_filter(Filter::All);
         signals.set_search("level".into());
-        assert_eq!(signals.watched(), ["level", "level.ok", "level.age"]);
+        assert_eq!(signals.watched(|_| true), ["level", "level.ok", "level.age"]);
         signals.set_rows(1);
-        assert_eq!(signals.watched(), ["level", "level.ok"]);
+        assert_eq!(signals.watched(|_| true), ["level", "level.ok"]);
+        assert!(signals.watched(|task| task != "fast").is_empty());
     }
 
     #[test]

@@ -93,7 +93,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, palette: Palette) {
     frame.render_widget(note(model, palette), regions.note);
     frame.render_widget(keys(model), regions.keys);
     if let Some(dialog) = &model.dialog {
-        dialogs::draw(frame, area, dialog, palette);
+        dialogs::draw(frame, area, dialog, model, palette);
     }
 }
 
@@ -132,7 +132,7 @@ fn pages(model: &Model, palette: Palette) -> Line<'static> {
 fn note(model: &Model, palette: Palette) -> Line<'static> {
     match model.doubt() {
         Some(doubt) => Line::styled(plain(&doubt).into_owned(), palette.bad()),
-        None => Line::raw(plain(&model.note).into_owned()),
+        None => Line::raw(plain(model.note()).into_owned()),
     }
 }
 
@@ -140,16 +140,33 @@ fn keys(model: &Model) -> Line<'static> {
     Line::raw(match (model.focus(), model.page) {
         (Focus::Search, _) => "type a part of a name   Enter keep   Esc leave",
         (Focus::Answer, _) => "Enter next   Esc leave   Ctrl-U erase",
-        (Focus::Confirmation, _) => "Enter or y do it   c give a reason   Esc or n leave",
+        (Focus::Confirmation, _) if model.takes_reason() => {
+            "Enter or y do it   c give a reason   Esc or n leave"
+        }
+        (Focus::Confirmation, _) => "Enter or y do it   Esc or n leave",
         (Focus::Message, _) => "Enter close   Up and Down scroll",
-        (Focus::List, Page::Signals) => {
-            "Enter set  f force  r release  u undo  / search  a i p w o list  ? help  q quit"
-        }
-        (Focus::List, Page::Forces) => {
-            "f force again  r release  u undo  Tab next page  ? help  q quit"
-        }
-        (Focus::List, Page::Tasks | Page::Alarms) => "u undo  Tab next page  ? help  q quit",
+        (Focus::List, page) => return Line::raw(commands(page, model.access())),
     })
+}
+
+/// What can be done on a page, as far as the node allows it.
+fn commands(page: Page, access: Access) -> String {
+    let on_signals = page == Page::Signals;
+    let (can_set, can_force) = (access >= Access::Set, access >= Access::Force);
+    let parts = [
+        (can_set && on_signals, "Enter set"),
+        (can_force && on_signals, "f force"),
+        (can_force && page == Page::Forces, "f force again"),
+        (can_force && (on_signals || page == Page::Forces), "r release"),
+        (can_set, "u undo"),
+        (on_signals, "/ search"),
+        (on_signals, "a i p w o list"),
+        (!on_signals, "Tab next page"),
+        (true, "? help"),
+        (true, "q quit"),
+    ];
+    let offered = parts.into_iter().filter(|(is_offered, _)| *is_offered);
+    offered.map(|(_, part)| part).collect::<Vec<_>>().join("  ")
 }
 
 #[cfg(test)]

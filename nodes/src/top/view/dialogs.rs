@@ -7,9 +7,9 @@ use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Clear, Padding, Paragraph};
 
 use super::text::plain;
-use crate::top::dialog::{Asks, Dialog, Question};
+use crate::top::dialog::{Asks, Dialog, Question, Target};
 use crate::top::message::{Space, message_lines, wrapped};
-use crate::top::news::Order;
+use crate::top::model::Model;
 use crate::top::palette::Palette;
 
 /// As wide as reads well.
@@ -31,8 +31,8 @@ Release   r  ends the force of the selected signal
 Undo      u  takes back a set, with all of its values
 Quit      q  or Ctrl-C; Ctrl-L draws the screen again
 
-Each change is shown and waits for Enter; c gives a reason, which the
-node keeps with the change in its journal. Forces go on when you quit.";
+Each change is shown and waits for Enter. With a set or a force, c gives
+a reason, which goes into the journal. Forces go on when you quit.";
 
 /// Room for the text of a message.
 pub(super) fn message_space(area: Rect) -> Space {
@@ -43,7 +43,13 @@ pub(super) fn message_space(area: Rect) -> Space {
     }
 }
 
-pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, dialog: &Dialog, palette: Palette) {
+pub(super) fn draw(
+    frame: &mut Frame<'_>,
+    area: Rect,
+    dialog: &Dialog,
+    model: &Model,
+    palette: Palette,
+) {
     let space = message_space(area);
     let (title, text): (_, Vec<Line<'_>>) = match dialog {
         Dialog::Help => ("Keys", HELP.lines().map(Line::raw).collect()),
@@ -51,7 +57,9 @@ pub(super) fn draw(frame: &mut Frame<'_>, area: Rect, dialog: &Dialog, palette: 
             let mut lines = message_lines(title, text, space);
             (NOTICE, lines.drain((*first).min(lines.len())..).map(Line::raw).collect())
         }
-        Dialog::Question(question) => (title_of(question), lines_of(question, space, palette)),
+        Dialog::Question(question) => {
+            (title_of(question), lines_of(question, model, space, palette))
+        }
     };
     let height = u16::try_from(text.len()).unwrap_or(u16::MAX).saturating_add(FRAME);
     let place = area.centered(Constraint::Max(WIDEST), Constraint::Max(height));
@@ -69,41 +77,44 @@ fn title_of(question: &Question) -> &'static str {
         Asks::NewValue(_) => "Set a parameter",
         Asks::ForcedValue(_) => "Force a signal",
         Asks::ForceTime(..) => "Force for how long?",
-        Asks::Transaction(_) => "Undo which transaction?",
+        Asks::Transaction => "Undo which transaction?",
         Asks::Confirm(_) => "Do this?",
         Asks::Comment(..) => "For what reason?",
     }
 }
 
-fn lines_of<'a>(question: &'a Question, space: Space, palette: Palette) -> Vec<Line<'a>> {
+fn lines_of<'a>(
+    question: &'a Question,
+    model: &Model,
+    space: Space,
+    palette: Palette,
+) -> Vec<Line<'a>> {
     let wrap = |text: &str| wrapped(&escaped_lines(text), space.columns).into_iter();
     let mut lines: Vec<Line<'_>> = Vec::new();
     match &question.asks {
         Asks::Confirm(order) => {
             lines
                 .extend(wrap(&order.to_string()).map(|line| Line::styled(line, palette.heading())));
-            if let Some(before) = &question.before {
-                lines.extend(wrap(&format!("now {before}")).map(Line::raw));
+            if let Some(name) = order.signal() {
+                lines.extend(wrap(&now(model, name)).map(Line::raw));
             }
             if let Some(comment) = order.comment() {
                 lines.extend(wrap(&format!("reason: {comment}")).map(Line::raw));
             }
-            if matches!(order, Order::Undo { what: None, .. }) {
-                let text = "what it changed was not done here; `isochrone journal` shows it";
-                lines.extend(wrap(text).map(Line::raw));
-            }
             return lines;
         }
         Asks::NewValue(target) | Asks::ForcedValue(target) => {
-            let now = format!("{} ({}), now {}", target.name, target.value_type, target.now());
+            let now = now(model, &target.name);
+            let now = format!("{} ({}), {now}", target.name, target.value_type);
             lines.extend(wrap(&now).map(Line::raw));
         }
         Asks::ForceTime(target, to) => {
-            let text = format!("{} to {}", target.name, target.shown(*to));
+            let now = now(model, &target.name);
+            let text = format!("{} to {}, {now}", target.name, target.shown(*to));
             lines.extend(wrap(&text).map(Line::raw));
         }
-        Asks::Transaction(_) => {}
-        Asks::Comment(order, _) => {
+        Asks::Transaction => {}
+        Asks::Comment(order) => {
             lines.extend(wrap(&order.to_string()).map(Line::raw));
         }
     }
@@ -113,7 +124,19 @@ fn lines_of<'a>(question: &'a Question, space: Space, palette: Palette) -> Vec<L
     ]));
     match &question.error {
         Some(error) => lines.extend(wrap(error).map(|line| Line::styled(line, palette.bad()))),
-        None => lines.extend(wrap(&question.help()).map(Line::raw)),
+        None => {
+            let help = question.help(&model.history, &model.signals);
+            lines.extend(wrap(&help).map(Line::raw));
+        }
     }
     lines
+}
+
+/// The value that a signal has at the moment, which others may change while a question waits.
+fn now(model: &Model, name: &str) -> String {
+    let value = model.signals.value(name);
+    match model.signals.find(name).zip(value) {
+        Some((signal, value)) => format!("now {}", Target::new(signal).shown(value)),
+        None => "now: not read yet".into(),
+    }
 }

@@ -10,7 +10,7 @@ use ratatui::widgets::{Cell, Row, Table};
 
 use super::text::{NONE, cut, plain, value};
 use crate::numbers::type_of;
-use crate::operate::{role, time};
+use crate::operate::{limits, role, time};
 use crate::top::cursor::Cursor;
 use crate::top::input::Focus;
 use crate::top::message::wrapped;
@@ -118,6 +118,12 @@ fn description(
     if !flags.is_empty() {
         let style = if marks.in_doubt { palette.bad() } else { palette.forced() };
         spans.push(Span::styled(format!("  {}", plain(flags)), style));
+    }
+    if signal.protected == Some(true) {
+        spans.push(Span::styled("  protected", palette.heading()));
+    }
+    if let Some(range) = signal.limits {
+        spans.push(Span::raw(format!("  limits {}", limits(range))));
     }
     let (value_type, task, doc) =
         (plain(&signal.value_type), plain(&signal.task), plain(&signal.doc));

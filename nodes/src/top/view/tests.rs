@@ -1,4 +1,6 @@
-use isochrone_runtime::control::{Hold, Role, Value, Values};
+use isochrone_runtime::control::{
+    Action, DescribeResult, Hold, JournalEntry, Role, SignalDescription, Value, Values,
+};
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
@@ -6,9 +8,9 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::Color;
 
 use super::*;
-use crate::top::fixtures::{a_minute_of_samples, alarm, force, node, read, signal};
+use crate::top::fixtures::{a_minute_of_samples, alarm, entry, force, node, read, signal};
 use crate::top::input::action;
-use crate::top::news::{Done, News, Order, Read};
+use crate::top::news::{Absence, Done, News, Order, Read};
 
 const NOW_NS: u64 = 100_000_000_000;
 
@@ -184,14 +186,127 @@ fn a_parameter_is_set_with_enter_a_value_and_a_confirmation() {
         &mut model,
         &["#12 from fast cycle 777: set ramp.setChangeRate to 7.5 m/s (was 5)"],
     );
-    // Undo begins with the last set.
+}
+
+#[test]
+fn what_is_to_be_set_or_forced_is_shown_with_the_value_of_now_until_it_is_confirmed() {
+    let mut model = plant();
+    let set = |model: &mut Model, value: f64| {
+        model.take(News::Values(read([("ramp.setChangeRate", value)])));
+    };
+    press(&mut model, "p\n");
+    set(&mut model, 0.8);
+    assert_shows(&mut model, &["ramp.setChangeRate (LREAL), now 0.8 m/s"]);
+    press(&mut model, "1.15\n");
+    set(&mut model, 1.33);
+    assert_shows(&mut model, &["Do this?", "set ramp.setChangeRate to 1.15 m/s", "now 1.33 m/s"]);
+    press(&mut model, "\u{1b}f");
+    model.take(News::Values(Read::default()));
+    assert_shows(&mut model, &["Force a signal", "now: not read yet"]);
+    press(&mut model, "2\n");
+    set(&mut model, 1.5);
+    assert_shows(&mut model, &["Force for how long?", "setChangeRate to 2 m/s, now 1.5 m/s"]);
+    press(&mut model, "30\n");
+    set(&mut model, 1.75);
+    assert_shows(&mut model, &["Do this?", "now 1.75 m/s"]);
+    press(&mut model, "\u{1b}4f");
+    assert_eq!(model.watched(), ["ramp.delayedValue"], "no page lists it, but the question");
+}
+
+#[test]
+fn undo_proposes_the_newest_set_that_stands_and_tells_the_one_that_is_typed() {
+    let mut model = plant();
     press(&mut model, "u");
-    let what = "set ramp.setChangeRate to 7.5 m/s (was 5)";
-    assert_shows(&mut model, &["Undo which transaction?", "> 12", what]);
+    assert_shows(
+        &mut model,
+        &["Undo which transaction?", "nothing was set since the node started"],
+    );
+    let undone = JournalEntry { undone: Some(3), ..entry(4, Action::Undo, 0.0) };
+    let sets = [1, 2, 3].map(|number| entry(number, Action::Set, number as f64));
+    model.take(News::Journal([&sets[..], &[undone]].concat()));
+    press(&mut model, "\u{1b}u");
+    assert_shows(&mut model, &["> 2", "set ramp.setChangeRate 0 -> 2, by bert at 22:13:20 UTC"]);
+    press(&mut model, "\u{8}1");
+    assert_shows(&mut model, &["> 1", "set ramp.setChangeRate 0 -> 1, by bert"]);
+    press(&mut model, "\u{8}3\n");
+    assert_shows(&mut model, &["> 3", "set ramp.setChangeRate 0 -> 3", "already"]);
+    press(&mut model, "3\n");
+    assert_shows(&mut model, &["> 33", "the node's journal has no transaction 33"]);
+    press(&mut model, "\u{8}\u{8}1\n");
+    let what = "set ramp.setChangeRate 0 -> 1, by bert at 22:13:20 UTC".to_owned();
+    assert_shows(
+        &mut model,
+        &["Do this?", "undo transaction 1: set ramp.setChangeRate 0 -> 1, by bert at 22:13:20"],
+    );
+    assert!(!shown(&mut model).contains("reason"), "an undo takes none");
+    assert_eq!(press(&mut model, "y"), Some(Order::Undo { transaction: 1, what }));
+    // Another run of the node counts anew.
+    model.take(News::Joined { node: node(2), signals: Vec::new() });
+    press(&mut model, "u");
+    assert_shows(&mut model, &["nothing was set since the node started"]);
+}
+
+#[test]
+fn limits_are_shown_and_hold_before_the_confirmation_and_what_is_protected_is_not_asked_for() {
+    let mut model = Model::default();
+    let limited = signal("ramp.setChangeRate", Role::Parameter, "LREAL");
+    let limited = SignalDescription { limits: Some([0.2, 1.5]), ..limited };
+    let protected = signal("scale.x1", Role::Parameter, "LREAL");
+    let protected = SignalDescription { protected: Some(true), ..protected };
+    model.take(News::Joined { node: node(1), signals: vec![limited, protected] });
+    assert_shows(&mut model, &["ramp.setChangeRate  limits 0.2 to 1.5  LREAL"]);
     press(&mut model, "\n");
-    assert_shows(&mut model, &["Do this?", "undo transaction 12: set ramp.setChangeRate to"]);
-    let undo = Order::Undo { transaction: 12, what: Some(what.to_owned()) };
-    assert_eq!(press(&mut model, "y"), Some(undo));
+    assert_shows(&mut model, &["Set a parameter", "\u{2502} 0.2 to 1.5"]);
+    press(&mut model, "2\n");
+    assert_shows(&mut model, &["Set a parameter", "2 is outside of the limits: 0.2 to 1.5"]);
+    press(&mut model, "\u{8}1.5\n");
+    assert_shows(&mut model, &["Do this?"]);
+    for key in ["\u{1b}↓\n", "f", "r"] {
+        press(&mut model, key);
+        assert_eq!(model.dialog, None, "{key:?}");
+        assert_shows(&mut model, &["scale.x1  protected", "scale.x1 is protected ([[protect]]"]);
+    }
+}
+
+#[test]
+fn what_the_node_does_not_allow_is_neither_offered_nor_asked_for() {
+    let with = |control| {
+        let mut model = plant();
+        model.take(News::Described(DescribeResult { control, ..node(1) }));
+        model
+    };
+    let mut model = with(Access::Read);
+    let keys = lines(&mut model, (80, 24))[23].clone();
+    assert_eq!(keys, "/ search  a i p w o list  ? help  q quit");
+    for key in ["p\n", "f", "r", "u"] {
+        press(&mut model, key);
+        assert_eq!(model.dialog, None, "{key:?}");
+        assert_shows(&mut model, &["does not allow it (control = \"read\")"]);
+    }
+    let mut model = with(Access::Set);
+    let keys = lines(&mut model, (80, 24))[23].clone();
+    assert_eq!(keys, "Enter set  u undo  / search  a i p w o list  ? help  q quit");
+    press(&mut model, "f");
+    assert_shows(&mut model, &["does not allow it (control = \"set\")"]);
+    press(&mut model, "i\n");
+    assert_shows(&mut model, &["level is no parameter"]);
+    assert!(!shown(&mut model).contains("f forces it"));
+}
+
+#[test]
+fn what_happened_is_said_for_a_while_and_on_its_page() {
+    let mut model = plant();
+    press(&mut model, "i\n");
+    model.take(News::Described(node(1)));
+    model.tick(NOW_NS + 10_000_000_000);
+    assert_shows(&mut model, &["level is no parameter"]);
+    model.take(News::Described(node(1)));
+    model.tick(NOW_NS + 16_000_000_000);
+    assert!(!shown(&mut model).contains("no parameter"));
+    press(&mut model, "\n");
+    assert_shows(&mut model, &["level is no parameter"]);
+    press(&mut model, "4");
+    assert!(!shown(&mut model).contains("no parameter"));
 }
 
 #[test]
@@ -220,18 +335,17 @@ fn a_force_has_a_time_and_is_released_where_it_is_listed() {
     assert_shows(&mut model, &["level is not forced"]);
     let name = "ramp.delayedValue".to_owned();
     press(&mut model, "4r");
+    assert!(!shown(&mut model).contains("reason"));
     press(&mut model, "c");
     assert_shows(&mut model, &["Do this?", "release ramp.delayedValue"]);
     assert_eq!(press(&mut model, "\n"), Some(Order::Release { name }), "it has no reason");
-    press(&mut model, "u33\n");
-    assert_shows(&mut model, &["undo transaction 33", "was not done here"]);
 }
 
 #[test]
 fn an_answer_that_comes_while_something_is_typed_waits_until_that_is_done() {
     let mut model = plant();
     let refused = |transaction| News::Refused {
-        order: Order::Undo { transaction, what: None },
+        order: Order::Undo { transaction, what: String::new() },
         why: "it is too late".into(),
     };
     press(&mut model, "p\n7.");
@@ -281,7 +395,7 @@ fn only_parameters_are_set() {
 #[test]
 fn an_error_of_the_node_is_shown_whole_and_can_be_scrolled() {
     let mut model = plant();
-    let order = Order::Undo { transaction: 3, what: None };
+    let order = Order::Undo { transaction: 3, what: String::new() };
     let why: String = (0..60).map(|n| format!("finding {n} is wrong in some way\n")).collect();
     model.take(News::Refused { order, why });
     assert_shows(&mut model, &["The node says", "Not done: undo transaction 3", "finding 0 "]);
@@ -309,7 +423,7 @@ fn a_search_lists_what_contains_it_while_it_is_typed_and_escape_takes_it_back() 
 #[test]
 fn a_node_that_is_gone_is_said_and_its_last_values_are_not_shown_as_new() {
     let mut model = plant();
-    model.take(News::Lost("node \"tank\" ended before it answered".into()));
+    model.take(News::Lost { absence: Absence::Ended, why: "node \"tank\" ended".into() });
     let text = shown(&mut model);
     assert!(text.contains("looking for the node: node \"tank\" ended"), "{text}");
     assert!(!text.contains("1.25"), "{text}");
@@ -362,7 +476,7 @@ fn everything_can_be_drawn_on_a_screen_of_any_size() {
             }
         }
     }
-    model.take(News::Refused { order: Order::Undo { transaction: 1, what: None }, why });
+    model.take(News::Refused { order: Order::Undo { transaction: 1, what: String::new() }, why });
     for size in [(1, 1), (5, 3), (80, 4)] {
         press(&mut model, "↓");
         buffer(&mut model, size, Palette::Plain);

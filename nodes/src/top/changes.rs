@@ -1,0 +1,114 @@
+//! The thread that has the node changed. It has a place of its own at the node while it does so: what
+//! an operator confirms never waits behind what the screen reads.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
+use std::time::Duration;
+
+use isochrone_runtime::control::{Client, ClientError, JournalEntry, JournalParams};
+
+use super::link::{PATIENCE, give, whole};
+use super::news::{Done, News, Order, Wish};
+use crate::operate::NodeArgs;
+
+/// Between two looks whether the screen was left.
+const TURN: Duration = Duration::from_millis(100);
+
+/// What the thread needs.
+pub(super) struct Changes {
+    pub(super) args: NodeArgs,
+    pub(super) orders: Receiver<Order>,
+    pub(super) news: Sender<News>,
+    /// To the thread that reads.
+    pub(super) wishes: Sender<Wish>,
+    /// The `sequence` of the next entry of the journal that is not known.
+    pub(super) next_entry: Arc<AtomicU64>,
+    pub(super) is_over: Arc<AtomicBool>,
+}
+
+impl Changes {
+    pub(super) fn run(self) {
+        while !self.is_over.load(Ordering::Relaxed) {
+            match self.orders.recv_timeout(TURN) {
+                Ok(order) => self.carry_out(order),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return,
+            }
+        }
+    }
+
+    fn carry_out(&self, order: Order) {
+        let news = match self.ask(&order) {
+            Outcome::Done(done) => News::Done(done),
+            Outcome::Refused(why) => News::Refused { order, why },
+            Outcome::NoPlace => {
+                // The place that reads has to do.
+                let _ = self.wishes.send(Wish::Order(order));
+                return;
+            }
+        };
+        // The screen that would take it is gone only when this ends too.
+        let _ = self.news.send(news);
+        let _ = self.wishes.send(Wish::Look);
+    }
+
+    fn ask(&self, order: &Order) -> Outcome {
+        let participant = match self.args.domain.join("isochrone/top") {
+            Ok(participant) => participant,
+            Err(failure) => {
+                let why = failure.report().map(ToString::to_string);
+                return Outcome::Refused(why.unwrap_or_default());
+            }
+        };
+        let client = match Client::connect(&participant, &self.args.node, PATIENCE) {
+            Ok(client) => client,
+            Err(ClientError::Full { .. }) => return Outcome::NoPlace,
+            Err(error) => return Outcome::Refused(whole(&error)),
+        };
+        let mut client = client.interrupted_by(self.is_over.clone());
+        match give(&mut client, order) {
+            Ok(done) => {
+                self.tell_journal(&mut client);
+                Outcome::Done(done)
+            }
+            Err(error) => Outcome::Refused(whole(&error)),
+        }
+    }
+
+    /// What was done is in the journal before it is said to be done, so that it can be taken back at once.
+    fn tell_journal(&self, client: &mut Client) {
+        // What does not come now comes with the next look.
+        if let Ok(entries) = entries(client, &self.next_entry) {
+            let _ = self.news.send(News::Journal(entries));
+        }
+    }
+}
+
+/// What became of an order.
+enum Outcome {
+    Done(Done),
+    Refused(String),
+    /// As many clients ask the node as it takes.
+    NoPlace,
+}
+
+/// The entries of the journal that are not known yet.
+pub(super) fn entries(
+    client: &mut Client,
+    next_entry: &AtomicU64,
+) -> Result<Vec<JournalEntry>, ClientError> {
+    let mut entries: Vec<JournalEntry> = Vec::new();
+    loop {
+        let since = Some(next_entry.load(Ordering::Relaxed));
+        let page = client.call(&JournalParams { since, limit: None })?;
+        let is_last = page.entries.len() as u64 >= page.total || page.entries.is_empty();
+        if let Some(last) = page.entries.last() {
+            next_entry.fetch_max(last.sequence + 1, Ordering::Relaxed);
+        }
+        entries.extend(page.entries);
+        if is_last {
+            return Ok(entries);
+        }
+    }
+}
