@@ -45,7 +45,7 @@ use crate::stop;
 /// back. Press ? for the keys.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone top level\n  NO_COLOR=1 isochrone top level\n\n\
-    Marks: F is forced, ! is an input that is not ok or a pin of a block in error, ? is computed from such. NO_COLOR turns colour \
+    Marks: F is forced, f is computed from what is forced, ! is an input that is not ok or a pin of a block in error, ? is computed from such. NO_COLOR turns colour \
     off. If the node ends, top waits for it and goes on.")]
 pub(crate) struct Args {
     #[command(flatten)]

@@ -61,7 +61,9 @@ impl Filter {
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub(super) struct Marks {
     pub(super) forced: bool,
-    /// An input that is not ok, or a pin of a block that reports an error.
+    /// It is computed from what is forced.
+    pub(super) from_forced: bool,
+    /// An input that is not ok, its `ok`, or a pin of a block that reports an error.
     pub(super) bad: bool,
     /// What it is computed from is stale, a substitute, rejected or in error.
     pub(super) in_doubt: bool,
@@ -71,6 +73,8 @@ pub(super) struct Marks {
 #[derive(Debug, Default)]
 pub(super) struct Signals {
     all: Vec<SignalDescription>,
+    /// Characters of the longest name.
+    longest_name: usize,
     /// Places in `all`.
     listed: Vec<usize>,
     filter: Filter,
@@ -89,6 +93,8 @@ impl Signals {
     /// The node has these signals now. The selected one stays selected if there still is one of its name.
     pub(super) fn set_all(&mut self, all: Vec<SignalDescription>) {
         let selected = self.selected().map(|signal| signal.name.clone());
+        let lengths = all.iter().map(|signal| signal.name.chars().count());
+        self.longest_name = lengths.max().unwrap_or_default();
         self.all = all;
         self.forget_values();
         self.list(selected.as_deref());
@@ -96,6 +102,10 @@ impl Signals {
 
     pub(super) fn total(&self) -> usize {
         self.all.len()
+    }
+
+    pub(super) fn longest_name(&self) -> usize {
+        self.longest_name
     }
 
     pub(super) fn listed(&self) -> usize {
@@ -238,11 +248,15 @@ impl Signals {
         let is_of_failed_block =
             matches!(signal.role, Role::Parameter | Role::Wired | Role::Output)
                 && name.rsplit_once('.').is_some_and(|(block, _)| self.alarmed.contains(block));
-        // A force is meant, and has a mark of its own where it is.
-        let is_doubt = |flag: &String| flag != "FORCED";
-        let in_doubt = self.quality.get(name).is_some_and(|flags| flags.iter().any(is_doubt));
-        let bad = is_not_ok || is_of_failed_block;
-        Marks { forced: self.forced.contains(name), bad, in_doubt }
+        let says_not_ok =
+            signal.role == Role::Ok && self.readings.get(name) == Some(&Value::Bool(false));
+        // A force is meant, and has marks of its own.
+        let is_force = |flag: &String| flag == "FORCED";
+        let flags = self.quality.get(name).map_or(&[][..], Vec::as_slice);
+        let in_doubt = flags.iter().any(|flag| !is_force(flag));
+        let bad = is_not_ok || says_not_ok || is_of_failed_block;
+        let forced = self.forced.contains(name);
+        Marks { forced, from_forced: !forced && flags.iter().any(is_force), bad, in_doubt }
     }
 }
 
@@ -360,11 +374,11 @@ mod tests {
         let marks = |name: &str| signals.marks(signals.find(name).unwrap());
         let bad = Marks { bad: true, ..Marks::default() };
         assert_eq!(marks("level"), Marks { in_doubt: true, ..bad });
-        assert_eq!(marks("level.ok"), Marks::default());
+        assert_eq!(marks("level.ok"), bad);
         assert_eq!(marks("ramp.delayedValue"), Marks { forced: true, ..bad });
         assert_eq!(marks("ramp.value"), bad);
         assert_eq!(marks("bank.7.y"), bad);
-        assert_eq!(marks("bank.8.y"), Marks::default());
+        assert_eq!(marks("bank.8.y"), Marks { from_forced: true, ..Marks::default() });
         assert_eq!(marks("bank.9.y"), Marks { in_doubt: true, ..Marks::default() });
     }
 }

@@ -10,10 +10,11 @@ use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::text::{Line, Span, Text};
 
-use self::text::plain;
+use self::text::{cut, cut_line, plain};
 use super::input::{Focus, Page};
 use super::message::wrapped;
 use super::model::{Model, Rows};
+use super::news::Absence;
 use super::palette::Palette;
 
 /// On less than this, columns and dialogs would be cut.
@@ -71,7 +72,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, palette: Palette) {
     if !fits(area) {
         let (width, height) = LEAST;
         let text = format!(
-            "top needs {width}x{height} characters, and this terminal has {}x{}. q quits.",
+            "top needs {width}x{height} characters, and this terminal has {}x{}.\nq quits.",
             area.width, area.height
         );
         let text = wrapped(&text, area.width.into());
@@ -79,7 +80,7 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, palette: Palette) {
         return;
     }
     let regions = regions(area, model);
-    frame.render_widget(header(model, palette), regions.header);
+    frame.render_widget(header(model, area.width, palette), regions.header);
     frame.render_widget(pages(model, palette), regions.pages);
     match model.page {
         Page::Signals => lists::draw_signals(frame, regions.body, model, palette),
@@ -90,14 +91,14 @@ pub(super) fn draw(frame: &mut Frame<'_>, model: &Model, palette: Palette) {
     if regions.tasks.height > 0 {
         tasks::draw_jitter(frame, regions.tasks, model, palette);
     }
-    frame.render_widget(note(model, palette), regions.note);
+    frame.render_widget(note(model, area.width, palette), regions.note);
     frame.render_widget(keys(model), regions.keys);
     if let Some(dialog) = &model.dialog {
         dialogs::draw(frame, area, dialog, model, palette);
     }
 }
 
-fn header<'a>(model: &'a Model, palette: Palette) -> Line<'a> {
+fn header(model: &Model, width: u16, palette: Palette) -> Line<'static> {
     let Some(node) = &model.node else { return Line::default() };
     let changed = if node.configuration.changed { " (changed since the start)" } else { "" };
     let access = match node.control {
@@ -105,10 +106,17 @@ fn header<'a>(model: &'a Model, palette: Palette) -> Line<'a> {
         Access::Set => "set (control = \"set\": no forces)",
         Access::Force => "set and force",
     };
-    Line::from(vec![
-        Span::styled(plain(&node.node), palette.heading()),
-        Span::raw(format!("  {}{changed}  {access}", plain(&node.configuration.file))),
-    ])
+    let state = match &model.lost {
+        None => Span::raw(format!("{changed}  {access}")),
+        Some((Absence::Ended, _)) => Span::styled("  has ended", palette.bad()),
+        Some((Absence::Silent, _)) => Span::styled("  does not answer", palette.bad()),
+    };
+    let spans = vec![
+        Span::styled(plain(&node.node).into_owned(), palette.heading()),
+        Span::raw(format!("  {}", plain(&node.configuration.file))),
+        state,
+    ];
+    cut_line(spans, width.into())
 }
 
 fn pages(model: &Model, palette: Palette) -> Line<'static> {
@@ -129,10 +137,10 @@ fn pages(model: &Model, palette: Palette) -> Line<'static> {
     Line::from(spans.collect::<Vec<_>>())
 }
 
-fn note(model: &Model, palette: Palette) -> Line<'static> {
+fn note(model: &Model, width: u16, palette: Palette) -> Line<'static> {
     match model.doubt() {
-        Some(doubt) => Line::styled(plain(&doubt).into_owned(), palette.bad()),
-        None => Line::raw(plain(model.note()).into_owned()),
+        Some(doubt) => Line::styled(cut(&plain(&doubt), width.into()).into_owned(), palette.bad()),
+        None => Line::raw(cut(&plain(model.note()), width.into()).into_owned()),
     }
 }
 
@@ -145,7 +153,16 @@ fn keys(model: &Model) -> Line<'static> {
         }
         (Focus::Confirmation, _) => "Enter or y do it   Esc or n leave",
         (Focus::Message, _) => "Enter close   Up and Down scroll",
-        (Focus::List, page) => return Line::raw(commands(page, model.access())),
+        (Focus::List, page) => {
+            let mut commands = commands(page, model.access());
+            let tasks = model.node.as_ref().map_or(0, |node| node.tasks.len());
+            let shown = model.task_cursor.window();
+            if page == Page::Tasks && shown.len() < tasks {
+                let (first, last) = (shown.start + 1, shown.end);
+                commands = format!("{commands}  Up and Down: task {first} to {last} of {tasks}");
+            }
+            return Line::raw(commands);
+        }
     })
 }
 

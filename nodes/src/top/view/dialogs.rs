@@ -19,7 +19,8 @@ const AROUND: u16 = 4;
 const FRAME: u16 = 2;
 
 const HELP: &str = "\
-Marks     F  forced   !  input not ok, or block in error
+Marks     F  forced   f  computed from what is forced
+          !  input not ok, or block in error
           ?  computed from what is not ok, in error or a substitute
 Pages     1 to 4, Tab, Left and Right
 Move      Up, Down, PageUp, PageDown, Home, End; k, j, g, G

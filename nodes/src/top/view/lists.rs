@@ -1,14 +1,14 @@
 //! Signals, alarms and forces.
 
 use isochrone_blocks::PinType;
-use isochrone_runtime::control::{ActiveAlarm, Role, SignalDescription};
+use isochrone_runtime::control::{ActiveAlarm, Force, Role, SignalDescription};
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Constraint, Layout, Rect};
 use ratatui::style::Style;
 use ratatui::text::{Line, Span, Text};
 use ratatui::widgets::{Cell, Row, Table};
 
-use super::text::{NONE, cut, plain, value};
+use super::text::{NONE, cut, cut_line, cut_name, plain, value};
 use crate::numbers::type_of;
 use crate::operate::{limits, role, time};
 use crate::top::cursor::Cursor;
@@ -24,6 +24,10 @@ const UNIT_WIDTH: u16 = 7;
 const ROLE_WIDTH: u16 = 9;
 const MARKS_WIDTH: u16 = 2;
 const NAME_WIDTH_LEAST: u16 = 20;
+const TRACE_WIDTH_LEAST: u16 = 8;
+/// Of a month, a day and a time to the second.
+const SINCE_WIDTH: u16 = 14;
+const TASK_WIDTH: u16 = 10;
 
 /// Lines of signals: the filters, the heading and the description of the selected one go off.
 pub(super) fn signal_rows(body: Rect) -> usize {
@@ -38,9 +42,12 @@ pub(super) fn alarm_rows(body: Rect) -> usize {
     usize::from(body.height.saturating_sub(1 + ALARM_LINES))
 }
 
-/// Lines of forces: the heading goes off.
+const LEFT_WIDTH: u16 = 9;
+const CLIENT_WIDTH: u16 = 14;
+
+/// Lines of forces: the heading and the selected one in words go off.
 pub(super) fn force_rows(body: Rect) -> usize {
-    usize::from(body.height.saturating_sub(1))
+    usize::from(body.height.saturating_sub(2))
 }
 
 pub(super) fn draw_signals(frame: &mut Frame<'_>, body: Rect, model: &Model, palette: Palette) {
@@ -50,7 +57,9 @@ pub(super) fn draw_signals(frame: &mut Frame<'_>, body: Rect, model: &Model, pal
     frame.render_widget(filter_line(model, palette), filters);
     let beside = MARKS_WIDTH + ROLE_WIDTH + VALUE_WIDTH + UNIT_WIDTH + 5;
     let free = list.width.saturating_sub(beside);
-    let names = (free * 2 / 3).max(NAME_WIDTH_LEAST);
+    let longest = u16::try_from(model.signals.longest_name()).unwrap_or(u16::MAX);
+    // Long names take of the trend what they need; the trend takes what short ones leave.
+    let names = longest.min(free.saturating_sub(TRACE_WIDTH_LEAST)).max(NAME_WIDTH_LEAST);
     let traces = free.saturating_sub(names);
     let widths = [MARKS_WIDTH, names, ROLE_WIDTH, VALUE_WIDTH, UNIT_WIDTH, traces];
     let signals = &model.signals;
@@ -61,7 +70,7 @@ pub(super) fn draw_signals(frame: &mut Frame<'_>, body: Rect, model: &Model, pal
         let reading = reading.map_or(NONE.into(), |it| value(it, &signal.value_type, VALUE_WIDTH));
         let row = Row::new([
             Cell::from(letters(marks)).style(style),
-            Cell::from(cut(&plain(&signal.name), names.into()).into_owned()).style(style),
+            Cell::from(cut_name(&plain(&signal.name), names.into()).into_owned()).style(style),
             Cell::from(role(signal.role)),
             right(reading).style(style),
             Cell::from(plain(unit(signal))),
@@ -74,7 +83,8 @@ pub(super) fn draw_signals(frame: &mut Frame<'_>, body: Rect, model: &Model, pal
     frame.render_widget(table(heading, rows, widths.map(Constraint::Length), palette), list);
     if let Some(signal) = signals.selected() {
         let flags = signals.flags(&signal.name);
-        frame.render_widget(description(signal, signals.marks(signal), &flags, palette), selected);
+        let text = description(signal, signals.marks(signal), &flags, palette);
+        frame.render_widget(cut_line(text, selected.width.into()), selected);
     }
 }
 
@@ -106,13 +116,14 @@ fn description(
     marks: Marks,
     flags: &str,
     palette: Palette,
-) -> Line<'static> {
+) -> Vec<Span<'static>> {
     let mut spans = vec![Span::styled(plain(&signal.name).into_owned(), palette.heading())];
     if marks.forced {
         spans.push(Span::styled("  forced", palette.forced()));
     }
     if marks.bad {
-        let word = if signal.role == Role::Input { "  not ok" } else { "  block in error" };
+        let is_of_input = matches!(signal.role, Role::Input | Role::Ok);
+        let word = if is_of_input { "  not ok" } else { "  block in error" };
         spans.push(Span::styled(word, palette.bad()));
     }
     if !flags.is_empty() {
@@ -128,12 +139,16 @@ fn description(
     let (value_type, task, doc) =
         (plain(&signal.value_type), plain(&signal.task), plain(&signal.doc));
     spans.push(Span::raw(format!("  {value_type}  task {task}  {doc}")));
-    Line::from(spans)
+    spans
 }
 
-/// `F`: forced; `!`: not ok; `?`: computed from what is not.
+/// `F`: forced; `f`: computed from what is; `!`: not ok; `?`: computed from what is not.
 fn letters(marks: Marks) -> String {
-    let forced = if marks.forced { 'F' } else { ' ' };
+    let forced = match marks {
+        Marks { forced: true, .. } => 'F',
+        Marks { from_forced: true, .. } => 'f',
+        Marks { .. } => ' ',
+    };
     let quality = match marks {
         Marks { bad: true, .. } => '!',
         Marks { in_doubt: true, .. } => '?',
@@ -145,7 +160,7 @@ fn letters(marks: Marks) -> String {
 fn style_of(marks: Marks, palette: Palette) -> Style {
     match marks {
         Marks { bad: true, .. } | Marks { in_doubt: true, .. } => palette.bad(),
-        Marks { forced: true, .. } => palette.forced(),
+        Marks { forced: true, .. } | Marks { from_forced: true, .. } => palette.forced(),
         Marks { .. } => Style::default(),
     }
 }
@@ -161,27 +176,29 @@ pub(super) fn draw_alarms(frame: &mut Frame<'_>, body: Rect, model: &Model, pale
     }
     let [list, selected] =
         Layout::vertical([Constraint::Min(0), Constraint::Length(ALARM_LINES)]).areas(body);
+    let meanings = list.width.saturating_sub(NAME_WIDTH_LEAST + 7 + SINCE_WIDTH + 6 + 4);
     let rows = lines(&model.alarms, model.alarm_cursor, palette, |alarm| {
         let status = alarm.status.map_or(NONE.into(), |status| format!("16#{status:04X}"));
         Row::new([
-            Cell::from(plain(&alarm.name)).style(palette.bad()),
+            Cell::from(cut_name(&plain(&alarm.name), NAME_WIDTH_LEAST.into()).into_owned())
+                .style(palette.bad()),
             Cell::from(status),
-            right(alarm.since_cycle.to_string()),
+            Cell::from(alarm.since_unix_ns.map_or(NONE.into(), day_and_time)),
             right(alarm.count.to_string()),
-            Cell::from(plain(&alarm.meaning)),
+            Cell::from(cut(&plain(&alarm.meaning), meanings.into()).into_owned()),
         ])
     });
     let widths = [
         Constraint::Length(NAME_WIDTH_LEAST),
         Constraint::Length(7),
-        Constraint::Length(12),
+        Constraint::Length(SINCE_WIDTH),
         Constraint::Length(6),
         Constraint::Fill(1),
     ];
     let heading = [
         "block or input".into(),
         "status".into(),
-        right("since cycle"),
+        "since (UTC)".into(),
         right("times"),
         "meaning".into(),
     ];
@@ -190,6 +207,11 @@ pub(super) fn draw_alarms(frame: &mut Frame<'_>, body: Rect, model: &Model, pale
         let text = wrapped(&in_words(alarm), selected.width.into());
         frame.render_widget(Text::from_iter(text), selected);
     }
+}
+
+fn day_and_time(unix_ns: u64) -> String {
+    let time = time(unix_ns);
+    time.get(5..19).map_or(time.clone(), |part| part.replace('T', " "))
 }
 
 /// The selected alarm, whole.
@@ -209,33 +231,50 @@ pub(super) fn draw_forces(frame: &mut Frame<'_>, body: Rect, model: &Model, pale
         frame.render_widget(Line::raw(text), body);
         return;
     }
+    let [list, selected] =
+        Layout::vertical([Constraint::Min(0), Constraint::Length(1)]).areas(body);
+    let others = [VALUE_WIDTH, LEFT_WIDTH, TASK_WIDTH, CLIENT_WIDTH];
+    let names = list.width.saturating_sub(others.iter().sum::<u16>() + 4);
     let rows = lines(&model.forces, model.force_cursor, palette, |force| {
         let signal = model.signals.find(&force.name);
         let value_type = signal.map_or("LREAL", |signal| signal.value_type.as_str());
-        let until = force.until_cycle.map_or("released".into(), |cycle| cycle.to_string());
+        let task = signal.map_or(NONE, |signal| signal.task.as_str());
+        let client = force.client.as_deref().unwrap_or(NONE);
         Row::new([
-            Cell::from(plain(&force.name)).style(palette.forced()),
+            Cell::from(cut_name(&plain(&force.name), names.into()).into_owned())
+                .style(palette.forced()),
             right(value(force.value, value_type, VALUE_WIDTH)).style(palette.forced()),
-            right(force.since_cycle.to_string()),
-            right(until),
-            Cell::from(plain(force.client.as_deref().unwrap_or(NONE))),
+            right(left(model, force)),
+            Cell::from(cut(&plain(task), TASK_WIDTH.into()).into_owned()),
+            Cell::from(cut(&plain(client), CLIENT_WIDTH.into()).into_owned()),
         ])
     });
-    let widths = [
-        Constraint::Fill(1),
-        Constraint::Length(VALUE_WIDTH),
-        Constraint::Length(12),
-        Constraint::Length(12),
-        Constraint::Length(16),
-    ];
-    let heading = [
-        "signal".into(),
-        right("forced to"),
-        right("since cycle"),
-        right("until cycle"),
-        "by".into(),
-    ];
-    frame.render_widget(table(heading, rows, widths, palette), body);
+    let widths = [names, others[0], others[1], others[2], others[3]].map(Constraint::Length);
+    let heading =
+        ["signal".into(), right("forced to"), right("time left"), "task".into(), "by".into()];
+    frame.render_widget(table(heading, rows, widths, palette), list);
+    if let Some(force) = model.forces.get(model.force_cursor.selected()) {
+        let until = force.until_cycle.map_or("it is released".into(), |it| format!("cycle {it}"));
+        let task = model.signals.find(&force.name).map_or(NONE, |signal| &signal.task);
+        let cycles = format!("since cycle {} of task {task}, until {until}", force.since_cycle);
+        let text = format!("{}  {cycles}", force.name);
+        let text = Span::raw(plain(&text).into_owned());
+        frame.render_widget(cut_line(vec![text], selected.width.into()), selected);
+    }
+}
+
+/// How much longer a force holds, by the cycle that is due.
+fn left(model: &Model, force: &Force) -> String {
+    let Some(until) = force.until_cycle else { return "held".into() };
+    let task = model.signals.find(&force.name).map(|signal| signal.task.as_str());
+    let tasks = model.node.as_ref().map_or(&[][..], |node| &node.tasks);
+    let task = tasks.iter().find(|it| Some(it.name.as_str()) == task);
+    let left_ns =
+        task.map(|task| u128::from(until.saturating_sub(task.cycle)) * u128::from(task.period_ns));
+    left_ns.map_or(NONE.into(), |ns| match ns.div_ceil(1_000_000_000) {
+        seconds @ 0..600 => format!("{seconds} s"),
+        seconds => format!("{} min", seconds.div_ceil(60)),
+    })
 }
 
 /// The lines of a list that are on the screen.

@@ -1,5 +1,5 @@
 use isochrone_runtime::control::{
-    Action, DescribeResult, Hold, JournalEntry, Role, SignalDescription, Value, Values,
+    Action, DescribeResult, Force, Hold, JournalEntry, Role, SignalDescription, Value, Values,
 };
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
@@ -149,11 +149,16 @@ fn tasks_show_their_counts_and_the_jitter_of_the_cycles_that_telemetry_shows() {
 fn alarms_and_forces_have_pages_of_their_own() {
     let mut model = plant();
     press(&mut model, "3");
-    assert_shows(&mut model, &["scale", "16#8203", "what is wrong with scale", "since cycle"]);
+    assert_shows(&mut model, &["scale", "16#8203", "11-14 22:13:20", "what is wrong with scale"]);
     // The selected one stands below the list, whole.
     assert_shows(&mut model, &["task fast, since cycle 42, 2023-11-14T22:13:20.000Z: what is"]);
     press(&mut model, "\t");
-    assert_shows(&mut model, &["ramp.delayedValue", "1.25", "100", "5100", "ann"]);
+    assert_shows(&mut model, &["ramp.delayedValue", "1.25", "time left", "0 s fast", "ann"]);
+    assert_shows(&mut model, &["since cycle 100 of task fast, until cycle 5100"]);
+    let ends = Force { until_cycle: Some(123_456 + 12_000), ..force("level", 1.0) };
+    let held = Force { until_cycle: None, ..force("ramp.delayedValue", 1.25) };
+    model.take(News::Forces(vec![ends, held]));
+    assert_shows(&mut model, &["12 s fast", "held fast"]);
     model.take(News::Alarms(Vec::new()));
     model.take(News::Forces(Vec::new()));
     assert_shows(&mut model, &["nothing is forced", " 3 Alarms   4 Forces"]);
@@ -426,6 +431,12 @@ fn a_node_that_is_gone_is_said_and_its_last_values_are_not_shown_as_new() {
     model.take(News::Lost { absence: Absence::Ended, why: "node \"tank\" ended".into() });
     let text = shown(&mut model);
     assert!(text.contains("looking for the node: node \"tank\" ended"), "{text}");
+    assert!(
+        text.starts_with(
+            "tank  tank.toml  has ended\n 1 Signals   2 Tasks   3 Alarms   4 Forces\n"
+        ),
+        "{text}"
+    );
     assert!(!text.contains("1.25"), "{text}");
     model.take(News::Joined { node: node(2), signals: vec![signal("new", Role::Input, "INT")] });
     assert_shows(&mut model, &["node \"tank\" answers again", "new", "1 of 1 listed"]);
@@ -445,6 +456,36 @@ fn values_that_are_old_because_the_node_is_silent_are_said_to_be() {
     model.take(News::Described(node(1)));
     model.tick(NOW_NS + 5_000_000_000);
     assert!(!shown(&mut model).contains("no answer"));
+}
+
+#[test]
+fn names_are_as_wide_as_they_need_and_long_ones_keep_their_pins() {
+    let row = |model: &mut Model, size, pin: &str| {
+        let lines = lines(model, size);
+        let row = lines.iter().find(|line| line.contains(pin));
+        row.unwrap_or_else(|| panic!("{pin}\n{lines:#?}")).clone()
+    };
+    let mut model = plant();
+    assert!(row(&mut model, (160, 50), "setChangeRate").contains("setChangeRate   parameter"));
+    let block = "cooling_water_return_temperature_limiter";
+    let pins = ["error", "setChangeRate"].map(|pin| format!("{block}.{pin}"));
+    let signals = pins.map(|name| signal(&name, Role::Parameter, "LREAL")).to_vec();
+    model.take(News::Joined { node: node(1), signals });
+    let narrow = row(&mut model, (80, 24), "….setChangeRate parameter");
+    assert!(narrow.contains("cooling_water"), "{narrow}");
+    row(&mut model, (160, 50), &format!("{block}.setChangeRate parameter"));
+    let detail = lines(&mut model, (80, 24))[21].clone();
+    assert!(detail.ends_with('…') && detail.chars().count() == 80, "{detail}");
+}
+
+#[test]
+fn a_task_page_that_does_not_show_all_tasks_says_so() {
+    let mut model = plant();
+    press(&mut model, "2");
+    assert!(lines(&mut model, (80, 12))[11].contains("Up and Down: task 1 to 1 of 2"));
+    press(&mut model, "↓");
+    assert!(lines(&mut model, (80, 12))[11].contains("Up and Down: task 2 to 2 of 2"));
+    assert!(!shown(&mut model).contains("Up and Down"));
 }
 
 #[test]
