@@ -4,14 +4,15 @@ mod domain;
 mod node;
 
 use std::fmt::Write as _;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
 use domain::{PATIENCE, wait_until};
 use isochrone_ipc::{Depth, FrameSubscriber, ipc};
 use isochrone_runtime::control::{
-    Action, AlarmsParams, ApplyParams, ApplyResult, ClientError, Code, DescribeParams, ForceParams,
-    Hold, JournalParams, ReleaseParams, SetParams, Value,
+    Action, AlarmsParams, ApplyParams, ApplyResult, Client, ClientError, Code, DescribeParams,
+    ForceParams, GetParams, Hold, JournalParams, ReleaseParams, SetParams, Value,
 };
 use node::Node;
 
@@ -152,6 +153,47 @@ fn what_is_wrong_with_a_configuration_is_said_and_changes_nothing() {
     assert!(entries.iter().all(|entry| entry.action != Action::Apply));
     let result = apply(&mut node, &NODE.replace("\"late\"", "\"later\""));
     assert_eq!((result.added, result.removed), (vec!["later".into()], vec!["late".into()]));
+    node.process.stop().expect_code(0);
+}
+
+#[test]
+fn what_is_read_while_blocks_go_is_answered_whole_or_not_at_all() {
+    let mut node = Node::start(NODE);
+    let participant = node.domain.join("reader");
+    let (whole, refused, is_over) = (AtomicU64::new(0), AtomicU64::new(0), AtomicBool::new(false));
+    let read = || {
+        let mut client = Client::connect(&participant, "level", PATIENCE).unwrap();
+        while !is_over.load(Ordering::Relaxed) {
+            let names = vec!["more.*.delayedValue".to_owned(), "late.value".to_owned()];
+            match client.call(&GetParams { names, ..GetParams::default() }) {
+                Ok(read) => {
+                    assert_eq!(read.values.0.len() as u64, read.total, "{read:?}");
+                    assert_eq!(read.total, 4);
+                    whole.fetch_add(1, Ordering::Relaxed);
+                }
+                Err(ClientError::Refused(failure)) => {
+                    let code = failure.code;
+                    assert!([Code::UnknownName, Code::Busy].contains(&code), "{failure:?}");
+                    refused.fetch_add(1, Ordering::Relaxed);
+                }
+                Err(error) => panic!("{error}"),
+            }
+        }
+    };
+    thread::scope(|scope| {
+        let reader = scope.spawn(read);
+        for _ in 0..8 {
+            for (text, count) in [(with_blocks(3), &whole), (NODE.to_owned(), &refused)] {
+                apply(&mut node, &text);
+                let before = count.load(Ordering::Relaxed);
+                wait_until("the reader has asked again", || {
+                    reader.is_finished() || count.load(Ordering::Relaxed) > before
+                });
+            }
+        }
+        is_over.store(true, Ordering::Relaxed);
+        reader.join().unwrap();
+    });
     node.process.stop().expect_code(0);
 }
 

@@ -237,8 +237,50 @@ impl Node {
         self.client.save().map_err(|error| failure(error, Asked::ToLook))
     }
 
-    /// The values of names and globs, in their order.
+    /// The values of names and globs, in their order. While the configuration is being changed, a node may
+    /// have to be asked again.
     pub(crate) fn read(&mut self, names: &[String]) -> Result<Reading, Failure> {
+        let reading = self.ask_again(PATIENCE, |_| {}, |node| node.read_once(names));
+        let reading = reading.map_err(|error| failure(error, Asked::ToLook))?;
+        match unanswered(names, &reading.values) {
+            Some(missing) => Err(Failure::found(format!(
+                "node \"{}\" answered without the value of \"{}\": see that no other process serves \
+                 isochrone/{}/control",
+                self.name(),
+                escaped(missing),
+                self.name()
+            ))),
+            None => Ok(reading),
+        }
+    }
+
+    /// Asks again as long as it says that it is busy, until the patience or the verb is at its end. `waiting` is
+    /// told why it has to, each time.
+    pub(super) fn ask_again<T>(
+        &mut self,
+        patience: Duration,
+        mut waiting: impl FnMut(&control::Failure),
+        mut ask: impl FnMut(&mut Self) -> Result<T, ClientError>,
+    ) -> Result<T, ClientError> {
+        /// As soon as people notice.
+        const INTERVAL: Duration = Duration::from_millis(50);
+        let until = Instant::now() + patience;
+        loop {
+            match ask(self) {
+                Err(ClientError::Refused(refused))
+                    if refused.code == Code::Busy
+                        && Instant::now() < until
+                        && !self.stop.is_due() =>
+                {
+                    waiting(&refused);
+                    self.sleep_until(Instant::now() + INTERVAL);
+                }
+                asked => return asked,
+            }
+        }
+    }
+
+    fn read_once(&mut self, names: &[String]) -> Result<Reading, ClientError> {
         let (tasks, values, quality) = (ByTask::new(), Values::default(), Some(BTreeMap::new()));
         let mut reading = Reading { tasks, values, quality };
         let mut mixed = Vec::new();
@@ -253,7 +295,7 @@ impl Node {
             rest = later;
             let params =
                 |offset| GetParams { names: asked.to_vec(), offset: Some(offset), limit: None };
-            reading.values.0.extend(self.pages(params, |page| {
+            let values = self.client.pages(params, |page| {
                 for (task, at) in page.tasks {
                     match reading.tasks.get(&task) {
                         Some(known) if known.cycle != at.cycle => mixed.push(task),
@@ -265,19 +307,11 @@ impl Node {
                     (all, _) => *all = None,
                 }
                 (page.total, page.values.0)
-            })?);
+            })?;
+            reading.values.0.extend(values);
         }
         reading.tasks.retain(|task, _| !mixed.contains(task));
-        match unanswered(names, &reading.values) {
-            Some(missing) => Err(Failure::found(format!(
-                "node \"{}\" answered without the value of \"{}\": see that no other process serves \
-                 isochrone/{}/control",
-                self.name(),
-                escaped(missing),
-                self.name()
-            ))),
-            None => Ok(reading),
-        }
+        Ok(reading)
     }
 }
 

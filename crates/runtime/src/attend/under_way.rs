@@ -80,6 +80,9 @@ impl UnderWay {
         match (told.done, &mut self.work) {
             (Done::Applied(entry), Work::Change(change)) => change.take(entry),
             (Done::Applied(entry), Work::Apply(applied)) => applied.take(&entry),
+            (Done::Read(reading), Work::Read(_)) if reading.lost > 0 => {
+                self.failure = Some(changed_meanwhile());
+            }
             (Done::Read(reading), Work::Read(read)) => read.readings.push(reading),
             (Done::TooLate { .. }, _) => {
                 let message = "the cycle had begun before the request came to it; nothing happened";
@@ -105,6 +108,12 @@ impl UnderWay {
         };
         (ticket, outcome)
     }
+}
+
+/// That a signal which was there when it was asked for could not be read any more.
+fn changed_meanwhile() -> Failure {
+    let message = "the configuration is being changed, and not all signals that were asked for are there; ask again";
+    Failure::new(Code::Busy, message)
 }
 
 /// That an entry is not in the journal's file.
@@ -255,6 +264,25 @@ mod tests {
             request.take(Told { done: Done::Applied(entry), unwritten: Some(reason) });
         }
         request.end().1
+    }
+
+    #[test]
+    fn values_of_which_a_change_of_the_configuration_took_some_are_not_answered() {
+        let names = vec!["fast".to_owned(), "slow".to_owned()];
+        let (grids, order) = (vec![(0, 1); 2], vec![0, 1, 1]);
+        let read = Read { names, grids, total: 3, order, readings: Vec::new() };
+        let mut request = UnderWay::new(Ticket(1), 7, 2, Work::Read(read));
+        let reading = |task, lost| {
+            let values = vec![("a.out".to_owned(), 1.0.into())];
+            let done =
+                Done::Read(Reading { number: 7, task, cycle: 3, values, lost, quality: None });
+            Told { done, unwritten: None }
+        };
+        request.take(reading(1, 1));
+        request.take(reading(0, 0));
+        assert!(request.is_complete());
+        let Err(failure) = request.end().1 else { panic!() };
+        assert_eq!(failure.code, Code::Busy);
     }
 
     #[test]

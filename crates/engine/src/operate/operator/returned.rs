@@ -38,6 +38,9 @@ pub struct Reading {
     pub cycle: u64,
     /// Names and values.
     pub values: Vec<(String, Value)>,
+    /// How many of the values that were asked for are not among them: the configuration was changed before the
+    /// task came to the request, and their signals are gone, or where they are was not known yet.
+    pub lost: usize,
     /// For each of the values the flags that a frame with it alone would carry. The `ok` and `age` of an
     /// input, which are as good as ever, have none. `None`: the configuration changed meanwhile, or the
     /// values are computed from too many blocks.
@@ -212,7 +215,8 @@ impl Operator {
             let signal = self.signal_at(task, slot)?;
             Some((signal.name, Value::of(asked.value, signal.value_type)))
         };
-        let values = look.values.iter().filter_map(value).collect();
+        let values: Vec<_> = look.values.iter().filter_map(value).collect();
+        let lost = look.values.len() - values.len();
         let forces = self.forces.get(task);
         let is_forced = |slots: std::ops::Range<usize>| {
             let slots = slots.start as u32..slots.end as u32;
@@ -221,7 +225,7 @@ impl Operator {
         };
         let behind = look.behind.as_ref().filter(|_| !is_moved);
         let quality = behind.and_then(|behind| behind.flags(is_forced));
-        Reading { number, task, cycle, values, quality }
+        Reading { number, task, cycle, values, lost, quality }
     }
 }
 

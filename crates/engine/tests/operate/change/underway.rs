@@ -53,6 +53,40 @@ fn one_configuration_at_a_time_is_on_its_way_and_values_are_read_meanwhile() {
 }
 
 #[test]
+fn a_reading_tells_how_many_values_a_change_took_from_it() {
+    let mut hand = Hand::new(RAMPS);
+    hand.steps(1);
+    let names = ["ramp.*.delayedValue", "after.delayedValue"];
+    let ask = |hand: &mut Hand| {
+        let prepared = hand.operator.get(names, 0, 9).map(|(prepared, _)| prepared);
+        hand.send(prepared);
+        hand.done.clear();
+    };
+    let read = |hand: &Hand| -> Vec<_> {
+        let read = hand.done.iter().filter_map(|done| match done {
+            Done::Read(reading) => Some((reading.task, reading.values.len(), reading.lost)),
+            _ => None,
+        });
+        read.collect()
+    };
+    ask(&mut hand);
+    hand.change(&RAMPS.replace("count = 3", "count = 2"));
+    hand.steps(1);
+    assert_eq!(read(&hand), [(0, 0, 3), (1, 0, 1)], "they were asked for before the change");
+    hand.change(RAMPS);
+    hand.steps(1);
+    hand.change(&RAMPS.replace("count = 3", "count = 2"));
+    hand.step(0);
+    ask(&mut hand);
+    hand.step(0);
+    hand.step(1);
+    assert_eq!(read(&hand), [(0, 2, 1), (1, 1, 0)], "the slow task goes by the old configuration");
+    ask(&mut hand);
+    hand.steps(1);
+    assert_eq!(read(&hand), [(0, 2, 0), (1, 1, 0)]);
+}
+
+#[test]
 fn values_are_set_and_forced_in_tasks_that_have_changed_and_in_those_that_have_not() {
     let mut hand = Hand::new(RAMPS);
     hand.force([("ramp.0.delayedValue", 9.0.into())], Hold::UntilReleased);
