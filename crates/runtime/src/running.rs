@@ -22,8 +22,10 @@ use crate::task::Done;
 use crate::telemetry::Telemetry;
 use crate::threads::Threads;
 
-/// How often to [poll](Running::poll): the rings of the cycles hold 40 ms at the shortest period.
-pub const POLL_INTERVAL: Duration = Duration::from_millis(20);
+/// How often to [poll](Running::poll): the rings of the cycles hold 40 ms at the shortest period, and a
+/// snapshot of the signals stays for 20 ms. A poll that slept as long would lose one now and then, as it
+/// takes some time itself.
+pub const POLL_INTERVAL: Duration = Duration::from_millis(15);
 
 /// A node that runs. Dropping it ends it.
 ///
