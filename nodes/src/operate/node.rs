@@ -202,9 +202,9 @@ impl Node {
         }
     }
 
-    /// How many signals match a glob.
-    pub(super) fn count(&mut self, pattern: &str) -> Result<u64, Failure> {
-        let (pattern, limit) = (Some(pattern.to_owned()), Some(1));
+    /// How many signals it has, or match a glob.
+    pub(super) fn count(&mut self, pattern: Option<&str>) -> Result<u64, Failure> {
+        let (pattern, limit) = (pattern.map(str::to_owned), Some(1));
         match self.client.call(&SignalsParams { pattern, offset: None, limit }) {
             Ok(page) => Ok(page.total),
             Err(ClientError::Refused(refused)) if refused.code == Code::UnknownName => Ok(0),
@@ -217,10 +217,13 @@ impl Node {
         &mut self,
         names: impl IntoIterator<Item = &'n str>,
     ) -> Result<Known, Failure> {
-        /// Of more names than this, all signals are asked for.
+        /// How many signals one answer describes.
+        const PAGE: u64 = 1000;
+        /// So many names are asked for one by one in any case.
         const EACH: usize = 32;
         let names: BTreeSet<&str> = names.into_iter().collect();
-        if names.len() > EACH {
+        // A large node would be asked for thousands of pages, of which a few names are wanted.
+        if names.len() > EACH && self.count(None)?.div_ceil(PAGE) < names.len() as u64 {
             let all = self.signals(None)?.into_iter();
             return Ok(all.filter(|signal| names.contains(signal.name.as_str())).collect());
         }

@@ -116,7 +116,7 @@ fn chosen(node: &mut Node, patterns: &[String]) -> Result<Chosen, Failure> {
             let longer = format!("{pattern}{pins}");
             if found.is_empty() {
                 found = node.signals_if_any(&longer)?;
-            } else if is_for_all && let count @ 1.. = node.count(&longer)? {
+            } else if is_for_all && let count @ 1.. = node.count(Some(&longer))? {
                 chosen.left_out.push((longer, count));
             }
         }
