@@ -34,15 +34,19 @@ fn newest(stdout: &str, signal: &str) -> u64 {
     value.unwrap_or_default() as u64
 }
 
-/// Waits until a count of the follower has grown by so much.
+/// What telemetry counts of cycles that began with a frame.
+const WITH_FRAME: &[&str] = &["followed", "found_ready"];
+/// The same of those that began without.
+const WITHOUT: &[&str] = &["timed_out"];
+
+/// Waits until the sum of counts of the follower has grown by so much.
 #[track_caller]
-fn wait_for_more(telemetry: &mut Process, count: &str, more: u64) {
-    let signal = format!("task.t.{count}");
+fn wait_for_more(telemetry: &mut Process, counts: &[&str], more: u64) {
     let mut first = None;
-    telemetry.wait_until(&signal, |stdout, _| {
+    telemetry.wait_until(&counts.join(" + "), |stdout, _| {
         // The last line may not be whole.
         let (lines, _) = stdout.rsplit_once('\n').unwrap_or_default();
-        let now = newest(lines, &signal);
+        let now = counts.iter().map(|count| newest(lines, &format!("task.t.{count}"))).sum::<u64>();
         now >= *first.get_or_insert(now) + more
     });
 }
@@ -56,16 +60,17 @@ fn a_follower_outlives_its_source_and_follows_the_next_one() {
     let mut follower = domain.start("run follower.toml --report report.json");
     follower.wait_for("is running");
     let mut telemetry = domain.start("subscribe isochrone/follower/telemetry");
-    wait_for_more(&mut telemetry, "timed_out", 5);
+    wait_for_more(&mut telemetry, WITHOUT, 5);
     for configuration in ["source.toml", "other_phase.toml"] {
         let source = domain.start(&format!("run {configuration}"));
-        wait_for_more(&mut telemetry, "followed", 50);
+        wait_for_more(&mut telemetry, WITH_FRAME, 50);
         source.kill();
-        wait_for_more(&mut telemetry, "timed_out", 50);
+        wait_for_more(&mut telemetry, WITHOUT, 50);
     }
     telemetry.stop().expect_code(0);
     let ended = follower.stop().expect_code(0);
-    for row in ["follow wait", "follow latency", "followed a frame", "timed out"] {
+    let counts = ["followed a frame", "found it ready at the release", "timed out"];
+    for row in ["follow wait", "follow latency"].into_iter().chain(counts) {
         assert!(ended.stdout.contains(row), "{row}: {}", ended.stdout);
     }
     let report = domain.json("report.json");
@@ -73,9 +78,10 @@ fn a_follower_outlives_its_source_and_follows_the_next_one() {
     let mut links = report["links"].as_array().unwrap().iter();
     let link = links.find(|link| link["service"] == "plant/saw").unwrap();
     let number = |key: &str| task[key].as_u64().unwrap_or_else(|| panic!("{key}: {task}"));
-    assert_eq!(number("followed") + number("timed_out"), number("cycles"));
-    assert!(number("followed") <= link["frames"].as_u64().unwrap(), "{report}");
-    assert!(number("followed") >= 100 && number("timed_out") >= 105, "{task}");
+    let with_frame = number("followed") + number("found_ready");
+    assert_eq!(with_frame + number("timed_out"), number("cycles"));
+    assert!(with_frame <= link["frames"].as_u64().unwrap(), "{report}");
+    assert!(with_frame >= 100 && number("timed_out") >= 105, "{task}");
     assert!(task["follow_latency_ns"]["count"].as_u64() > Some(0), "{task}");
     assert_eq!(link["restarts"], 1, "{link}");
 }
@@ -113,11 +119,11 @@ fn nodes_that_follow_each_other_both_run_and_the_one_that_is_left_runs_on() {
     });
     let [mut a, mut b] =
         ["a", "b"].map(|name| domain.start(&format!("subscribe isochrone/{name}/telemetry")));
-    wait_for_more(&mut a, "followed", 20);
-    wait_for_more(&mut b, "followed", 20);
+    wait_for_more(&mut a, WITH_FRAME, 20);
+    wait_for_more(&mut b, WITH_FRAME, 20);
     let [first, second] = nodes;
     first.kill();
-    wait_for_more(&mut b, "timed_out", 20);
+    wait_for_more(&mut b, WITHOUT, 20);
     for process in [a, b, second] {
         process.stop().expect_code(0);
     }

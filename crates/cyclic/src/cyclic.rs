@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use isochrone_schedule::{MissLimit, Overrun, Schedule};
 
 use crate::clock::Clock;
-use crate::follow::{Begun, Follow, FollowStart, watch};
+use crate::follow::{BegunCounts, Follow, FollowStart, watch};
 use crate::wait::{Awake, Waiter, WakeUps};
 
 /// Most late cycles that [`Overrun::CatchUp`] runs back to back before it skips the rest.
@@ -62,8 +62,7 @@ pub struct Cyclic<C: Clock> {
     limit: Option<MissWindow>,
     stop_reason: Option<StopReason>,
     follow_within_ns: u64,
-    followed: u64,
-    timed_out: u64,
+    begun: BegunCounts,
 }
 
 impl<C: Clock> Cyclic<C> {
@@ -87,8 +86,7 @@ impl<C: Clock> Cyclic<C> {
             limit: schedule.limit.map(MissWindow::new),
             stop_reason: None,
             follow_within_ns: schedule.follow_within_ns.unwrap_or(0),
-            followed: 0,
-            timed_out: 0,
+            begun: BegunCounts::default(),
         }
     }
 
@@ -149,16 +147,8 @@ impl<C: Clock> Cyclic<C> {
             self.stop_reason.get_or_insert(StopReason::Requested);
             return None;
         };
-        match begun {
-            Begun::Followed => self.followed = self.followed.saturating_add(1),
-            Begun::TimedOut => self.timed_out = self.timed_out.saturating_add(1),
-        }
-        let follow = FollowStart {
-            ready_ns: release.start_ns,
-            begun,
-            followed: self.followed,
-            timed_out: self.timed_out,
-        };
+        self.begun.add(begun);
+        let follow = FollowStart { ready_ns: release.start_ns, begun, counts: self.begun };
         Some(Release { start_ns, follow: Some(follow), ..release })
     }
 

@@ -32,8 +32,10 @@ pub struct Look {
 /// What made a cycle begin that follows its data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Begun {
-    /// New data was there, at the release or after it.
+    /// New data came while the task watched for it.
     Followed,
+    /// New data lay there when the cycle stood ready at its release.
+    FoundReady,
     /// The time for the wait was up, and nothing had come.
     TimedOut,
 }
@@ -46,10 +48,30 @@ pub struct FollowStart {
     pub ready_ns: u64,
     /// What made it begin.
     pub begun: Begun,
-    /// Cycles that began with new data since the loop began, this one included.
+    /// How the cycles since the loop began came to begin, this one included.
+    pub counts: BegunCounts,
+}
+
+/// How many cycles came to begin in which way.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct BegunCounts {
+    /// Those whose data came while the task watched for it.
     pub followed: u64,
-    /// Cycles that began without, this one included.
+    /// Those whose data lay there at the release.
+    pub found_ready: u64,
+    /// Those that began without.
     pub timed_out: u64,
+}
+
+impl BegunCounts {
+    pub(crate) fn add(&mut self, begun: Begun) {
+        let count = match begun {
+            Begun::Followed => &mut self.followed,
+            Begun::FoundReady => &mut self.found_ready,
+            Begun::TimedOut => &mut self.timed_out,
+        };
+        *count = count.saturating_add(1);
+    }
 }
 
 /// Watches clock and port from the release, which has come, for data that comes in `window`; returns when
@@ -65,7 +87,7 @@ pub(crate) fn watch<C: Clock>(
     let since_ns = window.start;
     let mut now_ns = ready_ns;
     if follow.has_arrived(Look { cycle, since_ns, now_ns }) {
-        return Some((ready_ns, Begun::Followed));
+        return Some((ready_ns, Begun::FoundReady));
     }
     while now_ns < window.end {
         if stop.load(Ordering::Relaxed) {

@@ -120,7 +120,7 @@ fn a_frame_that_came_before_the_release_is_waited_for_no_longer_than_the_release
     // The first frame comes when the first cycle has given up.
     assert_eq!(cycles[0].begun(), Begun::TimedOut);
     for cycle in &cycles[1..] {
-        assert_eq!((cycle.begun(), cycle.frames), (Begun::Followed, 1));
+        assert_eq!((cycle.begun(), cycle.frames), (Begun::FoundReady, 1));
         assert_eq!(cycle.release.start_ns, cycle.release.release_ns, "it waited for nothing");
     }
 }
@@ -130,7 +130,7 @@ fn a_cycle_without_data_begins_when_its_time_is_up() {
     let cycles = cycles(&mut Source::sending([]), 4);
     assert_eq!(waits_ns(&cycles), [WITHIN_NS; 4]);
     let last = cycles[3].release.follow.unwrap();
-    assert_eq!((last.followed, last.timed_out), (0, 4));
+    assert_eq!(last.counts, BegunCounts { timed_out: 4, ..BegunCounts::default() });
 }
 
 #[test]
@@ -147,7 +147,7 @@ fn a_slower_source_leaves_cycles_to_begin_without_a_frame() {
     let cycles = cycles(&mut Source::sending(sends_ns), 6);
     assert_eq!(waits_ns(&cycles), [50_000, WITHIN_NS, 50_000, WITHIN_NS, 50_000, WITHIN_NS]);
     let last = cycles[5].release.follow.unwrap();
-    assert_eq!((last.followed, last.timed_out), (3, 3));
+    assert_eq!(last.counts, BegunCounts { followed: 3, found_ready: 0, timed_out: 3 });
 }
 
 #[test]
@@ -160,6 +160,8 @@ fn a_source_with_jitter_is_followed_as_far_as_the_time_reaches() {
     // after that, and is not what the sixth waits for.
     assert_eq!(waits_ns(&cycles), [0, 290_000, 40_000, WITHIN_NS, 0, WITHIN_NS]);
     assert_eq!(cycles.iter().map(|cycle| cycle.frames).sum::<usize>(), jitters_ns.len());
+    let last = cycles[5].release.follow.unwrap();
+    assert_eq!(last.counts, BegunCounts { followed: 2, found_ready: 2, timed_out: 2 });
 }
 
 #[test]
@@ -251,7 +253,7 @@ fn a_late_cycle_looks_once_and_begins_at_once() {
     let mut source = Source::sending([EPOCH_NS + WITHIN_NS]);
     let late = cyclic.wait_for_data(WakeUps::One, &mut source).unwrap();
     assert_eq!(late.start_ns, EPOCH_NS + WITHIN_NS + 5_000);
-    assert_eq!(late.follow.unwrap().begun, Begun::Followed);
+    assert_eq!(late.follow.unwrap().begun, Begun::FoundReady);
 }
 
 #[test]
@@ -311,7 +313,8 @@ proptest! {
             prop_assert!(release.start_ns <= latest_ns + 2 * LOOK_NS);
             let frames = source.read(release.start_ns);
             prop_assert!(frames > 0 || follow.begun == Begun::TimedOut);
-            prop_assert_eq!(follow.followed + follow.timed_out, ran + 1);
+            let BegunCounts { followed, found_ready, timed_out } = follow.counts;
+            prop_assert_eq!(followed + found_ready + timed_out, ran + 1);
             clock.advance_to(release.start_ns + work_ns);
         }
     }

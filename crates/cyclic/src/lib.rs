@@ -51,7 +51,7 @@ mod wait;
 pub use alloc::{CountingAllocator, counts_allocations, thread_allocations};
 pub use clock::{Clock, Monotonic};
 pub use cyclic::{Cyclic, MAX_BURST, Release, StopReason};
-pub use follow::{Begun, Follow, FollowStart, Look};
+pub use follow::{Begun, BegunCounts, Follow, FollowStart, Look};
 pub use isochrone_schedule::{
     EPOCH_OFFSET_NS, Margin, MissLimit, Overrun, Schedule, Wake, phase_between_ticks_ns,
 };

@@ -2,7 +2,8 @@
 
 use std::fmt;
 
-use isochrone_timing::WarningCode;
+use isochrone_timing::units::duration;
+use isochrone_timing::{LateFrames, WarningCode};
 
 /// Something that people are to know about a running node: it is logged when it comes up, and stands
 /// in the [`Outcome`](crate::Outcome). `Display` says what happened and why.
@@ -41,6 +42,19 @@ pub enum Alarm {
         task: String,
         /// The service.
         service: String,
+    },
+    /// Frames that a task follows come after its cycles gave up.
+    LateFrames {
+        /// The task.
+        task: String,
+        /// The service.
+        service: String,
+        /// How long after a release the task waits for them, in ns.
+        within_ns: u64,
+        /// When they come instead.
+        late: LateFrames,
+        /// What to write in the configuration.
+        remedy: String,
     },
     /// An input does not fit the frames of its service.
     UnfitInput {
@@ -125,6 +139,7 @@ impl Alarm {
             Self::PastStamps { .. } => WarningCode::PastStamps,
             Self::ForeignHost { .. } => WarningCode::ForeignHost,
             Self::FarFollow { .. } => WarningCode::FarFollow,
+            Self::LateFrames { .. } => WarningCode::LateFrames,
             Self::UnfitInput { .. } => WarningCode::UnfitInput,
             Self::MovedChannel { .. } => WarningCode::MovedChannel,
             Self::PlainFrames { .. } => WarningCode::PlainFrames,
@@ -136,9 +151,17 @@ impl Alarm {
         }
     }
 
+    /// What to do about it; empty if there is nothing to do.
+    pub fn remedy(&self) -> String {
+        match self {
+            Self::LateFrames { remedy, .. } => remedy.clone(),
+            _ => self.code().remedy().to_owned(),
+        }
+    }
+
     /// What happened and what to do about it, as a log line.
     pub fn sentence(&self) -> String {
-        match self.code().remedy() {
+        match self.remedy().as_str() {
             "" => self.to_string(),
             remedy => format!("{self}; {remedy}"),
         }
@@ -176,6 +199,14 @@ impl fmt::Display for Alarm {
                 f,
                 "task \"{task}\" follows service \"{service}\", which another machine sends: its frames come \
                  when the link delivers them, so cycles begin anywhere within the time that follow allows"
+            ),
+            Self::LateFrames { task, service, within_ns, late, .. } => write!(
+                f,
+                "the frames of service \"{service}\" come {} after the releases of task \"{task}\", which \
+                 waits {} for them: each waits for the next release, {} at the median",
+                duration(late.median_ns as f64),
+                duration(*within_ns as f64),
+                duration(late.age_ns as f64)
             ),
             Self::UnfitInput { input, service, publisher, why } => write!(
                 f,

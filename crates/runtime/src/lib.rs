@@ -61,6 +61,7 @@ mod frame_wait;
 mod freshness;
 mod inputs;
 pub mod journal;
+mod late_frames;
 mod layouts;
 mod limiter;
 mod neighbours;

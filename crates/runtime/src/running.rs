@@ -233,6 +233,10 @@ impl<S: Service> Running<S> {
         }
         let mut operating = parts.operating.lock();
         let forces = operating.operator.forces().cloned().collect();
+        alarms.extend(tasks.iter().filter_map(|task| {
+            let lane = operating.lanes.iter().find(|lane| lane.name == task.name)?;
+            task.late_frames(lane.followed_service.as_deref()?, &lane.schedule)
+        }));
         let journal = operating.take_journal();
         drop(operating);
         if let Some(reason) = journal.and_then(|journal| journal.end(unix_ns())) {

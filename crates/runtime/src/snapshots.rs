@@ -24,7 +24,8 @@ const TIMING: [&str; 6] =
     ["cycle", "release_jitter_ns", "execution_ns", "response_ns", "missed", "overruns"];
 
 /// The same of a task that follows its data, behind the others.
-const FOLLOWING: [&str; 4] = ["follow_wait_ns", "followed", "timed_out", "follow_latency_ns"];
+const FOLLOWING: [&str; 5] =
+    ["follow_wait_ns", "followed", "found_ready", "timed_out", "follow_latency_ns"];
 
 /// The timing and the signals of a task, all of one cycle; NaN until it has run.
 type Snapshot = Box<[f64]>;
@@ -87,10 +88,11 @@ fn timing_of(cycle: &Cycle) -> [f64; TIMING.len()] {
 
 fn following_of(cycle: &Cycle) -> [f64; FOLLOWING.len()] {
     let Cycle { record, follow } = cycle;
-    let FollowRecord { followed, timed_out, latency_ns, .. } = follow.unwrap_or_default();
+    let follow = follow.unwrap_or_default();
+    let FollowRecord { followed, found_ready, timed_out, latency_ns, .. } = follow;
     let wait_ns = record.start_ns.saturating_sub(record.release_ns);
     let latency_ns = latency_ns.map_or(f64::NAN, |latency_ns| latency_ns as f64);
-    [wait_ns as f64, followed as f64, timed_out as f64, latency_ns]
+    [wait_ns as f64, followed as f64, found_ready as f64, timed_out as f64, latency_ns]
 }
 
 /// Names of the channels of a task's timing.

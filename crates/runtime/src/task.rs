@@ -209,12 +209,14 @@ impl<S: Service> Ports<S> {
     /// How a cycle that follows its data went, once its frames are sent.
     fn follow_record(&self, release: &Release) -> Option<FollowRecord> {
         let follow = release.follow?;
-        let taken_ns = self.inputs.followed_ns().filter(|_| follow.begun == Begun::Followed);
+        let taken_ns = self.inputs.followed_ns().filter(|_| follow.begun != Begun::TimedOut);
         let sent_ns = self.outputs.published_ns();
         Some(FollowRecord {
             ready_ns: follow.ready_ns,
-            followed: follow.followed,
-            timed_out: follow.timed_out,
+            followed: follow.counts.followed,
+            found_ready: follow.counts.found_ready,
+            timed_out: follow.counts.timed_out,
+            frame_ns: taken_ns,
             latency_ns: taken_ns.zip(sent_ns).map(|(taken, sent)| sent.saturating_sub(taken)),
         })
     }

@@ -13,7 +13,7 @@ pub fn warning(refusal: &Refusal) -> Warning {
 
 impl From<&Alarm> for Warning {
     fn from(alarm: &Alarm) -> Self {
-        Self::new(alarm.code(), alarm.to_string())
+        Self { code: alarm.code(), message: alarm.to_string(), remedy: alarm.remedy() }
     }
 }
 

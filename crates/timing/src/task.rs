@@ -1,7 +1,7 @@
 //! The timing of one cyclic task.
 
 use crate::distribution::{Distribution, encoded};
-use crate::follow::{FollowRecord, FollowTiming};
+use crate::follow::{FollowRecord, FollowTiming, LateFrames};
 use crate::metric::Metric;
 use crate::task_report::TaskReport;
 
@@ -110,7 +110,7 @@ impl TaskTiming {
         self.take(record, follow.ready_ns);
         self.end_following(follow);
         if let Some(timing) = self.follow.as_mut().filter(|_| self.records > self.warm_up_cycles) {
-            timing.record(record, follow);
+            timing.record(record, follow, self.period_ns);
         }
     }
 
@@ -172,6 +172,12 @@ impl TaskTiming {
         self.cycles().saturating_sub(self.records)
     }
 
+    /// Of a task that follows its data: that its frames come after its cycles gave up, at least nine of ten of
+    /// them, and lay there for a quarter of the period or longer at the next release.
+    pub fn late_frames(&self) -> Option<LateFrames> {
+        self.follow.as_ref()?.late_frames(self.period_ns)
+    }
+
     /// The report of the task under this name. The caller fills in what the records do not contain:
     /// wake, scheduler, CPU, usage and block counters.
     pub fn report(&self, name: impl Into<String>) -> TaskReport {
@@ -198,6 +204,7 @@ impl TaskTiming {
             response_ns: self.response.summary(),
             period_error_ns: self.period_error.summary(),
             followed: follow.map(|follow| follow.followed),
+            found_ready: follow.map(|follow| follow.found_ready),
             timed_out: follow.map(|follow| follow.timed_out),
             follow_wait_ns: follow.map(|follow| follow.wait.summary()),
             follow_latency_ns: follow.map(|follow| follow.latency.summary()),
@@ -244,12 +251,18 @@ mod tests {
         let waits = [(0, 0, None), (20, 120_000, Some(3_000)), (30, 300_000, None)];
         for ((ready_ns, wait_ns, latency_ns), cycle) in waits.into_iter().zip(0..) {
             let record = record(cycle, wait_ns);
-            let (followed, timed_out) = (cycle.min(1) + 1, cycle / 2);
-            let ready_ns = record.release_ns + ready_ns;
-            let follow = FollowRecord { ready_ns, followed, timed_out, latency_ns };
+            let follow = FollowRecord {
+                ready_ns: record.release_ns + ready_ns,
+                followed: cycle.min(1),
+                found_ready: 1,
+                timed_out: cycle / 2,
+                frame_ns: latency_ns.map(|_| record.start_ns),
+                latency_ns,
+            };
             timing.record_following(&record, &follow);
         }
-        timing.end_following(&FollowRecord { timed_out: 2, followed: 2, ..Default::default() });
+        let last = FollowRecord { timed_out: 2, followed: 1, ..Default::default() };
+        timing.end_following(&last);
         let report = timing.report("fast");
         let jitter = report.release_jitter_ns;
         assert_eq!((jitter.count, jitter.min, jitter.max), (2, Some(20), Some(30)));
@@ -257,14 +270,52 @@ mod tests {
         assert_eq!((wait.count, wait.min, wait.max), (2, Some(120_000), Some(300_000)));
         let latency = report.follow_latency_ns.unwrap();
         assert_eq!((latency.count, latency.max), (1, Some(3_000)));
-        assert_eq!((report.followed, report.timed_out), (Some(2), Some(2)));
+        let counts = (report.followed, report.found_ready, report.timed_out);
+        assert_eq!(counts, (Some(1), Some(1), Some(2)));
         assert!(report.histograms.contains_key("follow_wait_ns"));
+    }
+
+    /// Of a task whose frames came so long before each release; `None`: its cycle had none.
+    fn late_frames(ages_ns: impl IntoIterator<Item = Option<i64>>) -> Option<LateFrames> {
+        let mut timing = TaskTiming::new(PERIOD_NS).with_warm_up(0).following();
+        for (age_ns, cycle) in ages_ns.into_iter().zip(0..) {
+            let record = record(cycle, 0);
+            let frame_ns = age_ns.map(|age_ns| record.release_ns.wrapping_add_signed(-age_ns));
+            timing.record_following(&record, &FollowRecord { frame_ns, ..Default::default() });
+        }
+        timing.late_frames()
+    }
+
+    #[test]
+    fn frames_that_nearly_all_lie_there_with_an_old_age_at_the_release_are_late() {
+        let ages = |age_ns| (0..100).map(move |_| Some(age_ns));
+        let late = late_frames(ages(400_000)).unwrap();
+        let expected = LateFrames { median_ns: 600_000, p99_ns: 600_000, age_ns: 400_000 };
+        assert_eq!(late, expected);
+        let jitters = (0..100).map(|n| Some(if n < 95 { 400_000 } else { 300_000 }));
+        assert_eq!(late_frames(jitters).unwrap().p99_ns, 700_000);
+        let mostly = (0..100).map(|n| Some(if n % 20 == 0 { -50_000 } else { 400_000 }));
+        assert!(late_frames(mostly).is_some(), "most of them");
+        let slower = (0..100).map(|n| (n % 2 == 0).then_some(400_000));
+        assert!(late_frames(slower).is_some(), "those there are");
+    }
+
+    #[test]
+    fn frames_that_are_young_or_come_in_time_are_not_late() {
+        let ages = |age_ns| (0..100).map(move |_| Some(age_ns));
+        assert_eq!(late_frames(ages(90_000)), None, "they hardly wait");
+        assert_eq!(late_frames(ages(-90_000)), None, "they are waited for");
+        let drifts = (0..100).map(|n| Some(10_000 * n - 300_000));
+        assert_eq!(late_frames(drifts), None, "the source drifts through the grid");
+        assert_eq!(late_frames([None; 100]), None, "none came");
+        assert_eq!(late_frames(ages(400_000).take(5)), None, "too few to judge");
     }
 
     #[test]
     fn a_task_that_follows_nothing_reports_nothing_of_it() {
         let report = report(0, [record(0, 90)]);
-        assert_eq!((report.followed, report.timed_out), (None, None));
+        let counts = (report.followed, report.found_ready, report.timed_out);
+        assert_eq!(counts, (None, None, None));
         assert_eq!((report.follow_wait_ns, report.follow_latency_ns), (None, None));
         assert!(!report.histograms.keys().any(|key| key.starts_with("follow")));
     }

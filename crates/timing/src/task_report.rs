@@ -55,10 +55,13 @@ pub struct TaskReport {
     pub response_ns: Summary,
     /// Absolute difference between the interval of two starts and the interval of their due times.
     pub period_error_ns: Summary,
-    /// Cycles that began with a new frame, of a task that follows a service, including the warm-up;
-    /// absent for other tasks, as the next three.
+    /// Cycles whose frame came while the task watched for it, of a task that follows a service, including the
+    /// warm-up; absent for other tasks, as the next four.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub followed: Option<u64>,
+    /// Cycles whose frame lay ready at the release: it came before, or the task woke up late.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub found_ready: Option<u64>,
     /// Cycles that began without a new frame, when the time for it was up, including the warm-up.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub timed_out: Option<u64>,

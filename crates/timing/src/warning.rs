@@ -95,6 +95,9 @@ codes! {
     /// A task follows a service that another machine sends.
     FarFollow = "far_follow",
         "take follow out of its [[task]]: a plain task takes the newest frame at each release";
+    /// Frames that a task follows come after its cycles have stopped waiting for them.
+    LateFrames = "late_frames",
+        "have the task wait longer (within), or give it the phase at which the frames come";
     /// An input does not match the frames of its service.
     UnfitInput = "unfit_input",
         "correct the input's signal, channel or type, or what the publisher sends";

@@ -205,9 +205,8 @@ mod tests {
         let records: Vec<_> = (0..20).map(waited).collect();
         let ready = |record: &CycleRecord| FollowRecord {
             ready_ns: record.release_ns + 11,
-            followed: 0,
             timed_out: record.cycle + 1,
-            latency_ns: None,
+            ..FollowRecord::default()
         };
         let follows: Vec<_> = records.iter().map(ready).collect();
         let mut arm = LoopArm::new(PERIOD_NS, ORIGIN_NS);

@@ -102,7 +102,11 @@ fn task(f: &mut Formatter<'_>, task: &TaskReport) -> Result {
         row(f, "follow wait", wait)?;
         row(f, "follow latency", latency)?;
         let followed = counted_or_unknown(task.followed, "cycle");
-        writeln!(f, "  {followed} followed a frame, {} timed out", known(task.timed_out))?;
+        let (ready, timed_out) = (known(task.found_ready), known(task.timed_out));
+        writeln!(
+            f,
+            "  {followed} followed a frame, {ready} found it ready at the release, {timed_out} timed out"
+        )?;
     }
     let TaskReport { allocations, ipc_allocations, minor_faults, major_faults, .. } = task;
     let TaskReport { voluntary_switches, involuntary_switches, block_errors, .. } = task;
