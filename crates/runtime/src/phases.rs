@@ -13,16 +13,28 @@ use crate::neighbours::Neighbour;
 /// kernel's ticks. Tasks that are pinned to no CPU keep the phase between the ticks. The same plan beside
 /// the same tasks gets the same phases.
 ///
+/// A task that follows another one gets the phase of that one, where its grid is known: it is to watch when
+/// that one sends. The tasks that follow nothing choose first, so that theirs are known.
+///
 /// What a task of the plan will need after its release is not known before it runs, and counts as nothing.
 pub fn choose_phases(plan: &mut Plan, running: &[Neighbour]) {
     let mut placed: Vec<Neighbour> = running.to_vec();
     let given = plan.tasks.iter().filter(|task| task.phase_choice == PhaseChoice::Given);
     placed.extend(given.map(|task| Neighbour::planned(&plan.node, task)));
-    for task in plan.tasks.iter_mut().filter(|task| task.phase_choice != PhaseChoice::Given) {
-        if let Some(cpu) = task.cpu.number() {
-            let need =
-                Need { release_ns: EPOCH_OFFSET_NS, ..Neighbour::planned(&plan.node, task).need() };
-            let (phase_ns, reason) = choose(&need, cpu, &plan.node, &placed);
+    let automatic = plan.tasks.iter_mut().filter(|task| task.phase_choice != PhaseChoice::Given);
+    let (followers, others): (Vec<_>, Vec<_>) =
+        automatic.partition(|task| task.followed_service.is_some());
+    for task in others.into_iter().chain(followers) {
+        let planned = Neighbour::planned(&plan.node, task);
+        let need = Need { release_ns: EPOCH_OFFSET_NS, ..planned.need() };
+        let of_source = phase_of_source(&planned, &need, &placed);
+        let chosen = of_source.or_else(|| {
+            let cpu = task.cpu.number()?;
+            let is_followed = |other: &&Neighbour| planned.followed_in(other).is_some();
+            let others: Vec<_> = placed.iter().filter(|other| !is_followed(other)).collect();
+            Some(choose(&need, cpu, &plan.node, &others))
+        });
+        if let Some((phase_ns, reason)) = chosen {
             task.schedule.phase_ns = phase_ns;
             task.phase_choice = PhaseChoice::Automatic { reason };
         }
@@ -30,10 +42,24 @@ pub fn choose_phases(plan: &mut Plan, running: &[Neighbour]) {
     }
 }
 
+/// The phase of the task that a task follows, and that it is that.
+fn phase_of_source(task: &Neighbour, need: &Need, placed: &[Neighbour]) -> Option<(u64, String)> {
+    let is_known = |source: &&Neighbour| source.node == task.node || source.is_on_grid_with(need);
+    let is_followed = |source: &&Neighbour| task.followed_in(source).is_some();
+    let source = placed.iter().filter(is_followed).find(is_known)?;
+    let (own_ns, other_ns) = (task.period_ns.max(1), source.period_ns.max(1));
+    if !own_ns.is_multiple_of(other_ns) && !other_ns.is_multiple_of(own_ns) {
+        return None;
+    }
+    let since_ns = source.placement.first_release_ns.checked_sub(EPOCH_OFFSET_NS)?;
+    let reason = format!("the phase of {}, which it follows", source.full_name());
+    Some((since_ns % own_ns.min(other_ns), reason))
+}
+
 /// A phase, and why.
-fn choose(task: &Need, cpu: u32, node: &str, placed: &[Neighbour]) -> (u64, String) {
+fn choose(task: &Need, cpu: u32, node: &str, placed: &[&Neighbour]) -> (u64, String) {
     let others: Vec<&Neighbour> =
-        placed.iter().filter(|other| other.placement.cpu == Some(cpu)).collect();
+        placed.iter().copied().filter(|other| other.placement.cpu == Some(cpu)).collect();
     let (known, unknown): (Vec<&Neighbour>, Vec<&Neighbour>) =
         others.iter().copied().partition(|other| other.node == node || other.is_on_grid_with(task));
     let needs: Vec<Need> = known.iter().map(|other| other.need()).collect();
@@ -121,6 +147,44 @@ mod tests {
         choose_phases(&mut second, &running(&first));
         assert_eq!(second.tasks[0].schedule.phase_ns, 700_000);
         assert_eq!(reason(&second), "200 us clear of a.fast on CPU 1 and of the kernel's ticks");
+    }
+
+    const FOLLOW: &str = "\nfollow = { service = \"saw\", within = \"300us\" }\n\
+                          [[input]]\nname = \"saw\"\nservice = \"saw\"";
+
+    /// A running node that sends the saw, with these keys instead.
+    fn source(replaced: &str, by: &str) -> Vec<Neighbour> {
+        let mut tasks = running(&plan("source", &[&FAST.replace(replaced, by)]));
+        tasks.iter_mut().for_each(|task| task.placement.sends = vec!["saw".into()]);
+        tasks
+    }
+
+    fn follower(of: &[Neighbour], cpu: &str) -> (u64, String) {
+        let mut plan = plan("b", &[&format!("{}{FOLLOW}", FAST.replace("cpu = 1", cpu))]);
+        choose_phases(&mut plan, of);
+        let task = &plan.tasks[0];
+        (task.schedule.phase_ns, task.phase_choice.reason().unwrap().to_owned())
+    }
+
+    #[test]
+    fn a_task_that_follows_another_one_gets_its_phase_on_whatever_cpu() {
+        let expected = (350_000, "the phase of source.fast, which it follows".to_owned());
+        for cpu in ["cpu = 1", "cpu = 0", "cpu = \"any\""] {
+            assert_eq!(follower(&source("auto", "350us"), cpu), expected, "{cpu}");
+        }
+        let faster = source("1ms\"", "250us\"");
+        assert!(follower(&faster, "cpu = 0").0 < 250_000);
+    }
+
+    #[test]
+    fn a_task_whose_source_is_unknown_or_off_the_grid_keeps_clear_of_the_others_alone() {
+        let other = running(&plan("a", &[FAST]));
+        let reason = follower(&other, "cpu = 1").1;
+        assert!(reason.contains("clear of a.fast"), "{reason}");
+        let odd = source("1ms", "7ms");
+        let reason = follower(&[other, odd].concat(), "cpu = 1").1;
+        assert!(reason.contains("clear of a.fast on CPU 1"), "{reason}");
+        assert!(!reason.contains("source.fast"), "{reason}");
     }
 
     #[test]

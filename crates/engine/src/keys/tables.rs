@@ -158,7 +158,7 @@ keys! {
             |ob| i16::try_from(ob).is_ok_and(is_cyclic_ob),
             "30 to 38 or 123 to 32767",
         ), Means("no number");
-        /// Offset of the releases on the grid shared by all tasks. `"auto"` places them between the kernel's ticks, as far from them as the period allows; `run` also keeps clear of the tasks, of this node and of others that run, on the same CPU.
+        /// Offset of the releases on the grid shared by all tasks. `"auto"` places them between the kernel's ticks, as far from them as the period allows; `run` also keeps clear of the tasks, of this node and of others that run, on the same CPU. A task that follows a service gets the phase of the task that sends it, where that runs on the same grid.
         PHASE "phase": duration(|_| true, "less than the period, or \"auto\""), Default("\"0ns\"");
         /// SCHED_FIFO priority of the thread.
         PRIORITY "priority": integer(
