@@ -241,11 +241,8 @@ impl fmt::Display for Alarm {
             Self::InputNotOk { input, is_ok, falls, not_ok_ns } => {
                 let times = if *falls == 1 { "once".into() } else { format!("{falls} times") };
                 let end = if *is_ok { "it was ok in the end" } else { "it was not ok in the end" };
-                let not_ok = seconds(*not_ok_ns);
-                write!(
-                    f,
-                    "input \"{input}\" ceased to be ok {times}, and was not for {not_ok}; {end}"
-                )
+                let not_ok = duration(*not_ok_ns as f64);
+                write!(f, "input \"{input}\" ceased to be ok {times}, for {not_ok} in all; {end}")
             }
             Self::TelemetryCut { task, signals, shown, service } => write!(
                 f,

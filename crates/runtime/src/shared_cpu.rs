@@ -4,7 +4,7 @@ use std::fmt;
 
 use isochrone_cyclic::EPOCH_OFFSET_NS;
 use isochrone_engine::{Plan, TaskPlan};
-use isochrone_schedule::{Meeting, Need, Schedule};
+use isochrone_schedule::{Meeting, Need, Schedule, clear_phase_ns};
 use isochrone_timing::units::duration;
 use isochrone_timing::{Warning, WarningCode};
 
@@ -15,6 +15,9 @@ use crate::node::EPOCH_GRID_NS;
 /// What a task needs after its release is rounded up to a multiple of this, so that the same node on the
 /// same machine gets the same answers.
 const RESPONSE_STEP_NS: u64 = 10_000;
+
+/// What the kernel's throttling leaves real-time threads of a CPU by default.
+const MOST_WATCHED: f64 = 0.95;
 
 /// Two tasks on one CPU that need it at the same time.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -44,7 +47,7 @@ impl Neighbour {
                 first_release_ns: EPOCH_OFFSET_NS + schedule.phase_ns,
                 longest_watch_ns: schedule.longest_watch_ns(),
                 response_ns: None,
-                phase_reason: None,
+                phase_reason: task.phase_choice.reason().map(str::to_owned),
                 cpu_reason: None,
                 follow: Followed::of(schedule, followed_service.as_deref()),
                 sends: outputs.iter().map(|output| output.service.clone()).collect(),
@@ -63,6 +66,14 @@ impl Neighbour {
             before_ns: longest_watch_ns,
             after_ns: response_ns.max(self.placement.follow_within_ns()),
         }
+    }
+
+    /// The part of a CPU for which it may watch the clock at a real-time priority.
+    fn watched_share(&self) -> f64 {
+        let Placement { longest_watch_ns, .. } = self.placement;
+        let watch_ns = longest_watch_ns.saturating_add(self.placement.follow_within_ns());
+        let share = watch_ns.min(self.period_ns) as f64 / self.period_ns.max(1) as f64;
+        if self.priority().is_some() { share } else { 0.0 }
     }
 
     /// The SCHED_FIFO priority that it has.
@@ -140,6 +151,20 @@ impl SharedCpu {
         Some(Self { cpu, first: first.clone(), second: second.clone(), meeting })
     }
 
+    /// What to do about it. Where the phase is chosen already, or where no phase is clear of the other task,
+    /// choosing one does not help.
+    pub fn remedy(&self) -> String {
+        let Self { first, second, .. } = self;
+        let grid = Need { release_ns: EPOCH_OFFSET_NS, ..first.need() };
+        let has_room = clear_phase_ns(&grid, &[second.need()]).clear_ns.is_some();
+        if has_room && first.placement.phase_reason.is_none() {
+            return WarningCode::SharedCpu.remedy().to_owned();
+        }
+        let watches = |task: &Neighbour| task.placement.follow.is_some();
+        let within = if watches(first) || watches(second) { " or a shorter within" } else { "" };
+        format!("give {} another cpu, or a smaller margin{within}", first.full_name())
+    }
+
     /// What their schedulers make of it.
     fn consequence(&self) -> String {
         let [first, second] = [&self.first, &self.second];
@@ -189,18 +214,30 @@ impl fmt::Display for SharedCpu {
             duration(apart_ns as f64),
             duration(overlap_ns as f64),
             self.consequence()
-        )
+        )?;
+        let share = first.watched_share() + second.watched_share();
+        if share >= MOST_WATCHED {
+            write!(
+                f,
+                "; together they may watch the clock for {:.0} % of it, of which the kernel leaves real-time \
+                 threads 95 % unless it is told otherwise",
+                share * 100.0
+            )?;
+        }
+        Ok(())
     }
 }
 
 impl From<&SharedCpu> for Warning {
     fn from(shared: &SharedCpu) -> Self {
-        Self::new(WarningCode::SharedCpu, shared.to_string())
+        let (code, message) = (WarningCode::SharedCpu, shared.to_string());
+        Self { code, message, remedy: shared.remedy() }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use isochrone_engine::config::PhaseChoice;
     use isochrone_engine::{Rules, Source};
 
     use super::*;
@@ -236,6 +273,26 @@ mod tests {
         assert_eq!(SharedCpu::of_plan(&elsewhere, &[running(0)]), []);
         let moves = plan(&FAST.replace("cpu = 1", ""));
         assert_eq!(SharedCpu::of_plan(&moves, &[running(0)]), []);
+    }
+
+    #[test]
+    fn a_phase_is_no_remedy_where_none_is_clear_or_one_was_chosen() {
+        let remedy = |plan: &Plan, other: &Neighbour| {
+            SharedCpu::of_plan(plan, std::slice::from_ref(other))[0].remedy()
+        };
+        assert_eq!(remedy(&plan(FAST), &running(0)), WarningCode::SharedCpu.remedy());
+        let follows = plan(&following().replace("600us", "500us"));
+        let other = Neighbour::planned("a", &follows.tasks[0]);
+        let expected = "give b.fast another cpu, or a smaller margin or a shorter within";
+        assert_eq!(remedy(&follows, &other), expected);
+        let said = SharedCpu::of_plan(&follows, &[other])[0].to_string();
+        let together =
+            "; together they may watch the clock for 120 % of it, of which the kernel leaves";
+        assert!(said.contains(together), "{said}");
+        let mut chosen = plan(FAST);
+        let reason = "between the kernel's ticks".into();
+        chosen.tasks[0].phase_choice = PhaseChoice::Automatic { reason };
+        assert_eq!(remedy(&chosen, &running(0)), "give b.fast another cpu, or a smaller margin");
     }
 
     #[test]
