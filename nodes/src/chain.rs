@@ -93,7 +93,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         terminal::print(&shown::text(&measured, &nodes))?;
         shown::notes(&measured, &links).iter().for_each(|note| terminal::note(note));
     }
-    verdict(&measured)
+    verdict(&measured, &links)
 }
 
 /// Learns who writes the services, as far as that is announced.
@@ -137,12 +137,16 @@ fn measure(services: &[String], links: &mut [Link], stop: &Stop) -> Measured {
 }
 
 /// The exit status of the measurement.
-fn verdict(measured: &Measured) -> Result<(), Failure> {
+fn verdict(measured: &Measured, links: &[Link]) -> Result<(), Failure> {
     if let Some(end) = &measured.end {
         return Err(Failure::found(end));
     }
     if measured.chain.latency_ns.count > 0 {
         return Ok(());
+    }
+    if let Some(silent) = links.iter().find(|link| link.frames() == 0) {
+        let service = silent.service().to_owned();
+        return Err(Failure::found(End::Never { service }));
     }
     let broken = measured.chain.hops.iter().find(|hop| hop.latency_ns.count == 0);
     let why = match broken {

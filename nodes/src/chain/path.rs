@@ -69,7 +69,15 @@ fn no_chain(listed: &[ListedService], from: &str, to: &str) -> String {
         );
     }
     let writers = find(listed, to).map(|service| service.publishers.as_slice()).unwrap_or_default();
-    let who = writers.first().map_or_else(String::new, |writer| shown(&writer.name).to_owned());
+    if let Some(program) = writers.iter().find(|writer| writer.name.is_empty()) {
+        return format!(
+            "these services are no chain: \"{to}\" is published by {} (pid {}), which is no node of isochrone: \
+             through a link it comes from another machine, whose clock does not compare with the one here. \
+             Begin the chain with it, or measure there the part that runs there",
+            program.program, program.pid
+        );
+    }
+    let who = writers.first().map_or("nobody", |writer| shown(&writer.name));
     let is_theirs = |reader: &ListedNode| writers.iter().any(|writer| writer.pid == reader.pid);
     let read: Vec<_> = listed
         .iter()
@@ -137,6 +145,18 @@ mod tests {
              \"a\". Name the services in their order, the source first"
         );
         assert!(no_chain(&listed, "c", "a").contains("it reads no service"));
+    }
+
+    #[test]
+    fn what_the_program_of_a_link_publishes_is_said_to_come_from_another_machine() {
+        let mut link = node(7);
+        (link.name, link.program) = (String::new(), "iox2-link".into());
+        let mut far = service("far", 7, &[]);
+        far.publishers = vec![link];
+        let said = no_chain(&[service("a", 1, &[2]), far], "a", "far");
+        let begins = "these services are no chain: \"far\" is published by iox2-link (pid 7), which is no node";
+        assert!(said.starts_with(begins), "{said}");
+        assert!(said.contains("comes from another machine"), "{said}");
     }
 
     #[test]
