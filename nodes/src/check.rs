@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 
+use isochrone_bench::allowed_cpus;
 use isochrone_blocks::BlockType;
 use isochrone_cyclic::{Margin, Wake};
 use isochrone_engine::config::{Bad, Binding, Cpu, OnStale};
@@ -9,13 +10,14 @@ use isochrone_engine::{
     Findings, InputPlan, OutputPlan, Plan, Problem, TaskPlan, WirePlan, format_duration_ns,
     reference,
 };
+use isochrone_machine::Environment;
 use isochrone_report::Table;
 use isochrone_runtime::{Place, Places};
 use isochrone_timing::units::counted;
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
-use crate::{configuration, numbers, terminal};
+use crate::{configuration, numbers, terminal, throttling};
 
 /// Check a configuration: print tasks, order, wires and warnings
 ///
@@ -58,7 +60,33 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         return terminal::print_json(&document(&plan, &places));
     }
     configuration::note_warnings(&plan);
+    let here = not_here(&plan, &places)?;
+    if args.strict && !here.is_empty() {
+        return Err(Failure::found(here.join("\n")));
+    }
+    here.iter().for_each(|warning| terminal::note(&format!("warning: {warning}")));
     terminal::print(&text(&plan, &places))
+}
+
+/// Why the configuration would not run as it is written on this machine.
+fn not_here(plan: &Plan, places: &Places) -> Result<Vec<String>, Failure> {
+    let allowed = allowed_cpus()?;
+    let mut found = Vec::new();
+    for (task, place) in plan.tasks.iter().zip(places.as_slice()) {
+        if let Place::Named(cpu) = place
+            && !allowed.contains(cpu)
+        {
+            let cpus: Vec<_> = allowed.iter().map(usize::to_string).collect();
+            found.push(format!(
+                "task \"{}\" cannot have CPU {cpu} here: this process may use {}",
+                task.name,
+                cpus.join(", ")
+            ));
+        }
+    }
+    let throttled = throttling::refuse(plan, places, &Environment::read()).err();
+    found.extend(throttled.map(|refusal| format!("run would refuse it here: {refusal}")));
+    Ok(found)
 }
 
 /// A plan with the CPUs that would be chosen now, and what there is to be warned of then; with `strict`,
@@ -153,7 +181,11 @@ fn schedule(task: &TaskPlan) -> String {
     let mut words = vec![format!("every {}", format_duration_ns(schedule.period_ns))];
     if let Some(reason) = task.phase_choice.reason() {
         let phase = format_duration_ns(schedule.phase_ns);
-        words.push(format!("phase {phase} (auto: {reason}; run keeps clear of what runs)"));
+        let run = match task.followed_service {
+            Some(_) => "run takes that of the source",
+            None => "run keeps clear of what runs",
+        };
+        words.push(format!("phase {phase} (auto: {reason}; {run})"));
     } else if schedule.phase_ns > 0 {
         words.push(format!("phase {}", format_duration_ns(schedule.phase_ns)));
     }
@@ -178,7 +210,10 @@ fn schedule(task: &TaskPlan) -> String {
         }
     });
     words.extend(followed(task).map(|(service, within_ns)| {
-        format!("follows {service} within {}", format_duration_ns(within_ns))
+        let [within, watched, period] =
+            [within_ns, schedule.longest_watch_in_a_period_ns(), schedule.period_ns]
+                .map(format_duration_ns);
+        format!("follows {service} within {within} (watches for up to {watched} of each {period})")
     }));
     words.push(format!("overrun {}", schedule.overrun.as_str()));
     let limit = schedule.limit;

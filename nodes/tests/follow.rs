@@ -137,7 +137,11 @@ fn folder(configuration: &str) -> Folder {
 #[test]
 fn check_says_what_a_task_follows() {
     let text = folder(&follower()).run("check follower.toml").noting().0;
-    assert!(text.contains("wake sleep, follows plant/saw within 8ms, overrun skip"), "{text}");
+    let follows = "follows plant/saw within 8ms (watches for up to 8ms of each 10ms)";
+    assert!(text.contains(&format!("wake sleep, {follows}, overrun skip")), "{text}");
+    let with_margin = FOLLOWER.replace("follow =", "margin = \"1ms\"\nwake = \"hybrid\"\nfollow =");
+    let text = folder(&with_margin).run("check follower.toml").noting().0;
+    assert!(text.contains("(watches for up to 9ms of each 10ms)"), "{text}");
     let follow = |configuration: &str| {
         let json = folder(configuration).run("check follower.toml --json").noting().0;
         serde_json::from_str::<Value>(&json).unwrap()["tasks"][0]["follow"].clone()
@@ -160,10 +164,23 @@ fn real_time_tasks_that_would_watch_for_data_all_the_time_are_refused() {
     let domain = Domain::new();
     domain.write("follower.toml", &follower().replace("follow =", follow));
     let ended = domain.run("run follower.toml --cycles 1");
+    let checked = domain.run("check follower.toml").expect_code(0).stderr;
     // Where the kernel does not throttle, nothing is refused.
-    if ended.status.code() != Some(0) {
-        assert_says(&ended.stderr, &["(wake = \"hybrid\", follow)", "a shorter within of follow"]);
+    let is_refused = ended.status.code() != Some(0);
+    assert_eq!(checked.contains("warning: run would refuse it here"), is_refused, "{checked}");
+    if is_refused {
+        let reasons = ["(wake = \"hybrid\", follow)", "a shorter within of follow"];
+        assert_says(&ended.stderr, &reasons);
+        assert_says(&checked, &reasons);
+        domain.run("check --strict follower.toml").expect_code(1);
     }
+}
+
+#[test]
+fn check_says_which_cpu_this_machine_does_not_have() {
+    let folder = folder(&FOLLOWER.replace("follow =", "cpu = 4000\nfollow ="));
+    let (_, noted) = folder.run("check follower.toml").noting();
+    assert_says(&noted, &["warning: task \"t\" cannot have CPU 4000 here: this process may use"]);
 }
 
 #[test]

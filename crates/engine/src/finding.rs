@@ -48,6 +48,8 @@ pub enum Problem {
     NoEffect,
     /// A task that keeps the task that it follows from sending (a warning).
     StarvedSource,
+    /// A task that follows its own output (a warning).
+    FollowsItself,
     /// A wire to a pin that is read at certain times only (a note).
     Latched,
     /// An input that is never stale (a note).
@@ -76,6 +78,7 @@ impl Problem {
             Self::ConstantError => "constant_error",
             Self::NoEffect => "no_effect",
             Self::StarvedSource => "starved_source",
+            Self::FollowsItself => "follows_itself",
             Self::Latched => "latched",
             Self::NoMaxAge => "no_max_age",
         }
@@ -84,7 +87,9 @@ impl Problem {
     pub(crate) fn severity(self) -> Severity {
         match self {
             Self::Latched | Self::NoMaxAge => Severity::Advice,
-            Self::ConstantError | Self::NoEffect | Self::StarvedSource => Severity::Warning,
+            Self::ConstantError | Self::NoEffect | Self::StarvedSource | Self::FollowsItself => {
+                Severity::Warning
+            }
             _ => Severity::Error,
         }
     }

@@ -41,6 +41,23 @@ pub(super) fn check(config: &Config, names: &Names<'_>, findings: &mut Vec<Findi
     }
 }
 
+/// Warns of tasks that follow what they send themselves: the frame that a cycle waits for is its own.
+pub(super) fn own_outputs(tasks: &[TaskPlan]) -> impl Iterator<Item = Finding> {
+    tasks.iter().filter_map(|task| {
+        let followed = task.followed_service.as_ref()?;
+        task.outputs.iter().find(|output| output.service == *followed)?;
+        let message = format!(
+            "task \"{}\" follows \"{followed}\", which it sends itself: every second cycle waits for a frame \
+             that cannot come, until its time is up",
+            task.name
+        );
+        let help = "follow the service of another task, or leave follow out: a task reads its own output of \
+                    the cycle before anyway";
+        let span = task.followed_span.clone().unwrap_or_default();
+        Some(Finding::new(Problem::FollowsItself, span, message).help(help))
+    })
+}
+
 /// As [`Plan::starved_sources`](super::Plan::starved_sources).
 pub(super) fn starved_sources(tasks: &[TaskPlan]) -> Vec<Finding> {
     tasks.iter().filter_map(|task| starved_source(task, tasks)).collect()

@@ -139,6 +139,7 @@ impl Plan {
         // Only now: what an error keeps from being read is not the reader's choice.
         wiring.report_unread(&config, &mut findings);
         let (tasks, links) = layout::lay_out(&config, &names, &wiring, &depths);
+        findings.extend(follow::own_outputs(&tasks));
         findings.extend(follow::starved_sources(&tasks));
         advice::feedback_without_effect(&config, &tasks, &links, &mut findings);
         Ok(Self {

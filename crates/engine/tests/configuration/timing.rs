@@ -204,6 +204,16 @@ fn the_wait_for_a_frame_ends_before_the_period() {
 }
 
 #[test]
+fn a_task_that_follows_what_it_sends_itself_is_warned_of() {
+    let text = "[node]\nname = \"n\"\n[[task]]\nname = \"a\"\nperiod = \"1ms\"\n\
+                follow = { service = «\"s\", within = \"300us\" }\n\
+                [[input]]\nname = \"x\"\nservice = \"s\"\nmax_age = \"1s\"\n\
+                [[output]]\nservice = \"s\"\nsignals = [\"x\"]\n";
+    let message = "task \"a\" follows \"s\", which it sends itself";
+    assert_one("own output", text, FollowsItself, message, "follow the service of another task");
+}
+
+#[test]
 fn a_task_that_keeps_its_source_from_sending_is_warned_of() {
     let text = |source: &str, follower: &str| {
         format!(
