@@ -7,8 +7,8 @@ use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::Stop;
 use isochrone_report::Table;
 use isochrone_runtime::control::{
-    ClientError, DescribeResult, DescribedNode, RunningNode, TaskDescription, describe_nodes,
-    running_nodes,
+    ClientError, DescribeResult, DescribedNode, Followed, Placement, RunningNode, TaskDescription,
+    describe_nodes, running_nodes,
 };
 use isochrone_runtime::{Neighbour, Neighbours, SharedCpu, StarvedSource};
 use isochrone_timing::WarningCode;
@@ -67,31 +67,42 @@ pub(super) fn text(nodes: &[ControlNode]) -> String {
             None => "unknown".into(),
         };
         text += &format!("  {}  pid {}  control {access}\n", escaped(&node.name), node.process);
-        let mut table = Table::default();
-        for task in description.iter().flat_map(|known| &known.tasks) {
-            table.row([
-                &*escaped(&task.name),
-                &rate(Rate::Announced { period_ns: task.period_ns }),
-                &placed(task),
-                &format!("cycle {}", task.last_cycle.unwrap_or(task.cycle)),
-                &format!("{} missed", task.missed),
-                &task.stands_ns.map_or_else(String::new, stands),
-                &if task.forces > 0 { format!("{} forced", task.forces) } else { String::new() },
-            ]);
+        text += &tasks_text(description.as_ref().map_or(&[], |known| &known.tasks));
+    }
+    text + "\n"
+}
+
+/// The tasks of a node.
+fn tasks_text(tasks: &[TaskDescription]) -> String {
+    let mut table = Table::default();
+    for task in tasks {
+        table.row([
+            &*escaped(&task.name),
+            &rate(Rate::Announced { period_ns: task.period_ns }),
+            &scheduled(task),
+            &placed(task),
+            &format!("cycle {}", task.last_cycle.unwrap_or(task.cycle)),
+            &format!("{} missed", task.missed),
+            &task.stands_ns.map_or_else(String::new, stands),
+            &if task.forces > 0 { format!("{} forced", task.forces) } else { String::new() },
+        ]);
+    }
+    let mut text = table.draw(4);
+    for task in tasks {
+        let Some(placement) = &task.placement else { continue };
+        if let Some(Followed { service, within_ns }) = &placement.follow {
+            let (name, service) = (escaped(&task.name), escaped(service));
+            text += &format!("    {name} follows {service} within {}\n", period(*within_ns));
         }
-        text += &table.draw(4);
-        for task in description.iter().flat_map(|known| &known.tasks) {
-            let Some(placement) = &task.placement else { continue };
-            let reasons = [("CPU", &placement.cpu_reason), ("phase", &placement.phase_reason)];
-            for (what, reason) in reasons {
-                if let Some(reason) = reason {
-                    let (name, reason) = (escaped(&task.name), escaped(reason));
-                    text += &format!("    {what} of {name}: {reason}\n");
-                }
+        let reasons = [("CPU", &placement.cpu_reason), ("phase", &placement.phase_reason)];
+        for (what, reason) in reasons {
+            if let Some(reason) = reason {
+                let (name, reason) = (escaped(&task.name), escaped(reason));
+                text += &format!("    {what} of {name}: {reason}\n");
             }
         }
     }
-    text + "\n"
+    text
 }
 
 /// That a task does not run, and for how long.
@@ -99,12 +110,20 @@ fn stands(stands_ns: u64) -> String {
     format!("stands for {:.1} s", stands_ns as f64 / 1e9)
 }
 
+/// How a task is scheduled, and how it waits: `fifo:80 hybrid`.
+fn scheduled(task: &TaskDescription) -> String {
+    let words = |placement: &Placement| format!("{} {}", placement.scheduler, placement.wake);
+    task.placement.as_ref().map_or_else(String::new, words)
+}
+
 /// Where a task is: its phase and CPU, as far as the node tells.
 fn placed(task: &TaskDescription) -> String {
-    let cpu = task.placement.as_ref().and_then(|placement| placement.cpu);
+    let cpu = task.placement.as_ref().map(|placement| match placement.cpu {
+        Some(cpu) => format!("CPU {cpu}"),
+        None => "any CPU".to_owned(),
+    });
     let phase = (task.phase_ns > 0).then(|| format!("phase {}", period(task.phase_ns)));
-    let words = cpu.map(|cpu| format!("CPU {cpu}")).into_iter().chain(phase);
-    words.collect::<Vec<_>>().join(", ")
+    cpu.into_iter().chain(phase).collect::<Vec<_>>().join(", ")
 }
 
 /// What the nodes tell of their tasks.
@@ -182,8 +201,6 @@ pub(super) fn document(nodes: &[ControlNode]) -> Value {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_runtime::control::{Followed, Placement};
-
     use super::*;
 
     fn task(node: &str, first_release_ns: u64) -> Neighbour {
@@ -200,6 +217,29 @@ mod tests {
             sends: vec![format!("{node}/out")],
         };
         Neighbour { node: node.into(), task: "fast".into(), period_ns: 1_000_000, placement }
+    }
+
+    #[test]
+    fn a_row_says_how_a_task_is_scheduled_and_a_line_what_it_follows_in_80_columns() {
+        let mut placement = task("a", 0).placement;
+        (placement.scheduler, placement.wake) = ("fifo:70".into(), "hybrid".into());
+        placement.follow = Some(Followed { service: "plant/level".into(), within_ns: 400_000 });
+        let mut task: TaskDescription = serde_json::from_value(json!({
+            "name": "fast", "period_ns": 1_000_000, "phase_ns": 355_000, "cycle": 2_969_000,
+            "missed": 0, "overruns": 0, "parameters": 1, "forces": 0,
+        }))
+        .unwrap();
+        task.placement = Some(placement);
+        let shown = |task: &TaskDescription| tasks_text(std::slice::from_ref(task));
+        let text = shown(&task);
+        assert!(
+            text.contains("1000 Hz  fifo:70 hybrid  CPU 1, phase 355 us  cycle 2969000"),
+            "{text}"
+        );
+        assert!(text.contains("    fast follows plant/level within 400 us\n"), "{text}");
+        assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+        task.placement.as_mut().unwrap().cpu = None;
+        assert!(shown(&task).contains("  any CPU, phase 355 us  "), "{}", shown(&task));
     }
 
     #[test]
