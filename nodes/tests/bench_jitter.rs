@@ -55,6 +55,20 @@ fn can_be_compared(report: &Value) -> bool {
 }
 
 #[test]
+fn how_the_arms_are_scheduled_is_said_and_a_phase_is_a_part_of_every_period() {
+    let domain = Domain::new();
+    let ended = domain
+        .run("bench jitter --arms hybrid --phase 300us --priority 0 --seconds 0.2 --turn 0.2");
+    let said = ended.expect_code(0).stderr;
+    assert!(said.contains("note: normal scheduling, no priority, CPU "), "{said}");
+    assert!(said.contains(", phase 300us\n"), "{said}");
+    let refused =
+        domain.run("bench jitter --arms hybrid --phase 2ms --period 5ms,200us").expect_code(2);
+    let why = "--phase 2ms is not less than the period of 200us";
+    assert!(refused.stderr.contains(why), "{}", refused.stderr);
+}
+
+#[test]
 fn arms_run_in_turns_without_their_warm_up_and_are_compared_with_the_first() {
     let domain = Domain::new();
     let report = bench(&domain, &format!("--arms sleep,hybrid {SIX_TURNS}"));

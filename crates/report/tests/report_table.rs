@@ -295,6 +295,7 @@ fn cycles_that_had_no_new_value_are_shown_beside_arms_that_count_them() {
     let table = Report { links, ..Report::default() }.to_string();
     let rows: Vec<&str> = table.lines().filter(|line| line.ends_with("0 of 1")).collect();
     assert!(table.contains("  lost  timed out  invalid turns\n"), "{table}");
+    assert!(rows[1].starts_with("  follow (there and back) "), "{table}");
     assert!(rows[0].ends_with("2          -         0 of 1"), "{table}");
     assert!(rows[1].ends_with("2          7         0 of 1"), "{table}");
 }

@@ -17,7 +17,7 @@ use super::live::Terminal;
 use super::outputs;
 use super::times::{parse_length, parse_turn};
 use crate::failure::Failure;
-use crate::{configuration, domain, run, stop};
+use crate::{configuration, domain, run, stop, terminal};
 
 /// Measure release jitter: how late a loop starts its cycles
 ///
@@ -77,6 +77,7 @@ pub(super) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let settings = args.settings(catalogue, &machine)?;
     jitter::check(&settings)?;
     outputs.check_arms(&settings.names())?;
+    terminal::note(&format!("note: {}", circumstances(&settings)));
     let stop = stop::on_signal(None)?;
     let domain = args.domain.find()?;
     let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
@@ -109,6 +110,15 @@ impl Args {
         self.follow_first_task(&mut settings)?;
         if settings.periods_ns.is_empty() {
             settings.periods_ns.push(DEFAULT_PERIOD_NS);
+        }
+        if let Some(period_ns) =
+            settings.periods_ns.iter().find(|period_ns| **period_ns <= settings.phase_ns)
+        {
+            return Err(Failure::usage(format!(
+                "--phase {} is not less than the period of {}; a phase is a part of the period",
+                format_duration_ns(settings.phase_ns),
+                format_duration_ns(*period_ns)
+            )));
         }
         if settings.loops.is_empty() {
             jitter::add_usual_loops(&mut settings);
@@ -175,6 +185,18 @@ impl Args {
         }
         Ok(())
     }
+}
+
+/// What all arms have in common: `SCHED_FIFO 80, CPU 1, phase 0ns`.
+fn circumstances(settings: &Settings) -> String {
+    let scheduler = match settings.priority {
+        Some(priority) => format!("SCHED_FIFO {priority}"),
+        None => "normal scheduling, no priority".to_owned(),
+    };
+    let cpus: Vec<_> = settings.cpus.iter().map(|on| on.cpu.to_string()).collect();
+    let noun = if cpus.len() == 1 { "CPU" } else { "CPUs" };
+    let phase = format_duration_ns(settings.phase_ns);
+    format!("{scheduler}, {noun} {}, phase {phase}", cpus.join(", "))
 }
 
 fn parse_period(text: &str) -> Result<u64, String> {

@@ -97,6 +97,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let outputs = args.outputs.open()?;
     outputs.check_arms(&settings.names())?;
     let stop = stop::on_signal(None)?;
+    let limited =
+        args.arms.iter().filter_map(|arm| arm.limited(&args.values, &args.pace, &settings.sizes));
+    limited.for_each(|note| terminal::note(&format!("note: {note}")));
     settings
         .names()
         .iter()

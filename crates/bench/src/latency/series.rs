@@ -56,7 +56,7 @@ impl KeptPace {
         Some(Warning::new(
             WarningCode::PaceNotKept,
             format!(
-                "{} of {} times the sender could not keep its pace and sent fewer messages; worst: {}, \
+                "in {} of {} rows the sender could not keep its pace and sent fewer messages; worst: {}, \
                  {} of {} instants missed",
                 late().count(),
                 all.len(),
@@ -257,7 +257,7 @@ mod tests {
         assert_eq!(report.link.histograms.keys().collect::<Vec<_>>(), ["one_way_ns"]);
         let pace = [series.pace(), KeptPace { label: "raw".into(), asked: 100, missed: 1 }];
         let warning = KeptPace::warning(&pace).unwrap().message;
-        for says in ["1 of 2 times", "tcp (100 Hz, 64 values), 2 of 102 instants"] {
+        for says in ["in 1 of 2 rows", "tcp (100 Hz, 64 values), 2 of 102 instants"] {
             assert!(warning.contains(says), "{warning}");
         }
         assert_eq!(KeptPace::warning(&pace[1..]), None, "one in a hundred is life");

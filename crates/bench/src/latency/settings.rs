@@ -78,13 +78,14 @@ impl Settings {
     }
 
     /// Where the nodes of an arm run, first to last. Those that follow have the sender's CPU, as the thread
-    /// that measures is the one that sends.
+    /// that measures is the one that sends. The only one of `follow` has what the first one of `chain` has, so that the
+    /// second one is all that they differ in.
     pub fn node_places(&self, arm: Arm) -> Vec<NodePlace> {
         let at = |cpu| NodePlace { cpu, priority: self.priority };
         match follow_path::length(arm) {
             0 if arm == Arm::Node => vec![at(self.node_cpu)],
             0 => Vec::new(),
-            1 => vec![at(self.cpus.sender)],
+            1 => self.node_places(Arm::Chain).into_iter().take(1).collect(),
             // On one CPU, one that watches must leave it to its source.
             _ if self.nodes_share_cpu() => {
                 let second = self.priority.unwrap_or_default().saturating_sub(1).max(1);
@@ -123,6 +124,24 @@ pub struct Circumstance {
     pub pace: Pace,
     /// The arms; the others are compared with the first.
     pub arms: Vec<Arm>,
+}
+
+impl Arm {
+    /// What is measured of an arm that cannot have every size and pace that is asked for; `None`: all of it.
+    pub fn limited(self, sizes: &[usize], paces: &[Pace], plan: &[Size]) -> Option<String> {
+        let asked = sizes.iter().flat_map(|values| paces.iter().map(move |pace| (*values, *pace)));
+        if asked.into_iter().all(|(values, pace)| self.has(values, pace)) {
+            return None;
+        }
+        let circumstances = plan.iter().flat_map(|size| &size.circumstances);
+        let measured = circumstances.filter(|some| some.arms.contains(&self));
+        let paces: Vec<String> = measured.map(|some| some.pace.to_string()).collect();
+        Some(format!(
+            "{self} is measured with {NODE_VALUES} value at {}: it has no other of the sizes and paces that were \
+             asked for",
+            paces.join(", ")
+        ))
+    }
 }
 
 /// The circumstances by the size of the message. The ways through nodes have one size, and not every pace,
@@ -195,6 +214,30 @@ mod tests {
         assert_eq!(odd, [Size { values: 1, circumstances: vec![alone] }]);
     }
 
+    #[test]
+    fn what_is_measured_instead_of_what_an_arm_cannot_have_is_said() {
+        let limited = |arm: Arm, sizes: &[usize], paces: &[Pace]| {
+            arm.limited(sizes, paces, &super::plan(&[Arm::Ports, arm], sizes, paces))
+        };
+        let hz = |paces: &[f64]| paces.iter().copied().map(Pace::Hz).collect::<Vec<_>>();
+        for (arm, sizes, paces, measured) in [
+            (Arm::Follow, &[1][..], hz(&[300.0]), "follow is measured with 1 value at 1000 Hz: "),
+            (
+                Arm::Chain,
+                &[1],
+                hz(&[300.0, 4_000.0]),
+                "chain is measured with 1 value at 4000 Hz: ",
+            ),
+            (Arm::Node, &[64], hz(&[1_000.0]), "node is measured with 1 value at 1000 Hz: "),
+            (Arm::Follow, &[1, 64], hz(&[100.0, 1_000.0]), "value at 100 Hz, 1000 Hz: "),
+        ] {
+            let said = limited(arm, sizes, &paces).unwrap();
+            assert!(said.contains(measured), "{said}");
+        }
+        assert_eq!(limited(Arm::Follow, &[1], &hz(&[1_000.0, 4_000.0])), None);
+        assert_eq!(limited(Arm::Ports, &[64], &PACES), None);
+    }
+
     fn settings(node_cpu: usize, priority: Option<u8>) -> Settings {
         Settings {
             sizes: plan(&[Arm::Follow, Arm::Chain], &[1], &PACES),
@@ -219,6 +262,7 @@ mod tests {
         assert_eq!(cpus(&three, Arm::Ports), []);
         for (priority, first, second) in [(None, 2, 1), (Some(1), 2, 1), (Some(89), 89, 88)] {
             let two = settings(1, priority);
+            assert_eq!(cpus(&two, Arm::Follow), [(1, Some(first))]);
             assert_eq!(cpus(&two, Arm::Chain), [(1, Some(first)), (1, Some(second))]);
         }
         assert_eq!(three.shared_cpu(), None);

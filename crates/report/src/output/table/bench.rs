@@ -88,6 +88,9 @@ fn loops(group: &Group<'_, TaskArm>) -> Table {
     table
 }
 
+/// Through nodes that follow, the time is that of the way to the nodes and of the way back.
+const THERE_AND_BACK: &str = " (there and back)";
+
 fn latencies(group: &Group<'_, LinkArm>) -> Table {
     let has_followed = group.arms.iter().any(|link| link.timed_out.is_some());
     let timed_out = has_followed.then_some("timed out");
@@ -99,9 +102,9 @@ fn latencies(group: &Group<'_, LinkArm>) -> Table {
         let timed_out = has_followed.then_some(timed_out);
         let rest =
             [link.link.lost.to_string()].into_iter().chain(timed_out).chain([invalid(*link)]);
-        table.row(
-            latency_cells(&link.link.service, link.link.frames, &link.link.one_way_ns).chain(rest),
-        );
+        let back = if link.timed_out.is_some() { THERE_AND_BACK } else { "" };
+        let label = format!("{}{back}", link.link.service);
+        table.row(latency_cells(&label, link.link.frames, &link.link.one_way_ns).chain(rest));
         for (stage, summary) in stages(link) {
             table.row(latency_cells(&format!("  {stage}"), summary.count, summary));
         }
