@@ -84,8 +84,8 @@ fn not_here(plan: &Plan, places: &Places) -> Result<Vec<String>, Failure> {
             ));
         }
     }
-    let throttled = throttling::refuse(plan, places, &Environment::read()).err();
-    found.extend(throttled.map(|refusal| format!("run would refuse it here: {refusal}")));
+    let refused = throttling::why_refused(plan, places, &Environment::read());
+    found.extend(refused.map(|why| format!("run would refuse it here: {why}")));
     Ok(found)
 }
 

@@ -17,7 +17,19 @@ pub(crate) fn refuse(
     places: &Places,
     environment: &Environment,
 ) -> Result<(), Failure> {
-    let Some(throttling) = environment.fifo_throttling() else { return Ok(()) };
+    match why_refused(plan, places, environment) {
+        Some(why) => Err(Failure::found(why)),
+        None => Ok(()),
+    }
+}
+
+/// Why [`refuse`] refuses, if it does.
+pub(crate) fn why_refused(
+    plan: &Plan,
+    places: &Places,
+    environment: &Environment,
+) -> Option<String> {
+    let throttling = environment.fifo_throttling()?;
     let placed = || plan.tasks.iter().zip(places.as_slice());
     let real_time = || placed().filter(|(task, _)| task.priority.is_some());
     for (first, place) in real_time() {
@@ -28,10 +40,10 @@ pub(crate) fn refuse(
         let on_its_cpu: Vec<&TaskPlan> = real_time().filter(meets).map(|(task, _)| task).collect();
         let share: f64 = on_its_cpu.iter().map(|task| watched(task)).sum();
         if throttling.share().is_some_and(|limit| share >= limit) {
-            return Err(Failure::found(refusal(&on_its_cpu, share, throttling)));
+            return Some(refusal(&on_its_cpu, share, throttling));
         }
     }
-    Ok(())
+    None
 }
 
 /// The part of a CPU for which a task may watch the clock.

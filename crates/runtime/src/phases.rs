@@ -181,7 +181,7 @@ mod tests {
         let other = running(&plan("a", &[FAST]));
         let reason = follower(&other, "cpu = 1").1;
         assert!(reason.contains("clear of a.fast"), "{reason}");
-        let odd = source("1ms", "7ms");
+        let odd = source("1ms", "1500us");
         let reason = follower(&[other, odd].concat(), "cpu = 1").1;
         assert!(reason.contains("clear of a.fast on CPU 1"), "{reason}");
         assert!(!reason.contains("source.fast"), "{reason}");

@@ -2,7 +2,7 @@
 
 use isochrone_cyclic::ThreadGrant;
 use isochrone_engine::config::Cpu;
-use isochrone_engine::{Plan, format_duration_ns};
+use isochrone_engine::{Plan, TaskPlan, format_duration_ns};
 use isochrone_ipc::{Participant, ipc};
 use isochrone_machine::Machine;
 use isochrone_runtime::{Neighbours, Place, Places, SharedCpu, StarvedSource, choose_phases};
@@ -11,12 +11,15 @@ use isochrone_timing::Warning;
 use crate::failure::Failure;
 use crate::terminal;
 
-/// What runs beside a node whose tasks are pinned to CPUs. Other nodes share none with it.
+/// What runs beside a node whose tasks are pinned to CPUs, or follow others. Other nodes share none with it.
 pub(super) fn find(
     plan: &Plan,
     participant: &Participant<ipc::Service>,
 ) -> Result<Neighbours, Failure> {
-    if plan.tasks.iter().all(|task| matches!(task.cpu, Cpu::Any)) {
+    // A task that follows may take the phase of its source wherever it runs.
+    let takes_phase =
+        |task: &TaskPlan| task.followed_service.is_some() && task.phase_choice.reason().is_some();
+    if plan.tasks.iter().all(|task| matches!(task.cpu, Cpu::Any) && !takes_phase(task)) {
         return Ok(Neighbours::default());
     }
     let running = Neighbours::find(participant, &plan.node).map_err(Failure::found)?;
