@@ -139,7 +139,8 @@ fn check_says_what_a_task_follows() {
     let text = folder(&follower()).run("check follower.toml").noting().0;
     let follows = "follows plant/saw within 8ms (watches for up to 8ms of each 10ms)";
     assert!(text.contains(&format!("wake sleep, {follows}, overrun skip")), "{text}");
-    let with_margin = FOLLOWER.replace("follow =", "margin = \"1ms\"\nwake = \"hybrid\"\nfollow =");
+    let with_margin =
+        follower().replace("follow =", "margin = \"1ms\"\nwake = \"hybrid\"\nfollow =");
     let text = folder(&with_margin).run("check follower.toml").noting().0;
     assert!(text.contains("(watches for up to 9ms of each 10ms)"), "{text}");
     let follow = |configuration: &str| {
@@ -178,7 +179,7 @@ fn real_time_tasks_that_would_watch_for_data_all_the_time_are_refused() {
 
 #[test]
 fn check_says_which_cpu_this_machine_does_not_have() {
-    let folder = folder(&FOLLOWER.replace("follow =", "cpu = 4000\nfollow ="));
+    let folder = folder(&follower().replace("follow =", "cpu = 4000\nfollow ="));
     let (_, noted) = folder.run("check follower.toml").noting();
     assert_says(&noted, &["warning: task \"t\" cannot have CPU 4000 here: this process may use"]);
 }
