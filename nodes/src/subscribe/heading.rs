@@ -84,7 +84,9 @@ mod tests {
             {
                 let line = line(flags, silence, 80);
                 assert!(line.chars().count() <= 80, "{line}");
-                assert!(line.starts_with("\"plant/l"), "{line}");
+                // With all flags at once, the name gives way.
+                let is_named = line.starts_with("\"p");
+                assert!(is_named || line.starts_with("no frame for 86400 s ["), "{line}");
                 assert!(flags.is_empty() || line.ends_with(&format!("[{flags}]")), "{line}");
             }
         }
