@@ -60,6 +60,16 @@ fn the_values_of_a_task_that_is_due_in_an_hour_are_those_of_its_last_cycle() {
     let set = json(domain.run("set tank ramp.setChangeRate=5 --json"));
     assert_eq!(set["tasks"]["hourly"], json!({"cycle": 1, "pending": true}), "{set}");
     assert_eq!(read()["values"]["ramp.setChangeRate"], 10.0);
+    let journal = domain.stdout("journal tank");
+    assert!(journal.contains("set 1, cycle 1 of task \"hourly\""), "{journal}");
+    assert!(journal.contains("\n  ramp.setChangeRate  -> 5\n"), "{journal}");
+    let undo = domain.run("undo tank").expect_code(1).stderr;
+    assert!(undo.contains("set 1 is still to come, in cycle 1 of task \"hourly\""), "{undo}");
+    domain.run("set tank beat.incrementRange=2").expect_code(0);
+    let undone = domain.run("undo tank").expect_code(0).stdout;
+    assert!(undone.starts_with("transaction 2 "), "{undone}");
+    let undo = domain.run("undo tank").expect_code(1).stderr;
+    assert!(undo.contains("set 1 is still to come"), "{undo}");
     let watched = domain.run("watch tank ramp.setChangeRate --count 1").expect_code(0);
     assert_eq!(watched.stdout, "0  ramp.setChangeRate=10\n");
     assert!(domain.run("show tank ramp data").expect_code(0).stdout.contains("ramp.setChangeRate"));

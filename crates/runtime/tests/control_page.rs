@@ -114,6 +114,7 @@ fn pending() -> PendingEntry {
         task: String::new(),
         cycle: 0,
         names: vec![String::new()],
+        values: Values::default(),
         by: by(),
     }
 }

@@ -56,7 +56,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         terminal::note("nothing was changed since the node started");
     }
     let told = told(&mut node, &entries)?;
-    let pending = pending.iter().map(to_come);
+    let known = node.known(pending.iter().flat_map(|one| &one.names).map(String::as_str))?;
+    let pending = pending.iter().map(|one| to_come(one, &known));
     terminal::print(&(told + &pending.collect::<String>()))
 }
 
@@ -126,18 +127,20 @@ pub(super) fn all(
     }
 }
 
-/// A transaction that waits for its cycle.
-fn to_come(entry: &PendingEntry) -> String {
-    let PendingEntry { transaction, action, task, cycle, names, .. } = entry;
+/// A transaction that a task has not come to yet.
+fn to_come(entry: &PendingEntry, known: &Known) -> String {
+    let PendingEntry { transaction, action, task, cycle, names, values, .. } = entry;
     let mut text = format!(
         "still to come             {action} {transaction}, cycle {cycle} of task \"{task}\""
     );
     text += &by(&entry.by);
     text += "\n";
+    let mut table = Table::default();
     for name in names {
-        text += &format!("  {name}\n");
+        let value = values.get(name).map(|value| format!("-> {}", known.shown(name, value)));
+        table.row([escaped(name).into(), value.unwrap_or_default()]);
     }
-    text
+    text + &table.draw(2)
 }
 
 /// Who asked, and why.

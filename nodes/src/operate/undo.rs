@@ -75,7 +75,21 @@ fn number(text: &str) -> Result<u64, String> {
 fn last_set(node: &mut Node) -> Result<(u64, Option<String>), Failure> {
     let (entries, pending) = journal::all(node, None)?;
     let node = node.name();
-    match last_change(&entries) {
+    let last = last_change(&entries);
+    if let Some(one) = still_to_come(last.as_ref(), &pending) {
+        let PendingEntry { action, transaction, cycle, task, .. } = one;
+        let older = match last {
+            Some(Last::Set(older)) => {
+                format!("; `undo {node} {older}` takes back the set before it")
+            }
+            Some(Last::Apply(_)) | None => String::new(),
+        };
+        return Err(Failure::found(format!(
+            "{action} {transaction} is still to come, in cycle {cycle} of task \"{task}\", and can be undone \
+             from then on{older}"
+        )));
+    }
+    match last {
         Some(Last::Set(transaction)) => {
             let mut of_it = entries.into_iter().filter(|entry| entry.transaction == transaction);
             Ok((transaction, of_it.next().and_then(|entry| entry.by.client)))
@@ -84,18 +98,18 @@ fn last_set(node: &mut Node) -> Result<(u64, Option<String>), Failure> {
             "the last change of node \"{node}\" is apply {number}, which cannot be undone: apply the \
              configuration from before it to go back, or name the set that is to be taken back"
         ))),
-        None => match pending.first() {
-            Some(PendingEntry { action, transaction, cycle, task, .. }) => {
-                Err(Failure::found(format!(
-                    "{action} {transaction} is still to come, in cycle {cycle} of task \"{task}\", and \
-                     nothing else is there to take back; it can be undone from then on"
-                )))
-            }
-            None => Err(Failure::found(
-                "nothing was set since the node started, or all of it was taken back",
-            )),
-        },
+        None => Err(Failure::found(
+            "nothing was set since the node started, or all of it was taken back",
+        )),
     }
+}
+
+/// The last set or undo that its tasks have not all come to, if it is younger than the last change that they
+/// have come to.
+fn still_to_come<'p>(last: Option<&Last>, pending: &'p [PendingEntry]) -> Option<&'p PendingEntry> {
+    let last = last.map_or(0, |(Last::Set(number) | Last::Apply(number))| *number);
+    let mut pending = pending.iter().rev();
+    pending.find(|one| matches!(&*one.action, "set" | "undo") && one.transaction >= last)
 }
 
 /// What an `undo` without a number is about.
@@ -129,7 +143,7 @@ pub(crate) fn taken_back(entries: &[JournalEntry]) -> BTreeSet<u64> {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_runtime::control::AskedBy;
+    use isochrone_runtime::control::{AskedBy, Values};
 
     use super::*;
 
@@ -149,6 +163,27 @@ mod tests {
             configuration: None,
             applied: None,
         }
+    }
+
+    #[test]
+    fn what_is_still_to_come_is_undone_before_what_was_set_earlier() {
+        let one = |transaction, action: &str| PendingEntry {
+            transaction,
+            action: action.to_owned(),
+            task: "slow".to_owned(),
+            cycle: 3,
+            names: Vec::new(),
+            values: Values::default(),
+            by: AskedBy::default(),
+        };
+        let pending = [one(4, "set"), one(6, "set"), one(7, "force")];
+        let found =
+            |last: Option<Last>| still_to_come(last.as_ref(), &pending).map(|one| one.transaction);
+        assert_eq!(found(None), Some(6));
+        assert_eq!(found(Some(Last::Set(5))), Some(6));
+        assert_eq!(found(Some(Last::Set(6))), Some(6), "one of its tasks has come to it");
+        assert_eq!(found(Some(Last::Set(8))), None);
+        assert_eq!(found(Some(Last::Apply(8))), None);
     }
 
     #[test]

@@ -33,6 +33,32 @@ fn what_waits_for_its_cycle_is_told_until_it_has_come() {
 }
 
 #[test]
+fn what_names_no_cycle_waits_with_its_new_values_for_the_next_of_each_task() {
+    let mut hand = Hand::new(NODE);
+    hand.steps(2);
+    hand.set([("free.value", 3.0.into())]);
+    hand.force([("free.setChangeRate", 4.0.into())], Hold::UntilReleased);
+    let told = |hand: &Hand| -> Vec<_> {
+        let pending = hand.operator.pending();
+        pending.map(|one| (one.action, one.cycle, one.names, one.values)).collect()
+    };
+    let names = |name: &str| vec![name.to_owned()];
+    assert_eq!(
+        told(&hand),
+        [
+            ("set", 2, names("free.value"), vec![3.0.into()]),
+            ("force", 2, names("free.setChangeRate"), vec![4.0.into()]),
+        ]
+    );
+    hand.step(1);
+    assert_eq!(told(&hand), []);
+    hand.release("free.setChangeRate");
+    assert_eq!(told(&hand), [("release", 3, names("free.setChangeRate"), vec![])]);
+    hand.step(1);
+    assert_eq!(told(&hand), []);
+}
+
+#[test]
 fn the_journal_tells_what_was_done_in_order_by_whom_and_why() {
     let mut hand = Hand::new(NODE);
     let request = Request {

@@ -134,6 +134,7 @@ impl Attendant {
             action: one.action.to_owned(),
             task: task(one.task).to_owned(),
             cycle: one.cycle,
+            values: one.names.iter().cloned().zip(one.values).collect(),
             names: one.names,
             by: AskedBy::of(&one.client, one.comment.as_deref()),
         });

@@ -261,8 +261,9 @@ impl Operator {
         next.number = number;
         let Request { client, comment, .. } = request;
         let (kind, tasks, parts) = (Kind::Change, replacements.len(), replacements.len());
-        let writes = Default::default();
-        self.sent.insert(number, Sent { kind, client, comment, at: None, tasks, parts, writes });
+        let (due, writes, releases) = Default::default();
+        let sent = Sent { kind, client, comment, due, tasks, parts, writes, releases };
+        self.sent.insert(number, sent);
         self.next_plan = Some(next);
         Ok((number, replacements))
     }

@@ -64,6 +64,8 @@ pub struct Prepared {
     orders: Vec<(usize, Box<Order>)>,
     request: Request,
     kind: Kind,
+    /// The cycle of each task that comes to it, where it writes.
+    due: BTreeMap<usize, u64>,
     /// What the values will make blocks do.
     pub warnings: Vec<Warning>,
     /// Of a reading: the task of each value, in the order of the request.
@@ -99,13 +101,15 @@ struct Sent {
     kind: Kind,
     client: Client,
     comment: Option<Arc<str>>,
-    /// The cycle that it waits for, where it names one.
-    at: Option<u64>,
+    /// The tasks that have not come to it, and the cycle that each waits for.
+    due: BTreeMap<usize, u64>,
     tasks: usize,
     /// For how many tasks it writes parameters.
     parts: usize,
-    /// The parameters that it writes: task and slot.
-    writes: HashSet<(usize, u32)>,
+    /// The parameters that it writes, by task and slot, and their new values.
+    writes: HashMap<(usize, u32), f64>,
+    /// The forces that it lets go of: task and slot.
+    releases: HashSet<(usize, u32)>,
 }
 
 /// A force that is in place, or on its way.

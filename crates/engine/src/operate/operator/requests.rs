@@ -66,7 +66,7 @@ impl Operator {
             let feeds = feeds.remove(&task).unwrap_or_default().into();
             (task, Work::Set { feeds, stores: sorted(stores.remove(&task)) })
         };
-        Ok(prepared(tasks.into_iter().map(work).collect(), request, Kind::Set, warnings))
+        Ok(prepared(tasks.into_iter().map(work).collect(), request, Kind::Set, warnings).due(next))
     }
 
     /// Prepares to hold signals at values. `next` as with [`set`](Self::set).
@@ -116,7 +116,8 @@ impl Operator {
             let stores = sorted(Some(unsorted));
             (task, Work::force(self.signals_of(task), task, stores, self.cycles(task, hold)))
         };
-        Ok(prepared(stores.into_iter().map(work).collect(), request, Kind::Force, warnings))
+        Ok(prepared(stores.into_iter().map(work).collect(), request, Kind::Force, warnings)
+            .due(next))
     }
 
     /// Prepares to let go of forces; names may be patterns, which stand for those of their signals
@@ -166,7 +167,8 @@ impl Operator {
         self.check_at(&mut check, &request, slots.keys().copied(), next);
         check.end()?;
         let work = |(task, slots)| (task, Work::release(slots));
-        Ok(prepared(slots.into_iter().map(work).collect(), request, Kind::Release, Vec::new()))
+        Ok(prepared(slots.into_iter().map(work).collect(), request, Kind::Release, Vec::new())
+            .due(next))
     }
 
     /// Prepares to read signals; names may be patterns. Those from `offset` on are read, at most
@@ -345,7 +347,16 @@ pub(super) fn prepared(
 ) -> Prepared {
     let order = |(task, work)| (task, Order::new(0, request.at, work));
     let orders = work.into_iter().map(order).collect();
-    Prepared { orders, request, kind, warnings, read_from: Vec::new() }
+    Prepared { orders, request, kind, due: BTreeMap::new(), warnings, read_from: Vec::new() }
+}
+
+impl Prepared {
+    /// With the cycles that it is due in: `next` as with [`Operator::set`].
+    pub(super) fn due(self, next: &[u64]) -> Self {
+        let cycle = |task| self.request.at.or(next.get(task).copied()).unwrap_or_default();
+        let due = self.tasks().map(|task| (task, cycle(task))).collect();
+        Self { due, ..self }
+    }
 }
 
 pub(super) fn sorted(stores: Option<Vec<Store>>) -> Box<[Store]> {

@@ -141,6 +141,7 @@ impl Operator {
             }
             Work::Release { .. } | Work::Read(_) => {}
         }
+        sent.due.remove(&task);
         sent.tasks -= 1;
         let Sent { kind, parts, .. } = *sent;
         let (client, comment) = (sent.client.clone(), sent.comment.clone());

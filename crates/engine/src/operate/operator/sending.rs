@@ -14,7 +14,7 @@ impl Operator {
     /// Gives a request its number, and its orders to the one who hands them to the tasks: there must
     /// be room for all of them.
     pub fn send(&mut self, prepared: Prepared) -> (u64, Vec<(usize, Box<Order>)>) {
-        let Prepared { mut orders, request, kind, .. } = prepared;
+        let Prepared { mut orders, request, kind, due, .. } = prepared;
         let number = match kind {
             Kind::Read => {
                 self.next_reading -= 1;
@@ -25,14 +25,14 @@ impl Operator {
                 self.next - 1
             }
         };
-        let mut writes = HashSet::new();
+        let (mut writes, mut releases) = (HashMap::new(), HashSet::new());
         for (task, order) in &mut orders {
             order.number = number;
             order.changes = self.changes.get(*task).copied().unwrap_or_default();
             self.follow_ahead(*task, order);
             match &mut order.work {
                 Work::Set { stores, .. } => {
-                    writes.extend(stores.iter().map(|store| (*task, store.slot)));
+                    writes.extend(stores.iter().map(|store| ((*task, store.slot), store.value)));
                 }
                 Work::Force { stores, forces, again, .. } => {
                     forces.iter_mut().for_each(|force| force.number = number);
@@ -48,7 +48,10 @@ impl Operator {
                         *moved = *again;
                     }
                 }
-                Work::Release { .. } | Work::Read(_) => {}
+                Work::Release { slots, .. } => {
+                    releases.extend(slots.iter().map(|slot| (*task, *slot)));
+                }
+                Work::Read(_) => {}
             }
         }
         let is_write = match kind {
@@ -59,9 +62,10 @@ impl Operator {
             Kind::Read => false,
         };
         self.writes += u64::from(is_write);
-        let parts = writes.iter().map(|(task, _)| task).collect::<HashSet<_>>().len();
-        let Request { client, comment, at } = request;
-        let sent = Sent { kind, client, comment, at, tasks: orders.len(), parts, writes };
+        let parts = writes.keys().map(|(task, _)| task).collect::<HashSet<_>>().len();
+        let Request { client, comment, .. } = request;
+        let tasks = orders.len();
+        let sent = Sent { kind, client, comment, due, tasks, parts, writes, releases };
         if sent.tasks > 0 {
             self.sent.insert(number, sent);
         }

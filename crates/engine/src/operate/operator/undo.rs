@@ -45,7 +45,7 @@ impl Operator {
         let work =
             |(task, stores)| (task, Work::Set { feeds: [].into(), stores: sorted(Some(stores)) });
         let orders = stores.into_iter().map(work).collect();
-        Ok(prepared(orders, request, Kind::Undo { of: transaction }, warnings))
+        Ok(prepared(orders, request, Kind::Undo { of: transaction }, warnings).due(next))
     }
 
     /// Whether a transaction is one that sets, and is known whole.
@@ -87,7 +87,7 @@ impl Operator {
                 None => Refusal::Conflict { name: signal.name, transaction },
             });
         }
-        let is_moving = |(_, sent): &(&u64, &super::Sent)| sent.writes.contains(&key);
+        let is_moving = |(_, sent): &(&u64, &super::Sent)| sent.writes.contains_key(&key);
         if let Some((&by, _)) = self.sent.iter().find(is_moving) {
             return Err(Refusal::Moving { name: signal.name, by });
         }

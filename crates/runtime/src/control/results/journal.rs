@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::control::Value;
+use crate::control::{Value, Values};
 
 /// Of `journal`: a page of its entries.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -11,17 +11,17 @@ pub struct JournalResult {
     pub total: u64,
     /// The oldest of them, as many as `limit` and a message allow.
     pub entries: Vec<JournalEntry>,
-    /// What waits for a cycle that it names, and is in the journal from then on.
+    /// What its tasks have not come to yet, and is in the journal from then on: an entry for each task.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pending: Vec<PendingEntry>,
 }
 
 /// A transaction that is still to come.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PendingEntry {
     /// Its number.
     pub transaction: u64,
-    /// What it will do: `set`, `force`.
+    /// What it will do: `set`, `force`, `release` or `undo`.
     pub action: String,
     /// Its task.
     pub task: String,
@@ -29,6 +29,9 @@ pub struct PendingEntry {
     pub cycle: u64,
     /// The signals that it will change.
     pub names: Vec<String>,
+    /// The values that it will give them; none for a release.
+    #[serde(default)]
+    pub values: Values,
     /// Who asked for it.
     #[serde(flatten)]
     pub by: AskedBy,

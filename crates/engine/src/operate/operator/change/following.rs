@@ -115,13 +115,14 @@ impl Operator {
             *forces = known.filter_map(|(slot, f)| Some((next.slot(task, slot)?, f))).collect();
         }
         for sent in sent.values_mut() {
-            let follow = |(of, slot): (usize, u32)| {
-                if of != task {
-                    return Some((of, slot));
-                }
-                Some((task, next.slot(task, slot)?))
+            let follow = |(of, slot): (usize, u32)| match of == task {
+                true => Some((task, next.slot(task, slot)?)),
+                false => Some((of, slot)),
             };
-            sent.writes = std::mem::take(&mut sent.writes).into_iter().filter_map(follow).collect();
+            let writes = std::mem::take(&mut sent.writes).into_iter();
+            sent.writes = writes.filter_map(|(at, value)| Some((follow(at)?, value))).collect();
+            let releases = std::mem::take(&mut sent.releases).into_iter();
+            sent.releases = releases.filter_map(follow).collect();
         }
         journal.follow(task, |slot| {
             let known = || signals.at(task, slot as usize);
