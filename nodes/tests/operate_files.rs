@@ -119,6 +119,42 @@ fn what_cannot_be_changed_online_is_named_with_the_way_out() {
     node.stop().expect_code(0);
 }
 
+/// A task that has a cycle now and then.
+fn with_slow_task(period: &str) -> String {
+    format!(
+        "[node]\nname = \"tank\"\ncontrol = \"force\"\n[[task]]\nname = \"slow\"\nperiod = \"{period}\"\n\
+         [[block]]\nname = \"ramp\"\ntype = \"LimRateOfChangeCI\"\nin = {{ value = 1.0 }}\n"
+    )
+}
+
+#[test]
+fn a_change_of_the_configuration_waits_for_the_transactions_of_others() {
+    let text = with_slow_task("2s");
+    let (domain, node) = tank(&text);
+    domain.write("new.toml", &text.replace("value = 1.0", "value = 2.0"));
+    // Its first cycle is over then.
+    domain.stdout("get tank ramp.value");
+    domain.stdout("set tank ramp.setChangeRate=3");
+    let applied = domain.run("apply tank new.toml --allow-missed").expect_code(0).stdout;
+    assert_says(&applied, &["transaction 2, ", "ramp.value: 1 -> 2"]);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn an_apply_that_waits_says_for_what_and_is_ended_by_a_signal() {
+    let text = with_slow_task("1h");
+    let (domain, node) = tank(&text);
+    domain.write("new.toml", &text.replace("value = 1.0", "value = 2.0"));
+    // Its first cycle is over then.
+    domain.stdout("get tank ramp.value");
+    domain.stdout("set tank ramp.setChangeRate=3");
+    let mut apply = domain.start("apply tank new.toml --allow-missed");
+    apply.wait_for("of others");
+    let ended = apply.stop().expect_code(1);
+    assert_says(&ended.stderr, &["transaction 1 is still to come", "Ctrl-C"]);
+    node.stop().expect_code(0);
+}
+
 #[test]
 fn a_comment_behind_a_saved_value_stays_in_its_column() {
     let (domain, node) = tank(TANK);

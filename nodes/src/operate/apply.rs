@@ -53,14 +53,21 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let source = Source::read(&args.file).map_err(Failure::usage)?;
     let mut node = args.node.connect()?;
     node.wait_for(PATIENCE);
-    let asked = node.ask(&ApplyParams {
+    let params = ApplyParams {
         configuration: source.text.to_string(),
         file: Some(source.name.clone()),
         dry_run: Some(args.dry_run),
         allow_missed: Some(args.allow_missed),
         comment: args.comment.clone(),
         client: client(),
-    });
+    };
+    let mut is_told = false;
+    let waiting = |refused: &control::Failure| {
+        if !std::mem::replace(&mut is_told, true) {
+            terminal::note(&not_yet(refused));
+        }
+    };
+    let asked = node.ask_again(PATIENCE, waiting, |node| node.ask(&params));
     let result = asked.map_err(|error| refused(error, source))?;
     if args.json {
         return terminal::print_json(&result);
@@ -76,6 +83,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     // The node has done it, whether or not it still answers.
     let known = node.known(names.map(String::as_str)).unwrap_or_default();
     terminal::print(&format!("{head}\n{}", text(&result, &known)))
+}
+
+/// Why the node has to be asked again. What is in the way of a change has findings, each about a transaction.
+fn not_yet(refused: &control::Failure) -> String {
+    let why = &refused.message;
+    let what = match &refused.findings[..] {
+        [] => "the node",
+        _ => "the transactions that are on their way, of others or for a later cycle",
+    };
+    format!("waits for {what}: {why} (Ctrl-C ends the wait)")
 }
 
 /// How the verb ends when the node does not do it. Errors of the file are shown as `check` shows them.
