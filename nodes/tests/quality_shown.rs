@@ -6,7 +6,7 @@ mod plant;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use domain::{Domain, PATIENCE};
+use domain::{Domain, PATIENCE, wait_until};
 use plant::{run, sensor};
 use serde_json::{Value, json};
 
@@ -123,6 +123,26 @@ fn what_is_computed_from_a_dead_sensor_is_marked_through_blocks_tasks_and_nodes(
     let quiet = domain.run("get first alone.delayedValue").expect_code(0);
     assert_eq!(quiet.complaints(), "");
     [first, second].into_iter().for_each(|node| drop(node.stop().expect_code(0)));
+}
+
+#[test]
+fn an_input_is_marked_by_what_it_is_worth_under_a_force_of_its_ok() {
+    let domain = Domain::new();
+    let first = run(&domain, "first.toml", FIRST);
+    let sensor = sensor(&domain, "5");
+    let wait_for_mark = |is_marked: bool| {
+        wait_until("the mark follows the sensor", || {
+            let shown = domain.run("show first level").expect_code(0).stdout;
+            let line = shown.lines().find(|line| line.starts_with("level ")).unwrap();
+            line.contains("not ok") == is_marked
+        });
+    };
+    domain.run("force first level.ok=false --hold").expect_code(0);
+    wait_for_mark(false);
+    domain.run("force first level.ok=true --hold").expect_code(0);
+    sensor.stop().expect_code(0);
+    wait_for_mark(true);
+    first.stop().expect_code(0);
 }
 
 #[test]

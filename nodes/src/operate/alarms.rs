@@ -139,7 +139,7 @@ fn status(alarm: &ActiveAlarm) -> String {
 }
 
 /// All alarms of a node.
-fn of(node: &mut Node) -> Result<Vec<ActiveAlarm>, Failure> {
+pub(super) fn of(node: &mut Node) -> Result<Vec<ActiveAlarm>, Failure> {
     node.pages(
         |offset| AlarmsParams { offset: Some(offset), limit: None },
         |page| (page.total, page.alarms),

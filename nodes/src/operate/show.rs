@@ -9,6 +9,7 @@ use serde_json::json;
 
 use super::known::shown;
 use super::node::{self, Node, Reading};
+use super::{alarms, forces};
 use crate::failure::Failure;
 use crate::numbers::{self, Digits, type_of};
 use crate::terminal;
@@ -61,10 +62,13 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
     let reading = read(&mut node, &signals)?;
     let values: HashMap<&str, Value> = reading.values.iter().collect();
+    let truth = truth(&mut node, &signals)?;
+    let mut oks = values.clone();
+    oks.extend(truth.iter().map(|(name, is_ok)| (name.as_str(), Value::Bool(*is_ok))));
     if args.json {
         return terminal::print_json(&json!({
             "tasks": reading.tasks,
-            "signals": signals.iter().map(|signal| document(signal, &values, &reading)).collect::<Vec<_>>(),
+            "signals": signals.iter().map(|signal| document(signal, (&values, &oks), &reading)).collect::<Vec<_>>(),
         }));
     }
     let mut table = Table::default();
@@ -80,7 +84,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             unit.unwrap_or_default(),
             role(signal.role),
             &signal.value_type,
-            &marks(signal, &values, &reading).join(", "),
+            &marks(signal, &oks, &reading).join(", "),
         ]);
     }
     terminal::print(&table.draw(0))?;
@@ -139,19 +143,27 @@ fn read(node: &mut Node, signals: &[SignalDescription]) -> Result<Reading, Failu
     node.read(&names)
 }
 
+/// What the `ok` of inputs would say where a force speaks for it.
+fn truth(node: &mut Node, signals: &[SignalDescription]) -> Result<HashMap<String, bool>, Failure> {
+    let forced: HashSet<String> = forces::of(node)?.into_iter().map(|force| force.name).collect();
+    let inputs = signals.iter().filter(|signal| signal.role == Role::Input);
+    let inputs: Vec<_> = inputs.filter(|input| forced.contains(&ok_of(&input.name))).collect();
+    if inputs.is_empty() {
+        return Ok(HashMap::new());
+    }
+    let alarmed: HashSet<String> = alarms::of(node)?.into_iter().map(|alarm| alarm.name).collect();
+    Ok(inputs.iter().map(|it| (ok_of(&it.name), !alarmed.contains(&it.name))).collect())
+}
+
 /// The signal that says whether an input is ok.
 pub(crate) fn ok_of(input: &str) -> String {
     format!("{input}.ok")
 }
 
 /// What is to be known of a signal before its value is believed.
-fn marks(
-    signal: &SignalDescription,
-    values: &HashMap<&str, Value>,
-    reading: &Reading,
-) -> Vec<String> {
+fn marks(signal: &SignalDescription, oks: &HashMap<&str, Value>, reading: &Reading) -> Vec<String> {
     let is_not_ok = signal.role == Role::Input
-        && values.get(ok_of(&signal.name).as_str()) == Some(&Value::Bool(false));
+        && oks.get(ok_of(&signal.name).as_str()) == Some(&Value::Bool(false));
     let marks = [
         (signal.forced, "forced"),
         (is_not_ok, "not ok"),
@@ -174,11 +186,11 @@ pub(crate) fn limits([min, max]: [f64; 2]) -> String {
 
 fn document(
     signal: &SignalDescription,
-    values: &HashMap<&str, Value>,
+    (values, oks): (&HashMap<&str, Value>, &HashMap<&str, Value>),
     reading: &Reading,
 ) -> serde_json::Value {
     let flags = reading.quality.as_ref().map(|quality| quality.get(&signal.name));
-    let ok = (signal.role == Role::Input).then(|| values.get(ok_of(&signal.name).as_str()));
+    let ok = (signal.role == Role::Input).then(|| oks.get(ok_of(&signal.name).as_str()));
     json!({
         "name": signal.name,
         "value": values.get(signal.name.as_str()),
