@@ -34,7 +34,11 @@ fn shown_on(page: &str, mark: &str) -> Vec<Shown> {
     shown
 }
 
-/// The line without what differs from run to run: whole numbers, instants, and how wide columns are.
+/// What the task has where it may have a priority, and what it has otherwise.
+const PLACED: [&str; 2] = ["fifo:80 hybrid CPU #", "other hybrid any CPU"];
+
+/// The line without what differs from run to run: whole numbers, instants, how wide columns are, and
+/// whether the user may have a priority.
 fn lasting(line: &str) -> String {
     let words = line.split_whitespace().map(|word| {
         let value = word.rsplit_once('=').map_or(word, |(_, value)| value);
@@ -43,7 +47,7 @@ fn lasting(line: &str) -> String {
         let is_count = bare.bytes().all(|byte| byte.is_ascii_digit()) && !bare.is_empty();
         if is_instant || is_count { word.replace(bare, "#") } else { word.to_owned() }
     });
-    words.collect::<Vec<_>>().join(" ")
+    words.collect::<Vec<_>>().join(" ").replace(PLACED[1], PLACED[0])
 }
 
 /// What a command prints in a domain's folder: first what it has to remark, but not that it waited for another
