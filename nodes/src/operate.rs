@@ -10,6 +10,7 @@ pub(crate) mod get;
 pub(crate) mod journal;
 mod known;
 mod node;
+mod reading;
 pub(crate) mod release;
 mod replacement;
 pub(crate) mod save;

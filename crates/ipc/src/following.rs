@@ -3,10 +3,11 @@
 //! One at a time. A higher `term` is followed at once; any other writer when the one before has left,
 //! or was silent for a while. What the others send until then is counted and not read.
 
-/// How long a writer may be silent before another one is taken.
-const SILENCE_NS: u64 = 1_000_000_000;
-/// The same in periods, where the writer announced one.
-const SILENT_PERIODS: u64 = 3;
+/// How long a writer may be silent before another one is taken, in ns: 1 s, or three periods where those
+/// are longer. A `period_ns` of 0 is one that the writer did not announce.
+pub fn longest_silence_ns(period_ns: u64) -> u64 {
+    period_ns.saturating_mul(3).max(1_000_000_000)
+}
 
 /// No sender is faster than a frame in this time: iceoryx2 alone takes longer to send one.
 const SHORTEST_NS: u64 = 100;
@@ -74,7 +75,7 @@ impl Following {
     pub(crate) fn new() -> Self {
         Self {
             followed: None,
-            silence_ns: SILENCE_NS,
+            silence_ns: longest_silence_ns(0),
             others: Vec::with_capacity(MAX_OTHERS),
             undecided: 0,
             seen: Seen::default(),
@@ -83,7 +84,7 @@ impl Following {
 
     /// Sets the period that the writer announced, in ns.
     pub(crate) fn set_period(&mut self, period_ns: u64) {
-        self.silence_ns = SILENCE_NS.max(period_ns.saturating_mul(SILENT_PERIODS));
+        self.silence_ns = longest_silence_ns(period_ns);
     }
 
     /// Judges the next frame.

@@ -72,6 +72,7 @@ pub use error::{
     ServiceNameError,
 };
 pub(crate) use file_override::give_up_file_override;
+pub use following::longest_silence_ns;
 pub use for_real_time::{ForRealTime, InRealTime};
 pub use frame_ref::FrameRef;
 pub use header::{Credible, FrameHeader, SenderClock, Stamps};

@@ -1,6 +1,7 @@
 //! `get`: values alone.
 
-use super::node::{self, Reading};
+use super::node;
+use super::reading::Reading;
 use crate::failure::Failure;
 use crate::terminal;
 

@@ -1,6 +1,5 @@
 //! Asking a node: finding it, and saying why it did not answer or would not do it.
 
-use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -8,22 +7,14 @@ use std::time::{Duration, Instant};
 use isochrone_engine::{escaped, nearest_name};
 use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::Stop;
-use isochrone_runtime::control::{
-    self, ByTask, Client, ClientError, Code, GetParams, Method, Params, ReadAt, SignalDescription,
-    SignalsParams, Values,
-};
+use isochrone_runtime::control::{self, Client, ClientError, Code, Method, Params};
 
-use super::known::Known;
 use crate::failure::Failure;
 use crate::{domain, stop, terminal};
 
 /// A node answers within some milliseconds, and a transaction that is due within a second when it has
 /// happened. A process that is stopped does not answer.
-const PATIENCE: Duration = Duration::from_secs(5);
-/// Names of one request, in bytes; far less than a message holds.
-const MAX_NAME_BYTES: usize = 100_000;
-/// Names of one request that a node takes.
-const MAX_NAMES: usize = 4096;
+pub(super) const PATIENCE: Duration = Duration::from_secs(5);
 
 /// Which node to operate
 #[derive(Debug, Clone, clap::Args)]
@@ -42,24 +33,6 @@ pub(crate) struct Node {
     // After the client, which has ports of it.
     participant: Participant<ipc::Service>,
     stop: Stop,
-}
-
-/// Values, and the cycles that they are of.
-#[derive(serde::Serialize)]
-pub(crate) struct Reading {
-    /// The cycle of each task. A task whose values needed more than one request is missing.
-    pub(crate) tasks: ByTask<ReadAt>,
-    pub(crate) values: Values,
-    /// The flags of the values that have some; `None`: the node does not say.
-    pub(crate) quality: Option<BTreeMap<String, Vec<String>>>,
-}
-
-impl Reading {
-    /// The flags of a value, with blanks between them; nothing for none.
-    pub(super) fn flags(&self, name: &str) -> String {
-        let flags = self.quality.as_ref().and_then(|quality| quality.get(name));
-        flags.map_or_else(String::new, |flags| flags.join(" "))
-    }
 }
 
 /// What a verb asks for, which says how a failure is put.
@@ -146,6 +119,11 @@ impl Node {
         self.ask(params).map_err(|error| failure(error, P::METHOD.into()))
     }
 
+    /// Its client, for what tells failures in its own way.
+    pub(super) fn client(&mut self) -> &mut Client {
+        &mut self.client
+    }
+
     /// Asks it, for a verb that tells in its own way why it was refused.
     pub(super) fn ask<P: Params>(&mut self, params: &P) -> Result<P::Result, ClientError> {
         self.client.call(params)
@@ -181,80 +159,9 @@ impl Node {
         }
     }
 
-    /// Its signals, or those that a name or glob matches.
-    pub(crate) fn signals(
-        &mut self,
-        pattern: Option<&str>,
-    ) -> Result<Vec<SignalDescription>, Failure> {
-        self.client.signals(pattern).map_err(|error| failure(error, Asked::ToLook))
-    }
-
-    /// As [`signals`](Self::signals); nothing where nothing matches.
-    pub(super) fn signals_if_any(
-        &mut self,
-        pattern: &str,
-    ) -> Result<Vec<SignalDescription>, Failure> {
-        match self.client.signals(Some(pattern)) {
-            Err(ClientError::Refused(refused)) if refused.code == Code::UnknownName => {
-                Ok(Vec::new())
-            }
-            found => found.map_err(|error| failure(error, Asked::ToLook)),
-        }
-    }
-
-    /// How many signals it has, or match a glob.
-    pub(super) fn count(&mut self, pattern: Option<&str>) -> Result<u64, Failure> {
-        let (pattern, limit) = (pattern.map(str::to_owned), Some(1));
-        match self.client.call(&SignalsParams { pattern, offset: None, limit }) {
-            Ok(page) => Ok(page.total),
-            Err(ClientError::Refused(refused)) if refused.code == Code::UnknownName => Ok(0),
-            Err(error) => Err(failure(error, Asked::ToLook)),
-        }
-    }
-
-    /// What it says of the signals of these names; those that it does not have are missing.
-    pub(super) fn known<'n>(
-        &mut self,
-        names: impl IntoIterator<Item = &'n str>,
-    ) -> Result<Known, Failure> {
-        /// How many signals one answer describes.
-        const PAGE: u64 = 1000;
-        /// So many names are asked for one by one in any case.
-        const EACH: usize = 32;
-        let names: BTreeSet<&str> = names.into_iter().collect();
-        // A large node would be asked for thousands of pages, of which a few names are wanted.
-        if names.len() > EACH && self.count(None)?.div_ceil(PAGE) < names.len() as u64 {
-            let all = self.signals(None)?.into_iter();
-            return Ok(all.filter(|signal| names.contains(signal.name.as_str())).collect());
-        }
-        let mut known = Vec::new();
-        for name in names {
-            let found = self.signals_if_any(name)?.into_iter();
-            known.extend(found.filter(|signal| signal.name == name));
-        }
-        Ok(known.into_iter().collect())
-    }
-
     /// The text of its configuration with the values of now.
     pub(crate) fn save(&mut self) -> Result<String, Failure> {
         self.client.save().map_err(|error| failure(error, Asked::ToLook))
-    }
-
-    /// The values of names and globs, in their order. While the configuration is being changed, a node may
-    /// have to be asked again.
-    pub(crate) fn read(&mut self, names: &[String]) -> Result<Reading, Failure> {
-        let reading = self.ask_again(PATIENCE, |_| {}, |node| node.read_once(names));
-        let reading = reading.map_err(|error| failure(error, Asked::ToLook))?;
-        match unanswered(names, &reading.values) {
-            Some(missing) => Err(Failure::found(format!(
-                "node \"{}\" answered without the value of \"{}\": see that no other process serves \
-                 isochrone/{}/control",
-                self.name(),
-                escaped(missing),
-                self.name()
-            ))),
-            None => Ok(reading),
-        }
     }
 
     /// Asks again as long as it says that it is busy, until the patience or the verb is at its end. `waiting` is
@@ -282,53 +189,6 @@ impl Node {
             }
         }
     }
-
-    fn read_once(&mut self, names: &[String]) -> Result<Reading, ClientError> {
-        let (tasks, values, quality) = (ByTask::new(), Values::default(), Some(BTreeMap::new()));
-        let mut reading = Reading { tasks, values, quality };
-        let mut mixed = Vec::new();
-        let mut rest = names;
-        while !rest.is_empty() {
-            let mut bytes = 0;
-            let fits = rest.iter().take(MAX_NAMES).take_while(|name| {
-                bytes += name.len();
-                bytes <= MAX_NAME_BYTES
-            });
-            let (asked, later) = rest.split_at(fits.count().max(1));
-            rest = later;
-            let params =
-                |offset| GetParams { names: asked.to_vec(), offset: Some(offset), limit: None };
-            let values = self.client.pages(params, |page| {
-                for (task, at) in page.tasks {
-                    match reading.tasks.get(&task) {
-                        Some(known) if known.cycle != at.cycle => mixed.push(task),
-                        _ => drop(reading.tasks.insert(task, at)),
-                    }
-                }
-                match (&mut reading.quality, page.quality) {
-                    (Some(all), Some(more)) => all.extend(more),
-                    (all, _) => *all = None,
-                }
-                (page.total, page.values.0)
-            })?;
-            reading.values.0.extend(values);
-        }
-        reading.tasks.retain(|task, _| !mixed.contains(task));
-        Ok(reading)
-    }
-}
-
-/// The first name that was asked for and has no value. A pin with several names is answered by its first,
-/// so it is enough that its block is there.
-fn unanswered<'n>(names: &'n [String], values: &Values) -> Option<&'n str> {
-    let owner = |name: &str| name.rsplit_once('.').map(|(owner, _)| owner.to_owned());
-    let told: BTreeSet<&str> = values.iter().map(|(name, _)| name).collect();
-    let owners: BTreeSet<_> = told.iter().filter_map(|name| owner(name)).collect();
-    let mut names = names.iter().map(String::as_str);
-    names.find(|name| match name.contains('*') {
-        true => told.is_empty(),
-        false => !told.contains(name) && !owner(name).is_some_and(|of| owners.contains(&of)),
-    })
 }
 
 /// How a verb ends that a node did not answer, or whose request it refused.
@@ -425,20 +285,6 @@ mod tests {
         let finding = Finding::new("Cargo.toml", "there is no signal \"Cargo.toml\"");
         let failure = control::Failure::of(Code::UnknownName, vec![finding]);
         assert!(refusal(&failure, Asked::ToLook).contains("in quotes"));
-    }
-
-    #[test]
-    fn a_name_without_a_value_is_found_and_a_pin_of_another_name_is_none() {
-        let values: Values = [("ramp.status", 1.0), ("level", 2.0)].into_iter().collect();
-        let unanswered = |names: &[&str]| {
-            let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
-            super::unanswered(&names, &values).map(str::to_owned)
-        };
-        assert_eq!(unanswered(&["level", "ramp.subFunctionStatus", "ramp.*"]), None);
-        assert_eq!(unanswered(&["level", "scale.y"]).as_deref(), Some("scale.y"));
-        assert_eq!(unanswered(&["levle"]).as_deref(), Some("levle"));
-        let names = ["*".to_owned()];
-        assert_eq!(super::unanswered(&names, &Values::default()), Some("*"));
     }
 
     #[test]

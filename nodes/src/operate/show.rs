@@ -8,7 +8,8 @@ use isochrone_runtime::control::{Role, SignalDescription, Value};
 use serde_json::json;
 
 use super::known::shown;
-use super::node::{self, Node, Reading};
+use super::node::{self, Node};
+use super::reading::Reading;
 use super::{alarms, forces};
 use crate::failure::Failure;
 use crate::numbers::{self, Digits, type_of};
@@ -137,17 +138,21 @@ fn chosen(node: &mut Node, patterns: &[String]) -> Result<Chosen, Failure> {
 fn read(node: &mut Node, signals: &[SignalDescription]) -> Result<Reading, Failure> {
     let mut names: Vec<String> = signals.iter().map(|signal| signal.name.clone()).collect();
     let inputs = signals.iter().filter(|signal| signal.role == Role::Input);
-    let quality = inputs.map(|signal| ok_of(&signal.name));
-    let missing: Vec<String> = quality.filter(|name| !names.contains(name)).collect();
-    names.extend(missing);
+    let shown: HashSet<&str> = signals.iter().map(|signal| signal.name.as_str()).collect();
+    let oks = inputs.map(|signal| ok_of(&signal.name));
+    names.extend(oks.filter(|name| !shown.contains(name.as_str())));
     node.read(&names)
 }
 
 /// What the `ok` of inputs would say where a force speaks for it.
 fn truth(node: &mut Node, signals: &[SignalDescription]) -> Result<HashMap<String, bool>, Failure> {
-    let forced: HashSet<String> = forces::of(node)?.into_iter().map(|force| force.name).collect();
     let inputs = signals.iter().filter(|signal| signal.role == Role::Input);
-    let inputs: Vec<_> = inputs.filter(|input| forced.contains(&ok_of(&input.name))).collect();
+    let mut inputs: Vec<_> = inputs.collect();
+    if inputs.is_empty() {
+        return Ok(HashMap::new());
+    }
+    let forced: HashSet<String> = forces::of(node)?.into_iter().map(|force| force.name).collect();
+    inputs.retain(|input| forced.contains(&ok_of(&input.name)));
     if inputs.is_empty() {
         return Ok(HashMap::new());
     }

@@ -6,7 +6,8 @@ use isochrone_engine::parse_seconds;
 use isochrone_runtime::control::{ByTask, ReadAt, Value};
 
 use super::known::Known;
-use super::node::{self, Reading};
+use super::node;
+use super::reading::Reading;
 use crate::failure::Failure;
 use crate::{numbers, terminal};
 

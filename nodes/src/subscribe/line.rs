@@ -6,13 +6,14 @@ use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{
-    Depth, Flags, FrameHeader, FrameSubscriber, InRealTime, LayoutWatcher, Participant, Stamps, ipc,
+    Depth, Flags, FrameHeader, FrameSubscriber, InRealTime, LayoutWatcher, Participant, Stamps,
+    ipc, longest_silence_ns,
 };
 use isochrone_processes::Stop;
 use isochrone_runtime::{Alarm, FrameWait};
 use isochrone_timing::{FrameRecord, LinkReport, LinkTiming};
 
-use super::silence::{Listener, Silence, patience_ns};
+use super::silence::{Listener, Silence};
 use super::taken::{self, Taken};
 use super::transcript::Transcript;
 use crate::failure::Failure;
@@ -289,7 +290,7 @@ impl<'a> Line<'a> {
             return Err(Failure::nobody(format!("service \"{service}\" has no publisher")));
         }
         let counters = self.subscriber.counters();
-        let patience_ns = patience_ns(self.period_ns());
+        let patience_ns = longest_silence_ns(self.period_ns().unwrap_or_default());
         let waited_ns = self.now_ns.saturating_sub(self.opened_ns);
         if counters.connect_errors + counters.receive_errors == 0 && waited_ns < patience_ns {
             return Err(Failure::nobody(format!("service \"{service}\" sent nothing")));

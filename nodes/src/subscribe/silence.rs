@@ -2,19 +2,11 @@
 
 use std::fmt;
 
-use isochrone_ipc::{Flags, FrameHeader};
+use isochrone_ipc::{Flags, FrameHeader, longest_silence_ns};
 use isochrone_timing::units::counted;
 
-/// How long a publisher may be silent, or three of its periods, before that is worth a word.
-const PATIENCE_NS: u64 = 1_000_000_000;
-const SILENT_PERIODS: u64 = 3;
 /// How often a silent service is asked who publishes it.
 const LOOK_INTERVAL_NS: u64 = 1_000_000_000;
-
-/// How long a publisher of this period may be silent.
-pub(super) fn patience_ns(period_ns: Option<u64>) -> u64 {
-    period_ns.unwrap_or_default().saturating_mul(SILENT_PERIODS).max(PATIENCE_NS)
-}
 
 /// Why no frames come.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -97,7 +89,7 @@ impl Listener {
         let silent_ns = now_ns.saturating_sub(self.heard_ns);
         let has_stopped = self.newest.is_some_and(|newest| newest.flags().contains(Flags::STOPPED));
         // Whoever announces no period may be slow: then the newest gap counts.
-        let patience_ns = patience_ns(period_ns.or(Some(self.gap_ns)));
+        let patience_ns = longest_silence_ns(period_ns.unwrap_or(self.gap_ns));
         if !has_stopped && silent_ns < patience_ns {
             return None;
         }
