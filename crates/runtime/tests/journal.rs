@@ -1,43 +1,21 @@
 //! A journal file: what a node writes, and what is read again.
 
+mod journalled;
+
 use std::fs;
 use std::io::Write;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use isochrone_engine::operate::{Action, Client, Entry, Hold};
-use isochrone_engine::{Plan, Rules, Source};
 use isochrone_ipc::local;
 use isochrone_runtime::journal::{Journal, JournalError, JournalFile};
 use isochrone_runtime::{Alarm, IfMissed, Node, Running};
 
-const NODE: &str = r#"
-[node]
-name = "level"
-control = "force"
-[[task]]
-name = "fast"
-period = "1ms"
-[[input]]
-name = "raw"
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-in = { value = "raw", setChangeRate = 10.0 }
-"#;
-
-fn plan(text: &str) -> Plan {
-    Plan::new(Source::new("level.toml", text), &Rules::default()).unwrap()
-}
+use self::journalled::{NODE, plan, start};
 
 fn folder() -> tempfile::TempDir {
     tempfile::tempdir().unwrap()
-}
-
-fn start(path: &Path) -> Running<local::Service> {
-    let plan = plan(NODE);
-    let journal = Journal::open(path, &plan).unwrap();
-    Node::prepare_alone(&plan).unwrap().with_journal(journal).unwrap().start()
 }
 
 /// Waits until something is in the journal of a running node.

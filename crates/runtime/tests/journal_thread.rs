@@ -1,5 +1,7 @@
 //! The thread that writes a journal hangs, or panics.
 
+mod journalled;
+
 use std::fmt::{Debug, Write};
 use std::fs;
 use std::path::Path;
@@ -8,28 +10,12 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use isochrone_engine::operate::{Hold, RefusalKind};
-use isochrone_engine::{Plan, Rules, Source};
 use isochrone_ipc::local;
-use isochrone_runtime::journal::{Journal, JournalFile};
-use isochrone_runtime::{Alarm, Node, Outcome, RequestError, Running};
+use isochrone_runtime::journal::JournalFile;
+use isochrone_runtime::{Alarm, Outcome, RequestError, Running};
 use tracing::field::{Field, Visit};
 use tracing::span::{Attributes, Id, Record};
 use tracing::{Event, Metadata, Subscriber};
-
-const NODE: &str = r#"
-[node]
-name = "level"
-control = "force"
-[[task]]
-name = "fast"
-period = "1ms"
-[[input]]
-name = "raw"
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-in = { value = "raw", setChangeRate = 10.0 }
-"#;
 
 /// How long anything may take.
 const LIMIT: Duration = Duration::from_secs(60);
@@ -79,13 +65,15 @@ impl Visit for Text {
     }
 }
 
-/// A node whose journal is in this file.
-fn start(path: &Path) -> Running<local::Service> {
+/// A node whose journal is in this file, with a force in it.
+fn start(path: &Path) -> (Running<local::Service>, Told) {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| tracing::subscriber::set_global_default(Log).unwrap());
-    let plan = Plan::new(Source::new("level.toml", NODE), &Rules::default()).unwrap();
-    let journal = Journal::open(path, &plan).unwrap();
-    Node::prepare_alone(&plan).unwrap().with_journal(journal).unwrap().start()
+    let (mut node, mut told) = (journalled::start(path), Told::default());
+    let force = node.force([("raw", 7.0)], Hold::UntilReleased).unwrap().number;
+    told.wait(&mut node, force);
+    assert!(told.unwritten.is_empty(), "{:?}", told.unwritten);
+    (node, told)
 }
 
 /// Has the thread say something: what is left of the file is no journal.
@@ -115,6 +103,14 @@ impl Told {
             self.poll(node);
             thread::sleep(Duration::from_millis(1));
         }
+    }
+
+    /// Releases the force, which is done though the journal does not have it.
+    fn release(&mut self, node: &mut Running<local::Service>) {
+        let release = node.release(["raw"]).unwrap().number;
+        self.wait(node, release);
+        assert!(self.unwritten.contains(&release));
+        assert_eq!(node.forces().count(), 0);
     }
 
     /// Sets a parameter until that is refused; returns the last that was done, and why it is refused.
@@ -152,21 +148,13 @@ fn incomplete(outcome: &Outcome) -> &str {
 fn a_journal_whose_thread_hangs_holds_up_neither_the_answers_nor_the_end_of_the_node() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("hangs.jsonl");
-    let mut node = start(&path);
-    let mut told = Told::default();
-    let force = node.force([("raw", 7.0)], Hold::UntilReleased).unwrap().number;
-    told.wait(&mut node, force);
-    assert!(told.unwritten.is_empty(), "{:?}", told.unwritten);
-
+    let (mut node, mut told) = start(&path);
     HANGING.lock().unwrap().push(path.display().to_string());
     cut(&path);
     let (last, refused) = told.set_until_refused(&mut node);
     assert!(refused.contains("hangs.jsonl has not been written for a second"), "{refused}");
     assert!(told.unwritten.contains(&last), "{last} is not in {:?}", told.unwritten);
-    let release = node.release(["raw"]).unwrap().number;
-    told.wait(&mut node, release);
-    assert!(told.unwritten.contains(&release));
-    assert_eq!(node.forces().count(), 0);
+    told.release(&mut node);
 
     let outcome = node.finish().unwrap();
     let reason = incomplete(&outcome);
@@ -179,10 +167,7 @@ fn a_journal_whose_thread_hangs_holds_up_neither_the_answers_nor_the_end_of_the_
 fn a_journal_whose_thread_has_panicked_has_changes_refused_until_the_node_is_started_again() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("panics.jsonl");
-    let mut node = start(&path);
-    let mut told = Told::default();
-    let force = node.force([("raw", 7.0)], Hold::UntilReleased).unwrap().number;
-    told.wait(&mut node, force);
+    let (mut node, mut told) = start(&path);
     let whole = fs::read_to_string(&path).unwrap();
 
     cut(&path);
@@ -190,10 +175,7 @@ fn a_journal_whose_thread_has_panicked_has_changes_refused_until_the_node_is_sta
     let why =
         "panics.jsonl cannot be written (the thread that writes it panicked: the log is closed";
     assert!(refused.contains(why), "{refused}");
-    let release = node.release(["raw"]).unwrap().number;
-    told.wait(&mut node, release);
-    assert!(told.unwritten.contains(&release));
-    assert_eq!(node.forces().count(), 0);
+    told.release(&mut node);
 
     let outcome = node.finish().unwrap();
     let reason = incomplete(&outcome);
