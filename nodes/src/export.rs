@@ -92,7 +92,7 @@ fn export_csv(args: &Args) -> Result<(), Failure> {
                     table.write(&frame)?
                 }
                 Some(Item::Frame(frame)) => note_service(&mut services, &frame),
-                Some(Item::Mark(_)) => {}
+                Some(_) => {}
                 None => break,
             }
         }

@@ -3,6 +3,8 @@
 mod builder;
 mod orders;
 mod replacement;
+mod row;
+mod wires;
 
 use isochrone_blocks::{BlockType, Cycle, PinType};
 use isochrone_quality::Flags;
@@ -14,6 +16,7 @@ use crate::worth::{Origins, Source, Worth};
 
 pub use replacement::Replacement;
 pub(crate) use replacement::{CarriedForce, CarriedValue, Carry, Span};
+pub use wires::{Parcel, Wires};
 
 /// One task, ready to be stepped by the thread that owns it.
 ///
@@ -41,7 +44,15 @@ pub struct TaskEngine {
     block_errors: u64,
     /// How many engines stood in its place before.
     changes: u64,
+    /// The last cycle that was stepped, by this engine or one before it; [`NO_CYCLE`]: none.
+    cycle: u64,
+    /// How many entries of a journal tell of what was done to it; those of forces that ended by
+    /// themselves do not count.
+    entries: u64,
 }
+
+/// Stands for the cycle of a task that has finished none.
+const NO_CYCLE: u64 = u64::MAX;
 
 struct Input {
     value_type: PinType,
@@ -89,14 +100,9 @@ struct Output {
     origins: Origins,
 }
 
-/// Values on their way from one task to another.
-#[derive(Clone)]
-struct Parcel {
-    values: Box<[f64]>,
-    sources: Box<[Source]>,
-}
-
 struct Export {
+    /// Index of the task that reads it.
+    to: usize,
     slots: Box<[u32]>,
     /// For each value what it is computed from.
     origins: Box<[Origins]>,
@@ -104,9 +110,22 @@ struct Export {
 }
 
 struct Import {
+    /// Index of the task that it comes from.
+    from: usize,
     first_slot: usize,
     first_source: usize,
+    /// Of the values that stand in the image.
+    stamp: Stamp,
     receiver: Receiver<Parcel>,
+}
+
+/// What a task's values are of.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Stamp {
+    /// The cycle that computed them; [`NO_CYCLE`]: none has yet.
+    cycle: u64,
+    /// How many online changes that task had had.
+    changes: u64,
 }
 
 impl TaskEngine {
@@ -115,6 +134,7 @@ impl TaskEngine {
     ///
     /// Every slot that is looked up here is there: [`build`](Self::build) has seen to it.
     pub fn step(&mut self, cycle: u64) {
+        self.cycle = cycle;
         let cycle = Cycle::new(cycle, self.period_ns, &self.obs);
         for import in &mut self.imports {
             // What came before stands in the image already.
@@ -122,6 +142,7 @@ impl TaskEngine {
                 continue;
             }
             let parcel = import.receiver.output_buffer();
+            import.stamp = parcel.stamp;
             let slots = self.image.get_mut(import.first_slot..).unwrap_or_default();
             slots.iter_mut().zip(&parcel.values).for_each(|(slot, value)| *slot = *value);
             let sources = self.sources.get_mut(import.first_source..).unwrap_or_default();
@@ -152,8 +173,10 @@ impl TaskEngine {
     #[inline(always)]
     fn publish(&mut self) {
         let mut given = self.outputs.len();
+        let stamp = Stamp { cycle: self.cycle, changes: self.changes };
         for export in &mut self.exports {
             let parcel = export.sender.input_buffer_mut();
+            parcel.stamp = stamp;
             for (value, slot) in parcel.values.iter_mut().zip(&export.slots) {
                 *value = read(&self.image, *slot);
             }

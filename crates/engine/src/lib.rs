@@ -67,7 +67,7 @@ mod worth;
 
 pub use build::BuildError;
 pub use duration::{format_duration_ns, parse_duration_ns, parse_milliseconds_ns, parse_seconds};
-pub use engine::{GivenSample, Reading, TaskEngine};
+pub use engine::{GivenSample, Parcel, Reading, TaskEngine, Wires};
 pub use finding::{Finding, Problem};
 pub use findings::Findings;
 pub use isochrone_quality::Flags;

@@ -88,7 +88,7 @@ fn stepping_reading_and_writing_do_not_allocate_from_the_first_cycle_on() {
     let plan = Plan::new(source, &Rules::default()).unwrap();
     let mut engines = TaskEngine::build(&plan).unwrap();
     let [fast, slow] = &mut engines[..] else { unreachable!("two tasks") };
-    let mut frame = [0.0; 3];
+    let (mut frame, mut row) = ([0.0; 3], vec![0.0; slow.row_len()]);
 
     let before = CALLS.get();
     for cycle in 0..500 {
@@ -102,6 +102,7 @@ fn stepping_reading_and_writing_do_not_allocate_from_the_first_cycle_on() {
         if cycle % 10 == 0 {
             slow.step(cycle / 10);
             slow.read_output(0, &mut frame);
+            slow.read_row(&mut row);
             std::hint::black_box((
                 slow.output_source_ns(0),
                 slow.output_flags(0),

@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 use crate::spelling::{Field, Spelling};
 use crate::{FORMAT, cdr};
 
+pub(crate) const KEY_FORMAT: &str = "isochrone.format";
+
 /// What the frames of a service carry: one layout of it.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Carried {
@@ -21,10 +23,9 @@ pub struct Carried {
     pub signals: Vec<SignalSpec>,
 }
 
-const KEY_FORMAT: &str = "isochrone.format";
 const KEY_SERVICE: &str = "isochrone.service";
 const KEY_PUBLISHER: &str = "isochrone.publisher";
-const KEY_PERIOD: &str = "isochrone.period_ns";
+pub(crate) const KEY_PERIOD: &str = "isochrone.period_ns";
 const KEY_SIGNALS: &str = "isochrone.signals";
 
 /// A signal in the metadata: how it is called, and where it stands in the message.
@@ -48,23 +49,13 @@ pub(crate) enum ChannelFault {
 impl Carried {
     /// The message of these frames.
     pub(crate) fn spelling(&self) -> Spelling {
-        Spelling::new(&self.service, &self.signals, cdr::FRAME_HEADER)
+        Spelling::new(&self.service, &self.signals, cdr::FRAME)
     }
 
     pub(crate) fn metadata(&self, fields: &[Field]) -> BTreeMap<String, String> {
-        let entry = |(signal, field): (&SignalSpec, &Field)| SignalEntry {
-            signal: signal.clone(),
-            field: field.path.clone(),
-            place: field.place,
-        };
-        let signals: Vec<_> = self.signals.iter().zip(fields).map(entry).collect();
-        let mut metadata = BTreeMap::from([
-            (KEY_FORMAT.to_owned(), FORMAT.to_string()),
-            (KEY_SERVICE.to_owned(), self.service.clone()),
-            (KEY_PUBLISHER.to_owned(), self.publisher.clone()),
-            // Strings and numbers always have a JSON.
-            (KEY_SIGNALS.to_owned(), serde_json::to_string(&signals).unwrap_or_default()),
-        ]);
+        let mut metadata = described(&self.signals, fields);
+        metadata.insert(KEY_SERVICE.to_owned(), self.service.clone());
+        metadata.insert(KEY_PUBLISHER.to_owned(), self.publisher.clone());
         if let Some(period_ns) = self.period_ns {
             metadata.insert(KEY_PERIOD.to_owned(), period_ns.to_string());
         }
@@ -76,32 +67,53 @@ impl Carried {
         metadata: &BTreeMap<String, String>,
     ) -> Option<Result<(Self, Vec<usize>), ChannelFault>> {
         let service = metadata.get(KEY_SERVICE)?;
-        let format = metadata.get(KEY_FORMAT).map_or("", String::as_str);
-        if format != FORMAT.to_string() {
-            return Some(Err(ChannelFault::Format(format.to_owned())));
-        }
-        let entries = || {
-            let entries = serde_json::from_str::<Vec<SignalEntry>>(metadata.get(KEY_SIGNALS)?);
-            let entries = entries.ok()?;
-            let mut seen = vec![false; entries.len()];
-            for entry in &entries {
-                let place = seen.get_mut(entry.place)?;
-                if std::mem::replace(place, true) {
-                    return None;
-                }
-            }
-            Some(entries)
+        let (signals, places) = match signals(metadata) {
+            Ok(signals) => signals,
+            Err(fault) => return Some(Err(fault)),
         };
-        let Some(entries) = entries() else { return Some(Err(ChannelFault::Malformed)) };
-        let places = entries.iter().map(|entry| entry.place).collect();
         let carried = Self {
             service: service.clone(),
             publisher: metadata.get(KEY_PUBLISHER).cloned().unwrap_or_default(),
             period_ns: metadata.get(KEY_PERIOD).and_then(|period| period.parse().ok()),
-            signals: entries.into_iter().map(|entry| entry.signal).collect(),
+            signals,
         };
         Some(Ok((carried, places)))
     }
+}
+
+/// What the metadata of a channel says of its signals, and of the format.
+pub(crate) fn described(signals: &[SignalSpec], fields: &[Field]) -> BTreeMap<String, String> {
+    let entry = |(signal, field): (&SignalSpec, &Field)| SignalEntry {
+        signal: signal.clone(),
+        field: field.path.clone(),
+        place: field.place,
+    };
+    let signals: Vec<_> = signals.iter().zip(fields).map(entry).collect();
+    BTreeMap::from([
+        (KEY_FORMAT.to_owned(), FORMAT.to_string()),
+        // Strings and numbers always have a JSON.
+        (KEY_SIGNALS.to_owned(), serde_json::to_string(&signals).unwrap_or_default()),
+    ])
+}
+
+/// The signals of a channel, and the place of each in the message.
+pub(crate) fn signals(
+    metadata: &BTreeMap<String, String>,
+) -> Result<(Vec<SignalSpec>, Vec<usize>), ChannelFault> {
+    let format = metadata.get(KEY_FORMAT).map_or("", String::as_str);
+    if format != FORMAT.to_string() {
+        return Err(ChannelFault::Format(format.to_owned()));
+    }
+    let entries = metadata.get(KEY_SIGNALS).and_then(|json| serde_json::from_str(json).ok());
+    let entries: Vec<SignalEntry> = entries.ok_or(ChannelFault::Malformed)?;
+    let mut seen = vec![false; entries.len()];
+    for entry in &entries {
+        let place = seen.get_mut(entry.place).ok_or(ChannelFault::Malformed)?;
+        if std::mem::replace(place, true) {
+            return Err(ChannelFault::Malformed);
+        }
+    }
+    Ok(entries.into_iter().map(|entry| (entry.signal, entry.place)).unzip())
 }
 
 /// The name of a service as a ROS topic: `/plant/level`.

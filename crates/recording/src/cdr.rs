@@ -2,13 +2,16 @@
 
 use isochrone_ipc::FrameHeader;
 
-use crate::{Frame, Mark};
+use crate::spelling::Head;
+use crate::{Entry, Frame, Mark, RowHead};
 
 /// Plain CDR, little-endian.
 const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 
-/// The definition of `isochrone/FrameHeader`. All fields take eight bytes, so nothing is padded.
-pub(crate) const FRAME_HEADER: &str = "\
+/// What a message of a frame begins with. All fields take eight bytes, so nothing is padded.
+pub(crate) const FRAME: Head =
+    Head { field: "frame", message: "FrameHeader", definition: FRAME_HEADER };
+const FRAME_HEADER: &str = "\
 uint64 sequence
 uint64 cycle
 uint64 release_ns
@@ -24,6 +27,28 @@ float64 sent_after_release_s
 ";
 /// Number of its fields.
 const HEADER_FIELDS: usize = 12;
+
+/// What a message of a task's cycle begins with.
+pub(crate) const TASK: Head =
+    Head { field: "task", message: "TaskHeader", definition: TASK_HEADER };
+const TASK_HEADER: &str = "\
+uint64 cycle
+uint64 release_ns
+uint64 start_ns
+uint64 end_ns
+uint64 missed
+uint64 lost
+";
+/// Number of its fields.
+const TASK_FIELDS: usize = 6;
+
+/// The definition of `isochrone/JournalEntry`.
+pub(crate) const ENTRY: &str = "\
+uint64 time_ns
+uint64 cycle
+string task
+string line
+";
 
 /// The definition of `isochrone/Mark`.
 pub(crate) const MARK: &str = "\
@@ -64,33 +89,46 @@ pub(crate) fn write_frame(frame: &Frame<'_>, values: &[f64], to: &mut Vec<u8>) {
     }
 }
 
-/// A frame in its message.
-pub(crate) struct FrameWords<'a> {
-    pub(crate) head: FrameHead,
-    values: &'a [u8],
+/// Appends a row, its values in the order of the message.
+pub(crate) fn write_row(head: &RowHead, values: &[f64], to: &mut Vec<u8>) {
+    let RowHead { cycle, release_ns, start_ns, end_ns, missed, lost } = *head;
+    to.clear();
+    to.extend_from_slice(&ENCAPSULATION);
+    for field in [cycle, release_ns, start_ns, end_ns, missed, lost] {
+        to.extend_from_slice(&field.to_le_bytes());
+    }
+    for value in values {
+        to.extend_from_slice(&value.to_le_bytes());
+    }
 }
 
-/// What stands before the values.
+/// The values of a message.
+pub(crate) struct Values<'a>(&'a [u8]);
+
+/// What stands before the values of a frame.
 pub(crate) struct FrameHead {
     pub(crate) header: FrameHeader,
     pub(crate) received_ns: u64,
     pub(crate) lost: u64,
 }
 
-impl FrameWords<'_> {
+impl Values<'_> {
     /// The value at a place of the message; NaN beyond its end.
-    pub(crate) fn value(&self, place: usize) -> f64 {
-        word(self.values, place).map_or(f64::NAN, f64::from_bits)
+    pub(crate) fn at(&self, place: usize) -> f64 {
+        word(self.0, place).map_or(f64::NAN, f64::from_bits)
     }
 }
 
-/// Reads a frame of so many values; `None` if it is none.
-pub(crate) fn read_frame(data: &[u8], channels: usize) -> Option<FrameWords<'_>> {
+/// What a message of so many fields and values has; `None` if it is none.
+fn split(data: &[u8], fields: usize, values: usize) -> Option<(&[u8], Values<'_>)> {
     let body = data.strip_prefix(&ENCAPSULATION)?;
-    let (header, values) = body.split_at_checked(8 * HEADER_FIELDS)?;
-    if values.len() != 8 * channels {
-        return None;
-    }
+    let (head, rest) = body.split_at_checked(8 * fields)?;
+    (rest.len() == 8 * values).then_some((head, Values(rest)))
+}
+
+/// Reads a frame of so many values; `None` if it is none.
+pub(crate) fn read_frame(data: &[u8], values: usize) -> Option<(FrameHead, Values<'_>)> {
+    let (header, values) = split(data, HEADER_FIELDS, values)?;
     let field = |index| word(header, index);
     let head = FrameHead {
         header: FrameHeader {
@@ -107,7 +145,22 @@ pub(crate) fn read_frame(data: &[u8], channels: usize) -> Option<FrameWords<'_>>
         received_ns: field(9)?,
         lost: field(10)?,
     };
-    Some(FrameWords { head, values })
+    Some((head, values))
+}
+
+/// Reads a row of so many values; `None` if it is none.
+pub(crate) fn read_row(data: &[u8], values: usize) -> Option<(RowHead, Values<'_>)> {
+    let (head, values) = split(data, TASK_FIELDS, values)?;
+    let field = |index| word(head, index);
+    let head = RowHead {
+        cycle: field(0)?,
+        release_ns: field(1)?,
+        start_ns: field(2)?,
+        end_ns: field(3)?,
+        missed: field(4)?,
+        lost: field(5)?,
+    };
+    Some((head, values))
 }
 
 fn word(words: &[u8], index: usize) -> Option<u64> {
@@ -117,11 +170,33 @@ fn word(words: &[u8], index: usize) -> Option<u64> {
 
 /// Writes a mark.
 pub(crate) fn write_mark(mark: &Mark) -> Vec<u8> {
+    write_texts(&[mark.time_ns, mark.cycle, mark.count], &[&mark.kind, &mark.service, &mark.text])
+}
+
+/// Reads a mark; `None` if it is none.
+pub(crate) fn read_mark(data: &[u8]) -> Option<Mark> {
+    let ([time_ns, cycle, count], [kind, service, text]) = read_texts(data)?;
+    Some(Mark { time_ns, cycle, count, kind, service, text })
+}
+
+/// Writes an entry of a journal.
+pub(crate) fn write_entry(entry: &Entry) -> Vec<u8> {
+    write_texts(&[entry.time_ns, entry.cycle], &[&entry.task, &entry.line])
+}
+
+/// Reads an entry of a journal; `None` if it is none.
+pub(crate) fn read_entry(data: &[u8]) -> Option<Entry> {
+    let ([time_ns, cycle], [task, line]) = read_texts(data)?;
+    Some(Entry { time_ns, cycle, task, line })
+}
+
+/// Writes a message of numbers and texts.
+fn write_texts(fields: &[u64], texts: &[&String]) -> Vec<u8> {
     let mut to = ENCAPSULATION.to_vec();
-    for field in [mark.time_ns, mark.cycle, mark.count] {
+    for field in fields {
         to.extend_from_slice(&field.to_le_bytes());
     }
-    for text in [&mark.kind, &mark.service, &mark.text] {
+    for text in texts {
         // Where strings begin is counted from behind the four bytes, which are as many as they align to.
         to.resize(to.len().next_multiple_of(4), 0);
         let length = u32::try_from(text.len() + 1).unwrap_or(u32::MAX);
@@ -132,27 +207,24 @@ pub(crate) fn write_mark(mark: &Mark) -> Vec<u8> {
     to
 }
 
-/// Reads a mark; `None` if it is none.
-pub(crate) fn read_mark(data: &[u8]) -> Option<Mark> {
+/// Reads a message of numbers and texts; `None` if it is none.
+fn read_texts<const N: usize, const T: usize>(data: &[u8]) -> Option<([u64; N], [String; T])> {
     let body = data.strip_prefix(&ENCAPSULATION)?;
-    let field = |index| word(body, index);
-    let mut at = 24_usize;
-    let mut text = || {
+    let mut fields = [0; N];
+    for (index, field) in fields.iter_mut().enumerate() {
+        *field = word(body, index)?;
+    }
+    let mut at = 8 * N;
+    let mut texts = [const { String::new() }; T];
+    for text in &mut texts {
         at = at.next_multiple_of(4);
         let length = u32::from_le_bytes(body.get(at..at + 4)?.try_into().ok()?) as usize;
         let bytes = body.get(at + 4..(at + 4).checked_add(length)?)?;
         at += 4 + length;
-        let (zero, text) = bytes.split_last()?;
-        (*zero == 0).then(|| String::from_utf8(text.to_vec()).ok())?
-    };
-    Some(Mark {
-        time_ns: field(0)?,
-        cycle: field(1)?,
-        count: field(2)?,
-        kind: text()?,
-        service: text()?,
-        text: text()?,
-    })
+        let (zero, written) = bytes.split_last()?;
+        *text = (*zero == 0).then(|| String::from_utf8(written.to_vec()).ok())??;
+    }
+    Some((fields, texts))
 }
 
 #[cfg(test)]
@@ -169,6 +241,14 @@ mod tests {
         ) {
             let mark = Mark { time_ns, cycle, count, kind, service, text };
             prop_assert_eq!(read_mark(&write_mark(&mark)), Some(mark));
+        }
+
+        #[test]
+        fn an_entry_of_a_journal_reads_back_as_it_was(
+            (time_ns, cycle) in any::<(u64, u64)>(), (task, line) in any::<(String, String)>(),
+        ) {
+            let entry = Entry { time_ns, cycle, task, line };
+            prop_assert_eq!(read_entry(&write_entry(&entry)), Some(entry));
         }
 
         #[test]

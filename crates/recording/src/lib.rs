@@ -15,6 +15,15 @@
 //! | metadata `isochrone.clock` | what both clocks read, at the start and whenever Unix time was set |
 //! | metadata `isochrone.recording` | the [format](FORMAT), and the version that wrote it |
 //!
+//! The recording of a node ([`Writer::create_for_node`]) has everything that repeating its run needs:
+//!
+//! | in the file | is |
+//! |---|---|
+//! | channel `/level/fast` | each cycle of the task `fast` of the node `level`: when it ran, its inputs, which cycle of other tasks it read, its outputs ([`TaskLayout`]) |
+//! | channel `/isochrone/journal` | [what was done](Entry) to the node, as its journal has it |
+//! | attachment `configuration.toml` | the configuration that it was started with |
+//! | metadata `isochrone.node` | [which node](Node) it is of |
+//!
 //! A [`Writer`] hands a chunk to the system whenever it is [flushed](Writer::flush), so a process that is
 //! killed loses what came after that. A [`Reader`] reads such a file to where it breaks off, and
 //! [`repair`] makes a closed one of it. Whatever a file claims, a reader's memory stays
@@ -35,9 +44,12 @@ mod cdr;
 mod clock;
 mod error;
 mod frame;
+mod layout;
+mod node_writer;
 mod reader;
 mod records;
 mod repair;
+mod row;
 mod spelling;
 mod writer;
 
@@ -45,9 +57,11 @@ pub use carried::Carried;
 pub use clock::ClockReading;
 pub use error::{ReadError, RepairError, WriteError};
 pub use frame::{Frame, Mark, RecordedFrame};
+pub use layout::{OutputLayout, TaskLayout};
 pub use reader::{Item, Reader};
 pub use records::{Condition, Damage, MAX_RECORD_BYTES};
 pub use repair::{Repaired, repair};
+pub use row::{Entry, Node, RecordedInput, RecordedRow, RecordedWire, RowHead};
 pub use writer::{ChannelId, Failed, Writer};
 
 /// The version of the format: of names, messages and metadata.

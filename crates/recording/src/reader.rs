@@ -7,10 +7,12 @@ use mcap::records::{Channel as ChannelRecord, MessageHeader, Record};
 
 use crate::carried::ChannelFault;
 use crate::cdr::FrameHead;
+use crate::node_writer::{CONFIGURATION, JOURNAL_TOPIC};
 use crate::records::Records;
 use crate::writer::MARKS_TOPIC;
 use crate::{
-    Carried, ClockReading, Condition, MAX_RECORD_BYTES, Mark, ReadError, RecordedFrame, cdr,
+    Carried, ClockReading, Condition, Entry, MAX_RECORD_BYTES, Mark, Node, ReadError,
+    RecordedFrame, RecordedRow, RowHead, TaskLayout, cdr,
 };
 
 /// Reads the frames of a file in the order in which they stand there, which is that of their arrival.
@@ -18,6 +20,7 @@ pub struct Reader<R> {
     records: Records<R>,
     channels: Channels,
     clock: ClockReading,
+    node: Option<Node>,
     values: Vec<f64>,
     other_messages: u64,
 }
@@ -29,6 +32,12 @@ pub enum Item<'a> {
     Frame(RecordedFrame<'a>),
     /// What is to be known beside the frames.
     Mark(Mark),
+    /// A cycle of a task, in the recording of a node.
+    Row(RecordedRow<'a>),
+    /// What was done to a node.
+    Entry(Entry),
+    /// The text of the configuration that a node was started with.
+    Configuration(String),
 }
 
 /// What a message is, by its channel.
@@ -37,7 +46,12 @@ enum Channel {
         carried: Carried,
         places: Vec<usize>,
     },
+    Rows {
+        layout: TaskLayout,
+        places: Vec<usize>,
+    },
     Marks,
+    Journal,
     /// Another program wrote it.
     Other,
 }
@@ -55,7 +69,12 @@ enum Understood {
         message: MessageHeader,
         frame: FrameHead,
     },
-    Mark(Mark),
+    Row {
+        message: MessageHeader,
+        row: RowHead,
+    },
+    /// What needs no more to be understood.
+    Whole(Item<'static>),
     /// Nothing to tell of.
     Nothing,
 }
@@ -70,40 +89,60 @@ impl<R: Read> Reader<R> {
             records: Records::open(file)?,
             channels: Channels::default(),
             clock: ClockReading::default(),
+            node: None,
             values: Vec::new(),
             other_messages: 0,
         })
     }
 
-    /// The next frame or mark; `None` at the end of the file, or where it breaks off.
+    /// The next frame, row, entry or mark; `None` at the end of the file, or where it breaks off.
     ///
     /// # Errors
     /// The file cannot be read: it is of a later format, compressed in another way, or the system refuses.
     /// Damage is no error: what is damaged is passed over, and [counted](Self::condition).
     pub fn next_item(&mut self) -> Result<Option<Item<'_>>, ReadError> {
-        let (message, frame) = loop {
+        let understood = loop {
             match self.understand_next()? {
                 None => return Ok(None),
-                Some(Understood::Mark(mark)) => return Ok(Some(Item::Mark(mark))),
-                Some(Understood::Frame { message, frame }) => break (message, frame),
                 Some(Understood::Nothing) => {}
+                Some(understood) => break understood,
             }
         };
-        let Some(Channel::Frames { carried, .. }) = self.channels.by_id.get(&message.channel_id)
-        else {
-            return Ok(None);
-        };
-        Ok(Some(Item::Frame(RecordedFrame {
-            channel: message.channel_id,
-            carried,
-            header: frame.header,
-            values: &self.values,
-            received_ns: frame.received_ns,
-            due_ns: self.clock.monotonic_ns(message.log_time),
-            due_unix_ns: message.log_time,
-            sent_unix_ns: message.publish_time,
-            lost: frame.lost,
-        })))
+        let channel = |message: &MessageHeader| self.channels.by_id.get(&message.channel_id);
+        Ok(match understood {
+            Understood::Frame { message, frame } => match channel(&message) {
+                Some(Channel::Frames { carried, .. }) => Some(Item::Frame(RecordedFrame {
+                    channel: message.channel_id,
+                    carried,
+                    header: frame.header,
+                    values: &self.values,
+                    received_ns: frame.received_ns,
+                    due_ns: self.clock.monotonic_ns(message.log_time),
+                    due_unix_ns: message.log_time,
+                    sent_unix_ns: message.publish_time,
+                    lost: frame.lost,
+                })),
+                _ => None,
+            },
+            Understood::Row { message, row } => match channel(&message) {
+                Some(Channel::Rows { layout, .. }) => Some(Item::Row(RecordedRow {
+                    channel: message.channel_id,
+                    layout,
+                    head: row,
+                    values: &self.values,
+                    release_unix_ns: message.log_time,
+                    end_unix_ns: message.publish_time,
+                })),
+                _ => None,
+            },
+            Understood::Whole(item) => Some(item),
+            Understood::Nothing => None,
+        })
+    }
+
+    /// The node that the file is a recording of, as far as that was read; `None`: it is of services.
+    pub fn node(&self) -> Option<&Node> {
+        self.node.as_ref()
     }
 
     fn understand_next(&mut self) -> Result<Option<Understood>, ReadError> {
@@ -116,25 +155,44 @@ impl<R: Read> Reader<R> {
             Record::Metadata(metadata) => {
                 let clock = ClockReading::from_metadata(&metadata.name, &metadata.metadata);
                 self.clock = clock.unwrap_or(self.clock);
+                let node = Node::from_metadata(&metadata.name, &metadata.metadata);
+                self.node = node.or(self.node.take());
                 Some(Understood::Nothing)
             }
             Record::Message { header: message, data } => {
                 match self.channels.by_id.get(&message.channel_id) {
                     Some(Channel::Frames { carried, places }) => {
                         let frame = cdr::read_frame(&data, carried.signals.len());
-                        frame.map(|frame| {
+                        frame.map(|(frame, values)| {
                             self.values.clear();
-                            self.values.extend(places.iter().map(|place| frame.value(*place)));
-                            Understood::Frame { message, frame: frame.head }
+                            self.values.extend(places.iter().map(|place| values.at(*place)));
+                            Understood::Frame { message, frame }
                         })
                     }
-                    Some(Channel::Marks) => cdr::read_mark(&data).map(Understood::Mark),
+                    Some(Channel::Rows { places, .. }) => {
+                        let row = cdr::read_row(&data, places.len());
+                        row.map(|(row, values)| {
+                            self.values.clear();
+                            self.values.extend(places.iter().map(|place| values.at(*place)));
+                            Understood::Row { message, row }
+                        })
+                    }
+                    Some(Channel::Marks) => {
+                        cdr::read_mark(&data).map(|mark| Understood::Whole(Item::Mark(mark)))
+                    }
+                    Some(Channel::Journal) => {
+                        cdr::read_entry(&data).map(|entry| Understood::Whole(Item::Entry(entry)))
+                    }
                     Some(Channel::Other) => {
                         self.other_messages += 1;
                         Some(Understood::Nothing)
                     }
                     None => None,
                 }
+            }
+            Record::Attachment { header, data, .. } if header.name == CONFIGURATION => {
+                let text = String::from_utf8(data.into_owned()).ok();
+                text.map(|text| Understood::Whole(Item::Configuration(text)))
             }
             _ => Some(Understood::Nothing),
         };
@@ -172,11 +230,19 @@ impl Channels {
         if self.bytes > MAX_RECORD_BYTES {
             return Err(ReadError::TooManyChannels);
         }
-        let channel = match Carried::from_metadata(&record.metadata) {
-            Some(Ok((carried, places))) => Channel::Frames { carried, places },
+        let metadata = &record.metadata;
+        let frames = Carried::from_metadata(metadata)
+            .map(|read| read.map(|(carried, places)| Channel::Frames { carried, places }));
+        let known = frames.or_else(|| {
+            let rows = TaskLayout::from_metadata(metadata)?;
+            Some(rows.map(|(layout, places)| Channel::Rows { layout, places }))
+        });
+        let channel = match known {
+            Some(Ok(channel)) => channel,
             Some(Err(ChannelFault::Format(format))) => return Err(ReadError::Format { format }),
             Some(Err(ChannelFault::Malformed)) => return Ok(Learnt::Damaged),
             None if record.topic == MARKS_TOPIC => Channel::Marks,
+            None if record.topic == JOURNAL_TOPIC => Channel::Journal,
             None => Channel::Other,
         };
         self.by_id.insert(record.id, channel);

@@ -273,8 +273,14 @@ fn unpack(
 }
 
 fn parse(opcode: u8, body: &[u8]) -> Result<Record<'_>, String> {
-    if opcode == op::ATTACHMENT && !attachment_fits(body) {
-        return Err("an attachment that is cut off".into());
+    if opcode == op::ATTACHMENT {
+        if !attachment_fits(body) {
+            return Err("an attachment that is cut off".into());
+        }
+        let crc = body.split_last_chunk().map(|(rest, crc)| (rest, u32::from_le_bytes(*crc)));
+        if crc.is_some_and(|(rest, crc)| crc != 0 && crc != crc32fast::hash(rest)) {
+            return Err("an attachment whose checksum is wrong".into());
+        }
     }
     mcap::parse_record(opcode, body)
         .map_err(|_| format!("a record ({opcode:#04x}) that is malformed"))

@@ -6,13 +6,22 @@ use isochrone_ipc::{FrameLayout, SignalSpec};
 
 /// The package of all messages.
 pub(crate) const PACKAGE: &str = "isochrone";
-/// The field of every message of frames that is no signal.
-const FRAME: &str = "frame";
 /// Deeper names are folded into one field, so that one name is not a hundred messages.
 const MAX_DEPTH: usize = 6;
 /// What stands between the definitions of a schema.
 const SEPARATOR: &str =
     "================================================================================";
+
+/// The field that every message begins with, which is no signal.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Head {
+    /// Its name.
+    pub(crate) field: &'static str,
+    /// The name of its message.
+    pub(crate) message: &'static str,
+    /// The definition of that.
+    pub(crate) definition: &'static str,
+}
 
 /// The message that carries the frames of one layout.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -50,8 +59,8 @@ struct Tree(Vec<Part>);
 
 impl Spelling {
     /// Spells the signals of `service`.
-    pub(crate) fn new(service: &str, signals: &[SignalSpec], frame_header: &str) -> Self {
-        let root = Part { taken: [FRAME.to_owned()].into(), ..Part::default() };
+    pub(crate) fn new(service: &str, signals: &[SignalSpec], head: Head) -> Self {
+        let root = Part { taken: [head.field.to_owned()].into(), ..Part::default() };
         let mut tree = Tree(vec![root]);
         for (channel, signal) in signals.iter().enumerate() {
             tree.insert(&signal.name, channel);
@@ -68,11 +77,12 @@ impl Spelling {
             taken: HashSet::new(),
             sections: String::new(),
         };
-        let body = format!("{PACKAGE}/FrameHeader {FRAME}\n{}", types.body(&tree, 0));
+        let Head { field, message, definition } = head;
+        let body = format!("{PACKAGE}/{message} {field}\n{}", types.body(&tree, 0));
         let sections = types.sections;
         Self {
             schema_name: format!("{PACKAGE}/msg/{type_name}"),
-            definition: format!("{body}{}{sections}", section("FrameHeader", frame_header)),
+            definition: format!("{body}{}{sections}", section(message, definition)),
             fields,
         }
     }
@@ -251,10 +261,13 @@ mod tests {
 
     use super::*;
 
+    const HEAD: Head =
+        Head { field: "frame", message: "FrameHeader", definition: "uint64 sequence\n" };
+
     fn paths(names: &[&str]) -> Vec<String> {
         let signals: Vec<SignalSpec> =
             names.iter().map(|name| SignalSpec::new(*name, "")).collect();
-        Spelling::new("plant/level", &signals, "").fields.into_iter().map(|it| it.path).collect()
+        Spelling::new("plant/level", &signals, HEAD).fields.into_iter().map(|it| it.path).collect()
     }
 
     #[test]
@@ -295,7 +308,7 @@ mod tests {
         let names = ["ramp.1.value", "x", "ramp.2.value", "ramp.1.error", "ramp.2.error"];
         let signals: Vec<SignalSpec> =
             names.iter().map(|name| SignalSpec::new(*name, "")).collect();
-        let spelling = Spelling::new("plant/level", &signals, "uint64 sequence\n");
+        let spelling = Spelling::new("plant/level", &signals, HEAD);
         let name = spelling.schema_name.strip_prefix("isochrone/msg/").unwrap();
         let expected = format!(
             "isochrone/FrameHeader frame\nisochrone/{name}Ramp1 ramp_1\nfloat64 x\n\
@@ -314,7 +327,7 @@ mod tests {
         ) {
             let signals: Vec<SignalSpec> =
                 names.iter().map(|name| SignalSpec::new(name.clone(), "")).collect();
-            let fields = Spelling::new("x", &signals, "").fields;
+            let fields = Spelling::new("x", &signals, HEAD).fields;
             let paths: HashSet<&str> = fields.iter().map(|field| field.path.as_str()).collect();
             prop_assert_eq!(paths.len(), names.len());
             let mut places: Vec<usize> = fields.iter().map(|field| field.place).collect();

@@ -10,7 +10,8 @@ use mcap::write::NoSeek;
 use mcap::{Compression, WriteOptions};
 
 use crate::carried::topic;
-use crate::spelling::{PACKAGE, unique};
+use crate::node_writer::JOURNAL_TOPIC;
+use crate::spelling::{PACKAGE, Spelling, unique};
 use crate::{Carried, ClockReading, FORMAT, Frame, Mark, WriteError, cdr};
 
 /// The encodings of messages and of their definitions.
@@ -35,13 +36,14 @@ pub(crate) fn options() -> WriteOptions {
 
 /// Writes a file. Dropped without [`finish`](Self::finish), it is closed as well as that goes.
 pub struct Writer<W: Write> {
-    file: mcap::Writer<NoSeek<Counted<W>>>,
+    pub(crate) file: mcap::Writer<NoSeek<Counted<W>>>,
     written: Arc<AtomicU64>,
     clock: ClockReading,
     topics: HashMap<String, String>,
     taken_topics: HashSet<String>,
     channels: Vec<Channel>,
     marks: Option<u16>,
+    pub(crate) journal: Option<u16>,
     /// Frames that are not in the file yet.
     pending: u64,
     /// The length up to which the file is whole.
@@ -90,9 +92,10 @@ impl<W: Write> Writer<W> {
             written,
             clock,
             topics: HashMap::new(),
-            taken_topics: [MARKS_TOPIC.to_owned()].into(),
+            taken_topics: [MARKS_TOPIC, JOURNAL_TOPIC].map(str::to_owned).into(),
             channels: Vec::new(),
             marks: None,
+            journal: None,
             pending: 0,
             good_bytes,
             message: Vec::new(),
@@ -106,15 +109,22 @@ impl<W: Write> Writer<W> {
     /// The file has too many channels, or cannot be written.
     pub fn add(&mut self, carried: &Carried) -> Result<ChannelId, WriteError> {
         let spelling = carried.spelling();
-        let schema =
-            self.file.add_schema(&spelling.schema_name, SCHEMAS, spelling.definition.as_bytes())?;
+        self.add_channel(&carried.service, &spelling, &carried.metadata(&spelling.fields))
+    }
+
+    /// Adds a channel of messages with values.
+    pub(crate) fn add_channel(
+        &mut self,
+        path: &str,
+        spelling: &Spelling,
+        metadata: &BTreeMap<String, String>,
+    ) -> Result<ChannelId, WriteError> {
+        let definition = spelling.definition.as_bytes();
+        let schema = self.file.add_schema(&spelling.schema_name, SCHEMAS, definition)?;
         let taken = &mut self.taken_topics;
-        let topic = self
-            .topics
-            .entry(carried.service.clone())
-            .or_insert_with(|| unique(topic(&carried.service), "_", taken));
-        let metadata = carried.metadata(&spelling.fields);
-        let id = self.file.add_channel(schema, topic, MESSAGES, &metadata)?;
+        let topic =
+            self.topics.entry(path.to_owned()).or_insert_with(|| unique(topic(path), "_", taken));
+        let id = self.file.add_channel(schema, topic, MESSAGES, metadata)?;
         let places = spelling.fields.iter().map(|field| field.place).collect();
         self.channels.push(Channel { id, places });
         self.note_progress(0);
@@ -127,21 +137,34 @@ impl<W: Write> Writer<W> {
     /// # Errors
     /// The file cannot be written.
     pub fn write(&mut self, channel: ChannelId, frame: &Frame<'_>) -> Result<(), WriteError> {
+        let sequence = frame.header.sequence as u32;
+        let times = (frame.due_ns, frame.sent_ns);
+        self.write_values(channel, frame.values, sequence, times, |values, message| {
+            cdr::write_frame(frame, values, message);
+        })
+    }
+
+    /// Writes a message with values, for which `message` is given them in their order there. `times`: of
+    /// the log and of publishing, on the monotonic clock.
+    pub(crate) fn write_values(
+        &mut self,
+        channel: ChannelId,
+        values: &[f64],
+        sequence: u32,
+        times: (u64, u64),
+        message: impl FnOnce(&[f64], &mut Vec<u8>),
+    ) -> Result<(), WriteError> {
         let Some(Channel { id, places }) = self.channels.get(channel.0) else { return Ok(()) };
         self.ordered.clear();
         self.ordered.resize(places.len(), f64::NAN);
-        for (place, value) in places.iter().zip(frame.values) {
+        for (place, value) in places.iter().zip(values) {
             if let Some(slot) = self.ordered.get_mut(*place) {
                 *slot = *value;
             }
         }
-        cdr::write_frame(frame, &self.ordered, &mut self.message);
-        let header = MessageHeader {
-            channel_id: *id,
-            sequence: frame.header.sequence as u32,
-            log_time: self.clock.unix_ns(frame.due_ns),
-            publish_time: self.clock.unix_ns(frame.sent_ns),
-        };
+        message(&self.ordered, &mut self.message);
+        let (log_time, publish_time) = (self.clock.unix_ns(times.0), self.clock.unix_ns(times.1));
+        let header = MessageHeader { channel_id: *id, sequence, log_time, publish_time };
         self.pending += 1;
         self.file.write_to_known_channel(&header, &self.message)?;
         self.note_progress(1);
@@ -156,20 +179,35 @@ impl<W: Write> Writer<W> {
         let channel_id = match self.marks {
             Some(id) => id,
             None => {
-                let name = format!("{PACKAGE}/msg/Mark");
-                let schema = self.file.add_schema(&name, SCHEMAS, cdr::MARK.as_bytes())?;
-                let metadata = BTreeMap::new();
-                *self.marks.insert(self.file.add_channel(
-                    schema,
-                    MARKS_TOPIC,
-                    MESSAGES,
-                    &metadata,
-                )?)
+                let id = self.add_other("Mark", cdr::MARK, MARKS_TOPIC)?;
+                *self.marks.insert(id)
             }
         };
-        let time = self.clock.unix_ns(mark.time_ns);
+        self.write_other(channel_id, mark.time_ns, &cdr::write_mark(mark))
+    }
+
+    /// Adds a channel of messages without values.
+    pub(crate) fn add_other(
+        &mut self,
+        message: &str,
+        definition: &str,
+        topic: &str,
+    ) -> Result<u16, WriteError> {
+        let name = format!("{}/msg/{message}", PACKAGE);
+        let schema = self.file.add_schema(&name, SCHEMAS, definition.as_bytes())?;
+        Ok(self.file.add_channel(schema, topic, MESSAGES, &BTreeMap::new())?)
+    }
+
+    /// Writes a message without values.
+    pub(crate) fn write_other(
+        &mut self,
+        channel_id: u16,
+        time_ns: u64,
+        message: &[u8],
+    ) -> Result<(), WriteError> {
+        let time = self.clock().unix_ns(time_ns);
         let header = MessageHeader { channel_id, sequence: 0, log_time: time, publish_time: time };
-        self.file.write_to_known_channel(&header, &cdr::write_mark(mark))?;
+        self.file.write_to_known_channel(&header, message)?;
         self.note_progress(0);
         Ok(())
     }
@@ -229,7 +267,7 @@ impl<W: Write> Writer<W> {
 
     /// After a call that succeeded: whatever was written ends with a whole record, and has all frames but the
     /// newest ones, which wait for their chunk to be complete.
-    fn note_progress(&mut self, newest: u64) {
+    pub(crate) fn note_progress(&mut self, newest: u64) {
         let written = self.bytes();
         if written > self.good_bytes {
             self.good_bytes = written;
@@ -239,7 +277,7 @@ impl<W: Write> Writer<W> {
 }
 
 /// Counts what is written.
-struct Counted<W> {
+pub(crate) struct Counted<W> {
     out: W,
     written: Arc<AtomicU64>,
 }

@@ -66,6 +66,7 @@ fn read(bytes: &[u8]) -> Result<(Vec<String>, Condition), ReadError> {
                 format!("{} {:?} {bits:x?} {}", frame.carried.service, frame.header, frame.lost)
             }
             Item::Mark(mark) => format!("{mark:?}"),
+            other => panic!("none of services: {other:?}"),
         });
     }
     Ok((items, reader.condition().clone()))
@@ -117,6 +118,7 @@ fn marks_and_a_clock_that_was_set_stand_where_they_happened() {
         seen.push(match item {
             Item::Frame(frame) => format!("{} {}", frame.due_ns, frame.due_unix_ns),
             Item::Mark(read) => format!("{}", read == mark),
+            other => panic!("none of services: {other:?}"),
         });
     }
     assert_eq!(seen, ["2000 1795000000000001000", "true", "4002000 4006000"]);

@@ -2,7 +2,7 @@
 
 use triple_buffer::TripleBuffer;
 
-use super::{Bank, Export, Import, Input, Output, Parcel, TaskEngine, read};
+use super::{Bank, Export, Import, Input, NO_CYCLE, Output, Parcel, Stamp, TaskEngine, read};
 use crate::build::{self, BuildError};
 use crate::operate::Forces;
 use crate::plan::{Plan, TaskPlan, WirePlan};
@@ -22,11 +22,13 @@ impl TaskEngine {
             let image = plan.tasks.get(link.from).map_or(&[][..], |from| &from.image);
             let values: Box<[f64]> = link.slots.iter().map(|slot| read(image, *slot)).collect();
             let sources = vec![Source::UNKNOWN; link.slots.len()].into();
-            let parcel = Parcel { values: values.clone(), sources };
+            let stamp = Stamp { cycle: NO_CYCLE, changes: 0 };
+            let parcel = Parcel { stamp, values: values.clone(), sources };
             let (sender, receiver) = TripleBuffer::new(&parcel).split();
             if let Some(from) = engines.get_mut(link.from) {
                 let origins = link.upstream.iter();
                 from.exports.push(Export {
+                    to: link.to,
                     slots: link.slots.as_slice().into(),
                     origins: origins.map(|upstream| Origins::of(upstream, from.task)).collect(),
                     sender,
@@ -36,6 +38,8 @@ impl TaskEngine {
                 to.initial.push((link.first_slot, values));
                 to.imported += link.slots.len();
                 to.imports.push(Import {
+                    from: link.from,
+                    stamp,
                     first_slot: link.first_slot,
                     first_source: to.task.import_source(link.first_slot),
                     receiver,
@@ -126,6 +130,8 @@ impl<'a> Builder<'a> {
             forces: Forces::new(given),
             block_errors: 0,
             changes: 0,
+            cycle: NO_CYCLE,
+            entries: 0,
         }
     }
 }

@@ -37,6 +37,7 @@ impl TaskEngine {
             }
             Work::Read(_) => {}
         }
+        self.entries += u64::from(order.work.has_changed());
     }
 
     /// Ends the forces that do not reach this cycle; before [`apply`](Self::apply). While none is due,
@@ -71,9 +72,16 @@ impl TaskEngine {
         if self.forces.is_empty() {
             return self.image.get_mut(slot);
         }
-        match self.forces.shadow(slot) {
+        match self.forces.shadow_mut(slot) {
             Some(shadow) => Some(shadow),
             None => self.image.get_mut(slot),
         }
+    }
+
+    /// The value that was written to a slot, also while a force holds another one there.
+    #[inline]
+    pub(super) fn written(&self, slot: usize) -> f64 {
+        let shadow = if self.forces.is_empty() { None } else { self.forces.shadow(slot) };
+        shadow.or_else(|| self.image.get(slot).copied()).unwrap_or_default()
     }
 }

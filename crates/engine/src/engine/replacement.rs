@@ -132,11 +132,18 @@ impl TaskEngine {
                 *to = *source;
             }
         }
+        for import in &mut new.imports {
+            if let Some(before) = self.imports.iter_mut().find(|before| before.from == import.from)
+            {
+                import.stamp = before.receiver.read().stamp;
+            }
+        }
         for CarriedForce { from, force } in &mut carry.forces {
             new.forces.adopt(&self.forces, *from, force);
         }
         new.forces.adopt_new(&mut self.forces);
         (new.block_errors, new.changes) = (self.block_errors, self.changes + 1);
+        (new.cycle, new.entries) = (self.cycle, self.entries + 1);
         replacement.store();
         // Whoever reads them at the same instant finds the last values in the new links. Which banks
         // have an error, only the blocks can say.

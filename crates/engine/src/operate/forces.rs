@@ -76,8 +76,14 @@ impl Forces {
         if is_forced { Flags::FORCED } else { Flags::NONE }
     }
 
+    /// What was written to a slot while it is forced.
+    pub(crate) fn shadow(&self, slot: usize) -> Option<f64> {
+        let found = self.find(slot).ok()?;
+        self.table.get(found).map(|force| force.shadow)
+    }
+
     /// Where a slot is written while it is forced.
-    pub(crate) fn shadow(&mut self, slot: usize) -> Option<&mut f64> {
+    pub(crate) fn shadow_mut(&mut self, slot: usize) -> Option<&mut f64> {
         let found = self.find(slot).ok()?;
         self.table.get_mut(found).map(|force| &mut force.shadow)
     }

@@ -110,6 +110,15 @@ impl Work {
         Self::Force { stores, forces, cycles, again: 0 }
     }
 
+    /// Whether it has changed something, so that a journal tells of it.
+    pub(crate) fn has_changed(&self) -> bool {
+        match self {
+            Self::Set { stores, .. } | Self::Force { stores, .. } => !stores.is_empty(),
+            Self::Release { ended, .. } => !ended.is_empty(),
+            Self::Read(_) => false,
+        }
+    }
+
     /// Lets go of values.
     pub(super) fn release(mut slots: Vec<u32>) -> Self {
         slots.sort_unstable();

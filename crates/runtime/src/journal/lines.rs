@@ -121,6 +121,6 @@ fn other_format(path: &str, line: usize, bytes: &[u8]) -> Option<JournalError> {
 }
 
 /// What a parser says, without the line and column that it counts within the line.
-fn without_place(message: &str) -> String {
+pub(super) fn without_place(message: &str) -> String {
     message.split(" at line ").next().unwrap_or(message).to_owned()
 }

@@ -23,6 +23,6 @@ mod writing;
 pub use error::JournalError;
 pub use line::{FORMAT, Line, Missed, RunEnd, RunHeader, Unclear};
 pub use lines::JournalLines;
-pub use read::{JournalFile, JournaledRun, Numbered};
+pub use read::{JournalFile, JournaledRun, Numbered, entry_of_line};
 pub use write::Journal;
 pub(crate) use writing::{Fate, Mark, Writing};

@@ -8,7 +8,7 @@ use isochrone_engine::operate::{Entry, Replay};
 
 use super::error::JournalError;
 use super::line::{Line, Missed, RunEnd, RunHeader, Unclear};
-use super::lines::JournalLines;
+use super::lines::{JournalLines, without_place};
 use crate::control::JournalEntry;
 
 /// A journal file that was read.
@@ -176,16 +176,32 @@ impl JournalFile {
         for Numbered { line, content } in &run.entries {
             let bad =
                 |reason| JournalError::BadLine { path: self.path.clone(), line: *line, reason };
-            let task = plan.task_index(&content.task);
-            let task = task.ok_or_else(|| bad(format!("there is no task \"{}\"", content.task)))?;
-            let entry = content.to_entry(task).map_err(bad)?;
+            let entry = to_entry(content, plan).map_err(bad)?;
             replay.check(&entry).map_err(|refusals| JournalError::Unfit {
                 path: self.path.clone(),
                 line: *line,
                 refusals,
             })?;
-            entries.entry((task, entry.cycle)).or_default().push(entry);
+            entries.entry((entry.task, entry.cycle)).or_default().push(entry);
         }
         Ok(entries)
     }
+}
+
+/// What one line of a journal file says was done to a task of a plan.
+///
+/// # Errors
+/// It is no line that a node of this version can have written of an entry of this plan; why, as part of a
+/// sentence.
+pub fn entry_of_line(line: &str, plan: &Plan) -> Result<Entry, String> {
+    match serde_json::from_str(line) {
+        Ok(Line::Entry(content)) => to_entry(&content, plan),
+        Ok(_) => Err("a line that is no entry".into()),
+        Err(error) => Err(without_place(&error.to_string())),
+    }
+}
+
+fn to_entry(content: &JournalEntry, plan: &Plan) -> Result<Entry, String> {
+    let task = plan.task_index(&content.task);
+    content.to_entry(task.ok_or_else(|| format!("there is no task \"{}\"", content.task))?)
 }

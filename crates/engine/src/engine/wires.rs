@@ -1,0 +1,90 @@
+//! Wires between tasks in other hands than the tasks': whoever repeats a run hands each value over when
+//! the run did.
+
+use triple_buffer::{Input as Sender, Output as Receiver, TripleBuffer};
+
+use super::{NO_CYCLE, Stamp, TaskEngine};
+use crate::worth::Source;
+
+/// Values on their way from one task to another.
+#[derive(Clone)]
+pub struct Parcel {
+    pub(super) stamp: Stamp,
+    pub(super) values: Box<[f64]>,
+    pub(super) sources: Box<[Source]>,
+}
+
+impl Parcel {
+    /// The cycle that computed them; `None`: none has yet.
+    pub fn cycle(&self) -> Option<u64> {
+        self.stamp.cycle()
+    }
+
+    /// How many online changes the task that computed them had had.
+    pub fn changes(&self) -> u64 {
+        self.stamp.changes
+    }
+
+    /// How many bytes it takes.
+    pub fn bytes(&self) -> usize {
+        size_of::<Self>() + self.values.len() * (size_of::<f64>() + size_of::<Source>())
+    }
+}
+
+impl Stamp {
+    pub(super) fn cycle(self) -> Option<u64> {
+        (self.cycle != NO_CYCLE).then_some(self.cycle)
+    }
+}
+
+/// The ends of a task's wires from and to other tasks, once they are [loose](TaskEngine::loosen).
+pub struct Wires {
+    taken: Vec<(usize, Sender<Parcel>)>,
+    given: Vec<(usize, Receiver<Parcel>)>,
+}
+
+impl TaskEngine {
+    /// Cuts the wires between this task and others, and returns the ends: the task reads what is
+    /// [handed](Wires::hand) to it, and what it gives is [there to take](Wires::given), that of its last
+    /// cycle to begin with. Allocates; not for the real-time path.
+    pub fn loosen(&mut self) -> Wires {
+        let join = |parcel: &Parcel| TripleBuffer::new(parcel).split();
+        let mut wires = Wires { taken: Vec::new(), given: Vec::new() };
+        for import in &mut self.imports {
+            let (sender, receiver) = join(import.receiver.output_buffer());
+            import.receiver = receiver;
+            wires.taken.push((import.from, sender));
+        }
+        for export in &mut self.exports {
+            let (sender, receiver) = join(export.sender.input_buffer());
+            export.sender = sender;
+            wires.given.push((export.to, receiver));
+        }
+        self.publish();
+        wires
+    }
+}
+
+impl Wires {
+    /// The tasks whose values it reads, by their index in the plan.
+    pub fn sources(&self) -> impl Iterator<Item = usize> {
+        self.taken.iter().map(|(from, _)| *from)
+    }
+
+    /// Hands it values of a task, which its next cycle reads. They are to be of the configuration that it
+    /// has itself: by their places alone it does not know them from others.
+    pub fn hand(&mut self, from: usize, parcel: &Parcel) {
+        let found = self.taken.iter_mut().find(|(task, _)| *task == from);
+        let Some((_, sender)) = found else { return };
+        let to = sender.input_buffer_mut();
+        to.stamp = parcel.stamp;
+        to.values.iter_mut().zip(&parcel.values).for_each(|(to, from)| *to = *from);
+        to.sources.iter_mut().zip(&parcel.sources).for_each(|(to, from)| *to = *from);
+        sender.publish();
+    }
+
+    /// What the last cycle gave to other tasks, by their index in the plan.
+    pub fn given(&mut self) -> impl Iterator<Item = (usize, &Parcel)> {
+        self.given.iter_mut().map(|(to, receiver)| (*to, receiver.read()))
+    }
+}

@@ -1,0 +1,98 @@
+//! Writing the recording of a node.
+
+use std::borrow::Cow;
+use std::io::Write;
+
+use mcap::Attachment;
+
+use crate::{
+    ChannelId, ClockReading, Entry, Mark, Node, RowHead, TaskLayout, WriteError, Writer, cdr,
+};
+
+/// The channel of a journal.
+pub(crate) const JOURNAL_TOPIC: &str = "/isochrone/journal";
+/// The attachment with the configuration that a node was started with.
+pub(crate) const CONFIGURATION: &str = "configuration.toml";
+
+impl<W: Write> Writer<W> {
+    /// Begins the recording of a node that was started with this text of a configuration.
+    ///
+    /// # Errors
+    /// It cannot be written.
+    pub fn create_for_node(
+        out: W,
+        clock: ClockReading,
+        node: &Node,
+        configuration: &str,
+    ) -> Result<Self, WriteError> {
+        let mut writer = Self::create(out, clock)?;
+        writer.file.write_metadata(&node.metadata())?;
+        writer.file.attach(&Attachment {
+            log_time: clock.unix_ns,
+            create_time: clock.unix_ns,
+            name: CONFIGURATION.into(),
+            media_type: "application/toml".into(),
+            data: Cow::Borrowed(configuration.as_bytes()),
+        })?;
+        writer.note_progress(0);
+        Ok(writer)
+    }
+
+    /// Adds a channel for a task. After an online change it gets another one, of the same topic.
+    ///
+    /// # Errors
+    /// The file has too many channels, or cannot be written.
+    pub fn add_task(&mut self, layout: &TaskLayout) -> Result<ChannelId, WriteError> {
+        let spelling = layout.spelling();
+        self.add_channel(&layout.path(), &spelling, &layout.metadata(&spelling.fields))
+    }
+
+    /// Writes a row. One with other than as many values as its layout has columns gets NaN for those that
+    /// are missing.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_row(
+        &mut self,
+        channel: ChannelId,
+        head: &RowHead,
+        values: &[f64],
+    ) -> Result<(), WriteError> {
+        let times = (head.release_ns, head.end_ns);
+        self.write_values(channel, values, head.cycle as u32, times, |values, message| {
+            cdr::write_row(head, values, message);
+        })
+    }
+
+    /// Writes that rows of a task were lost that no row follows. Rows that are lost before another one are
+    /// in [its head](RowHead::lost).
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn mark_lost_rows(
+        &mut self,
+        layout: &TaskLayout,
+        cycle: u64,
+        count: u64,
+        time_ns: u64,
+    ) -> Result<(), WriteError> {
+        let service = layout.path();
+        let text = format!("{count} cycles of {service} up to {cycle} are not in the recording");
+        self.mark(&Mark { time_ns, cycle, count, kind: Mark::LOST.into(), service, text })
+    }
+
+    /// Writes an entry of the node's journal.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write_entry(&mut self, entry: &Entry) -> Result<(), WriteError> {
+        let channel_id = match self.journal {
+            Some(id) => id,
+            None => {
+                let id = self.add_other("JournalEntry", cdr::ENTRY, JOURNAL_TOPIC)?;
+                *self.journal.insert(id)
+            }
+        };
+        self.write_other(channel_id, entry.time_ns, &cdr::write_entry(entry))
+    }
+}
