@@ -7,7 +7,7 @@ use domain::{PATIENCE, tank};
 use isochrone_runtime::control::{
     AlarmsParams, ApplyParams, Client, ClientError, Code, DescribeParams, Failure, ForceParams,
     ForcesParams, GetParams, Hold, JournalParams, Method, Params, ReleaseParams, SaveParams,
-    SetParams, SignalsParams, UndoParams, Value,
+    SetParams, SignalsParams, TraceParams, UndoParams, Value,
 };
 use node::Node;
 
@@ -45,7 +45,8 @@ fn needed(method: Method) -> Right {
         | Method::Forces
         | Method::Journal
         | Method::Alarms
-        | Method::Save => Right::Read,
+        | Method::Save
+        | Method::Trace => Right::Read,
         Method::Set | Method::Undo => Right::Set,
         Method::Force | Method::Release | Method::Apply => Right::Force,
     }
@@ -78,6 +79,10 @@ fn ask(node: &mut Node, method: Method) -> Result<(), Failure> {
         Method::Journal => asked(node, &JournalParams::default()),
         Method::Alarms => asked(node, &AlarmsParams::default()),
         Method::Save => asked(node, &SaveParams::default()),
+        Method::Trace => {
+            let signals = Some(vec!["ramp.value".to_owned()]);
+            asked(node, &TraceParams { signals, ..TraceParams::default() })
+        }
         Method::Apply => {
             let configuration = with_control("force");
             let allow_missed = Some(true);

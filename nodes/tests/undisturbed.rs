@@ -5,15 +5,17 @@
 
 mod domain;
 
+use std::cell::RefCell;
 use std::collections::HashMap;
 use std::fmt::Write as _;
 use std::process::Command;
+use std::rc::Rc;
 use std::thread;
 use std::time::Duration;
 
 use domain::{Domain, PATIENCE, Process, not_tested};
 use isochrone_ipc::{LayoutWatcher, Participant, ipc};
-use isochrone_runtime::control::{Client, ClientError, SetParams};
+use isochrone_runtime::control::{Client, ClientError, SetParams, Trace};
 use serde_json::Value;
 
 /// Each of these is two hundred and fifty blocks: a thousand in all.
@@ -128,7 +130,27 @@ fn write_values(participant: &Participant<ipc::Service>) -> u64 {
     0
 }
 
-/// Runs the node to its end while it is operated, and while eight readers learn the layouts of its outputs;
+/// Traces as many signals of the node as one may until it ends; returns how many rows came.
+fn trace(participant: &Participant<ipc::Service>) -> u64 {
+    let Ok(client) = Client::connect(participant, "busy", PATIENCE) else { return 0 };
+    let client = Rc::new(RefCell::new(client));
+    let names = |first: usize| (first..first + 64).map(|n| format!("ramp.{n}.delayedValue"));
+    let open = |first| Trace::open(participant, &client, names(first)).ok();
+    let mut traces: Vec<_> = [0, 60, 120, 180].into_iter().filter_map(open).collect();
+    let mut rows = 0;
+    while !traces.is_empty() {
+        for trace in &mut traces {
+            while trace.next_row().is_some() {
+                rows += 1;
+            }
+        }
+        traces.retain_mut(|trace| trace.renew().is_ok() && !trace.has_ended());
+        thread::sleep(Duration::from_millis(5));
+    }
+    rows
+}
+
+/// Runs the node to its end while it is operated and traced, and while eight readers learn the layouts of its outputs;
 /// returns whether they came before it ended.
 fn is_operated(domain: &Domain) -> bool {
     // Readers that wait for the node's layouts are no matter of the cycle.
@@ -140,6 +162,8 @@ fn is_operated(domain: &Domain) -> bool {
     node.wait_for("is running");
     let operator = domain.join("operator");
     let writing = thread::spawn(move || write_values(&operator));
+    let tracer = domain.join("tracer");
+    let tracing = thread::spawn(move || trace(&tracer));
     let mut learned = 0;
     while learned < waiting.len() && !node.is_over() {
         // Those that have learned it stay.
@@ -151,11 +175,13 @@ fn is_operated(domain: &Domain) -> bool {
         thread::sleep(Duration::from_millis(2));
     }
     node.finish().expect_code(0);
-    writing.join().unwrap() > 0 && learned == waiting.len()
+    let (written, rows) = (writing.join().unwrap(), tracing.join().unwrap());
+    written > 0 && rows > 0 && learned == waiting.len()
 }
 
 #[test]
-fn a_thousand_blocks_with_inputs_and_outputs_run_without_allocation_fault_or_lock_while_operated() {
+fn a_thousand_blocks_with_inputs_and_outputs_run_without_allocation_fault_or_lock_while_operated_and_traced()
+ {
     let (domain, peers) = company(1000);
     assert!((0..10).any(|_| is_operated(&domain)), "nobody comes in time in ten runs");
     for peer in peers {
@@ -209,9 +235,11 @@ fn only_the_wait_is_a_system_call(node: &str, rate_hz: u32) {
         strace.current_dir(domain.path(""));
         let mut node = Process::start(strace);
         node.wait_for("is running");
+        let tracer = domain.join("tracer");
+        let tracing = thread::spawn(move || trace(&tracer));
         let written = write_values(&domain.join("operator"));
         node.finish().expect_code(0);
-        written > 0
+        written > 0 && tracing.join().unwrap() > 0
     };
     assert!((0..10).any(|_| is_operated()), "nobody comes in time in ten runs");
     for peer in peers {

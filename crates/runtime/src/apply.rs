@@ -17,6 +17,7 @@ use crate::operating::{Operating, Origin, Shared};
 use crate::orders::Changeover;
 use crate::snapshots::{Snapshots, Tap};
 use crate::telemetry::cuts;
+use crate::traces::NewSlots;
 use crate::words::{Moved, Words};
 
 /// Least time from the order to the change, in ns: it is on its way by then.
@@ -174,16 +175,20 @@ impl Operating {
         let longest_ns = self.lanes.iter().map(|lane| lane.schedule.period_ns).max();
         let instant_ns = now_ns.saturating_add(longest_ns.unwrap_or_default() + LEAD_NS);
         let cycles = self.first_cycles(instant_ns);
+        let lanes = self.lanes.iter().enumerate();
+        let traces = lanes.map(|(task, lane)| lane.follow_traces(task, prepared.signals()));
+        let traces: Vec<NewSlots> = traces.collect();
         let (number, replacements) = self.operator.send_change(prepared, &cycles)?;
         self.note_sent(origin, number, replacements.len());
         let mut banks = Vec::new();
-        for ((lane, replacement), new) in self.lanes.iter_mut().zip(replacements).zip(tasks) {
+        let parts = replacements.into_iter().zip(tasks).zip(traces);
+        for (lane, ((replacement, new), traces)) in self.lanes.iter_mut().zip(parts) {
             let NewTask { tap, watch, words, moved, banks: of_task } = new;
             banks.push(of_task);
             lane.faults.expect(Arc::clone(&words), moved);
             // Nobody logs any more where the other end is gone.
             let _ = lane.words.send(words);
-            lane.orders.send_change(Box::new(Changeover { replacement, tap, watch }));
+            lane.orders.send_change(Box::new(Changeover { replacement, tap, watch, traces }));
         }
         self.expect(NewParts { source, banks, cuts }, snapshots);
         Ok(Applying { number, cycles })

@@ -80,6 +80,7 @@ mod real_time_thread;
 mod recorded;
 mod records;
 mod responses;
+mod rows;
 mod running;
 mod shared_cpu;
 mod snapshots;
@@ -87,6 +88,8 @@ mod starved_source;
 mod task;
 mod telemetry;
 mod threads;
+mod timing_channels;
+mod traces;
 mod warning;
 mod words;
 

@@ -9,9 +9,10 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use isochrone_cyclic::{Schedule, ThreadGrant};
 use isochrone_engine::config::PhaseChoice;
 use isochrone_engine::operate::{
-    Action, Done, Entry, Operator, Prepared, Reading, Unwritten, Warning,
+    Action, Done, Entry, Operator, Prepared, Reading, Signals, Unwritten, Warning,
 };
 use isochrone_engine::{OwnedRules, Plan, Source};
+use isochrone_ipc::SignalSpec;
 use isochrone_timing::CycleRecord;
 
 use crate::control::{Followed, Placement};
@@ -22,6 +23,7 @@ use crate::new_parts::NewParts;
 use crate::orders::{self, Changeover, Returned};
 use crate::responses::Responses;
 use crate::snapshots::Snapshots;
+use crate::traces::{NewSlots, Traced};
 use crate::words::Words;
 
 /// How late a cycle may be before its task is said to stand.
@@ -110,6 +112,7 @@ pub(crate) struct Lane {
     /// The services that it publishes.
     pub(crate) sends: Vec<String>,
     pub(crate) orders: orders::Sender,
+    pub(crate) traces: Vec<Traced>,
     pub(crate) faults: Faults,
     /// To the log.
     pub(crate) words: Sender<Arc<Words>>,
@@ -288,6 +291,10 @@ impl Operating {
         for (task, lane) in lanes.iter_mut().enumerate() {
             while let Some(returned) = lane.orders.returned() {
                 came.push(match returned {
+                    Returned::Trace(tracer) => {
+                        lane.traces.retain(|traced| traced.number != tracer.number);
+                        continue;
+                    }
                     Returned::Order(order) => operator.done(task, order, unix_ns()),
                     Returned::Changed(changeover) => {
                         let Changeover { replacement, .. } = *changeover;
@@ -443,6 +450,19 @@ impl Operating {
 }
 
 impl Lane {
+    /// Where its traces find their signals in another configuration: those go on that find all of them.
+    pub(crate) fn follow_traces(&self, task: usize, signals: &Signals) -> NewSlots {
+        let slot = |spec: &SignalSpec| {
+            let found = signals.find(&spec.name).ok()?;
+            let is_same = found.task == task && found.value_type.as_str() == spec.value_type;
+            is_same.then_some(found.slot)
+        };
+        let slots = |traced: &Traced| {
+            (traced.number, traced.signals.iter().map(slot).collect::<Option<_>>())
+        };
+        NewSlots(self.traces.iter().map(slots).collect())
+    }
+
     /// When its first cycle is due.
     fn first_ns(&self, epoch_ns: u64) -> u64 {
         epoch_ns.saturating_add(self.schedule.phase_ns)

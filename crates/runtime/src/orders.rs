@@ -7,19 +7,26 @@ use isochrone_engine::operate::{Ended, Inbox, MAX_FORCES, Order, Replacement};
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use crate::events::{Events, Watch};
+use crate::records::Cycle;
 use crate::snapshots::Tap;
+use crate::traces::{MAX_TRACES, NewSlots, Tracer, Traces};
 
 /// Orders that write and may be on their way to a task, and as many that read: who schedules values
 /// ahead keeps nobody from looking.
 const ROOM: usize = 64;
-/// What comes back at most, until the ordinary thread has looked: all orders, and all forces that may
-/// end by themselves, each of which may have taken the place of another.
-const ROOM_BACK: usize = 2 * ROOM + 2 * MAX_FORCES;
+/// What is on its way at most: those, and the beginning and the end of each trace.
+const ROOM_THERE: usize = 2 * ROOM + 2 * MAX_TRACES;
+/// What comes back at most, until the ordinary thread has looked: all orders and traces, and all forces that
+/// may end by themselves, each of which may have taken the place of another.
+const ROOM_BACK: usize = 2 * ROOM + MAX_TRACES + 2 * MAX_FORCES;
 
 /// What a cycle is given.
 enum Given {
     Order(Box<Order>),
     Changeover(Box<Changeover>),
+    Trace(Box<Tracer>),
+    /// Of the trace of this number.
+    EndOfTrace(u64),
 }
 
 /// Another configuration for a task, with what its cycle tells of it.
@@ -27,6 +34,7 @@ pub(crate) struct Changeover {
     pub(crate) replacement: Replacement,
     pub(crate) tap: Tap,
     pub(crate) watch: Watch,
+    pub(crate) traces: NewSlots,
 }
 
 /// What a cycle gives back.
@@ -37,6 +45,8 @@ pub(crate) enum Returned {
     Order(Box<Order>),
     /// A force that came to its end, and the first cycle without it.
     Ended(Ended, u64),
+    /// A trace that has ended.
+    Trace(Box<Tracer>),
 }
 
 /// The end in the cycle.
@@ -46,6 +56,7 @@ pub(crate) struct Applier {
     inbox: Inbox,
     /// There is one at a time.
     changeover: Option<Box<Changeover>>,
+    traces: Traces,
 }
 
 /// The end in the ordinary thread.
@@ -58,9 +69,10 @@ pub(crate) struct Sender {
 
 /// Makes both ends for a task.
 pub(crate) fn ends() -> (Applier, Sender) {
-    let (send, new) = RingBuffer::new(2 * ROOM);
+    let (send, new) = RingBuffer::new(ROOM_THERE);
     let (back, receive) = RingBuffer::new(ROOM_BACK);
-    let applier = Applier { new, back, inbox: Inbox::new(ROOM), changeover: None };
+    let (inbox, traces) = (Inbox::new(ROOM), Traces::default());
+    let applier = Applier { new, back, inbox, changeover: None, traces };
     (applier, Sender { new: send, back: receive, writing: 0, reading: 0 })
 }
 
@@ -82,6 +94,10 @@ impl Applier {
             engine.replace(&mut changeover.replacement, release.cycle);
             tap.change(&mut changeover.tap);
             events.change(&mut changeover.watch);
+            let Self { back, traces, .. } = self;
+            traces.change(&mut changeover.traces, |ended| {
+                let _ = back.push(Returned::Trace(ended));
+            });
             let _ = self.back.push(Returned::Changed(changeover));
         }
     }
@@ -109,8 +125,29 @@ impl Applier {
             match given {
                 Given::Order(order) => drop(self.inbox.take(order)),
                 Given::Changeover(changeover) => self.changeover = Some(changeover),
+                Given::Trace(tracer) => {
+                    let refused = self.traces.arm(tracer);
+                    self.give_back(refused);
+                }
+                Given::EndOfTrace(number) => {
+                    let ended = self.traces.disarm(number);
+                    self.give_back(ended);
+                }
             }
         }
+    }
+
+    #[inline]
+    fn give_back(&mut self, tracer: Option<Box<Tracer>>) {
+        if let Some(tracer) = tracer {
+            let _ = self.back.push(Returned::Trace(tracer));
+        }
+    }
+
+    /// Copies the signals that are traced, when the blocks have stepped; for the slack.
+    #[inline]
+    pub(crate) fn trace(&mut self, engine: &TaskEngine, cycle: &Cycle) {
+        self.traces.take(engine.image(), cycle);
     }
 
     /// Ends the forces whose time has come, and applies what was sent for this cycle. Frees nothing;
@@ -165,10 +202,20 @@ impl Sender {
         self.give(Given::Changeover(changeover));
     }
 
+    /// Begins a trace. There is room for as many as a task has.
+    pub(crate) fn begin_trace(&mut self, tracer: Box<Tracer>) {
+        let _ = self.new.push(Given::Trace(tracer));
+    }
+
+    /// Ends a trace, once.
+    pub(crate) fn end_trace(&mut self, number: u64) {
+        let _ = self.new.push(Given::EndOfTrace(number));
+    }
+
     fn give(&mut self, given: Given) {
         let on_their_way = match &given {
             Given::Order(order) if order.is_reading() => &mut self.reading,
-            Given::Order(_) | Given::Changeover(_) => &mut self.writing,
+            _ => &mut self.writing,
         };
         if self.new.push(given).is_ok() {
             *on_their_way += 1;
@@ -181,104 +228,12 @@ impl Sender {
         match &returned {
             Returned::Order(order) if order.is_reading() => self.reading -= 1,
             Returned::Order(_) | Returned::Changed(_) => self.writing -= 1,
-            Returned::Ended(..) => {}
+            Returned::Ended(..) | Returned::Trace(_) => {}
         }
         Some(returned)
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use isochrone_engine::operate::{Feeds, Operator, OrderState, Request};
-    use isochrone_engine::{Plan, Rules, Source};
-
-    use super::*;
-
-    const CONFIGURATION: &str = r#"
-        [node]
-        name = "n"
-        [[task]]
-        name = "t"
-        period = "100ms"
-        [[block]]
-        name = "ramp"
-        type = "LimRateOfChangeCI"
-        in = { value = 25.0, setChangeRate = 10.0 }
-    "#;
-
-    fn release(cycle: u64) -> Release {
-        let (release_ns, start_ns) = (cycle, cycle);
-        Release { cycle, release_ns, start_ns, missed: 0, newly_missed: 0, follow: None }
-    }
-
-    fn set(operator: &mut Operator, at: Option<u64>) -> Box<Order> {
-        let request = Request { at, ..Request::default() };
-        let prepared = operator.set([("ramp.value", 3.0.into())], request, &[0]).unwrap();
-        operator.send(prepared).1.remove(0).1
-    }
-
-    fn returned(sender: &mut Sender) -> Option<OrderState> {
-        sender.returned().map(|returned| match returned {
-            Returned::Order(order) => order.state(),
-            Returned::Ended(..) | Returned::Changed(_) => panic!("nothing else was sent"),
-        })
-    }
-
-    #[test]
-    fn an_order_is_applied_in_the_cycle_that_it_names_and_comes_back() {
-        let plan = Plan::new(Source::new("n.toml", CONFIGURATION), &Rules::default()).unwrap();
-        let mut engine = TaskEngine::build(&plan).unwrap().pop().unwrap();
-        let mut operator = Operator::new(&plan, Feeds::Program);
-        let (mut applier, mut sender) = ends();
-        sender.send(set(&mut operator, Some(43)));
-        sender.send(set(&mut operator, None));
-        assert_eq!(returned(&mut sender), None);
-        applier.apply(&mut engine, &release(41));
-        assert_eq!(returned(&mut sender), Some(OrderState::Applied { cycle: 41 }));
-        applier.apply(&mut engine, &release(42));
-        assert_eq!(returned(&mut sender), None);
-        // The cycle was missed.
-        applier.apply(&mut engine, &release(44));
-        assert_eq!(returned(&mut sender), Some(OrderState::Applied { cycle: 44 }));
-        sender.send(set(&mut operator, Some(44)));
-        applier.apply(&mut engine, &release(45));
-        assert_eq!(returned(&mut sender), Some(OrderState::TooLate));
-    }
-
-    #[test]
-    fn what_is_sent_between_two_cycles_is_read_there_and_applied_in_the_next() {
-        let plan = Plan::new(Source::new("n.toml", CONFIGURATION), &Rules::default()).unwrap();
-        let mut engine = TaskEngine::build(&plan).unwrap().pop().unwrap();
-        let mut operator = Operator::new(&plan, Feeds::Program);
-        let (mut applier, mut sender) = ends();
-        engine.step(7);
-        sender.send(set(&mut operator, None));
-        let reading = operator.get(["ramp.value"], 0, 1).unwrap().0;
-        sender.send(operator.send(reading).1.remove(0).1);
-        applier.read_between(&engine, 7);
-        assert_eq!(returned(&mut sender), Some(OrderState::Applied { cycle: 7 }));
-        assert_eq!(returned(&mut sender), None, "nothing is changed between two cycles");
-        applier.apply(&mut engine, &release(8));
-        assert_eq!(returned(&mut sender), Some(OrderState::Applied { cycle: 8 }));
-    }
-
-    #[test]
-    fn a_cycle_that_stands_still_is_sent_no_more_than_it_can_give_back() {
-        let plan = Plan::new(Source::new("n.toml", CONFIGURATION), &Rules::default()).unwrap();
-        let mut engine = TaskEngine::build(&plan).unwrap().pop().unwrap();
-        let mut operator = Operator::new(&plan, Feeds::Program);
-        let (mut applier, mut sender) = ends();
-        while sender.has_room() {
-            sender.send(set(&mut operator, None));
-        }
-        while sender.has_room_to_read() {
-            let reading = operator.get(["ramp.value"], 0, 1).unwrap().0;
-            sender.send(operator.send(reading).1.remove(0).1);
-        }
-        applier.apply(&mut engine, &release(0));
-        applier.read(&engine, 0);
-        assert!(!sender.has_room() && !sender.has_room_to_read(), "they have not come back yet");
-        assert_eq!(std::iter::from_fn(|| returned(&mut sender)).count(), 2 * ROOM);
-        assert!(sender.has_room() && sender.has_room_to_read());
-    }
-}
+#[path = "orders_tests.rs"]
+mod tests;

@@ -7,7 +7,7 @@ use rtrb::{Consumer, Producer, RingBuffer};
 const RING_RECORDS: usize = 4096;
 
 /// What a cycle tells of itself.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Cycle {
     pub(crate) record: CycleRecord,
     /// Of a task that follows its data.

@@ -9,23 +9,15 @@ use std::ops::Range;
 
 use isochrone_engine::{InputPart, Plan, TaskPlan};
 use isochrone_ipc::{FrameLayout, SignalSpec};
-use isochrone_timing::FollowRecord;
 use triple_buffer::{Input as Sender, Output as Receiver, TripleBuffer};
 
 use crate::records::Cycle;
+use crate::timing_channels;
 
 /// Most signals of a task that are watched.
 pub(crate) const MAX_SIGNALS: usize = 1024;
 /// Snapshots are taken at most this often.
 const INTERVAL_NS: u64 = 20_000_000;
-
-/// The timing channels of a task, which stand before its signals.
-const TIMING: [&str; 6] =
-    ["cycle", "release_jitter_ns", "execution_ns", "response_ns", "missed", "overruns"];
-
-/// The same of a task that follows its data, behind the others.
-const FOLLOWING: [&str; 5] =
-    ["follow_wait_ns", "followed", "found_ready", "timed_out", "follow_latency_ns"];
 
 /// The timing and the signals of a task, all of one cycle; NaN until it has run.
 type Snapshot = Box<[f64]>;
@@ -52,7 +44,7 @@ impl Tap {
         }
         let snapshot = self.sender.input_buffer_mut();
         let (timing, signals) = snapshot.split_at_mut_checked(self.timing).unwrap_or_default();
-        let values = timing_of(cycle).into_iter().chain(following_of(cycle));
+        let values = timing_channels::values(cycle);
         timing.iter_mut().zip(values).for_each(|(channel, value)| *channel = value);
         for (value, slot) in signals.iter_mut().zip(&self.slots) {
             *value = image.get(*slot).copied().unwrap_or_default();
@@ -70,35 +62,6 @@ impl Tap {
     pub(crate) fn lost(&self) -> u64 {
         self.lost
     }
-}
-
-fn timing_of(cycle: &Cycle) -> [f64; TIMING.len()] {
-    let Cycle { record, follow } = cycle;
-    let ready_ns = follow.map_or(record.start_ns, |follow| follow.ready_ns);
-    let timing = [
-        record.cycle,
-        ready_ns.saturating_sub(record.release_ns),
-        record.end_ns.saturating_sub(record.start_ns),
-        record.end_ns.saturating_sub(record.release_ns),
-        record.missed,
-        record.overruns,
-    ];
-    timing.map(|value| value as f64)
-}
-
-fn following_of(cycle: &Cycle) -> [f64; FOLLOWING.len()] {
-    let Cycle { record, follow } = cycle;
-    let follow = follow.unwrap_or_default();
-    let FollowRecord { followed, found_ready, timed_out, latency_ns, .. } = follow;
-    let wait_ns = record.start_ns.saturating_sub(record.release_ns);
-    let latency_ns = latency_ns.map_or(f64::NAN, |latency_ns| latency_ns as f64);
-    [wait_ns as f64, followed as f64, found_ready as f64, timed_out as f64, latency_ns]
-}
-
-/// Names of the channels of a task's timing.
-fn timing_names(task: &TaskPlan) -> impl Iterator<Item = &'static str> {
-    let following = task.schedule.follow_within_ns.map_or(&[][..], |_| &FOLLOWING);
-    TIMING.iter().chain(following).copied()
 }
 
 /// The end in the ordinary thread.
@@ -127,7 +90,8 @@ impl Snapshots {
         let mut taps = Vec::new();
         for (index, task) in plan.tasks.iter().enumerate() {
             let first = signals.len();
-            let timing = timing_names(task).map(|name| format!("task.{}.{name}", task.name));
+            let timing = timing_channels::names(&task.name, &task.schedule);
+            let timing_len = timing.len();
             signals.extend(timing.map(|name| SignalSpec::new(name, "LREAL")));
             signals.extend(watched(task).map(|(slot, value_type)| {
                 SignalSpec::new(plan.slot_name(index, slot), value_type)
@@ -138,8 +102,7 @@ impl Snapshots {
             sources.push(Source { receiver, channels, has_run: false });
             let slots = watched(task).map(|(slot, _)| slot).collect();
             let every = INTERVAL_NS.div_ceil(task.schedule.period_ns).max(1);
-            let timing = timing_names(task).count();
-            taps.push(Tap { sender, timing, slots, every, cycles: 0, lost: 0 });
+            taps.push(Tap { sender, timing: timing_len, slots, every, cycles: 0, lost: 0 });
         }
         let names = signals.iter().enumerate();
         let channels = names.map(|(channel, signal)| (signal.name.clone(), channel)).collect();

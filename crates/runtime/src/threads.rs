@@ -89,6 +89,7 @@ impl Threads {
             followed_service: task.followed_service.clone(),
             sends: task.outputs.iter().map(|output| output.service.clone()).collect(),
             orders,
+            traces: Vec::new(),
             faults: Faults::new(log.words()),
             words,
             last: None,

@@ -7,7 +7,7 @@ use isochrone_runtime::control::{
     ChangedValue, Code, ConfigurationOrigin, DescribeResult, Finding, Followed, Force, ForceResult,
     ForcesResult, GetResult, Given, JournalEntry, JournalResult, Method, Part, PendingEntry,
     Placement, ReadAt, Reply, Role, SaveResult, SetResult, SignalDescription, SignalsResult,
-    TaskDescription, Tuned, Value, Values,
+    TaskDescription, TraceResult, TracedSignal, Tuned, Value, Values,
 };
 
 fn page() -> String {
@@ -181,6 +181,18 @@ fn answer(method: Method) -> Reply {
             Reply::Alarms(AlarmsResult { total: 1, alarms: vec![alarm] })
         }
         Method::Save => Reply::Save(SaveResult { total: 0, configuration: String::new() }),
+        Method::Trace => Reply::Trace(TraceResult {
+            id: String::new(),
+            service: String::new(),
+            task: String::new(),
+            period_ns: 0,
+            timing: vec![String::new()],
+            signals: vec![TracedSignal {
+                name: String::new(),
+                value_type: String::new(),
+                unit: Some(String::new()),
+            }],
+        }),
         Method::Apply => {
             let names = Vec::new;
             Reply::Apply(ApplyResult {

@@ -109,10 +109,35 @@ impl<S: Service> FramePublisher<S> {
         service: &str,
         layout: &FrameLayout,
     ) -> Result<Self, OpenError> {
+        let quality = Quality::of_frames(layout.signals.len());
+        Self::open_with(participant, service, layout, quality)
+    }
+
+    /// As [`open`](Self::open); a service that is created here lets `frames` wait for each reader, if they
+    /// take no more than 1 MiB.
+    ///
+    /// # Errors
+    /// As `open`.
+    pub fn open_with_room(
+        participant: &Participant<S>,
+        service: &str,
+        layout: &FrameLayout,
+        frames: usize,
+    ) -> Result<Self, OpenError> {
+        let quality = Quality::of_frames_behind(layout.signals.len(), frames);
+        Self::open_with(participant, service, layout, quality)
+    }
+
+    fn open_with(
+        participant: &Participant<S>,
+        service: &str,
+        layout: &FrameLayout,
+        quality: Quality,
+    ) -> Result<Self, OpenError> {
         let source = |source| OpenError::Layout { service: service.to_owned(), source };
         layout.check().map_err(source)?;
         let channels = layout.signals.len();
-        let opened = service::open_or_create(participant, service, Quality::of_frames(channels))?;
+        let opened = service::open_or_create(participant, service, quality)?;
         let full = |shortage: Shortage| shortage.of_service(service);
         space::require(frames_bytes(&opened, channels)).map_err(full)?;
         let peers = Peers::default();

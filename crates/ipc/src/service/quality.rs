@@ -34,6 +34,12 @@ impl Quality {
         Self { buffer: buffer_frames(channels), borrowed: MAX_BORROWED }
     }
 
+    /// The same for readers that want so many frames to wait, if the memory for one reader allows it.
+    pub(crate) fn of_frames_behind(channels: usize, frames: usize) -> Self {
+        let buffer = frames.min(BUFFER_BYTES / frame_bytes(channels)).max(*BUFFER_FRAMES.start());
+        Self { buffer, borrowed: MAX_BORROWED }
+    }
+
     /// For readers that take so many frames at once, one after the other.
     pub(crate) const fn of_burst(frames: usize) -> Self {
         Self { buffer: frames, borrowed: 1 }
@@ -124,9 +130,12 @@ pub(crate) fn segment_bytes<S: Service, E: Element, H: Header>(
     messages as u64 * message_bytes as u64
 }
 
+fn frame_bytes(channels: usize) -> usize {
+    size_of::<FrameHeader>() + channels * size_of::<f64>()
+}
+
 fn buffer_frames(channels: usize) -> usize {
-    let frame_bytes = size_of::<FrameHeader>() + channels * size_of::<f64>();
-    (BUFFER_BYTES / frame_bytes).clamp(*BUFFER_FRAMES.start(), *BUFFER_FRAMES.end())
+    (BUFFER_BYTES / frame_bytes(channels)).clamp(*BUFFER_FRAMES.start(), *BUFFER_FRAMES.end())
 }
 
 #[cfg(test)]

@@ -6,6 +6,8 @@ mod applying;
 mod requests;
 mod saving;
 mod searching;
+mod trace_ports;
+mod traces;
 mod under_way;
 
 use std::collections::VecDeque;
@@ -26,6 +28,7 @@ use crate::panics;
 use applying::Making;
 use saving::Saving;
 use searching::Searching;
+use traces::Tracing;
 use under_way::UnderWay;
 
 /// Between two looks for requests, and for what has become of them.
@@ -52,11 +55,15 @@ impl Serving {
         let (start, started) = channel();
         let (opened, is_open) = channel();
         let mut serving = Self { stop: Arc::clone(&stop), start: Some(start), threads: Vec::new() };
-        let attendant = Attendant::new(plan, shared);
+        let (jobs, taken) = channel();
+        let (tell, made) = channel();
+        let attendant = Attendant::new(plan, shared, Tracing::new(jobs, made));
         let ports = Arc::clone(&participant);
+        let tracing = Arc::clone(&participant);
         serving.spawn(&service, "control", move || {
             serve(&ports, attendant, &stop, &opened, &started);
         })?;
+        serving.spawn(&service, "traces", move || trace_ports::publish(&tracing, &taken, &tell))?;
         // Without an answer it has panicked, which is reported there.
         let Ok(upkeep) = is_open.recv() else { return Ok(serving) };
         let mut upkeep = upkeep?;
@@ -158,11 +165,12 @@ struct Attendant {
     saving: Saving,
     searching: Searching,
     making: Option<Making>,
+    tracing: Tracing,
     ended: VecDeque<(Ticket, Outcome)>,
 }
 
 impl Attendant {
-    fn new(plan: &Plan, shared: &Shared) -> Self {
+    fn new(plan: &Plan, shared: &Shared, tracing: Tracing) -> Self {
         Self {
             node: plan.node.clone(),
             control: plan.control,
@@ -173,6 +181,7 @@ impl Attendant {
             saving: Saving::default(),
             searching: Searching::default(),
             making: None,
+            tracing,
             ended: VecDeque::new(),
         }
     }
@@ -203,6 +212,7 @@ impl Attendant {
         self.go_on_with_found();
         self.ended.extend(self.saving.made());
         self.send_made();
+        self.tend_traces();
     }
 }
 
@@ -221,6 +231,7 @@ impl Operated for Attendant {
             Call::Undo(params) => return self.undo(params, caller).unwrap_or_else(refused),
             Call::Save(params) => return self.save(&params, caller).unwrap_or_else(refused),
             Call::Apply(params) => return self.apply(params, caller).unwrap_or_else(refused),
+            Call::Trace(params) => return self.trace(params, caller).unwrap_or_else(refused),
         };
         Begun::Ended(outcome)
     }

@@ -185,7 +185,7 @@ fn named(values: &Values) -> impl Iterator<Item = (&str, Value)> {
     values.iter().map(|(name, value)| (name, value.into()))
 }
 
-fn check_count(member: &'static str, count: usize) -> Result<(), Failure> {
+pub(super) fn check_count(member: &'static str, count: usize) -> Result<(), Failure> {
     if count <= MAX_VALUES {
         return Ok(());
     }

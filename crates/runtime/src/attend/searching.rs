@@ -36,6 +36,8 @@ pub(super) enum Purpose {
     Read,
     /// To say what they are.
     Describe,
+    /// To trace them, for a process.
+    Trace { process: Option<u32> },
 }
 
 /// The searches that are not done yet.
@@ -98,7 +100,7 @@ impl Search {
     fn complete(&self, page: Selection) -> Selection {
         match self.purpose {
             Purpose::Read => page.with_quality(),
-            Purpose::Describe => page,
+            Purpose::Describe | Purpose::Trace { .. } => page,
         }
     }
 
@@ -174,6 +176,7 @@ impl Attendant {
     ) -> Result<Option<Begun>, Failure> {
         match purpose {
             Purpose::Read => self.read(ticket, selection),
+            Purpose::Trace { process } => self.open_trace(ticket, selection, process),
             Purpose::Describe => {
                 Ok(self.described(&selection).map(|reply| Begun::Ended(Ok(reply))))
             }

@@ -187,6 +187,19 @@ impl<S: Service> Client<S> {
         answer
     }
 
+    /// As [`call`](Self::call), but waits no longer than this.
+    pub(super) fn call_within<P: Params>(
+        &mut self,
+        most: Duration,
+        params: &P,
+    ) -> Result<P::Result, ClientError> {
+        let patience = self.patience;
+        self.patience = patience.min(most);
+        let answer = self.call(params);
+        self.patience = patience;
+        answer
+    }
+
     /// All items of a result that comes in pages; as many requests as that needs. `params` says how to ask
     /// for those after the first so many, `items` takes a page apart: how many there are in all, and
     /// those of the page.
@@ -326,7 +339,7 @@ impl<S: Service> Client<S> {
         ClientError::NoAnswer { node, patience: self.patience, strangers }
     }
 
-    fn ended(&self) -> ClientError {
+    pub(super) fn ended(&self) -> ClientError {
         ClientError::Ended { node: self.node.clone() }
     }
 

@@ -7,7 +7,7 @@ use serde_json::value::RawValue;
 use super::members::{Members, shown};
 use super::params::{
     AlarmsParams, ApplyParams, DescribeParams, ForceParams, ForcesParams, GetParams, JournalParams,
-    Params, Read, ReleaseParams, SaveParams, SetParams, SignalsParams, UndoParams,
+    Params, Read, ReleaseParams, SaveParams, SetParams, SignalsParams, TraceParams, UndoParams,
 };
 use super::{Code, Failure};
 
@@ -101,6 +101,8 @@ methods! {
     Save "save" SaveParams,
     /// Another configuration.
     Apply "apply" ApplyParams,
+    /// Every cycle of chosen signals.
+    Trace "trace" TraceParams,
 }
 
 impl Method {

@@ -25,6 +25,7 @@ mod method;
 mod params;
 mod results;
 mod texts;
+mod trace;
 mod value;
 
 pub use client::{Client, RunningNode, running_nodes};
@@ -37,15 +38,18 @@ pub use failure::{Failure, Finding, Place};
 pub use method::{Call, Method, Reply};
 pub use params::{
     AlarmsParams, ApplyParams, DescribeParams, ForceParams, ForcesParams, GetParams, Hold,
-    JournalParams, Params, ReleaseParams, SaveParams, SetParams, SignalsParams, UndoParams,
+    JournalParams, Params, ReleaseParams, SaveParams, SetParams, SignalsParams, TraceParams,
+    UndoParams,
 };
 pub use results::{
     Access, Action, ActiveAlarm, AlarmsResult, AppliedChange, ApplyResult, AskedBy, ByTask, Change,
     ChangedValue, ConfigurationOrigin, DescribeResult, Followed, Force, ForceResult, ForcesResult,
     GetResult, Given, JournalEntry, JournalResult, Part, PendingEntry, Placement, ReadAt, Role,
-    SaveResult, SetResult, SignalDescription, SignalsResult, TaskDescription, Tuned,
+    SaveResult, SetResult, SignalDescription, SignalsResult, TaskDescription, TraceResult,
+    TracedSignal, Tuned,
 };
 pub use texts::{Room, answer, request};
+pub use trace::{Trace, TraceRow, signals_by_task};
 pub use value::{Value, Values};
 
 /// The name of the service by which a node is operated.

@@ -6,7 +6,7 @@ use serde::{Serialize, Serializer};
 use super::members::{Member, Members};
 use super::results::{
     AlarmsResult, ApplyResult, DescribeResult, ForceResult, ForcesResult, GetResult, JournalResult,
-    SaveResult, SetResult, SignalsResult,
+    SaveResult, SetResult, SignalsResult, TraceResult,
 };
 use super::{Finding, Method, Values};
 
@@ -172,6 +172,16 @@ params! {
         optional comment "comment": Option<String>,
         /// Who; for the journal.
         optional client "client": Option<String>,
+    }
+
+    /// Of `trace`: `signals` of a new one, or the `id` of one that is to go on, or to end.
+    Trace, TraceParams -> TraceResult {
+        /// Names and globs of signals of one task.
+        optional signals "signals": Option<Vec<String>>,
+        /// Of a trace.
+        optional id "id": Option<String>,
+        /// Whether it is to end.
+        optional end "end": Option<bool>,
     }
 }
 

@@ -2,8 +2,8 @@
 
 use isochrone_runtime::control::{
     ApplyParams, Call, Code, DescribeParams, ForceParams, GetParams, Hold, JournalParams, Method,
-    Params, Parsed, ReleaseParams, SetParams, SignalsParams, UndoParams, Value, Values, parse,
-    request,
+    Params, Parsed, ReleaseParams, SetParams, SignalsParams, TraceParams, UndoParams, Value,
+    Values, parse, request,
 };
 use serde_json::{Value as Json, json};
 
@@ -44,6 +44,10 @@ fn what_a_client_writes_is_what_a_node_reads() {
     check(release.clone(), Call::Release(release));
     let apply = ApplyParams { configuration: "[node]\n".into(), ..ApplyParams::default() };
     check(apply.clone(), Call::Apply(apply));
+    let trace = TraceParams { signals: Some(vec!["a.*".into()]), ..TraceParams::default() };
+    check(trace.clone(), Call::Trace(trace));
+    let end = TraceParams { id: Some("0-1".into()), end: Some(true), ..TraceParams::default() };
+    check(end.clone(), Call::Trace(end));
 }
 
 #[test]
@@ -57,7 +61,7 @@ fn until_released_is_written_as_null_and_what_was_left_out_is_not_written() {
 fn each_method_is_known_by_its_name() {
     let names = [
         "describe", "signals", "get", "set", "force", "release", "forces", "undo", "journal",
-        "alarms", "save", "apply",
+        "alarms", "save", "apply", "trace",
     ];
     assert_eq!(Method::ALL.map(Method::as_str), names);
     let unparsed = refused(&asking("descibe", json!({})));

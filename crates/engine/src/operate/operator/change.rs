@@ -119,6 +119,11 @@ impl PreparedChange {
         &self.tuned
     }
 
+    /// The names of the signals that there will be.
+    pub fn signals(&self) -> &Signals {
+        &self.next.signals
+    }
+
     /// What each task will be sent, in the order of the plan.
     pub fn replacements_mut(&mut self) -> impl Iterator<Item = &mut Replacement> {
         self.replacements.iter_mut()

@@ -6,6 +6,7 @@ mod configurations;
 mod describing;
 mod journal;
 mod signals;
+mod tracing;
 
 use std::collections::BTreeMap;
 
@@ -19,6 +20,7 @@ pub use journal::{
     Action, AppliedChange, AskedBy, Change, JournalEntry, JournalResult, PendingEntry,
 };
 pub use signals::{GetResult, ReadAt, Role, SignalDescription, SignalsResult};
+pub use tracing::{TraceResult, TracedSignal};
 
 /// By the name of a task.
 pub type ByTask<T> = BTreeMap<String, T>;

@@ -1,0 +1,297 @@
+//! Traces that clients ask for: opened, renewed, and ended when nobody renews them.
+
+use std::collections::VecDeque;
+use std::sync::mpsc::{Receiver, Sender};
+use std::time::{Duration, Instant};
+
+use isochrone_engine::operate::{Selection, Signal, Signals};
+use isochrone_ipc::{FrameLayout, SignalSpec};
+
+use crate::control::{
+    Begun, Caller, Code, Failure, Finding, Outcome, Reply, Ticket, TraceParams, TraceResult,
+    TracedSignal,
+};
+use crate::timing_channels;
+use crate::traces::{MAX_TRACED, MAX_TRACES, Traced};
+
+use super::Attendant;
+use super::requests::check_count;
+use super::searching::{Purpose, Search};
+use super::trace_ports::{Opened, Opening};
+
+/// How long a trace goes on that nobody renews.
+const LEASE: Duration = Duration::from_secs(5);
+/// Ended traces of which it is known why they ended.
+const REMEMBERED: usize = 32;
+
+/// The traces of a node.
+pub(super) struct Tracing {
+    jobs: Sender<Opening>,
+    opened: Receiver<Opened>,
+    /// What the ids of this run begin with: a client of the run before must not meet its number again.
+    run: u32,
+    last: u64,
+    traces: Vec<Trace>,
+    /// Ids, and why they ended.
+    ended: VecDeque<(String, &'static str)>,
+}
+
+struct Trace {
+    number: u64,
+    task: usize,
+    result: TraceResult,
+    renewed: Instant,
+    state: State,
+}
+
+enum State {
+    /// Its service is being opened for who has the ticket, with the signals that were found.
+    Opening(Ticket, Selection),
+    Running,
+    /// Its task was told to end it, and why.
+    Ending(&'static str),
+}
+
+impl Tracing {
+    /// With the ends of the channels to the thread that has the services.
+    pub(super) fn new(jobs: Sender<Opening>, opened: Receiver<Opened>) -> Self {
+        let run = crate::operating::unix_ns() / 1_000_000;
+        let (traces, ended) = (Vec::new(), VecDeque::new());
+        Self { jobs, opened, run: run as u32, last: 0, traces, ended }
+    }
+
+    fn note_end(&mut self, id: String, why: &'static str) {
+        if self.ended.len() >= REMEMBERED {
+            self.ended.pop_front();
+        }
+        self.ended.push_back((id, why));
+    }
+
+    fn unknown(&self, id: &str) -> Failure {
+        let ended = self.ended.iter().rfind(|(known, _)| known == id);
+        let (message, why) = match ended {
+            Some((id, why)) => (format!("trace \"{id}\" has ended"), *why),
+            None => (
+                format!(
+                    "there is no trace \"{}\"",
+                    id.chars().take(60).collect::<String>().escape_debug()
+                ),
+                "an id is of one run of the node",
+            ),
+        };
+        let finding = Finding::new("id", message).with_help(format!("{why}; ask for a new one"));
+        Failure::of(Code::UnknownName, vec![finding])
+    }
+}
+
+impl Attendant {
+    pub(super) fn trace(&mut self, params: TraceParams, caller: Caller) -> Result<Begun, Failure> {
+        let end = params.end.unwrap_or_default();
+        match (params.signals, params.id) {
+            (Some(names), None) if !end => {
+                check_count("signals", names.len())?;
+                let purpose = Purpose::Trace { process: caller.process };
+                let limit = MAX_TRACED + 1;
+                self.search(Search { names: Some(names), offset: 0, limit, purpose })
+            }
+            (None, Some(id)) => self.go_on_or_end(&id, end),
+            _ => {
+                let help = "give either the \"signals\" of a new trace, or the \"id\" of one that is to go on \
+                            or, with \"end\", to end";
+                let finding =
+                    Finding::new("signals", "it is not clear which trace is meant").with_help(help);
+                Err(Failure::of(Code::InvalidParams, vec![finding]))
+            }
+        }
+    }
+
+    fn go_on_or_end(&mut self, id: &str, end: bool) -> Result<Begun, Failure> {
+        let is_its =
+            |trace: &&mut Trace| trace.result.id == id && matches!(trace.state, State::Running);
+        let Some(trace) = self.tracing.traces.iter_mut().find(is_its) else {
+            return Err(self.tracing.unknown(id));
+        };
+        trace.renewed = Instant::now();
+        if end {
+            trace.state = State::Ending("its client ended it");
+            let mut operating = self.shared.lock();
+            if let Some(lane) = operating.lanes.get_mut(trace.task) {
+                lane.orders.end_trace(trace.number);
+            }
+        }
+        Ok(Begun::Ended(Ok(Reply::Trace(trace.result.clone()))))
+    }
+
+    /// Has the service of a trace opened. `None`: the configuration was changed since the signals were found.
+    pub(super) fn open_trace(
+        &mut self,
+        ticket: Ticket,
+        selection: Selection,
+        process: Option<u32>,
+    ) -> Result<Option<Begun>, Failure> {
+        let mut operating = self.shared.lock();
+        if !selection.is_of(operating.operator.signals()) {
+            return Ok(None);
+        }
+        let task = one_task(&selection, operating.operator.signals())?;
+        if operating.operator.changing().is_some() {
+            return Err(changing());
+        }
+        let Some(lane) = operating.lanes.get_mut(task) else { return Ok(None) };
+        if lane.traces.len() >= MAX_TRACES {
+            return Err(too_many(&lane.name, &lane.traces));
+        }
+        self.tracing.last += 1;
+        let number = self.tracing.last;
+        let id = format!("{:08x}-{number}", self.tracing.run);
+        let service = format!("isochrone/{}/trace/{id}", self.node);
+        let period_ns = lane.schedule.period_ns;
+        let timing = Vec::from_iter(timing_channels::names(&lane.name, &lane.schedule));
+        let signals = Vec::from_iter(selection.signals().map(spec));
+        let channels = timing.iter().map(|name| SignalSpec::new(name, "LREAL"));
+        let opening = Opening {
+            number,
+            service: service.clone(),
+            node: self.node.clone(),
+            layout: FrameLayout {
+                signals: channels.chain(signals.iter().cloned()).collect(),
+                period_ns: Some(period_ns),
+            },
+            period_ns,
+            slots: selection.signals().map(|signal| signal.slot).collect(),
+        };
+        let result = TraceResult {
+            id,
+            service,
+            task: lane.name.clone(),
+            period_ns,
+            timing,
+            signals: signals.iter().map(traced).collect(),
+        };
+        // It has its place from now on, and follows a change of the configuration.
+        lane.traces.push(Traced { number, signals, process });
+        drop(operating);
+        // A thread that panicked answers nothing: the client then hears that, too.
+        let _ = self.tracing.jobs.send(opening);
+        let (renewed, state) = (Instant::now(), State::Opening(ticket, selection));
+        self.tracing.traces.push(Trace { number, task, result, renewed, state });
+        Ok(Some(Begun::Later(ticket)))
+    }
+
+    /// Goes on with traces whose services are open, ends those that nobody renews, and forgets those that
+    /// have ended.
+    pub(super) fn tend_traces(&mut self) {
+        while let Ok(opened) = self.tracing.opened.try_recv() {
+            let begun = self.begin_trace(opened);
+            self.ended.extend(begun);
+        }
+        if self.tracing.traces.is_empty() {
+            return;
+        }
+        let mut operating = self.shared.lock();
+        for trace in &mut self.tracing.traces {
+            if matches!(trace.state, State::Running) && trace.renewed.elapsed() > LEASE {
+                trace.state = State::Ending("it was not renewed for 5 s");
+                let lane = operating.lanes.get_mut(trace.task);
+                lane.into_iter().for_each(|lane| lane.orders.end_trace(trace.number));
+            }
+        }
+        let is_gone = |trace: &mut Trace| {
+            let lane = operating.lanes.get(trace.task);
+            !lane.is_some_and(|lane| lane.traces.iter().any(|one| one.number == trace.number))
+        };
+        let gone = Vec::from_iter(self.tracing.traces.extract_if(.., is_gone));
+        drop(operating);
+        for Trace { state, result, .. } in gone {
+            let why = match state {
+                State::Ending(why) => why,
+                State::Opening(..) | State::Running => {
+                    "a change of the configuration took away one of its signals"
+                }
+            };
+            self.tracing.note_end(result.id, why);
+        }
+    }
+
+    /// Gives a trace whose service is open to its task.
+    fn begin_trace(&mut self, opened: Opened) -> Option<(Ticket, Outcome)> {
+        let Opened { number, tracer } = opened;
+        let index = self.tracing.traces.iter().position(|trace| trace.number == number)?;
+        let trace = self.tracing.traces.get_mut(index)?;
+        let State::Opening(ticket, selection) = std::mem::replace(&mut trace.state, State::Running)
+        else {
+            return None;
+        };
+        let mut operating = self.shared.lock();
+        let is_same = selection.is_of(operating.operator.signals())
+            && operating.operator.changing().is_none();
+        let lane = operating.lanes.get_mut(trace.task)?;
+        let outcome = match tracer {
+            Ok(tracer) if is_same => {
+                lane.orders.begin_trace(tracer);
+                trace.renewed = Instant::now();
+                return Some((ticket, Ok(Reply::Trace(trace.result.clone()))));
+            }
+            Ok(_) => Err(changing()),
+            Err(error) => {
+                Err(Failure::new(Code::Internal, format!("the trace has no service: {error}")))
+            }
+        };
+        lane.traces.retain(|one| one.number != number);
+        drop(operating);
+        self.tracing.traces.remove(index);
+        Some((ticket, outcome))
+    }
+}
+
+fn spec(signal: Signal<'_>) -> SignalSpec {
+    let Signal { name, value_type, unit, .. } = signal;
+    SignalSpec { name, value_type: value_type.to_string(), unit: unit.to_owned() }
+}
+
+fn traced(signal: &SignalSpec) -> TracedSignal {
+    let SignalSpec { name, value_type, unit } = signal.clone();
+    TracedSignal { name, value_type, unit: Some(unit).filter(|unit| !unit.is_empty()) }
+}
+
+/// The task of the signals.
+fn one_task(selection: &Selection, signals: &Signals) -> Result<usize, Failure> {
+    let refused = |message: String, help: String| {
+        let finding = Finding::new("signals", message).with_help(help);
+        Err(Failure::of(Code::InvalidParams, vec![finding]))
+    };
+    let total = selection.total();
+    if total > MAX_TRACED {
+        let help =
+            format!("a trace has at most {MAX_TRACED}: name fewer, or ask for several traces");
+        return refused(format!("these are {total} signals"), help);
+    }
+    let mut named = selection.signals();
+    let Some(first) = named.next() else { return Ok(0) };
+    let Some(other) = named.find(|signal| signal.task != first.task) else { return Ok(first.task) };
+    let of = |signal: &Signal<'_>| {
+        format!("{} is of task \"{}\"", signal.name, signals.task_name(signal.task))
+    };
+    refused(format!("{} and {}", of(&first), of(&other)), "ask for a trace of each task".to_owned())
+}
+
+fn too_many(task: &str, traces: &[Traced]) -> Failure {
+    let mut processes: Vec<String> = Vec::new();
+    for process in traces.iter().filter_map(|trace| trace.process) {
+        let process = format!("process {process}");
+        if !processes.contains(&process) {
+            processes.push(process);
+        }
+    }
+    let by =
+        if processes.is_empty() { String::new() } else { format!(", by {}", processes.join(", ")) };
+    let message = format!(
+        "task \"{task}\" is traced {MAX_TRACES} times already{by}; end one of them, or ask again in 5 s if \
+         its client is gone"
+    );
+    Failure::new(Code::Busy, message)
+}
+
+fn changing() -> Failure {
+    Failure::new(Code::Busy, "the configuration is being changed; ask again in a second")
+}

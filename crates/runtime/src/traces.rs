@@ -1,0 +1,95 @@
+//! Traces: chosen signals of every cycle, copied in the slack for whoever asked for them.
+
+use isochrone_ipc::SignalSpec;
+
+use crate::records::Cycle;
+use crate::rows::RowSender;
+
+/// Most traces of a task at a time.
+pub(crate) const MAX_TRACES: usize = 4;
+/// Most signals of a trace.
+pub(crate) const MAX_TRACED: usize = 64;
+
+/// A trace as the cycle has it.
+pub(crate) struct Tracer {
+    pub(crate) number: u64,
+    slots: Box<[usize]>,
+    rows: RowSender,
+}
+
+impl Tracer {
+    pub(crate) fn new(number: u64, slots: Box<[usize]>, rows: RowSender) -> Self {
+        Self { number, slots, rows }
+    }
+}
+
+/// The traces of a task, in the cycle. Nothing here allocates or frees.
+#[derive(Default)]
+pub(crate) struct Traces {
+    armed: [Option<Box<Tracer>>; MAX_TRACES],
+    count: usize,
+}
+
+impl Traces {
+    /// Begins a trace; gives it back if there is no room.
+    pub(crate) fn arm(&mut self, tracer: Box<Tracer>) -> Option<Box<Tracer>> {
+        let Some(free) = self.armed.iter_mut().find(|place| place.is_none()) else {
+            return Some(tracer);
+        };
+        *free = Some(tracer);
+        self.count += 1;
+        None
+    }
+
+    /// Ends a trace.
+    pub(crate) fn disarm(&mut self, number: u64) -> Option<Box<Tracer>> {
+        let is_its = |tracer: &mut Box<Tracer>| tracer.number == number;
+        let found = self.armed.iter_mut().find_map(|place| place.take_if(is_its))?;
+        self.count -= 1;
+        Some(found)
+    }
+
+    /// Copies the signals of every trace; one look where there is none. For the slack.
+    #[inline]
+    pub(crate) fn take(&mut self, image: &[f64], cycle: &Cycle) {
+        if self.count == 0 {
+            return;
+        }
+        for Tracer { slots, rows, .. } in
+            self.armed.iter_mut().flatten().map(|tracer| &mut **tracer)
+        {
+            rows.push(
+                cycle,
+                slots.iter().map(|slot| image.get(*slot).copied().unwrap_or_default()),
+            );
+        }
+    }
+
+    /// Goes on with another configuration, in which some of the traces have other slots; `ended` is given
+    /// those that cannot go on.
+    pub(crate) fn change(&mut self, new: &mut NewSlots, mut ended: impl FnMut(Box<Tracer>)) {
+        for place in &mut self.armed {
+            let Some(tracer) = place else { continue };
+            let slots = new.0.iter_mut().find(|(number, _)| *number == tracer.number);
+            match slots.and_then(|(_, slots)| slots.as_mut()) {
+                Some(slots) => std::mem::swap(&mut tracer.slots, slots),
+                None => {
+                    self.count -= 1;
+                    place.take().into_iter().for_each(&mut ended);
+                }
+            }
+        }
+    }
+}
+
+/// By the number of each trace of a task its slots in another configuration, or that it ends.
+#[derive(Default)]
+pub(crate) struct NewSlots(pub(crate) Vec<(u64, Option<Box<[usize]>>)>);
+
+/// A trace as the ordinary threads have it, from before it is sent to its task until it has come back.
+pub(crate) struct Traced {
+    pub(crate) number: u64,
+    pub(crate) signals: Vec<SignalSpec>,
+    /// Who asked for it, where iceoryx2 tells it.
+    pub(crate) process: Option<u32>,
+}
