@@ -6,6 +6,7 @@ mod folder;
 mod output;
 mod program;
 mod running;
+mod writers;
 
 use std::fmt;
 use std::io::ErrorKind;
@@ -18,6 +19,7 @@ use isochrone_timing::units::counted;
 use self::address::{HostPort, Local};
 use self::folder::Folder;
 use self::running::Link;
+use self::writers::Writers;
 use crate::failure::Failure;
 use crate::{configuration, domain, stop, terminal};
 
@@ -84,7 +86,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let stop = stop::on_signal(None)?;
     let participant =
         isochrone_ipc::Participant::join("isochrone/link", &domain).map_err(Failure::found)?;
-    let mut kept = Vec::new();
+    let (mut kept, mut written) = (Vec::new(), Vec::new());
     let mut allowed = Vec::new();
     for service in &services {
         let opened = KeptService::open(&participant, service).map_err(Failure::found)?;
@@ -97,6 +99,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             ));
         }
         kept.push(opened);
+        written.push(Writers::open(&participant, service)?);
         allowed.extend([service.clone(), layout_service_name(service).map_err(Failure::usage)?]);
     }
     let folder = Folder::create(&domain)?;
@@ -108,6 +111,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut link = Link::new(program, allowed, args.poll, way, folder);
     while !stop.is_due() {
         link.look_after(&domain, &participant)?;
+        written.iter_mut().for_each(|service| service.look(&participant));
         std::thread::sleep(running::LOOK_INTERVAL);
     }
     link.end()

@@ -140,7 +140,7 @@ fn values_cross_both_ways_at_1_khz() {
 }
 
 /// Follows the counter there, and shows what its input is worth.
-fn reader() -> String {
+fn reader_node() -> String {
     counter::follower("there", "5ms")
         + r#"max_age = "10s"
 [[output]]
@@ -179,7 +179,7 @@ fn a_far_service_has_its_names_and_no_times_of_another_clock() {
     assert_eq!(report["warnings"][0]["code"], "foreign_host", "{report}");
     assert!(stats.stderr.contains("runs on another machine"), "{}", stats.stderr);
 
-    far.domain.write("reader.toml", &reader());
+    far.domain.write("reader.toml", &reader_node());
     let mut node = far.start("run reader.toml --json");
     let mut seen = far.start("subscribe plant/seen");
     seen.wait_for("there.ok=TRUE");
@@ -191,6 +191,74 @@ fn a_far_service_has_its_names_and_no_times_of_another_clock() {
     for code in ["foreign_host", "far_follow"] {
         assert!(codes.contains(&&json!(code)), "{codes:?}");
     }
+}
+
+#[test]
+fn a_service_that_another_machine_writes_is_refused_until_its_writer_has_ended() {
+    let Some(machines) = Machines::connect(Boot::Same) else { return };
+    let Machines { near, far } = &machines;
+    let _links = machines.link("plant/there");
+    let writer = start_counter(near, "there", "2ms", 1_000_000);
+    let mut reader = far.start("subscribe plant/there");
+    reader.wait_for("saw.value=");
+    far.domain.write("there.toml", &counter("there", "2ms"));
+    for second in ["run there.toml", "publish plant/there --value 1"] {
+        let ended = far.start(second).finish().expect_code(1);
+        for part in
+            ["\"plant/there\" is written on another machine already", "by \"there\"", "iox2-link-t"]
+        {
+            assert!(ended.stderr.contains(part), "{second}: {}", ended.stderr);
+        }
+    }
+    // Who reads the service, and writes others, is not refused.
+    far.domain.write("reader.toml", &reader_node());
+    let mut node = far.start("run reader.toml");
+    node.wait_for("is running");
+    writer.stop().expect_code(0);
+    let next = start_counter(far, "there", "2ms", 1_000_000);
+    let mut back = near.start("subscribe plant/there");
+    back.wait_for("saw.value=");
+    reader.wait_until("frames of the next writer", |stdout, _| {
+        let ended = stdout.rfind("[STOPPED]");
+        ended.is_some_and(|ended| stdout[ended..].contains("saw.value=2"))
+    });
+    next.stop().expect_code(0);
+}
+
+/// The values of a service that two publish, as a reader prints them until many of its own machine's came.
+fn values_of_own(machine: &Machine, own: &str) -> String {
+    let mut reader = machine.start("subscribe plant/x --every 1");
+    reader.wait_until("many frames", |stdout, _| stdout.matches(own).count() > 1500);
+    reader.stop().expect_code(0).stdout
+}
+
+#[test]
+fn readers_keep_to_the_writer_of_their_machine_when_both_write_and_the_links_say_so() {
+    let Some(machines) = Machines::connect(Boot::Another) else { return };
+    let Machines { near, far } = &machines;
+    // The far one starts later, so the reader here would follow its term.
+    let mut first = near.start("publish plant/x --value 1 --signals x");
+    first.wait_for("publishing");
+    let mut second = far.start("publish plant/x --value 2 --signals x");
+    second.wait_for("publishing");
+    let mut before = near.start("subscribe plant/x --stats --json");
+    before.wait_for("subscribed");
+    let mut links = machines.link("plant/x");
+    for link in &mut links {
+        link.wait_for("\"plant/x\" is written on both machines, by \"publish\" here");
+    }
+    for (machine, own, other) in [(near, "x=1.0", "x=2.0"), (far, "x=2.0", "x=1.0")] {
+        let printed = values_of_own(machine, own);
+        assert_eq!(printed.matches(other).count(), 0, "{own}");
+    }
+    let report: Value = serde_json::from_str(&before.stop().expect_code(0).stdout).unwrap();
+    let link = &report["links"][0];
+    assert!(link["other_writers"].as_u64().unwrap() > 0, "{link}");
+    assert_eq!(link["restarts"], 0, "{link}");
+    // The readers here go on with the other one when theirs has ended.
+    first.stop().expect_code(0);
+    links[0].wait_for("has one writer again");
+    near.start("subscribe plant/x --count 1").finish().expect_code(0);
 }
 
 #[test]

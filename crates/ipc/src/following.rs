@@ -1,7 +1,10 @@
 //! Which writer of a service a reader follows, and what its sequence says. No ports, no clock.
 //!
-//! One at a time. A higher `term` is followed at once; any other writer when the one before has left,
-//! or was silent for a while. What the others send until then is counted and not read.
+//! One at a time. A higher `term` is followed at once; any other writer when the one before has ended or
+//! left, or was silent for a while. What the others send until then is counted and not read.
+//!
+//! A writer of this machine goes before one of another machine, whose frames a link brings: the terms of two
+//! machines say nothing about each other, and readers on both would change over to whoever started last.
 
 /// How long a writer may be silent before another one is taken, in ns: 1 s, or three periods where those
 /// are longer. A `period_ns` of 0 is one that the writer did not announce.
@@ -16,7 +19,7 @@ const SHORTEST_NS: u64 = 100;
 const ALWAYS_POSSIBLE: u64 = 65_536;
 
 /// As many writers as a service of ours has places for.
-const MAX_OTHERS: usize = 8;
+const MAX_PRESENT: usize = 8;
 
 /// A frame as it arrives.
 #[derive(Debug, Clone, Copy)]
@@ -25,8 +28,19 @@ pub(crate) struct Arrival {
     pub(crate) writer: u128,
     pub(crate) term: u64,
     pub(crate) sequence: u64,
+    /// Whether its sender says that it ends.
+    pub(crate) is_last: bool,
     /// The reader's clock.
     pub(crate) now_ns: u64,
+}
+
+/// Who writes a service.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Writer {
+    /// The port's id.
+    pub(crate) id: u128,
+    /// Whether it is a link, which sends what a writer of another machine sends there.
+    pub(crate) is_far: bool,
 }
 
 /// What is to be done with a frame.
@@ -55,8 +69,8 @@ pub(crate) struct Seen {
 pub(crate) struct Following {
     followed: Option<Followed>,
     silence_ns: u64,
-    /// Writers known to be there beside the one that is followed.
-    others: Vec<u128>,
+    /// Writers known to be there, among them the one that is followed.
+    present: Vec<Writer>,
     /// Frames of strangers that were left, until it is known whether those are second writers.
     undecided: u64,
     seen: Seen,
@@ -68,6 +82,8 @@ struct Followed {
     term: u64,
     sequence: u64,
     heard_ns: u64,
+    /// Whether its last frame said that it ends: the port of a link stays.
+    has_ended: bool,
     has_left: bool,
 }
 
@@ -76,7 +92,7 @@ impl Following {
         Self {
             followed: None,
             silence_ns: longest_silence_ns(0),
-            others: Vec::with_capacity(MAX_OTHERS),
+            present: Vec::with_capacity(MAX_PRESENT),
             undecided: 0,
             seen: Seen::default(),
         }
@@ -87,9 +103,29 @@ impl Following {
         self.silence_ns = longest_silence_ns(period_ns);
     }
 
+    /// Whether [`look`](Self::look) must come before the frame is judged: its term would make it the successor
+    /// of the writer that is followed, if no link lies between them.
+    pub(crate) fn must_look(&self, arrival: &Arrival) -> bool {
+        let Some(followed) = &self.followed else { return false };
+        let [new, old] = [arrival.writer, followed.writer].map(|writer| self.is_far(writer));
+        let may_follow = arrival.term > followed.term || old == Some(true) && arrival.term > 0;
+        // Also of one that was looked up: a link opens the end by which it is known last.
+        let is_open = new != Some(true) || old.is_none();
+        arrival.writer != followed.writer
+            && may_follow
+            && is_open
+            && self.present.len() < MAX_PRESENT
+    }
+
+    /// Whether a writer is a link; `None` if it is not known to be there.
+    fn is_far(&self, writer: u128) -> Option<bool> {
+        self.present.iter().find(|present| present.id == writer).map(|present| present.is_far)
+    }
+
     /// Judges the next frame.
     pub(crate) fn judge(&mut self, arrival: &Arrival) -> Verdict {
         let count = |counter: &mut u64, by: u64| *counter = counter.saturating_add(by);
+        let present = &self.present;
         let Some(followed) = &mut self.followed else {
             self.follow(arrival);
             return Verdict::Take;
@@ -102,12 +138,20 @@ impl Following {
             }
             followed.sequence = arrival.sequence;
             followed.term = arrival.term;
+            followed.has_ended = arrival.is_last;
             followed.heard_ns = arrival.now_ns.max(followed.heard_ns);
             count(&mut self.seen.received, 1);
             return Verdict::Take;
         }
         let silent_ns = arrival.now_ns.saturating_sub(followed.heard_ns);
-        if arrival.term > followed.term || followed.has_left || silent_ns >= self.silence_ns {
+        let is_far = |writer| present.iter().any(|known| known.id == writer && known.is_far);
+        let goes_before = match (is_far(arrival.writer), is_far(followed.writer)) {
+            (true, false) => false,
+            (false, true) => arrival.term > 0,
+            _ => arrival.term > followed.term,
+        };
+        let is_over = followed.has_left || followed.has_ended || silent_ns >= self.silence_ns;
+        if goes_before || is_over {
             // The same sender through another port: a link between machines was started again.
             let goes_on = arrival.term != 0 && arrival.term == followed.term;
             match loss(followed.sequence, arrival.sequence, silent_ns).filter(|_| goes_on) {
@@ -117,7 +161,7 @@ impl Following {
             self.follow(arrival);
             return Verdict::Take;
         }
-        if self.others.contains(&arrival.writer) || self.others.len() == MAX_OTHERS {
+        if present.len() == MAX_PRESENT || present.iter().any(|known| known.id == arrival.writer) {
             count(&mut self.seen.other_writers, 1);
             return Verdict::Leave;
         }
@@ -127,13 +171,13 @@ impl Following {
 
     fn follow(&mut self, arrival: &Arrival) {
         self.seen.received = self.seen.received.saturating_add(1);
-        self.others.clear();
         self.undecided = 0;
         self.followed = Some(Followed {
             writer: arrival.writer,
             term: arrival.term,
             sequence: arrival.sequence,
             heard_ns: arrival.now_ns,
+            has_ended: arrival.is_last,
             has_left: false,
         });
     }
@@ -144,17 +188,15 @@ impl Following {
     }
 
     /// Takes note of who writes the service now.
-    pub(crate) fn look(&mut self, present: &[u128]) {
+    pub(crate) fn look(&mut self, present: &[Writer]) {
+        self.present.clear();
+        self.present.extend(present.iter().take(MAX_PRESENT));
         let Some(followed) = &mut self.followed else { return };
-        followed.has_left = !present.contains(&followed.writer);
+        followed.has_left = present.iter().all(|writer| writer.id != followed.writer);
         let undecided = std::mem::take(&mut self.undecided);
-        self.others.clear();
-        if followed.has_left {
-            return;
+        if !followed.has_left {
+            self.seen.other_writers = self.seen.other_writers.saturating_add(undecided);
         }
-        self.seen.other_writers = self.seen.other_writers.saturating_add(undecided);
-        let others = present.iter().filter(|writer| **writer != followed.writer);
-        self.others.extend(others.take(MAX_OTHERS));
     }
 
     /// Whether the writer that is followed has left.

@@ -5,7 +5,12 @@ use super::*;
 const SECOND_NS: u64 = 1_000_000_000;
 
 fn plain(writer: u128, sequence: u64, now_ns: u64) -> Arrival {
-    Arrival { writer, term: 0, sequence, now_ns }
+    Arrival { writer, term: 0, sequence, is_last: false, now_ns }
+}
+
+/// Writers of this machine.
+fn near<const COUNT: usize>(writers: [u128; COUNT]) -> [Writer; COUNT] {
+    writers.map(|id| Writer { id, is_far: false })
 }
 
 /// Takes frames of one writer, 1 ms apart.
@@ -61,7 +66,7 @@ fn what_a_slow_reader_misses_of_a_fast_publisher_is_a_loss() {
 #[test]
 fn a_higher_term_is_followed_at_once_and_a_lower_one_is_not() {
     let mut following = Following::new();
-    let with_term = |term: u64| Arrival { writer: term.into(), term, sequence: 7, now_ns: 5 };
+    let with_term = |term: u64| Arrival { term, ..plain(term.into(), 7, 5) };
     assert_eq!(following.judge(&with_term(10)), Verdict::Take);
     assert_eq!(following.judge(&with_term(11)), Verdict::Take);
     assert_eq!(following.judge(&with_term(10)), Verdict::Stranger);
@@ -74,21 +79,19 @@ fn a_higher_term_is_followed_at_once_and_a_lower_one_is_not() {
 fn a_sender_that_comes_back_through_another_port_goes_on_and_what_it_sent_meanwhile_is_lost() {
     let mut following = Following::new();
     let through = |writer: u128, term: u64, sequence: u64, now_ns: u64| Arrival {
-        writer,
         term,
-        sequence,
-        now_ns,
+        ..plain(writer, sequence, now_ns)
     };
     following.judge(&through(1, 10, 7, 0));
-    following.look(&[2]);
+    following.look(&near([2]));
     assert_eq!(following.judge(&through(2, 10, 12, SECOND_NS / 4)), Verdict::Take);
     assert_eq!((following.seen().lost, following.seen().restarts), (4, 0));
     // One that began anew, and one that says nothing of its term, may be anybody.
-    following.look(&[3]);
+    following.look(&near([3]));
     assert_eq!(following.judge(&through(3, 10, 3, SECOND_NS / 2)), Verdict::Take);
-    following.look(&[4]);
+    following.look(&near([4]));
     assert_eq!(following.judge(&through(4, 0, 9, SECOND_NS)), Verdict::Take);
-    following.look(&[5]);
+    following.look(&near([5]));
     assert_eq!(following.judge(&through(5, 0, 19, 2 * SECOND_NS)), Verdict::Take);
     assert_eq!((following.seen().lost, following.seen().restarts), (4, 3));
 }
@@ -101,7 +104,7 @@ fn a_second_writer_is_counted_and_not_taken_as_long_as_the_first_is_heard() {
         assert_eq!(following.judge(&plain(1, cycle, now_ns)), Verdict::Take);
         assert_ne!(following.judge(&plain(2, cycle * 1_000, now_ns)), Verdict::Take);
         if following.has_stranger() {
-            following.look(&[1, 2]);
+            following.look(&near([1, 2]));
         }
     }
     let seen = following.seen();
@@ -114,7 +117,7 @@ fn the_successor_of_a_writer_that_has_left_is_taken_and_never_counted_as_another
     let mut following = Following::new();
     following.judge(&plain(1, 900, 0));
     assert_eq!(following.judge(&plain(2, 0, 1_000)), Verdict::Stranger);
-    following.look(&[2]);
+    following.look(&near([2]));
     assert_eq!(following.judge(&plain(2, 1, 2_000)), Verdict::Take);
     let seen = following.seen();
     assert_eq!((seen.other_writers, seen.restarts, seen.lost), (0, 1, 0));
@@ -124,7 +127,7 @@ fn the_successor_of_a_writer_that_has_left_is_taken_and_never_counted_as_another
 fn what_a_writer_left_behind_is_still_taken() {
     let mut following = Following::new();
     following.judge(&plain(1, 0, 0));
-    following.look(&[]);
+    following.look(&near([]));
     assert_eq!(following.judge(&plain(1, 1, 1)), Verdict::Take);
     assert_eq!(following.seen().restarts, 0);
 }
@@ -141,6 +144,40 @@ fn another_writer_is_taken_after_a_second_of_silence_or_three_periods() {
     assert_eq!(silence(1_000_000), 10);
     assert_eq!(silence(SECOND_NS), 30);
     assert_eq!(silence(u64::MAX), 60);
+}
+
+/// One writer here, and a link.
+const NEAR_AND_FAR: [Writer; 2] = [Writer { id: 1, is_far: false }, Writer { id: 2, is_far: true }];
+
+#[test]
+fn a_writer_of_another_machine_replaces_one_of_this_machine_only_when_that_is_over() {
+    let from = |writer: u128, term: u64, now_ns: u64| Arrival { term, ..plain(writer, 0, now_ns) };
+    let mut following = Following::new();
+    following.judge(&from(1, 10, 0));
+    assert!(following.must_look(&from(2, 11, 0)), "it may be of this machine");
+    following.look(&NEAR_AND_FAR);
+    assert!(!following.must_look(&from(2, 11, 0)));
+    assert_eq!(following.judge(&from(2, 11, 0)), Verdict::Leave);
+    assert_eq!(following.judge(&from(2, 12, SECOND_NS - 1)), Verdict::Leave);
+    assert_eq!(following.seen().other_writers, 2);
+    assert_eq!(following.judge(&from(2, 12, SECOND_NS)), Verdict::Take);
+    // Once the one of this machine is heard again, whoever of them started first.
+    assert_eq!(following.judge(&from(1, 10, SECOND_NS)), Verdict::Take);
+    assert_eq!(following.judge(&from(2, 13, SECOND_NS)), Verdict::Leave);
+    // It says that it ends, or is gone.
+    following.judge(&Arrival { is_last: true, ..from(1, 10, SECOND_NS) });
+    assert_eq!(following.judge(&from(2, 13, SECOND_NS)), Verdict::Take);
+}
+
+#[test]
+fn a_writer_of_this_machine_that_has_no_term_waits_for_the_end_of_a_far_one() {
+    let mut following = Following::new();
+    let far = |now_ns: u64| Arrival { term: 5, ..plain(2, 0, now_ns) };
+    following.look(&NEAR_AND_FAR);
+    following.judge(&far(0));
+    assert_eq!(following.judge(&plain(1, 0, 0)), Verdict::Leave);
+    assert_eq!(following.judge(&plain(1, 0, SECOND_NS)), Verdict::Take);
+    assert_eq!(following.judge(&far(SECOND_NS)), Verdict::Leave);
 }
 
 proptest! {
@@ -171,10 +208,10 @@ proptest! {
         let (mut now_ns, mut taken) = (0_u64, 0);
         for (writer, term, sequence, later_ns, looks) in arrivals {
             now_ns = now_ns.saturating_add(later_ns);
-            let arrival = Arrival { writer, term, sequence, now_ns };
+            let arrival = Arrival { term, ..plain(writer, sequence, now_ns) };
             taken += u64::from(following.judge(&arrival) == Verdict::Take);
             if looks {
-                following.look(&[0, 1]);
+                following.look(&near([0, 1]));
             }
         }
         let seen = following.seen();

@@ -134,6 +134,16 @@ impl<S: Service> LayoutWatcher<S> {
 
     /// Takes the announcements since the last call; returns whether there is a new one.
     pub fn look(&mut self, participant: &Participant<S>) -> bool {
+        self.hear(participant, |_| ())
+    }
+
+    /// As [`look`](Self::look), and notes each announcement, also one that was heard before: while a publisher
+    /// has readers, one comes every 500 ms.
+    pub fn hear(
+        &mut self,
+        participant: &Participant<S>,
+        mut note: impl FnMut(&Announcement),
+    ) -> bool {
         if self.retry.is_due(self.peers.failures()) || self.port.is_none() {
             // As with the announcer.
             self.port = None;
@@ -149,7 +159,10 @@ impl<S: Service> LayoutWatcher<S> {
             };
             let Some(message) = received else { break };
             match Announcement::from_json(message.payload()) {
-                Ok(announcement) => is_new |= self.learn(announcement),
+                Ok(announcement) => {
+                    note(&announcement);
+                    is_new |= self.learn(announcement);
+                }
                 Err(error) => {
                     let text = format!("{error}");
                     drop(message);

@@ -63,6 +63,7 @@ mod space;
 mod subscriber;
 mod tend;
 mod variant;
+mod writers;
 pub mod yardstick;
 
 pub use announcement::Announcement;

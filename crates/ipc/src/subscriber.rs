@@ -2,19 +2,18 @@
 
 use iceoryx2::port::subscriber::{Subscriber, SubscriberCreateError};
 use iceoryx2::port::update_connections::UpdateConnections;
-use iceoryx2::prelude::CallbackProgression;
 use iceoryx2::sample::Sample;
 use iceoryx2::service::port_factory::PortFactory as _;
 
 use crate::expectation::Expectation;
 use crate::file_override::Guard;
-use crate::following::{Arrival, Following, Seen, Verdict};
+use crate::following::{Arrival, Following, Seen, Verdict, Writer};
 use crate::peers::Peers;
 use crate::repair::Peer;
 use crate::service::{self, FrameService, Quality, holders};
 use crate::{
-    ForRealTime, FrameHeader, FrameRef, InRealTime, OpenError, Participant, Service,
-    give_up_file_override,
+    Flags, ForRealTime, FrameHeader, FrameRef, InRealTime, OpenError, Participant, Service,
+    give_up_file_override, writers,
 };
 
 /// How many frames [`Depth::Newest`] lets wait: with two, a frame that arrives just early does
@@ -56,8 +55,9 @@ pub struct SubscriberCounters {
 /// Reads the frames of one service, from one publisher at a time.
 ///
 /// It switches at once to a publisher with a higher [`term`](FrameHeader::term), and to any other one
-/// when the current publisher has left or has been silent for 1 s or three of its
-/// [periods](Self::set_period), whichever is longer.
+/// when the current publisher has ended or left or has been silent for 1 s or three of its
+/// [periods](Self::set_period), whichever is longer. Between this machine and another, whose frames a link
+/// brings, terms do not count: a publisher with a term on this machine is taken at once.
 #[derive(Debug)]
 pub struct FrameSubscriber<S: Service> {
     port: Subscriber<S, [f64], FrameHeader>,
@@ -71,7 +71,9 @@ pub struct FrameSubscriber<S: Service> {
     following: Following,
     expectation: Expectation,
     /// Those who write the service, as last looked up.
-    writers: Vec<u128>,
+    writers: Vec<Writer>,
+    /// How many subscribers there were then, if one of the writers may turn out to be a link.
+    subscribers: Option<usize>,
     receive_errors: u64,
     /// A frame that [`has_newer`](Self::has_newer) or [`peek_next`](Self::peek_next) took out of the
     /// buffer.
@@ -178,6 +180,7 @@ impl<S: Service> FrameSubscriber<S> {
                 Depth::All => buffer as u64,
             }),
             writers: Vec::with_capacity(publishers),
+            subscribers: None,
             receive_errors: 0,
             held: None,
         };
@@ -190,8 +193,9 @@ impl<S: Service> FrameSubscriber<S> {
     /// Takes all frames that wait and returns the newest of them; `None` when none waited.
     ///
     /// `now_ns` is the reader's clock, as read for this cycle. Bounded: looks at a full buffer per
-    /// possible publisher at most. Never waits, logs or allocates. A frame of a writer that was not
-    /// seen before waits for the next [`maintain`](Self::maintain), unless its term is higher.
+    /// possible publisher at most. Never waits or logs, and allocates only where a publisher has joined. A frame
+    /// of a writer that was not seen before waits for the next [`maintain`](Self::maintain), unless its term is
+    /// higher.
     pub fn newest(&mut self, now_ns: u64) -> Option<FrameRef<'_, S>> {
         let _guarded = self.guard.of_call();
         self.hold_newest(now_ns);
@@ -237,7 +241,7 @@ impl<S: Service> FrameSubscriber<S> {
         }
         let Some(sample) = self.receive() else { return false };
         // The frames of one writer come in their order.
-        if self.following.judge(&arrival(&sample, now_ns)) == Verdict::Take {
+        if self.judge(&arrival(&sample, now_ns)) == Verdict::Take {
             self.expectation.note(sample.user_header());
             self.held = Some(sample);
         }
@@ -272,7 +276,7 @@ impl<S: Service> FrameSubscriber<S> {
         for _ in 0..self.drain_limit {
             let Some(sample) = self.receive() else { break };
             let arrival = arrival(&sample, now_ns);
-            let mut verdict = self.following.judge(&arrival);
+            let mut verdict = self.judge(&arrival);
             if verdict == Verdict::Stranger {
                 self.look_up_writers();
                 if self.following.has_lost_its_writer() {
@@ -323,7 +327,8 @@ impl<S: Service> FrameSubscriber<S> {
         let _guarded = self.guard.of_call();
         // Failures are counted by the handler that the port was given.
         let _ = self.port.update_connections();
-        let changed = self.peers.note(self.publishers());
+        let changed = self.peers.note(self.publishers())
+            || self.subscribers.is_some_and(|subscribers| subscribers != self.subscribers());
         if changed || self.following.has_stranger() {
             self.look_up_writers();
         }
@@ -331,12 +336,30 @@ impl<S: Service> FrameSubscriber<S> {
 
     /// iceoryx2 allocates for this.
     fn look_up_writers(&mut self) {
-        self.writers.clear();
-        self.service.dynamic_config().list_publishers(|publisher| {
-            self.writers.push(publisher.publisher_id.value());
-            CallbackProgression::Continue
-        });
+        let subscribers = self.subscribers();
+        let may_be_link = writers::list(&self.service, &mut self.writers);
+        self.subscribers = may_be_link.then_some(subscribers);
         self.following.look(&self.writers);
+    }
+
+    /// What becomes of a frame. That of a successor which nobody knows yet has the writers looked up: iceoryx2,
+    /// which has just connected to it, has allocated then too.
+    fn judge(&mut self, arrival: &Arrival) -> Verdict {
+        if self.following.must_look(arrival) {
+            self.look_up_writers();
+        }
+        self.following.judge(arrival)
+    }
+
+    /// Takes the next frame, whoever sent it, and says who that is.
+    pub(crate) fn next_of_any(&mut self) -> Option<(u128, FrameHeader)> {
+        let _guarded = self.guard.of_call();
+        let sample = self.receive()?;
+        Some((sample.header().publisher_id().value(), *sample.user_header()))
+    }
+
+    pub(crate) fn service(&self) -> &FrameService<S> {
+        &self.service
     }
 
     /// How many publishers the service has now, connected or not.
@@ -344,6 +367,10 @@ impl<S: Service> FrameSubscriber<S> {
     /// Not for the cycle: counting writes to shared memory and may repeat while peers come or go.
     pub fn publishers(&self) -> usize {
         self.service.dynamic_config().number_of_publishers()
+    }
+
+    fn subscribers(&self) -> usize {
+        self.service.dynamic_config().number_of_subscribers()
     }
 
     /// What happened since the subscriber was opened.
@@ -377,6 +404,7 @@ fn arrival<S: Service>(sample: &Sample<S, [f64], FrameHeader>, now_ns: u64) -> A
         writer: sample.header().publisher_id().value(),
         term: header.term,
         sequence: header.sequence,
+        is_last: header.flags().contains(Flags::STOPPED),
         now_ns,
     }
 }

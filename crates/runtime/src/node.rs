@@ -102,6 +102,11 @@ impl<S: Service + 'static> Prepared<S> {
         participant: Option<Arc<RealTime<S>>>,
     ) -> Result<Self, PrepareError> {
         let engines = TaskEngine::build(plan)?;
+        if let Some(participant) = &participant {
+            let outputs = plan.tasks.iter().flat_map(|task| &task.outputs);
+            let services: Vec<_> = outputs.map(|output| output.service.as_str()).collect();
+            participant.ordinary().refuse_far_writers(&services)?;
+        }
         let (snapshots, taps) = Snapshots::of(plan);
         let feeds = if participant.is_some() { Feeds::Services } else { Feeds::Program };
         let telemetry = participant.as_deref();

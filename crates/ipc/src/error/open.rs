@@ -51,6 +51,19 @@ pub enum OpenError {
         /// Node name, executable and process id of the other publisher.
         other: String,
     },
+    /// A writer of another machine reaches this one through a link.
+    #[error(
+        "service {service:?} is written on another machine already{}, whose frames arrive through {through}; a service has one writer: end that one, or use another service name",
+        by(.publisher)
+    )]
+    FarWriter {
+        /// Name of the service.
+        service: String,
+        /// Name that the writer announces; empty if it announces none.
+        publisher: String,
+        /// Node, executable and process id of the link.
+        through: String,
+    },
     /// All places that the service's creator provided are taken.
     #[error(
         "service {service:?} has no place for another {what} (its creator provided {limit}{}); end one, or end all of them and let a node of isochrone create the service",
@@ -122,4 +135,8 @@ pub enum OpenError {
 
 fn taken(holders: &str) -> String {
     if holders.is_empty() { String::new() } else { format!("; taken: {holders}") }
+}
+
+fn by(publisher: &str) -> String {
+    if publisher.is_empty() { String::new() } else { format!(" by {publisher:?}") }
 }

@@ -20,7 +20,10 @@ pub(crate) fn node(opened: &impl PortFactory, id: UniqueNodeId) -> String {
         };
         if let Some(node) = details {
             let (name, program, pid) = (node.name(), node.executable(), node.process_id());
-            found = format!("node \"{name}\" ({program}, pid {pid})");
+            found = match name.as_str() {
+                "" => format!("{program} (pid {pid})"),
+                name => format!("node \"{name}\" ({program}, pid {pid})"),
+            };
         }
         CallbackProgression::Stop
     });
