@@ -6,10 +6,10 @@ mod signals;
 
 use std::thread;
 
-use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_engine::parse_seconds;
+use isochrone_cyclic::{Clock, Monotonic, PromptWakeUps};
+use isochrone_engine::{parse_duration_ns, parse_seconds};
 use isochrone_ipc::{FrameLayout, FramePublisher, Stamp, ipc};
-use isochrone_timing::units::counted;
+use isochrone_timing::units::{counted, duration};
 use serde_json::json;
 
 use self::announcing::Announcing;
@@ -25,13 +25,18 @@ use crate::{configuration, terminal};
 /// Publish frames of values: constants, waves or a CSV file
 ///
 /// Each value, wave or CSV column is one channel. A service has one writer: a second isochrone
-/// publisher on the same service is refused.
+/// publisher on the same service is refused, also where the first is on another machine and its frames
+/// arrive through a link.
+///
+/// Frames at a rate are due on the grid that the tasks of all nodes share, if 20 ms are a multiple of the time
+/// between two of them; --phase puts them after or before the tasks that read or follow them.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  isochrone publish plant/analog --value 13824,true --signals level,full\n  \
     isochrone publish plant/analog --wave sine,square --amplitude 13824,1 --offset 13824 --frequency 0.5\n  \
     isochrone publish plant/analog --csv recorded.csv\n  \
-    isochrone publish plant/analog --csv recorded.csv --signals level --rate 1000"
+    isochrone publish plant/analog --csv recorded.csv --signals level --rate 1000\n  \
+    isochrone publish plant/analog --value 13824 --rate 500 --phase 200us"
 )]
 #[command(group(clap::ArgGroup::new("what").required(true).args(["value", "wave", "csv"])))]
 pub(crate) struct Args {
@@ -43,6 +48,10 @@ pub(crate) struct Args {
     /// otherwise 1000
     #[arg(long, value_name = "HZ", value_parser = parse_rate, allow_negative_numbers = true)]
     rate: Option<f64>,
+    /// How long after a task without a phase each frame is due, on the grid that all tasks share: 200us; default:
+    /// 0ns. Needs a rate
+    #[arg(long, value_name = "DURATION", value_parser = parse_duration_ns, allow_negative_numbers = true)]
+    phase: Option<u64>,
     /// Stop after this many frames
     #[arg(long, value_parser = numbers::parse_count, allow_negative_numbers = true)]
     count: Option<u64>,
@@ -66,11 +75,12 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     configuration::service_name(&args.service)?;
     refuse_reserved(&args.service)?;
     let signals = Signals::new(&args.source)?;
-    let pace = pace(args, &signals);
+    let pace = pace(args, &signals)?;
     let layout = FrameLayout { signals: signals.specs().to_vec(), period_ns: pace.period_ns() };
     layout.check().map_err(Failure::usage)?;
     let stop = stop::on_signal(None)?;
     let participant = args.domain.join("isochrone/publish")?;
+    participant.refuse_far_writers(&[&args.service]).map_err(Failure::found)?;
     let mut publisher = FramePublisher::<ipc::Service>::open(&participant, &args.service, &layout)
         .map_err(Failure::found)?;
     let rows = signals.recording().map(|recording| recording.len() as u64);
@@ -86,9 +96,12 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             said(&pace, args, &signals)
         ));
         // Readers that wait learn first what the frames will be.
-        let stop = stop::after(stop, args.seconds, HEAD_START_NS);
+        let now_ns = Monotonic.now_ns();
+        let first_ns = pace.first_ns(now_ns + HEAD_START_NS);
+        let stop = stop::after(stop, args.seconds, first_ns - now_ns);
         stop.keep_time()?;
-        let mut pacer = pace.start(Monotonic.now_ns() + HEAD_START_NS, stop.flag());
+        let mut pacer = pace.start(first_ns, stop.flag());
+        let _prompt = PromptWakeUps::in_this_thread();
         let mut frame = 0;
         while count.is_none_or(|count| frame < count) && !stop.is_due() {
             let Some(due) = pacer.wait() else { break };
@@ -137,13 +150,26 @@ fn refuse_reserved(service: &str) -> Result<(), Failure> {
 }
 
 /// The requested rate, the recorded pace, or the default rate.
-fn pace(args: &Args, signals: &Signals) -> Pace {
-    let grid = |rate_hz: f64| Pace::Grid { period_ns: (1e9 / rate_hz).round() as u64 };
-    match (args.rate, signals.recording().and_then(Pace::recorded)) {
-        (Some(rate_hz), _) => grid(rate_hz),
-        (None, Some(recorded)) => recorded,
-        (None, None) => grid(DEFAULT_RATE_HZ),
+fn pace(args: &Args, signals: &Signals) -> Result<Pace, Failure> {
+    let recorded = signals.recording().and_then(Pace::recorded).filter(|_| args.rate.is_none());
+    let Some(recorded) = recorded else {
+        let period_ns = (1e9 / args.rate.unwrap_or(DEFAULT_RATE_HZ)).round() as u64;
+        let phase_ns = args.phase.unwrap_or_default();
+        if phase_ns >= period_ns {
+            let [phase, period] = [phase_ns, period_ns].map(|ns| duration(ns as f64));
+            return Err(Failure::usage(format!(
+                "--phase {phase} is not less than the {period} between two frames; give the rest of its division by \
+                 that, or another --rate"
+            )));
+        }
+        return Ok(Pace::Grid { period_ns, phase_ns });
+    };
+    if args.phase.is_some() {
+        return Err(Failure::usage(
+            "--phase is for frames at a rate, and these keep their recorded pace; give --rate too, or leave --phase out",
+        ));
     }
+    Ok(recorded)
 }
 
 /// A pace for people.

@@ -201,6 +201,7 @@ fn what_would_publish_other_values_than_meant_is_refused() {
     domain.write("endless.csv", "time_s,a\n1.0,1\ninf,2\n");
     domain.write("times.csv", "time_s,cycle\n0.0,0\n");
     domain.write("huge.csv", "a\n1e400\n");
+    domain.write("paced.csv", "time_s,a\n1.0,1\n1.5,2\n");
     for (arguments, says) in [
         ("--csv bare.csv", "bare.csv:1: the first row names the columns"),
         ("--csv changed.csv", "changed.csv:3: another header"),
@@ -219,6 +220,12 @@ fn what_would_publish_other_values_than_meant_is_refused() {
         ("--value 1,2,3 --signals a,,b", "name 2 is empty"),
         ("--value 200ms", "a TIME is a number of milliseconds"),
         ("--wave sine --amplitude inf", "give a number"),
+        (
+            "--value 1 --rate 500 --phase 2ms",
+            "--phase 2.00 ms is not less than the 2.00 ms between",
+        ),
+        ("--value 1 --phase 3", "the unit is missing"),
+        ("--csv paced.csv --phase 200us", "these keep their recorded pace; give --rate too"),
     ] {
         let refused = domain.run(&format!("publish there/again {arguments}")).expect_code(2);
         assert!(refused.stderr.contains(says), "{arguments}: {says}\n{}", refused.stderr);

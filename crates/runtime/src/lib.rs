@@ -99,7 +99,7 @@ pub use error::{ApplyError, NodePanicked, PrepareError, RequestError, TaskPanick
 pub use frame_wait::FrameWait;
 pub use limiter::{Allowed, Limiter};
 pub use neighbours::{Neighbour, Neighbours};
-pub use node::{Node, Prepared, next_epoch_ns};
+pub use node::{Node, Prepared, epoch_after_ns, next_epoch_ns};
 pub use operating::Sent;
 pub use outcome::{Allocations, Costs, End, InputOutcome, Link, Outcome, TaskOutcome};
 pub use panics::{Panic, catch_panic, hold_panic_messages};

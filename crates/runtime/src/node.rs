@@ -28,11 +28,17 @@ const START_DELAY_NS: u64 = 20_000_000;
 /// Ticks of 100, 250 and 1000 Hz fall on multiples of this.
 pub(crate) const EPOCH_GRID_NS: u64 = 20_000_000;
 
-/// An instant, 20 ms and a little from now, at which a grid may begin, in ns of `CLOCK_MONOTONIC`. The
-/// kernel's ticks come at whole milliseconds of the clock; a release that meets one is late by what the
-/// tick does. So the grid begins between them.
+/// An instant, 20 ms and a little from now, at which a grid may begin: [`epoch_after_ns`].
 pub fn next_epoch_ns() -> u64 {
-    (Monotonic.now_ns() + START_DELAY_NS).next_multiple_of(EPOCH_GRID_NS) + EPOCH_OFFSET_NS
+    epoch_after_ns(Monotonic.now_ns() + START_DELAY_NS)
+}
+
+/// The first instant from `earliest_ns` on at which a grid may begin, both in ns of `CLOCK_MONOTONIC`. The
+/// kernel's ticks come at whole milliseconds of the clock; a release that meets one is late by what the
+/// tick does. So the grid begins between them. Whoever begins at one, with a period that divides 20 ms, shares the
+/// grid of all nodes.
+pub fn epoch_after_ns(earliest_ns: u64) -> u64 {
+    earliest_ns.next_multiple_of(EPOCH_GRID_NS) + EPOCH_OFFSET_NS
 }
 
 /// A control node. Its states are types: [`Prepared`], [`Running`], [`Outcome`](crate::Outcome).

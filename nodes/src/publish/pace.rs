@@ -4,6 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use isochrone_cyclic::{Clock, Cyclic, Monotonic, Schedule, Wake};
+use isochrone_runtime::epoch_after_ns;
 
 use crate::recording::Recording;
 
@@ -14,8 +15,8 @@ const ONE_ROW_PERIOD_NS: u64 = 1_000_000;
 
 /// How often frames are sent.
 pub(super) enum Pace {
-    /// Every so many nanoseconds.
-    Grid { period_ns: u64 },
+    /// Every so many nanoseconds, so long after the releases of tasks without a phase.
+    Grid { period_ns: u64, phase_ns: u64 },
     /// As they were recorded: nanoseconds after the first frame, and the time between two frames
     /// after the last of them.
     Recorded { after_ns: Vec<u64>, rest_ns: u64 },
@@ -43,7 +44,7 @@ impl Pace {
     /// Time between two frames, if it is the same between all of them, to a tenth.
     pub(super) fn period_ns(&self) -> Option<u64> {
         match self {
-            Self::Grid { period_ns } => Some(*period_ns),
+            Self::Grid { period_ns, .. } => Some(*period_ns),
             Self::Recorded { after_ns, rest_ns } => {
                 let mut gaps = after_ns.windows(2).map(|pair| pair[1] - pair[0]);
                 let is_even = gaps.all(|gap_ns| gap_ns.abs_diff(*rest_ns) <= rest_ns / 10);
@@ -52,15 +53,23 @@ impl Pace {
         }
     }
 
-    /// Starts at `epoch_ns`; ends when `stop` is set.
-    pub(super) fn start(&self, epoch_ns: u64, stop: Arc<AtomicBool>) -> Pacer<'_> {
+    /// When the first frame is due that is not sent before `earliest_ns`.
+    pub(super) fn first_ns(&self, earliest_ns: u64) -> u64 {
         match self {
-            Self::Grid { period_ns } => {
+            Self::Grid { phase_ns, .. } => epoch_after_ns(earliest_ns).saturating_add(*phase_ns),
+            Self::Recorded { .. } => earliest_ns,
+        }
+    }
+
+    /// Starts with the frame that is due at `first_ns`; ends when `stop` is set.
+    pub(super) fn start(&self, first_ns: u64, stop: Arc<AtomicBool>) -> Pacer<'_> {
+        match self {
+            Self::Grid { period_ns, .. } => {
                 let schedule = Schedule::every(*period_ns, Wake::Sleep);
-                Pacer::Grid(Cyclic::new(Monotonic, schedule, epoch_ns, stop))
+                Pacer::Grid(Cyclic::new(Monotonic, schedule, first_ns, stop))
             }
             Self::Recorded { after_ns, rest_ns } => {
-                Pacer::Recorded { after_ns, rest_ns: *rest_ns, epoch_ns, next: 0, stop }
+                Pacer::Recorded { after_ns, rest_ns: *rest_ns, first_ns, next: 0, stop }
             }
         }
     }
@@ -69,7 +78,7 @@ impl Pace {
 /// Waits for one frame after the other.
 pub(super) enum Pacer<'a> {
     Grid(Cyclic<Monotonic>),
-    Recorded { after_ns: &'a [u64], rest_ns: u64, epoch_ns: u64, next: u64, stop: Arc<AtomicBool> },
+    Recorded { after_ns: &'a [u64], rest_ns: u64, first_ns: u64, next: u64, stop: Arc<AtomicBool> },
 }
 
 impl Pacer<'_> {
@@ -81,8 +90,8 @@ impl Pacer<'_> {
                 release_ns: release.release_ns,
                 missed: release.missed,
             }),
-            Self::Recorded { after_ns, rest_ns, epoch_ns, next, stop } => {
-                let release_ns = *epoch_ns + due_after_ns(after_ns, *rest_ns, *next);
+            Self::Recorded { after_ns, rest_ns, first_ns, next, stop } => {
+                let release_ns = *first_ns + due_after_ns(after_ns, *rest_ns, *next);
                 sleep_until(release_ns, stop)?;
                 let cycle = *next;
                 *next += 1;
