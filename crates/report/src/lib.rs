@@ -27,6 +27,6 @@ pub use bench::{
 };
 pub use output::{
     Alignment, ComparisonTable, Series, Table, Timeline, cyclictest_histogram, hgrm, histogram_svg,
-    hlog, html, percentiles_svg, pictures, scaling_svg, timeline_svg,
+    hlog, html, percentiles_svg, pictures, scaling_svg, shot_svg, timeline_svg,
 };
 pub use report::{CostReport, LinkArm, Report, TaskArm};

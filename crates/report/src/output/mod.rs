@@ -12,7 +12,9 @@ pub use cyclictest::cyclictest_histogram;
 pub use hgrm::hgrm;
 pub use hlog::hlog;
 pub use html::{html, pictures};
-pub use picture::{Series, Timeline, histogram_svg, percentiles_svg, scaling_svg, timeline_svg};
+pub use picture::{
+    Series, Timeline, histogram_svg, percentiles_svg, scaling_svg, shot_svg, timeline_svg,
+};
 pub use table::{Alignment, ComparisonTable, Table};
 
 /// A distribution with so many samples of each value, in ns.

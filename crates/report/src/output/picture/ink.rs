@@ -42,6 +42,11 @@ impl Ink {
         Self { dash: Some(CORRECTED), ..self }
     }
 
+    /// The same without a dash.
+    pub(super) fn solid(self) -> Self {
+        Self { dash: None, ..self }
+    }
+
     /// The same, less visible.
     pub(super) fn faint(self) -> Self {
         Self { colour: self.colour.mix(0.45), ..self }

@@ -1,4 +1,4 @@
-//! Pictures, as SVG: distributions, what happened over time, and what instances cost.
+//! Pictures, as SVG: distributions, what happened over time, what instances cost, and signals.
 
 mod axis;
 mod canvas;
@@ -10,12 +10,15 @@ mod legend;
 mod mark;
 mod scaling;
 mod screen;
+mod shot;
 mod timeline;
+mod trace;
 
 pub(super) use distributions::{Curve, histogram_of, percentiles_of};
 pub use distributions::{Series, histogram_svg, percentiles_svg};
 pub(super) use scaling::scaling_of;
 pub use scaling::scaling_svg;
 pub(super) use screen::Screen;
+pub use shot::shot_svg;
 pub(super) use timeline::timeline_of;
 pub use timeline::{Timeline, timeline_svg};

@@ -1,0 +1,320 @@
+//! A picture of signals around an instant.
+
+use isochrone_scope::{Column, Extremes, Gap, Shot, Signal, Span, Ticks, Track, columns};
+use isochrone_timing::units::counted;
+use plotters::element::DashedPathElement;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+
+use super::canvas::{Canvas, Failure};
+use super::ink::Ink;
+use super::legend::shortened;
+use super::screen::{Screen, TEXT_SIZE};
+use super::trace::lines;
+
+const WIDTH: i32 = Screen::Wide.width() as i32;
+const LEFT: i32 = 84;
+const RIGHT: i32 = 20;
+const TOP: i32 = 62;
+/// The axis of times, what it says, and the notes.
+const BOTTOM: i32 = 66;
+/// The name above a band.
+const NAME: i32 = 19;
+const GAP: i32 = 8;
+/// What stays free above and below a curve.
+const MARGIN: i32 = 4;
+const DIGITAL: i32 = 24;
+/// Between two labels of values, and of times.
+const VALUE_LABEL: i32 = 26;
+const TIME_LABEL: i32 = 80;
+const LETTERS: usize = 110;
+const DASH: (i32, i32) = (5, 4);
+const GRID: RGBColor = RGBColor(228, 228, 228);
+const FRAME: RGBColor = RGBColor(150, 150, 150);
+const SHADE: RGBColor = RGBColor(216, 216, 216);
+const TRIGGER: RGBColor = RGBColor(190, 30, 45);
+
+/// One signal, from `top` to `bottom`.
+struct Band<'a> {
+    track: &'a Track,
+    signal: &'a Signal,
+    columns: Vec<Column>,
+    extremes: Option<Extremes>,
+    top: i32,
+    bottom: i32,
+}
+
+/// Draws each signal of a shot in a band of its own, over one axis of times that counts from the trigger.
+/// Each pixel has the least and the greatest value of its time; times without values are shaded. Below the
+/// title, which should say what the shot is of, stands `about`.
+pub fn shot_svg(title: &str, about: &str, shot: &Shot) -> String {
+    let (bands, height) = bands(shot);
+    let mut text = String::new();
+    let size = (WIDTH as u32, height as u32);
+    let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
+    let drawn = draw(&area, (title, about), shot, &bands, height);
+    drop(area);
+    debug_assert!(drawn.is_ok(), "a string takes everything: {drawn:?}");
+    text
+}
+
+/// The bands one below the other, and the height of the picture.
+fn bands(shot: &Shot) -> (Vec<Band<'_>>, i32) {
+    let span = Span::of(shot, (WIDTH - LEFT - RIGHT) as usize);
+    let analog = shot.tracks.iter().flat_map(|track| &track.signals);
+    let height = match analog.filter(|signal| !signal.is_digital()).count() {
+        0..=2 => 150,
+        3..=4 => 110,
+        5..=8 => 80,
+        _ => 56,
+    };
+    let mut y = TOP;
+    let mut bands = Vec::new();
+    for track in &shot.tracks {
+        for (place, signal) in track.signals.iter().enumerate() {
+            let columns = columns(shot, track, place, span);
+            let is_digital = signal.is_digital();
+            let extremes = match is_digital {
+                true => Some(Extremes { low: 0.0, high: 1.0 }),
+                false => Extremes::of(columns.iter().filter_map(|column| column.values)),
+            };
+            let top = y + NAME;
+            let bottom = top + if is_digital { DIGITAL } else { height };
+            bands.push(Band { track, signal, columns, extremes, top, bottom });
+            y = bottom + GAP;
+        }
+    }
+    (bands, y + BOTTOM)
+}
+
+impl Band<'_> {
+    fn y(&self, extremes: Extremes, value: f64) -> i32 {
+        let height = f64::from(self.bottom - self.top - 2 * MARGIN);
+        self.bottom - MARGIN - (extremes.part(value) * height).round() as i32
+    }
+
+    fn draw(&self, area: &Canvas<'_>, shot: &Shot, ink: Ink) -> Result<(), Failure> {
+        let Self { track, signal, columns, top, bottom, .. } = self;
+        let (left, right) = (LEFT, WIDTH - RIGHT);
+        let x = |at_ns| left + Span::of(shot, (right - left) as usize).column(at_ns) as i32;
+        for Gap { begin_ns, end_ns } in shot.gaps(track) {
+            let corners = [(x(begin_ns), *top), (x(end_ns).max(x(begin_ns) + 1), *bottom)];
+            area.draw(&Rectangle::new(corners, SHADE.filled()))?;
+        }
+        let unit = if signal.unit.is_empty() { "" } else { " in " };
+        let name = shortened(&format!("{}{unit}{}", signal.name, signal.unit), LETTERS);
+        area.draw(&Text::new(
+            name,
+            (left, top - 3),
+            bold().pos(Pos::new(HPos::Left, VPos::Bottom)),
+        ))?;
+        if let Some(extremes) = self.extremes {
+            for (value, says) in self.labels(extremes) {
+                let y = self.y(extremes, value);
+                area.draw(&PathElement::new([(left, y), (right, y)], GRID))?;
+                let style = plain().pos(Pos::new(HPos::Right, VPos::Center));
+                area.draw(&Text::new(says, (left - 7, y), style))?;
+            }
+            let style = ShapeStyle { stroke_width: 2, ..ink.colour.into() };
+            for line in lines(columns, left, |value| self.y(extremes, value)) {
+                area.draw(&PathElement::new(line, style))?;
+            }
+            if let Some(trigger) = &shot.trigger
+                && let Some(level) = trigger.level.filter(|_| trigger.signal == signal.name)
+                && (extremes.low..=extremes.high).contains(&level)
+                && !signal.is_digital()
+            {
+                let y = self.y(extremes, level);
+                let line = [(left, y), (right, y)];
+                area.draw(&DashedPathElement::new(line, DASH.0, DASH.1, TRIGGER.mix(0.6)))?;
+            }
+        }
+        for (x, _) in (left..).zip(columns).filter(|(_, column)| column.is_odd) {
+            area.draw(&PathElement::new([(x, *top), (x, top + MARGIN)], TRIGGER))?;
+        }
+        area.draw(&PathElement::new([(left, *top), (left, *bottom), (right, *bottom)], FRAME))?;
+        for Gap { begin_ns, end_ns } in shot.missed(track) {
+            let corners = [(x(begin_ns), bottom - 1), (x(end_ns).max(x(begin_ns) + 1), bottom + 2)];
+            area.draw(&Rectangle::new(corners, TRIGGER.filled()))?;
+        }
+        Ok(())
+    }
+
+    fn labels(&self, extremes: Extremes) -> Vec<(f64, String)> {
+        if self.signal.is_digital() {
+            return vec![(0.0, "FALSE".into()), (1.0, "TRUE".into())];
+        }
+        let most = ((self.bottom - self.top) / VALUE_LABEL).max(1);
+        Ticks::of_values(extremes, most as usize).labels
+    }
+}
+
+fn draw(
+    area: &Canvas<'_>,
+    (title, about): (&str, &str),
+    shot: &Shot,
+    bands: &[Band<'_>],
+    height: i32,
+) -> Result<(), Failure> {
+    area.fill(&WHITE)?;
+    let at = |horizontal, vertical| Pos::new(horizontal, vertical);
+    let heading = ("sans-serif", Screen::Wide.title_size(), FontStyle::Bold);
+    let heading = heading.into_font().color(&BLACK).pos(at(HPos::Left, VPos::Top));
+    area.draw(&Text::new(shortened(title, Screen::Wide.title_letters()), (16, 12), heading))?;
+    let about = shortened(about, LETTERS + 20);
+    area.draw(&Text::new(about, (16, 36), plain().pos(at(HPos::Left, VPos::Top))))?;
+
+    let (zero_ns, bottom) = (shot.zero_ns(), height - BOTTOM);
+    let span = Span::of(shot, (WIDTH - LEFT - RIGHT) as usize);
+    let after = |ns: u64| ns as f64 - zero_ns as f64;
+    let most = (WIDTH - LEFT - RIGHT) / TIME_LABEL;
+    let ticks = Ticks::of_times(after(shot.begin_ns), after(shot.end_ns), most as usize);
+    let length_ns = shot.duration_ns().max(1) as f64;
+    for (ns, says) in &ticks.labels {
+        let part = (ns - after(shot.begin_ns)) / length_ns;
+        let x = LEFT + (part * span.columns as f64).round() as i32;
+        for band in bands {
+            area.draw(&PathElement::new([(x, band.top), (x, band.bottom)], GRID))?;
+        }
+        area.draw(&PathElement::new([(x, bottom - GAP), (x, bottom - GAP + 4)], FRAME))?;
+        let style = plain().pos(at(HPos::Center, VPos::Top));
+        area.draw(&Text::new(says.as_str(), (x, bottom), style))?;
+    }
+    for (index, band) in bands.iter().enumerate() {
+        // Colours only: where they begin again, names tell the bands apart.
+        band.draw(area, shot, Ink::of(index).solid())?;
+    }
+    let from = if shot.trigger.is_some() { "the trigger" } else { "the first cycle" };
+    let says = format!("time from {from}, in {}", ticks.unit);
+    let centre = LEFT + (WIDTH - LEFT - RIGHT) / 2;
+    area.draw(&Text::new(says, (centre, bottom + 18), plain().pos(at(HPos::Center, VPos::Top))))?;
+    if let Some(trigger) = &shot.trigger {
+        let x = LEFT + span.column(trigger.release_ns) as i32;
+        let line = [(x, TOP + 2), (x, bottom - GAP)];
+        area.draw(&DashedPathElement::new(line, DASH.0, DASH.1, TRIGGER))?;
+        area.draw(&Polygon::new([(x - 5, TOP - 5), (x + 5, TOP - 5), (x, TOP + 2)], TRIGGER))?;
+    }
+    let notes = notes(shot, bands);
+    if !notes.is_empty() {
+        let swatch = [(LEFT, bottom + 42), (LEFT + 14, bottom + 54)];
+        if notes.starts_with(NO_VALUES) {
+            area.draw(&Rectangle::new(swatch, SHADE.filled()))?;
+        }
+        let style = plain().pos(at(HPos::Left, VPos::Center));
+        area.draw(&Text::new(notes, (LEFT + 20, bottom + 48), style))?;
+    }
+    area.present()
+}
+
+const NO_VALUES: &str = "no values";
+
+/// What the shades and the red ticks mean, as far as there are some.
+fn notes(shot: &Shot, bands: &[Band<'_>]) -> String {
+    let columns = || bands.iter().flat_map(|band| &band.columns);
+    let mut notes = Vec::new();
+    let (lost, missed) = shot.missing();
+    if columns().any(|column| column.is_gap) {
+        let why =
+            if lost > 0 { format!(": {} lost", counted(lost, "cycle")) } else { String::new() };
+        notes.push(format!("{NO_VALUES}{why}"));
+    }
+    if missed > 0 {
+        notes.push(format!("red below a curve: {} missed by the task", counted(missed, "cycle")));
+    }
+    if columns().any(|column| column.is_odd) {
+        notes.push("red ticks above a curve: NaN or infinite".to_owned());
+    }
+    notes.join("; ")
+}
+
+fn plain() -> TextStyle<'static> {
+    ("sans-serif", TEXT_SIZE).into_font().color(&RGBColor(60, 60, 60))
+}
+
+fn bold() -> TextStyle<'static> {
+    ("sans-serif", TEXT_SIZE, FontStyle::Bold).into_font().color(&BLACK)
+}
+
+#[cfg(test)]
+mod tests {
+    use isochrone_scope::{Head, Rows, Triggered};
+
+    use super::*;
+
+    /// Some cycles of a sine with a spike, a gap and a NaN, and of a BOOL.
+    fn shot(cycles: u64) -> Shot {
+        let mut rows = Rows::new(2);
+        for cycle in
+            (0..cycles).filter(|cycle| !(600..650).contains(cycle) && !(950..952).contains(cycle))
+        {
+            let lost = if cycle == 650 { 50 } else { 0 };
+            let missed = if cycle == 952 { 2 } else { 0 };
+            let head = Head { cycle, release_ns: cycle * 1_000_000, lost, missed };
+            let value = match cycle {
+                300 => 9.0,
+                900 => f64::NAN,
+                _ => (cycle as f64 / 50.0).sin(),
+            };
+            rows.push(head, &[value, f64::from(u8::from(cycle % 200 < 100))]);
+        }
+        let signal = |name: &str, unit: &str, value_type: &str| Signal {
+            name: name.into(),
+            unit: unit.into(),
+            value_type: value_type.into(),
+        };
+        let signals = vec![signal("ramp.y<&>", "m", "LREAL"), signal("pump.on", "", "BOOL")];
+        let period_ns = Some(1_000_000);
+        let track = Track { task: "fast".into(), period_ns, signals, rows, ..Track::default() };
+        let trigger = Triggered {
+            release_ns: 200_000_000,
+            signal: "ramp.y<&>".into(),
+            level: Some(0.5),
+            ..Triggered::default()
+        };
+        let end_ns = cycles * 1_000_000;
+        let trigger = Some(trigger);
+        Shot { node: "n".into(), tracks: vec![track], trigger, begin_ns: 0, end_ns }
+    }
+
+    #[test]
+    fn a_picture_names_its_signals_and_says_what_is_shaded() {
+        let svg = shot_svg("level, 1 ms", "trigger: ramp.y > 0.5", &shot(1_000));
+        for says in [
+            "level, 1 ms",
+            "trigger: ramp.y &gt; 0.5",
+            "ramp.y&lt;&amp;&gt; in m",
+            "pump.on",
+            "TRUE",
+            "time from the trigger, in ms",
+            "no values: 50 cycles lost",
+            "2 cycles missed by the task",
+            "NaN or infinite",
+        ] {
+            assert!(svg.contains(says), "{says}: {svg}");
+        }
+        let whole = shot_svg("", "", &shot(500));
+        assert!(
+            !whole.contains("no values") && !whole.contains("NaN") && !whole.contains("missed"),
+            "{whole}"
+        );
+    }
+
+    #[test]
+    fn a_picture_of_many_cycles_is_no_larger_than_its_pixels_need() {
+        let large = shot_svg("", "", &shot(200_000));
+        assert!(large.len() < 60_000, "{}", large.len());
+        assert!(large.len() < 2 * shot_svg("", "", &shot(2_000)).len());
+    }
+
+    #[test]
+    fn a_picture_of_nothing_is_an_empty_frame() {
+        assert!(shot_svg("", "", &Shot::default()).contains("</svg>"));
+        let mut empty = shot(0);
+        empty.end_ns = 1_000;
+        assert!(shot_svg("", "", &empty).contains("no values"));
+        let mut widest = shot(10);
+        widest.tracks[0].rows.push(Head::default(), &[1.7e308, 0.0]);
+        widest.tracks[0].rows.push(Head::default(), &[-1.7e308, f64::INFINITY]);
+        assert!(shot_svg("", "", &widest).contains("</svg>"));
+    }
+}
