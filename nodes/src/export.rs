@@ -189,7 +189,7 @@ impl Csv {
     }
 }
 
-fn reader(file: &Path) -> Result<Reader<File>, Failure> {
+pub(crate) fn reader(file: &Path) -> Result<Reader<File>, Failure> {
     Reader::open(open(file)?).map_err(|error| unreadable(file, &error))
 }
 
@@ -197,12 +197,12 @@ fn open(file: &Path) -> Result<File, Failure> {
     File::open(file).map_err(|error| unreadable(file, &ReadError::Io(error)))
 }
 
-fn unreadable(file: &Path, error: &ReadError) -> Failure {
+pub(crate) fn unreadable(file: &Path, error: &ReadError) -> Failure {
     Failure::usage(format!("cannot read {}: {error}", file.display()))
 }
 
 /// Says that a file was not closed. Damage is a failure, for when everything else is written.
-fn judge(file: &Path, condition: &Condition) -> Result<(), Failure> {
+pub(crate) fn judge(file: &Path, condition: &Condition) -> Result<(), Failure> {
     let file = file.display();
     if !condition.is_closed {
         terminal::note(&format!(

@@ -38,6 +38,7 @@ mod reference;
 mod result_file;
 mod rows;
 mod run;
+mod scope;
 mod service;
 mod simulate;
 mod stop;
@@ -110,6 +111,7 @@ verbs! { catalogue;
     Subscribe: subscribe(),
     Record: record(),
     Export: export(),
+    Scope: scope(),
     Chain: chain(),
     Link: link(),
     List: list(),

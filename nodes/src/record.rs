@@ -17,6 +17,8 @@ use isochrone_processes::Stop;
 use isochrone_runtime::FrameWait;
 use isochrone_timing::units::counted;
 
+pub(crate) use self::clock::read as read_clocks;
+
 use self::output::{Broken, Output};
 use self::progress::Progress;
 use self::source::Source;

@@ -6,6 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use isochrone_engine::escaped_lines;
 use miette::Report;
+use rustix::termios::tcgetwinsize;
 
 use crate::failure::Failure;
 
@@ -18,6 +19,19 @@ pub(crate) fn print(text: &str) -> Result<(), Failure> {
             _ => Failure::found(format!("cannot write to stdout: {error}")),
         }
     })
+}
+
+/// Columns and lines of a terminal that does not say.
+const SIZE: (usize, usize) = (80, 24);
+
+/// Columns and lines of the terminal that stdout is.
+pub(crate) fn size() -> (usize, usize) {
+    match tcgetwinsize(io::stdout()) {
+        Ok(size) if size.ws_col > 0 && size.ws_row > 0 => {
+            (usize::from(size.ws_col), usize::from(size.ws_row))
+        }
+        _ => SIZE,
+    }
 }
 
 /// Writes a note for people to stderr. There is no one to tell if that fails.

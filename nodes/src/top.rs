@@ -28,11 +28,13 @@ use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_processes::Stop;
 use ratatui::crossterm::event::{self, Event};
 
+pub(crate) use self::palette::Palette;
+pub(crate) use self::screen::{Screen, Wait, restore, wait};
+pub(crate) use self::view::{cut, cut_name};
+
 use self::input::{Action, Focus, action};
 use self::model::Model;
 use self::news::Wish;
-use self::palette::Palette;
-use self::screen::{Screen, Wait};
 use self::session::Session;
 use crate::failure::Failure;
 use crate::operate::NodeArgs;

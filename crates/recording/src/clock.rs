@@ -20,7 +20,7 @@ pub struct ClockReading {
 
 impl ClockReading {
     /// A time of the monotonic clock in Unix time.
-    pub(crate) fn unix_ns(self, monotonic_ns: u64) -> u64 {
+    pub fn unix_ns(self, monotonic_ns: u64) -> u64 {
         monotonic_ns.wrapping_sub(self.monotonic_ns).wrapping_add(self.unix_ns)
     }
 

@@ -48,6 +48,15 @@ pub(crate) fn shown(value: Value, value_type: PinType) -> String {
     in_words(value, value_type, Digits::Six)
 }
 
+/// A value as a slot holds it.
+pub(crate) fn number(value: Value) -> f64 {
+    match value {
+        Value::Bool(value) => f64::from(u8::from(value)),
+        Value::Integer(value) => value as f64,
+        Value::Number(value) => value,
+    }
+}
+
 fn in_words(value: Value, value_type: PinType, digits: Digits) -> String {
     match (value, operate::Value::from(value).slot(value_type)) {
         (_, Some(slot)) => numbers::shown(slot, value_type, digits),

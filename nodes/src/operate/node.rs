@@ -64,7 +64,11 @@ impl Args {
 
     /// As [`connect`](Self::connect), for a verb that ends by itself after so many seconds.
     pub(crate) fn connect_for(&self, seconds: Option<f64>) -> Result<Node, Failure> {
-        let stop = stop::on_signal(seconds)?;
+        self.connect_until(stop::on_signal(seconds)?)
+    }
+
+    /// As [`connect`](Self::connect), for a verb that has a way of its own to end.
+    pub(crate) fn connect_until(&self, stop: Stop) -> Result<Node, Failure> {
         let participant = self.domain.join("isochrone/operate")?;
         let look = |error| failure(error, Asked::ToLook);
         let client = Client::connect(&participant, &self.node, PATIENCE).map_err(look)?;
@@ -83,6 +87,11 @@ impl Args {
 }
 
 impl Node {
+    /// The client alone, and the domain, which has to outlive it.
+    pub(crate) fn into_parts(self) -> (Client, Participant<ipc::Service>) {
+        (self.client, self.participant)
+    }
+
     /// Its name.
     pub(crate) fn name(&self) -> &str {
         self.client.node()

@@ -11,7 +11,7 @@ const ATTEMPTS: usize = 8;
 const PROMPT_NS: u64 = 5_000;
 
 /// What both clocks read now.
-pub(super) fn read() -> ClockReading {
+pub(crate) fn read() -> ClockReading {
     let mut best = (u64::MAX, ClockReading::default());
     for _ in 0..ATTEMPTS {
         let before_ns = Monotonic.now_ns();

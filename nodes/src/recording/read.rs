@@ -35,6 +35,11 @@ impl Recording {
         read(path, None, RowsAre::Numbered)
     }
 
+    /// The same, with the cycle of each row where the file says it.
+    pub(crate) fn with_cycles(path: &Path) -> Result<Self, RecordingError> {
+        read(path, None, RowsAre::OfCycles)
+    }
+
     /// Reads a file whose columns are among `inputs`, in any order.
     pub(crate) fn of_inputs(
         path: &Path,
@@ -126,6 +131,7 @@ fn read(
         }
         recording.rows += 1;
     }
+    recording.begin_s = first_s.unwrap_or_default();
     if recording.rows == 0 {
         return Err(RecordingError::Empty { path: name() });
     }
@@ -171,7 +177,7 @@ fn columns(
         columns.push(match (column, inputs, types.get(column)) {
             (_, _, Some(value_type)) => Column::Values(Some(*value_type)),
             (TIME, None, _) => Column::Time,
-            (CYCLE, Some(_), _) if rows == RowsAre::OfCycles => Column::Cycle,
+            (CYCLE, ..) if rows == RowsAre::OfCycles => Column::Cycle,
             // An input has its row at each cycle, whenever that was recorded.
             (TIME | CYCLE, _, _) => Column::Ignored,
             (_, None, _) => Column::Values(None),

@@ -18,6 +18,8 @@ pub(crate) struct Recording {
     pub(super) times_ns: Vec<u64>,
     /// Of each row, the cycle that it is for; empty where row k is for cycle k.
     pub(super) cycles: Vec<u64>,
+    /// The time of the first row, in seconds; 0 where the file does not say.
+    pub(super) begin_s: f64,
     pub(super) rows: usize,
 }
 
@@ -53,6 +55,16 @@ impl Recording {
         // A node that was ended sends its last frame again.
         let row = self.cycles.partition_point(|of| *of <= cycle).checked_sub(1)?;
         (self.cycles.get(row) == Some(&cycle)).then(|| self.row(row as u64))
+    }
+
+    /// The cycle of a row, if the file says.
+    pub(crate) fn cycle(&self, row: usize) -> Option<u64> {
+        self.cycles.get(row).copied()
+    }
+
+    /// The time of the first row, in seconds; 0 where the file does not say.
+    pub(crate) fn begin_s(&self) -> f64 {
+        self.begin_s
     }
 
     /// Whether it says which cycle each row is for.
@@ -96,6 +108,7 @@ impl Recording {
             values,
             times_ns: self.times_ns,
             cycles: self.cycles,
+            begin_s: self.begin_s,
             rows: self.rows,
             ..selected
         })

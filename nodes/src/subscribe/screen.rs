@@ -4,17 +4,15 @@ use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
 use isochrone_report::Table;
-use rustix::termios::tcgetwinsize;
 
 use super::channel::{Channel, NO_VALUE};
 use super::heading::Heading;
 use crate::failure::Failure;
 use crate::numbers::{Digits, shown, type_of};
+use crate::terminal;
 
 /// As often as eyes can follow digits.
 const INTERVAL: Duration = Duration::from_millis(100);
-/// Of a terminal that does not say.
-const SIZE: (usize, usize) = (80, 24);
 /// Room for a value, so that the columns stay where they are while it changes.
 const VALUE_WIDTH: usize = 14;
 /// What is cut off says so.
@@ -49,7 +47,7 @@ impl Screen {
         self.last = Some(Instant::now());
         let line = |channel| Line { channel, value: value(channel, &heading.frame.values) };
         let lines: Vec<Line<'_>> = channels.iter().map(line).collect();
-        let size = size();
+        let size = terminal::size();
         let table = table(&heading.line(size.0), &lines, size);
         let mut text = String::new();
         if self.drawn > 0 {
@@ -79,16 +77,6 @@ fn value(channel: &Channel, values: &[f64]) -> String {
         || NO_VALUE.to_owned(),
         |value| shown(*value, type_of(&channel.value_type), Digits::Six),
     )
-}
-
-/// Columns and lines of the terminal.
-fn size() -> (usize, usize) {
-    match tcgetwinsize(io::stdout()) {
-        Ok(size) if size.ws_col > 0 && size.ws_row > 0 => {
-            (usize::from(size.ws_col), usize::from(size.ws_row))
-        }
-        _ => SIZE,
-    }
 }
 
 /// The table, cut to what fits.

@@ -6,9 +6,9 @@ use isochrone_runtime::control::{Hold, SignalDescription, Value};
 
 use super::history::History;
 use super::news::Order;
-use super::signals::{Signals, number};
+use super::signals::Signals;
 use crate::numbers::type_of;
-use crate::operate::{CALLING_TASK, Written, limits, shown};
+use crate::operate::{CALLING_TASK, Written, limits, number, shown};
 
 /// What stands over the list.
 #[derive(Debug, Clone, PartialEq)]

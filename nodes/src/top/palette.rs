@@ -5,7 +5,7 @@ use ratatui::style::{Color, Modifier, Style};
 /// Which styles the terminal is given. Letters and words say the same, so that nothing is lost without
 /// colour; foreground and background are always the terminal's own.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Palette {
+pub(crate) enum Palette {
     /// Bold, underlined and reversed text alone.
     Plain,
     /// Two of the sixteen colours as well, which are legible on light and on dark.
@@ -14,28 +14,28 @@ pub(super) enum Palette {
 
 impl Palette {
     /// A set `NO_COLOR` asks for none, as everywhere.
-    pub(super) fn of_environment() -> Self {
+    pub(crate) fn of_environment() -> Self {
         match std::env::var_os("NO_COLOR") {
             Some(value) if !value.is_empty() => Self::Plain,
             _ => Self::Colour,
         }
     }
 
-    pub(super) fn heading(self) -> Style {
+    pub(crate) fn heading(self) -> Style {
         Style::new().add_modifier(Modifier::BOLD)
     }
 
-    pub(super) fn selected(self) -> Style {
+    pub(crate) fn selected(self) -> Style {
         Style::new().add_modifier(Modifier::REVERSED)
     }
 
     /// What is forced.
-    pub(super) fn forced(self) -> Style {
+    pub(crate) fn forced(self) -> Style {
         self.with(Color::Magenta, Modifier::BOLD)
     }
 
     /// What is not as it should be.
-    pub(super) fn bad(self) -> Style {
+    pub(crate) fn bad(self) -> Style {
         self.with(Color::Red, Modifier::BOLD | Modifier::UNDERLINED)
     }
 

@@ -18,17 +18,22 @@ use crate::failure::Failure;
 use crate::terminal;
 
 /// The terminal. It is given back when this is dropped, and before the message of a panic in any thread.
-pub(super) struct Screen {
-    pub(super) terminal: Terminal<CrosstermBackend<Stdout>>,
+pub(crate) struct Screen {
+    pub(crate) terminal: Terminal<CrosstermBackend<Stdout>>,
 }
 
 impl Screen {
+    /// Whether stdout is a terminal that can show a screen.
+    pub(crate) fn is_possible() -> bool {
+        stdout().is_terminal() && !is_dumb()
+    }
+
     /// Says what else there is where stdout is no terminal that can show a screen.
-    pub(super) fn check() -> Result<(), Failure> {
-        let is_dumb = std::env::var_os("TERM").is_some_and(|term| term == "dumb");
-        if stdout().is_terminal() && !is_dumb {
+    pub(crate) fn check() -> Result<(), Failure> {
+        if Self::is_possible() {
             return Ok(());
         }
+        let is_dumb = is_dumb();
         let what = if is_dumb { "the terminal is \"dumb\"" } else { "stdout is no terminal" };
         Err(Failure::usage(format!(
             "top needs a terminal, and {what}; `isochrone show NODE` prints the signals once, and `isochrone watch NODE NAME…` prints them as they change"
@@ -36,7 +41,7 @@ impl Screen {
     }
 
     /// Takes the terminal.
-    pub(super) fn open() -> Result<Self, Failure> {
+    pub(crate) fn open() -> Result<Self, Failure> {
         let before = panic::take_hook();
         panic::set_hook(Box::new(move |panic| {
             restore();
@@ -56,6 +61,10 @@ impl Screen {
     }
 }
 
+fn is_dumb() -> bool {
+    std::env::var_os("TERM").is_some_and(|term| term == "dumb")
+}
+
 impl Drop for Screen {
     fn drop(&mut self) {
         restore();
@@ -68,7 +77,7 @@ impl Drop for Screen {
 
 /// What a wait for the terminal ended with.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Wait {
+pub(crate) enum Wait {
     /// A key, or the time is over.
     Over,
     /// The terminal is gone: its window was closed.
@@ -76,7 +85,7 @@ pub(super) enum Wait {
 }
 
 /// Waits for a key. Of a terminal that is gone crossterm would read the end for ever.
-pub(super) fn wait(time: Duration) -> io::Result<Wait> {
+pub(crate) fn wait(time: Duration) -> io::Result<Wait> {
     let stdout = stdout();
     let mut terminal = [PollFd::new(&stdout, PollFlags::IN)];
     let time = Timespec::try_from(time).map_err(io::Error::other)?;
@@ -90,7 +99,7 @@ pub(super) fn wait(time: Duration) -> io::Result<Wait> {
 }
 
 /// Gives the terminal back; twice does no harm. There is no one to tell if that fails.
-pub(super) fn restore() {
+pub(crate) fn restore() {
     let _ = disable_raw_mode();
     let _ = execute!(stdout(), LeaveAlternateScreen, Show);
     terminal::release_notes();

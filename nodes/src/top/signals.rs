@@ -7,7 +7,7 @@ use isochrone_runtime::control::{Force, Role, SignalDescription, Value};
 use super::cursor::{Cursor, Motion};
 use super::news::Read;
 use super::trace::{NO_LEVEL, Trace, UNSET};
-use crate::operate::ok_of;
+use crate::operate::{number, ok_of};
 
 /// Which signals are listed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -257,15 +257,6 @@ impl Signals {
         let bad = is_not_ok || says_not_ok || is_of_failed_block;
         let forced = self.forced.contains(name);
         Marks { forced, from_forced: !forced && flags.iter().any(is_force), bad, in_doubt }
-    }
-}
-
-/// A value as a slot holds it.
-pub(super) fn number(value: Value) -> f64 {
-    match value {
-        Value::Bool(value) => f64::from(u8::from(value)),
-        Value::Integer(value) => value as f64,
-        Value::Number(value) => value,
     }
 }
 

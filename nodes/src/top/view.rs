@@ -10,7 +10,8 @@ use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::text::{Line, Span, Text};
 
-use self::text::{cut, cut_line, plain};
+pub(crate) use self::text::{cut, cut_name};
+use self::text::{cut_line, plain};
 use super::input::{Focus, Page};
 use super::message::wrapped;
 use super::model::{Model, Rows};

@@ -23,7 +23,7 @@ pub(super) fn value(value: Value, value_type: &str, most: u16) -> String {
 }
 
 /// A signal's name of at most so many characters: it is cut in the middle, as its end is the pin.
-pub(super) fn cut_name(name: &str, most: usize) -> Cow<'_, str> {
+pub(crate) fn cut_name(name: &str, most: usize) -> Cow<'_, str> {
     let length = name.chars().count();
     let Some(kept) = most.checked_sub(1).filter(|_| length > most) else { return cut(name, most) };
     let pin = name.rsplit_once('.').map_or(0, |(_, pin)| pin.chars().count() + 1);
@@ -57,7 +57,7 @@ pub(super) fn cut_line(spans: Vec<Span<'static>>, most: usize) -> Line<'static> 
 }
 
 /// A text of at most so many characters.
-pub(super) fn cut(text: &str, most: usize) -> Cow<'_, str> {
+pub(crate) fn cut(text: &str, most: usize) -> Cow<'_, str> {
     if text.chars().count() <= most {
         return text.into();
     }

@@ -1,0 +1,178 @@
+//! `scope`: an oscilloscope for the signals of a running node, or of a recording.
+
+mod chart;
+mod chosen;
+mod display;
+mod file;
+mod live;
+mod output;
+mod probes;
+mod told;
+
+use std::path::{Path, PathBuf};
+
+use isochrone_engine::parse_seconds;
+use isochrone_scope::{Shot, Trigger, Window};
+
+use self::display::Display;
+use self::output::Output;
+use crate::failure::Failure;
+use crate::operate::NodeArgs;
+use crate::{configuration, domain, terminal};
+
+/// Show what signals do around an instant, cycle by cycle
+///
+/// Waits for the trigger, captures every cycle before and after it, and draws a chart: a curve for each
+/// signal, the least and the greatest value of each column, and 0 at the trigger. Without --trigger it
+/// begins at once. Signals of several tasks lie on one axis of time, at the releases of their cycles. What
+/// is missing is shaded. A trigger fires in the first cycle in which its condition is true after one in which
+/// it was false, so what is true from the beginning has to become false first. A NaN is unequal to every level,
+/// and nothing else.
+///
+/// With a FILE that scope or `record` wrote, or CSV as `subscribe` and `export` write it, draws that one.
+#[derive(clap::Args)]
+#[command(
+    after_help = "Examples:\n  isochrone scope level 'ramp.*' --trigger 'ramp.delayedValue > 1.0'\n  \
+    isochrone scope level ramp.delayedValue --trigger 'rising ramp.error' --pre 50ms --post 200ms\n  \
+    isochrone scope level level.y --trigger 'changed mode' --timeout 60 -o shot.svg\n  \
+    isochrone scope level level.y --auto\n  \
+    isochrone scope shot.mcap\n  isochrone scope shift.mcap level.y --trigger 'falling level.y 0.5' -o dip.svg\n\n\
+    Triggers: X > 1, X < 1, X >= 1, X <= 1, X == 1, X != 1, `rising X` and `falling X` of a BOOL, \
+    `rising X 1.5` and `falling X 1.5` of a number, which has to come from the other side, and `changed X`.\n\n\
+    With --repeat and --auto on a terminal, the chart is drawn anew until q or Ctrl-C. Exit status: 3 if the \
+    node ended before the trigger came, 4 if nothing was captured for another reason, 1 if the shot ends early."
+)]
+pub(crate) struct Args {
+    /// Running control node, or a file to look at: .mcap or .csv
+    #[arg(value_name = "NODE|FILE")]
+    node: String,
+    /// Signals to show, at most 64; `*` matches within one part of a name. Default: that of the trigger; of
+    /// a file, all
+    #[arg(value_name = "SIGNAL")]
+    names: Vec<String>,
+    /// What to wait for, such as 'ramp.delayedValue > 1.0'; its signal need not be among those shown
+    #[arg(short, long, value_name = "CONDITION")]
+    trigger: Option<Trigger>,
+    /// How long before the trigger to show: 0, 0.5, 200ms. Default: 200ms
+    #[arg(long, value_name = "TIME", value_parser = parse_history, requires = "trigger", allow_negative_numbers = true)]
+    pre: Option<f64>,
+    /// How long from the trigger on to show, or from now on without one
+    #[arg(long, value_name = "TIME", value_parser = parse_seconds, default_value = "1s", allow_negative_numbers = true)]
+    post: f64,
+    /// Capture once, then end; this is the default
+    #[arg(long, group = "mode")]
+    single: bool,
+    /// Capture each time the trigger comes; -o numbers the files
+    #[arg(long, group = "mode", requires = "trigger")]
+    repeat: bool,
+    /// As --repeat, but also show what there is while no trigger comes
+    #[arg(long, group = "mode", conflicts_with = "output")]
+    auto: bool,
+    /// Give up if the trigger has not come after this time: 10, 500ms, 5min
+    #[arg(long, value_name = "TIME", value_parser = parse_seconds, requires = "trigger", allow_negative_numbers = true)]
+    timeout: Option<f64>,
+    /// Write this file instead of a chart. CSV ("-": to stdout) is for signals of one task
+    #[arg(short, long, value_name = "OUT.mcap|OUT.csv|OUT.svg")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    domain: domain::Args,
+}
+
+/// When to show what.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Mode {
+    Single,
+    Repeat,
+    Auto,
+}
+
+const DEFAULT_HISTORY_S: f64 = 0.2;
+
+impl Args {
+    fn mode(&self) -> Mode {
+        match (self.repeat, self.auto) {
+            (true, _) => Mode::Repeat,
+            (_, true) => Mode::Auto,
+            _ => Mode::Single,
+        }
+    }
+
+    fn window(&self) -> Window {
+        let ns = |seconds: f64| (seconds * 1e9).round() as u64;
+        let has_history = self.trigger.is_some();
+        let before_s = self.pre.unwrap_or(if has_history { DEFAULT_HISTORY_S } else { 0.0 });
+        Window { before_ns: ns(before_s), after_ns: ns(self.post) }
+    }
+}
+
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let open = || args.output.as_deref().map(|path| Output::open(path, args.repeat)).transpose();
+    if is_file(&args.node) {
+        let path = Path::new(&args.node);
+        if let Some(output) = &args.output {
+            configuration::keep(path, output)?;
+        }
+        if args.mode() != Mode::Single || args.timeout.is_some() {
+            return Err(Failure::usage(
+                "--repeat, --auto and --timeout are for a running node; of a file, the first trigger is shown",
+            ));
+        }
+        let output = open()?;
+        let look = file::Look { path, names: &args.names, window: args.window() };
+        let captured = look.capture(args.trigger.as_ref())?;
+        let tracks = captured.shot.tracks.iter();
+        output::check_tasks(output.as_ref(), tracks.map(|track| track.task.as_str()))?;
+        return Display::new(output, None).show(&captured);
+    }
+    let node = NodeArgs { node: args.node.clone(), domain: args.domain.clone() };
+    live::capture(args, &node, open()?)
+}
+
+/// Whether that is a file and no node.
+fn is_file(name: &str) -> bool {
+    let has = |ending: &str| name.len() > ending.len() && name.to_lowercase().ends_with(ending);
+    has(".mcap") || has(".csv") || name.contains('/')
+}
+
+fn parse_history(text: &str) -> Result<f64, String> {
+    match text.trim().parse::<f64>() {
+        Ok(0.0) => Ok(0.0),
+        _ => parse_seconds(text).map_err(|why| format!("{why}, or 0")),
+    }
+}
+
+/// A shot, and when that was.
+struct Captured {
+    shot: Shot,
+    /// What the clock of its times and Unix time read at one instant, if that is known.
+    clock: Option<isochrone_recording::ClockReading>,
+}
+
+/// Says that a file has less than what was wanted.
+fn note_short(captured: &Captured) {
+    for note in told::notes(&captured.shot) {
+        terminal::note(&format!("note: {note}"));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn files_and_nodes_are_told_apart_by_their_names() {
+        for file in ["shot.mcap", "a/b", "SHOT.CSV", "./level"] {
+            assert!(is_file(file), "{file}");
+        }
+        for node in ["level", "mcap", ".csv", "level-2"] {
+            assert!(!is_file(node), "{node}");
+        }
+    }
+
+    #[test]
+    fn a_history_may_be_none_and_has_units() {
+        assert_eq!(parse_history("0"), Ok(0.0));
+        assert_eq!(parse_history("200ms"), Ok(0.2));
+        assert!(parse_history("-1").unwrap_err().ends_with("or 0"));
+    }
+}

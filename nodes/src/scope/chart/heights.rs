@@ -1,0 +1,79 @@
+//! How many lines each band has.
+
+use super::band::Band;
+
+/// Room that a curve gains nothing from.
+const MOST: usize = 12;
+/// What is tried, the best first: lines of a curve, of an on-off signal, and between two bands.
+const TRIED: [(usize, usize, usize); 6] =
+    [(7, 2, 1), (5, 1, 1), (4, 1, 1), (3, 1, 1), (3, 1, 0), (2, 1, 0)];
+
+/// Lines of all bands.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Heights {
+    each: Vec<usize>,
+    /// Empty lines between two bands.
+    pub(super) between: usize,
+}
+
+impl Heights {
+    /// Divides so many lines among the bands. If they are too few, the bands have more.
+    pub(super) fn of(bands: &[Band<'_>], room: usize) -> Self {
+        Self::divide(&bands.iter().map(Band::is_digital).collect::<Vec<_>>(), room)
+    }
+
+    fn divide(are_digital: &[bool], room: usize) -> Self {
+        let heights = |(analog, digital, between)| Self {
+            each: are_digital.iter().map(|is| if *is { digital } else { analog }).collect(),
+            between,
+        };
+        let mut tried = TRIED.map(heights).into_iter();
+        let fits = tried.clone().find(|heights| heights.total() <= room);
+        let mut heights =
+            fits.or_else(|| tried.next_back()).unwrap_or(Self { each: Vec::new(), between: 0 });
+        // What is left goes to the curves, from above.
+        let mut left = room.saturating_sub(heights.total());
+        while left > 0 {
+            let before = left;
+            for (height, is_digital) in heights.each.iter_mut().zip(are_digital) {
+                if !is_digital && *height < MOST && left > 0 {
+                    *height += 1;
+                    left -= 1;
+                }
+            }
+            if left == before {
+                break;
+            }
+        }
+        heights
+    }
+
+    /// The height of each band.
+    pub(super) fn each(&self) -> impl Iterator<Item = usize> {
+        self.each.iter().copied()
+    }
+
+    /// The lines of all of them.
+    pub(super) fn total(&self) -> usize {
+        self.each.iter().sum::<usize>() + self.each.len().saturating_sub(1) * self.between
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn curves_share_the_room_and_give_way_when_there_are_many() {
+        let of = |analog: usize, digital: usize, room: usize| {
+            let kinds: Vec<bool> = (0..analog + digital).map(|index| index >= analog).collect();
+            Heights::divide(&kinds, room)
+        };
+        assert_eq!(of(1, 1, 19), Heights { each: vec![12, 2], between: 1 });
+        assert_eq!(of(2, 1, 19), Heights { each: vec![8, 7, 2], between: 1 });
+        assert_eq!(of(6, 0, 19), Heights { each: vec![4, 3, 3, 3, 3, 3], between: 0 });
+        assert_eq!(of(0, 5, 19), Heights { each: vec![2; 5], between: 1 });
+        assert_eq!(of(20, 0, 19), Heights { each: vec![2; 20], between: 0 });
+        assert_eq!(of(0, 0, 19).total(), 0);
+    }
+}

@@ -1,0 +1,236 @@
+//! Files that are looked at again, or searched for a trigger.
+
+mod recorded;
+mod rows_of_csv;
+
+use std::path::Path;
+
+use isochrone_engine::operate::Pattern;
+use isochrone_scope::{
+    Capture, Head, Observed, Rows, Shot, Signal, Track, Trigger, Triggered, Window,
+};
+
+use self::recorded::Recorded;
+use super::Captured;
+use super::chosen::{check_count, edge};
+use crate::failure::Failure;
+use crate::meant;
+
+/// A look at a file.
+pub(super) struct Look<'a> {
+    pub(super) path: &'a Path,
+    /// Names and globs; all signals without any.
+    pub(super) names: &'a [String],
+    pub(super) window: Window,
+}
+
+/// What a file has: services or tasks with their signals, and the instant that it was captured around.
+#[derive(Default)]
+struct Contents {
+    tracks: Vec<Observed>,
+    /// Who wrote it.
+    node: String,
+    trigger: Option<Triggered>,
+    /// From where to where it was captured, if it says.
+    begin_ns: Option<u64>,
+    end_ns: Option<u64>,
+    clock: Option<isochrone_recording::ClockReading>,
+}
+
+/// Is given the rows of a file: the track of each, and all of its values.
+type Each<'a> = dyn FnMut(usize, Head, &[f64]) -> Result<Enough, Failure> + 'a;
+
+/// A file that can be read from its beginning as often as it takes.
+trait Readable {
+    /// What is in it.
+    fn contents(&self) -> Result<Contents, Failure>;
+
+    /// Its rows, until it is enough.
+    fn rows(&self, each: &mut Each<'_>) -> Result<(), Failure>;
+}
+
+/// Whether more rows are wanted.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Enough {
+    Yes,
+    No,
+}
+
+/// Which values of a track are wanted, by their places.
+type Places = Vec<Vec<usize>>;
+
+/// Values of a file that are shown at once: half a gigabyte.
+const MOST_VALUES: usize = 1 << 26;
+
+impl Look<'_> {
+    /// Reads what is wanted: all of it, or what lies around the first instant at which a trigger fires.
+    pub(super) fn capture(&self, trigger: Option<&Trigger>) -> Result<Captured, Failure> {
+        let is_csv = self.path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
+        let file: Box<dyn Readable> = if is_csv {
+            Box::new(rows_of_csv::read(self.path)?)
+        } else {
+            Box::new(Recorded { path: self.path })
+        };
+        let contents = file.contents()?;
+        let places = self.chosen(&contents, trigger)?;
+        let shot = match trigger {
+            Some(trigger) => self.around(trigger, &*file, &contents, &places)?,
+            None => self.whole(&*file, &contents, &places)?,
+        };
+        Ok(Captured { shot, clock: contents.clock })
+    }
+
+    /// The places of the signals that are wanted, in the order in which they are named.
+    fn chosen(&self, contents: &Contents, trigger: Option<&Trigger>) -> Result<Places, Failure> {
+        let mut places = vec![Vec::new(); contents.tracks.len()];
+        let of_trigger = trigger.filter(|_| self.names.is_empty()).map(|it| it.signal.clone());
+        let every = ["*".to_owned()];
+        let is_every = self.names.is_empty() && of_trigger.is_none();
+        let names = match &of_trigger {
+            Some(name) => std::slice::from_ref(name),
+            None if is_every => &every,
+            None => self.names,
+        };
+        for name in names {
+            let pattern = Pattern::new(name);
+            let mut found = false;
+            for (track, places) in contents.tracks.iter().zip(&mut places) {
+                for (place, signal) in track.signals.iter().enumerate() {
+                    let is_it = is_every || signal.name == *name || pattern.matches(&signal.name);
+                    found |= is_it;
+                    // Several outputs may carry a signal.
+                    let is_new = |known: &usize| {
+                        track.signals.get(*known).is_none_or(|known| known.name != signal.name)
+                    };
+                    if is_it && places.iter().all(is_new) {
+                        places.push(place);
+                    }
+                }
+            }
+            if !found {
+                return Err(self.unknown(name, contents));
+            }
+        }
+        check_count(places.iter().map(Vec::len).sum())?;
+        Ok(places)
+    }
+
+    fn unknown(&self, name: &str, contents: &Contents) -> Failure {
+        let known = contents.tracks.iter().flat_map(|track| &track.signals);
+        let question = meant::question(name, known.map(|signal| signal.name.as_str()));
+        Failure::usage(format!("{} has no signal \"{name}\"{question}", self.path.display()))
+    }
+
+    /// All rows.
+    fn whole(
+        &self,
+        file: &dyn Readable,
+        contents: &Contents,
+        places: &Places,
+    ) -> Result<Shot, Failure> {
+        let mut tracks: Vec<Track> = observed(contents, places)
+            .into_iter()
+            .map(|of| Track {
+                rows: Rows::new(of.signals.len()),
+                task: of.task,
+                period_ns: of.period_ns,
+                signals: of.signals,
+                ..Track::default()
+            })
+            .collect();
+        let (mut chosen, mut values) = (Vec::new(), 0);
+        file.rows(&mut |track, head, row| {
+            let (Some(places), Some(of)) = (places.get(track), tracks.get_mut(track)) else {
+                return Ok(Enough::No);
+            };
+            if places.is_empty() {
+                return Ok(Enough::No);
+            }
+            choose(row, places, &mut chosen);
+            of.rows.push(head, &chosen);
+            // A row has a head as well.
+            values += chosen.len() + 4;
+            if values > MOST_VALUES {
+                return Err(self.too_long());
+            }
+            Ok(Enough::No)
+        })?;
+        tracks.retain(|track| !track.rows.is_empty());
+        let begins = tracks.iter().filter_map(|track| track.rows.first());
+        let begin_ns = begins.map(|head| head.release_ns).min().unwrap_or_default();
+        let begin_ns = contents.begin_ns.unwrap_or(begin_ns);
+        let ends = tracks.iter().filter_map(|track| {
+            let last = track.rows.last()?;
+            Some(last.release_ns.saturating_add(track.period_ns.unwrap_or(1)))
+        });
+        let end_ns = contents.end_ns.or(ends.max()).unwrap_or_default();
+        if tracks.is_empty() {
+            let path = self.path.display();
+            return Err(Failure::found(format!("{path} has no rows of these signals")));
+        }
+        let trigger = contents.trigger.clone();
+        Ok(Shot { node: contents.node.clone(), tracks, trigger, begin_ns, end_ns })
+    }
+
+    fn too_long(&self) -> Failure {
+        Failure::usage(format!(
+            "{} has more cycles than can be shown at once; name fewer signals, or the instant to show with \
+             --trigger",
+            self.path.display()
+        ))
+    }
+
+    /// The rows around the first instant at which a trigger fires.
+    fn around(
+        &self,
+        trigger: &Trigger,
+        file: &dyn Readable,
+        contents: &Contents,
+        places: &Places,
+    ) -> Result<Shot, Failure> {
+        let of_trigger = contents.tracks.iter().enumerate().find_map(|(track, of)| {
+            let place = of.signals.iter().position(|signal| signal.name == trigger.signal)?;
+            Some((track, place, of.signals.get(place)?))
+        });
+        let Some((track_of_trigger, place, signal)) = of_trigger else {
+            return Err(self.unknown(&trigger.signal, contents));
+        };
+        let edge = edge(trigger, &signal.value_type, &signal.unit)?;
+        let text = trigger.to_string();
+        let at = (track_of_trigger, places.get(track_of_trigger).map_or(0, Vec::len));
+        let tracks = observed(contents, places);
+        let names = (trigger.signal.as_str(), text.as_str());
+        let mut capture = Capture::armed(&contents.node, tracks, self.window, at, names, edge);
+        let (mut chosen, mut shot) = (Vec::new(), None);
+        file.rows(&mut |track, head, row| {
+            let Some(places) = places.get(track) else { return Ok(Enough::No) };
+            choose(row, places, &mut chosen);
+            // Behind what is shown stands what the trigger looks at.
+            chosen.extend(row.get(place).filter(|_| track == track_of_trigger));
+            if capture.push(track, head, &chosen) {
+                shot = capture.take();
+                return Ok(Enough::Yes);
+            }
+            Ok(Enough::No)
+        })?;
+        shot.or_else(|| capture.take()).ok_or_else(|| {
+            let path = self.path.display();
+            let why = super::probes::not_fired(trigger, &capture);
+            Failure::inconclusive(format!("{path}: the trigger did not come: {why}"))
+        })
+    }
+}
+
+/// The tracks with the signals that are wanted.
+fn observed(contents: &Contents, places: &Places) -> Vec<Observed> {
+    let signals = |of: &Observed, places: &Vec<usize>| -> Vec<Signal> {
+        places.iter().filter_map(|place| of.signals.get(*place).cloned()).collect()
+    };
+    let each = contents.tracks.iter().zip(places);
+    each.map(|(of, places)| Observed { signals: signals(of, places), ..of.clone() }).collect()
+}
+
+fn choose(row: &[f64], places: &[usize], chosen: &mut Vec<f64>) {
+    chosen.clear();
+    chosen.extend(places.iter().map(|place| row.get(*place).copied().unwrap_or(f64::NAN)));
+}

@@ -1,0 +1,223 @@
+//! Recordings in MCAP, of `scope`, of `record` and of a node.
+
+use std::collections::HashMap;
+use std::fs::File;
+use std::path::Path;
+
+use isochrone_engine::escaped;
+use isochrone_ipc::SignalSpec;
+use isochrone_recording::{ClockReading, Item, Mark, Reader, RecordedFrame, RecordedRow};
+use isochrone_scope::{Head, Observed, Signal, Trigger, Triggered};
+
+use super::super::output::{BEGIN, END, TRIGGER};
+use super::{Contents, Each, Enough, Readable};
+use crate::export::{judge, reader, unreadable};
+use crate::failure::Failure;
+use crate::subscribe::channels_of;
+
+pub(super) struct Recorded<'a> {
+    pub(super) path: &'a Path,
+}
+
+/// What stands in the file for a cycle.
+enum Line<'a> {
+    /// A frame of a service.
+    Frame(RecordedFrame<'a>),
+    /// A cycle of a task.
+    Row(RecordedRow<'a>),
+}
+
+impl Line<'_> {
+    fn channel(&self) -> u16 {
+        match self {
+            Self::Frame(frame) => frame.channel,
+            Self::Row(row) => row.channel,
+        }
+    }
+
+    fn node(&self) -> &str {
+        match self {
+            Self::Frame(frame) => &frame.carried.publisher,
+            Self::Row(row) => &row.layout.node,
+        }
+    }
+
+    fn clock(&self) -> ClockReading {
+        let (monotonic_ns, unix_ns) = match self {
+            Self::Frame(frame) => (frame.due_ns, frame.due_unix_ns),
+            Self::Row(row) => (row.head.release_ns, row.release_unix_ns),
+        };
+        ClockReading { monotonic_ns, unix_ns }
+    }
+
+    /// What it is of: a service, or a task with what its inputs read and its outputs carry.
+    fn observed(&self) -> Observed {
+        let (task, period_ns, specs) = match self {
+            Self::Frame(RecordedFrame { carried, .. }) => {
+                (&carried.service, carried.period_ns, carried.signals.clone())
+            }
+            Self::Row(RecordedRow { layout, .. }) => {
+                let outputs = layout.outputs.iter().flat_map(|output| &output.signals);
+                let signals: Vec<SignalSpec> =
+                    layout.inputs.iter().chain(outputs).cloned().collect();
+                (&layout.task, Some(layout.period_ns), signals)
+            }
+        };
+        let signals = channels_of(&specs, specs.len()).into_iter().map(|channel| Signal {
+            name: channel.name,
+            unit: channel.unit,
+            value_type: channel.value_type,
+        });
+        Observed {
+            task: escaped(task).into_owned(),
+            period_ns: period_ns.filter(|period_ns| *period_ns > 0),
+            signals: signals.collect(),
+        }
+    }
+
+    /// The cycle; what the task missed before it is yet to be found.
+    fn head(&self) -> Head {
+        let (cycle, lost) = match self {
+            Self::Frame(frame) => (frame.header.cycle, frame.lost),
+            Self::Row(row) => (row.head.cycle, row.head.lost),
+        };
+        Head { cycle, release_ns: self.clock().monotonic_ns, lost, missed: 0 }
+    }
+
+    fn values(&self, values: &mut Vec<f64>) {
+        values.clear();
+        match self {
+            Self::Frame(frame) => values.extend(frame.values),
+            Self::Row(row) => {
+                let inputs = 0..row.layout.inputs.len();
+                values.extend(inputs.map(|input| row.input(input).value));
+                let outputs = 0..row.layout.outputs.len();
+                values.extend(outputs.flat_map(|output| row.output(output)));
+            }
+        }
+    }
+}
+
+/// Where the cycles of a channel go. A service whose signals change has a track for each layout.
+#[derive(Default)]
+struct Places {
+    of_channel: HashMap<u16, usize>,
+    tracks: Vec<Observed>,
+}
+
+impl Places {
+    fn of(&mut self, line: &Line<'_>) -> usize {
+        *self.of_channel.entry(line.channel()).or_insert_with(|| {
+            self.tracks.push(line.observed());
+            self.tracks.len() - 1
+        })
+    }
+}
+
+impl Recorded<'_> {
+    fn each(
+        &self,
+        mut line: impl FnMut(Line<'_>) -> Result<Enough, Failure>,
+        mut mark: impl FnMut(Mark),
+    ) -> Result<Reader<File>, Failure> {
+        let mut reader = reader(self.path)?;
+        while let Some(item) = reader.next_item().map_err(|error| unreadable(self.path, &error))? {
+            let enough = match item {
+                Item::Frame(frame) => line(Line::Frame(frame))?,
+                Item::Row(row) => line(Line::Row(row))?,
+                Item::Mark(found) => {
+                    mark(found);
+                    Enough::No
+                }
+                Item::Entry(_) | Item::Configuration(_) => Enough::No,
+            };
+            if enough == Enough::Yes {
+                break;
+            }
+        }
+        Ok(reader)
+    }
+}
+
+impl Readable for Recorded<'_> {
+    fn contents(&self) -> Result<Contents, Failure> {
+        let (mut places, mut contents) = (Places::default(), Contents::default());
+        let (mut trigger, mut begin_ns, mut end_ns) = (None, None, None);
+        let reader = self.each(
+            |line| {
+                places.of(&line);
+                contents.clock.get_or_insert(line.clock());
+                if contents.node.is_empty() {
+                    contents.node = escaped(line.node()).into_owned();
+                }
+                Ok(Enough::No)
+            },
+            |mark| match mark.kind.as_str() {
+                TRIGGER => trigger = Some(triggered(mark)),
+                BEGIN => begin_ns = Some(mark.time_ns),
+                END => end_ns = Some(mark.time_ns),
+                _ => {}
+            },
+        )?;
+        judge(self.path, reader.condition())?;
+        if places.tracks.is_empty() {
+            let path = self.path.display();
+            return Err(match reader.other_messages() {
+                0 => Failure::found(format!("{path} has no frames")),
+                _ => Failure::usage(format!("{path} has only messages of another program")),
+            });
+        }
+        if contents.node.is_empty() {
+            contents.node = escaped(&self.path.display().to_string()).into_owned();
+        }
+        contents.tracks = places.tracks;
+        if begin_ns.is_some() {
+            // A shot's rows are those of tasks.
+            let prefix = format!("{}/", contents.node);
+            let plain = |task: &str| task.strip_prefix(&prefix).unwrap_or(task).to_owned();
+            contents.tracks.iter_mut().for_each(|track| track.task = plain(&track.task));
+            trigger = trigger.map(|it: Triggered| Triggered { task: plain(&it.task), ..it });
+        }
+        Ok(Contents { trigger, begin_ns, end_ns, ..contents })
+    }
+
+    fn rows(&self, each: &mut Each<'_>) -> Result<(), Failure> {
+        let (mut places, mut values) = (Places::default(), Vec::new());
+        let mut newest_ns: HashMap<usize, u64> = HashMap::new();
+        let line = |line: Line<'_>| {
+            let track = places.of(&line);
+            let period_ns = places.tracks.get(track).and_then(|track| track.period_ns);
+            let mut head = line.head();
+            let before_ns = newest_ns.get(&track).copied();
+            // The last frame of a node that ends may be sent again, and what follows a restart does not go
+            // back in time.
+            if before_ns.is_some_and(|before_ns| before_ns >= head.release_ns) {
+                return Ok(Enough::No);
+            }
+            newest_ns.insert(track, head.release_ns);
+            if let (Some(before_ns), Some(period_ns)) = (before_ns, period_ns) {
+                let after_ns = (head.release_ns - before_ns).saturating_add(period_ns / 2);
+                let skipped = (after_ns / period_ns).saturating_sub(1);
+                head.missed = skipped.saturating_sub(head.lost);
+            }
+            line.values(&mut values);
+            each(track, head, &values)
+        };
+        self.each(line, |_| {}).map(drop)
+    }
+}
+
+/// The instant that a shot was captured around. Its level is shown where it can be read as a number.
+fn triggered(mark: Mark) -> Triggered {
+    let trigger = mark.text.parse::<Trigger>().ok();
+    let level = trigger.as_ref().and_then(|it| it.level.as_deref()?.parse().ok());
+    Triggered {
+        task: escaped(&mark.service).into_owned(),
+        cycle: mark.cycle,
+        release_ns: mark.time_ns,
+        signal: trigger.map(|trigger| trigger.signal).unwrap_or_default(),
+        text: mark.text,
+        level,
+        lost: mark.count,
+    }
+}

@@ -1,0 +1,77 @@
+//! Rows of CSV, as `scope`, `subscribe` and `export` write them.
+
+use std::path::Path;
+
+use isochrone_engine::escaped;
+use isochrone_scope::{Head, Observed, Signal, Triggered};
+
+use super::{Contents, Each, Enough, Readable};
+use crate::failure::Failure;
+use crate::recording::Recording;
+
+/// A file that was read.
+pub(super) struct OfCsv {
+    node: String,
+    recording: Recording,
+    trigger: Option<Triggered>,
+    period_ns: Option<u64>,
+}
+
+pub(super) fn read(path: &Path) -> Result<OfCsv, Failure> {
+    let recording = Recording::with_cycles(path).map_err(Failure::usage)?;
+    let Some(times_ns) = recording.times_ns() else {
+        return Err(Failure::usage(format!(
+            "{} has no column \"time_s\": scope shows what `scope`, `subscribe --csv` and `export` write",
+            path.display()
+        )));
+    };
+    // A shot counts its times from the trigger.
+    let begin_ns = (recording.begin_s() * 1e9).round();
+    let before_ns = if begin_ns < 0.0 { begin_ns.abs() as u64 } else { 0 };
+    let cycle = || {
+        let row = times_ns.partition_point(|ns| *ns < before_ns);
+        recording.cycle(row).unwrap_or(row as u64)
+    };
+    let trigger = (before_ns > 0).then(|| Triggered {
+        cycle: cycle(),
+        release_ns: before_ns,
+        text: "trigger".into(),
+        ..Triggered::default()
+    });
+    let period_ns = period_ns(times_ns);
+    let node = escaped(&path.display().to_string()).into_owned();
+    Ok(OfCsv { node, trigger, period_ns, recording })
+}
+
+/// The time between most rows.
+fn period_ns(times_ns: &[u64]) -> Option<u64> {
+    let mut distances: Vec<u64> =
+        times_ns.iter().zip(times_ns.iter().skip(1)).map(|(one, next)| next - one).collect();
+    distances.sort_unstable();
+    distances.get(distances.len() / 2).copied().filter(|distance| *distance > 0)
+}
+
+impl Readable for OfCsv {
+    fn contents(&self) -> Result<Contents, Failure> {
+        let signal =
+            |name: &String| Signal { name: escaped(name).into_owned(), ..Signal::default() };
+        let signals = self.recording.columns().iter().map(signal).collect();
+        let tracks = vec![Observed { task: String::new(), period_ns: self.period_ns, signals }];
+        let (node, trigger) = (self.node.clone(), self.trigger.clone());
+        Ok(Contents { tracks, node, trigger, ..Contents::default() })
+    }
+
+    fn rows(&self, each: &mut Each<'_>) -> Result<(), Failure> {
+        let mut last = None;
+        for (row, after_ns) in self.recording.times_ns().unwrap_or_default().iter().enumerate() {
+            let cycle = self.recording.cycle(row).unwrap_or(row as u64);
+            // A cycle that is not there was lost or missed; the file does not say which.
+            let lost = last.replace(cycle).map_or(0, |last| cycle.saturating_sub(last + 1));
+            let head = Head { cycle, release_ns: *after_ns, lost, missed: 0 };
+            if each(0, head, self.recording.row(row as u64))? == Enough::Yes {
+                break;
+            }
+        }
+        Ok(())
+    }
+}

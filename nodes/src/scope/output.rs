@@ -1,0 +1,221 @@
+//! Files that shots are written to.
+
+use std::path::{Path, PathBuf};
+
+use isochrone_ipc::{FrameHeader, SignalSpec};
+use isochrone_recording::{Carried, Frame, Mark, WriteError, Writer};
+use isochrone_report::shot_svg;
+use isochrone_scope::{Head, Shot, Track};
+
+use super::Captured;
+use crate::failure::Failure;
+use crate::result_file::ResultFile;
+use crate::rows::{CYCLE, Rows, TIME};
+
+/// The marks of a shot: the instant that it was captured around, and from where to where it was wanted.
+pub(super) const TRIGGER: &str = "trigger";
+pub(super) const BEGIN: &str = "begin";
+pub(super) const END: &str = "end";
+
+/// A kind of file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Mcap,
+    Csv,
+    Svg,
+}
+
+/// Where shots are written.
+pub(super) struct Output {
+    path: PathBuf,
+    kind: Kind,
+    /// Each shot has a file of its own.
+    is_numbered: bool,
+    written: usize,
+    /// The first one, so that nothing is captured for nothing.
+    opened: Option<File>,
+}
+
+enum File {
+    Rows(Rows),
+    Other(ResultFile),
+}
+
+impl Output {
+    /// Opens the first file.
+    pub(super) fn open(path: &Path, is_numbered: bool) -> Result<Self, Failure> {
+        let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+        let kind = match ending.as_deref() {
+            Some("mcap") => Kind::Mcap,
+            Some("csv") => Kind::Csv,
+            Some("svg") => Kind::Svg,
+            None if path == Path::new("-") => Kind::Csv,
+            _ => {
+                let path = path.display();
+                return Err(Failure::usage(format!(
+                    "{path}: end the name with .mcap, .csv or .svg, which says what to write"
+                )));
+            }
+        };
+        let mut output =
+            Self { path: path.to_owned(), kind, is_numbered, written: 0, opened: None };
+        output.opened = Some(output.open_file()?);
+        Ok(output)
+    }
+
+    /// Whether it takes signals of one task only.
+    pub(super) fn is_of_one_task(&self) -> bool {
+        self.kind == Kind::Csv
+    }
+
+    fn path(&self) -> PathBuf {
+        if !self.is_numbered || self.path == Path::new("-") {
+            return self.path.clone();
+        }
+        let stem = self.path.file_stem().unwrap_or_default().to_string_lossy();
+        let ending = self.path.extension().unwrap_or_default().to_string_lossy();
+        self.path.with_file_name(format!("{stem}_{:04}.{ending}", self.written + 1))
+    }
+
+    fn open_file(&self) -> Result<File, Failure> {
+        let path = self.path();
+        Ok(match self.kind {
+            Kind::Csv => File::Rows(Rows::create(&path)?),
+            Kind::Mcap | Kind::Svg => File::Other(ResultFile::open(&path)?),
+        })
+    }
+
+    /// Writes a shot; returns the name of its file.
+    pub(super) fn write(&mut self, captured: &Captured) -> Result<String, Failure> {
+        let path = self.path().display().to_string();
+        let file = match self.opened.take() {
+            Some(file) => file,
+            None => self.open_file()?,
+        };
+        self.written += 1;
+        match file {
+            File::Rows(rows) => write_csv(&captured.shot, rows)?,
+            File::Other(mut file) if self.kind == Kind::Svg => {
+                let heading = captured.heading();
+                file.replace(&shot_svg(&heading.title, &heading.about, &captured.shot))?;
+            }
+            File::Other(file) => write_mcap(captured, file, &path)?,
+        }
+        Ok(path)
+    }
+}
+
+/// Refuses signals of several tasks for a file whose rows are of one.
+pub(super) fn check_tasks<'t>(
+    output: Option<&Output>,
+    tasks: impl ExactSizeIterator<Item = &'t str>,
+) -> Result<(), Failure> {
+    if tasks.len() < 2 || !output.is_some_and(Output::is_of_one_task) {
+        return Ok(());
+    }
+    let tasks: Vec<&str> = tasks.collect();
+    Err(Failure::usage(format!(
+        "a CSV file has the cycles of one task, and these signals are of {}: write an .mcap, or name \
+         signals of one of them",
+        tasks.join(" and ")
+    )))
+}
+
+fn write_csv(shot: &Shot, mut rows: Rows) -> Result<(), Failure> {
+    for track in &shot.tracks {
+        let names: Vec<&str> = track.signals.iter().map(|signal| signal.name.as_str()).collect();
+        rows.header(&[TIME, CYCLE], &names)?;
+        for (head, values) in track.rows.iter() {
+            // The instant of the trigger is 0, so that the file says which one it is.
+            let after_ns = head.release_ns.wrapping_sub(shot.zero_ns()).cast_signed();
+            rows.row(Some(after_ns as f64 / 1e9), head.cycle, values.map(Some))?;
+        }
+    }
+    rows.flush()
+}
+
+fn write_mcap(captured: &Captured, file: ResultFile, path: &str) -> Result<(), Failure> {
+    let Captured { shot, clock } = captured;
+    let Some(clock) = clock else {
+        return Err(Failure::usage(format!(
+            "{path}: an .mcap says when it was, which is not known of these rows; write an .svg"
+        )));
+    };
+    let refused = |error: WriteError| Failure::found(format!("cannot write {path}: {error}"));
+    let mut writer = Writer::create(file, *clock).map_err(refused)?;
+    let mut channels = Vec::new();
+    for track in &shot.tracks {
+        channels.push(writer.add(&carried(shot, track)).map_err(refused)?);
+    }
+    if let Some(trigger) = &shot.trigger {
+        let mark = Mark {
+            time_ns: trigger.release_ns,
+            cycle: trigger.cycle,
+            count: trigger.lost,
+            kind: TRIGGER.into(),
+            service: service(shot, &trigger.task),
+            text: trigger.text.clone(),
+        };
+        writer.mark(&mark).map_err(refused)?;
+    }
+    for (kind, time_ns) in [(BEGIN, shot.begin_ns), (END, shot.end_ns)] {
+        let text = format!("{kind} of what was captured");
+        let mark = Mark { time_ns, kind: kind.into(), text, ..Mark::default() };
+        writer.mark(&mark).map_err(refused)?;
+    }
+    let mut row = Vec::new();
+    let mut rows: Vec<_> = shot.tracks.iter().map(|track| track.rows.iter().peekable()).collect();
+    let mut missed = vec![0; rows.len()];
+    loop {
+        // In the order of time, whatever the task.
+        let next = rows.iter_mut().enumerate().filter_map(|(track, rows)| {
+            let (head, _) = rows.peek()?;
+            Some((head.release_ns, track))
+        });
+        let Some((_, track)) = next.min() else { break };
+        let (Some(rows), Some(channel), Some(missed)) =
+            (rows.get_mut(track), channels.get(track), missed.get_mut(track))
+        else {
+            break;
+        };
+        let Some((head, values)) = rows.next() else { break };
+        row.clear();
+        row.extend(values);
+        *missed += head.missed;
+        writer.write(*channel, &frame(head, &row, *missed)).map_err(refused)?;
+    }
+    writer.finish().map(drop).map_err(|(error, _)| refused(error))
+}
+
+/// A task's rows, as if they were a service of its node.
+fn carried(shot: &Shot, track: &Track) -> Carried {
+    let signal = |signal: &isochrone_scope::Signal| SignalSpec {
+        unit: signal.unit.clone(),
+        ..SignalSpec::new(&signal.name, &signal.value_type)
+    };
+    Carried {
+        service: service(shot, &track.task),
+        publisher: shot.node.clone(),
+        period_ns: track.period_ns,
+        signals: track.signals.iter().map(signal).collect(),
+    }
+}
+
+fn service(shot: &Shot, task: &str) -> String {
+    // What came from a file has the name of its service already.
+    if task.contains('/') { task.to_owned() } else { format!("{}/{task}", shot.node) }
+}
+
+fn frame<'a>(head: &Head, values: &'a [f64], missed: u64) -> Frame<'a> {
+    let Head { cycle, release_ns, lost, .. } = *head;
+    let header = FrameHeader {
+        sequence: cycle,
+        cycle,
+        release_ns,
+        publish_ns: release_ns,
+        missed,
+        ..FrameHeader::default()
+    };
+    let (received_ns, due_ns, sent_ns) = (release_ns, release_ns, release_ns);
+    Frame { header, values, received_ns, due_ns, sent_ns, lost }
+}
