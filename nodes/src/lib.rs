@@ -40,6 +40,7 @@ mod rows;
 mod run;
 mod scope;
 mod service;
+mod session;
 mod simulate;
 mod stop;
 mod subscribe;

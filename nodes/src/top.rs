@@ -1,23 +1,17 @@
 //! `top`: a running node on the screen.
 
 mod asking;
-mod changes;
 mod cursor;
 mod dialog;
 #[cfg(test)]
 mod fixtures;
 mod history;
 mod input;
-mod link;
 mod message;
 mod model;
-mod news;
 mod palette;
 mod screen;
-mod session;
 mod signals;
-mod telemetry;
-mod timing;
 mod trace;
 mod view;
 
@@ -34,10 +28,9 @@ pub(crate) use self::view::{cut, cut_name};
 
 use self::input::{Action, Focus, action};
 use self::model::Model;
-use self::news::Wish;
-use self::session::Session;
 use crate::failure::Failure;
-use crate::operate::NodeArgs;
+use crate::operate::{NodeArgs, client};
+use crate::session::{Asker, Session, Wish};
 use crate::stop;
 
 /// Show a running node on the screen: signals, tasks, alarms and forces
@@ -62,7 +55,7 @@ const DRAW_INTERVAL: Duration = Duration::from_millis(200);
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     Screen::check()?;
     let stop = stop::on_signal_after(None, screen::restore)?;
-    let session = Session::start(args.node.clone())?;
+    let session = Session::start(args.node.clone(), Asker { verb: "top", client: client() })?;
     let mut screen = Screen::open()?;
     let shown = show(&mut screen, &session, &stop);
     drop(screen);

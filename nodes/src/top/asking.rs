@@ -2,10 +2,10 @@
 
 use isochrone_runtime::control::{Access, Role, SignalDescription};
 
-use super::dialog::{Asks, Dialog, Question, Target};
+use super::dialog::{Asks, Dialog, Question};
 use super::input::Page;
 use super::model::Model;
-use super::news::Order;
+use crate::session::{Order, Target};
 
 impl Model {
     /// What operators may do; nothing is known before the node has answered.

@@ -1,14 +1,11 @@
 //! Questions that are answered with the keyboard before an order goes to the node.
 
-use isochrone_blocks::PinType;
 use isochrone_engine::parse_seconds;
-use isochrone_runtime::control::{Hold, SignalDescription, Value};
+use isochrone_runtime::control::{Hold, Value};
 
 use super::history::History;
-use super::news::Order;
 use super::signals::Signals;
-use crate::numbers::type_of;
-use crate::operate::{CALLING_TASK, Written, limits, number, shown};
+use crate::session::{Order, Target};
 
 /// What stands over the list.
 #[derive(Debug, Clone, PartialEq)]
@@ -59,16 +56,6 @@ impl Asks {
     }
 }
 
-/// The signal of a question.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Target {
-    pub(super) name: String,
-    pub(super) value_type: String,
-    pub(super) unit: Option<String>,
-    pub(super) can_be_unset: bool,
-    pub(super) limits: Option<[f64; 2]>,
-}
-
 /// What an answer leads to.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Next {
@@ -87,23 +74,7 @@ impl Question {
     /// What the answer may be, or stands for.
     pub(super) fn help(&self, history: &History, signals: &Signals) -> String {
         match &self.asks {
-            Asks::NewValue(Target { limits: Some(range), .. })
-            | Asks::ForcedValue(Target { limits: Some(range), .. }) => limits(*range),
-            Asks::NewValue(target) | Asks::ForcedValue(target) => {
-                match type_of(&target.value_type) {
-                    PinType::Bool => "true or false".into(),
-                    PinType::Int if target.can_be_unset => {
-                        format!("a whole number from -32768 to 32767, or {CALLING_TASK}")
-                    }
-                    PinType::Int => "a whole number from -32768 to 32767".into(),
-                    PinType::Time => {
-                        "a time, such as 100ms or T#1s500ms; a number alone is in milliseconds"
-                            .into()
-                    }
-                    PinType::Word => "a whole number from 0 to 65535, or 16#8F00".into(),
-                    PinType::Lreal => "a number, such as 0.5 or 1e3".into(),
-                }
-            }
+            Asks::NewValue(target) | Asks::ForcedValue(target) => target.expected(),
             Asks::ForceTime(..) => {
                 format!("a time, such as 30 (seconds) or 5min; \"{HOLD}\": until it is released")
             }
@@ -183,40 +154,6 @@ impl Question {
     }
 }
 
-impl Target {
-    pub(super) fn new(signal: &SignalDescription) -> Self {
-        let SignalDescription { name, value_type, unit, can_be_unset, limits, .. } = signal.clone();
-        Self { name, value_type, unit, can_be_unset, limits }
-    }
-
-    /// The value that was typed.
-    fn read(&self, text: &str) -> Result<Value, String> {
-        let value = Written::read(text.trim())?;
-        let value = value.of(type_of(&self.value_type), self.unit.as_deref())?;
-        let slot = number(value);
-        match self.limits {
-            // Where nothing is given, nothing is bounded.
-            Some([min, max]) if !slot.is_nan() && !(min..=max).contains(&slot) => {
-                Err(format!("{} is outside of the limits: {}", text.trim(), limits([min, max])))
-            }
-            _ => Ok(value),
-        }
-    }
-
-    /// A value of its type, with its unit.
-    pub(super) fn shown(&self, value: Value) -> String {
-        let value_type = type_of(&self.value_type);
-        let value = shown(value, value_type);
-        match self.unit.as_deref() {
-            // A time is written with its unit.
-            Some(unit) if value_type != PinType::Time && !unit.is_empty() => {
-                format!("{value} {unit}")
-            }
-            _ => value,
-        }
-    }
-}
-
 fn hold(text: &str) -> Result<Hold, String> {
     if text.trim().eq_ignore_ascii_case(HOLD) {
         return Ok(Hold::UntilReleased);
@@ -226,7 +163,7 @@ fn hold(text: &str) -> Result<Hold, String> {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_runtime::control::Role;
+    use isochrone_runtime::control::{Role, SignalDescription};
 
     use super::*;
     use crate::top::fixtures::signal;

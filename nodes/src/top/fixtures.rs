@@ -5,7 +5,7 @@ use isochrone_runtime::control::{
     JournalEntry, Role, SignalDescription, TaskDescription, Value,
 };
 
-use super::news::{Read, Sample};
+use crate::session::{Read, Sample};
 
 pub(super) fn signal(name: &str, role: Role, value_type: &str) -> SignalDescription {
     SignalDescription {

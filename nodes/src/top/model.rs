@@ -9,9 +9,8 @@ use super::dialog::{Asks, Dialog, Next, Question};
 use super::history::{History, shown_as};
 use super::input::{Action, Focus, Page};
 use super::message::{Space, message_lines};
-use super::news::{Absence, Done, News, Order};
 use super::signals::Signals;
-use super::timing::{Timings, Windows};
+use crate::session::{Absence, Done, News, Order, Timings, Windows};
 
 /// A node that answers is heard at least once a second.
 const SILENCE_NS: u64 = 1_500_000_000;

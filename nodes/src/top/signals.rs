@@ -1,13 +1,13 @@
 //! The signals of a node: which are listed, and what is known of them.
 
-use std::collections::{BTreeMap, HashMap, HashSet};
+use std::collections::{HashMap, HashSet};
 
 use isochrone_runtime::control::{Force, Role, SignalDescription, Value};
 
 use super::cursor::{Cursor, Motion};
-use super::news::Read;
 use super::trace::{NO_LEVEL, Trace, UNSET};
 use crate::operate::{number, ok_of};
+use crate::session::{Marks, Read, Readings};
 
 /// Which signals are listed.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -57,18 +57,6 @@ impl Filter {
     }
 }
 
-/// What is to be said of a signal besides its value.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub(super) struct Marks {
-    pub(super) forced: bool,
-    /// It is computed from what is forced.
-    pub(super) from_forced: bool,
-    /// An input that is not ok, its `ok`, or a pin of a block that reports an error.
-    pub(super) bad: bool,
-    /// What it is computed from is stale, a substitute, rejected or in error.
-    pub(super) in_doubt: bool,
-}
-
 /// All signals, and those of them that are listed.
 #[derive(Debug, Default)]
 pub(super) struct Signals {
@@ -80,13 +68,8 @@ pub(super) struct Signals {
     filter: Filter,
     search: String,
     cursor: Cursor,
-    readings: HashMap<String, Value>,
-    /// The flags of the values that have some.
-    quality: BTreeMap<String, Vec<String>>,
+    readings: Readings,
     traces: HashMap<String, Trace>,
-    forced: HashSet<String>,
-    /// Blocks that report an error and inputs that are not ok.
-    alarmed: HashSet<String>,
 }
 
 impl Signals {
@@ -194,31 +177,29 @@ impl Signals {
     }
 
     /// Takes values in. What is not among them is not known any more.
-    pub(super) fn read(&mut self, Read { values, quality }: Read) {
-        self.quality = quality;
+    pub(super) fn read(&mut self, read: Read) {
         let mut traces = std::mem::take(&mut self.traces);
-        for (name, value) in values.iter() {
+        for (name, value) in read.values.iter() {
             let mut trace = traces.remove(name).unwrap_or_default();
             trace.push(number(value));
             self.traces.insert(name.to_owned(), trace);
         }
-        self.readings = values.0.into_iter().collect();
+        self.readings.take(read);
     }
 
     /// The flags of a signal's value, with blanks between them; nothing for none.
     pub(super) fn flags(&self, name: &str) -> String {
-        self.quality.get(name).map_or_else(String::new, |flags| flags.join(" "))
+        self.readings.flags(name).join(" ")
     }
 
     /// Forgets all values: they are no news any more.
     pub(super) fn forget_values(&mut self) {
-        self.readings.clear();
-        self.quality.clear();
+        self.readings.forget();
         self.traces.clear();
     }
 
     pub(super) fn value(&self, name: &str) -> Option<Value> {
-        self.readings.get(name).copied()
+        self.readings.value(name)
     }
 
     pub(super) fn trace(&self, signal: &SignalDescription, width: usize) -> String {
@@ -229,34 +210,16 @@ impl Signals {
     }
 
     pub(super) fn set_forced(&mut self, forces: &[Force]) {
-        self.forced = forces.iter().map(|force| force.name.clone()).collect();
+        self.readings.set_forced(forces);
     }
 
     /// These blocks report an error, and these inputs are not ok.
     pub(super) fn set_alarmed(&mut self, names: impl IntoIterator<Item = String>) {
-        self.alarmed = names.into_iter().collect();
+        self.readings.set_alarmed(names);
     }
 
     pub(super) fn marks(&self, signal: &SignalDescription) -> Marks {
-        let name = &signal.name;
-        // Alarms are asked for less often than values.
-        let is_not_ok = signal.role == Role::Input
-            && self
-                .readings
-                .get(&ok_of(name))
-                .map_or_else(|| self.alarmed.contains(name), |ok| *ok == Value::Bool(false));
-        let is_of_failed_block =
-            matches!(signal.role, Role::Parameter | Role::Wired | Role::Output)
-                && name.rsplit_once('.').is_some_and(|(block, _)| self.alarmed.contains(block));
-        let says_not_ok =
-            signal.role == Role::Ok && self.readings.get(name) == Some(&Value::Bool(false));
-        // A force is meant, and has marks of its own.
-        let is_force = |flag: &String| flag == "FORCED";
-        let flags = self.quality.get(name).map_or(&[][..], Vec::as_slice);
-        let in_doubt = flags.iter().any(|flag| !is_force(flag));
-        let bad = is_not_ok || says_not_ok || is_of_failed_block;
-        let forced = self.forced.contains(name);
-        Marks { forced, from_forced: !forced && flags.iter().any(is_force), bad, in_doubt }
+        self.readings.marks(signal)
     }
 }
 

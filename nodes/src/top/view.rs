@@ -15,8 +15,8 @@ use self::text::{cut_line, plain};
 use super::input::{Focus, Page};
 use super::message::wrapped;
 use super::model::{Model, Rows};
-use super::news::Absence;
 use super::palette::Palette;
+use crate::session::Absence;
 
 /// On less than this, columns and dialogs would be cut.
 const LEAST: (u16, u16) = (80, 12);

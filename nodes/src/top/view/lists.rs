@@ -11,12 +11,13 @@ use ratatui::widgets::{Cell, Row, Table};
 use super::text::{NONE, cut, cut_line, cut_name, plain, value};
 use crate::numbers::type_of;
 use crate::operate::{limits, role, time};
+use crate::session::Marks;
 use crate::top::cursor::Cursor;
 use crate::top::input::Focus;
 use crate::top::message::wrapped;
 use crate::top::model::Model;
 use crate::top::palette::Palette;
-use crate::top::signals::{Filter, Marks};
+use crate::top::signals::Filter;
 
 /// Room for a value, so that the columns stay where they are while it changes.
 const VALUE_WIDTH: u16 = 14;
@@ -69,7 +70,7 @@ pub(super) fn draw_signals(frame: &mut Frame<'_>, body: Rect, model: &Model, pal
         let reading = signals.value(&signal.name);
         let reading = reading.map_or(NONE.into(), |it| value(it, &signal.value_type, VALUE_WIDTH));
         let row = Row::new([
-            Cell::from(letters(marks)).style(style),
+            Cell::from(String::from_iter(marks.letters())).style(style),
             Cell::from(cut_name(&plain(&signal.name), names.into()).into_owned()).style(style),
             Cell::from(role(signal.role)),
             right(reading).style(style),
@@ -140,21 +141,6 @@ fn description(
         (plain(&signal.value_type), plain(&signal.task), plain(&signal.doc));
     spans.push(Span::raw(format!("  {value_type}  task {task}  {doc}")));
     spans
-}
-
-/// `F`: forced; `f`: computed from what is; `!`: not ok; `?`: computed from what is not.
-fn letters(marks: Marks) -> String {
-    let forced = match marks {
-        Marks { forced: true, .. } => 'F',
-        Marks { from_forced: true, .. } => 'f',
-        Marks { .. } => ' ',
-    };
-    let quality = match marks {
-        Marks { bad: true, .. } => '!',
-        Marks { in_doubt: true, .. } => '?',
-        Marks { .. } => ' ',
-    };
-    [forced, quality].iter().collect()
 }
 
 fn style_of(marks: Marks, palette: Palette) -> Style {

@@ -10,9 +10,9 @@ use ratatui::widgets::{Cell, Row};
 
 use super::lists::{right, table};
 use super::text::{NONE, plain};
+use crate::session::Window;
 use crate::top::model::Model;
 use crate::top::palette::Palette;
-use crate::top::timing::Window;
 
 const NAME_WIDTH: u16 = 13;
 /// Of a count of cycles and of how many they are.

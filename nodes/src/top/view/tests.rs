@@ -8,9 +8,9 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::Color;
 
 use super::*;
+use crate::session::{Absence, Done, News, Order, Read};
 use crate::top::fixtures::{a_minute_of_samples, alarm, entry, force, node, read, signal};
 use crate::top::input::action;
-use crate::top::news::{Absence, Done, News, Order, Read};
 
 const NOW_NS: u64 = 100_000_000_000;
 

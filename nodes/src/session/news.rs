@@ -8,7 +8,7 @@ use isochrone_runtime::control::{
 
 /// From the session to the screen.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum News {
+pub(crate) enum News {
     /// The node answers: for the first time, again, or with another configuration.
     Joined {
         node: DescribeResult,
@@ -37,7 +37,7 @@ pub(super) enum News {
 
 /// What is known of a node that does not answer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Absence {
+pub(crate) enum Absence {
     /// It has ended, and its forces with it.
     Ended,
     /// It may go on: its process is stopped, or it is starting.
@@ -46,36 +46,36 @@ pub(super) enum Absence {
 
 /// Values, and the flags of those that have some.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct Read {
-    pub(super) values: Values,
-    pub(super) quality: BTreeMap<String, Vec<String>>,
+pub(crate) struct Read {
+    pub(crate) values: Values,
+    pub(crate) quality: BTreeMap<String, Vec<String>>,
 }
 
 /// The timing of one cycle of a task.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Sample {
-    pub(super) task: String,
-    pub(super) cycle: u64,
+pub(crate) struct Sample {
+    pub(crate) task: String,
+    pub(crate) cycle: u64,
     /// When it was received, ns of `CLOCK_MONOTONIC`.
-    pub(super) at_ns: u64,
-    pub(super) release_jitter_ns: u64,
-    pub(super) execution_ns: u64,
+    pub(crate) at_ns: u64,
+    pub(crate) release_jitter_ns: u64,
+    pub(crate) execution_ns: u64,
 }
 
 /// An order that the node carried out.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Done {
-    pub(super) order: Order,
-    pub(super) transaction: u64,
-    pub(super) before: Values,
+pub(crate) struct Done {
+    pub(crate) order: Order,
+    pub(crate) transaction: u64,
+    pub(crate) before: Values,
     /// The first cycle of each task with it.
-    pub(super) cycles: Vec<(String, u64)>,
-    pub(super) warnings: Vec<String>,
+    pub(crate) cycles: Vec<(String, u64)>,
+    pub(crate) warnings: Vec<String>,
 }
 
 /// From the screen to the session.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Wish {
+pub(crate) enum Wish {
     /// The signals whose values are wanted from now on.
     Watch(Vec<String>),
     /// The node was changed: how it is now is wanted at once.
@@ -86,7 +86,7 @@ pub(super) enum Wish {
 
 /// Something that the node is to do.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Order {
+pub(crate) enum Order {
     /// The value is also there as people read it.
     Set {
         name: String,
@@ -113,7 +113,7 @@ pub(super) enum Order {
 
 impl Order {
     /// The signal that it is about; that of an undo is none of its own.
-    pub(super) fn signal(&self) -> Option<&str> {
+    pub(crate) fn signal(&self) -> Option<&str> {
         match self {
             Self::Set { name, .. } | Self::Force { name, .. } | Self::Release { name } => {
                 Some(name)
@@ -123,12 +123,12 @@ impl Order {
     }
 
     /// Whether the node keeps a reason for it.
-    pub(super) fn takes_reason(&self) -> bool {
+    pub(crate) fn takes_reason(&self) -> bool {
         matches!(self, Self::Set { .. } | Self::Force { .. })
     }
 
     /// Why it is given.
-    pub(super) fn comment(&self) -> Option<&str> {
+    pub(crate) fn comment(&self) -> Option<&str> {
         match self {
             Self::Set { comment, .. } | Self::Force { comment, .. } => comment.as_deref(),
             Self::Release { .. } | Self::Undo { .. } => None,
@@ -136,7 +136,7 @@ impl Order {
     }
 
     /// The place of the reason for it; `None`: the node keeps none.
-    pub(super) fn comment_mut(&mut self) -> Option<&mut Option<String>> {
+    pub(crate) fn comment_mut(&mut self) -> Option<&mut Option<String>> {
         match self {
             Self::Set { comment, .. } | Self::Force { comment, .. } => Some(comment),
             Self::Release { .. } | Self::Undo { .. } => None,

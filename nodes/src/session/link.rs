@@ -11,29 +11,29 @@ use isochrone_runtime::control::{
 
 use super::news::{Absence, Done, Order};
 use super::telemetry::Telemetry;
-use crate::operate::{Asked, client, refusal};
+use crate::operate::{Asked, refusal};
 
 type Service = ipc::Service;
 
 /// How long an answer is waited for. A node answers within milliseconds; the screen says before when it
 /// does not.
-pub(super) const PATIENCE: Duration = Duration::from_secs(5);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(5);
 
 /// A node that answers.
-pub(super) struct Link {
-    pub(super) client: Client<Service>,
-    pub(super) telemetry: Option<Telemetry>,
+pub(crate) struct Link {
+    pub(crate) client: Client<Service>,
+    pub(crate) telemetry: Option<Telemetry>,
     /// When the node started and what it was made from; its signals are known of that.
-    pub(super) identity: Option<(u64, String)>,
+    pub(crate) identity: Option<(u64, String)>,
     /// Which run of the node this is, once it has said so.
-    pub(super) started_unix_ns: Option<u64>,
-    pub(super) watched: Vec<String>,
-    pub(super) state_due: Instant,
-    pub(super) values_due: Instant,
+    pub(crate) started_unix_ns: Option<u64>,
+    pub(crate) watched: Vec<String>,
+    pub(crate) state_due: Instant,
+    pub(crate) values_due: Instant,
 }
 
 impl Link {
-    pub(super) fn open(
+    pub(crate) fn open(
         participant: &Participant<Service>,
         node: &str,
         is_over: &Arc<AtomicBool>,
@@ -56,22 +56,21 @@ impl Link {
 }
 
 /// Has the node carry out an order.
-pub(super) fn give(asked: &mut Client<Service>, order: &Order) -> Result<Done, ClientError> {
+pub(crate) fn give(
+    asked: &mut Client<Service>,
+    order: &Order,
+    client: &Option<String>,
+) -> Result<Done, ClientError> {
+    let client = client.clone();
     let result = match order.clone() {
         Order::Set { name, value, comment, .. } => {
             let values = Values(vec![(name, value)]);
-            let (client, at) = (client(), None);
-            asked.call(&SetParams { values, client, at, comment })?
+            asked.call(&SetParams { values, client, at: None, comment })?
         }
         Order::Force { name, value, hold, comment, .. } => {
             let values = Values(vec![(name, value)]);
-            let params = ForceParams {
-                values,
-                seconds: hold,
-                client: client(),
-                comment,
-                ..ForceParams::default()
-            };
+            let params =
+                ForceParams { values, seconds: hold, client, comment, ..ForceParams::default() };
             let forced = asked.call(&params)?;
             SetResult {
                 transaction: forced.transaction,
@@ -81,12 +80,8 @@ pub(super) fn give(asked: &mut Client<Service>, order: &Order) -> Result<Done, C
                 warnings: forced.warnings,
             }
         }
-        Order::Release { name } => {
-            asked.call(&ReleaseParams { names: vec![name], client: client() })?
-        }
-        Order::Undo { transaction, .. } => {
-            asked.call(&UndoParams { transaction, client: client() })?
-        }
+        Order::Release { name } => asked.call(&ReleaseParams { names: vec![name], client })?,
+        Order::Undo { transaction, .. } => asked.call(&UndoParams { transaction, client })?,
     };
     Ok(Done {
         order: order.clone(),
@@ -98,7 +93,7 @@ pub(super) fn give(asked: &mut Client<Service>, order: &Order) -> Result<Done, C
 }
 
 /// Why an order was not carried out.
-pub(super) fn whole(error: &ClientError) -> String {
+pub(crate) fn whole(error: &ClientError) -> String {
     match error {
         ClientError::Refused(failure) => refusal(failure, Asked::ToChange),
         error => error.to_string(),
@@ -106,7 +101,7 @@ pub(super) fn whole(error: &ClientError) -> String {
 }
 
 /// What an error says of the node.
-pub(super) fn absence(error: &ClientError) -> Absence {
+pub(crate) fn absence(error: &ClientError) -> Absence {
     match error {
         ClientError::Ended { .. } | ClientError::NoNode { .. } => Absence::Ended,
         _ => Absence::Silent,

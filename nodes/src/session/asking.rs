@@ -1,9 +1,9 @@
-//! The threads that ask the node, so that the screen waits for nobody: one reads, one changes.
+//! The thread that reads from the node: what is due, and what is wished for.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::mpsc::{Receiver, Sender, channel};
-use std::thread::{self, JoinHandle};
+use std::sync::mpsc::{Receiver, Sender};
+use std::thread;
 use std::time::{Duration, Instant};
 
 use isochrone_ipc::{Participant, ipc};
@@ -11,7 +11,8 @@ use isochrone_runtime::control::{
     AlarmsParams, ClientError, Code, DescribeParams, ForcesParams, GetParams,
 };
 
-use super::changes::{Changes, entries};
+use super::Asker;
+use super::changes::entries;
 use super::link::{Link, absence, give, whole};
 use super::news::{News, Order, Read, Wish};
 use crate::failure::Failure;
@@ -28,130 +29,32 @@ const STATE_INTERVAL: Duration = Duration::from_millis(1000);
 /// Between two looks for a node that is gone.
 const SEARCH_INTERVAL: Duration = Duration::from_millis(500);
 
-/// The threads, and the ways to them. They end when this is dropped.
-pub(super) struct Session {
-    wishes: Sender<Wish>,
-    orders: Sender<Order>,
-    news: Receiver<News>,
-    is_over: Arc<AtomicBool>,
-    threads: Vec<JoinHandle<()>>,
-}
-
-impl Session {
-    /// Starts asking a node; returns when it has answered for the first time.
-    pub(super) fn start(args: NodeArgs) -> Result<Self, Failure> {
-        let (wishes, wished) = channel();
-        let (orders, ordered) = channel();
-        let (told, news) = channel();
-        let (started, has_started) = channel();
-        let is_over = Arc::new(AtomicBool::new(false));
-        let next_entry = Arc::new(AtomicU64::new(0));
-        let changes = Changes {
-            args: args.clone(),
-            orders: ordered,
-            news: told.clone(),
-            wishes: wishes.clone(),
-            next_entry: next_entry.clone(),
-            is_over: is_over.clone(),
-        };
-        let ends = is_over.clone();
-        let serve = move || match join(&args, &ends) {
-            Ok((participant, link)) => {
-                let _ = started.send(Ok(()));
-                let mut asking = Asking {
-                    participant,
-                    node: args.node,
-                    news: told,
-                    wished,
-                    watched: Vec::new(),
-                    next_entry,
-                    looks: false,
-                };
-                asking.until(&ends, link);
-            }
-            Err(failure) => drop(started.send(Err(failure))),
-        };
-        let mut session = Self { wishes, orders, news, is_over, threads: Vec::new() };
-        session.spawn("top", serve)?;
-        session.spawn("top-changes", || changes.run())?;
-        match has_started.recv() {
-            Ok(started) => started.map(|()| session),
-            Err(_) => Err(session.ended()),
-        }
-    }
-
-    fn spawn(&mut self, name: &str, run: impl FnOnce() + Send + 'static) -> Result<(), Failure> {
-        let thread = thread::Builder::new().name(name.into()).spawn(run);
-        let thread = thread.map_err(|cause| {
-            Failure::found(format!(
-                "cannot start a thread: {cause}; raise the limit of processes (ulimit -u)"
-            ))
-        })?;
-        self.threads.push(thread);
-        Ok(())
-    }
-
-    /// What there is to tell, without waiting; an error if a thread has ended.
-    pub(super) fn news(&self) -> Result<Option<News>, Failure> {
-        use std::sync::mpsc::TryRecvError;
-        match self.news.try_recv() {
-            Ok(news) => Ok(Some(news)),
-            Err(TryRecvError::Empty) if !self.threads.iter().any(JoinHandle::is_finished) => {
-                Ok(None)
-            }
-            Err(TryRecvError::Empty) => Err(self.ended()),
-            Err(TryRecvError::Disconnected) => Err(self.ended()),
-        }
-    }
-
-    pub(super) fn wish(&self, wish: Wish) {
-        // One that has ended is noticed with the next news.
-        let _ = self.wishes.send(wish);
-    }
-
-    pub(super) fn order(&self, order: Order) {
-        let _ = self.orders.send(order);
-    }
-
-    fn ended(&self) -> Failure {
-        Failure::found("a thread that asks the node has ended; its panic message says why")
-    }
-}
-
-impl Drop for Session {
-    fn drop(&mut self) {
-        self.is_over.store(true, Ordering::Relaxed);
-        for thread in self.threads.drain(..) {
-            // Its panic has been reported.
-            let _ = thread.join();
-        }
-    }
-}
-
-fn join(
+pub(super) fn join(
     args: &NodeArgs,
+    asker: &Asker,
     is_over: &Arc<AtomicBool>,
 ) -> Result<(Participant<Service>, Link), Failure> {
-    let participant = args.domain.join("isochrone/top")?;
+    let participant = asker.join(args)?;
     let link = Link::open(&participant, &args.node, is_over)
         .map_err(|error| failure(error, Asked::ToLook))?;
     Ok((participant, link))
 }
 
 /// What the thread holds as long as it lives.
-struct Asking {
-    participant: Participant<Service>,
-    node: String,
-    news: Sender<News>,
-    wished: Receiver<Wish>,
-    watched: Vec<String>,
-    next_entry: Arc<AtomicU64>,
+pub(super) struct Asking {
+    pub(super) participant: Participant<Service>,
+    pub(super) node: String,
+    pub(super) client: Option<String>,
+    pub(super) news: Sender<News>,
+    pub(super) wished: Receiver<Wish>,
+    pub(super) watched: Vec<String>,
+    pub(super) next_entry: Arc<AtomicU64>,
     /// The state of the node is wanted at once.
-    looks: bool,
+    pub(super) looks: bool,
 }
 
 impl Asking {
-    fn until(&mut self, is_over: &Arc<AtomicBool>, link: Link) {
+    pub(super) fn until(&mut self, is_over: &Arc<AtomicBool>, link: Link) {
         let mut link = Some(link);
         let mut search = Instant::now();
         while !is_over.load(Ordering::Relaxed) {
@@ -216,7 +119,7 @@ impl Asking {
         }
         let mut orders = orders.into_iter();
         while let Some(order) = orders.next() {
-            match give(&mut link.client, &order) {
+            match give(&mut link.client, &order, &self.client) {
                 Ok(done) => self.tell(News::Done(done)),
                 Err(error) => {
                     self.tell(News::Refused { order, why: whole(&error) });

@@ -14,21 +14,21 @@ const INTERVAL_NS: u64 = 1_000_000_000;
 
 /// The timing of all tasks.
 #[derive(Debug, Default)]
-pub(super) struct Timings {
+pub(crate) struct Timings {
     samples: HashMap<String, TaskSamples>,
     windows: HashMap<String, Windows>,
     due_ns: u64,
 }
 
 impl Timings {
-    pub(super) fn take(&mut self, samples: Vec<Sample>) {
+    pub(crate) fn take(&mut self, samples: Vec<Sample>) {
         for sample in samples {
             self.samples.entry(sample.task.clone()).or_default().take(sample);
         }
     }
 
     /// Time goes on.
-    pub(super) fn tick(&mut self, now_ns: u64) {
+    pub(crate) fn tick(&mut self, now_ns: u64) {
         if now_ns < self.due_ns {
             return;
         }
@@ -41,7 +41,7 @@ impl Timings {
     }
 
     /// What is known of a task.
-    pub(super) fn windows(&self, task: &str) -> Windows {
+    pub(crate) fn windows(&self, task: &str) -> Windows {
         self.windows.get(task).copied().unwrap_or_default()
     }
 }
@@ -54,22 +54,22 @@ struct TaskSamples {
 
 /// What the samples of some time say.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct Window {
+pub(crate) struct Window {
     /// Cycles that telemetry showed.
-    pub(super) shown: u64,
+    pub(crate) shown: u64,
     /// Cycles that there were from the first to the last of them.
-    pub(super) cycles: u64,
+    pub(crate) cycles: u64,
     /// Release jitter of those that were shown, ns.
-    pub(super) jitter: Summary,
+    pub(crate) jitter: Summary,
     /// Mean execution time of those that were shown, ns; `None` where none was.
-    pub(super) execution_ns: Option<f64>,
+    pub(crate) execution_ns: Option<f64>,
 }
 
 /// Both times.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub(super) struct Windows {
-    pub(super) second: Window,
-    pub(super) minute: Window,
+pub(crate) struct Windows {
+    pub(crate) second: Window,
+    pub(crate) minute: Window,
 }
 
 impl TaskSamples {

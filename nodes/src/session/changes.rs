@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use isochrone_runtime::control::{Client, ClientError, JournalEntry, JournalParams};
 
+use super::Asker;
 use super::link::{PATIENCE, give, whole};
 use super::news::{Done, News, Order, Wish};
 use crate::operate::NodeArgs;
@@ -16,19 +17,20 @@ use crate::operate::NodeArgs;
 const TURN: Duration = Duration::from_millis(100);
 
 /// What the thread needs.
-pub(super) struct Changes {
-    pub(super) args: NodeArgs,
-    pub(super) orders: Receiver<Order>,
-    pub(super) news: Sender<News>,
+pub(crate) struct Changes {
+    pub(crate) args: NodeArgs,
+    pub(crate) asker: Asker,
+    pub(crate) orders: Receiver<Order>,
+    pub(crate) news: Sender<News>,
     /// To the thread that reads.
-    pub(super) wishes: Sender<Wish>,
+    pub(crate) wishes: Sender<Wish>,
     /// The `sequence` of the next entry of the journal that is not known.
-    pub(super) next_entry: Arc<AtomicU64>,
-    pub(super) is_over: Arc<AtomicBool>,
+    pub(crate) next_entry: Arc<AtomicU64>,
+    pub(crate) is_over: Arc<AtomicBool>,
 }
 
 impl Changes {
-    pub(super) fn run(self) {
+    pub(crate) fn run(self) {
         while !self.is_over.load(Ordering::Relaxed) {
             match self.orders.recv_timeout(TURN) {
                 Ok(order) => self.carry_out(order),
@@ -39,7 +41,8 @@ impl Changes {
     }
 
     fn carry_out(&self, order: Order) {
-        let news = match self.ask(&order) {
+        let Self { args, asker, is_over, .. } = self;
+        let news = match change(args, asker, is_over, &order, |client| self.tell_journal(client)) {
             Outcome::Done(done) => News::Done(done),
             Outcome::Refused(why) => News::Refused { order, why },
             Outcome::NoPlace => {
@@ -53,29 +56,6 @@ impl Changes {
         let _ = self.wishes.send(Wish::Look);
     }
 
-    fn ask(&self, order: &Order) -> Outcome {
-        let participant = match self.args.domain.join("isochrone/top") {
-            Ok(participant) => participant,
-            Err(failure) => {
-                let why = failure.report().map(ToString::to_string);
-                return Outcome::Refused(why.unwrap_or_default());
-            }
-        };
-        let client = match Client::connect(&participant, &self.args.node, PATIENCE) {
-            Ok(client) => client,
-            Err(ClientError::Full { .. }) => return Outcome::NoPlace,
-            Err(error) => return Outcome::Refused(whole(&error)),
-        };
-        let mut client = client.interrupted_by(self.is_over.clone());
-        match give(&mut client, order) {
-            Ok(done) => {
-                self.tell_journal(&mut client);
-                Outcome::Done(done)
-            }
-            Err(error) => Outcome::Refused(whole(&error)),
-        }
-    }
-
     /// What was done is in the journal before it is said to be done, so that it can be taken back at once.
     fn tell_journal(&self, client: &mut Client) {
         // What does not come now comes with the next look.
@@ -85,8 +65,38 @@ impl Changes {
     }
 }
 
+/// Has the node carry out an order, at a place of its own; `then` asks more of it once that is done.
+pub(crate) fn change(
+    args: &NodeArgs,
+    asker: &Asker,
+    is_over: &Arc<AtomicBool>,
+    order: &Order,
+    then: impl FnOnce(&mut Client),
+) -> Outcome {
+    let participant = match asker.join(args) {
+        Ok(participant) => participant,
+        Err(failure) => {
+            let why = failure.report().map(ToString::to_string);
+            return Outcome::Refused(why.unwrap_or_default());
+        }
+    };
+    let client = match Client::connect(&participant, &args.node, PATIENCE) {
+        Ok(client) => client,
+        Err(ClientError::Full { .. }) => return Outcome::NoPlace,
+        Err(error) => return Outcome::Refused(whole(&error)),
+    };
+    let mut client = client.interrupted_by(is_over.clone());
+    match give(&mut client, order, &asker.client) {
+        Ok(done) => {
+            then(&mut client);
+            Outcome::Done(done)
+        }
+        Err(error) => Outcome::Refused(whole(&error)),
+    }
+}
+
 /// What became of an order.
-enum Outcome {
+pub(crate) enum Outcome {
     Done(Done),
     Refused(String),
     /// As many clients ask the node as it takes.
@@ -94,7 +104,7 @@ enum Outcome {
 }
 
 /// The entries of the journal that are not known yet.
-pub(super) fn entries(
+pub(crate) fn entries(
     client: &mut Client,
     next_entry: &AtomicU64,
 ) -> Result<Vec<JournalEntry>, ClientError> {

@@ -12,7 +12,7 @@ use super::news::Sample;
 type Service = ipc::Service;
 
 /// Reads the telemetry of one node.
-pub(super) struct Telemetry {
+pub(crate) struct Telemetry {
     subscriber: FrameSubscriber<Service>,
     watcher: LayoutWatcher<Service>,
     /// Of the frames with this number.
@@ -30,7 +30,7 @@ struct TaskChannels {
 
 impl Telemetry {
     /// Opens the telemetry of a node; `None` if it has none.
-    pub(super) fn open(
+    pub(crate) fn open(
         participant: &Participant<Service>,
         node: &str,
     ) -> Result<Option<Self>, OpenError> {
@@ -44,7 +44,7 @@ impl Telemetry {
     }
 
     /// The cycles that came since the last call.
-    pub(super) fn take(&mut self, participant: &Participant<Service>) -> Vec<Sample> {
+    pub(crate) fn take(&mut self, participant: &Participant<Service>) -> Vec<Sample> {
         self.subscriber.maintain();
         self.watcher.look(participant);
         let mut samples = Vec::new();

@@ -1,0 +1,154 @@
+//! A running node as a screen or a page shows it: the threads that ask it, so that whoever shows it waits
+//! for nobody. One reads, one changes.
+
+mod asking;
+mod changes;
+mod link;
+mod news;
+mod readings;
+mod target;
+mod telemetry;
+mod timing;
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::{self, JoinHandle};
+
+use isochrone_ipc::{Participant, ipc};
+
+use self::asking::{Asking, join};
+use self::changes::Changes;
+pub(crate) use self::changes::{Outcome, change};
+#[cfg(test)]
+pub(crate) use self::news::Sample;
+pub(crate) use self::news::{Absence, Done, News, Order, Read, Wish};
+pub(crate) use self::readings::{Marks, Readings};
+pub(crate) use self::target::Target;
+pub(crate) use self::timing::{Timings, Window, Windows};
+use crate::failure::Failure;
+use crate::operate::NodeArgs;
+
+/// Who asks.
+#[derive(Debug, Clone)]
+pub(crate) struct Asker {
+    /// The verb.
+    pub(crate) verb: &'static str,
+    /// Who that is for the node's journal.
+    pub(crate) client: Option<String>,
+}
+
+impl Asker {
+    /// Joins the node's domain.
+    fn join(&self, args: &NodeArgs) -> Result<Participant<ipc::Service>, Failure> {
+        args.domain.join(&format!("isochrone/{}", self.verb))
+    }
+}
+
+/// The threads, and the ways to them. They end when this is dropped.
+pub(crate) struct Session {
+    wishes: Sender<Wish>,
+    orders: Sender<Order>,
+    news: Receiver<News>,
+    is_over: Arc<AtomicBool>,
+    threads: Vec<JoinHandle<()>>,
+}
+
+impl Session {
+    /// Starts asking a node; returns when it has answered for the first time.
+    pub(crate) fn start(args: NodeArgs, asker: Asker) -> Result<Self, Failure> {
+        let (wishes, wished) = channel();
+        let (orders, ordered) = channel();
+        let (told, news) = channel();
+        let (started, has_started) = channel();
+        let is_over = Arc::new(AtomicBool::new(false));
+        let next_entry = Arc::new(AtomicU64::new(0));
+        let changes = Changes {
+            args: args.clone(),
+            asker: asker.clone(),
+            orders: ordered,
+            news: told.clone(),
+            wishes: wishes.clone(),
+            next_entry: next_entry.clone(),
+            is_over: is_over.clone(),
+        };
+        let ends = is_over.clone();
+        let verb = asker.verb;
+        let serve = move || match join(&args, &asker, &ends) {
+            Ok((participant, link)) => {
+                let _ = started.send(Ok(()));
+                let mut asking = Asking {
+                    participant,
+                    node: args.node,
+                    client: asker.client,
+                    news: told,
+                    wished,
+                    watched: Vec::new(),
+                    next_entry,
+                    looks: false,
+                };
+                asking.until(&ends, link);
+            }
+            Err(failure) => drop(started.send(Err(failure))),
+        };
+        let mut session = Self { wishes, orders, news, is_over, threads: Vec::new() };
+        session.spawn(verb, serve)?;
+        session.spawn(&format!("{verb}-changes"), || changes.run())?;
+        match has_started.recv() {
+            Ok(started) => started.map(|()| session),
+            Err(_) => Err(session.ended()),
+        }
+    }
+
+    fn spawn(&mut self, name: &str, run: impl FnOnce() + Send + 'static) -> Result<(), Failure> {
+        let thread = thread::Builder::new().name(name.into()).spawn(run);
+        let thread = thread.map_err(|cause| {
+            Failure::found(format!(
+                "cannot start a thread: {cause}; raise the limit of processes (ulimit -u)"
+            ))
+        })?;
+        self.threads.push(thread);
+        Ok(())
+    }
+
+    /// The way for wishes, for other threads.
+    pub(crate) fn wishes(&self) -> Sender<Wish> {
+        self.wishes.clone()
+    }
+
+    /// What there is to tell, without waiting; an error if a thread has ended.
+    pub(crate) fn news(&self) -> Result<Option<News>, Failure> {
+        use std::sync::mpsc::TryRecvError;
+        match self.news.try_recv() {
+            Ok(news) => Ok(Some(news)),
+            Err(TryRecvError::Empty) if !self.threads.iter().any(JoinHandle::is_finished) => {
+                Ok(None)
+            }
+            Err(TryRecvError::Empty) => Err(self.ended()),
+            Err(TryRecvError::Disconnected) => Err(self.ended()),
+        }
+    }
+
+    pub(crate) fn wish(&self, wish: Wish) {
+        // One that has ended is noticed with the next news.
+        let _ = self.wishes.send(wish);
+    }
+
+    pub(crate) fn order(&self, order: Order) {
+        let _ = self.orders.send(order);
+    }
+
+    fn ended(&self) -> Failure {
+        Failure::found("a thread that asks the node has ended; its panic message says why")
+    }
+}
+
+impl Drop for Session {
+    fn drop(&mut self) {
+        self.is_over.store(true, Ordering::Relaxed);
+        for thread in self.threads.drain(..) {
+            // Its panic has been reported.
+            let _ = thread.join();
+        }
+    }
+}
