@@ -47,6 +47,7 @@ mod subscribe;
 mod terminal;
 mod throttling;
 mod top;
+mod view;
 mod wave;
 mod wrapping;
 
@@ -117,6 +118,7 @@ verbs! { catalogue;
     Link: link(),
     List: list(),
     Top: top(),
+    View: view(),
     Show: operate::show(),
     Get: operate::get(),
     Watch: operate::watch(),

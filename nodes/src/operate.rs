@@ -24,5 +24,5 @@ pub(crate) use assignment::Written;
 pub(crate) use journal::{time, word};
 pub(crate) use known::{CALLING_TASK, number, shown};
 pub(crate) use node::{Args as NodeArgs, Asked, failure, refusal};
-pub(crate) use show::{limits, ok_of, role};
+pub(crate) use show::{age_of, limits, ok_of, role};
 pub(crate) use transaction::client;

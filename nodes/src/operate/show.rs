@@ -165,6 +165,11 @@ pub(crate) fn ok_of(input: &str) -> String {
     format!("{input}.ok")
 }
 
+/// The signal that says how old an input is.
+pub(crate) fn age_of(input: &str) -> String {
+    format!("{input}.age")
+}
+
 /// What is to be known of a signal before its value is believed.
 fn marks(signal: &SignalDescription, oks: &HashMap<&str, Value>, reading: &Reading) -> Vec<String> {
     let is_not_ok = signal.role == Role::Input

@@ -1,0 +1,194 @@
+//! `view`: a web page of a running node.
+
+mod access;
+mod curves;
+mod feed;
+mod files;
+mod http;
+mod jitter;
+mod pages;
+mod plant;
+mod response;
+mod routes;
+mod server;
+mod stream;
+mod writes;
+
+use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+use std::time::Duration;
+
+use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_runtime::control::running_nodes;
+use serde::Serialize;
+
+use self::access::Access;
+use self::curves::Curves;
+use self::jitter::Jitter;
+use self::pages::Pages;
+use self::plant::{Plant, Text};
+use self::server::Listeners;
+use self::writes::Writer;
+use crate::failure::Failure;
+use crate::operate::{NodeArgs, client};
+use crate::session::{Asker, News, Session, Wish};
+use crate::{domain, stop, terminal};
+
+/// Show a running node on a web page: live curves, values, alarms and jitter
+///
+/// Serves a page on this machine's own addresses (127.0.0.1 and ::1) and prints its URL. The page needs no
+/// network and loads nothing from elsewhere. Curves have the least and the greatest value of each thirtieth of
+/// a second, from every cycle: no spike is lost. However many pages are open, the node is asked once. If it ends,
+/// the page says so and goes on when it is back. With --allow-write, parameters can be set; whoever has the
+/// printed URL can do it.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  isochrone view\n  isochrone view level --port 0\n  \
+    isochrone view level --allow-write\n\n\
+    From another machine: ssh -L 8080:localhost:8080 HOST, then open http://localhost:8080/ here; the port has to \
+    be the same on both sides. Anybody with an account on this machine can read the page while it is served.")]
+pub(crate) struct Args {
+    /// Name of the running node, as `[node] name` gives it; default: the only one that runs
+    node: Option<String>,
+    /// TCP port; 0: any free one
+    #[arg(long, value_name = "N", default_value_t = 8080)]
+    port: u16,
+    /// Let the page set parameters; the URL then has a token that changes need
+    #[arg(long)]
+    allow_write: bool,
+    #[command(flatten)]
+    domain: domain::Args,
+}
+
+/// Between two looks for news of the node.
+const TURN: Duration = Duration::from_millis(20);
+
+/// What the threads share.
+struct View {
+    port: u16,
+    access: Access,
+    pages: Pages,
+    plant: Mutex<Plant>,
+    curves: Mutex<Curves>,
+    jitter: Mutex<Jitter>,
+    /// Why signals have no curve, by name.
+    refused: Mutex<Text>,
+    writer: Option<Writer>,
+    is_over: Arc<AtomicBool>,
+}
+
+pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    let stop = stop::on_signal(None)?;
+    let node = NodeArgs { node: node(args)?, domain: args.domain.clone() };
+    let listeners = Listeners::bind(args.port)?;
+    let port = listeners.port;
+    let token = if args.allow_write { Some(access::token().map_err(no_token)?) } else { None };
+    let asker = Asker { verb: "view", client: client().map(|user| format!("{user} (view)")) };
+    let session = Session::start(node.clone(), asker.clone())?;
+    let url = match &token {
+        // What stands behind # stays in the browser.
+        Some(token) => format!("http://127.0.0.1:{port}/#token={token}"),
+        None => format!("http://127.0.0.1:{port}/"),
+    };
+    let writer = args.allow_write.then(|| Writer {
+        args: node.clone(),
+        asker,
+        is_over: stop.flag(),
+        wishes: session.wishes(),
+        turn: Mutex::default(),
+    });
+    let view = Arc::new(View {
+        port,
+        access: Access::new(port, token),
+        pages: Pages::default(),
+        plant: Mutex::new(Plant::new()),
+        curves: Mutex::default(),
+        jitter: Mutex::default(),
+        refused: Mutex::default(),
+        writer,
+        is_over: stop.flag(),
+    });
+    while !locked(&view.plant).is_known() && !stop.is_due() {
+        match session.news()? {
+            Some(news) => view.take(news),
+            None => thread::sleep(TURN),
+        }
+    }
+    feed::start(&node, &view)?;
+    listeners.serve(&view)?;
+    terminal::print(&format!("{url}\n"))?;
+    let mut watched = Vec::new();
+    while !stop.is_due() {
+        let now_ns = Monotonic.now_ns();
+        while let Some(news) = session.news()? {
+            view.take(news);
+        }
+        locked(&view.curves).close(now_ns);
+        locked(&view.jitter).tick(now_ns);
+        let plant = locked(&view.plant);
+        let wanted = view.pages.values(|name| plant.needed(name));
+        drop(plant);
+        if watched != wanted {
+            watched.clone_from(&wanted);
+            session.wish(Wish::Watch(wanted));
+        }
+        thread::sleep(TURN);
+    }
+    Ok(())
+}
+
+impl View {
+    fn take(&self, news: News) {
+        if let News::Timing(samples) = &news {
+            // Of tasks that no trace shows every cycle of.
+            let mut jitter = locked(&self.jitter);
+            for sample in samples {
+                jitter.add_shown(&sample.task, sample.cycle, sample.release_jitter_ns);
+            }
+            return;
+        }
+        if locked(&self.plant).take(news) {
+            locked(&self.jitter).forget();
+        }
+    }
+}
+
+/// The node that is meant: the one that is named, or the only one there is.
+fn node(args: &Args) -> Result<String, Failure> {
+    if let Some(node) = &args.node {
+        return Ok(node.clone());
+    }
+    let participant = args.domain.join("isochrone/view")?;
+    let running = running_nodes(&participant).map_err(Failure::found)?;
+    match &running[..] {
+        [] => Err(Failure::nobody("no node runs in this domain (-v says which one it is)")),
+        [only] => Ok(only.name.clone()),
+        several => {
+            let names: Vec<_> = several.iter().map(|node| node.name.as_str()).collect();
+            Err(Failure::usage(format!("several nodes run here; name one: {}", names.join(", "))))
+        }
+    }
+}
+
+fn no_token(error: std::io::Error) -> Failure {
+    Failure::found(format!("cannot make a token out of /dev/urandom: {error}"))
+}
+
+/// What a thread that panicked has left is as good as what it found.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// A value that JSON has a form for.
+fn json(value: &impl Serialize) -> String {
+    serde_json::to_string(value).unwrap_or_default()
+}
+
+fn start_thread(name: &str, run: impl FnOnce() + Send + 'static) -> Result<(), Failure> {
+    let thread = thread::Builder::new().name(name.into()).spawn(run);
+    thread.map(drop).map_err(|cause| {
+        Failure::found(format!(
+            "cannot start a thread: {cause}; raise the limit of processes (ulimit -u)"
+        ))
+    })
+}

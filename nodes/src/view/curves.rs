@@ -1,0 +1,227 @@
+//! Curves of signals: the least and the greatest value of each interval, so that no spike of one cycle is
+//! lost between two points.
+
+use std::collections::{BTreeMap, VecDeque};
+
+use serde::Serialize;
+use serde::ser::{SerializeTuple, Serializer};
+
+/// Thirty intervals a second.
+pub(super) const INTERVAL_NS: u64 = 33_333_333;
+/// Intervals of a curve that are kept: somewhat more than a minute.
+const KEPT: usize = 1_900;
+
+/// What a signal did in an interval. In JSON `[index, least, greatest, last, flags]`, with `null` where no
+/// value was a number.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Interval {
+    /// Counts intervals of `CLOCK_MONOTONIC`.
+    pub(super) index: u64,
+    least: f64,
+    greatest: f64,
+    last: f64,
+    /// Cycles are missing before its last value.
+    is_broken: bool,
+    /// There was a NaN or an infinity.
+    is_unbounded: bool,
+}
+
+impl Interval {
+    fn new(index: u64) -> Self {
+        let (least, greatest, last) = (f64::INFINITY, f64::NEG_INFINITY, f64::NAN);
+        Self { index, least, greatest, last, is_broken: false, is_unbounded: false }
+    }
+
+    fn add(&mut self, value: f64, is_broken: bool) {
+        self.is_broken |= is_broken;
+        self.last = value;
+        if value.is_finite() {
+            self.least = self.least.min(value);
+            self.greatest = self.greatest.max(value);
+        } else {
+            self.is_unbounded = true;
+        }
+    }
+}
+
+impl Serialize for Interval {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let finite = |value: f64| value.is_finite().then_some(value);
+        let flags = u8::from(self.is_broken) | u8::from(self.is_unbounded) << 1;
+        let mut tuple = serializer.serialize_tuple(5)?;
+        tuple.serialize_element(&self.index)?;
+        for value in [self.least, self.greatest, self.last] {
+            tuple.serialize_element(&finite(value))?;
+        }
+        tuple.serialize_element(&flags)?;
+        tuple.end()
+    }
+}
+
+/// The curve of a signal.
+#[derive(Debug, Default)]
+struct Curve {
+    /// Each with its number among all that were closed.
+    closed: VecDeque<(u64, Interval)>,
+    open: Option<Interval>,
+}
+
+/// The curves of a task's signals, in the order of a row's values.
+#[derive(Debug, Default)]
+struct TaskCurves {
+    names: Vec<String>,
+    curves: Vec<Curve>,
+    /// Cycles are missing before the next row.
+    is_broken: bool,
+}
+
+/// All curves.
+#[derive(Debug, Default)]
+pub(super) struct Curves {
+    tasks: BTreeMap<String, TaskCurves>,
+    /// Number of the interval that was closed last.
+    newest: u64,
+}
+
+impl Curves {
+    /// From now on the rows of a task have the values of these signals. Curves of other signals end.
+    pub(super) fn set_signals(&mut self, task: &str, names: Vec<String>) {
+        let known = self.tasks.entry(task.to_owned()).or_default();
+        let before = std::mem::take(&mut known.names).into_iter();
+        let mut before: BTreeMap<_, _> = before.zip(std::mem::take(&mut known.curves)).collect();
+        known.curves = names.iter().map(|name| before.remove(name).unwrap_or_default()).collect();
+        known.names = names;
+    }
+
+    /// Cycles are missing before the next row of a task.
+    pub(super) fn interrupt(&mut self, task: &str) {
+        if let Some(task) = self.tasks.get_mut(task) {
+            task.is_broken = true;
+        }
+    }
+
+    /// Takes in the values of one cycle of a task.
+    pub(super) fn add(&mut self, task: &str, release_ns: u64, values: &[f64]) {
+        let Some(task) = self.tasks.get_mut(task) else { return };
+        let index = release_ns / INTERVAL_NS;
+        let is_broken = std::mem::take(&mut task.is_broken);
+        for (curve, value) in task.curves.iter_mut().zip(values) {
+            if curve.open.is_some_and(|open| open.index != index) {
+                curve.close(&mut self.newest);
+            }
+            curve.open.get_or_insert(Interval::new(index)).add(*value, is_broken);
+        }
+    }
+
+    /// Closes the intervals that are over at that time, whether a later row has come or not.
+    pub(super) fn close(&mut self, now_ns: u64) {
+        let curves = self.tasks.values_mut().flat_map(|task| &mut task.curves);
+        for curve in curves {
+            if curve.open.is_some_and(|open| (open.index + 1) * INTERVAL_NS <= now_ns) {
+                curve.close(&mut self.newest);
+            }
+        }
+    }
+
+    /// Number of the interval that was closed last.
+    pub(super) fn newest(&self) -> u64 {
+        self.newest
+    }
+
+    /// The intervals of a signal that were closed after that number.
+    pub(super) fn since(&self, name: &str, number: u64) -> Vec<Interval> {
+        let found = self.tasks.values().find_map(|task| {
+            let place = task.names.iter().position(|known| known == name)?;
+            task.curves.get(place)
+        });
+        let Some(curve) = found else { return Vec::new() };
+        let first = curve.closed.partition_point(|(of, _)| *of <= number);
+        curve.closed.range(first..).map(|(_, interval)| *interval).collect()
+    }
+}
+
+impl Curve {
+    fn close(&mut self, newest: &mut u64) {
+        let Some(interval) = self.open.take() else { return };
+        *newest += 1;
+        if self.closed.len() >= KEPT {
+            self.closed.pop_front();
+        }
+        self.closed.push_back((*newest, interval));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PERIOD_NS: u64 = 1_000_000;
+
+    fn curves() -> Curves {
+        let mut curves = Curves::default();
+        curves.set_signals("fast", vec!["a".into(), "b".into()]);
+        curves
+    }
+
+    fn json(interval: &Interval) -> String {
+        serde_json::to_string(interval).unwrap()
+    }
+
+    #[test]
+    fn a_spike_of_one_cycle_is_the_greatest_value_of_its_interval() {
+        let mut curves = curves();
+        for cycle in 0..100 {
+            let spike = if cycle == 40 { 9.0 } else { 1.0 };
+            curves.add("fast", cycle * PERIOD_NS, &[spike, -spike]);
+        }
+        curves.close(100 * PERIOD_NS);
+        let shown = |name| curves.since(name, 0).iter().map(json).collect::<Vec<_>>();
+        assert_eq!(shown("a"), ["[0,1.0,1.0,1.0,0]", "[1,1.0,9.0,1.0,0]", "[2,1.0,1.0,1.0,0]"]);
+        assert_eq!(shown("b")[1], "[1,-9.0,-1.0,-1.0,0]");
+        assert!(curves.since("c", 0).is_empty());
+    }
+
+    #[test]
+    fn a_reader_gets_each_interval_once_and_one_that_was_away_what_is_kept() {
+        let mut curves = curves();
+        let mut seen = Vec::new();
+        let mut number = 0;
+        for cycle in 0..3_000 {
+            curves.add("fast", cycle * PERIOD_NS, &[cycle as f64, 0.0]);
+            if cycle % 17 == 0 {
+                seen.extend(curves.since("a", number).iter().map(|interval| interval.index));
+                number = curves.newest();
+            }
+        }
+        assert!(seen.len() > 80 && seen.iter().copied().eq(0..seen.len() as u64), "{seen:?}");
+        for index in 0..10_000 {
+            curves.add("fast", index * INTERVAL_NS, &[0.0, 0.0]);
+        }
+        assert_eq!(curves.since("a", 0).len(), KEPT);
+    }
+
+    #[test]
+    fn missing_cycles_and_values_that_are_no_numbers_are_said() {
+        let mut curves = curves();
+        curves.add("fast", 0, &[1.0, f64::NAN]);
+        curves.interrupt("fast");
+        curves.add("fast", INTERVAL_NS, &[2.0, f64::INFINITY]);
+        curves.add("fast", INTERVAL_NS + 1, &[3.0, -1.0]);
+        curves.close(2 * INTERVAL_NS);
+        let shown = |name| curves.since(name, 0).iter().map(json).collect::<Vec<_>>();
+        assert_eq!(shown("a"), ["[0,1.0,1.0,1.0,0]", "[1,2.0,3.0,3.0,1]"]);
+        assert_eq!(shown("b"), ["[0,null,null,null,2]", "[1,-1.0,-1.0,-1.0,3]"]);
+    }
+
+    #[test]
+    fn curves_of_signals_that_stay_go_on_when_others_are_chosen() {
+        let mut curves = curves();
+        curves.add("fast", 0, &[1.0, 2.0]);
+        curves.set_signals("fast", vec!["c".into(), "b".into()]);
+        curves.add("fast", 1, &[7.0, 3.0]);
+        curves.close(INTERVAL_NS);
+        assert_eq!(json(&curves.since("b", 0)[0]), "[0,2.0,3.0,3.0,0]");
+        assert_eq!(json(&curves.since("c", 0)[0]), "[0,7.0,7.0,7.0,0]");
+        assert!(curves.since("a", 0).is_empty());
+    }
+}

@@ -1,0 +1,33 @@
+// What is wrong, and what is forced.
+
+import { byId, make, span, write } from "./document.js";
+
+function fill(id, items, none) {
+  const list = byId(id);
+  list.replaceChildren(items.length > 0 ? make("ul", { className: "list" }, ...items) : make("p", { className: "quiet" }, none));
+}
+
+export function showAlarms(alarms) {
+  const item = alarm => {
+    const status = alarm.status === null ? "" : ` 16#${alarm.status.toString(16).toUpperCase().padStart(4, "0")}`;
+    const since = alarm.since_unix_ns ? `since ${new Date(alarm.since_unix_ns / 1e6).toISOString().slice(0, 19).replace("T", " ")} UTC, ` : "";
+    const facts = `${since}cycle ${alarm.since_cycle} of ${alarm.task}, ${alarm.count === 1 ? "once" : `${alarm.count} times`}`;
+    return make("li", {}, make("b", { className: "bad" }, alarm.name), `${status} ${alarm.meaning} `,
+      make("span", { className: "quiet" }, facts));
+  };
+  fill("alarm-list", alarms.map(item), "No block reports an error, and every input is ok.");
+  write(byId("alarm-count"), alarms.length > 0 ? ` (${alarms.length})` : "");
+  byId("alarm-count").className = "bad";
+}
+
+export function showForces(forces) {
+  const item = force => {
+    const left = force.held ? "until it is released" : force.left_s === null ? "" : `${span(force.left_s)} left`;
+    const by = force.client ? `by ${force.client}` : "";
+    return make("li", {}, make("b", { className: "forced" }, force.name), ` at ${force.value} `,
+      make("span", { className: "quiet" }, [left, by].filter(Boolean).join(", ")));
+  };
+  fill("force-list", forces.map(item), "Nothing is forced.");
+  write(byId("force-count"), forces.length > 0 ? ` (${forces.length})` : "");
+  byId("force-count").className = "forced";
+}

@@ -1,0 +1,198 @@
+// The page: what the server tells goes to its parts, and what they look at to the server.
+
+import { byId, period, span, write } from "./document.js";
+import { Curves, MOST } from "./curves.js";
+import { Setting } from "./setting.js";
+import { Table } from "./table.js";
+import { Tasks } from "./tasks.js";
+import { showAlarms, showForces } from "./lists.js";
+
+// Before a look is told: scrolling changes it often.
+const LOOK_DELAY_MS = 80;
+const RETRY_MS = 2000;
+// A tab that nobody sees is told nothing after that time.
+const HIDDEN_MS = 5000;
+const FIRST_CURVES = 3;
+
+const signals = new Map();
+const told = { look: "", list: -1 };
+let page = null;
+let state = { state: "", node: null };
+let source = null;
+let lookTimer = 0;
+let hiddenTimer = 0;
+
+const curves = new Curves(() => {
+  remember();
+  table.arrange();
+});
+const table = new Table({
+  looked: look,
+  chosen: signal => {
+    setting.show(signal, table.lines.get(signal.name));
+    table.mark(signal.name);
+  },
+  plotted: (signal, isShown) => {
+    const could = curves.toggle(signal, isShown);
+    if (!could) setting.tell(`a page shows at most ${MOST} curves; remove one first`, "refused");
+    return could;
+  },
+});
+table.isShown = name => curves.has(name);
+const setting = new Setting(() => table.mark(null));
+const tasks = new Tasks();
+
+/** Says what the page looks at, if that is news. */
+function look() {
+  clearTimeout(lookTimer);
+  lookTimer = setTimeout(async () => {
+    if (!page) return;
+    const chosen = setting.signal ? [setting.signal.name] : [];
+    const rows = [...new Set([...curves.names(), ...chosen, ...(table.inSight ?? [])])];
+    const body = JSON.stringify({ page, look: { rows, curves: curves.names() } });
+    if (body === told.look) return;
+    told.look = body;
+    try {
+      await fetch("/look", { method: "POST", headers: { "Content-Type": "application/json" }, body });
+    } catch {
+      told.look = "";
+    }
+  }, LOOK_DELAY_MS);
+}
+
+const key = () => `isochrone-curves-${state.node?.node}`;
+
+function remember() {
+  try {
+    localStorage.setItem(key(), JSON.stringify(curves.names()));
+  } catch {
+    // A browser that keeps nothing forgets which curves these were.
+  }
+}
+
+function remembered() {
+  try {
+    return JSON.parse(localStorage.getItem(key()))?.filter(name => signals.has(name)) ?? [];
+  } catch {
+    return [];
+  }
+}
+
+/** The node has these signals now. */
+async function readSignals(version) {
+  told.list = version;
+  let list;
+  try {
+    list = await (await fetch("/signals")).json();
+  } catch {
+    told.list = -1;
+    return;
+  }
+  signals.clear();
+  for (const signal of list) signals.set(signal.name, signal);
+  curves.keep(signals);
+  if (curves.names().length === 0) {
+    const known = remembered();
+    const first = list.filter(signal => signal.type === "LREAL" && ["input", "output"].includes(signal.role));
+    const chosen = known.length > 0 ? known : first.slice(0, FIRST_CURVES).map(signal => signal.name);
+    for (const name of chosen.slice(0, MOST)) curves.add(signals.get(name));
+  }
+  table.set(list);
+}
+
+function showState() {
+  const { node, state: now, why } = state;
+  if (!node) return;
+  const isThere = now === "runs" && source?.readyState === EventSource.OPEN;
+  write(byId("node"), node.node);
+  document.title = `${node.node} – isochrone view`;
+  const words = { runs: "runs", ended: "has ended; looking for it", silent: "does not answer; looking for it" };
+  write(byId("state"), words[now] ?? now);
+  byId("state").className = `state ${now === "runs" ? "runs" : "gone"}`;
+  const up = isThere ? `up ${span(Date.now() / 1000 - node.started_unix_ns / 1e9)}` : "";
+  const changed = node.configuration.changed ? " (changed since the start)" : "";
+  const periods = node.tasks.map(task => period(task.period_ns)).join(", ");
+  const access = setting.isWritable && setting.token ? "parameters can be set" : "read only";
+  const facts = [`${node.configuration.file}${changed}`, `every ${periods}`, up, access];
+  write(byId("facts"), facts.filter(Boolean).join(" · "));
+  if (now !== "runs") notice(`The node is gone: ${why}. Values come again when it is back.`);
+  else if (showState.before && showState.before !== "runs") notice(`The node came back at ${new Date().toTimeString().slice(0, 8)}.`, "good");
+  showState.before = now;
+  curves.isLive = isThere;
+  tasks.describe(node.tasks, isThere);
+  setting.access = node.control;
+  setting.update(setting.signal && table.lines.get(setting.signal.name));
+}
+
+function notice(text, kind = "") {
+  const element = byId("notice");
+  element.hidden = text === "";
+  element.className = kind;
+  write(element, text);
+}
+
+const handlers = {
+  hello: hello => {
+    page = hello.page;
+    setting.isWritable = hello.writable;
+    told.look = "";
+    curves.begin();
+    notice("");
+    look();
+  },
+  state: now => {
+    state = now;
+    showState();
+    if (now.list !== told.list && now.node) readSignals(now.list);
+  },
+  alarms: showAlarms,
+  forces: showForces,
+  jitter: jitter => tasks.take(jitter),
+  refused: refused => curves.refuse(refused),
+  rows: lines => {
+    table.take(lines);
+    curves.tell(table.lines);
+    setting.update(setting.signal && table.lines.get(setting.signal.name));
+  },
+  curves: news => curves.take(news),
+};
+
+function connect() {
+  if (source || document.hidden) return;
+  source = new EventSource("/events");
+  for (const [name, handle] of Object.entries(handlers)) {
+    source.addEventListener(name, event => handle(JSON.parse(event.data)));
+  }
+  source.addEventListener("error", () => {
+    const isOver = source.readyState === EventSource.CLOSED;
+    page = null;
+    told.list = -1;
+    curves.isLive = false;
+    notice("No connection to isochrone view: it has ended, or serves as many pages as it can. Trying again.");
+    byId("state").className = "state gone";
+    write(byId("state"), "not connected");
+    if (isOver) {
+      disconnect();
+      setTimeout(connect, RETRY_MS);
+    }
+  });
+}
+
+function disconnect() {
+  source?.close();
+  [source, page] = [null, null];
+}
+
+document.addEventListener("visibilitychange", () => {
+  clearTimeout(hiddenTimer);
+  if (document.hidden) hiddenTimer = setTimeout(disconnect, HIDDEN_MS);
+  else connect();
+});
+document.addEventListener("keydown", event => {
+  const isTyping = /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName) && event.target.type !== "checkbox";
+  if (event.key !== "/" || isTyping || event.ctrlKey || event.metaKey || event.altKey) return;
+  event.preventDefault();
+  byId("search").focus();
+});
+setInterval(showState, 1000);
+connect();

@@ -1,0 +1,156 @@
+//! The pages that are open, and what they look at.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::{Arc, Mutex};
+
+use serde::Deserialize;
+
+use super::{access, locked};
+
+/// Most signals in the lines of a table that a page shows at a time.
+const MAX_ROWS: usize = 120;
+/// Most curves of a page.
+const MAX_CURVES: usize = 16;
+/// Values that the node is asked for at a time, however many pages there are, and the length of their names.
+const MAX_VALUES: usize = 1_000;
+const MAX_NAME_BYTES: usize = 64 * 1024;
+
+/// What a page looks at.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Look {
+    /// Signals whose values it shows.
+    rows: Vec<String>,
+    /// Signals whose curves it shows.
+    pub(super) curves: Vec<String>,
+}
+
+/// All pages that are open.
+#[derive(Default)]
+pub(super) struct Pages {
+    looks: Mutex<BTreeMap<String, Arc<Look>>>,
+}
+
+/// A page that is open, until this is dropped.
+pub(super) struct Open<'a> {
+    pages: &'a Pages,
+    /// A name that other pages do not know.
+    pub(super) id: String,
+}
+
+impl Pages {
+    /// Opens one.
+    pub(super) fn open(&self) -> std::io::Result<Open<'_>> {
+        let id = access::token()?;
+        locked(&self.looks).insert(id.clone(), Arc::default());
+        Ok(Open { pages: self, id })
+    }
+
+    /// Whether one is open.
+    pub(super) fn is_any_open(&self) -> bool {
+        !locked(&self.looks).is_empty()
+    }
+
+    /// A page looks at something else now.
+    pub(super) fn look(&self, id: &str, look: Look) -> Result<(), String> {
+        for (what, count, most) in
+            [("signals", look.rows.len(), MAX_ROWS), ("curves", look.curves.len(), MAX_CURVES)]
+        {
+            if count > most {
+                return Err(format!("a page shows at most {most} {what} at a time"));
+            }
+        }
+        match locked(&self.looks).get_mut(id) {
+            Some(known) => *known = Arc::new(look),
+            None => return Err("this page is not open any more; load it again".into()),
+        }
+        Ok(())
+    }
+
+    /// The signals whose curves the pages show, each once.
+    pub(super) fn curves(&self) -> BTreeSet<String> {
+        let looks = locked(&self.looks);
+        looks.values().flat_map(|look| look.curves.iter().cloned()).collect()
+    }
+
+    /// The signals whose values the node is asked for. `expand` gives those that a line needs, none for one
+    /// that does not exist.
+    pub(super) fn values(&self, expand: impl Fn(&str) -> Vec<String>) -> Vec<String> {
+        let looks: Vec<_> = locked(&self.looks).values().cloned().collect();
+        let (mut names, mut asked, mut bytes) = (Vec::new(), BTreeSet::new(), 0);
+        // The first line of each page before the second of any.
+        let longest = looks.iter().map(|look| look.rows.len()).max().unwrap_or_default();
+        let lines =
+            (0..longest).flat_map(|line| looks.iter().filter_map(move |it| it.rows.get(line)));
+        for name in lines.flat_map(|row| expand(row)) {
+            bytes += name.len();
+            if names.len() == MAX_VALUES || bytes > MAX_NAME_BYTES {
+                break;
+            }
+            if asked.insert(name.clone()) {
+                names.push(name);
+            }
+        }
+        names
+    }
+}
+
+impl Open<'_> {
+    /// What it looks at.
+    pub(super) fn now(&self) -> Arc<Look> {
+        locked(&self.pages.looks).get(&self.id).cloned().unwrap_or_default()
+    }
+}
+
+impl Look {
+    pub(super) fn rows(&self) -> &[String] {
+        &self.rows
+    }
+}
+
+impl Drop for Open<'_> {
+    fn drop(&mut self) {
+        locked(&self.pages.looks).remove(&self.id);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn look(rows: impl IntoIterator<Item = String>) -> Look {
+        Look { rows: rows.into_iter().collect(), curves: Vec::new() }
+    }
+
+    #[test]
+    fn however_many_pages_there_are_the_node_is_asked_for_a_value_once_and_for_so_many_at_most() {
+        let pages = Pages::default();
+        let open: Vec<_> = (0..20).map(|_| pages.open().unwrap()).collect();
+        for page in &open {
+            pages.look(&page.id, look(["a".to_owned(), "b".to_owned()])).unwrap();
+        }
+        let itself = |name: &str| vec![name.to_owned()];
+        assert_eq!(pages.values(itself), ["a", "b"]);
+        for (number, page) in open.iter().enumerate() {
+            let rows = (0..MAX_ROWS).map(|row| format!("{row}.of.{number}"));
+            pages.look(&page.id, look(rows)).unwrap();
+        }
+        let values = pages.values(itself);
+        assert_eq!(values.len(), MAX_VALUES);
+        let first_lines = (0..20).all(|number| values.contains(&format!("0.of.{number}")));
+        assert!(first_lines, "each page has a part");
+        drop(open);
+        assert!(pages.values(itself).is_empty() && !pages.is_any_open());
+    }
+
+    #[test]
+    fn a_page_cannot_look_at_more_than_it_shows_and_not_after_its_end() {
+        let pages = Pages::default();
+        let page = pages.open().unwrap();
+        let rows = (0..=MAX_ROWS).map(|row| row.to_string());
+        assert!(pages.look(&page.id, look(rows)).unwrap_err().contains("at most 120 signals"));
+        let id = page.id.clone();
+        drop(page);
+        assert!(pages.look(&id, Look::default()).unwrap_err().contains("load it again"));
+    }
+}
