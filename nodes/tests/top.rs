@@ -1,13 +1,15 @@
 //! `top` as a user has it: on a terminal, which tmux is.
 
 mod domain;
+mod tmux;
 
 use std::path::PathBuf;
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use domain::{Domain, PATIENCE, Process, not_tested};
+use domain::{Domain, PATIENCE, Process};
+use tmux::Tmux;
 
 const NODE: &str = r#"
 [node]
@@ -32,103 +34,6 @@ type = "SawTooth"
 count = 2000
 in = { incrementRange = 1, numberSteps = 30 }
 "#;
-
-/// A terminal of 80 columns and 24 lines, which ends with the test.
-struct Tmux {
-    socket: PathBuf,
-}
-
-impl Tmux {
-    /// Has a shell run the program with these arguments, and then say how it ended. `None` where there is
-    /// no tmux.
-    fn start(domain: &Domain, environment: &str, arguments: &str) -> Option<Self> {
-        if Command::new("tmux").arg("-V").stdout(Stdio::null()).status().is_err() {
-            assert!(std::env::var_os("CI").is_none(), "tmux is not installed");
-            not_tested("the screen of a running node", "tmux is not installed");
-            return None;
-        }
-        let tmux = Self { socket: domain.path("tmux") };
-        let program = env!("CARGO_BIN_EXE_isochrone");
-        let (config, folder) = (domain.config_file(), domain.folder().display());
-        let script = format!(
-            "cd '{folder}'; stty -a > before\n\
-             env {environment} '{program}' {arguments} --iceoryx2-config '{}'\n\
-             echo \"ended with $?\"; stty -a > after; echo compared; sleep 600\n",
-            config.display()
-        );
-        let script = domain.write("on_the_terminal.sh", &script);
-        let new = ["new-session", "-d", "-x", "80", "-y", "24", "sh"];
-        let started = tmux.command().args(new).arg(script).output().unwrap();
-        assert!(started.status.success(), "{}", String::from_utf8_lossy(&started.stderr));
-        Some(tmux)
-    }
-
-    fn command(&self) -> Command {
-        let mut command = Command::new("tmux");
-        command.args(["-u", "-f", "/dev/null", "-S"]).arg(&self.socket);
-        command.env("LC_ALL", "C.UTF-8").env("SHELL", "/bin/sh").env_remove("TMUX");
-        command.stdin(Stdio::null());
-        command
-    }
-
-    fn run(&self, arguments: &[&str]) -> String {
-        let output = self.command().args(arguments).output().unwrap();
-        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-        String::from_utf8(output.stdout).unwrap()
-    }
-
-    fn shown(&self) -> String {
-        self.run(&["capture-pane", "-p"])
-    }
-
-    /// Presses keys by the names that tmux has for them.
-    fn press(&self, keys: &[&str]) {
-        self.run(&[&["send-keys"], keys].concat());
-    }
-
-    /// Waits until the screen shows a text.
-    #[track_caller]
-    fn wait_for(&self, text: &str) {
-        self.wait_until(text, |shown| shown.contains(text));
-    }
-
-    #[track_caller]
-    fn wait_until(&self, what: &str, met: impl Fn(&str) -> bool) {
-        let since = Instant::now();
-        loop {
-            let shown = self.shown();
-            if met(&shown) {
-                return;
-            }
-            assert!(since.elapsed() < PATIENCE, "waited for {what}\n{shown}");
-            thread::sleep(Duration::from_millis(20));
-        }
-    }
-
-    /// The process of the program.
-    fn program(&self) -> String {
-        let shell = self.run(&["display-message", "-p", "#{pane_pid}"]);
-        let shell = shell.trim();
-        let children = format!("/proc/{shell}/task/{shell}/children");
-        std::fs::read_to_string(children).unwrap().trim().to_owned()
-    }
-
-    /// The terminal is as it was before the program: its settings, and what stood on it.
-    #[track_caller]
-    fn expect_given_back(&self, domain: &Domain, code: i32) {
-        self.wait_for("compared");
-        assert!(self.shown().contains(&format!("ended with {code}")), "{}", self.shown());
-        assert!(!self.shown().contains("1 Signals"), "{}", self.shown());
-        assert_eq!(self.run(&["display-message", "-p", "#{cursor_flag}"]).trim(), "1");
-        assert_eq!(domain.read("after"), domain.read("before"));
-    }
-}
-
-impl Drop for Tmux {
-    fn drop(&mut self) {
-        let _ = self.command().arg("kill-server").output();
-    }
-}
 
 fn node(domain: &Domain) -> Process {
     domain.write("tank.toml", NODE);
@@ -163,7 +68,7 @@ fn a_parameter_is_set_on_the_screen_within_its_limits_and_set_back() {
     tmux.wait_for("parameter             10 1/s");
     assert_eq!(value(&domain, "ramp.setChangeRate"), "10");
     tmux.press(&["q"]);
-    tmux.expect_given_back(&domain, 0);
+    tmux.expect_given_back(&domain, 0, "1 Signals");
     node.stop().expect_code(0);
 }
 
@@ -194,7 +99,7 @@ fn a_force_is_marked_listed_and_released_and_a_dead_sensor_is_an_alarm() {
         rows.nth(1).is_some_and(|row| row.contains(" us") || row.contains(" ms"))
     });
     tmux.press(&["C-c"]);
-    tmux.expect_given_back(&domain, 0);
+    tmux.expect_given_back(&domain, 0, "1 Signals");
     node.stop().expect_code(0);
 }
 
@@ -239,7 +144,7 @@ fn a_node_that_is_killed_is_said_to_be_gone_and_comes_back() {
     second.stop().expect_code(0);
     tmux.wait_for("looking for the node");
     Command::new("kill").arg(tmux.program()).status().unwrap();
-    tmux.expect_given_back(&domain, 0);
+    tmux.expect_given_back(&domain, 0, "1 Signals");
 }
 
 #[test]
@@ -292,6 +197,6 @@ fn top_without_a_node_or_without_a_terminal_says_what_there_is() {
     }
     let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tnak") else { return };
     tmux.wait_for("did you mean \"tank\"?");
-    tmux.expect_given_back(&domain, 3);
+    tmux.expect_given_back(&domain, 3, "1 Signals");
     node.stop().expect_code(0);
 }

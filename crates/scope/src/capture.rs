@@ -41,6 +41,17 @@ pub struct Observed {
     pub signals: Vec<Signal>,
 }
 
+/// Where a trigger was looked for.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Looked {
+    /// In so many cycles.
+    pub cycles: u64,
+    /// So many were lost on their way: it may have come in one of them.
+    pub lost: u64,
+    /// Between these values its signal was; `None` if none of them was finite.
+    pub seen: Option<Extremes>,
+}
+
 /// When the window begins.
 #[derive(Debug, Clone)]
 enum Start {
@@ -81,8 +92,7 @@ pub struct Capture {
     found: Option<Found>,
     /// The newest cycle in which the trigger was looked for.
     searched_ns: Option<u64>,
-    seen: Option<Extremes>,
-    looked: u64,
+    looked: Looked,
 }
 
 impl Capture {
@@ -101,8 +111,7 @@ impl Capture {
             start,
             found: None,
             searched_ns: None,
-            seen: None,
-            looked: 0,
+            looked: Looked::default(),
         }
     }
 
@@ -151,9 +160,10 @@ impl Capture {
         let found = match &mut self.start {
             Start::Trigger { armed, edge } if armed.track == track => {
                 let Some(value) = values.get(armed.place).copied() else { return };
-                self.looked += 1;
+                self.looked.cycles += 1;
+                self.looked.lost += head.lost;
                 if value.is_finite() {
-                    self.seen = Some(Extremes::with(self.seen, value));
+                    self.looked.seen = Some(Extremes::with(self.looked.seen, value));
                 }
                 edge.fires(value).then(|| {
                     let task = self.tracks.get(track).map(|track| track.task.clone());
@@ -218,11 +228,16 @@ impl Capture {
 
     /// The newest rows, as many as the window is long.
     pub fn latest(&self) -> Shot {
-        let ends = self.tracks.iter().filter_map(|track| {
-            let last = track.rows.last()?;
-            Some(last.release_ns.saturating_add(track.period_ns.unwrap_or_default()))
-        });
-        let end_ns = ends.max().unwrap_or_default();
+        let ends = || {
+            self.tracks.iter().filter_map(|track| {
+                let period_ns = track.period_ns.unwrap_or_default();
+                Some(track.rows.last()?.release_ns.saturating_add(period_ns))
+            })
+        };
+        // Where all tasks have rows, unless one stands still.
+        let newest_ns = ends().max().unwrap_or_default();
+        let oldest_ns = ends().min().unwrap_or_default();
+        let end_ns = if newest_ns - oldest_ns < LAG_NS { oldest_ns } else { newest_ns };
         self.shot(None, end_ns.saturating_sub(self.window.length_ns()), end_ns)
     }
 
@@ -257,10 +272,9 @@ impl Capture {
         Shot { node: self.node.clone(), tracks, trigger, begin_ns, end_ns }
     }
 
-    /// In how many cycles the trigger was looked for, and between which values its signal was; `None` if
-    /// none of them was finite.
-    pub fn looked(&self) -> (u64, Option<Extremes>) {
-        (self.looked, self.seen)
+    /// Where the trigger was looked for so far.
+    pub fn looked(&self) -> Looked {
+        self.looked
     }
 }
 
@@ -348,7 +362,8 @@ mod tests {
         let shot = capture.take().unwrap();
         assert_eq!((cycles(&shot).len(), shot.shortened_ns()), (63, (0, 57 * MS)));
         assert_eq!(capture.take(), None);
-        assert_eq!(capture.looked(), (100, Some(Extremes { low: 0.0, high: 2.0 })));
+        let seen = Some(Extremes { low: 0.0, high: 2.0 });
+        assert_eq!(capture.looked(), Looked { cycles: 100, lost: 0, seen });
         assert_eq!(cycles(&capture.latest()).len(), 100);
     }
 

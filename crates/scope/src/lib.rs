@@ -24,7 +24,7 @@ mod shot;
 mod ticks;
 mod trigger;
 
-pub use capture::{Capture, Observed, Window};
+pub use capture::{Capture, Looked, Observed, Window};
 pub use columns::{Column, Extremes, Span, columns};
 pub use edge::{Condition, Edge};
 pub use rows::{Head, Rows};

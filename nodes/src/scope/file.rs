@@ -10,7 +10,6 @@ use isochrone_scope::{
     Capture, Head, Observed, Rows, Shot, Signal, Track, Trigger, Triggered, Window,
 };
 
-use self::recorded::Recorded;
 use super::Captured;
 use super::chosen::{check_count, edge};
 use crate::failure::Failure;
@@ -43,7 +42,7 @@ type Each<'a> = dyn FnMut(usize, Head, &[f64]) -> Result<Enough, Failure> + 'a;
 /// A file that can be read from its beginning as often as it takes.
 trait Readable {
     /// What is in it.
-    fn contents(&self) -> Result<Contents, Failure>;
+    fn contents(&self) -> &Contents;
 
     /// Its rows, until it is enough.
     fn rows(&self, each: &mut Each<'_>) -> Result<(), Failure>;
@@ -69,13 +68,13 @@ impl Look<'_> {
         let file: Box<dyn Readable> = if is_csv {
             Box::new(rows_of_csv::read(self.path)?)
         } else {
-            Box::new(Recorded { path: self.path })
+            Box::new(recorded::read(self.path)?)
         };
-        let contents = file.contents()?;
-        let places = self.chosen(&contents, trigger)?;
+        let contents = file.contents();
+        let places = self.chosen(contents, trigger)?;
         let shot = match trigger {
-            Some(trigger) => self.around(trigger, &*file, &contents, &places)?,
-            None => self.whole(&*file, &contents, &places)?,
+            Some(trigger) => self.around(trigger, &*file, contents, &places)?,
+            None => self.whole(&*file, contents, &places)?,
         };
         Ok(Captured { shot, clock: contents.clock })
     }

@@ -8,6 +8,7 @@ use std::time::{Duration, Instant};
 use isochrone_processes::Stop;
 use isochrone_runtime::control::{Client, ClientError};
 use isochrone_scope::{Capture, Shot, Window};
+use isochrone_timing::units::counted;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use super::display::Display;
@@ -51,10 +52,10 @@ pub(super) fn capture(args: &Args, node: &NodeArgs, output: Option<Output>) -> R
     let probes = Probes::open(&participant, &client, &wanted)
         .map_err(|error| failure(error, Asked::ToLook))?;
     let capture = armed(args, &node.node, &wanted, &probes)?;
-    let armed = armed_for(args, &wanted);
     let is_live = Display::is_live(args.mode(), output.as_ref());
     if !is_live {
-        terminal::note(&format!("{armed}. Press Ctrl-C to end it."));
+        let (waits, tasks) = (waits_for(args), wanted.shown_tasks().join(", "));
+        terminal::note(&format!("{waits}; signals of {tasks}. Press Ctrl-C to end it."));
     }
     let screen = is_live.then(Screen::open).transpose()?;
     let mut scope = Scope {
@@ -66,7 +67,7 @@ pub(super) fn capture(args: &Args, node: &NodeArgs, output: Option<Output>) -> R
         captured: 0,
         triggered: None,
         shown_at: Instant::now(),
-        status: format!(" {armed}   q quits "),
+        waits: waits_for(args),
         is_stale: true,
     };
     let end = scope.run(&stop)?;
@@ -100,11 +101,10 @@ fn armed(args: &Args, node: &str, wanted: &Wanted, probes: &Probes) -> Result<Ca
     })
 }
 
-fn armed_for(args: &Args, wanted: &Wanted) -> String {
-    let tasks = wanted.shown_tasks().join(", ");
+fn waits_for(args: &Args) -> String {
     match &args.trigger {
-        Some(trigger) => format!("armed: waiting for {trigger}; signals of {tasks}"),
-        None => format!("capturing signals of {tasks}"),
+        Some(trigger) => format!("armed: waiting for {trigger}"),
+        None => "capturing".to_owned(),
     }
 }
 
@@ -121,7 +121,7 @@ struct Scope<'a> {
     triggered: Option<Instant>,
     /// When the last shot was shown.
     shown_at: Instant,
-    status: String,
+    waits: String,
     /// The screen shows what is old.
     is_stale: bool,
 }
@@ -242,8 +242,12 @@ impl Scope<'_> {
             return Ok(false);
         }
         if std::mem::take(&mut self.is_stale) {
-            let what = if self.capture.is_triggered() { "triggered" } else { "armed" };
-            let status = format!("{} {what}, {} so far ", self.status, self.captured);
+            let status = match &self.args.trigger {
+                Some(_) => {
+                    format!(" q quits   {}   {}", counted(self.captured, "shot"), self.waits)
+                }
+                None => " q quits".to_owned(),
+            };
             self.display.draw(self.shown.as_ref(), &status)?;
         }
         let failed = |error| Failure::found(format!("cannot use the terminal: {error}"));
@@ -264,7 +268,9 @@ impl Scope<'_> {
 
     /// Shows what was captured in part, and says how it ended.
     fn finish(mut self, end: End, client: &Rc<RefCell<Client>>) -> Result<(), Failure> {
-        let is_partial = self.capture.is_triggered() && !matches!(end, End::Done);
+        // Whoever leaves a screen has seen enough.
+        let is_left = self.is_on_screen() && matches!(end, End::Stopped);
+        let is_partial = self.capture.is_triggered() && !is_left && !matches!(end, End::Done);
         if is_partial {
             self.take_shot()?;
         }

@@ -6,10 +6,10 @@ use std::time::{Duration, Instant};
 
 use isochrone_ipc::{Participant, ipc};
 use isochrone_runtime::control::{Client, ClientError, Trace, signals_by_task};
-use isochrone_scope::{Capture, Edge, Head, Observed, Signal, Trigger};
+use isochrone_scope::{Capture, Edge, Head, Looked, Observed, Signal, Trigger};
 use isochrone_timing::units::counted;
 
-use super::chosen::{check_count, edge};
+use super::chosen::{MOST, check_count, edge};
 use crate::failure::Failure;
 use crate::numbers::six_digits;
 use crate::operate::{Asked, failure};
@@ -69,7 +69,11 @@ impl Wanted {
             )));
         };
         let edge = edge(trigger, &signal.value_type, signal.unit.as_deref().unwrap_or_default())?;
-        let task = tasks.iter().position(|(task, _)| *task == signal.task).unwrap_or_else(|| {
+        // A trace that is full has no room for it: then it has one of its own.
+        let has_room = |(task, names): &(String, Vec<String>)| {
+            *task == signal.task && (names.len() < MOST || names.contains(&signal.name))
+        };
+        let task = tasks.iter().position(has_room).unwrap_or_else(|| {
             tasks.push((signal.task.clone(), Vec::new()));
             tasks.len() - 1
         });
@@ -191,8 +195,9 @@ impl Probes {
 /// What the signal of a trigger did instead.
 pub(super) fn not_fired(trigger: &Trigger, capture: &Capture) -> String {
     let signal = &trigger.signal;
-    let (looked, seen) = capture.looked();
-    let cycles = counted(looked, "cycle");
+    let Looked { cycles: looked, lost, seen } = capture.looked();
+    let lost = if lost > 0 { format!(", and {lost} more were lost") } else { String::new() };
+    let cycles = format!("{}{lost}", counted(looked, "cycle"));
     match seen {
         _ if looked == 0 => format!("no cycle with {signal} came"),
         None => format!("{signal} was no finite number in any of {cycles}"),

@@ -19,7 +19,9 @@ impl Captured {
         };
         let at = self.clock.map(|clock| time(clock.unix_ns(shot.zero_ns())));
         let task = |track: &isochrone_scope::Track| match track.period_ns {
-            Some(period_ns) => format!("{} every {}", escaped(&track.task), period(period_ns)),
+            Some(period_ns) => {
+                format!("{} every {}", escaped(&track.task), period(period_ns)).trim().to_owned()
+            }
             None => escaped(&track.task).into_owned(),
         };
         let tasks = shot.tracks.iter().map(task).collect::<Vec<_>>().join(", ");

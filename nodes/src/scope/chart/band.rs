@@ -3,6 +3,7 @@
 use isochrone_blocks::PinType;
 use isochrone_scope::{Column, Extremes, Shot, Signal, Span, Track, columns};
 
+use super::heights::Kind;
 use super::{Grid, Ink, Plot};
 use crate::numbers::{Digits, shown, type_of};
 use crate::top::cut_name;
@@ -32,8 +33,16 @@ impl<'a> Band<'a> {
         Some(Self { track, place, signal, extremes })
     }
 
-    pub(super) fn is_digital(&self) -> bool {
+    fn is_digital(&self) -> bool {
         self.signal.is_digital()
+    }
+
+    pub(super) fn kind(&self) -> Kind {
+        match self.extremes {
+            _ if self.is_digital() => Kind::OnOff,
+            Some(Extremes { low, high }) if low < high => Kind::Curve,
+            _ => Kind::Flat,
+        }
     }
 
     /// Columns of the longest label beside the curve.

@@ -8,6 +8,19 @@ const MOST: usize = 12;
 const TRIED: [(usize, usize, usize); 6] =
     [(7, 2, 1), (5, 1, 1), (4, 1, 1), (3, 1, 1), (3, 1, 0), (2, 1, 0)];
 
+/// A line of dots, and the name above it.
+const FLAT: usize = 2;
+
+/// What a band shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Curve,
+    /// A BOOL.
+    OnOff,
+    /// A value that stays, or none.
+    Flat,
+}
+
 /// Lines of all bands.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Heights {
@@ -19,13 +32,17 @@ pub(super) struct Heights {
 impl Heights {
     /// Divides so many lines among the bands. If they are too few, the bands have more.
     pub(super) fn of(bands: &[Band<'_>], room: usize) -> Self {
-        Self::divide(&bands.iter().map(Band::is_digital).collect::<Vec<_>>(), room)
+        Self::divide(&bands.iter().map(Band::kind).collect::<Vec<_>>(), room)
     }
 
-    fn divide(are_digital: &[bool], room: usize) -> Self {
-        let heights = |(analog, digital, between)| Self {
-            each: are_digital.iter().map(|is| if *is { digital } else { analog }).collect(),
-            between,
+    fn divide(kinds: &[Kind], room: usize) -> Self {
+        let heights = |(curve, on_off, between)| {
+            let height = |kind: &Kind| match kind {
+                Kind::Curve => curve,
+                Kind::OnOff => on_off,
+                Kind::Flat => FLAT,
+            };
+            Self { each: kinds.iter().map(height).collect(), between }
         };
         let mut tried = TRIED.map(heights).into_iter();
         let fits = tried.clone().find(|heights| heights.total() <= room);
@@ -35,8 +52,8 @@ impl Heights {
         let mut left = room.saturating_sub(heights.total());
         while left > 0 {
             let before = left;
-            for (height, is_digital) in heights.each.iter_mut().zip(are_digital) {
-                if !is_digital && *height < MOST && left > 0 {
+            for (height, kind) in heights.each.iter_mut().zip(kinds) {
+                if *kind == Kind::Curve && *height < MOST && left > 0 {
                     *height += 1;
                     left -= 1;
                 }
@@ -65,8 +82,8 @@ mod tests {
 
     #[test]
     fn curves_share_the_room_and_give_way_when_there_are_many() {
-        let of = |analog: usize, digital: usize, room: usize| {
-            let kinds: Vec<bool> = (0..analog + digital).map(|index| index >= analog).collect();
+        let of = |curves: usize, others: usize, room: usize| {
+            let kinds = [vec![Kind::Curve; curves], vec![Kind::OnOff; others]].concat();
             Heights::divide(&kinds, room)
         };
         assert_eq!(of(1, 1, 19), Heights { each: vec![12, 2], between: 1 });
@@ -75,5 +92,7 @@ mod tests {
         assert_eq!(of(0, 5, 19), Heights { each: vec![2; 5], between: 1 });
         assert_eq!(of(20, 0, 19), Heights { each: vec![2; 20], between: 0 });
         assert_eq!(of(0, 0, 19).total(), 0);
+        let flat = Heights::divide(&[Kind::Flat, Kind::Curve], 12);
+        assert_eq!(flat, Heights { each: vec![2, 9], between: 1 });
     }
 }

@@ -1,6 +1,6 @@
 //! Recordings in MCAP, of `scope`, of `record` and of a node.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
 use std::path::Path;
 
@@ -15,8 +15,12 @@ use crate::export::{judge, reader, unreadable};
 use crate::failure::Failure;
 use crate::subscribe::channels_of;
 
+/// A file that was read once.
 pub(super) struct Recorded<'a> {
-    pub(super) path: &'a Path,
+    path: &'a Path,
+    /// Which track the cycles of a channel go to. A service whose signals change has one for each layout.
+    places: HashMap<u16, usize>,
+    contents: Contents,
 }
 
 /// What stands in the file for a cycle.
@@ -98,95 +102,89 @@ impl Line<'_> {
     }
 }
 
-/// Where the cycles of a channel go. A service whose signals change has a track for each layout.
-#[derive(Default)]
-struct Places {
-    of_channel: HashMap<u16, usize>,
-    tracks: Vec<Observed>,
-}
-
-impl Places {
-    fn of(&mut self, line: &Line<'_>) -> usize {
-        *self.of_channel.entry(line.channel()).or_insert_with(|| {
-            self.tracks.push(line.observed());
-            self.tracks.len() - 1
-        })
-    }
-}
-
-impl Recorded<'_> {
-    fn each(
-        &self,
-        mut line: impl FnMut(Line<'_>) -> Result<Enough, Failure>,
-        mut mark: impl FnMut(Mark),
-    ) -> Result<Reader<File>, Failure> {
-        let mut reader = reader(self.path)?;
-        while let Some(item) = reader.next_item().map_err(|error| unreadable(self.path, &error))? {
-            let enough = match item {
-                Item::Frame(frame) => line(Line::Frame(frame))?,
-                Item::Row(row) => line(Line::Row(row))?,
-                Item::Mark(found) => {
-                    mark(found);
-                    Enough::No
-                }
-                Item::Entry(_) | Item::Configuration(_) => Enough::No,
-            };
-            if enough == Enough::Yes {
-                break;
+/// Reads what is in a file.
+pub(super) fn read(path: &Path) -> Result<Recorded<'_>, Failure> {
+    // In the order of the channels, which is that in which they were written.
+    let mut tracks: BTreeMap<u16, Observed> = BTreeMap::new();
+    let mut contents = Contents::default();
+    let (mut trigger, mut begin_ns, mut end_ns) = (None, None, None);
+    let reader = each(
+        path,
+        |line| {
+            tracks.entry(line.channel()).or_insert_with(|| line.observed());
+            contents.clock.get_or_insert(line.clock());
+            if contents.node.is_empty() {
+                contents.node = escaped(line.node()).into_owned();
             }
-        }
-        Ok(reader)
+            Ok(Enough::No)
+        },
+        |mark| match mark.kind.as_str() {
+            TRIGGER => trigger = Some(triggered(mark)),
+            BEGIN => begin_ns = Some(mark.time_ns),
+            END => end_ns = Some(mark.time_ns),
+            _ => {}
+        },
+    )?;
+    judge(path, reader.condition())?;
+    if tracks.is_empty() {
+        let path = path.display();
+        return Err(match reader.other_messages() {
+            0 => Failure::found(format!("{path} has no frames")),
+            _ => Failure::usage(format!("{path} has only messages of another program")),
+        });
     }
+    if contents.node.is_empty() {
+        contents.node = escaped(&path.display().to_string()).into_owned();
+    }
+    if begin_ns.is_some() {
+        // A shot's rows are those of tasks.
+        let prefix = format!("{}/", contents.node);
+        let plain = |task: &str| task.strip_prefix(&prefix).unwrap_or(task).to_owned();
+        tracks.values_mut().for_each(|track| track.task = plain(&track.task));
+        trigger = trigger.map(|it: Triggered| Triggered { task: plain(&it.task), ..it });
+    }
+    let places = tracks.keys().copied().zip(0..).collect();
+    let tracks = tracks.into_values().collect();
+    let contents = Contents { tracks, trigger, begin_ns, end_ns, ..contents };
+    Ok(Recorded { path, places, contents })
+}
+
+fn each(
+    path: &Path,
+    mut line: impl FnMut(Line<'_>) -> Result<Enough, Failure>,
+    mut mark: impl FnMut(Mark),
+) -> Result<Reader<File>, Failure> {
+    let mut reader = reader(path)?;
+    while let Some(item) = reader.next_item().map_err(|error| unreadable(path, &error))? {
+        let enough = match item {
+            Item::Frame(frame) => line(Line::Frame(frame))?,
+            Item::Row(row) => line(Line::Row(row))?,
+            Item::Mark(found) => {
+                mark(found);
+                Enough::No
+            }
+            Item::Entry(_) | Item::Configuration(_) => Enough::No,
+        };
+        if enough == Enough::Yes {
+            break;
+        }
+    }
+    Ok(reader)
 }
 
 impl Readable for Recorded<'_> {
-    fn contents(&self) -> Result<Contents, Failure> {
-        let (mut places, mut contents) = (Places::default(), Contents::default());
-        let (mut trigger, mut begin_ns, mut end_ns) = (None, None, None);
-        let reader = self.each(
-            |line| {
-                places.of(&line);
-                contents.clock.get_or_insert(line.clock());
-                if contents.node.is_empty() {
-                    contents.node = escaped(line.node()).into_owned();
-                }
-                Ok(Enough::No)
-            },
-            |mark| match mark.kind.as_str() {
-                TRIGGER => trigger = Some(triggered(mark)),
-                BEGIN => begin_ns = Some(mark.time_ns),
-                END => end_ns = Some(mark.time_ns),
-                _ => {}
-            },
-        )?;
-        judge(self.path, reader.condition())?;
-        if places.tracks.is_empty() {
-            let path = self.path.display();
-            return Err(match reader.other_messages() {
-                0 => Failure::found(format!("{path} has no frames")),
-                _ => Failure::usage(format!("{path} has only messages of another program")),
-            });
-        }
-        if contents.node.is_empty() {
-            contents.node = escaped(&self.path.display().to_string()).into_owned();
-        }
-        contents.tracks = places.tracks;
-        if begin_ns.is_some() {
-            // A shot's rows are those of tasks.
-            let prefix = format!("{}/", contents.node);
-            let plain = |task: &str| task.strip_prefix(&prefix).unwrap_or(task).to_owned();
-            contents.tracks.iter_mut().for_each(|track| track.task = plain(&track.task));
-            trigger = trigger.map(|it: Triggered| Triggered { task: plain(&it.task), ..it });
-        }
-        Ok(Contents { trigger, begin_ns, end_ns, ..contents })
+    fn contents(&self) -> &Contents {
+        &self.contents
     }
 
-    fn rows(&self, each: &mut Each<'_>) -> Result<(), Failure> {
-        let (mut places, mut values) = (Places::default(), Vec::new());
+    fn rows(&self, give: &mut Each<'_>) -> Result<(), Failure> {
+        let mut values = Vec::new();
         let mut newest_ns: HashMap<usize, u64> = HashMap::new();
         let line = |line: Line<'_>| {
-            let track = places.of(&line);
-            let period_ns = places.tracks.get(track).and_then(|track| track.period_ns);
+            let Some(track) = self.places.get(&line.channel()).copied() else {
+                return Ok(Enough::No);
+            };
+            let period_ns = self.contents.tracks.get(track).and_then(|track| track.period_ns);
             let mut head = line.head();
             let before_ns = newest_ns.get(&track).copied();
             // The last frame of a node that ends may be sent again, and what follows a restart does not go
@@ -201,9 +199,9 @@ impl Readable for Recorded<'_> {
                 head.missed = skipped.saturating_sub(head.lost);
             }
             line.values(&mut values);
-            each(track, head, &values)
+            give(track, head, &values)
         };
-        self.each(line, |_| {}).map(drop)
+        each(self.path, line, |_| {}).map(drop)
     }
 }
 

@@ -11,10 +11,8 @@ use crate::recording::Recording;
 
 /// A file that was read.
 pub(super) struct OfCsv {
-    node: String,
     recording: Recording,
-    trigger: Option<Triggered>,
-    period_ns: Option<u64>,
+    contents: Contents,
 }
 
 pub(super) fn read(path: &Path) -> Result<OfCsv, Failure> {
@@ -38,9 +36,12 @@ pub(super) fn read(path: &Path) -> Result<OfCsv, Failure> {
         text: "trigger".into(),
         ..Triggered::default()
     });
-    let period_ns = period_ns(times_ns);
+    let signal = |name: &String| Signal { name: escaped(name).into_owned(), ..Signal::default() };
+    let signals = recording.columns().iter().map(signal).collect();
+    let track = Observed { task: String::new(), period_ns: period_ns(times_ns), signals };
     let node = escaped(&path.display().to_string()).into_owned();
-    Ok(OfCsv { node, trigger, period_ns, recording })
+    let contents = Contents { tracks: vec![track], node, trigger, ..Contents::default() };
+    Ok(OfCsv { recording, contents })
 }
 
 /// The time between most rows.
@@ -52,13 +53,8 @@ fn period_ns(times_ns: &[u64]) -> Option<u64> {
 }
 
 impl Readable for OfCsv {
-    fn contents(&self) -> Result<Contents, Failure> {
-        let signal =
-            |name: &String| Signal { name: escaped(name).into_owned(), ..Signal::default() };
-        let signals = self.recording.columns().iter().map(signal).collect();
-        let tracks = vec![Observed { task: String::new(), period_ns: self.period_ns, signals }];
-        let (node, trigger) = (self.node.clone(), self.trigger.clone());
-        Ok(Contents { tracks, node, trigger, ..Contents::default() })
+    fn contents(&self) -> &Contents {
+        &self.contents
     }
 
     fn rows(&self, each: &mut Each<'_>) -> Result<(), Failure> {
