@@ -1,6 +1,5 @@
 //! `record`: the frames of services, in an MCAP file.
 
-mod clock;
 mod output;
 mod progress;
 mod source;
@@ -16,8 +15,6 @@ use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::Stop;
 use isochrone_runtime::FrameWait;
 use isochrone_timing::units::counted;
-
-pub(crate) use self::clock::read as read_clocks;
 
 use self::output::{Broken, Output};
 use self::progress::Progress;

@@ -5,6 +5,7 @@ use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use isochrone_report::Report;
+use isochrone_runtime::RecordingFile;
 
 use crate::failure::Failure;
 
@@ -51,13 +52,14 @@ impl ResultFile {
         }
     }
 
-    /// Takes away what stands behind so many bytes. A pipe or a device keeps it.
-    pub(crate) fn cut(&mut self, bytes: u64) {
-        let _ = self.file.set_len(bytes);
-    }
-
     fn cannot_write(&self, error: &io::Error) -> Failure {
         Failure::found(format!("cannot write {}: {error}", self.path.display()))
+    }
+}
+
+impl RecordingFile for ResultFile {
+    fn cut(&mut self, bytes: u64) {
+        self.file.cut(bytes);
     }
 }
 

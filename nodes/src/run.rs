@@ -35,7 +35,7 @@ use crate::{configuration, numbers, terminal, throttling};
 /// error.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone run examples/level.toml\n  \
-    isochrone run level.toml --seconds 60 --report level.json\n  isochrone run level.toml --strict")]
+    isochrone run level.toml --seconds 60 --report level.json\n  isochrone run level.toml --record level.mcap\n  isochrone run level.toml --strict")]
 pub(crate) struct Args {
     /// Configuration file (TOML)
     file: PathBuf,
@@ -53,6 +53,10 @@ pub(crate) struct Args {
     /// are refused
     #[arg(long, value_name = "FILE.jsonl")]
     journal: Option<PathBuf>,
+    /// Record every cycle of every task in this file, with its inputs and outputs and what is done to the node:
+    /// `replay` repeats the run bit for bit. If the file cannot be written, the node runs on without it
+    #[arg(long, value_name = "FILE.mcap")]
+    record: Option<PathBuf>,
     /// Print the report as JSON instead of the table
     #[arg(long)]
     json: bool,
@@ -80,6 +84,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let report_file = args.report.as_deref().map(ResultFile::open).transpose()?;
     let journal =
         args.journal.as_deref().map(|file| open_journal(file, args, &plan)).transpose()?;
+    let recording = args.record.as_deref().map(|file| open_recording(file, args)).transpose()?;
     let stop = stop::on_signal(None)?;
     hold_panic_messages();
 
@@ -110,6 +115,14 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let prepared = match journal {
         Some(journal) => prepared.with_journal(journal).map_err(Failure::usage)?,
         None => prepared,
+    };
+    let prepared = match (recording, &args.record) {
+        (Some(file), Some(path)) => {
+            let failed =
+                |error| Failure::usage(format!("cannot write {}: {error}", path.display()));
+            prepared.with_recording(path.display().to_string(), file).map_err(failed)?
+        }
+        _ => prepared,
     };
     let node = prepared.start();
     let ahead_ns = node.epoch_ns().saturating_sub(Monotonic.now_ns());
@@ -157,6 +170,13 @@ fn open_journal(path: &Path, args: &Args, plan: &Plan) -> Result<Journal, Failur
     Ok(journal)
 }
 
+/// Opens the file of a recording, which is none that is read or written otherwise.
+fn open_recording(path: &Path, args: &Args) -> Result<ResultFile, Failure> {
+    let others = [Some(&args.file), args.report.as_ref(), args.journal.as_ref()];
+    others.into_iter().flatten().try_for_each(|other| configuration::keep(other, path))?;
+    ResultFile::open(path)
+}
+
 /// Runs the node until it ends or is to end.
 fn run_until(mut node: Running, plan: &Plan, stop: &Stop) -> Result<Outcome, NodePanicked> {
     let mut service = Service::find(plan, node.epoch_ns());
@@ -185,7 +205,9 @@ fn verdict(args: &Args, outcome: &Outcome) -> Result<(), Failure> {
     if let End::Overrun { task, missed } = &outcome.end {
         return Err(Failure::found(overrun_sentence(task, *missed)));
     }
-    let is_incomplete = |alarm: &&Alarm| matches!(alarm, Alarm::JournalIncomplete { .. });
+    let is_incomplete = |alarm: &&Alarm| {
+        matches!(alarm, Alarm::JournalIncomplete { .. } | Alarm::RecordingIncomplete { .. })
+    };
     if let Some(alarm) = outcome.alarms.iter().find(is_incomplete) {
         return Err(Failure::found(alarm));
     }

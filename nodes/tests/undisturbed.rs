@@ -157,7 +157,7 @@ fn is_operated(domain: &Domain) -> bool {
     let readers = domain.join("readers");
     let wait = |index: usize| LayoutWatcher::open(&readers, ["busy/out", "busy/more"][index % 2]);
     let mut waiting: Vec<_> = (0..8).map(|index| wait(index).unwrap()).collect();
-    let run = format!("run node.toml --cycles {} --report node.json", cycles());
+    let run = format!("run node.toml --cycles {} --report node.json --record node.mcap", cycles());
     let mut node = domain.start(&run);
     node.wait_for("is running");
     let operator = domain.join("operator");
@@ -180,7 +180,7 @@ fn is_operated(domain: &Domain) -> bool {
 }
 
 #[test]
-fn a_thousand_blocks_with_inputs_and_outputs_run_without_allocation_fault_or_lock_while_operated_and_traced()
+fn a_thousand_blocks_with_inputs_and_outputs_run_without_allocation_fault_or_lock_while_operated_traced_and_recorded()
  {
     let (domain, peers) = company(1000);
     assert!((0..10).any(|_| is_operated(&domain)), "nobody comes in time in ten runs");
@@ -192,6 +192,8 @@ fn a_thousand_blocks_with_inputs_and_outputs_run_without_allocation_fault_or_loc
     let measured = number(task, "cycles") - WARM_UP_CYCLES;
     assert_eq!(number(task, "cycles"), cycles());
     assert_eq!(number(task, "block_errors"), 0);
+    let recording = &report["recording"];
+    assert_eq!(number(recording, "cycles") + number(recording, "lost"), cycles());
     assert!(number(&report["links"][0], "frames") > 0, "{report}");
 
     assert_eq!(number(task, "allocations"), 0);
@@ -230,7 +232,14 @@ fn only_the_wait_is_a_system_call(node: &str, rate_hz: u32) {
     let is_operated = || {
         let mut strace = Command::new("strace");
         strace.args(["-f", "-o"]).arg(domain.path("calls"));
-        strace.arg(env!("CARGO_BIN_EXE_isochrone")).args(["run", "node.toml", "--cycles", "1000"]);
+        strace.arg(env!("CARGO_BIN_EXE_isochrone")).args([
+            "run",
+            "node.toml",
+            "--cycles",
+            "1000",
+            "--record",
+            "node.mcap",
+        ]);
         strace.arg("--iceoryx2-config").arg(domain.config_file());
         strace.current_dir(domain.path(""));
         let mut node = Process::start(strace);

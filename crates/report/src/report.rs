@@ -35,6 +35,9 @@ pub struct Report {
     /// The streams of frames that were received.
     #[serde(default)]
     pub links: Vec<LinkArm>,
+    /// The node's recording, if it was recorded.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub recording: Option<RecordingReport>,
     /// The cost of block instances.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub costs: Vec<CostReport>,
@@ -63,6 +66,24 @@ impl Report {
             ..Self::default()
         }
     }
+}
+
+/// What a node's recording has.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct RecordingReport {
+    /// Its file, as it was named.
+    pub file: String,
+    /// Cycles in the file, of all tasks.
+    pub cycles: u64,
+    /// Cycles that ran and are not in the file.
+    pub lost: u64,
+    /// Entries of the journal in the file.
+    pub entries: u64,
+    /// Size of the file, without the index at its end.
+    pub bytes: u64,
+    /// Whether it has everything that the node did.
+    pub is_complete: bool,
 }
 
 /// A cyclic task of a node, or an arm of a bench.

@@ -128,6 +128,11 @@ pub enum Alarm {
         /// Which journal, and why, in a sentence.
         reason: String,
     },
+    /// Cycles, or what was done, are not in the recording.
+    RecordingIncomplete {
+        /// Which recording, and why, in a sentence.
+        reason: String,
+    },
 }
 
 impl Alarm {
@@ -148,6 +153,7 @@ impl Alarm {
             Self::InputNotOk { .. } => WarningCode::InputNotOk,
             Self::TelemetryCut { .. } => WarningCode::TelemetryCut,
             Self::JournalIncomplete { .. } => WarningCode::JournalIncomplete,
+            Self::RecordingIncomplete { .. } => WarningCode::RecordingIncomplete,
         }
     }
 
@@ -248,7 +254,9 @@ impl fmt::Display for Alarm {
                 f,
                 "task \"{task}\" has {signals} signals, and {service} shows the first {shown} of them"
             ),
-            Self::JournalIncomplete { reason } => f.write_str(reason),
+            Self::JournalIncomplete { reason } | Self::RecordingIncomplete { reason } => {
+                f.write_str(reason)
+            }
         }
     }
 }

@@ -15,6 +15,8 @@ use crate::events::Watch;
 use crate::new_parts::NewParts;
 use crate::operating::{Operating, Origin, Shared};
 use crate::orders::Changeover;
+use crate::recorded::task_layouts;
+use crate::recorder::{Capture, Recorder};
 use crate::snapshots::{Snapshots, Tap};
 use crate::telemetry::cuts;
 use crate::traces::NewSlots;
@@ -62,6 +64,8 @@ struct NewTask {
     words: Arc<Words>,
     moved: Arc<Moved>,
     banks: Vec<String>,
+    /// Where the node is recorded.
+    recorder: Option<(Box<Recorder>, Capture)>,
 }
 
 impl PreparedApply {
@@ -81,15 +85,20 @@ impl PreparedApply {
         let basis = operating.operator.basis();
         let words: Vec<Arc<Words>> =
             operating.lanes.iter().map(|lane| lane.faults.words()).collect();
+        let is_recorded = operating.recording.is_some();
         drop(operating);
         let mut prepared = basis.change(draft, request)?;
         let costs_ns = rehearse(&mut prepared);
         let (snapshots, taps) = Snapshots::of(&plan);
-        let tasks = plan.tasks.iter().zip(taps).zip(&words).map(|((task, tap), old)| {
+        let layouts = task_layouts(&plan).into_iter();
+        let recorders = layouts.map(|layout| is_recorded.then(|| Recorder::new(layout)));
+        let parts = taps.into_iter().zip(&words).zip(recorders);
+        let tasks = plan.tasks.iter().zip(parts).map(|(task, ((tap, old), recorder))| {
             let words = Arc::new(Words::of(task));
             let moved = Arc::new(Moved::of(old, &words));
             let banks = task.banks.iter().map(BankPlan::any_block).collect();
-            NewTask { tap, watch: Watch::following(task, old, &moved), words, moved, banks }
+            let watch = Watch::following(task, old, &moved);
+            NewTask { tap, watch, words, moved, banks, recorder }
         });
         let tasks = tasks.collect();
         let (cuts, Plan { source, .. }) = (cuts(&plan).collect(), plan);
@@ -182,13 +191,20 @@ impl Operating {
         self.note_sent(origin, number, replacements.len());
         let mut banks = Vec::new();
         let parts = replacements.into_iter().zip(tasks).zip(traces);
-        for (lane, ((replacement, new), traces)) in self.lanes.iter_mut().zip(parts) {
-            let NewTask { tap, watch, words, moved, banks: of_task } = new;
+        for (task, (lane, ((replacement, new), traces))) in
+            self.lanes.iter_mut().zip(parts).enumerate()
+        {
+            let NewTask { tap, watch, words, moved, banks: of_task, recorder } = new;
             banks.push(of_task);
             lane.faults.expect(Arc::clone(&words), moved);
             // Nobody logs any more where the other end is gone.
             let _ = lane.words.send(words);
-            lane.orders.send_change(Box::new(Changeover { replacement, tap, watch, traces }));
+            let (recorder, capture) = recorder.unzip();
+            if let (Some(recording), Some(capture)) = (&self.recording, capture) {
+                recording.add(task, capture);
+            }
+            let changeover = Changeover { replacement, tap, watch, traces, recorder };
+            lane.orders.send_change(Box::new(changeover));
         }
         self.expect(NewParts { source, banks, cuts }, snapshots);
         Ok(Applying { number, cycles })

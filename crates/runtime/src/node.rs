@@ -7,6 +7,7 @@ use isochrone_engine::config::Control;
 use isochrone_engine::operate::{Feeds, Operator};
 use isochrone_engine::{Plan, TaskEngine};
 use isochrone_ipc::{LayoutAnnouncer, OpenError, Participant, RealTime, Service, ipc, local};
+use isochrone_recording::{self as recording, TaskLayout, WriteError};
 
 use crate::alarms::Alarm;
 use crate::attend::Serving;
@@ -17,6 +18,8 @@ use crate::operating::{Shared, unix_ns};
 use crate::outputs;
 use crate::parts::Parts;
 use crate::places::Places;
+use crate::recorded::task_layouts;
+use crate::recorder::{Recorder, Recording, RecordingFile};
 use crate::running::Running;
 use crate::snapshots::Snapshots;
 use crate::task::Ready;
@@ -99,6 +102,7 @@ pub struct Prepared<S: Service = ipc::Service> {
     parts: Parts<S>,
     grants: Vec<ThreadGrant>,
     cycles: Option<u64>,
+    layouts: Vec<TaskLayout>,
 }
 
 impl<S: Service + 'static> Prepared<S> {
@@ -163,7 +167,8 @@ impl<S: Service + 'static> Prepared<S> {
         let serving = parts.participant.clone().filter(|_| plan.control != Control::Off);
         let serving = serving.map(|participant| Serving::open(participant, plan, &parts.operating));
         let serving = serving.transpose()?;
-        Ok(Self { serving, threads, parts, grants, cycles: None })
+        let layouts = task_layouts(plan);
+        Ok(Self { serving, threads, parts, grants, cycles: None, layouts })
     }
 
     /// Ends the node when its first task has run this many cycles; with `Some(0)`, that is at its start.
@@ -179,6 +184,32 @@ impl<S: Service + 'static> Prepared<S> {
     pub fn with_journal(self, mut journal: Journal) -> Result<Self, JournalError> {
         journal.begin(unix_ns())?;
         self.parts.operating.lock().keep(journal)?;
+        Ok(self)
+    }
+
+    /// Records the node in a file, which people know as `name`, from its first cycle to its last: every cycle of
+    /// every task with its inputs and outputs, and what is done to the node's values. A thread of its own
+    /// writes; what it cannot write is counted, and the node runs on.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn with_recording(
+        self,
+        name: impl Into<String>,
+        out: impl RecordingFile,
+    ) -> Result<Self, WriteError> {
+        let mut operating = self.parts.operating.lock();
+        let source = operating.configuration.source.clone();
+        let version = env!("CARGO_PKG_VERSION").to_owned();
+        let node = recording::Node { name: self.parts.node.clone(), version, file: source.name };
+        let recording = Recording::start(name.into(), out, &node, &source.text)?;
+        for (task, (lane, layout)) in operating.lanes.iter_mut().zip(&self.layouts).enumerate() {
+            let (recorder, capture) = Recorder::new(layout.clone());
+            recording.add(task, capture);
+            lane.orders.record(recorder);
+        }
+        operating.recording = Some(recording);
+        drop(operating);
         Ok(self)
     }
 

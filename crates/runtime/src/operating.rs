@@ -21,6 +21,7 @@ use crate::faults::{Active, Faults};
 use crate::journal::{Fate, Journal, JournalError, Mark, Writing};
 use crate::new_parts::NewParts;
 use crate::orders::{self, Changeover, Returned};
+use crate::recorder::Recording;
 use crate::responses::Responses;
 use crate::snapshots::Snapshots;
 use crate::traces::{NewSlots, Traced};
@@ -82,6 +83,7 @@ pub(crate) struct Operating {
     pub(crate) configuration: Configuration,
     pub(crate) lanes: Vec<Lane>,
     journal: Option<Writing>,
+    pub(crate) recording: Option<Recording>,
     /// What is acknowledged when it is known what has become of its line of the journal.
     held: VecDeque<(Mark, Done)>,
     /// How often the journal could not be written, and since which cycle of the first task it cannot be.
@@ -138,6 +140,7 @@ impl Shared {
             configuration: Configuration { source, sha256, rules, is_changed: false },
             lanes: Vec::new(),
             journal: None,
+            recording: None,
             held: VecDeque::new(),
             journal_failures: 0,
             unwritten_since: None,
@@ -315,6 +318,11 @@ impl Operating {
             self.arrived.push(parts);
         }
         for done in came {
+            if let (Done::Applied(entry), Some(recording)) = (&done, &mut self.recording)
+                && let Some(lane) = self.lanes.get(entry.task)
+            {
+                recording.note(entry, &lane.name);
+            }
             let mark = match (&done, &mut self.journal) {
                 (Done::Applied(entry), Some(journal)) => {
                     let lane = self.lanes.get(entry.task);
@@ -393,6 +401,12 @@ impl Operating {
             (None, None) => return None,
         };
         Some(Active { name: "journal".to_owned(), status: None, meaning, since_cycle, count })
+    }
+
+    /// That the recording has ended before the node.
+    pub(crate) fn recording_alarm(&self) -> Option<Active> {
+        let (meaning, since_cycle) = self.recording.as_ref()?.trouble()?;
+        Some(Active { name: "recording".to_owned(), status: None, meaning, since_cycle, count: 1 })
     }
 
     /// Has the journal end, when the last cycles are noted.

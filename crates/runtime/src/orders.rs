@@ -7,6 +7,7 @@ use isochrone_engine::operate::{Ended, Inbox, MAX_FORCES, Order, Replacement};
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use crate::events::{Events, Watch};
+use crate::recorder::Recorder;
 use crate::records::Cycle;
 use crate::snapshots::Tap;
 use crate::traces::{MAX_TRACES, NewSlots, Tracer, Traces};
@@ -14,8 +15,8 @@ use crate::traces::{MAX_TRACES, NewSlots, Tracer, Traces};
 /// Orders that write and may be on their way to a task, and as many that read: who schedules values
 /// ahead keeps nobody from looking.
 const ROOM: usize = 64;
-/// What is on its way at most: those, and the beginning and the end of each trace.
-const ROOM_THERE: usize = 2 * ROOM + 2 * MAX_TRACES;
+/// What is on its way at most: those, the beginning and the end of each trace, and that of a recording.
+const ROOM_THERE: usize = 2 * ROOM + 2 * MAX_TRACES + 1;
 /// What comes back at most, until the ordinary thread has looked: all orders and traces, and all forces that
 /// may end by themselves, each of which may have taken the place of another.
 const ROOM_BACK: usize = 2 * ROOM + MAX_TRACES + 2 * MAX_FORCES;
@@ -27,6 +28,7 @@ enum Given {
     Trace(Box<Tracer>),
     /// Of the trace of this number.
     EndOfTrace(u64),
+    Recorder(Box<Recorder>),
 }
 
 /// Another configuration for a task, with what its cycle tells of it.
@@ -35,6 +37,8 @@ pub(crate) struct Changeover {
     pub(crate) tap: Tap,
     pub(crate) watch: Watch,
     pub(crate) traces: NewSlots,
+    /// Where the node is recorded.
+    pub(crate) recorder: Option<Box<Recorder>>,
 }
 
 /// What a cycle gives back.
@@ -57,6 +61,7 @@ pub(crate) struct Applier {
     /// There is one at a time.
     changeover: Option<Box<Changeover>>,
     traces: Traces,
+    recorder: Option<Box<Recorder>>,
 }
 
 /// The end in the ordinary thread.
@@ -72,7 +77,7 @@ pub(crate) fn ends() -> (Applier, Sender) {
     let (send, new) = RingBuffer::new(ROOM_THERE);
     let (back, receive) = RingBuffer::new(ROOM_BACK);
     let (inbox, traces) = (Inbox::new(ROOM), Traces::default());
-    let applier = Applier { new, back, inbox, changeover: None, traces };
+    let applier = Applier { new, back, inbox, changeover: None, traces, recorder: None };
     (applier, Sender { new: send, back: receive, writing: 0, reading: 0 })
 }
 
@@ -94,6 +99,7 @@ impl Applier {
             engine.replace(&mut changeover.replacement, release.cycle);
             tap.change(&mut changeover.tap);
             events.change(&mut changeover.watch);
+            std::mem::swap(&mut self.recorder, &mut changeover.recorder);
             let Self { back, traces, .. } = self;
             traces.change(&mut changeover.traces, |ended| {
                 let _ = back.push(Returned::Trace(ended));
@@ -129,6 +135,8 @@ impl Applier {
                     let refused = self.traces.arm(tracer);
                     self.give_back(refused);
                 }
+                // It comes before the first cycle, and takes nobody's place.
+                Given::Recorder(recorder) => self.recorder = Some(recorder),
                 Given::EndOfTrace(number) => {
                     let ended = self.traces.disarm(number);
                     self.give_back(ended);
@@ -144,10 +152,13 @@ impl Applier {
         }
     }
 
-    /// Copies the signals that are traced, when the blocks have stepped; for the slack.
+    /// Copies what is traced and recorded of a cycle, when the blocks have stepped; for the slack.
     #[inline]
-    pub(crate) fn trace(&mut self, engine: &TaskEngine, cycle: &Cycle) {
+    pub(crate) fn capture(&mut self, engine: &TaskEngine, cycle: &Cycle) {
         self.traces.take(engine.image(), cycle);
+        if let Some(recorder) = &mut self.recorder {
+            recorder.take(engine, cycle);
+        }
     }
 
     /// Ends the forces whose time has come, and applies what was sent for this cycle. Frees nothing;
@@ -205,6 +216,11 @@ impl Sender {
     /// Begins a trace. There is room for as many as a task has.
     pub(crate) fn begin_trace(&mut self, tracer: Box<Tracer>) {
         let _ = self.new.push(Given::Trace(tracer));
+    }
+
+    /// Records from the first cycle on; before the start.
+    pub(crate) fn record(&mut self, recorder: Box<Recorder>) {
+        let _ = self.new.push(Given::Recorder(recorder));
     }
 
     /// Ends a trace, once.

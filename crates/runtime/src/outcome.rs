@@ -5,6 +5,7 @@ use isochrone_engine::operate::Forced;
 use isochrone_timing::{Direction, TaskTiming};
 
 use crate::alarms::Alarm;
+use crate::recorder::RecordingOutcome;
 
 /// What a node did, and why it ended.
 #[derive(Debug)]
@@ -17,6 +18,8 @@ pub struct Outcome {
     pub alarms: Vec<Alarm>,
     /// What was still forced when it ended.
     pub forces: Vec<Forced>,
+    /// Its recording, where it had one.
+    pub recording: Option<RecordingOutcome>,
 }
 
 /// Why a node ended.

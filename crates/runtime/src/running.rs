@@ -18,6 +18,7 @@ use crate::operating::{Lane, Returns, unix_ns};
 use crate::outcome::{End, InputOutcome, Outcome, TaskOutcome};
 use crate::panics::Panic;
 use crate::parts::{Parts, Task};
+use crate::rows::Place;
 use crate::task::Done;
 use crate::telemetry::Telemetry;
 use crate::threads::Threads;
@@ -201,8 +202,9 @@ impl<S: Service> Running<S> {
         let mut alarms = parts.alarms;
         let reason = |lane: &Lane| lane.cpu_reason.clone();
         let cpu_reasons: Vec<_> = parts.operating.lock().lanes.iter().map(reason).collect();
-        for (((task, grant), cpu_reason), done) in
-            parts.tasks.iter_mut().zip(grants).zip(cpu_reasons).zip(done)
+        let mut ends = vec![None; parts.tasks.len()];
+        for (index, (((task, grant), cpu_reason), done)) in
+            parts.tasks.iter_mut().zip(grants).zip(cpu_reasons).zip(done).enumerate()
         {
             alarms.extend(task.resolvers.iter_mut().flat_map(Resolver::alarms));
             let done = match done {
@@ -229,8 +231,15 @@ impl<S: Service> Running<S> {
                 None if end == End::Asked && done.panic.is_none() => end = End::Cycles,
                 None | Some(StopReason::Requested) => {}
             }
+            if let Some(end) = ends.get_mut(index) {
+                *end = done.last.map(|last| Place::of(&last.record));
+            }
             tasks.push(outcome(task, grant, cpu_reason, done));
         }
+        let recording = parts.operating.lock().recording.take();
+        let recording = recording.map(|recording| recording.end(ends));
+        let incomplete = recording.as_ref().and_then(|recording| recording.incomplete.clone());
+        alarms.extend(incomplete.map(|reason| Alarm::RecordingIncomplete { reason }));
         let mut operating = parts.operating.lock();
         let forces = operating.operator.forces().cloned().collect();
         alarms.extend(tasks.iter().filter_map(|task| {
@@ -244,9 +253,11 @@ impl<S: Service> Running<S> {
             tracing::error!("{}", alarm.sentence());
             alarms.push(alarm);
         }
-        let Some(first) = panics.first() else { return Ok(Outcome { end, tasks, alarms, forces }) };
+        let Some(first) = panics.first() else {
+            return Ok(Outcome { end, tasks, alarms, forces, recording });
+        };
         let end = End::Panicked { task: first.task.clone() };
-        let outcome = Box::new(Outcome { end, tasks, alarms, forces });
+        let outcome = Box::new(Outcome { end, tasks, alarms, forces, recording });
         Err(NodePanicked { panics, outcome })
     }
 

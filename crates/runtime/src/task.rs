@@ -153,7 +153,7 @@ pub(crate) fn run<S: Service>(job: Job<S>) -> Option<Done> {
             let record = record(&release, end_ns, cyclic.overruns());
             let cycle = Cycle { record, follow: ports.follow_record(&release) };
             tap.take(engine.image(), &cycle);
-            orders.trace(&engine, &cycle);
+            orders.capture(&engine, &cycle);
             records.push(&cycle);
             last = Some(cycle);
             orders.prepare(&mut engine, &release);

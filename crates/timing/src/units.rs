@@ -56,6 +56,15 @@ pub fn period(ns: u64) -> String {
     format!("{whole}.{} {unit}", fraction.trim_end_matches('0'))
 }
 
+/// Formats a number of bytes: `214.6 kB`, `1.2 MB`, `3.45 GB`.
+pub fn size(bytes: u64) -> String {
+    match bytes {
+        0..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
+        1_000_000..1_000_000_000 => format!("{:.1} MB", bytes as f64 / 1e6),
+        _ => format!("{:.2} GB", bytes as f64 / 1e9),
+    }
+}
+
 /// Formats a count with its noun: `1 cycle`, `2 cycles`.
 pub fn counted<N: Copy + Display + PartialEq + From<u8>>(count: N, thing: &str) -> String {
     format!("{count} {thing}{}", if count == N::from(1) { "" } else { "s" })

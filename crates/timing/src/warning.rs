@@ -122,6 +122,9 @@ codes! {
     /// The journal lacks what was done last.
     JournalIncomplete = "journal_incomplete",
         "make room where the journal is before the node ends; simulate repeats the run up to where the file ends";
+    /// The node's recording lacks cycles, or what was done.
+    RecordingIncomplete = "recording_incomplete",
+        "record to a faster disk with more room, or have the tasks publish less; replay compares what is there";
     /// A block panicked, and the node ended with it.
     Panicked = "panicked",
         "fix the block that the message names; what was measured ends with the panic";

@@ -5,9 +5,9 @@ use std::time::Instant;
 
 use isochrone_recording::{Carried, ChannelId, Failed, Frame, Mark, WriteError, Writer};
 
+use isochrone_runtime::{RecordingFile, read_clocks};
 use isochrone_timing::units::counted;
 
-use super::clock;
 use super::split::Split;
 use crate::failure::Failure;
 use crate::result_file::ResultFile;
@@ -118,7 +118,7 @@ impl Output {
     /// Hands everything to the system.
     pub(super) fn flush(&mut self) -> Result<(), Broken> {
         let Some(writer) = &mut self.writer else { return Ok(()) };
-        let now = clock::read();
+        let now = read_clocks();
         let was_set = now.moved_ns(writer.clock()) > SET_NS;
         let set = if was_set { writer.set_clock(now) } else { Ok(()) };
         let flushed = set.and_then(|()| writer.flush());
@@ -168,7 +168,7 @@ impl Output {
         let path = self.path_of(self.files.len() + 1);
         let begin = |opened: Option<ResultFile>| {
             let file = opened.map_or_else(|| ResultFile::create(&path), Ok);
-            Writer::create(file.map_err(WriteError::Io)?, clock::read())
+            Writer::create(file.map_err(WriteError::Io)?, read_clocks())
         };
         match begin(self.opened.take()) {
             Ok(writer) => {

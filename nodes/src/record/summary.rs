@@ -3,6 +3,7 @@
 use isochrone_engine::escaped;
 use isochrone_report::Table;
 use isochrone_timing::units::counted;
+pub(super) use isochrone_timing::units::size;
 use serde_json::{Value, json};
 
 use super::output::{Output, WrittenFile};
@@ -84,13 +85,4 @@ pub(super) fn sentence(sources: &[Source]) -> String {
     let lost: u64 = sources.iter().map(|source| source.counters().lost).sum();
     let services = counted(sources.len(), "service");
     format!("{} of {services}, {lost} lost", counted(frames, "frame"))
-}
-
-/// A number of bytes for people.
-pub(super) fn size(bytes: u64) -> String {
-    match bytes {
-        0..1_000_000 => format!("{:.1} kB", bytes as f64 / 1e3),
-        1_000_000..1_000_000_000 => format!("{:.1} MB", bytes as f64 / 1e6),
-        _ => format!("{:.2} GB", bytes as f64 / 1e9),
-    }
 }

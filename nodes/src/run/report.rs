@@ -1,8 +1,8 @@
 //! The outcome of a node as a report.
 
 use isochrone_engine::{Plan, TaskPlan};
-use isochrone_report::Report;
-use isochrone_runtime::{InputOutcome, Link, Outcome, TaskOutcome};
+use isochrone_report::{RecordingReport, Report};
+use isochrone_runtime::{InputOutcome, Link, Outcome, RecordingOutcome, TaskOutcome};
 use isochrone_timing::{InputReport, LinkReport, TaskReport};
 
 /// Adds what the node did.
@@ -15,6 +15,7 @@ pub(super) fn complete(report: &mut Report, plan: &Plan, outcome: &Outcome) {
     report
         .links
         .extend(outcome.tasks.iter().flat_map(|task| &task.links).map(link_report).map(Into::into));
+    report.recording = outcome.recording.as_ref().map(recording_report);
 }
 
 fn task_report(plan: &TaskPlan, task: &TaskOutcome) -> TaskReport {
@@ -43,6 +44,11 @@ fn task_report(plan: &TaskPlan, task: &TaskOutcome) -> TaskReport {
         lost_snapshots: Some(task.lost_snapshots),
         ..task.timing.report(&task.name)
     }
+}
+
+fn recording_report(recording: &RecordingOutcome) -> RecordingReport {
+    let RecordingOutcome { file, cycles, lost, entries, bytes, incomplete } = recording.clone();
+    RecordingReport { file, cycles, lost, entries, bytes, is_complete: incomplete.is_none() }
 }
 
 fn input_report(input: &InputOutcome) -> InputReport {

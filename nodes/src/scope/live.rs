@@ -7,6 +7,7 @@ use std::time::{Duration, Instant};
 
 use isochrone_processes::Stop;
 use isochrone_runtime::control::{Client, ClientError};
+use isochrone_runtime::read_clocks;
 use isochrone_scope::{Capture, Shot, Window};
 use isochrone_timing::units::counted;
 use ratatui::crossterm::event::{self, Event, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
@@ -17,7 +18,6 @@ use super::probes::{Probes, Wanted, not_fired};
 use super::{Args, Captured, Mode};
 use crate::failure::Failure;
 use crate::operate::{Asked, NodeArgs, failure};
-use crate::record::read_clocks;
 use crate::top::{Screen, Wait, restore, wait};
 use crate::{stop, terminal};
 

@@ -146,12 +146,13 @@ impl Attendant {
         let operating = self.shared.lock();
         let (offset, limit) = page(params.offset, params.limit);
         let (now_ns, now_unix_ns) = (Monotonic.now_ns(), unix_ns());
-        let journal = operating.journal_alarm();
-        let of_journal = usize::from(journal.is_some());
+        let of_files = operating.journal_alarm().into_iter().chain(operating.recording_alarm());
+        let of_files = Vec::from_iter(of_files);
+        let not_of_tasks = of_files.len();
         let of_tasks = operating.lanes.iter().enumerate();
         let of_tasks = of_tasks
             .flat_map(|(task, lane)| lane.faults.active().map(move |one| (Some(task), one)));
-        let active = journal.into_iter().map(|one| (None, one)).chain(of_tasks);
+        let active = of_files.into_iter().map(|one| (None, one)).chain(of_tasks);
         let alarm = |(task, active): (Option<usize>, Active)| {
             let since_unix_ns = task.map(|task| {
                 let since_ns = operating.release_ns(task, active.since_cycle);
@@ -170,7 +171,7 @@ impl Attendant {
         };
         let alarms = fitting(active.skip(offset).take(limit).map(alarm));
         let total: usize = operating.lanes.iter().map(|lane| lane.faults.total()).sum();
-        Reply::Alarms(AlarmsResult { total: (total + of_journal) as u64, alarms })
+        Reply::Alarms(AlarmsResult { total: (total + not_of_tasks) as u64, alarms })
     }
 }
 

@@ -7,6 +7,8 @@ use std::time::{Duration, Instant};
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{Depth, FrameSubscriber, Participant, Service, ipc};
 
+use crate::rows::Place;
+
 use super::{
     Client, ClientError, Code, Failure, SignalDescription, TraceParams, TraceResult, TracedSignal,
 };
@@ -48,13 +50,6 @@ pub struct Trace<S: Service = ipc::Service> {
     /// The values of the row that was taken last.
     row: Vec<f64>,
     last: Option<Place>,
-}
-
-/// Which cycle a row is of.
-#[derive(Debug, Clone, Copy)]
-struct Place {
-    cycle: u64,
-    missed: u64,
 }
 
 /// One cycle of a trace.
@@ -156,7 +151,7 @@ impl<S: Service> Trace<S> {
             }
         };
         let now = Place { cycle: place.cycle, missed: place.missed };
-        let lost = self.last.replace(now).map_or(0, |last| last.lost_until(now));
+        let lost = self.last.replace(now).map_or(0, |last| now.lost_since(Some(last)));
         let (timing, values) = self.row.split_at_checked(self.shape.timing.len())?;
         let (cycle, release_ns, missed) = (place.cycle, place.release_ns, place.missed);
         Some(TraceRow { cycle, release_ns, missed, lost, timing, values })
@@ -171,13 +166,6 @@ impl<S: Service> Trace<S> {
     /// Whether the node does not publish it any more: it was ended, or the node has. Rows may still wait.
     pub fn has_ended(&self) -> bool {
         self.frames.publishers() == 0
-    }
-}
-
-impl Place {
-    fn lost_until(self, next: Self) -> u64 {
-        let missed = next.missed.saturating_sub(self.missed);
-        next.cycle.saturating_sub(self.cycle).saturating_sub(1).saturating_sub(missed)
     }
 }
 
@@ -232,18 +220,4 @@ pub fn signals_by_task<S: Service>(
         return Ok(tasks);
     }
     Err(ClientError::Refused(Failure::of(Code::UnknownName, findings)))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn what_is_lost_is_what_ran_and_did_not_come() {
-        let place = |cycle, missed| Place { cycle, missed };
-        assert_eq!(place(7, 3).lost_until(place(8, 3)), 0);
-        assert_eq!(place(7, 3).lost_until(place(12, 7)), 0);
-        assert_eq!(place(7, 3).lost_until(place(12, 4)), 3);
-        assert_eq!(place(7, 3).lost_until(place(2, 0)), 0, "never less than none");
-    }
 }

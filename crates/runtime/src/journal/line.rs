@@ -1,5 +1,6 @@
 //! The lines of a journal file.
 
+use isochrone_engine::operate::Entry;
 use serde::{Deserialize, Serialize};
 
 use crate::control::JournalEntry;
@@ -24,11 +25,25 @@ pub enum Line {
 }
 
 impl Line {
+    /// What was done to a task of this name. `None`: it is in no journal, as what the program gives to inputs is
+    /// no operator's doing.
+    pub(crate) fn of_entry(entry: &Entry, task: &str) -> Option<Self> {
+        if entry.changes.is_empty() && entry.configuration.is_none() {
+            return None;
+        }
+        let applied = entry.configuration.as_deref();
+        let configuration = applied.map(|applied| applied.text.to_string());
+        Some(Self::Entry(JournalEntry { configuration, ..JournalEntry::of(entry, task) }))
+    }
+
+    /// As JSON, without an end. `None`: it cannot be written, which no line is.
+    pub(crate) fn json(&self) -> Option<String> {
+        serde_json::to_string(self).ok()
+    }
+
     /// As it stands in the file, with its end. `None`: it cannot be written, which no line is.
     pub(super) fn text(&self) -> Option<Vec<u8>> {
-        let mut text = serde_json::to_vec(self).ok()?;
-        text.push(b'\n');
-        Some(text)
+        Some((self.json()? + "\n").into_bytes())
     }
 }
 

@@ -14,7 +14,6 @@ use super::error::JournalError;
 use super::line::Line;
 use super::missed::Progress;
 use super::write::{Journal, RETRY_PAUSE};
-use crate::control::JournalEntry;
 use crate::operating::unix_ns;
 use crate::panics;
 
@@ -161,13 +160,7 @@ impl Writing {
     /// Adds what was done to a task of this name. Returns where its line ends, whose [fate](Standing::fate)
     /// is told when it is acknowledged; `None`: it is in no journal.
     pub(crate) fn note(&mut self, entry: &Entry, task: &str) -> Option<Mark> {
-        // What the program gives to inputs is no operator's doing.
-        if entry.changes.is_empty() && entry.configuration.is_none() {
-            return None;
-        }
-        let applied = entry.configuration.as_deref();
-        let configuration = applied.map(|applied| applied.text.to_string());
-        self.send(&Line::Entry(JournalEntry { configuration, ..JournalEntry::of(entry, task) }));
+        self.send(&Line::of_entry(entry, task)?);
         Some(self.sent)
     }
 

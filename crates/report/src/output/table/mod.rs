@@ -9,11 +9,11 @@ pub use columns::{Alignment, Table};
 use std::fmt::{Display, Formatter, Result};
 
 use isochrone_machine::Environment;
-use isochrone_timing::units::{counted, duration, period, three_digits};
+use isochrone_timing::units::{counted, duration, period, size, three_digits};
 use isochrone_timing::{LinkReport, Summary, TaskReport, Warning};
 
 use crate::output::groups::percent;
-use crate::report::Report;
+use crate::report::{RecordingReport, Report};
 
 /// With the indent and the columns, a row has the 80 characters of a terminal.
 const LABEL_WIDTH: usize = 15;
@@ -36,12 +36,26 @@ impl Display for Report {
         for report in self.links.iter().filter(|link| link.turns.is_empty()) {
             link(f, &report.link)?;
         }
+        if let Some(report) = &self.recording {
+            recording(f, report)?;
+        }
         bench::tables(f, self)?;
         if !self.warnings.is_empty() {
             writeln!(f)?;
         }
         self.warnings.iter().try_for_each(|report| warning(f, report))
     }
+}
+
+fn recording(f: &mut Formatter<'_>, recording: &RecordingReport) -> Result {
+    let RecordingReport { file, cycles, lost, entries, bytes, .. } = recording;
+    writeln!(
+        f,
+        "\nrecording {file}: {}, {lost} lost, {}, {}",
+        counted(*cycles, "cycle"),
+        counted(*entries, "operation"),
+        size(*bytes),
+    )
 }
 
 fn environment(f: &mut Formatter<'_>, environment: &Environment) -> Result {

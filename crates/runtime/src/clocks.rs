@@ -10,8 +10,8 @@ const ATTEMPTS: usize = 8;
 /// How far two readings of the monotonic clock are apart if nothing came in between, in ns.
 const PROMPT_NS: u64 = 5_000;
 
-/// What both clocks read now.
-pub(crate) fn read() -> ClockReading {
+/// What both clocks read now: Unix time and `CLOCK_MONOTONIC`.
+pub fn read_clocks() -> ClockReading {
     let mut best = (u64::MAX, ClockReading::default());
     for _ in 0..ATTEMPTS {
         let before_ns = Monotonic.now_ns();
