@@ -106,6 +106,14 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         let refusals: Vec<String> = report.warnings.iter().map(sentence).collect();
         return Err(Failure::found(refusals.join("\n")));
     }
+    let prepared = match (recording, &args.record) {
+        (Some(file), Some(path)) => {
+            let failed =
+                |error| Failure::usage(format!("cannot write {}: {error}", path.display()));
+            prepared.with_recording(path.display().to_string(), file).map_err(failed)?
+        }
+        _ => prepared,
+    };
     beside::note_unpinned(&places, prepared.grants());
     // No reason to refuse the start: the cycles are what they would be without telemetry.
     note_start(
@@ -115,14 +123,6 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let prepared = match journal {
         Some(journal) => prepared.with_journal(journal).map_err(Failure::usage)?,
         None => prepared,
-    };
-    let prepared = match (recording, &args.record) {
-        (Some(file), Some(path)) => {
-            let failed =
-                |error| Failure::usage(format!("cannot write {}: {error}", path.display()));
-            prepared.with_recording(path.display().to_string(), file).map_err(failed)?
-        }
-        _ => prepared,
     };
     let node = prepared.start();
     let ahead_ns = node.epoch_ns().saturating_sub(Monotonic.now_ns());
