@@ -128,6 +128,9 @@
 //!   [`force`](runtime::Running::force), [`release`](runtime::Running::release),
 //!   [`undo`](runtime::Running::undo) and [`get`](runtime::Running::get): each request is checked
 //!   whole, and [`poll`](runtime::Running::poll) says in which cycle it was applied.
+//! - **Record it** with [`with_recording`](runtime::Prepared::with_recording): `isochrone replay` repeats the
+//!   run bit for bit.
+//! - **Trace it** from another program with [`Trace`](runtime::control::Trace): every cycle of chosen signals.
 //! - **Memory** of the whole process is locked if the program calls
 //!   [`prepare_process`](cyclic::prepare_process).
 //! - **Allocations** are counted if the program has

@@ -185,7 +185,7 @@ impl Operating {
         let instant_ns = now_ns.saturating_add(longest_ns.unwrap_or_default() + LEAD_NS);
         let cycles = self.first_cycles(instant_ns);
         let lanes = self.lanes.iter().enumerate();
-        let traces = lanes.map(|(task, lane)| lane.follow_traces(task, prepared.signals()));
+        let traces = lanes.map(|(task, lane)| NewSlots::of(&lane.traces, task, prepared.signals()));
         let traces: Vec<NewSlots> = traces.collect();
         let (number, replacements) = self.operator.send_change(prepared, &cycles)?;
         self.note_sent(origin, number, replacements.len());

@@ -9,10 +9,9 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use isochrone_cyclic::{Schedule, ThreadGrant};
 use isochrone_engine::config::PhaseChoice;
 use isochrone_engine::operate::{
-    Action, Done, Entry, Operator, Prepared, Reading, Signals, Unwritten, Warning,
+    Action, Done, Entry, Operator, Prepared, Reading, Unwritten, Warning,
 };
 use isochrone_engine::{OwnedRules, Plan, Source};
-use isochrone_ipc::SignalSpec;
 use isochrone_timing::CycleRecord;
 
 use crate::control::{Followed, Placement};
@@ -24,7 +23,7 @@ use crate::orders::{self, Changeover, Returned};
 use crate::recorder::Recording;
 use crate::responses::Responses;
 use crate::snapshots::Snapshots;
-use crate::traces::{NewSlots, Traced};
+use crate::traces::Traced;
 use crate::words::Words;
 
 /// How late a cycle may be before its task is said to stand.
@@ -403,12 +402,6 @@ impl Operating {
         Some(Active { name: "journal".to_owned(), status: None, meaning, since_cycle, count })
     }
 
-    /// That the recording has ended before the node.
-    pub(crate) fn recording_alarm(&self) -> Option<Active> {
-        let (meaning, since_cycle) = self.recording.as_ref()?.trouble()?;
-        Some(Active { name: "recording".to_owned(), status: None, meaning, since_cycle, count: 1 })
-    }
-
     /// Has the journal end, when the last cycles are noted.
     pub(crate) fn begin_journal_end(&mut self) {
         if let Some(journal) = self.journal.as_mut().filter(|_| self.has_ended) {
@@ -464,19 +457,6 @@ impl Operating {
 }
 
 impl Lane {
-    /// Where its traces find their signals in another configuration: those go on that find all of them.
-    pub(crate) fn follow_traces(&self, task: usize, signals: &Signals) -> NewSlots {
-        let slot = |spec: &SignalSpec| {
-            let found = signals.find(&spec.name).ok()?;
-            let is_same = found.task == task && found.value_type.as_str() == spec.value_type;
-            is_same.then_some(found.slot)
-        };
-        let slots = |traced: &Traced| {
-            (traced.number, traced.signals.iter().map(slot).collect::<Option<_>>())
-        };
-        NewSlots(self.traces.iter().map(slots).collect())
-    }
-
     /// When its first cycle is due.
     fn first_ns(&self, epoch_ns: u64) -> u64 {
         epoch_ns.saturating_add(self.schedule.phase_ns)

@@ -1,5 +1,6 @@
 //! Traces: chosen signals of every cycle, copied in the slack for whoever asked for them.
 
+use isochrone_engine::operate::Signals;
 use isochrone_ipc::SignalSpec;
 
 use crate::records::Cycle;
@@ -84,7 +85,22 @@ impl Traces {
 
 /// By the number of each trace of a task its slots in another configuration, or that it ends.
 #[derive(Default)]
-pub(crate) struct NewSlots(pub(crate) Vec<(u64, Option<Box<[usize]>>)>);
+pub(crate) struct NewSlots(Vec<(u64, Option<Box<[usize]>>)>);
+
+impl NewSlots {
+    /// Of a task's traces in another configuration: those go on that find all of their signals.
+    pub(crate) fn of(traces: &[Traced], task: usize, signals: &Signals) -> Self {
+        let slot = |spec: &SignalSpec| {
+            let found = signals.find(&spec.name).ok()?;
+            let is_same = found.task == task && found.value_type.as_str() == spec.value_type;
+            is_same.then_some(found.slot)
+        };
+        let slots = |traced: &Traced| {
+            (traced.number, traced.signals.iter().map(slot).collect::<Option<_>>())
+        };
+        Self(traces.iter().map(slots).collect())
+    }
+}
 
 /// A trace as the ordinary threads have it, from before it is sent to its task until it has come back.
 pub(crate) struct Traced {

@@ -12,6 +12,7 @@ use crate::control::{
 };
 use crate::faults::Active;
 use crate::operating::unix_ns;
+use crate::recorder::Recording;
 
 use super::Attendant;
 use super::searching::{Purpose, Search};
@@ -146,7 +147,9 @@ impl Attendant {
         let operating = self.shared.lock();
         let (offset, limit) = page(params.offset, params.limit);
         let (now_ns, now_unix_ns) = (Monotonic.now_ns(), unix_ns());
-        let of_files = operating.journal_alarm().into_iter().chain(operating.recording_alarm());
+        let of_files = operating.journal_alarm().into_iter();
+        let recording = operating.recording.as_ref().and_then(Recording::alarm);
+        let of_files = of_files.chain(recording);
         let of_files = Vec::from_iter(of_files);
         let not_of_tasks = of_files.len();
         let of_tasks = operating.lanes.iter().enumerate();

@@ -4,8 +4,9 @@
 
 mod cycle;
 mod file;
+mod recording;
 mod writing;
 
 pub(crate) use cycle::{Capture, Recorder};
 pub use file::{RecordingFile, RecordingOutcome};
-pub(crate) use writing::Recording;
+pub(crate) use recording::Recording;

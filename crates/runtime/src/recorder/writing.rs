@@ -2,18 +2,15 @@
 
 use std::collections::VecDeque;
 use std::panic::{self, AssertUnwindSafe};
-use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
-use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread;
+use std::sync::mpsc::{Receiver, RecvTimeoutError};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_engine::operate;
-use isochrone_recording::{ChannelId, Entry, Node, RowHead, TaskLayout, WriteError, Writer};
+use isochrone_recording::{ChannelId, Entry, RowHead, TaskLayout, WriteError, Writer};
 
 use super::{Capture, RecordingFile, RecordingOutcome};
 use crate::clocks::read_clocks;
-use crate::journal::Line;
 use crate::panics;
 use crate::rows::Place;
 
@@ -23,143 +20,40 @@ const TURN: Duration = Duration::from_millis(20);
 const FLUSH: Duration = Duration::from_secs(1);
 /// Unix time that moved against the monotonic clock by so much was set.
 const SET_NS: u64 = 1_000_000;
-/// Entries of the journal that may wait: so many are changed in minutes, by programs.
-const MOST_ENTRIES: u64 = 10_000;
-/// How long a node's end waits for the disk.
-const LAST_PATIENCE: Duration = Duration::from_secs(5);
-
-/// A recording that is being written. Dropping it ends it.
-pub(crate) struct Recording {
-    jobs: Option<Sender<Job>>,
-    desk: Arc<Desk>,
-    file: String,
-    sent_entries: u64,
-    lost_entries: u64,
-}
-
-enum Job {
+/// What the thread is to do.
+pub(super) enum Job {
     Rows { task: usize, capture: Capture },
     Entry(Entry),
     End(Ends),
 }
 
 /// For each task its last cycle, as far as it is known.
-type Ends = Vec<Option<Place>>;
+pub(super) type Ends = Vec<Option<Place>>;
 
+/// What the thread tells.
 #[derive(Default)]
-struct Desk {
-    told: Mutex<Told>,
-    has_ended: Condvar,
+pub(super) struct Desk {
+    pub(super) told: Mutex<Told>,
+    pub(super) has_ended: Condvar,
 }
 
 #[derive(Default)]
-struct Told {
-    outcome: RecordingOutcome,
-    tried_entries: u64,
+pub(super) struct Told {
+    pub(super) outcome: RecordingOutcome,
+    pub(super) tried_entries: u64,
     /// Of the first task.
-    last_cycle: u64,
-    has_ended: bool,
+    pub(super) last_cycle: u64,
+    pub(super) has_ended: bool,
 }
 
 impl Desk {
-    fn lock(&self) -> MutexGuard<'_, Told> {
+    pub(super) fn lock(&self) -> MutexGuard<'_, Told> {
         self.told.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-impl Recording {
-    /// Begins a file, and the thread that writes it.
-    ///
-    /// # Errors
-    /// It cannot be written, or there is no thread.
-    pub(crate) fn start(
-        file: String,
-        out: impl RecordingFile,
-        node: &Node,
-        configuration: &str,
-    ) -> Result<Self, WriteError> {
-        let writer = Writer::create_for_node(out, read_clocks(), node, configuration)?;
-        let (jobs, taken) = channel();
-        let desk = Arc::<Desk>::default();
-        let told = Arc::clone(&desk);
-        desk.lock().outcome.file.clone_from(&file);
-        let work = move || work(writer, &taken, &told);
-        let thread = thread::Builder::new().name("recording".to_owned());
-        thread.spawn(work).map_err(WriteError::Io)?;
-        Ok(Self { jobs: Some(jobs), desk, file, sent_entries: 0, lost_entries: 0 })
-    }
-
-    /// Writes the rows that come, after those of the same task that came before.
-    pub(crate) fn add(&self, task: usize, capture: Capture) {
-        self.send(Job::Rows { task, capture });
-    }
-
-    /// Adds what was done to a task of this name.
-    pub(crate) fn note(&mut self, entry: &operate::Entry, task: &str) {
-        let Some(line) = Line::of_entry(entry, task).and_then(|line| line.json()) else { return };
-        if self.sent_entries - self.desk.lock().tried_entries >= MOST_ENTRIES {
-            self.lost_entries += 1;
-            return;
-        }
-        self.sent_entries += 1;
-        let (time_ns, task) = (Monotonic.now_ns(), task.to_owned());
-        self.send(Job::Entry(Entry { time_ns, cycle: entry.cycle, task, line }));
-    }
-
-    /// Why it has ended, in a sentence, and the last cycle of the first task in it.
-    pub(crate) fn trouble(&self) -> Option<(String, u64)> {
-        let told = self.desk.lock();
-        Some((told.outcome.incomplete.clone()?, told.last_cycle))
-    }
-
-    /// Ends the file, when no cycle runs any more, and tells what is in it. Waits for the disk up to 5 s.
-    pub(crate) fn end(mut self, ends: Vec<Option<Place>>) -> RecordingOutcome {
-        let ran: u64 = ends.iter().flatten().map(|last| last.ran()).sum();
-        let (outcome, has_ended) = self.await_end(ends);
-        let mut outcome = outcome;
-        outcome.lost = ran.saturating_sub(outcome.cycles);
-        let file = &self.file;
-        if !has_ended {
-            let seconds = LAST_PATIENCE.as_secs();
-            outcome.incomplete = Some(format!(
-                "the recording {file} is incomplete: its end was not written within {seconds} s"
-            ));
-        }
-        if outcome.incomplete.is_none() && outcome.lost + self.lost_entries > 0 {
-            let (lost, entries) = (outcome.lost, self.lost_entries);
-            outcome.incomplete = Some(format!(
-                "the recording {file} lacks {lost} cycles and {entries} entries of the journal: they came \
-                 faster than they could be written"
-            ));
-        }
-        outcome
-    }
-
-    fn await_end(&mut self, ends: Ends) -> (RecordingOutcome, bool) {
-        self.send(Job::End(ends));
-        self.jobs = None;
-        let writes = |told: &mut Told| !told.has_ended;
-        let told = self.desk.has_ended.wait_timeout_while(self.desk.lock(), LAST_PATIENCE, writes);
-        let told = told.unwrap_or_else(PoisonError::into_inner).0;
-        (told.outcome.clone(), told.has_ended)
-    }
-
-    fn send(&self, job: Job) {
-        // A thread that has ended has said why.
-        let _ = self.jobs.as_ref().map(|jobs| jobs.send(job));
-    }
-}
-
-impl Drop for Recording {
-    fn drop(&mut self) {
-        if self.jobs.is_some() {
-            self.await_end(Vec::new());
-        }
-    }
-}
-
 /// What the thread does, from its beginning to its end.
-fn work<F: RecordingFile>(writer: Writer<F>, jobs: &Receiver<Job>, desk: &Desk) {
+pub(super) fn work<F: RecordingFile>(writer: Writer<F>, jobs: &Receiver<Job>, desk: &Desk) {
     let mut writing =
         Writing { writer, desk, tasks: Vec::new(), given: 0, flushed: Instant::now() };
     let written = panic::catch_unwind(AssertUnwindSafe(|| writing.run(jobs)));
