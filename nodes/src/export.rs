@@ -1,15 +1,14 @@
 //! `export`: a recording as CSV, or closed.
 
-use std::fs::File;
 use std::path::{Path, PathBuf};
 
 use isochrone_engine::escaped;
-use isochrone_recording::{
-    Condition, Damage, Item, ReadError, Reader, RecordedFrame, RepairError, WriteError, repair,
-};
+use isochrone_ipc::SignalSpec;
+use isochrone_recording::{Item, RecordedFrame, RecordedRow, RepairError, WriteError, repair};
 use isochrone_timing::units::counted;
 
 use crate::failure::Failure;
+use crate::recording_file::{self, judge, unreadable};
 use crate::result_file::ResultFile;
 use crate::rows::{CYCLE, Rows, TIME};
 use crate::subscribe::channels_of;
@@ -18,11 +17,13 @@ use crate::{configuration, meant, stop, terminal};
 /// Make CSV of a recording, or close one whose recorder was killed
 ///
 /// The CSV is that of `subscribe --csv`: `time_s`, `cycle` and the signals, bit for bit; where the
-/// publisher changed its signals, a new header row follows. A file that breaks off is read as far as it
+/// publisher changed its signals, a new header row follows. Of the recording of a node it has a row for each
+/// cycle of a task: what it read, and what it computed. A file that breaks off is read as far as it
 /// goes. What is damaged is left out; then the exit status is 1, and stderr says where it is.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone export level.mcap -o level.csv\n  \
     isochrone export shift_*.mcap --service plant/level -o - | head\n  \
+    isochrone export node.mcap --task fast -o fast.csv\n  \
     isochrone export killed.mcap -o closed.mcap")]
 pub(crate) struct Args {
     /// Recording; for CSV also several, in their order
@@ -34,6 +35,16 @@ pub(crate) struct Args {
     /// Service to export, if the recording has several
     #[arg(long)]
     service: Option<String>,
+    /// Task to export, if the recording is of a node with several
+    #[arg(long, conflicts_with = "service")]
+    task: Option<String>,
+}
+
+/// What makes a CSV.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Service,
+    Task,
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
@@ -43,17 +54,17 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     if args.output.extension().is_none_or(|extension| extension != "mcap") {
         return export_csv(args);
     }
-    match (&args.files[..], &args.service) {
+    match (&args.files[..], args.service.as_ref().or(args.task.as_ref())) {
         ([file], None) => close(file, &args.output),
-        (_, Some(_)) => {
-            Err(Failure::usage("--service is for CSV; a closed recording has all services"))
-        }
+        (_, Some(_)) => Err(Failure::usage(
+            "--service is for CSV, and so is --task; a closed recording has everything",
+        )),
         _ => Err(Failure::usage("close one recording at a time; several files are for CSV")),
     }
 }
 
 fn close(file: &Path, output: &Path) -> Result<(), Failure> {
-    let source = open(file)?;
+    let source = recording_file::file(file)?;
     let out = ResultFile::open(output)?;
     let (repaired, _) = repair(source, out).map_err(|error| match error {
         RepairError::Read(error) => unreadable(file, &error),
@@ -69,9 +80,10 @@ fn close(file: &Path, output: &Path) -> Result<(), Failure> {
 
 fn export_csv(args: &Args) -> Result<(), Failure> {
     let stop = stop::on_signal(None)?;
-    let service = match &args.service {
-        Some(service) => service.clone(),
-        None => only_service(&args.files)?,
+    let (kind, name) = match (&args.service, &args.task) {
+        (Some(service), _) => (Kind::Service, service.clone()),
+        (None, Some(task)) => (Kind::Task, task.clone()),
+        (None, None) => only_one(&args.files)?,
     };
     let mut table = Csv {
         rows: Rows::create(&args.output)?,
@@ -81,18 +93,22 @@ fn export_csv(args: &Args) -> Result<(), Failure> {
         frames: 0,
         lost: 0,
     };
-    let mut services = Vec::new();
+    let mut found = Found::default();
     let mut judged = Ok(());
     for file in &args.files {
-        let mut reader = reader(file)?;
+        let mut reader = recording_file::open(file)?;
         table.channel = None;
         while !stop.is_due() {
             match reader.next_item().map_err(|error| unreadable(file, &error))? {
-                Some(Item::Frame(frame)) if frame.carried.service == service => {
-                    table.write(&frame)?
+                Some(Item::Frame(frame))
+                    if kind == Kind::Service && frame.carried.service == name =>
+                {
+                    table.write_frame(&frame)?
                 }
-                Some(Item::Frame(frame)) => note_service(&mut services, &frame),
-                Some(_) => {}
+                Some(Item::Row(row)) if kind == Kind::Task && row.layout.task == name => {
+                    table.write_row(&row)?
+                }
+                Some(item) => found.note(&item),
                 None => break,
             }
         }
@@ -101,39 +117,53 @@ fn export_csv(args: &Args) -> Result<(), Failure> {
         }
     }
     if table.frames == 0 {
-        let question = meant::question(&service, services.iter().map(String::as_str));
-        let there = listed(&services);
+        let (what, there) = match kind {
+            Kind::Service => ("frames of", &found.services),
+            Kind::Task => ("cycles of task", &found.tasks),
+        };
+        let question = meant::question(&name, there.iter().map(String::as_str));
+        let there = listed(there);
         return Err(Failure::usage(format!(
-            "the recording has no frames of \"{service}\"; it has: {there}{question}"
+            "the recording has no {what} \"{name}\"; it has: {there}{question}"
         )));
     }
     table.rows.flush()?;
-    terminal::note(&format!("{}, {} lost", counted(table.frames, "frame"), table.lost));
+    let word = match kind {
+        Kind::Service => "frame",
+        Kind::Task => "cycle",
+    };
+    terminal::note(&format!("{}, {} lost", counted(table.frames, word), table.lost));
     judged
 }
 
-/// The service that all frames are of.
-fn only_service(files: &[PathBuf]) -> Result<String, Failure> {
-    let mut services = Vec::new();
+/// The service or the task that everything is of.
+fn only_one(files: &[PathBuf]) -> Result<(Kind, String), Failure> {
+    let mut found = Found::default();
     let mut others = 0;
     for file in files {
-        let mut reader = reader(file)?;
+        let mut reader = recording_file::open(file)?;
         while let Some(item) = reader.next_item().map_err(|error| unreadable(file, &error))? {
-            if let Item::Frame(frame) = item {
-                note_service(&mut services, &frame);
-            }
+            found.note(&item);
         }
         others += reader.other_messages();
     }
-    match &services[..] {
-        [service] => Ok(service.clone()),
-        [] if others > 0 => Err(Failure::usage(format!(
+    let Found { services, tasks } = &found;
+    match (&services[..], &tasks[..]) {
+        ([service], []) => Ok((Kind::Service, service.clone())),
+        ([], [task]) => Ok((Kind::Task, task.clone())),
+        ([], []) if others > 0 => Err(Failure::usage(format!(
             "there are no frames in it, only {} of another program",
             counted(others, "message")
         ))),
-        [] => Err(Failure::found("the recording has no frames")),
-        several => {
-            let there = listed(several);
+        ([], []) => Err(Failure::found("the recording has no frames")),
+        ([], tasks) => {
+            let there = listed(tasks);
+            Err(Failure::usage(format!(
+                "several tasks are recorded; choose one with --task: {there}"
+            )))
+        }
+        (services, _) => {
+            let there = listed(services);
             Err(Failure::usage(format!(
                 "several services are recorded; choose one with --service: {there}"
             )))
@@ -141,10 +171,23 @@ fn only_service(files: &[PathBuf]) -> Result<String, Failure> {
     }
 }
 
-fn note_service(services: &mut Vec<String>, frame: &RecordedFrame<'_>) {
-    let service = &frame.carried.service;
-    if !services.contains(service) {
-        services.push(service.clone());
+/// The services and tasks of a recording.
+#[derive(Default)]
+struct Found {
+    services: Vec<String>,
+    tasks: Vec<String>,
+}
+
+impl Found {
+    fn note(&mut self, item: &Item<'_>) {
+        let (names, name) = match item {
+            Item::Frame(frame) => (&mut self.services, &frame.carried.service),
+            Item::Row(row) => (&mut self.tasks, &row.layout.task),
+            _ => return,
+        };
+        if !names.contains(name) {
+            names.push(name.clone());
+        }
     }
 }
 
@@ -157,7 +200,7 @@ fn listed(services: &[String]) -> String {
     }
 }
 
-/// The CSV of one service.
+/// The CSV of one service or task.
 struct Csv {
     rows: Rows,
     /// The names in the header row.
@@ -170,50 +213,38 @@ struct Csv {
 }
 
 impl Csv {
-    fn write(&mut self, frame: &RecordedFrame<'_>) -> Result<(), Failure> {
-        if self.channel != Some(frame.channel) {
-            self.channel = Some(frame.channel);
-            let channels = channels_of(&frame.carried.signals, frame.carried.signals.len());
-            let names: Vec<String> = channels.into_iter().map(|channel| channel.name).collect();
-            if self.header.as_ref() != Some(&names) {
-                let columns: Vec<&str> = names.iter().map(String::as_str).collect();
-                self.rows.header(&[TIME, CYCLE], &columns)?;
-                self.header = Some(names);
-            }
+    fn write_frame(&mut self, frame: &RecordedFrame<'_>) -> Result<(), Failure> {
+        self.head(frame.channel, || frame.carried.signals.clone())?;
+        self.write(frame.header.cycle, frame.due_ns, frame.lost, frame.values)
+    }
+
+    fn write_row(&mut self, row: &RecordedRow<'_>) -> Result<(), Failure> {
+        self.head(row.channel, || row.layout.columns())?;
+        self.write(row.head.cycle, row.head.release_ns, row.head.lost, row.values)
+    }
+
+    /// Writes the names of a channel's values where they are others than before.
+    fn head(&mut self, channel: u16, signals: impl Fn() -> Vec<SignalSpec>) -> Result<(), Failure> {
+        if self.channel == Some(channel) {
+            return Ok(());
         }
+        self.channel = Some(channel);
+        let signals = signals();
+        let channels = channels_of(&signals, signals.len());
+        let names: Vec<String> = channels.into_iter().map(|channel| channel.name).collect();
+        if self.header.as_ref() != Some(&names) {
+            let columns: Vec<&str> = names.iter().map(String::as_str).collect();
+            self.rows.header(&[TIME, CYCLE], &columns)?;
+            self.header = Some(names);
+        }
+        Ok(())
+    }
+
+    fn write(&mut self, cycle: u64, due_ns: u64, lost: u64, values: &[f64]) -> Result<(), Failure> {
         self.frames += 1;
-        self.lost += frame.lost;
-        let first_ns = *self.first_ns.get_or_insert(frame.due_ns);
-        let time_s = frame.due_ns.wrapping_sub(first_ns).cast_signed() as f64 / 1e9;
-        self.rows.row(Some(time_s), frame.header.cycle, frame.values.iter().copied().map(Some))
-    }
-}
-
-pub(crate) fn reader(file: &Path) -> Result<Reader<File>, Failure> {
-    Reader::open(open(file)?).map_err(|error| unreadable(file, &error))
-}
-
-fn open(file: &Path) -> Result<File, Failure> {
-    File::open(file).map_err(|error| unreadable(file, &ReadError::Io(error)))
-}
-
-pub(crate) fn unreadable(file: &Path, error: &ReadError) -> Failure {
-    Failure::usage(format!("cannot read {}: {error}", file.display()))
-}
-
-/// Says that a file was not closed. Damage is a failure, for when everything else is written.
-pub(crate) fn judge(file: &Path, condition: &Condition) -> Result<(), Failure> {
-    let file = file.display();
-    if !condition.is_closed {
-        terminal::note(&format!(
-            "note: {file} was not closed: its recorder was killed, or is still at it; read as far as it goes"
-        ));
-    }
-    match &condition.first_damage {
-        None => Ok(()),
-        Some(Damage { at, what }) => Err(Failure::found(format!(
-            "{file} is damaged: {} left out, the first at byte {at}: {what}",
-            counted(condition.damaged, "part")
-        ))),
+        self.lost += lost;
+        let first_ns = *self.first_ns.get_or_insert(due_ns);
+        let time_s = due_ns.wrapping_sub(first_ns).cast_signed() as f64 / 1e9;
+        self.rows.row(Some(time_s), cycle, values.iter().copied().map(Some))
     }
 }

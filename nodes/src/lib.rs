@@ -30,11 +30,14 @@ mod logging;
 mod meant;
 mod numbers;
 mod operate;
+mod operations;
 mod program;
 mod publish;
 mod record;
 mod recording;
+mod recording_file;
 mod reference;
+mod replay;
 mod result_file;
 mod rows;
 mod run;
@@ -113,6 +116,7 @@ verbs! { catalogue;
     Subscribe: subscribe(),
     Record: record(),
     Export: export(),
+    Replay: replay(catalogue),
     Scope: scope(),
     Chain: chain(),
     Link: link(),

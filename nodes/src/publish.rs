@@ -1,6 +1,7 @@
 //! `publish`: a publisher process.
 
 mod announcing;
+mod from;
 mod pace;
 mod signals;
 
@@ -22,11 +23,11 @@ use crate::rows;
 use crate::stop;
 use crate::{configuration, terminal};
 
-/// Publish frames of values: constants, waves or a CSV file
+/// Publish frames of values: constants, waves, a CSV file or a recording
 ///
-/// Each value, wave or CSV column is one channel. A service has one writer: a second isochrone
-/// publisher on the same service is refused, also where the first is on another machine and its frames
-/// arrive through a link.
+/// Each value, wave or CSV column is one channel. A recording is published as it is, with all of its
+/// services or those that are named. A service has one writer: a second isochrone publisher on the same
+/// service is refused, also where the first is on another machine and its frames arrive through a link.
 ///
 /// Frames at a rate are due on the grid that the tasks of all nodes share, if 20 ms are a multiple of the time
 /// between two of them; --phase puts them after or before the tasks that read or follow them.
@@ -36,21 +37,38 @@ use crate::{configuration, terminal};
     isochrone publish plant/analog --wave sine,square --amplitude 13824,1 --offset 13824 --frequency 0.5\n  \
     isochrone publish plant/analog --csv recorded.csv\n  \
     isochrone publish plant/analog --csv recorded.csv --signals level --rate 1000\n  \
-    isochrone publish plant/analog --value 13824 --rate 500 --phase 200us"
+    isochrone publish plant/analog --value 13824 --rate 500 --phase 200us\n  \
+    isochrone publish --from level.mcap\n  \
+    isochrone publish --from shift.mcap plant/level plant/valve --speed 0.5"
 )]
-#[command(group(clap::ArgGroup::new("what").required(true).args(["value", "wave", "csv"])))]
+#[command(group(clap::ArgGroup::new("what").required(true).args(["value", "wave", "csv", "from"])))]
 pub(crate) struct Args {
-    /// Service to publish on, such as plant/analog
-    service: String,
+    /// Service to publish on, such as plant/analog; with --from those of the recording, by default all
+    #[arg(value_name = "SERVICE", required_unless_present = "from")]
+    services: Vec<String>,
     #[command(flatten)]
     source: signals::SignalArgs,
+    #[command(flatten)]
+    from: from::FromArgs,
     /// Frames per second; default: the recorded pace of a CSV file with the column `time_s`,
     /// otherwise 1000
-    #[arg(long, value_name = "HZ", value_parser = parse_rate, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "HZ",
+        value_parser = parse_rate,
+        allow_negative_numbers = true,
+        conflicts_with = "from"
+    )]
     rate: Option<f64>,
     /// How long after a task without a phase each frame is due, on the grid that all tasks share: 200us; default:
     /// 0ns. Needs a rate
-    #[arg(long, value_name = "DURATION", value_parser = parse_duration_ns, allow_negative_numbers = true)]
+    #[arg(
+        long,
+        value_name = "DURATION",
+        value_parser = parse_duration_ns,
+        allow_negative_numbers = true,
+        conflicts_with = "from"
+    )]
     phase: Option<u64>,
     /// Stop after this many frames
     #[arg(long, value_parser = numbers::parse_count, allow_negative_numbers = true)]
@@ -72,27 +90,35 @@ const MIN_RATE_HZ: f64 = 1.0 / 3600.0;
 const HEAD_START_NS: u64 = 50_000_000;
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
-    configuration::service_name(&args.service)?;
-    refuse_reserved(&args.service)?;
+    if let Some(file) = &args.from.from {
+        return from::run(args, file);
+    }
+    let [service] = &args.services[..] else {
+        return Err(Failure::usage(
+            "--value, --wave and --csv publish on one service; name one, and start another publisher for each \
+             other one",
+        ));
+    };
+    configuration::service_name(service)?;
+    refuse_reserved(service)?;
     let signals = Signals::new(&args.source)?;
     let pace = pace(args, &signals)?;
     let layout = FrameLayout { signals: signals.specs().to_vec(), period_ns: pace.period_ns() };
     layout.check().map_err(Failure::usage)?;
     let stop = stop::on_signal(None)?;
     let participant = args.domain.join("isochrone/publish")?;
-    participant.refuse_far_writers(&[&args.service]).map_err(Failure::found)?;
-    let mut publisher = FramePublisher::<ipc::Service>::open(&participant, &args.service, &layout)
+    let mut publisher = FramePublisher::<ipc::Service>::open(&participant, service, &layout)
         .map_err(Failure::found)?;
     let rows = signals.recording().map(|recording| recording.len() as u64);
     let count = args.count.or(rows);
     let mut missed = 0;
     thread::scope(|scope| {
-        let _announcing = Announcing::start(scope, &participant, &args.service, &layout)?;
+        let _announcing = Announcing::start(scope, &participant, service, &layout)?;
         let names = layout.signals.iter().map(|signal| signal.name.as_str()).collect::<Vec<_>>();
         terminal::note(&format!(
             "publishing {} on \"{}\" at {}. Press Ctrl-C to end it.",
             names.join(", "),
-            args.service,
+            service,
             said(&pace, args, &signals)
         ));
         // Readers that wait learn first what the frames will be.
@@ -127,13 +153,13 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let (sent, unsent) = (counters.sent, counters.unsent + counters.send_errors);
     if args.json {
         return terminal::print_json(&json!({
-            "service": args.service, "frames": sent, "unsent": unsent, "missed": missed,
+            "service": service, "frames": sent, "unsent": unsent, "missed": missed,
         }));
     }
     terminal::print(&format!(
         "published {} on \"{}\", {unsent} could not be sent, {} missed\n",
         counted(sent, "frame"),
-        args.service,
+        service,
         counted(missed, "release")
     ))
 }

@@ -4,8 +4,8 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
-use isochrone_report::Report;
 use isochrone_runtime::RecordingFile;
+use serde::Serialize;
 
 use crate::failure::Failure;
 
@@ -45,7 +45,7 @@ impl ResultFile {
     }
 
     /// Writes a report as JSON.
-    pub(crate) fn write_report(&mut self, report: &Report) -> Result<(), Failure> {
+    pub(crate) fn write_report(&mut self, report: &impl Serialize) -> Result<(), Failure> {
         match serde_json::to_string_pretty(report) {
             Ok(text) => self.replace(&(text + "\n")),
             Err(error) => Err(self.cannot_write(&error.into())),

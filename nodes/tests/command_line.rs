@@ -65,7 +65,10 @@ fn the_help_of_a_verb_says_all_that_it_needs() {
         (
             "publish",
             &[
-                "<SERVICE>",
+                "[SERVICE]...",
+                "--from",
+                "--speed",
+                "max",
                 "--value",
                 "--wave",
                 "sawtooth",
@@ -78,6 +81,18 @@ fn the_help_of_a_verb_says_all_that_it_needs() {
                 "--frequency",
                 "--rate",
                 "--count",
+                "Examples:",
+            ],
+        ),
+        (
+            "replay",
+            &[
+                "<FILE.mcap>",
+                "--config",
+                "--tolerance",
+                "--report",
+                "--output",
+                "bit for bit",
                 "Examples:",
             ],
         ),

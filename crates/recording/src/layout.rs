@@ -101,12 +101,12 @@ impl TaskLayout {
     }
 
     /// Where an input's value stands in a row, and behind it its `ok` and its age.
-    pub(crate) fn input(&self, input: usize) -> usize {
+    pub fn input(&self, input: usize) -> usize {
         1 + INPUT_COLUMNS * input
     }
 
     /// Where the cycle of a task that wires come from stands in a row, and behind it its changes.
-    pub(crate) fn wire(&self, wire: usize) -> usize {
+    pub fn wire(&self, wire: usize) -> usize {
         self.input(self.inputs.len()) + WIRE_COLUMNS * wire
     }
 
@@ -115,7 +115,7 @@ impl TaskLayout {
     }
 
     /// Where an output's signals stand in a row; its flags stand before them.
-    pub(crate) fn output(&self, output: usize) -> Range<usize> {
+    pub fn output(&self, output: usize) -> Range<usize> {
         let before = self.outputs.iter().take(output).map(|output| 1 + output.signals.len());
         let first = self.outputs_begin() + before.sum::<usize>() + 1;
         first..first + self.outputs.get(output).map_or(0, |output| output.signals.len())

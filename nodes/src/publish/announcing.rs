@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
-use std::thread::{self, Scope, Thread};
+use std::thread::{self, Scope, ScopedJoinHandle};
 use std::time::Duration;
 
 use isochrone_ipc::{FrameLayout, LayoutAnnouncer, OpenError, Participant, ipc};
@@ -15,13 +15,14 @@ const LOOK_INTERVAL: Duration = Duration::from_millis(20);
 
 /// The thread that tells what the frames are, however seldom those are sent, and makes good failed
 /// connections. It ends when this is dropped.
-pub(super) struct Announcing {
+pub(super) struct Announcing<'scope> {
     is_over: Arc<AtomicBool>,
-    thread: Thread,
+    /// `None`: it has ended.
+    thread: Option<ScopedJoinHandle<'scope, ()>>,
 }
 
-impl Announcing {
-    pub(super) fn start<'scope>(
+impl<'scope> Announcing<'scope> {
+    pub(super) fn start(
         scope: &'scope Scope<'scope, '_>,
         participant: &'scope Participant<ipc::Service>,
         service: &'scope str,
@@ -44,16 +45,20 @@ impl Announcing {
                 thread::park_timeout(LOOK_INTERVAL);
             }
         });
-        let announcing = Self { is_over, thread: thread.thread().clone() };
+        let announcing = Self { is_over, thread: Some(thread) };
         let gone = |_| Failure::found("the thread that announces the layout ended in its start");
         is_ready.recv().map_err(gone)?.map_err(Failure::found)?;
         Ok(announcing)
     }
 }
 
-impl Drop for Announcing {
+impl Drop for Announcing<'_> {
     fn drop(&mut self) {
         self.is_over.store(true, Ordering::Relaxed);
-        self.thread.unpark();
+        if let Some(thread) = self.thread.take() {
+            thread.thread().unpark();
+            // Whoever announces another layout next is alone; a panic is told where the scope ends.
+            let _ = thread.join();
+        }
     }
 }

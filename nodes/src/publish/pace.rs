@@ -118,7 +118,8 @@ fn due_after_ns(after_ns: &[u64], rest_ns: u64, row: u64) -> u64 {
     })
 }
 
-fn sleep_until(deadline_ns: u64, stop: &AtomicBool) -> Option<()> {
+/// Sleeps until an instant; `None` once it is to stop.
+pub(super) fn sleep_until(deadline_ns: u64, stop: &AtomicBool) -> Option<()> {
     while !stop.load(Ordering::Relaxed) {
         let now_ns = Monotonic.now_ns();
         if now_ns >= deadline_ns {

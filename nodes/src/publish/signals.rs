@@ -36,7 +36,7 @@ pub(super) struct SignalArgs {
     csv: Option<PathBuf>,
     /// Channel names for --value and --wave (default: ch0, ch1, …); with --csv, the columns to
     /// publish, in this order
-    #[arg(long, value_delimiter = ',', value_name = "NAME,…")]
+    #[arg(long, value_delimiter = ',', value_name = "NAME,…", conflicts_with = "from")]
     signals: Vec<String>,
     /// Peak of each wave, or one value for all
     #[arg(

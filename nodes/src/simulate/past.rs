@@ -1,44 +1,23 @@
 //! A run that is repeated: what its journal says was done and missed.
 
-use std::collections::BTreeMap;
 use std::path::Path;
 
-use isochrone_engine::operate::{Entry, Replay};
 use isochrone_engine::{Plan, Source, TaskEngine};
 use isochrone_runtime::journal::{JournalFile, JournaledRun, Missed, Unclear};
 use isochrone_timing::units::counted;
 
 use super::{Args, entering};
 use crate::failure::Failure;
+use crate::operations::{Operations, Tally};
 use crate::terminal;
 
 /// What was done and missed in a run.
 pub(super) struct Past {
-    replay: Replay,
-    /// By task and cycle.
-    entries: BTreeMap<(usize, u64), Vec<Entry>>,
+    operations: Operations,
     /// Of each task its missed cycles, in order: first and last.
     missed: Vec<Vec<(u64, u64)>>,
-    /// Values that were not what the journal says they were.
-    differences: Tally,
     /// Cycles without a row of inputs.
     unrecorded: Tally,
-}
-
-/// How often something happened, and the first time in words.
-#[derive(Default)]
-struct Tally {
-    count: u64,
-    first: String,
-}
-
-impl Tally {
-    fn add(&mut self, what: impl FnOnce() -> String) {
-        if self.count == 0 {
-            self.first = what();
-        }
-        self.count += 1;
-    }
 }
 
 impl Past {
@@ -55,8 +34,8 @@ impl Past {
             of_task.into_iter().for_each(|ranges| ranges.push((*first, *last)));
         }
         missed.iter_mut().for_each(|ranges| ranges.sort_unstable());
-        let (differences, unrecorded) = (Tally::default(), Tally::default());
-        Ok(Self { replay: Replay::new(plan), entries, missed, differences, unrecorded })
+        let operations = Operations::new(plan, entries);
+        Ok(Self { operations, missed, unrecorded: Tally::default() })
     }
 
     /// Whether a cycle did not run.
@@ -68,13 +47,7 @@ impl Past {
 
     /// Does what was done before a cycle.
     pub(super) fn apply(&mut self, task: usize, cycle: u64, engine: &mut TaskEngine) {
-        engine.expire(cycle, drop);
-        for entry in self.entries.remove(&(task, cycle)).unwrap_or_default() {
-            // That it fits was checked when it was read.
-            for difference in self.replay.apply(&entry, engine).unwrap_or_default() {
-                self.differences.add(|| format!("{difference} (cycle {cycle})"));
-            }
-        }
+        self.operations.apply(task, cycle, engine);
     }
 
     /// Notes that the recorded inputs have no row for a cycle of a task.
@@ -86,7 +59,7 @@ impl Past {
 
     /// Says what in the simulation was not as in the run.
     pub(super) fn note_end(&self) {
-        let left: usize = self.entries.values().map(Vec::len).sum();
+        let left = self.operations.left();
         if left > 0 {
             terminal::note(&format!(
                 "note: changes of the run outside of the simulated cycles: {left}"
@@ -99,7 +72,7 @@ impl Past {
                 "note: the inputs have no row for {cycles}, which read the row before; the first: {first}"
             ));
         }
-        let Tally { count, first } = &self.differences;
+        let Tally { count, first } = &self.operations.differences;
         if *count > 0 {
             let values = counted(*count, "value");
             terminal::note(&format!(

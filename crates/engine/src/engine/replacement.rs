@@ -1,6 +1,6 @@
 //! A new engine in the place of a task's running one: what it takes over, and when.
 
-use super::TaskEngine;
+use super::{TaskEngine, Wires};
 use crate::operate::{Force, Store};
 
 /// A task's new engine, and what it takes over from the running one: made and freed in an ordinary
@@ -79,6 +79,11 @@ impl Replacement {
         self.cycle
     }
 
+    /// Cuts the wires between the new engine and other tasks, as [`TaskEngine::loosen`] does.
+    pub(crate) fn loosen(&mut self) -> Wires {
+        self.engine.loosen()
+    }
+
     /// Words that the task's thread copies.
     pub fn words(&self) -> usize {
         let spans = self.carry.image.iter().chain(&self.carry.state);
@@ -120,7 +125,32 @@ impl TaskEngine {
         for (to, from) in new.inputs.iter_mut().zip(&self.inputs) {
             to.given = from.given;
         }
-        for carried in &carry.imports {
+        self.hand_imports(new, &carry.imports);
+        for CarriedForce { from, force } in &mut carry.forces {
+            new.forces.adopt(&self.forces, *from, force);
+        }
+        new.forces.adopt_new(&mut self.forces);
+        (new.block_errors, new.changes) = (self.block_errors, self.changes + 1);
+        (new.cycle, new.entries) = (self.cycle, self.entries + 1);
+        replacement.store();
+        // Whoever reads them at the same instant finds the last values in the new links. Which banks
+        // have an error, only the blocks can say.
+        let new = &mut replacement.engine;
+        new.has_errors = self.has_errors;
+        new.bank_errors.fill(u64::from(self.has_errors));
+        new.publish();
+        new.bank_errors.fill(0);
+        replacement.is_ready = true;
+    }
+
+    /// As [`hand_over`](Self::hand_over) does, with what other tasks have given since.
+    pub(crate) fn hand_imports_again(&mut self, replacement: &mut Replacement) {
+        let Replacement { engine: new, carry, .. } = replacement;
+        self.hand_imports(new, &carry.imports);
+    }
+
+    fn hand_imports(&mut self, new: &mut Self, imports: &[CarriedValue]) {
+        for carried in imports {
             let Some(import) = self.imports.get_mut(carried.import) else { continue };
             let parcel = import.receiver.read();
             let (value, source) =
@@ -138,21 +168,6 @@ impl TaskEngine {
                 import.stamp = before.receiver.read().stamp;
             }
         }
-        for CarriedForce { from, force } in &mut carry.forces {
-            new.forces.adopt(&self.forces, *from, force);
-        }
-        new.forces.adopt_new(&mut self.forces);
-        (new.block_errors, new.changes) = (self.block_errors, self.changes + 1);
-        (new.cycle, new.entries) = (self.cycle, self.entries + 1);
-        replacement.store();
-        // Whoever reads them at the same instant finds the last values in the new links. Which banks
-        // have an error, only the blocks can say.
-        let new = &mut replacement.engine;
-        new.has_errors = self.has_errors;
-        new.bank_errors.fill(u64::from(self.has_errors));
-        new.publish();
-        new.bank_errors.fill(0);
-        replacement.is_ready = true;
     }
 
     /// The slots that are forced.

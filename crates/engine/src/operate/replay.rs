@@ -16,7 +16,7 @@ use super::store::Store;
 use super::{Value, journal};
 use crate::engine::Replacement;
 use crate::plan::{OwnedRules, Plan};
-use crate::{Source, TaskEngine};
+use crate::{Source, TaskEngine, Wires};
 
 /// Does to the tasks of a plan what a journal says was done to them, in the cycles that it says. Given
 /// the same inputs in each cycle, a task that no other task's wire enters then computes bit for bit what
@@ -31,6 +31,8 @@ pub struct Replay {
     rules: OwnedRules,
     file: String,
     next: Option<Next>,
+    /// Of each task the engine that was handed over to already.
+    ready: Vec<Option<Replacement>>,
 }
 
 /// Another configuration, until the next comes.
@@ -68,6 +70,7 @@ impl Replay {
             rules: plan.rules.clone(),
             file: plan.source.name.clone(),
             next: None,
+            ready: plan.tasks.iter().map(|_| None).collect(),
         }
     }
 
@@ -116,26 +119,55 @@ impl Replay {
         }
     }
 
+    /// Hands over to the engine of another configuration ahead of its cycle, as a node does after the last
+    /// cycle before it: whoever reads the task meanwhile finds the last values in the new wires. Returns the
+    /// ends of these, which are [loose](TaskEngine::loosen). Of other tasks' values, those are taken over that
+    /// are there once the entry is [applied](Self::apply).
+    ///
+    /// # Errors
+    /// As [`check`](Self::check).
+    pub fn hand_over(&mut self, entry: &Entry, engine: &mut TaskEngine) -> Result<Wires, Refusals> {
+        let mut replacement = self.replacement(entry, engine)?;
+        let wires = replacement.loosen();
+        engine.hand_over(&mut replacement);
+        if let Some(ready) = self.ready.get_mut(entry.task) {
+            *ready = Some(replacement);
+        }
+        Ok(wires)
+    }
+
+    /// The engine of another configuration, and what it takes over.
+    fn replacement(&mut self, entry: &Entry, engine: &TaskEngine) -> Result<Replacement, Refusals> {
+        let task = entry.task;
+        let next = self.next(entry)?;
+        let (signals, new) = (next.signals.clone(), next.engines.get_mut(task));
+        let not_repeated =
+            |why: &str| Refusal::NotRepeated { transaction: entry.transaction, why: why.into() };
+        let new = new.and_then(Option::take);
+        let new = new.ok_or_else(|| not_repeated("the journal says so twice of one task"))?;
+        let old = self.signals.get(task).ok_or_else(|| not_repeated("there is no such task"))?;
+        let kept = Kept::of(old, &signals);
+        let changed = kept.changed(old, &signals, task);
+        let carry = carry(task, (old, &signals), &kept, &changed, engine.forced());
+        Ok(Replacement::new(new, carry))
+    }
+
     /// Puts the engine of another configuration in its place; returns the parameters that it set.
     fn replace(
         &mut self,
         entry: &Entry,
         engine: &mut TaskEngine,
     ) -> Result<Vec<journal::Changed>, Refusals> {
-        let task = entry.task;
-        let next = self.next(entry)?;
-        let (signals, new) = (next.signals.clone(), next.engines.get_mut(task));
-        let new = new.and_then(Option::take).ok_or_else(|| Refusal::NotRepeated {
-            transaction: entry.transaction,
-            why: "the journal says so twice of one task".into(),
-        })?;
-        let Some(old) = self.signals.get(task) else { return Ok(Vec::new()) };
-        let kept = Kept::of(old, &signals);
-        let changed = kept.changed(old, &signals, task);
-        let carry = carry(task, (old, &signals), &kept, &changed, engine.forced());
-        let mut replacement = Replacement::new(new, carry);
+        let mut replacement = match self.ready.get_mut(entry.task).and_then(Option::take) {
+            Some(mut ready) => {
+                engine.hand_imports_again(&mut ready);
+                ready
+            }
+            None => self.replacement(entry, engine)?,
+        };
         engine.replace(&mut replacement, entry.cycle);
-        self.enter(task, signals);
+        let signals = self.next(entry)?.signals.clone();
+        self.enter(entry.task, signals);
         let stores = replacement.carry.stores.iter();
         Ok(stores.map(|store| self::changed(store.slot, store.before, None)).collect())
     }

@@ -11,8 +11,8 @@ use isochrone_scope::{Head, Observed, Signal, Trigger, Triggered};
 
 use super::super::output::{BEGIN, END, TRIGGER};
 use super::{Contents, Each, Enough, Readable};
-use crate::export::{judge, reader, unreadable};
 use crate::failure::Failure;
+use crate::recording_file::{judge, open, unreadable};
 use crate::subscribe::channels_of;
 
 /// A file that was read once.
@@ -154,7 +154,7 @@ fn each(
     mut line: impl FnMut(Line<'_>) -> Result<Enough, Failure>,
     mut mark: impl FnMut(Mark),
 ) -> Result<Reader<File>, Failure> {
-    let mut reader = reader(path)?;
+    let mut reader = open(path)?;
     while let Some(item) = reader.next_item().map_err(|error| unreadable(path, &error))? {
         let enough = match item {
             Item::Frame(frame) => line(Line::Frame(frame))?,

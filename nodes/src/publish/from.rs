@@ -1,0 +1,233 @@
+//! Publishing what was recorded.
+
+mod frames;
+mod ports;
+
+use std::path::{Path, PathBuf};
+use std::thread;
+
+use isochrone_cyclic::{Clock, Monotonic, PromptWakeUps};
+use isochrone_engine::escaped;
+use isochrone_timing::units::counted;
+use serde_json::json;
+
+use self::frames::{Frames, Layouts};
+use self::ports::Ports;
+use super::pace::sleep_until;
+use super::{Args, HEAD_START_NS, refuse_reserved};
+use crate::failure::Failure;
+use crate::recording_file::judge;
+use crate::{meant, numbers, stop, terminal};
+
+/// How much later than due a frame is sent before that is told.
+const LATE_NS: u64 = 100_000_000;
+
+/// A recording that is published.
+#[derive(clap::Args)]
+pub(super) struct FromArgs {
+    /// Recording (MCAP) whose services are published again, from `record` or `run --record`: all of them, or
+    /// those that are named. Each frame has its values, cycle and flags, and follows the one before at the
+    /// distance of their releases, also across services
+    #[arg(long, value_name = "FILE.mcap")]
+    pub(super) from: Option<PathBuf>,
+    /// How fast a recording is published: 1 as it was recorded, 0.5 half as fast, max without waiting between
+    /// frames, also not for readers: what does not fit into a reader's buffer is lost to it
+    #[arg(
+        long,
+        value_name = "FACTOR|max",
+        default_value = "1",
+        conflicts_with_all = ["value", "wave", "csv"],
+        value_parser = Speed::parse,
+        allow_negative_numbers = true
+    )]
+    speed: Speed,
+}
+
+/// How fast a recording is published.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Speed {
+    /// So many times as fast as it was recorded.
+    Times(f64),
+    /// Without waiting.
+    Max,
+}
+
+impl Speed {
+    const RANGE: std::ops::RangeInclusive<f64> = 0.001..=1000.0;
+
+    fn parse(text: &str) -> Result<Self, String> {
+        match text.parse::<f64>() {
+            _ if text == "max" => Ok(Self::Max),
+            Ok(times) if Self::RANGE.contains(&times) => Ok(Self::Times(times)),
+            _ => Err("give a factor from 0.001 to 1000, such as 0.5, or max".into()),
+        }
+    }
+
+    /// When a frame is sent that stood so far behind the first one, if it is to wait.
+    fn after_ns(self, recorded_ns: u64) -> Option<u64> {
+        match self {
+            Self::Times(1.0) => Some(recorded_ns),
+            Self::Times(times) => Some((recorded_ns as f64 / times).round() as u64),
+            Self::Max => None,
+        }
+    }
+
+    /// How many times as fast as recorded; `None`: nobody knows.
+    fn times(self) -> Option<f64> {
+        match self {
+            Self::Times(times) => Some(times),
+            Self::Max => None,
+        }
+    }
+
+    fn words(self) -> String {
+        match self {
+            Self::Times(1.0) => "as it was recorded".into(),
+            Self::Times(times) => format!("{} times as fast", numbers::six_digits(times)),
+            Self::Max => "as fast as it goes".into(),
+        }
+    }
+}
+
+pub(super) fn run(args: &Args, file: &Path) -> Result<(), Failure> {
+    args.services.iter().try_for_each(|service| refuse_reserved(service))?;
+    let layouts = Layouts::read(file)?;
+    let services = chosen(&layouts, &args.services, file)?;
+    let layouts = layouts.only(&services, args.from.speed.times())?;
+    let stop = stop::on_signal(None)?;
+    let participant = args.domain.join("isochrone/publish")?;
+    let (mut latest_ns, mut condition) = (0, Default::default());
+    let mut sums = Vec::new();
+    thread::scope(|scope| {
+        let mut ports = Ports::open(scope, &participant, &layouts)?;
+        let several = counted(services.len() as u64, "service");
+        terminal::note(&format!(
+            "publishing {several} of {}, {}: {}. Press Ctrl-C to end it.",
+            file.display(),
+            args.from.speed.words(),
+            services.join(", ")
+        ));
+        // Readers that wait learn first what the frames will be.
+        let stop = stop::after(stop, args.seconds, HEAD_START_NS);
+        stop.keep_time()?;
+        let mut frames = Frames::open(file, &layouts)?;
+        let mut next = frames.next()?;
+        let epoch_ns = Monotonic.now_ns() + HEAD_START_NS;
+        sleep_until(epoch_ns, &stop.flag());
+        let _prompt = PromptWakeUps::in_this_thread();
+        let (mut first_ns, mut sent) = (None, 0);
+        while let Some(frame) = next {
+            if stop.is_due() || args.count.is_some_and(|count| sent >= count) {
+                break;
+            }
+            ports.enter(frame.layout)?;
+            let first_ns = *first_ns.get_or_insert(frame.due_ns);
+            // What stands before the first one in time, though behind it in the file, is due with it.
+            let release_ns = match args.from.speed.after_ns(frame.due_ns.saturating_sub(first_ns)) {
+                None => Monotonic.now_ns(),
+                Some(after_ns) => {
+                    let release_ns = epoch_ns.saturating_add(after_ns);
+                    if sleep_until(release_ns, &stop.flag()).is_none() {
+                        break;
+                    }
+                    latest_ns = Monotonic.now_ns().saturating_sub(release_ns).max(latest_ns);
+                    release_ns
+                }
+            };
+            ports.send(&frame, release_ns);
+            sent += 1;
+            next = frames.next()?;
+        }
+        condition = frames.condition().clone();
+        sums = ports.sums();
+        Ok::<_, Failure>(())
+    })?;
+    if latest_ns > LATE_NS && args.from.speed != Speed::Max {
+        let ms = latest_ns / 1_000_000;
+        terminal::note(&format!("note: frames were sent up to {ms} ms late; the machine was busy"));
+    }
+    if args.json {
+        let services: Vec<_> = sums
+            .iter()
+            .map(|sum| json!({"service": sum.service, "frames": sum.sent, "unsent": sum.unsent}))
+            .collect();
+        terminal::print_json(&json!({
+            "file": file,
+            "services": services,
+            "damaged": condition.damaged,
+            "latest_ns": (args.from.speed != Speed::Max).then_some(latest_ns),
+        }))?;
+    } else {
+        for sum in &sums {
+            let frames = counted(sum.sent, "frame");
+            terminal::print(&format!(
+                "published {frames} on \"{}\", {} could not be sent\n",
+                sum.service, sum.unsent
+            ))?;
+        }
+    }
+    judge(file, &condition)
+}
+
+/// The services that are published: those that are named, or all that are not reserved.
+fn chosen(layouts: &Layouts, named: &[String], file: &Path) -> Result<Vec<String>, Failure> {
+    let there = layouts.services();
+    let path = file.display();
+    if there.is_empty() {
+        return Err(match layouts.other_messages {
+            0 => Failure::found(format!("{path} has no frames")),
+            others => Failure::usage(format!(
+                "{path} has no frames, only {} of another program",
+                counted(others, "message")
+            )),
+        });
+    }
+    if named.is_empty() {
+        let (reserved, free): (Vec<_>, Vec<_>) =
+            there.into_iter().partition(|service| refuse_reserved(service).is_err());
+        if !reserved.is_empty() {
+            terminal::note(&format!(
+                "note: left out, as these names are for what nodes say of themselves: {}",
+                listed(&reserved)
+            ));
+        }
+        if free.is_empty() {
+            return Err(Failure::usage(format!("{path} has no other frames")));
+        }
+        return Ok(free);
+    }
+    let mut chosen: Vec<String> = Vec::new();
+    for service in named {
+        if !there.contains(service) {
+            let question = meant::question(service, there.iter().map(String::as_str));
+            let there = listed(&there);
+            return Err(Failure::usage(format!(
+                "{path} has no frames of \"{service}\"; it has: {there}{question}"
+            )));
+        }
+        if !chosen.contains(service) {
+            chosen.push(service.clone());
+        }
+    }
+    Ok(chosen)
+}
+
+fn listed(services: &[String]) -> String {
+    services.iter().map(|service| escaped(service).into_owned()).collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_stand_as_far_from_each_other_as_the_speed_says() {
+        let after = |text: &str| Speed::parse(text).map(|speed| speed.after_ns(1_000_000_007));
+        assert_eq!(after("1"), Ok(Some(1_000_000_007)));
+        assert_eq!(after("0.5"), Ok(Some(2_000_000_014)));
+        assert_eq!(after("max"), Ok(None));
+        for bad in ["0", "-1", "NaN", "fast", "1001", ""] {
+            assert!(after(bad).is_err(), "{bad}");
+        }
+    }
+}

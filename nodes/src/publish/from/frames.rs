@@ -1,0 +1,249 @@
+//! The frames of a recording, in the order of their releases.
+
+use std::cmp::Ordering;
+use std::collections::{BinaryHeap, HashMap};
+use std::fs::File;
+use std::path::{Path, PathBuf};
+
+use isochrone_ipc::{Flags, FrameLayout, check_service_name};
+use isochrone_recording::{Condition, Item, Reader};
+
+use crate::failure::Failure;
+use crate::recording_file::{open, unreadable};
+
+/// How far apart in time frames may stand in a file in the wrong order: the tasks of a node are written one
+/// after the other.
+const DISORDER_NS: u64 = 5_000_000_000;
+/// Most bytes of frames that wait for earlier ones.
+const MOST_WAITING_BYTES: usize = 64 << 20;
+
+/// The services of a recording, and what their frames carry.
+pub(super) struct Layouts {
+    /// A service may have several, one after the other.
+    pub(super) all: Vec<(String, FrameLayout)>,
+    /// Of each channel of the file the layouts of its frames; a task has one for each of its outputs.
+    channels: HashMap<u16, Vec<Option<usize>>>,
+    /// Messages of other programs.
+    pub(super) other_messages: u64,
+}
+
+/// A frame that is to be sent.
+pub(super) struct Frame {
+    /// Its place among the layouts.
+    pub(super) layout: usize,
+    /// When its cycle was due.
+    pub(super) due_ns: u64,
+    pub(super) cycle: u64,
+    pub(super) missed: u64,
+    pub(super) flags: Flags,
+    /// How long before its release the oldest sample was published that it is computed from, if that is known.
+    pub(super) source_age_ns: Option<u64>,
+    pub(super) values: Vec<f64>,
+    /// Its place in the file.
+    place: u64,
+}
+
+impl Layouts {
+    /// Reads a recording once.
+    pub(super) fn read(path: &Path) -> Result<Self, Failure> {
+        let (all, channels) = (Vec::new(), HashMap::new());
+        let mut layouts = Self { all, channels, other_messages: 0 };
+        let mut reader = open(path)?;
+        while let Some(item) = reader.next_item().map_err(|error| unreadable(path, &error))? {
+            match item {
+                Item::Frame(frame) if !layouts.channels.contains_key(&frame.channel) => {
+                    let carried = frame.carried;
+                    let (signals, period_ns) = (carried.signals.clone(), carried.period_ns);
+                    let place = layouts.place(&carried.service, FrameLayout { signals, period_ns });
+                    layouts.channels.insert(frame.channel, vec![Some(place)]);
+                }
+                Item::Row(row) if !layouts.channels.contains_key(&row.channel) => {
+                    let period_ns = Some(row.layout.period_ns);
+                    let outputs = row.layout.outputs.iter().map(|output| {
+                        let signals = output.signals.clone();
+                        Some(layouts.place(&output.service, FrameLayout { signals, period_ns }))
+                    });
+                    let outputs = outputs.collect();
+                    layouts.channels.insert(row.channel, outputs);
+                }
+                _ => {}
+            }
+        }
+        layouts.other_messages = reader.other_messages();
+        Ok(layouts)
+    }
+
+    fn place(&mut self, service: &str, layout: FrameLayout) -> usize {
+        let new = (service.to_owned(), layout);
+        self.all.iter().position(|known| *known == new).unwrap_or_else(|| {
+            self.all.push(new);
+            self.all.len() - 1
+        })
+    }
+
+    /// The services, in the order of their first frames.
+    pub(super) fn services(&self) -> Vec<String> {
+        let mut services: Vec<String> = Vec::new();
+        for (service, _) in &self.all {
+            if !services.contains(service) {
+                services.push(service.clone());
+            }
+        }
+        services
+    }
+
+    /// Leaves those of some services, which come `speed` times as fast as they were recorded.
+    ///
+    /// # Errors
+    /// A name or a layout is none that a publisher can have.
+    pub(super) fn only(self, services: &[String], speed: Option<f64>) -> Result<Self, Failure> {
+        let mut places = Vec::new();
+        let mut all = Vec::new();
+        for (service, mut layout) in self.all {
+            if !services.contains(&service) {
+                places.push(None);
+                continue;
+            }
+            check_service_name(&service).map_err(Failure::usage)?;
+            layout.check().map_err(|error| {
+                Failure::usage(format!("the recorded layout of \"{service}\": {error}"))
+            })?;
+            let period = |period_ns: u64| Some((period_ns as f64 / speed?).round() as u64);
+            layout.period_ns = layout.period_ns.and_then(period);
+            places.push(Some(all.len()));
+            all.push((service, layout));
+        }
+        let mut channels = self.channels;
+        for layout in channels.values_mut().flatten() {
+            *layout = layout.and_then(|place| places.get(place).copied().flatten());
+        }
+        Ok(Self { all, channels, other_messages: self.other_messages })
+    }
+}
+
+/// Reads the frames of a recording.
+pub(super) struct Frames<'a> {
+    path: PathBuf,
+    reader: Reader<File>,
+    layouts: &'a Layouts,
+    waiting: BinaryHeap<Frame>,
+    waiting_bytes: usize,
+    /// Of all that was read.
+    newest_ns: u64,
+    place: u64,
+    is_over: bool,
+}
+
+impl<'a> Frames<'a> {
+    pub(super) fn open(path: &Path, layouts: &'a Layouts) -> Result<Self, Failure> {
+        Ok(Self {
+            path: path.to_owned(),
+            reader: open(path)?,
+            layouts,
+            waiting: BinaryHeap::new(),
+            waiting_bytes: 0,
+            newest_ns: 0,
+            place: 0,
+            is_over: false,
+        })
+    }
+
+    /// The next frame; `None` at the end.
+    pub(super) fn next(&mut self) -> Result<Option<Frame>, Failure> {
+        while !self.is_over && !self.is_next_known() {
+            self.read()?;
+        }
+        let next = self.waiting.pop();
+        self.waiting_bytes -= next.as_ref().map_or(0, Frame::bytes);
+        Ok(next)
+    }
+
+    /// Whether no frame will be read any more that is due before the next one.
+    fn is_next_known(&self) -> bool {
+        let is_old = |next: &Frame| self.newest_ns.saturating_sub(next.due_ns) > DISORDER_NS;
+        self.waiting_bytes > MOST_WAITING_BYTES || self.waiting.peek().is_some_and(is_old)
+    }
+
+    fn read(&mut self) -> Result<(), Failure> {
+        let item = self.reader.next_item().map_err(|error| unreadable(&self.path, &error))?;
+        let mut new = Vec::new();
+        match item {
+            None => self.is_over = true,
+            Some(Item::Frame(frame)) => {
+                let layouts = self.layouts.channels.get(&frame.channel);
+                let Some(layout) = layouts.and_then(|of| *of.first()?) else { return Ok(()) };
+                let header = frame.header;
+                let has_source = header.source_ns != 0 && header.release_ns != 0;
+                new.push(Frame {
+                    layout,
+                    due_ns: frame.due_ns,
+                    cycle: header.cycle,
+                    missed: header.missed,
+                    flags: frame.flags(),
+                    source_age_ns: has_source
+                        .then(|| header.release_ns.saturating_sub(header.source_ns)),
+                    values: frame.values.to_vec(),
+                    place: 0,
+                });
+            }
+            Some(Item::Row(row)) => {
+                let outputs = self.layouts.channels.get(&row.channel).into_iter().flatten();
+                let outputs = outputs.enumerate().filter_map(|(at, layout)| Some((at, (*layout)?)));
+                new.extend(outputs.map(|(output, layout)| Frame {
+                    layout,
+                    due_ns: row.head.release_ns,
+                    cycle: row.head.cycle,
+                    missed: row.head.missed,
+                    flags: Flags::from_bits(row.flags(output)),
+                    source_age_ns: None,
+                    values: row.output(output).to_vec(),
+                    place: 0,
+                }));
+            }
+            Some(_) => {}
+        }
+        for frame in new {
+            self.newest_ns = self.newest_ns.max(frame.due_ns);
+            self.waiting_bytes += frame.bytes();
+            self.place += 1;
+            self.waiting.push(Frame { place: self.place, ..frame });
+        }
+        Ok(())
+    }
+
+    /// In what state the file is, as far as it was read.
+    pub(super) fn condition(&self) -> &Condition {
+        self.reader.condition()
+    }
+}
+
+impl Frame {
+    fn bytes(&self) -> usize {
+        size_of::<Self>() + self.values.len() * size_of::<f64>()
+    }
+
+    /// What stands first in the heap is what is due first.
+    fn rank(&self) -> std::cmp::Reverse<(u64, u64)> {
+        std::cmp::Reverse((self.due_ns, self.place))
+    }
+}
+
+impl PartialEq for Frame {
+    fn eq(&self, other: &Self) -> bool {
+        self.rank() == other.rank()
+    }
+}
+
+impl Eq for Frame {}
+
+impl PartialOrd for Frame {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Ord for Frame {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.rank().cmp(&other.rank())
+    }
+}

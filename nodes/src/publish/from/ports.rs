@@ -1,0 +1,108 @@
+//! The publishers of recorded services.
+
+use std::collections::HashMap;
+use std::thread::Scope;
+
+use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_ipc::{FramePublisher, Participant, Stamp, ipc};
+
+use super::frames::{Frame, Layouts};
+use crate::failure::Failure;
+use crate::publish::announcing::Announcing;
+
+/// A publisher for each service; where a service changes its layout, one after the other.
+pub(super) struct Ports<'scope, 'env> {
+    scope: &'scope Scope<'scope, 'env>,
+    participant: &'scope Participant<ipc::Service>,
+    layouts: &'scope Layouts,
+    by_service: HashMap<&'scope str, Port<'scope>>,
+}
+
+/// The publisher of a service.
+struct Port<'scope> {
+    layout: usize,
+    publisher: FramePublisher<ipc::Service>,
+    _announcing: Announcing<'scope>,
+    /// What its publishers before have sent.
+    before: (u64, u64),
+}
+
+/// What was sent on a service.
+pub(super) struct Sum {
+    pub(super) service: String,
+    pub(super) sent: u64,
+    pub(super) unsent: u64,
+}
+
+impl<'scope, 'env> Ports<'scope, 'env> {
+    /// Opens a publisher for each service, with its first layout.
+    pub(super) fn open(
+        scope: &'scope Scope<'scope, 'env>,
+        participant: &'scope Participant<ipc::Service>,
+        layouts: &'scope Layouts,
+    ) -> Result<Self, Failure> {
+        let mut ports = Self { scope, participant, layouts, by_service: HashMap::new() };
+        for (place, (service, _)) in layouts.all.iter().enumerate() {
+            if !ports.by_service.contains_key(service.as_str()) {
+                ports.change(place, (0, 0))?;
+            }
+        }
+        Ok(ports)
+    }
+
+    fn change(&mut self, place: usize, before: (u64, u64)) -> Result<(), Failure> {
+        let Some((service, layout)) = self.layouts.all.get(place) else { return Ok(()) };
+        let publisher = FramePublisher::open(self.participant, service, layout);
+        let publisher = publisher.map_err(Failure::found)?;
+        let announcing = Announcing::start(self.scope, self.participant, service, layout)?;
+        let port = Port { layout: place, publisher, _announcing: announcing, before };
+        self.by_service.insert(service, port);
+        Ok(())
+    }
+
+    /// Sees to it that frames of a layout can be sent.
+    pub(super) fn enter(&mut self, layout: usize) -> Result<(), Failure> {
+        let Some((service, _)) = self.layouts.all.get(layout) else { return Ok(()) };
+        let is_other = |port: &Port<'_>| port.layout != layout;
+        if !self.by_service.get(service.as_str()).is_some_and(is_other) {
+            return Ok(());
+        }
+        // A service has one publisher, so the one before goes first.
+        let before = self.by_service.remove(service.as_str()).map(|port| port.sums());
+        self.change(layout, before.unwrap_or_default())
+    }
+
+    /// Sends a frame that is due at `release_ns`.
+    pub(super) fn send(&mut self, frame: &Frame, release_ns: u64) {
+        let Some((service, _)) = self.layouts.all.get(frame.layout) else { return };
+        let Some(port) = self.by_service.get_mut(service.as_str()) else { return };
+        port.publisher.prepare();
+        if let Some(values) = port.publisher.values_mut() {
+            values.iter_mut().zip(&frame.values).for_each(|(to, from)| *to = *from);
+        }
+        let Frame { cycle, missed, flags, source_age_ns, .. } = *frame;
+        let source_ns = source_age_ns.map_or(0, |age_ns| release_ns.saturating_sub(age_ns));
+        let stamp = Stamp { cycle, release_ns, source_ns, missed, flags };
+        port.publisher.send(stamp, || Monotonic.now_ns());
+        port.publisher.prepare();
+    }
+
+    /// What was sent on each service, in the order of the recording.
+    pub(super) fn sums(&self) -> Vec<Sum> {
+        let services = self.layouts.services().into_iter();
+        let sum = |service: String| {
+            let (sent, unsent) = self.by_service.get(service.as_str())?.sums();
+            Some(Sum { service, sent, unsent })
+        };
+        services.filter_map(sum).collect()
+    }
+}
+
+impl Port<'_> {
+    /// Frames that were sent, and that were not.
+    fn sums(&self) -> (u64, u64) {
+        let counters = self.publisher.counters();
+        let (sent, unsent) = self.before;
+        (sent + counters.sent, unsent + counters.unsent + counters.send_errors)
+    }
+}

@@ -1,0 +1,42 @@
+//! Recordings as files on the command line: opened, and judged once they were read.
+
+use std::fs::File;
+use std::path::Path;
+
+use isochrone_recording::{Condition, Damage, ReadError, Reader};
+use isochrone_timing::units::counted;
+
+use crate::failure::Failure;
+use crate::terminal;
+
+/// Opens a file.
+pub(crate) fn file(path: &Path) -> Result<File, Failure> {
+    File::open(path).map_err(|error| unreadable(path, &ReadError::Io(error)))
+}
+
+/// Begins to read a recording.
+pub(crate) fn open(path: &Path) -> Result<Reader<File>, Failure> {
+    Reader::open(file(path)?).map_err(|error| unreadable(path, &error))
+}
+
+/// The failure of a file that cannot be read.
+pub(crate) fn unreadable(path: &Path, error: &ReadError) -> Failure {
+    Failure::usage(format!("cannot read {}: {error}", path.display()))
+}
+
+/// Says that a file was not closed. Damage is a failure, for when everything else is done.
+pub(crate) fn judge(path: &Path, condition: &Condition) -> Result<(), Failure> {
+    let file = path.display();
+    if !condition.is_closed {
+        terminal::note(&format!(
+            "note: {file} was not closed: its recorder was killed, or is still at it; read as far as it goes"
+        ));
+    }
+    match &condition.first_damage {
+        None => Ok(()),
+        Some(Damage { at, what }) => Err(Failure::found(format!(
+            "{file} is damaged: {} left out, the first at byte {at}: {what}",
+            counted(condition.damaged, "part")
+        ))),
+    }
+}

@@ -1,0 +1,129 @@
+//! `replay`: a node's recording through the engine again, and what is not as it was.
+
+mod comparison;
+mod document;
+mod output;
+mod recorded;
+mod rerun;
+mod task;
+
+use std::path::PathBuf;
+
+use isochrone_blocks::BlockType;
+use isochrone_engine::{MAX_BYTES, Plan, Source};
+use isochrone_runtime::hold_panic_messages;
+use isochrone_timing::units::counted;
+
+use self::comparison::{Comparison, Tolerance};
+use self::recorded::Recorded;
+use self::rerun::Rerun;
+use crate::failure::Failure;
+use crate::result_file::ResultFile;
+use crate::rows::Rows;
+use crate::{configuration, numbers, stop, terminal};
+
+/// Repeat the run of a node from its recording, and compare every value
+///
+/// Reads what `run --record` wrote: the configuration, the inputs of every cycle, which cycle of other
+/// tasks each cycle read, and everything that was done to the node go through the engine again, as fast as
+/// it goes. Every signal of every output is compared bit for bit. Cycles that were missed are missed again.
+/// The exit status is 0 if all values are the same, 1 if one is not, and 4 if none differs but some cycles
+/// cannot be compared, because rows were lost or the file is damaged.
+#[derive(clap::Args)]
+#[command(after_help = "Examples:\n  isochrone replay level.mcap\n  \
+    isochrone replay level.mcap --config new.toml --tolerance 0.001 --report differences.json\n  \
+    isochrone replay level.mcap --config new.toml --output new.csv")]
+pub(crate) struct Args {
+    /// Recording of a node, from `run --record`
+    #[arg(value_name = "FILE.mcap")]
+    file: PathBuf,
+    /// Repeat the run with this configuration in place of the recorded one. Inputs, tasks and outputs are
+    /// found by their names; online changes of the run are left out
+    #[arg(long, value_name = "NEW.toml")]
+    config: Option<PathBuf>,
+    /// Take values for the same that differ by at most this much. Without it, all bits must be the same
+    #[arg(long, value_name = "X", value_parser = parse_tolerance, allow_negative_numbers = true)]
+    tolerance: Option<f64>,
+    /// Write what differs as JSON
+    #[arg(long, value_name = "OUT.json")]
+    report: Option<PathBuf>,
+    /// Write every signal of every repeated cycle as CSV, "-" for stdout: `time_s`, `cycle`, `task`, and a
+    /// column SERVICE.SIGNAL for each signal, which is empty in the rows of other tasks
+    #[arg(long, value_name = "ALL.csv")]
+    output: Option<PathBuf>,
+}
+
+pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
+    for written in [&args.report, &args.output].into_iter().flatten() {
+        configuration::keep(&args.file, written)?;
+        args.config.iter().try_for_each(|config| configuration::keep(config, written))?;
+    }
+    let recorded = Recorded::read(&args.file)?;
+    let plan = plan(args, &recorded, catalogue)?;
+    let mut report = args.report.as_deref().map(ResultFile::open).transpose()?;
+    let rows = args.output.as_deref().map(Rows::create).transpose()?;
+    recorded.note(&args.file);
+    let tolerance = args.tolerance.map_or(Tolerance::Bits, Tolerance::Absolute);
+    let stop = stop::on_signal(None)?;
+    hold_panic_messages();
+    let mut rerun = Rerun::new(plan, &recorded, args.config.is_some(), tolerance)?;
+    rerun.run(&args.file, rows, &stop)?;
+    let outcome = rerun.finish();
+    if let Some(report) = &mut report {
+        report.write_report(&outcome.json(args, &recorded))?;
+    }
+    outcome.note();
+    let Comparison { compared, different, .. } = &outcome.comparison;
+    let values = counted(*compared, "value");
+    let cycles = counted(outcome.cycles(), "cycle");
+    let tasks = counted(outcome.tasks.len() as u64, "task");
+    let ran = format!("{cycles} of {tasks} of \"{}\"", recorded.node.name);
+    if let Some(first) = outcome.comparison.first() {
+        if outcome.comparison.differing().count() > 1 {
+            terminal::print(&outcome.comparison.table())?;
+        }
+        return Err(Failure::found(format!(
+            "{first}; of {values} in {ran}, {different} {differ}",
+            differ = if *different == 1 { "differs" } else { "differ" },
+        )));
+    }
+    if let Some(why) = outcome.uncompared() {
+        return Err(Failure::inconclusive(format!("{why}; {values} in {ran} are the same")));
+    }
+    if *compared == 0 {
+        return Err(Failure::inconclusive(format!("no value was compared in {ran}")));
+    }
+    let how = match tolerance {
+        Tolerance::Bits => "bit for bit".to_owned(),
+        Tolerance::Absolute(most) => format!("within {}", numbers::format(most)),
+    };
+    terminal::print(&format!("the same, {how}: {values} in {ran}\n"))
+}
+
+/// The configuration that is to run.
+fn plan(args: &Args, recorded: &Recorded, catalogue: &[BlockType]) -> Result<Plan, Failure> {
+    if let Some(path) = &args.config {
+        let plan = configuration::plan(path, catalogue)?;
+        configuration::note_warnings(&plan);
+        return Ok(plan);
+    }
+    let file = args.file.display();
+    let text = recorded.configuration.as_deref().ok_or_else(|| {
+        Failure::usage(format!(
+            "{file} has no configuration that can be read; give the one of the run by --config"
+        ))
+    })?;
+    if text.len() as u64 > MAX_BYTES {
+        let most = MAX_BYTES >> 20;
+        return Err(Failure::usage(format!("the configuration in {file} has over {most} MiB")));
+    }
+    let name = format!("{file} ({})", recorded.node.file);
+    configuration::plan_of(Source::new(name, text), catalogue)
+}
+
+fn parse_tolerance(text: &str) -> Result<f64, String> {
+    match numbers::parse_number(text) {
+        Ok(most) if most.is_finite() && most >= 0.0 => Ok(most),
+        _ => Err("give the largest difference of two values, from 0, such as 0.001".into()),
+    }
+}

@@ -1,0 +1,56 @@
+//! Every signal of every cycle that was repeated, as CSV.
+
+use isochrone_recording::{RowHead, TaskLayout};
+
+use super::task::Task;
+use crate::failure::Failure;
+use crate::rows::{CYCLE, Rows, TIME};
+
+/// The file with all signals.
+pub(super) struct Output {
+    rows: Rows,
+    /// The columns: of each task, by its index, the names of its signals.
+    columns: Vec<Vec<String>>,
+    first_ns: Option<u64>,
+}
+
+impl Output {
+    pub(super) fn new(rows: Rows) -> Self {
+        Self { rows, columns: Vec::new(), first_ns: None }
+    }
+
+    pub(super) fn flush(&mut self) -> Result<(), Failure> {
+        self.rows.flush()
+    }
+
+    /// Writes a row for the last cycle of a task.
+    pub(super) fn write(
+        &mut self,
+        tasks: &[Task],
+        index: usize,
+        head: RowHead,
+    ) -> Result<(), Failure> {
+        const TASK: &str = "task";
+        let Some(task) = tasks.get(index) else { return Ok(()) };
+        let names = |layout: &TaskLayout| -> Vec<String> {
+            let signals = layout.outputs.iter().flat_map(|output| {
+                output.signals.iter().map(|signal| format!("{}.{}", output.service, signal.name))
+            });
+            signals.collect()
+        };
+        if self.columns.get(index).is_none_or(|columns| *columns != names(&task.layout)) {
+            self.columns = tasks.iter().map(|task| names(&task.layout)).collect();
+            let columns: Vec<&str> = self.columns.iter().flatten().map(String::as_str).collect();
+            self.rows.header(&[TIME, CYCLE, TASK], &columns)?;
+        }
+        let first_ns = *self.first_ns.get_or_insert(head.release_ns);
+        let time_s = head.release_ns.wrapping_sub(first_ns).cast_signed() as f64 / 1e9;
+        let own = (0..task.layout.outputs.len()).flat_map(|output| task.layout.output(output));
+        let own = own.map(|place| task.repeated.get(place).copied());
+        let before: usize = self.columns.iter().take(index).map(Vec::len).sum();
+        let behind: usize = self.columns.iter().skip(index + 1).map(Vec::len).sum();
+        let empty = |count| std::iter::repeat_n(None, count);
+        let values = empty(before).chain(own).chain(empty(behind));
+        self.rows.row_with(Some(time_s), head.cycle, std::slice::from_ref(&task.name), values)
+    }
+}

@@ -1,0 +1,171 @@
+//! What stands in a recording beside its rows: read first, as what was done before a cycle may stand
+//! behind its row.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use isochrone_engine::Plan;
+use isochrone_engine::operate::{Action, Entry, Replay};
+use isochrone_recording::{Condition, Item, MAX_RECORD_BYTES, Mark, Node};
+use isochrone_runtime::journal::entry_of_line;
+use isochrone_timing::units::counted;
+
+use crate::failure::Failure;
+use crate::operations::{Operations, Tally};
+use crate::recording_file::{open, unreadable};
+use crate::terminal;
+
+/// A recording of a node, but for its rows.
+pub(super) struct Recorded {
+    pub(super) node: Node,
+    pub(super) configuration: Option<String>,
+    /// Lines of the journal, in order.
+    lines: Vec<String>,
+    /// Of each task, by name, in the order of its appearance: the rows that were lost at its end.
+    pub(super) tasks: Vec<(String, Option<Lost>)>,
+    pub(super) condition: Condition,
+}
+
+/// Rows that were lost, and none came after them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Lost {
+    pub(super) count: u64,
+}
+
+impl Recorded {
+    /// Reads a recording once.
+    pub(super) fn read(path: &Path) -> Result<Self, Failure> {
+        let file = path.display();
+        let mut reader = open(path)?;
+        let (mut configuration, mut lines, mut bytes) = (None, Vec::new(), 0);
+        let mut tasks: Vec<(String, Option<Lost>)> = Vec::new();
+        let mut frames = 0_u64;
+        while let Some(item) = reader.next_item().map_err(|error| unreadable(path, &error))? {
+            match item {
+                Item::Row(row) => {
+                    let name = &row.layout.task;
+                    match tasks.iter_mut().find(|(task, _)| task == name) {
+                        // In the head of this row it is said again.
+                        Some((_, lost)) => *lost = None,
+                        None => tasks.push((name.clone(), None)),
+                    }
+                }
+                Item::Entry(entry) => {
+                    bytes += entry.line.len();
+                    if bytes > MAX_RECORD_BYTES {
+                        return Err(Failure::usage(format!(
+                            "the journal in {file} has over {} MiB, so it is none of a node",
+                            MAX_RECORD_BYTES >> 20
+                        )));
+                    }
+                    lines.push(entry.line);
+                }
+                Item::Configuration(text) => {
+                    configuration.get_or_insert(text);
+                }
+                Item::Mark(mark) if mark.kind == Mark::LOST => {
+                    let task = mark.service.rsplit('/').next().unwrap_or_default();
+                    let found = tasks.iter_mut().find(|(name, _)| name == task);
+                    if let Some((_, lost)) = found {
+                        *lost = Some(Lost { count: mark.count });
+                    }
+                }
+                Item::Mark(_) => {}
+                Item::Frame(_) => frames += 1,
+            }
+        }
+        let none = |what: String| Err(Failure::usage(what));
+        let Some(node) = reader.node().cloned() else {
+            return none(match (frames, reader.other_messages()) {
+                (0, 0) => format!("{file} has neither cycles of a node nor frames"),
+                (0, others) => format!(
+                    "{file} has no cycles of a node, only {} of another program; replay what `isochrone run \
+                     --record` wrote",
+                    counted(others, "message")
+                ),
+                (frames, _) => format!(
+                    "{file} is a recording of services ({}), without the inputs and the configuration of a \
+                     node; publish it again with `isochrone publish --from {file}`, or record the node itself \
+                     with `isochrone run --record`",
+                    counted(frames, "frame")
+                ),
+            });
+        };
+        if tasks.is_empty() {
+            return none(format!("{file} has no cycle of \"{}\"", node.name));
+        }
+        let condition = reader.condition().clone();
+        Ok(Self { node, configuration, lines, tasks, condition })
+    }
+
+    /// What was done in the run, for a plan.
+    ///
+    /// # Errors
+    /// An entry does not fit the plan.
+    pub(super) fn operations(&self, plan: &Plan) -> Result<Operations, String> {
+        let mut replay = Replay::new(plan);
+        let mut entries: BTreeMap<_, Vec<Entry>> = BTreeMap::new();
+        for (number, line) in (1_u64..).zip(&self.lines) {
+            let at = |why: String| format!("entry {number} of the recorded journal: {why}");
+            let entry = entry_of_line(line, plan).map_err(at)?;
+            replay.check(&entry).map_err(|refusals| at(refusals.to_string()))?;
+            entries.entry((entry.task, entry.cycle)).or_default().push(entry);
+        }
+        Ok(Operations::new(plan, entries))
+    }
+
+    /// What was done in the run, as far as it can be done with another plan: that, and what cannot.
+    pub(super) fn operations_for_other(&self, plan: &Plan) -> (Operations, Tally, u64) {
+        let mut replay = Replay::new(plan);
+        let mut entries: BTreeMap<_, Vec<Entry>> = BTreeMap::new();
+        let (mut unfit, mut changes) = (Tally::default(), std::collections::BTreeSet::new());
+        for line in &self.lines {
+            let entry = match entry_of_line(line, plan) {
+                Ok(entry) => entry,
+                Err(why) => {
+                    unfit.add(|| why);
+                    continue;
+                }
+            };
+            if entry.action == Action::Apply {
+                changes.insert(entry.transaction);
+                continue;
+            }
+            match replay.check(&entry) {
+                Ok(()) => entries.entry((entry.task, entry.cycle)).or_default().push(entry),
+                Err(refusals) => unfit.add(|| refusals.to_string()),
+            }
+        }
+        (Operations::new(plan, entries), unfit, changes.len() as u64)
+    }
+
+    /// The rows that were lost at the end of a task.
+    pub(super) fn lost_at_end(&self, task: &str) -> Option<Lost> {
+        self.tasks.iter().find(|(name, _)| name == task)?.1
+    }
+
+    /// Says what is to be known of the file.
+    pub(super) fn note(&self, path: &Path) {
+        let file = path.display();
+        if !self.condition.is_closed {
+            terminal::note(&format!(
+                "note: {file} was not closed: its node was killed, or still runs; replayed as far as it goes"
+            ));
+        }
+        if let Some(damage) = &self.condition.first_damage {
+            terminal::note(&format!(
+                "warning: {file} is damaged: {} left out, the first at byte {}: {}",
+                counted(self.condition.damaged, "part"),
+                damage.at,
+                damage.what
+            ));
+        }
+        let (version, own) = (&self.node.version, env!("CARGO_PKG_VERSION"));
+        if version != own {
+            terminal::note(&format!(
+                "warning: the run was made by version {version}, and this is {own}; what blocks compute may \
+                 differ"
+            ));
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! What came of a run that was repeated.
+
+use isochrone_timing::units::counted;
+
+use super::Rerun;
+use crate::operations::Tally;
+use crate::replay::document::{Outcome, TaskOutcome};
+
+impl Rerun<'_> {
+    /// What came of it.
+    pub(in crate::replay) fn finish(self) -> Outcome {
+        let mut notes: Vec<String> = self.missing.into_iter().collect();
+        let some = |tally: &Tally, thing: &str, what: &str| {
+            let things = counted(tally.count, thing);
+            (tally.count > 0).then(|| format!("{things} {what}; the first: {}", tally.first))
+        };
+        notes.extend(self.strangers.iter().map(|(task, rows)| {
+            let rows = counted(*rows, "cycle");
+            format!("there is no task \"{task}\" here; {rows} left out")
+        }));
+        if self.changes_left_out > 0 {
+            let changes = counted(self.changes_left_out, "online change");
+            notes.push(format!("{changes} of the run left out: the given configuration stays"));
+        }
+        notes.extend(some(
+            &self.unfit,
+            "operation",
+            "of the run left out, as it cannot be done here",
+        ));
+        notes.extend(some(&self.rejects, "recorded value", "that an input cannot hold left out"));
+        if !self.is_other {
+            let was = "not as the journal says it was before a change";
+            notes.extend(some(&self.operations.differences, "value", was));
+        }
+        let left = self.operations.left() as u64;
+        if left > 0 && !self.is_other {
+            let left = counted(left, "operation");
+            notes.push(format!("{left} of the run left out, as no cycle that was repeated has it"));
+        }
+        let without_rows = self.tasks.iter().filter(|task| task.last.is_none() && task.left == 0);
+        notes.extend(without_rows.map(|task| {
+            format!("the recording has no cycle of task \"{}\"; it does not run", task.name)
+        }));
+        let tasks = self.tasks.into_iter().map(|task| TaskOutcome {
+            missed: task.last.map_or(0, |last| last.missed),
+            name: task.name,
+            cycles: task.cycles,
+            left: task.left,
+            broken: task.broken,
+        });
+        Outcome {
+            tasks: tasks.collect(),
+            comparison: self.comparison,
+            notes,
+            is_damaged: self.recorded.condition.damaged > 0,
+        }
+    }
+}

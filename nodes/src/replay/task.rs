@@ -1,0 +1,266 @@
+//! A task that is repeated: its engine, the rows that wait for it, and what it gave to others.
+
+use std::collections::{HashMap, VecDeque};
+use std::sync::Arc;
+
+use isochrone_blocks::PinType;
+use isochrone_engine::{Parcel, Plan, TaskEngine, Wires};
+use isochrone_recording::{RowHead, TaskLayout};
+use isochrone_runtime::task_layouts;
+
+use super::comparison::Comparison;
+
+/// A row that waits to be repeated.
+pub(super) struct Row {
+    pub(super) layout: Arc<TaskLayout>,
+    /// Equal numbers have equal layouts.
+    pub(super) channel: u16,
+    pub(super) head: RowHead,
+    pub(super) values: Vec<f64>,
+}
+
+impl Row {
+    /// How many bytes it takes.
+    pub(super) fn bytes(&self) -> usize {
+        size_of::<Self>() + self.values.len() * size_of::<f64>()
+    }
+
+    pub(super) fn value(&self, place: usize) -> f64 {
+        self.values.get(place).copied().unwrap_or(f64::NAN)
+    }
+}
+
+/// Values that a task gave to another one.
+pub(super) struct Given {
+    pub(super) parcel: Parcel,
+    /// When its cycle had ended in the run.
+    pub(super) end_ns: u64,
+}
+
+/// What a task gave to one other task, which has not read past it.
+#[derive(Default)]
+pub(super) struct Past {
+    given: VecDeque<Given>,
+    /// Of the newest parcel there ever was.
+    newest: Option<(Option<u64>, u64)>,
+    bytes: usize,
+}
+
+/// Whether values that a cycle has read are there.
+#[derive(Debug, PartialEq, Eq)]
+pub(super) enum Found {
+    /// At this place.
+    Here(usize),
+    /// The task that gives them has not come to them yet.
+    Later,
+    /// The task that gives them is past them, and they are not there.
+    Never,
+}
+
+impl Past {
+    /// Most bytes that wait for a reader.
+    const MOST_BYTES: usize = 32 << 20;
+
+    pub(super) fn push(&mut self, given: Given) {
+        self.newest = Some((given.parcel.cycle(), given.parcel.changes()));
+        self.bytes += given.parcel.bytes();
+        self.given.push_back(given);
+        while self.bytes > Self::MOST_BYTES && self.given.len() > 1 {
+            self.forget(1);
+        }
+    }
+
+    /// Looks for the values of a cycle; `changes`: of which configuration, if that matters.
+    pub(super) fn find(&self, cycle: u64, changes: Option<u64>) -> Found {
+        let is_meant = |given: &Given| {
+            given.parcel.cycle() == Some(cycle)
+                && changes.is_none_or(|changes| given.parcel.changes() == changes)
+        };
+        if let Some(place) = self.given.iter().rposition(is_meant) {
+            return Found::Here(place);
+        }
+        let wanted = (changes, Some(cycle));
+        let newest = self.newest.map(|(cycle, of)| (changes.map(|_| of), cycle));
+        if newest.is_some_and(|newest| newest >= wanted) { Found::Never } else { Found::Later }
+    }
+
+    /// The newest values that were there at an instant of the run.
+    pub(super) fn find_at(&self, ns: u64) -> Option<usize> {
+        self.given.iter().rposition(|given| given.end_ns <= ns)
+    }
+
+    /// What stands at a place; what stood before it is read by nobody any more.
+    pub(super) fn take(&mut self, place: usize) -> Option<&Parcel> {
+        self.forget(place);
+        self.given.front().map(|given| &given.parcel)
+    }
+
+    fn forget(&mut self, count: usize) {
+        let forgotten = self.given.drain(..count.min(self.given.len()));
+        self.bytes -= forgotten.map(|given| given.parcel.bytes()).sum::<usize>();
+    }
+}
+
+/// Why the rest of a task cannot be compared.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Broken {
+    /// The first cycle that cannot be.
+    pub(super) cycle: u64,
+    pub(super) why: String,
+}
+
+/// A task of the run.
+pub(super) struct Task {
+    pub(super) name: String,
+    pub(super) engine: TaskEngine,
+    pub(super) wires: Wires,
+    /// Those of the engine that it was handed over to, ahead of the cycle that has it.
+    next_wires: Option<Wires>,
+    pub(super) plan: Arc<Plan>,
+    pub(super) layout: TaskLayout,
+    /// How many online changes it has had.
+    pub(super) changes: u64,
+    pub(super) rows: VecDeque<Row>,
+    /// Where what is in the rows of a channel belongs, in the plan that it has now.
+    pub(super) places: HashMap<u16, Arc<Places>>,
+    /// What it gave to other tasks, by their index.
+    pub(super) past: HashMap<usize, Past>,
+    /// What it read last of other tasks, by their index: cycle and changes.
+    pub(super) read: HashMap<usize, (u64, u64)>,
+    pub(super) last: Option<RowHead>,
+    pub(super) cycles: u64,
+    /// Rows that were not repeated.
+    pub(super) left: u64,
+    pub(super) broken: Option<Broken>,
+    /// Room for the values of a cycle.
+    pub(super) repeated: Vec<f64>,
+}
+
+/// Where the values of recorded rows belong.
+#[derive(Default)]
+pub(super) struct Places {
+    /// Of each input of the plan where its value stands in the row.
+    pub(super) inputs: Vec<Option<usize>>,
+    /// Of each task with wires to this one, by index, where its cycle stands in the row.
+    pub(super) wires: Vec<(usize, Option<usize>)>,
+    /// Of each signal that is compared its number, and where it stands in the recorded row and in the
+    /// repeated one.
+    pub(super) signals: Vec<(usize, usize, usize)>,
+    /// Recorded signals that the plan does not have.
+    pub(super) missing: Vec<String>,
+}
+
+impl Task {
+    pub(super) fn new(plan: Arc<Plan>, task: usize, mut engine: TaskEngine) -> Self {
+        let wires = engine.loosen();
+        let layout = task_layouts(&plan).into_iter().nth(task).unwrap_or_default();
+        let repeated = vec![0.0; engine.row_len()];
+        Self {
+            name: layout.task.clone(),
+            engine,
+            wires,
+            next_wires: None,
+            plan,
+            layout,
+            changes: 0,
+            rows: VecDeque::new(),
+            places: HashMap::new(),
+            past: HashMap::new(),
+            read: HashMap::new(),
+            last: None,
+            cycles: 0,
+            left: 0,
+            broken: None,
+            repeated,
+        }
+    }
+
+    /// Was handed over to the engine of its next configuration, whose wires these are.
+    pub(super) fn hand_over(&mut self, mut wires: Wires, ns: u64) {
+        keep(&mut self.past, &mut wires, ns);
+        self.next_wires = Some(wires);
+    }
+
+    /// Whether it was handed over to its next configuration.
+    pub(super) fn is_handed_over(&self) -> bool {
+        self.next_wires.is_some()
+    }
+
+    /// Has another configuration, which its engine got.
+    pub(super) fn change(&mut self, plan: Arc<Plan>, task: usize) {
+        if let Some(wires) = self.next_wires.take() {
+            self.wires = wires;
+        }
+        self.layout = task_layouts(&plan).into_iter().nth(task).unwrap_or_default();
+        self.repeated = vec![0.0; self.engine.row_len()];
+        self.plan = plan;
+        self.changes += 1;
+        self.places.clear();
+    }
+
+    /// Keeps what the engine gave to other tasks.
+    pub(super) fn keep_given(&mut self, end_ns: u64) {
+        keep(&mut self.past, &mut self.wires, end_ns);
+    }
+
+    /// The first cycle that may come next.
+    pub(super) fn next_cycle(&self) -> u64 {
+        self.last.map_or(0, |last| last.cycle.saturating_add(1))
+    }
+
+    /// The rest of it cannot be compared.
+    pub(super) fn break_off(&mut self, cycle: u64, why: String) {
+        self.left += self.rows.len() as u64;
+        self.rows.clear();
+        self.broken.get_or_insert(Broken { cycle, why });
+    }
+
+    /// The type of an input.
+    pub(super) fn input_type(&self, task: usize, input: usize) -> Option<PinType> {
+        Some(self.plan.tasks.get(task)?.inputs.get(input)?.value_type)
+    }
+}
+
+/// Keeps what a task gave to others.
+fn keep(past: &mut HashMap<usize, Past>, wires: &mut Wires, end_ns: u64) {
+    for (to, parcel) in wires.given() {
+        past.entry(to).or_default().push(Given { parcel: parcel.clone(), end_ns });
+    }
+}
+
+impl Places {
+    /// Where the values of rows of a layout belong in those of another one.
+    pub(super) fn new(
+        recorded: &TaskLayout,
+        own: &TaskLayout,
+        plan: &Plan,
+        comparison: &mut Comparison,
+    ) -> Self {
+        let input = |name: &str| recorded.inputs.iter().position(|input| input.name == name);
+        let inputs = own.inputs.iter().map(|it| Some(recorded.input(input(&it.name)?))).collect();
+        let wire = |name: &String| {
+            let place = recorded.wires.iter().position(|wire| wire == name);
+            Some((plan.task_index(name)?, place.map(|place| recorded.wire(place))))
+        };
+        let wires = own.wires.iter().filter_map(wire).collect();
+        let mut there = HashMap::new();
+        for (output, of) in own.outputs.iter().enumerate() {
+            for (signal, place) in of.signals.iter().zip(own.output(output)) {
+                there.insert((of.service.as_str(), signal.name.as_str()), place);
+            }
+        }
+        let mut places = Self { inputs, wires, ..Self::default() };
+        for (output, of) in recorded.outputs.iter().enumerate() {
+            for (signal, place) in of.signals.iter().zip(recorded.output(output)) {
+                match there.get(&(of.service.as_str(), signal.name.as_str())) {
+                    Some(own) => {
+                        let number = comparison.signal(&recorded.task, &of.service, &signal.name);
+                        places.signals.push((number, place, *own));
+                    }
+                    None => places.missing.push(format!("{}.{}", of.service, signal.name)),
+                }
+            }
+        }
+        places
+    }
+}
