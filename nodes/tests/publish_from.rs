@@ -193,8 +193,9 @@ fn what_cannot_be_published_is_refused_with_the_way_out() {
     // What is damaged is left out, and said at the end.
     let mut bytes = std::fs::read(domain.path("run.mcap")).unwrap();
     let is_chunk = |bytes: &[u8]| bytes == [0x28, 0xb5, 0x2f, 0xfd];
-    let chunk = bytes.windows(4).position(is_chunk).unwrap();
-    bytes[chunk + 1000] ^= 0x10;
+    // The first has the descriptions of the channels.
+    let chunk = bytes.windows(4).rposition(is_chunk).unwrap();
+    bytes[chunk + 200] ^= 0x10;
     std::fs::write(domain.path("bad.mcap"), bytes).unwrap();
     let ended = domain.run("publish --from bad.mcap plant/level --speed max").expect_code(1);
     assert!(ended.stderr.contains("bad.mcap is damaged: 1 part left out"), "{}", ended.stderr);
