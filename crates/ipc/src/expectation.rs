@@ -4,6 +4,7 @@
 //! a reader that sleeps until the next frame is due finds it in one look.
 
 use crate::FrameHeader;
+use crate::lateness::Lateness;
 
 /// Arrivals that the rhythm is learned from.
 const REMEMBERED: usize = 8;
@@ -49,6 +50,7 @@ pub(crate) struct Expectation {
     began_ns: Option<u64>,
     /// When it last looked and nothing waited.
     empty_ns: Option<u64>,
+    lateness: Lateness,
     /// Frames that may wait for the reader.
     buffer: u64,
 }
@@ -87,6 +89,7 @@ impl Expectation {
             rhythm: None,
             began_ns: None,
             empty_ns: None,
+            lateness: Lateness::default(),
             buffer,
         }
     }
@@ -126,6 +129,11 @@ impl Expectation {
         self.has_news = true;
     }
 
+    /// Takes note that the reader looks, at the first call after it slept.
+    pub(crate) fn woke(&mut self, now_ns: u64) {
+        self.lateness.woke(now_ns);
+    }
+
     /// When to look again, given that nothing waits at `now_ns`; always later than that.
     pub(crate) fn next_look_ns(&mut self, now_ns: u64) -> u64 {
         self.learn(now_ns);
@@ -138,7 +146,7 @@ impl Expectation {
             {
                 SHORTEST_NAP_NS
             }
-            Some(rhythm) => rhythm.nap_ns(now_ns),
+            Some(rhythm) => rhythm.nap_ns(now_ns, self.lateness.margin_ns()),
             None => {
                 let began_ns = *self.began_ns.get_or_insert(now_ns);
                 let since_ns =
@@ -146,7 +154,9 @@ impl Expectation {
                 (now_ns.saturating_sub(since_ns) / BLIND_PART).max(BLIND_NAP_NS)
             }
         };
-        now_ns.saturating_add(nap_ns.clamp(1, self.longest_nap_ns()))
+        let look_ns = now_ns.saturating_add(nap_ns.clamp(1, self.longest_nap_ns()));
+        self.lateness.asked(now_ns, look_ns);
+        look_ns
     }
 
     fn learn(&mut self, now_ns: u64) {
@@ -234,8 +244,13 @@ impl Rhythm {
         })
     }
 
-    fn nap_ns(&self, now_ns: u64) -> u64 {
-        let Some(late_ns) = now_ns.checked_sub(self.next_ns) else { return self.next_ns - now_ns };
+    /// The reader asks for `margin_ns` less than it is to sleep, and for the rest when it is woken too early.
+    fn nap_ns(&self, now_ns: u64, margin_ns: u64) -> u64 {
+        let Some(late_ns) = now_ns.checked_sub(self.next_ns) else {
+            let early_ns = self.next_ns - now_ns;
+            let margin_ns = margin_ns.min(self.period_ns / 4);
+            return if early_ns > margin_ns { early_ns - margin_ns } else { early_ns };
+        };
         let nap_ns = (late_ns / LATE_PART).max(SHORTEST_NAP_NS);
         if late_ns / self.period_ns >= SILENT_PERIODS {
             return nap_ns;

@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use super::*;
 
 const US: u64 = 1_000;
@@ -65,11 +67,23 @@ fn reader() -> Expectation {
 
 /// Reads the frames until `end_ns`, sleeping as told.
 fn read(expectation: &mut Expectation, frames: &[Sent], from_ns: u64, end_ns: u64) -> Seen {
+    read_woken(expectation, frames, from_ns..end_ns, |_| WAKE_UP_NS)
+}
+
+/// As `read`, woken so late after each nap.
+fn read_woken(
+    expectation: &mut Expectation,
+    frames: &[Sent],
+    time_ns: Range<u64>,
+    late_ns: impl Fn(u64) -> u64,
+) -> Seen {
+    let Range { start: from_ns, end: end_ns } = time_ns;
     let mut seen = Seen::default();
     let mut now_ns = from_ns;
     let mut left = frames.iter().filter(|frame| frame.at_ns >= from_ns).peekable();
     while now_ns < end_ns {
         seen.looks += 1;
+        expectation.woke(now_ns);
         let mut at_once = 0;
         while let Some(frame) = left.next_if(|frame| frame.at_ns <= now_ns) {
             expectation.note(&frame.header);
@@ -80,7 +94,7 @@ fn read(expectation: &mut Expectation, frames: &[Sent], from_ns: u64, end_ns: u6
         let look_ns = expectation.next_look_ns(now_ns);
         assert!(look_ns > now_ns, "{look_ns} {now_ns}");
         seen.longest_nap_ns = seen.longest_nap_ns.max(look_ns - now_ns);
-        now_ns = look_ns + WAKE_UP_NS;
+        now_ns = look_ns + late_ns(look_ns - now_ns);
     }
     seen
 }
@@ -109,6 +123,32 @@ fn a_slow_writer_is_seen_at_once_between_naps_of_some_milliseconds() {
     assert!(seen.looks < 40 * 21 + 200, "{}", seen.looks);
     assert!(seen.longest_nap_ns <= 5 * MS);
     assert!(seen.settled().quantile_ns(100) <= 10 * US);
+}
+
+#[test]
+fn a_reader_that_is_woken_late_asks_earlier_and_hardly_looks_more_often() {
+    // Long sleeps end 40 to 90 us late, short ones 5 us.
+    let late_ns =
+        |nap_ns: u64| if nap_ns < 100 * US { 5 * US } else { 40 * US + chance(nap_ns, 50 * US) };
+    for period_ns in [2 * MS, 4 * MS] {
+        let frames: Vec<_> =
+            (0..400).map(|k| plain(BEGIN_NS + k * period_ns + chance(k, 3 * US))).collect();
+        let end_ns = BEGIN_NS + 400 * period_ns;
+        let seen = read_woken(&mut reader(), &frames, BEGIN_NS..end_ns, late_ns);
+        assert!(seen.looks < 400 * 3 / 2 + 50, "{period_ns}: {}", seen.looks);
+        let seen = seen.settled();
+        assert!(seen.quantile_ns(50) < 30 * US, "{period_ns}: {}", seen.quantile_ns(50));
+        assert!(seen.quantile_ns(90) < 60 * US, "{period_ns}: {}", seen.quantile_ns(90));
+    }
+}
+
+#[test]
+fn a_machine_that_wakes_nobody_in_time_is_not_asked_much_earlier() {
+    let frames = periodic(0, 4 * MS, 200);
+    let late_ns = |nap_ns: u64| chance(nap_ns, 2 * MS);
+    let end_ns = BEGIN_NS + 800 * MS;
+    let seen = read_woken(&mut reader(), &frames, BEGIN_NS..end_ns, late_ns);
+    assert!(seen.looks < 200 * 2, "{}", seen.looks);
 }
 
 #[test]

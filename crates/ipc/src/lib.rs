@@ -49,6 +49,7 @@ mod for_real_time;
 mod frame_ref;
 mod header;
 mod kept;
+mod lateness;
 mod layout;
 mod layout_ports;
 mod listing;

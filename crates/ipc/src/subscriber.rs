@@ -270,6 +270,7 @@ impl<S: Service> FrameSubscriber<S> {
 
     /// Takes the next frame in line, unless one is held.
     fn hold_next(&mut self, now_ns: u64) {
+        self.expectation.woke(now_ns);
         if self.held.is_some() {
             return;
         }
@@ -296,7 +297,7 @@ impl<S: Service> FrameSubscriber<S> {
     /// Call it when nothing waits; `now_ns` is the reader's clock, and the result is always later. Nobody
     /// wakes a reader, because that would cost the thread that sends a system call. Instead the reader is
     /// told when the writer's next frame is due, as learned from the frames received so far and from the
-    /// [period](Self::set_period) that was announced. If the frame is late, it is told to look again after
+    /// [period](Self::set_period) that was announced, less what it was woken too late before. If the frame is late, it is told to look again after
     /// 20 us, then after a quarter of the time by which the frame is late. Frames without a rhythm are
     /// looked for after 100 us, then after an eighth of the time since the last one.
     ///
@@ -367,6 +368,12 @@ impl<S: Service> FrameSubscriber<S> {
     /// Not for the cycle: counting writes to shared memory and may repeat while peers come or go.
     pub fn publishers(&self) -> usize {
         self.service.dynamic_config().number_of_publishers()
+    }
+
+    /// How many of the publishers are links, which send what a writer of another machine sends there; as of the
+    /// last [`maintain`](Self::maintain) that saw one come or go.
+    pub fn links(&self) -> usize {
+        self.writers.iter().filter(|writer| writer.is_far).count()
     }
 
     fn subscribers(&self) -> usize {
