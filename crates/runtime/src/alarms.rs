@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use isochrone_ipc::Flags;
 use isochrone_timing::units::duration;
 use isochrone_timing::{LateFrames, WarningCode};
 
@@ -100,6 +101,8 @@ pub enum Alarm {
         service: String,
         /// How much older than its frame the sample is, in ns.
         behind_ns: u64,
+        /// What the frames say of themselves: nothing, or what they were told by those before them.
+        flags: Flags,
     },
     /// An input was not ok.
     InputNotOk {
@@ -162,6 +165,42 @@ impl Alarm {
         match self {
             Self::LateFrames { remedy, .. } => remedy.clone(),
             _ => self.code().remedy().to_owned(),
+        }
+    }
+
+    /// What it is about: an input, or else a service; empty for others.
+    pub(crate) fn subject(&self) -> &str {
+        match self {
+            Self::OtherWriter { service }
+            | Self::FutureStamps { service, .. }
+            | Self::PastStamps { service, .. }
+            | Self::FarFollow { service, .. }
+            | Self::OldSource { service, .. } => service,
+            Self::MovedChannel { input, .. } => input,
+            _ => "",
+        }
+    }
+
+    /// That it is over, as a log line.
+    pub(crate) fn end(&self) -> String {
+        let subject = self.subject();
+        match self {
+            Self::OtherWriter { .. } => format!("service \"{subject}\" has one publisher again"),
+            Self::FutureStamps { .. } | Self::PastStamps { .. } => {
+                format!("no frame of service \"{subject}\" has a stamp of another clock any more")
+            }
+            Self::FarFollow { task, .. } => {
+                format!(
+                    "service \"{subject}\", which task \"{task}\" follows, is sent by this machine again"
+                )
+            }
+            Self::OldSource { .. } => {
+                format!("no frame of service \"{subject}\" is computed from an old sample any more")
+            }
+            Self::MovedChannel { before, channel, .. } => {
+                format!("input \"{subject}\" reads \"{before}\" in channel {channel} again")
+            }
+            other => format!("over: {other}"),
         }
     }
 
@@ -235,7 +274,14 @@ impl fmt::Display for Alarm {
                 "the frames of service \"{service}\" have layout {number:016x}, which nobody \
                  announces; its inputs take no sample, and read what their on_stale says"
             ),
-            Self::OldSource { service, behind_ns } => write!(
+            Self::OldSource { service, behind_ns, flags } if !flags.is_empty() => write!(
+                f,
+                "the frames of service \"{service}\" say {flags} and are computed from a sample that is {} old: \
+                 nodes that read each other hand both round, or a source before its publisher has been stale for \
+                 so long",
+                seconds(*behind_ns)
+            ),
+            Self::OldSource { service, behind_ns, .. } => write!(
                 f,
                 "fresh frames of service \"{service}\" are computed from a sample that is {} old: nodes \
                  that read each other hand it round, or its publisher died and nobody noticed",

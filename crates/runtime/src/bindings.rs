@@ -41,12 +41,14 @@ pub(crate) struct Observed {
     /// Whether the newest frame does not say which layout it has.
     pub(crate) is_plain: AtomicBool,
     pub(crate) other_writers: AtomicU64,
-    /// How far the newest stamp from the future lay in it, in ns; 0: none came.
+    /// How far the newest stamp from the future lay in it, in ns, since the ordinary thread took it; 0: none came.
     pub(crate) ahead_ns: AtomicU64,
-    /// How old the newest stamp from the past was, in ns; 0: none came.
+    /// The same of how old the newest stamp from the past was.
     pub(crate) behind_ns: AtomicU64,
-    /// How far behind its frame the oldest sample of a fresh one lay, in ns; 0: not far.
+    /// How far behind its frame the oldest sample of a fresh one lay, in ns, since the ordinary thread took it;
+    /// 0: not far. And the flags of that frame.
     pub(crate) old_source_ns: AtomicU64,
+    pub(crate) old_source_flags: AtomicU64,
 }
 
 /// The end in the cycle.

@@ -1,12 +1,14 @@
-//! What is wrong with a task now: blocks that report an error, inputs that are not ok.
+//! What is wrong with a task now: blocks that report an error, inputs that are not ok, services.
 
 use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::sync::Arc;
 
 use isochrone_blocks::status;
+use isochrone_timing::WarningCode;
 
 use crate::event::Event;
 use crate::freshness::InputState;
+use crate::lasting::StateChange;
 use crate::words::{Moved, Words};
 
 /// The blocks of a task that report an error and its inputs that are not ok, with those that were so
@@ -16,6 +18,8 @@ pub(crate) struct Faults {
     /// By the place of who speaks: blocks in the order of the image, then inputs.
     known: BTreeMap<usize, Fault>,
     active: usize,
+    /// What is wrong with services, or was.
+    states: Vec<State>,
     /// Why inputs take no sample of their service, by name.
     reasons: HashMap<String, String>,
     /// Other configurations that are on their way.
@@ -31,9 +35,21 @@ struct Fault {
     count: u64,
 }
 
+/// Of one service, or an input of it.
+struct State {
+    code: WarningCode,
+    name: String,
+    /// `None`: it is over.
+    meaning: Option<String>,
+    since_cycle: u64,
+    count: u64,
+}
+
 /// Something that is wrong.
 pub(crate) struct Active {
     pub(crate) name: String,
+    /// As what it stands in reports, if it is neither a block nor whether an input is ok.
+    pub(crate) code: Option<WarningCode>,
     /// A block's status word, if it has one.
     pub(crate) status: Option<u16>,
     pub(crate) meaning: String,
@@ -47,6 +63,7 @@ impl Faults {
             words,
             known: BTreeMap::new(),
             active: 0,
+            states: Vec::new(),
             reasons: HashMap::new(),
             next: VecDeque::new(),
         }
@@ -87,6 +104,22 @@ impl Faults {
         }
     }
 
+    /// Takes note of what came to be wrong with services, and of what is over, at a cycle.
+    pub(crate) fn change_states(&mut self, changes: Vec<StateChange>, cycle: u64) {
+        for StateChange { code, name, meaning } in changes {
+            let known =
+                self.states.iter_mut().find(|state| state.code == code && state.name == name);
+            let Some(state) = known else {
+                self.states.push(State { code, name, meaning, since_cycle: cycle, count: 1 });
+                continue;
+            };
+            if state.meaning.is_none() {
+                (state.since_cycle, state.count) = (cycle, state.count + 1);
+            }
+            state.meaning = meaning;
+        }
+    }
+
     /// Who is spoken of here.
     pub(crate) fn words(&self) -> Arc<Words> {
         Arc::clone(&self.words)
@@ -115,13 +148,19 @@ impl Faults {
 
     /// How many there are now.
     pub(crate) fn total(&self) -> usize {
-        self.active
+        self.active + self.states.iter().filter(|state| state.meaning.is_some()).count()
     }
 
     /// Those of now.
     pub(crate) fn active(&self) -> impl Iterator<Item = Active> {
         let active = self.known.values().filter(|fault| fault.is_active);
-        active.filter_map(|fault| {
+        let states = self.states.iter().filter_map(|state| {
+            let (name, code) = (state.name.clone(), Some(state.code.clone()));
+            let (meaning, status) = (state.meaning.clone()?, None);
+            let State { since_cycle, count, .. } = *state;
+            Some(Active { name, code, status, meaning, since_cycle, count })
+        });
+        let faults = active.filter_map(|fault| {
             let (name, status, meaning) = self.words.explain(&fault.event)?;
             let meaning = match (&fault.event, self.reasons.get(&name)) {
                 (Event::Input { state: InputState::Missing, .. }, Some(reason)) => {
@@ -130,7 +169,8 @@ impl Faults {
                 _ => meaning,
             };
             let Fault { since_cycle, count, .. } = *fault;
-            Some(Active { name, status, meaning, since_cycle, count })
-        })
+            Some(Active { name, code: None, status, meaning, since_cycle, count })
+        });
+        faults.chain(states)
     }
 }

@@ -4,12 +4,14 @@ use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use isochrone_ipc::{
-    Announcement, Binding, LayoutConflict, LayoutWatcher, OpenError, Participant, SenderClock,
-    Service,
+    Announcement, Binding, Flags, LayoutConflict, LayoutWatcher, OpenError, Participant,
+    SenderClock, Service, longest_silence_ns,
 };
+use isochrone_timing::WarningCode;
 
 use crate::alarms::Alarm;
 use crate::bindings::{Bindings, Desk};
+use crate::lasting::{Lasting, StateChange};
 use crate::limiter::{Allowed, Limiter};
 
 /// How long frames may have a layout that nobody announces before that is an alarm. Who announces
@@ -25,6 +27,11 @@ pub(crate) struct Resolver<S: Service> {
     /// Since when frames have a layout that nobody announces.
     unknown_since: Option<Instant>,
     raised: Vec<Alarm>,
+    lasting: Lasting,
+    /// Frames of other writers, as last seen.
+    other_writers: u64,
+    /// Of each input, the signal that its channel carried first.
+    first_signals: Vec<Option<String>>,
     /// Of each input, why it does not fit.
     conflicts: Vec<Option<String>>,
     /// Of each input, why it takes no sample, and whether that is news.
@@ -47,6 +54,9 @@ impl<S: Service> Resolver<S> {
             sent: None,
             unknown_since: None,
             raised: Vec::new(),
+            lasting: Lasting::default(),
+            other_writers: 0,
+            first_signals: vec![None; inputs],
             conflicts: vec![None; inputs],
             reasons: vec![None; inputs],
             has_reasons: false,
@@ -82,6 +92,11 @@ impl<S: Service> Resolver<S> {
         std::mem::take(&mut self.has_reasons).then(|| reasons.collect())
     }
 
+    /// What of the service came to be wrong since the last time, and what is over.
+    pub(crate) fn state_changes(&mut self) -> Vec<StateChange> {
+        self.lasting.changes()
+    }
+
     fn set_reason(&mut self, index: usize, reason: Option<String>) {
         if let Some(known) = self.reasons.get_mut(index) {
             self.has_reasons |= *known != reason;
@@ -112,8 +127,13 @@ impl<S: Service> Resolver<S> {
             let publisher = announced.publisher.clone();
             self.raise(None, Alarm::ForeignHost { service: service.clone(), publisher });
             if let Some(task) = self.desk.follower.clone() {
-                self.raise_once(Alarm::FarFollow { task, service: service.clone() });
+                let alarm = Alarm::FarFollow { task, service: service.clone() };
+                if self.lasting.begin(&alarm) {
+                    self.raise_or_log(alarm);
+                }
             }
+        } else {
+            self.end(None, &WarningCode::FarFollow, &service);
         }
         self.note_moved(&announced, &places);
         for (index, place) in places.into_iter().enumerate() {
@@ -145,19 +165,21 @@ impl<S: Service> Resolver<S> {
 
     /// Notes inputs that are bound by channel and read another signal from now on.
     fn note_moved(&mut self, announced: &Announcement, places: &[Result<usize, LayoutConflict>]) {
-        let Some(before) = self.sent.take() else { return };
-        let name = |announcement: &Announcement, channel: usize| {
-            let signal = announcement.layout.signals.get(channel);
-            signal.map_or_else(String::new, |signal| signal.name.clone())
-        };
         for (index, place) in places.iter().enumerate() {
             let wanted = self.desk.wanted.get(index).map(|wanted| &wanted.binding);
             let (Ok(channel), Some(Binding::Channel(_))) = (place, wanted) else { continue };
-            let (before, now) = (name(&before, *channel), name(announced, *channel));
-            if before != now {
-                let input = self.desk.inputs.get(index).cloned().unwrap_or_default();
-                let service = self.desk.service.clone();
-                let alarm = Alarm::MovedChannel { input, service, channel: *channel, before, now };
+            let signal = announced.layout.signals.get(*channel);
+            let now = signal.map_or_else(String::new, |signal| signal.name.clone());
+            let Some(first) = self.first_signals.get_mut(index) else { continue };
+            let before = first.get_or_insert_with(|| now.clone()).clone();
+            let input = self.desk.inputs.get(index).cloned().unwrap_or_default();
+            if before == now {
+                self.end(Some(index), &WarningCode::MovedChannel, &input);
+                continue;
+            }
+            let service = self.desk.service.clone();
+            let alarm = Alarm::MovedChannel { input, service, channel: *channel, before, now };
+            if self.lasting.begin(&alarm) {
                 self.raise(Some(index), alarm);
             }
         }
@@ -189,20 +211,30 @@ impl<S: Service> Resolver<S> {
     fn note_observed(&mut self) {
         let service = self.desk.service.clone();
         let observed = self.desk.observed.clone();
-        if observed.other_writers.load(Ordering::Relaxed) > 0 {
-            self.raise_once(Alarm::OtherWriter { service: service.clone() });
+        let other_writers = observed.other_writers.load(Ordering::Relaxed);
+        if std::mem::replace(&mut self.other_writers, other_writers) != other_writers {
+            self.observe(Alarm::OtherWriter { service: service.clone() });
         }
-        match observed.ahead_ns.load(Ordering::Relaxed) {
+        match observed.ahead_ns.swap(0, Ordering::Relaxed) {
             0 => {}
-            ahead_ns => self.raise_once(Alarm::FutureStamps { service: service.clone(), ahead_ns }),
+            ahead_ns => self.observe(Alarm::FutureStamps { service: service.clone(), ahead_ns }),
         }
-        match observed.behind_ns.load(Ordering::Relaxed) {
+        match observed.behind_ns.swap(0, Ordering::Relaxed) {
             0 => {}
-            behind_ns => self.raise_once(Alarm::PastStamps { service: service.clone(), behind_ns }),
+            behind_ns => self.observe(Alarm::PastStamps { service: service.clone(), behind_ns }),
         }
-        match observed.old_source_ns.load(Ordering::Relaxed) {
+        match observed.old_source_ns.swap(0, Ordering::Relaxed) {
             0 => {}
-            behind_ns => self.raise_once(Alarm::OldSource { service: service.clone(), behind_ns }),
+            behind_ns => {
+                let flags = Flags::from_bits(observed.old_source_flags.load(Ordering::Relaxed));
+                self.observe(Alarm::OldSource { service: service.clone(), behind_ns, flags });
+            }
+        }
+        let period_ns = self.sent.as_ref().and_then(|sent| sent.layout.period_ns);
+        // Long enough for a frame in which it would have been seen again.
+        let longest_ns = longest_silence_ns(period_ns.unwrap_or_default()).saturating_mul(2);
+        for over in self.lasting.expire(Duration::from_nanos(longest_ns)) {
+            self.log(None, over.end());
         }
         if observed.is_plain.load(Ordering::Relaxed)
             && let Some(input) = self.desk.by_signal().map(str::to_owned)
@@ -220,8 +252,33 @@ impl<S: Service> Resolver<S> {
 
     /// Raises an alarm of which the first of its kind says all.
     fn raise_once(&mut self, alarm: Alarm) {
-        if self.raised.iter().all(|raised| raised.code() != alarm.code()) {
+        if !self.has_raised(&alarm.code()) {
             self.raise(None, alarm);
+        }
+    }
+
+    fn has_raised(&self, code: &WarningCode) -> bool {
+        self.raised.iter().any(|raised| raised.code() == *code)
+    }
+
+    /// Takes note of a state that was observed since the last look.
+    fn observe(&mut self, alarm: Alarm) {
+        if self.lasting.observe(&alarm) {
+            self.raise_or_log(alarm);
+        }
+    }
+
+    /// Says that a state has come; the report has the first of its kind.
+    fn raise_or_log(&mut self, alarm: Alarm) {
+        match self.has_raised(&alarm.code()) {
+            true => self.log(None, alarm.sentence()),
+            false => self.raise(None, alarm),
+        }
+    }
+
+    fn end(&mut self, input: Option<usize>, code: &WarningCode, subject: &str) {
+        if let Some(over) = self.lasting.end(code, subject) {
+            self.log(input, over.end());
         }
     }
 

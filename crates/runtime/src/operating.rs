@@ -399,7 +399,8 @@ impl Operating {
             (None, Some((lost, since))) => (lost.to_string(), *since, 1),
             (None, None) => return None,
         };
-        Some(Active { name: "journal".to_owned(), status: None, meaning, since_cycle, count })
+        let name = "journal".to_owned();
+        Some(Active { name, code: None, status: None, meaning, since_cycle, count })
     }
 
     /// Has the journal end, when the last cycles are noted.

@@ -335,9 +335,14 @@ impl<S: Service> Running<S> {
         for (index, task) in tasks.iter_mut().enumerate() {
             for resolver in &mut task.resolvers {
                 resolver.tend(participant.ordinary());
-                let Some(reasons) = resolver.reasons() else { continue };
+                let (reasons, changes) = (resolver.reasons(), resolver.state_changes());
+                if reasons.is_none() && changes.is_empty() {
+                    continue;
+                }
                 if let Some(lane) = operating.lock().lanes.get_mut(index) {
-                    lane.faults.explain(reasons);
+                    lane.faults.explain(reasons.unwrap_or_default());
+                    let cycle = lane.last.map_or(0, |last| last.cycle);
+                    lane.faults.change_states(changes, cycle);
                 }
             }
         }

@@ -171,6 +171,7 @@ fn answer(method: Method) -> Reply {
         Method::Alarms => {
             let alarm = ActiveAlarm {
                 name: String::new(),
+                code: Some(String::new()),
                 status: None,
                 meaning: String::new(),
                 task: String::new(),

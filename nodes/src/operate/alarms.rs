@@ -12,8 +12,9 @@ use crate::terminal;
 
 /// List what is wrong in a running node now
 ///
-/// Blocks that report an error, with their status word, and inputs that are not ok: the task, since when
-/// (UTC) and since which cycle of it, how often, and why. --follow says when an alarm goes to a tenth
+/// Blocks that report an error, with their status word, inputs that are not ok, and what is wrong with the frames of a
+/// service (a second publisher, stamps of another clock, another machine that sends what a task follows, a channel
+/// that carries another signal, samples that go round in a loop): the task, since when (UTC) and since which cycle of it, how often, and why. --follow says when an alarm goes to a tenth
 /// of a second; the log of `run` has the cycle.
 #[derive(clap::Args)]
 #[command(
@@ -117,7 +118,8 @@ fn changes<'a>(
 ) -> impl Iterator<Item = (&'a ActiveAlarm, Change)> {
     let lacks = |all: &[ActiveAlarm], one: &ActiveAlarm| {
         let is_same = |other: &ActiveAlarm| {
-            (&other.name, other.status, other.count) == (&one.name, one.status, one.count)
+            (&other.name, &other.code, other.status, other.count)
+                == (&one.name, &one.code, one.status, one.count)
         };
         !all.iter().any(is_same)
     };
@@ -126,7 +128,9 @@ fn changes<'a>(
     let is_another = move |alarm: &&ActiveAlarm| {
         let mut same =
             before.iter().filter(|one| one.name == alarm.name && one.count == alarm.count);
-        same.any(|one| one.status == alarm.status && one.meaning != alarm.meaning)
+        same.any(|one| {
+            one.code == alarm.code && one.status == alarm.status && one.meaning != alarm.meaning
+        })
     };
     let others = now.iter().filter(is_another);
     went.map(|alarm| (alarm, Change::Went))
@@ -154,6 +158,7 @@ mod tests {
     fn an_alarm_that_came_again_went_and_came() {
         let alarm = |name: &str, count| ActiveAlarm {
             name: name.to_owned(),
+            code: None,
             task: "fast".to_owned(),
             status: None,
             meaning: String::new(),

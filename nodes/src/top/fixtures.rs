@@ -36,6 +36,7 @@ pub(super) fn alarm(name: &str, status: Option<u16>) -> ActiveAlarm {
     let meaning = format!("what is wrong with {name}");
     ActiveAlarm {
         name: name.into(),
+        code: None,
         status,
         meaning,
         task: "fast".into(),

@@ -93,9 +93,11 @@ impl<S: Service> InputPort<S> {
 /// Samples go round in a loop of nodes, or come from a publisher whose death nobody has noticed.
 fn note_old_source(observed: &Observed, header: &FrameHeader) {
     let behind_ns = header.publish_ns.saturating_sub(header.source_ns);
-    // A frame that says itself what it is worth comes from a node that has noticed.
-    let is_flagged = !header.flags().without(Flags::FORCED | Flags::STOPPED).is_empty();
-    if header.source_ns > 0 && behind_ns > OLD_SOURCE_NS && !is_flagged {
+    // A frame that says what has become of its own sources comes from a node that has noticed. What it was
+    // told itself goes round for ever where nodes read each other.
+    let flags = header.flags().without(Flags::FORCED | Flags::UPSTREAM | Flags::STOPPED);
+    if header.source_ns > 0 && behind_ns > OLD_SOURCE_NS && flags.is_empty() {
+        Observed::store(&observed.old_source_flags, header.flags().without(Flags::STOPPED).bits());
         Observed::store(&observed.old_source_ns, behind_ns);
     }
 }

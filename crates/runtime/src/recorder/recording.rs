@@ -73,7 +73,8 @@ impl Recording {
     pub(crate) fn alarm(&self) -> Option<Active> {
         let told = self.desk.lock();
         let (meaning, since_cycle) = (told.outcome.incomplete.clone()?, told.last_cycle);
-        Some(Active { name: "recording".to_owned(), status: None, meaning, since_cycle, count: 1 })
+        let name = "recording".to_owned();
+        Some(Active { name, code: None, status: None, meaning, since_cycle, count: 1 })
     }
 
     /// Ends the file, when no cycle runs any more, and tells what is in it. Waits for the disk up to 5 s.

@@ -11,11 +11,14 @@ pub struct AlarmsResult {
     pub alarms: Vec<ActiveAlarm>,
 }
 
-/// A block that reports an error, or an input that is not ok.
+/// A block that reports an error, an input that is not ok, or what is wrong with the frames of a service.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ActiveAlarm {
-    /// The block or input.
+    /// The block, input or service.
     pub name: String,
+    /// As what it stands in reports, such as `other_writer`; `None`: a block's error, or an input that is not ok.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub code: Option<String>,
     /// The block's status word; an input has none.
     pub status: Option<u16>,
     /// What that means.

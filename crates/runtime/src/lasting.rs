@@ -1,0 +1,127 @@
+//! What is wrong with a service while it lasts.
+
+use std::time::{Duration, Instant};
+
+use isochrone_timing::WarningCode;
+
+use crate::alarms::Alarm;
+
+/// States of one service that were observed and are not over.
+#[derive(Debug, Default)]
+pub(crate) struct Lasting {
+    held: Vec<Held>,
+    changes: Vec<StateChange>,
+}
+
+#[derive(Debug)]
+struct Held {
+    alarm: Alarm,
+    /// When it was last observed; `None`: it lasts until it is ended.
+    observed: Option<Instant>,
+}
+
+/// A state that came or went.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) struct StateChange {
+    pub(crate) code: WarningCode,
+    /// The service, or the input that it is about.
+    pub(crate) name: String,
+    /// In words; `None`: it is over.
+    pub(crate) meaning: Option<String>,
+}
+
+impl Lasting {
+    /// Takes note of a state that was observed just now; whether that is news.
+    pub(crate) fn observe(&mut self, alarm: &Alarm) -> bool {
+        self.hold(alarm, Some(Instant::now()))
+    }
+
+    /// Takes note of a state that lasts until it is [ended](Self::end); whether that is news, or it is put
+    /// otherwise than before.
+    pub(crate) fn begin(&mut self, alarm: &Alarm) -> bool {
+        self.hold(alarm, None)
+    }
+
+    fn hold(&mut self, alarm: &Alarm, observed: Option<Instant>) -> bool {
+        let key = (alarm.code(), alarm.subject());
+        let mut held = self.held.iter_mut();
+        if let Some(known) = held.find(|it| (it.alarm.code(), it.alarm.subject()) == key) {
+            known.observed = observed;
+            if observed.is_some() || known.alarm == *alarm {
+                return false;
+            }
+            known.alarm = alarm.clone();
+            self.note(alarm, Some(alarm.to_string()));
+            return true;
+        }
+        self.held.push(Held { alarm: alarm.clone(), observed });
+        self.note(alarm, Some(alarm.to_string()));
+        true
+    }
+
+    /// Ends a state; returns what it was.
+    pub(crate) fn end(&mut self, code: &WarningCode, subject: &str) -> Option<Alarm> {
+        let is_it = |held: &Held| held.alarm.code() == *code && held.alarm.subject() == subject;
+        let place = self.held.iter().position(is_it)?;
+        let alarm = self.held.remove(place).alarm;
+        self.note(&alarm, None);
+        Some(alarm)
+    }
+
+    /// Ends those that were not observed for so long; returns what they were.
+    pub(crate) fn expire(&mut self, longest: Duration) -> Vec<Alarm> {
+        let is_over = |held: &Held| held.observed.is_some_and(|it| it.elapsed() > longest);
+        let over = self.held.iter().filter(|held| is_over(held)).map(|held| held.alarm.clone());
+        let over: Vec<Alarm> = over.collect();
+        over.iter().filter_map(|alarm| self.end(&alarm.code(), alarm.subject())).collect()
+    }
+
+    fn note(&mut self, alarm: &Alarm, meaning: Option<String>) {
+        let (code, name) = (alarm.code(), alarm.subject().to_owned());
+        self.changes.push(StateChange { code, name, meaning });
+    }
+
+    /// What came and went since the last time, in its order.
+    pub(crate) fn changes(&mut self) -> Vec<StateChange> {
+        std::mem::take(&mut self.changes)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn other_writer(service: &str) -> Alarm {
+        Alarm::OtherWriter { service: service.to_owned() }
+    }
+
+    fn told(lasting: &mut Lasting) -> Vec<(String, bool)> {
+        let changes = lasting.changes().into_iter();
+        changes.map(|it| (format!("{} {}", it.code, it.name), it.meaning.is_some())).collect()
+    }
+
+    #[test]
+    fn a_state_comes_once_and_goes_when_it_is_not_observed_any_more() {
+        let mut lasting = Lasting::default();
+        let ahead = Alarm::FutureStamps { service: "a".into(), ahead_ns: 7 };
+        assert!(lasting.observe(&other_writer("a")) && lasting.observe(&ahead));
+        assert!(!lasting.observe(&other_writer("a")));
+        let both = [("other_writer a".to_owned(), true), ("future_stamps a".to_owned(), true)];
+        assert_eq!(told(&mut lasting), both);
+        assert!(lasting.expire(Duration::from_secs(60)).is_empty());
+        assert_eq!(lasting.expire(Duration::ZERO), [other_writer("a"), ahead]);
+        assert_eq!(told(&mut lasting), both.map(|(what, _)| (what, false)));
+        assert!(lasting.observe(&other_writer("a")), "it comes again");
+    }
+
+    #[test]
+    fn a_state_that_was_begun_lasts_until_it_is_ended() {
+        let mut lasting = Lasting::default();
+        let far = Alarm::FarFollow { task: "t".into(), service: "a".into() };
+        assert!(lasting.begin(&far) && !lasting.begin(&far));
+        assert!(lasting.expire(Duration::ZERO).is_empty());
+        assert_eq!(lasting.end(&WarningCode::FarFollow, "b"), None);
+        assert_eq!(lasting.end(&WarningCode::FarFollow, "a"), Some(far));
+        assert_eq!(told(&mut lasting).len(), 2);
+    }
+}
