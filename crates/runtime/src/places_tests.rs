@@ -106,7 +106,7 @@ fn a_task_is_kept_off_the_cpu_of_the_one_that_it_would_keep_from_sending() {
     assert_eq!(
         places.reason(2).as_deref(),
         Some(
-            "CPU 1 has n.a, which it follows; no CPU is without a task; shared with other of this node"
+            "CPU 1 has n.a, which it follows; no CPU is without a task; though n.other runs there too"
         )
     );
     // One of lower priority lets its source run.

@@ -5,9 +5,9 @@ use super::{CpuList, Machine};
 /// A program's thread that runs on one CPU only, as the tasks of a node do.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct BoundThread {
-    /// Its process; `None` of a task of this node that is not running yet.
+    /// Its process; `None` of one that is told by its name alone.
     pub process: Option<u32>,
-    /// Its name, of a running one at most 15 bytes.
+    /// Its name; of one that has a process at most 15 bytes.
     pub name: String,
     /// The CPU that it is bound to.
     pub cpu: usize,

@@ -25,6 +25,11 @@ pub enum Reason {
         /// One of them.
         avoided: Avoided,
     },
+    /// Speaks against it, as against all: that it had better not be chosen.
+    Despite {
+        /// Why not.
+        avoided: Avoided,
+    },
     /// Just as many threads are bound to each other one.
     NoneFree,
     /// Fewer threads are bound to it than to others.
@@ -60,6 +65,16 @@ pub enum Reason {
         worst: usize,
         /// How often they have interrupted that one.
         worst_count: u64,
+    },
+    /// Speaks against it: devices interrupt it more often than another one, against which more important reasons
+    /// spoke.
+    Noisy {
+        /// How often, per second.
+        per_second: f64,
+        /// The CPU that they interrupt least.
+        best: usize,
+        /// How often they interrupt that one, per second.
+        best_per_second: f64,
     },
     /// It has the highest number of CPUs that are alike.
     Last {
@@ -100,7 +115,7 @@ impl Observation {
         let mut left: Vec<&ObservedCpu> = self.cpus.iter().collect();
         let mut reasons = Vec::new();
         if let [only] = left.as_slice() {
-            let reasons = iter::once(Reason::Only).chain(shared(only)).collect();
+            let reasons = iter::once(Reason::Only).chain(shared(only.bound.clone())).collect();
             return Some(Choice { cpu: only.cpu, reasons });
         }
         let narrow = [
@@ -129,7 +144,15 @@ impl Observation {
         }
         // After the reason why there is nothing better.
         let behind = reasons.len().min(reasons_before + 1);
-        reasons.splice(behind..behind, shared(last));
+        let despite = avoided.iter().find(|avoided| avoided.cpu == last.cpu);
+        let despite = despite.map(|avoided| Reason::Despite { avoided: avoided.clone() });
+        // One that it had better avoid is told once.
+        let others = last.bound.iter().filter(|thread| {
+            !avoided.iter().any(|it| it.cpu == last.cpu && it.has.starts_with(&thread.name))
+        });
+        let shared = shared(others.cloned().collect());
+        reasons.splice(behind..behind, despite.into_iter().chain(shared));
+        reasons.extend(self.noisy(last));
         Some(Choice { cpu: last.cpu, reasons })
     }
 
@@ -168,6 +191,17 @@ impl Observation {
         Some(Reason::Interrupts { per_second, worst: worst.cpu, worst_per_second })
     }
 
+    /// That devices interrupt another CPU less often by far.
+    fn noisy(&self, chosen: &ObservedCpu) -> Option<Reason> {
+        let rate = |cpu: &ObservedCpu| cpu.interrupts.map(|interrupts| interrupts.per_second);
+        let rates = self.cpus.iter().map(|cpu| Some((cpu.cpu, rate(cpu)?)));
+        let rates = rates.collect::<Option<Vec<_>>>()?;
+        let (best, best_per_second) = rates.into_iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let per_second = rate(chosen)?;
+        let is_noisy = per_second > best_per_second.mul_add(LIKE, RATE_TOLERANCE);
+        is_noisy.then_some(Reason::Noisy { per_second, best, best_per_second })
+    }
+
     fn interrupts_since_boot(&self, left: &mut Vec<&ObservedCpu>) -> Option<Reason> {
         let count = |cpu: &ObservedCpu| cpu.interrupts.map(|interrupts| interrupts.since_boot);
         let known = |cpu: &ObservedCpu| count(cpu).map(|count| count as f64);
@@ -187,8 +221,8 @@ fn off(left: &mut Vec<&ObservedCpu>, avoided: &[Avoided]) -> Option<Reason> {
     lost.into_iter().rev().find_map(why).map(|avoided| Reason::Off { avoided: avoided.clone() })
 }
 
-fn shared(cpu: &ObservedCpu) -> Option<Reason> {
-    (!cpu.bound.is_empty()).then(|| Reason::Shared { with: cpu.bound.clone() })
+fn shared(with: Vec<BoundThread>) -> Option<Reason> {
+    (!with.is_empty()).then_some(Reason::Shared { with })
 }
 
 /// Keeps the CPUs with about the least, and returns what the last of them has and the CPU with the most,
@@ -235,6 +269,7 @@ impl fmt::Display for Reason {
         match self {
             Self::Only => f.write_str("the only CPU that this process may use"),
             Self::Off { avoided } => write!(f, "CPU {} has {}", avoided.cpu, avoided.has),
+            Self::Despite { avoided } => write!(f, "though it has {}", avoided.has),
             Self::NoneFree => f.write_str("no CPU is without a task"),
             Self::Apart { bound: 0, other } => {
                 write!(f, "no task is bound to it, CPU {} has {}", other.cpu, Named(other))
@@ -245,10 +280,11 @@ impl fmt::Display for Reason {
             Self::Shared { with } => {
                 let named: Vec<_> =
                     with.iter().take(NAMED).map(|thread| Named(thread).to_string()).collect();
-                write!(f, "shared with {}", named.join(", "))?;
+                let named = named.join(", ");
                 match with.len().saturating_sub(NAMED) {
-                    0 => Ok(()),
-                    more => write!(f, " and {more} more"),
+                    0 if with.len() == 1 => write!(f, "though {named} runs there too"),
+                    0 => write!(f, "though {named} run there too"),
+                    more => write!(f, "though {named} and {more} more run there too"),
                 }
             }
             Self::Isolated => f.write_str("isolated"),
@@ -260,6 +296,11 @@ impl fmt::Display for Reason {
             Self::InterruptsSinceBoot { count, worst, worst_count } => write!(
                 f,
                 "{count} device interrupts since the machine started, CPU {worst} had {worst_count}"
+            ),
+            Self::Noisy { per_second, best, best_per_second } => write!(
+                f,
+                "though devices interrupt it {per_second:.0} times per second, and CPU {best} {best_per_second:.0} \
+                 times"
             ),
             Self::Last { alike } => {
                 let alike: Vec<String> = alike.iter().map(usize::to_string).collect();
@@ -283,7 +324,7 @@ impl fmt::Display for Named<'_> {
             self.0.name.chars().map(|c| if c.is_control() { '?' } else { c }).collect();
         match self.0.process {
             Some(process) => write!(f, "{name} (pid {process})"),
-            None => write!(f, "{name} of this node"),
+            None => f.write_str(&name),
         }
     }
 }

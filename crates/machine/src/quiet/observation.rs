@@ -60,6 +60,21 @@ impl Observation {
             observed.bound.push(thread);
         }
     }
+
+    /// Gives a thread of another process the full name of what it is: `level.fast` for the thread `fast`. Does
+    /// nothing if no thread of that name is bound to the CPU.
+    pub fn name(&mut self, cpu: usize, thread: &str, full_name: &str) {
+        // The kernel keeps 15 bytes.
+        let mut kept = thread.chars().take(15).collect::<String>();
+        while kept.len() > 15 {
+            kept.pop();
+        }
+        let observed = self.cpus.iter_mut().find(|observed| observed.cpu == cpu);
+        let mut bound = observed.into_iter().flat_map(|observed| &mut observed.bound);
+        if let Some(found) = bound.find(|it| it.process.is_some() && it.name == kept) {
+            (found.process, found.name) = (None, full_name.to_owned());
+        }
+    }
 }
 
 /// Counts from before to after `pause`.

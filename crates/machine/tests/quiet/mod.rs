@@ -35,7 +35,12 @@ fn a_cpu_that_is_to_be_avoided_is_chosen_only_if_all_are() {
     };
     assert_eq!(avoid(&[2]).cpu, 1);
     assert_eq!(avoid(&[1, 2]).to_string(), "CPU 2 has a.t, which it follows");
-    assert_eq!(avoid(&[0, 1, 2]), observation.choose().unwrap());
+    let all = avoid(&[0, 1, 2]);
+    assert_eq!(all.cpu, observation.choose().unwrap().cpu);
+    assert_eq!(
+        all.to_string(),
+        "the last of those like it (0, 1); though it has a.t, which it follows"
+    );
     assert_eq!(avoid(&[7]), observation.choose().unwrap());
 }
 
@@ -135,6 +140,14 @@ fn what_devices_do_now_goes_before_what_they_did_since_the_start() {
     assert_eq!(choice.cpu, 0);
     assert_eq!(choice.to_string(), "0 device interrupts per second, CPU 1 has 2400");
     fake.write("proc/interrupts", interrupts([50_000_000, 10]));
+    let mut shared = observe(1_200).unwrap();
+    shared.bind(BoundThread { process: None, name: "level.fast".into(), cpu: 0 });
+    assert_eq!(
+        shared.choose().unwrap().to_string(),
+        "no task is bound to it, CPU 0 has level.fast; though devices interrupt it 2400 times per second, and \
+         CPU 0 0 times"
+    );
+    fake.write("proc/interrupts", interrupts([50_000_000, 10]));
     let choice = observe(40).unwrap().choose().unwrap();
     assert_eq!(choice.cpu, 1, "80 a second make no difference");
     assert_eq!(
@@ -174,16 +187,16 @@ fn a_cpu_that_is_shared_is_said_to_be_with_what() {
     let mut observation = observed(&plain("0-1"));
     let why = |observation: &Observation| observation.choose().unwrap().to_string();
     bind(&mut observation, "fast", 1);
-    assert_eq!(why(&observation), "no task is bound to it, CPU 1 has fast of this node");
+    assert_eq!(why(&observation), "no task is bound to it, CPU 1 has fast");
     bind(&mut observation, "slow", 0);
     assert_eq!(
         why(&observation),
-        "no CPU is without a task; shared with fast of this node; the last of those like it (0)"
+        "no CPU is without a task; though fast runs there too; the last of those like it (0)"
     );
     bind(&mut observation, "other", 1);
     assert_eq!(
         why(&observation),
-        "only one task is bound to it, CPU 1 has more; shared with slow of this node"
+        "only one task is bound to it, CPU 1 has more; though slow runs there too"
     );
 
     let one = plain("0");
@@ -194,9 +207,11 @@ fn a_cpu_that_is_shared_is_said_to_be_with_what() {
     }
     assert_eq!(
         why(&observation),
-        "the only CPU that this process may use; shared with fast (pid 700), a of this node, b of this \
-         node and 1 more"
+        "the only CPU that this process may use; though fast (pid 700), a, b and 1 more run there too"
     );
+    observation.name(0, "other", "level.other");
+    observation.name(0, "fast", "level.fast");
+    assert!(why(&observation).contains("though level.fast, a, b and"), "{}", why(&observation));
 }
 
 #[test]

@@ -48,7 +48,12 @@ impl<'a> Chooser<'a> {
         running: &'a [Neighbour],
     ) -> Self {
         let tasks = plan.tasks.iter().map(|task| Neighbour::planned(&plan.node, task)).collect();
-        let (places, observation) = (named.to_vec(), observation.clone());
+        let (places, mut observation) = (named.to_vec(), observation.clone());
+        for neighbour in running {
+            if let Some(cpu) = neighbour.placement.cpu {
+                observation.name(cpu as usize, &neighbour.task, &neighbour.full_name());
+            }
+        }
         let mut chooser = Self { tasks, places, observation, running };
         for (index, place) in named.iter().enumerate() {
             chooser.put(index, place.clone());
@@ -71,7 +76,7 @@ impl<'a> Chooser<'a> {
             return;
         };
         if let Some(cpu) = place.cpu() {
-            self.observation.bind(BoundThread { process: None, name: task.task.clone(), cpu });
+            self.observation.bind(BoundThread { process: None, name: task.full_name(), cpu });
             task.placement.cpu = cpu.try_into().ok();
         }
         *old = place;
