@@ -9,14 +9,15 @@
 //! ```
 //!
 //! SERVICE defaults to plant/level and FRAMES to 5. Exit status: 0 done, 1 the service cannot be
-//! read, 3 nothing was published for five seconds. It joins the domain configured in
-//! `config/iceoryx2.toml`, or iceoryx2's default domain.
+//! read, 3 nothing was published for five seconds. The environment variable ICEORYX2_CONFIG names the
+//! configuration of the domain to join; otherwise it is `config/iceoryx2.toml`, or iceoryx2's default.
 #![allow(clippy::print_stdout, reason = "showing frames is what this program is for")]
 
 use std::error::Error;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
+use iceoryx2::config::Config;
 use iceoryx2::prelude::*;
 use iceoryx2::service::builder::publish_subscribe::PublishSubscribeOpenError::DoesNotExist;
 
@@ -40,13 +41,66 @@ struct FrameHeader {
     layout: u64,     // which layout the frame has; 0: not given
 }
 
+/// When to look for the next frame. Nobody wakes a reader, because that would cost the thread that sends a
+/// system call. Most frames come at a fixed period, so a reader can sleep until the next one is due.
+struct Rhythm {
+    began: Instant,
+    last: Option<(u64, u64)>,
+    period_ns: u64,
+    /// From a frame's stamp to this program's time, for the frame that was seen soonest.
+    offset_ns: Option<i128>,
+}
+
+impl Rhythm {
+    const SHORTEST_NAP_NS: i128 = 100_000;
+    const LONGEST_NAP_NS: i128 = 5_000_000;
+
+    fn new() -> Self {
+        Self { began: Instant::now(), last: None, period_ns: 0, offset_ns: None }
+    }
+
+    fn now_ns(&self) -> i128 {
+        self.began.elapsed().as_nanos() as i128
+    }
+
+    fn note(&mut self, header: &FrameHeader) {
+        let FrameHeader { sequence, publish_ns, .. } = *header;
+        if let Some((before, before_ns)) = self.last
+            && let Some(frames) = sequence.checked_sub(before).filter(|frames| *frames > 0)
+        {
+            self.period_ns = publish_ns.saturating_sub(before_ns) / frames;
+        }
+        self.last = Some((sequence, publish_ns));
+        let offset_ns = self.now_ns() - i128::from(publish_ns);
+        self.offset_ns = Some(self.offset_ns.map_or(offset_ns, |known| known.min(offset_ns)));
+    }
+
+    /// Until the frame is due; a quarter of the time by which it is late.
+    fn nap(&self) -> Duration {
+        let due_ns = match (self.last, self.offset_ns) {
+            (Some((_, last_ns)), Some(offset_ns)) => {
+                i128::from(last_ns) + i128::from(self.period_ns) + offset_ns
+            }
+            _ => 0,
+        };
+        let late_ns = self.now_ns() - due_ns;
+        let nap_ns = if late_ns < 0 { -late_ns } else { late_ns / 4 };
+        let nap_ns = nap_ns.clamp(Self::SHORTEST_NAP_NS, Self::LONGEST_NAP_NS);
+        Duration::from_nanos(u64::try_from(nap_ns).unwrap_or_default())
+    }
+}
+
 fn main() -> Result<ExitCode, Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
     let name = arguments.next().unwrap_or_else(|| "plant/level".into());
     let mut frames_left: u32 =
         arguments.next().map_or(Ok(5), |text| text.parse()).map_err(|_| "FRAMES is a number")?;
 
-    let node = NodeBuilder::new().create::<ipc::Service>()?;
+    let config = match std::env::var("ICEORYX2_CONFIG") {
+        Ok(file) => Config::from_file(&file.as_str().try_into()?)?,
+        Err(_) => Config::global_config().clone(),
+    };
+    let node = NodeBuilder::new().config(&config).create::<ipc::Service>()?;
     let mut deadline = Instant::now() + PATIENCE;
     let service = loop {
         // Open, not create: the creator of a service sets its history, buffers and overflow.
@@ -83,6 +137,7 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
 
     let subscriber = service.subscriber_builder().create()?;
     let mut layout = None;
+    let mut rhythm = Rhythm::new();
     deadline = Instant::now() + PATIENCE;
     while frames_left > 0 {
         let Some(frame) = subscriber.receive()? else {
@@ -90,9 +145,10 @@ fn main() -> Result<ExitCode, Box<dyn Error>> {
                 println!("no frames on {name}");
                 return Ok(ExitCode::from(3));
             }
-            node.wait(POLL)?; // ends the program on Ctrl-C
+            node.wait(rhythm.nap())?; // ends the program on Ctrl-C
             continue;
         };
+        rhythm.note(frame.user_header());
         let number = frame.user_header().layout;
         while number != 0 && layout != Some(number) && Instant::now() < deadline {
             // A writer may restart with another layout: the number identifies each frame's layout.

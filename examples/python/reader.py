@@ -14,6 +14,28 @@ import time
 import wire
 
 PATIENCE_S = 5.0
+SHORTEST_NAP_NS = 100_000
+LONGEST_NAP_NS = 5_000_000
+
+
+class Rhythm:
+    """When to look for the next frame. Nobody wakes a reader; most frames come at a fixed period."""
+
+    def __init__(self):
+        self.last = None  # sequence and time of the newest frame
+        self.period_ns = 0
+
+    def note(self, sequence, publish_ns):
+        if self.last and sequence > self.last[0]:
+            self.period_ns = (publish_ns - self.last[1]) // (sequence - self.last[0])
+        self.last = sequence, publish_ns
+
+    def nap_s(self):
+        """How long to sleep now: until the frame is due, and a quarter of the time by which it is late."""
+        since_ns = time.monotonic_ns() - self.last[1] if self.last else 0
+        late_ns = since_ns - self.period_ns
+        nap_ns = -late_ns if late_ns < 0 else late_ns // 4
+        return min(max(nap_ns, SHORTEST_NAP_NS), LONGEST_NAP_NS) / 1e9
 
 
 def main(service="plant/level", count="5"):
@@ -25,6 +47,7 @@ def main(service="plant/level", count="5"):
     watcher = layouts.subscriber_builder().create()
     known = {}  # announcements by layout number
     shown = None
+    rhythm = Rhythm()
     deadline = time.monotonic() + PATIENCE_S
     while left > 0:
         message = watcher.receive()
@@ -37,10 +60,11 @@ def main(service="plant/level", count="5"):
             if time.monotonic() > deadline:
                 print(f"no frames on {service}; start its publisher in this domain")
                 return 3
-            time.sleep(0.001)
+            time.sleep(rhythm.nap_s())
             continue
         header, values = frame.user_header().contents, wire.elements(frame, ctypes.c_double)
         sequence, layout = header.sequence, header.layout
+        rhythm.note(sequence, header.publish_ns)
         frame.delete()
         # A publisher announces its layout when a reader joins. Frames with layout 0 have no names.
         if layout != 0 and layout not in known and time.monotonic() < deadline:
