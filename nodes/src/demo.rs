@@ -1,5 +1,7 @@
 //! `demo`: publisher, control node and subscriber as three processes.
 
+mod words;
+
 use std::fs;
 use std::io::{self, IsTerminal};
 use std::process::Stdio;
@@ -10,6 +12,7 @@ use isochrone_engine::parse_seconds;
 use isochrone_processes::{Child, Company};
 use isochrone_report::Report;
 
+use self::words::Words;
 use crate::failure::Failure;
 use crate::numbers;
 use crate::stop;
@@ -52,8 +55,16 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let company = Company::gather("isodemo")?;
     company.write("level.toml", CONFIGURATION)?;
     let limit = numbers::format(args.seconds + GRACE_S);
-    let mut node = company.start(&["run", "level.toml", "--json", "--seconds", &limit])?;
-    let mut publisher = company.start(&[
+    let is_live = !args.json && io::stdout().is_terminal();
+    // What they say would stand in the picture that the subscriber draws.
+    let start = |arguments: &[&str]| {
+        company.start_with(arguments, |command| {
+            let stderr = if is_live { Stdio::piped() } else { Stdio::inherit() };
+            command.args(company.in_domain()).stdin(Stdio::null()).stderr(stderr)
+        })
+    };
+    let mut node = start(&["run", "level.toml", "--json", "--seconds", &limit])?;
+    let mut publisher = start(&[
         "publish",
         INPUT,
         "--wave",
@@ -67,7 +78,14 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         "--seconds",
         &limit,
     ])?;
-    let is_live = !args.json && io::stdout().is_terminal();
+    let words = Words::of([&mut node, &mut publisher]);
+    let mut run = Ok(());
+    while is_live && !words.are_ready() && !stop.is_due() && run.is_ok() {
+        thread::sleep(LOOK_INTERVAL);
+        run = [&mut node, &mut publisher].into_iter().try_for_each(Child::check);
+    }
+    words.say();
+    run?;
     let every = if is_live { DRAWN } else { PRINTED };
     let mut subscriber = company.start_with(
         &[
@@ -108,6 +126,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
     // From the reader to the writer, so that the reader sees no end of its frames.
     let ends = [subscriber.finish(), node.finish(), publisher.finish()];
+    words.say();
     all_run?;
     ends.into_iter().collect::<Result<(), _>>()?;
     let link_report = fs::read_to_string(company.folder().join(LINK_REPORT)).unwrap_or_default();

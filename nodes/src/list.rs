@@ -61,7 +61,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         return terminal::print_json(&document(&control_nodes, &nodes, &services));
     }
     if nodes.is_empty() && services.is_empty() {
-        terminal::note("nothing runs in this domain (-v says which one it is)");
+        terminal::note(&format!(
+            "nothing runs in this domain, {}; --iceoryx2-config or ICEORYX2_CONFIG names another",
+            participant.domain()
+        ));
         return Ok(());
     }
     terminal::print(&text(&control_nodes, &nodes, &services))

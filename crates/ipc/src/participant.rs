@@ -171,7 +171,8 @@ impl<S: Service> Participant<S> {
         &self.membership
     }
 
-    pub(crate) fn domain(&self) -> String {
+    /// Root path and prefix of its domain, for people.
+    pub fn domain(&self) -> String {
         self.membership.describe()
     }
 }

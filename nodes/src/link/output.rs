@@ -21,6 +21,8 @@ struct Said {
     last: VecDeque<String>,
     news: Vec<String>,
     dropped: u64,
+    /// Whether the lines are those of a backtrace.
+    is_backtrace: bool,
 }
 
 impl Output {
@@ -47,6 +49,14 @@ impl Output {
     fn note(&self, line: &str) {
         let Some(text) = message(line) else { return };
         let mut said = self.said();
+        // Where in the program it ended tells its users nothing.
+        said.is_backtrace = match text {
+            "Stack backtrace:" | "stack backtrace:" => true,
+            text => said.is_backtrace && is_of_backtrace(text),
+        };
+        if said.is_backtrace {
+            return;
+        }
         if text == DROPPED {
             said.dropped += 1;
             return;
@@ -95,6 +105,13 @@ fn message(line: &str) -> Option<&str> {
     (!is_origin && !text.is_empty()).then_some(text)
 }
 
+/// `3: iox2_link_tunnel_zenoh::main`, or `at ./csu/libc-start.c:360:3`.
+fn is_of_backtrace(text: &str) -> bool {
+    let number = text.split_once(": ").map_or("", |(number, _)| number);
+    text.starts_with("at ")
+        || (!number.is_empty() && number.bytes().all(|byte| byte.is_ascii_digit()))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -117,6 +134,24 @@ mod tests {
         assert_eq!(output.news(), ["Discovery failed: x"]);
         assert_eq!(output.last(), "; it said:\n  Discovery failed: x");
         assert!(output.news().is_empty());
+    }
+
+    #[test]
+    fn a_backtrace_is_left_out_and_what_stands_around_it_is_not() {
+        let output = Output::default();
+        for line in [
+            "Error: CreationError::Session",
+            "",
+            "Stack backtrace:",
+            "   0: anyhow::error::<impl core::convert::From<E> for anyhow::Error>::from",
+            "   1: __libc_start_call_main",
+            "             at ./csu/../sysdeps/nptl/libc_start_call_main.h:58:16",
+            "the end",
+            "  2: two",
+        ] {
+            output.note(line);
+        }
+        assert_eq!(output.news(), ["Error: CreationError::Session", "the end", "2: two"]);
     }
 
     #[test]

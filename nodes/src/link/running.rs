@@ -158,7 +158,10 @@ impl Link {
             command.arg("--zenoh-config").arg(self.folder.zenoh_file(&self.way));
             // A Ctrl-C of the terminal is for us; we end it in order.
             command.current_dir(self.folder.path()).process_group(0);
-            command.env("IOX2_LOG_LEVEL", "warn").env("RUST_BACKTRACE", "0");
+            command
+                .env("IOX2_LOG_LEVEL", "warn")
+                .env("RUST_BACKTRACE", "0")
+                .env("RUST_LIB_BACKTRACE", "0");
             command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped())
         })?;
         let output = Output::of(&mut child);
@@ -176,9 +179,17 @@ impl Link {
         let said = process.output.last();
         self.dropped += process.output.dropped();
         if ran < WELL && self.is_final() {
+            let see = match &self.way {
+                Way::File(file) => format!(
+                    "see what zenoh makes of {}: the syntax, the addresses and the paths of its certificates",
+                    file.display()
+                ),
+                Way::Listen(_) | Way::Connect(_) => {
+                    "see that it is iceoryx2's link over zenoh 0.10.0".to_owned()
+                }
+            };
             return Err(Failure::found(format!(
-                "{program} ended as soon as it was started ({status}), {FIRST_STARTS} times in a row; see that it is \
-                 iceoryx2's link over zenoh 0.10.0{said}"
+                "{program} ended as soon as it was started ({status}), {FIRST_STARTS} times in a row; {see}{said}"
             )));
         }
         self.put_off(&format!("{program} ended ({status}){said}"));

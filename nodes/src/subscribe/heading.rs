@@ -48,6 +48,7 @@ impl Heading<'_> {
         };
         let cause = match silence.cause {
             Cause::NoPublisher => " (no publisher)",
+            Cause::Link => " (nothing through the link)",
             // Its flag says it.
             Cause::Stopped | Cause::Unknown => "",
         };

@@ -211,7 +211,7 @@ impl<'a> Line<'a> {
         let ceased = self.listener.look(self.now_ns, self.period_ns(), || {
             // One that was killed is no publisher any more.
             participant.clean_up();
-            subscriber.publishers()
+            (subscriber.publishers(), subscriber.links())
         });
         if let Some(ceased) = ceased {
             self.news = Some(format!("\"{}\" {ceased}", self.service));
@@ -288,6 +288,13 @@ impl<'a> Line<'a> {
         self.participant.clean_up();
         if self.subscriber.publishers() == 0 {
             return Err(Failure::nobody(format!("service \"{service}\" has no publisher")));
+        }
+        if self.subscriber.publishers() == self.subscriber.links() {
+            return Err(Failure::nobody(format!(
+                "service \"{service}\" has no publisher on this machine, and nothing came through the link; see \
+                 whether `isochrone link` says on both machines that it is connected, and whether the other \
+                 one publishes the service"
+            )));
         }
         let counters = self.subscriber.counters();
         let patience_ns = longest_silence_ns(self.period_ns().unwrap_or_default());

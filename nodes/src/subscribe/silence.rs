@@ -15,6 +15,8 @@ pub(super) enum Cause {
     NoPublisher,
     /// The sender said that it ends.
     Stopped,
+    /// Only a link publishes the service, and has nothing to send.
+    Link,
     /// Somebody publishes the service, and sends nothing.
     Unknown,
 }
@@ -24,6 +26,10 @@ impl fmt::Display for Cause {
         f.write_str(match self {
             Self::NoPublisher => "nobody publishes it",
             Self::Stopped => "its publisher has ended",
+            Self::Link => {
+                "nobody publishes it on this machine, and nothing comes through the link, which says whether it is \
+                 connected"
+            }
             Self::Unknown => "its publisher is there and sends nothing",
         })
     }
@@ -74,12 +80,12 @@ impl Listener {
     }
 
     /// Looks whether frames have ceased; says so when they just have. `publishers` counts those who
-    /// publish the service.
+    /// publish the service, and those of them that are links.
     pub(super) fn look(
         &mut self,
         now_ns: u64,
         period_ns: Option<u64>,
-        publishers: impl FnOnce() -> usize,
+        publishers: impl FnOnce() -> (usize, usize),
     ) -> Option<String> {
         if let Some((_, looked_ns)) = self.ceased
             && now_ns < looked_ns.saturating_add(LOOK_INTERVAL_NS)
@@ -95,7 +101,8 @@ impl Listener {
         }
         let cause = match publishers() {
             _ if has_stopped => Cause::Stopped,
-            0 => Cause::NoPublisher,
+            (0, _) => Cause::NoPublisher,
+            (all, links) if all == links => Cause::Link,
             _ => Cause::Unknown,
         };
         let is_new = self.ceased.replace((cause, now_ns)).is_none();
@@ -130,10 +137,10 @@ mod tests {
     fn a_silence_is_said_once_and_so_is_its_end() {
         let mut listener = Listener::new(0);
         assert_eq!(listener.hear(&frame(S, Flags::NONE), S), None);
-        assert_eq!(listener.look(S + S / 2, Some(1_000_000), || 1), None);
-        let said = listener.look(2 * S, Some(1_000_000), || 0).unwrap();
+        assert_eq!(listener.look(S + S / 2, Some(1_000_000), || (1, 0)), None);
+        let said = listener.look(2 * S, Some(1_000_000), || (0, 0)).unwrap();
         assert_eq!(said, "is silent: nobody publishes it; 1 frame came, the last 1.0 s ago");
-        assert_eq!(listener.look(9 * S, Some(1_000_000), || 1), None);
+        assert_eq!(listener.look(9 * S, Some(1_000_000), || (1, 0)), None);
         let silence = listener.silence(9 * S).unwrap();
         assert_eq!(silence, Silence { for_ns: 8 * S, cause: Cause::Unknown });
         assert_eq!(listener.hear(&frame(10 * S, Flags::NONE), 10 * S), Some(9 * S));
@@ -144,7 +151,7 @@ mod tests {
     fn the_end_of_a_sender_that_says_so_is_said_at_once() {
         let mut listener = Listener::new(0);
         listener.hear(&frame(S, Flags::STOPPED), S);
-        let said = listener.look(S + 1, Some(1_000_000), || 1).unwrap();
+        let said = listener.look(S + 1, Some(1_000_000), || (1, 0)).unwrap();
         assert_eq!(said, "is silent: its publisher has ended; 1 frame came, the last 0.0 s ago");
     }
 
@@ -153,15 +160,25 @@ mod tests {
         let mut listener = Listener::new(0);
         listener.hear(&frame(S, Flags::NONE), S);
         listener.hear(&frame(3 * S, Flags::NONE), 3 * S);
-        assert_eq!(listener.look(8 * S, None, || 1), None, "by its gap");
-        assert_eq!(listener.look(32 * S, Some(10 * S), || 1), None, "by its period");
-        assert!(listener.look(9 * S, None, || 1).is_some());
+        assert_eq!(listener.look(8 * S, None, || (1, 0)), None, "by its gap");
+        assert_eq!(listener.look(32 * S, Some(10 * S), || (1, 0)), None, "by its period");
+        assert!(listener.look(9 * S, None, || (1, 0)).is_some());
+    }
+
+    #[test]
+    fn a_link_alone_is_told_from_a_publisher_that_sends_nothing() {
+        let mut listener = Listener::new(0);
+        let said = listener.look(S, None, || (1, 1)).unwrap();
+        assert!(said.contains("nothing comes through the link"), "{said}");
+        let mut listener = Listener::new(0);
+        let said = listener.look(S, None, || (2, 1)).unwrap();
+        assert!(said.contains("its publisher is there"), "{said}");
     }
 
     #[test]
     fn before_the_first_frame_a_service_is_silent_too() {
         let mut listener = Listener::new(0);
-        let said = listener.look(S, None, || 0).unwrap();
+        let said = listener.look(S, None, || (0, 0)).unwrap();
         assert_eq!(said, "is silent: nobody publishes it; no frame has come yet");
         assert_eq!(listener.hear(&frame(2 * S, Flags::NONE), 2 * S), None, "no word is needed");
     }
