@@ -64,6 +64,8 @@ struct Curve {
     /// Each with its number among all that were closed.
     closed: VecDeque<(u64, Interval)>,
     open: Option<Interval>,
+    /// Cycles are missing before the next value.
+    is_broken: bool,
 }
 
 /// The curves of a task's signals, in the order of a row's values.
@@ -71,8 +73,6 @@ struct Curve {
 struct TaskCurves {
     names: Vec<String>,
     curves: Vec<Curve>,
-    /// Cycles are missing before the next row.
-    is_broken: bool,
 }
 
 /// All curves.
@@ -96,7 +96,7 @@ impl Curves {
     /// Cycles are missing before the next row of a task.
     pub(super) fn interrupt(&mut self, task: &str) {
         if let Some(task) = self.tasks.get_mut(task) {
-            task.is_broken = true;
+            task.curves.iter_mut().for_each(|curve| curve.is_broken = true);
         }
     }
 
@@ -104,11 +104,11 @@ impl Curves {
     pub(super) fn add(&mut self, task: &str, release_ns: u64, values: &[f64]) {
         let Some(task) = self.tasks.get_mut(task) else { return };
         let index = release_ns / INTERVAL_NS;
-        let is_broken = std::mem::take(&mut task.is_broken);
         for (curve, value) in task.curves.iter_mut().zip(values) {
             if curve.open.is_some_and(|open| open.index != index) {
                 curve.close(&mut self.newest);
             }
+            let is_broken = std::mem::take(&mut curve.is_broken);
             curve.open.get_or_insert(Interval::new(index)).add(*value, is_broken);
         }
     }

@@ -78,7 +78,7 @@ export function draw(canvas, { intervals, now, seconds, scale, hasAxis, isLive }
   levels(context, { y, scale, width, bottom });
   context.save();
   context.beginPath();
-  context.rect(LEFT, 0, width - LEFT - RIGHT, height);
+  context.rect(LEFT, 0, width - LEFT - RIGHT, bottom + 1);
   context.clip();
   line(context, { intervals, first, end, x, y, bottom, isBinary: scale.isBinary, isLive });
   context.restore();

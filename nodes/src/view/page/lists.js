@@ -2,6 +2,14 @@
 
 import { byId, make, span, write } from "./document.js";
 
+/** What was wrong or forced says nothing of a node that does not answer. */
+export function showUnknown() {
+  for (const kind of ["alarm", "force"]) {
+    fill(`${kind}-list`, [], "–");
+    write(byId(`${kind}-count`), "");
+  }
+}
+
 function fill(id, items, none) {
   const list = byId(id);
   list.replaceChildren(items.length > 0 ? make("ul", { className: "list" }, ...items) : make("p", { className: "quiet" }, none));

@@ -5,7 +5,7 @@ import { Curves, MOST } from "./curves.js";
 import { Setting } from "./setting.js";
 import { Table } from "./table.js";
 import { Tasks } from "./tasks.js";
-import { showAlarms, showForces } from "./lists.js";
+import { showAlarms, showForces, showUnknown } from "./lists.js";
 
 // Before a look is told: scrolling changes it often.
 const LOOK_DELAY_MS = 80;
@@ -16,6 +16,7 @@ const FIRST_CURVES = 3;
 
 const signals = new Map();
 const told = { look: "", list: -1 };
+const known = { alarms: [], forces: [] };
 let page = null;
 let state = { state: "", node: null };
 let source = null;
@@ -124,6 +125,12 @@ function showState() {
   setting.update(setting.signal && table.lines.get(setting.signal.name));
 }
 
+function showLists() {
+  if (state.state !== "runs") return showUnknown();
+  showAlarms(known.alarms);
+  showForces(known.forces);
+}
+
 function notice(text, kind = "") {
   const element = byId("notice");
   element.hidden = text === "";
@@ -141,12 +148,20 @@ const handlers = {
     look();
   },
   state: now => {
+    const isOther = now.state !== state.state;
     state = now;
     showState();
+    if (isOther) showLists();
     if (now.list !== told.list && now.node) readSignals(now.list);
   },
-  alarms: showAlarms,
-  forces: showForces,
+  alarms: alarms => {
+    known.alarms = alarms;
+    showLists();
+  },
+  forces: forces => {
+    known.forces = forces;
+    showLists();
+  },
   jitter: jitter => tasks.take(jitter),
   refused: refused => curves.refuse(refused),
   rows: lines => {

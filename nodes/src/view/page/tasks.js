@@ -17,6 +17,7 @@ export class Tasks {
 
   /** The tasks as the node describes them. */
   describe(tasks, isThere) {
+    this.isThere = isThere;
     for (const name of [...this.cards.keys()]) {
       if (tasks.some(task => task.name === name)) continue;
       this.cards.get(name).element.remove();
@@ -64,7 +65,7 @@ export class Tasks {
         write(max, duration(shown[key].max));
         write(count, String(shown[key].count));
       }
-      write(card.note, shown.every_cycle ? "" : "Some cycles only: telemetry shows at most 50 a second.");
+      write(card.note, shown.every_cycle || !this.isThere ? "" : "Some cycles only: telemetry shows at most 50 a second.");
       card.canvas.setAttribute("aria-label", `histogram of the release jitter of ${name}: p50 ${duration(shown.all.p50)}, ` +
         `p99 ${duration(shown.all.p99)}, max ${duration(shown.all.max)}`);
     }
