@@ -40,7 +40,7 @@ use crate::{configuration, domain, terminal};
     Triggers: X > 1, X < 1, X >= 1, X <= 1, X == 1, X != 1, `rising X` and `falling X` of a BOOL, \
     `rising X 1.5` and `falling X 1.5` of a number, which has to come from the other side, and `changed X`.\n\n\
     With --repeat and --auto on a terminal, the chart is drawn anew until q or Ctrl-C. Exit status: 3 if the \
-    node ended before the trigger came, 4 if nothing was captured for another reason, 1 if the shot ends early."
+    node ended before the trigger came, 4 if it did not come within --timeout, 1 if the node ends within a shot or refuses."
 )]
 pub(crate) struct Args {
     /// Running control node, or a file to look at: .mcap or .csv

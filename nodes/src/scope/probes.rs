@@ -185,11 +185,6 @@ impl Probes {
     pub(super) fn have_ended(&self) -> bool {
         self.probes.iter().any(|probe| probe.trace.has_ended())
     }
-
-    /// The longest period, in ns.
-    pub(super) fn longest_period_ns(&self) -> u64 {
-        self.probes.iter().map(|probe| probe.trace.period_ns()).max().unwrap_or_default()
-    }
 }
 
 /// What the signal of a trigger did instead.

@@ -72,7 +72,11 @@ pub(super) fn notes(shot: &Shot) -> Vec<String> {
             "the history is {has} long instead of {wanted}: the trigger came before there was more"
         )
     });
-    let end = (end_ns > 0).then(|| {
+    let idle = shot.tracks.iter().filter(|track| track.rows.is_empty());
+    let idle: Vec<_> = idle.map(|track| escaped(&track.task)).collect();
+    let none =
+        (!idle.is_empty()).then(|| format!("no cycle of {} came within the shot", idle.join(", ")));
+    let end = (end_ns > 0 && none.is_none()).then(|| {
         let wanted_ns = shot.end_ns.saturating_sub(zero_ns);
         format!(
             "the shot ends {} instead of {} after {}",
@@ -95,5 +99,5 @@ pub(super) fn notes(shot: &Shot) -> Vec<String> {
             "{lost} did not arrive immediately before the trigger: it may have come in one of them"
         )
     });
-    [begin, end, lost, missed, late].into_iter().flatten().collect()
+    [begin, end, none, lost, missed, late].into_iter().flatten().collect()
 }

@@ -293,5 +293,8 @@ fn too_many(task: &str, traces: &[Traced]) -> Failure {
 }
 
 fn changing() -> Failure {
-    Failure::new(Code::Busy, "the configuration is being changed; ask again in a second")
+    Failure::new(
+        Code::Busy,
+        "the configuration is being changed; ask again when every task has the new one",
+    )
 }
