@@ -198,7 +198,7 @@ fn curves_move_a_parameter_is_set_and_a_node_that_went_away_comes_back() {
     let get = || domain.run("get tank ramp.setChangeRate").expect_code(0).stdout;
     assert_eq!(get().trim(), "7.5");
     browser.run("document.querySelector('#told button').click()");
-    browser.wait_for_text("#told", "undo transaction");
+    browser.wait_for_text("#told", "taken back from cycle");
     assert_eq!(get().trim(), "10");
 
     node.kill();
@@ -214,8 +214,18 @@ fn curves_move_a_parameter_is_set_and_a_node_that_went_away_comes_back() {
     let before = browser.run(drawn);
     wait_until("the curve moves again", || browser.run(drawn) != before);
     assert_eq!(browser.complaints(), [] as [Value; 0]);
-    drop(browser);
+
+    // What the page showed when its server ended is not true any more.
     served.process.stop().expect_code(0);
+    browser.wait_for_text("#state", "not connected");
+    // Longer than the page takes to try again, and to look at its state.
+    std::thread::sleep(std::time::Duration::from_millis(2500));
+    browser.wait_for(
+        "no value stays",
+        "return document.querySelector('#table tr.signal .value').innerText === '–' \
+           && document.getElementById('state').innerText.includes('not connected')",
+    );
+    drop(browser);
     second.stop().expect_code(0);
 }
 

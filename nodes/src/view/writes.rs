@@ -56,7 +56,7 @@ impl Writer {
         let order = match asked {
             Asked::Set(Set { name, value }) => {
                 let plant = locked(&view.plant);
-                let signal = plant.signal(&name).ok_or("there is no such signal any more")?;
+                let signal = plant.signal(&name).ok_or("the node has no such signal")?;
                 let target = Target::new(signal);
                 let value = target.read(&value)?;
                 let to = target.shown(value);
@@ -88,7 +88,10 @@ impl Writer {
         let before = before.collect::<Vec<_>>().join(", ");
         let since = done.cycles.iter().map(|(task, cycle)| format!("cycle {cycle} of {task}"));
         let since = since.collect::<Vec<_>>().join(", ");
-        let told = format!("{order}, from {since} on (was {before})");
+        let told = match order {
+            Order::Undo { .. } => format!("taken back from {since} on (was {before})"),
+            _ => format!("{order}, from {since} on (was {before})"),
+        };
         Ok(Written { transaction: done.transaction, told, warnings: done.warnings })
     }
 }

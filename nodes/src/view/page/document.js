@@ -18,11 +18,12 @@ export function write(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
-/** A long name that keeps its end, the pin, which says more than its middle. */
+/** A long name that keeps its end, that of the block and the pin, which say more than its middle. */
 export function ends(name) {
-  const [SHORT, LONGEST, END] = [20, 24, 16];
+  const [SHORT, LONGEST, END, OF_BLOCK] = [20, 24, 16, 8];
   const dot = name.lastIndexOf(".");
-  const pin = dot > 0 && name.length - dot <= LONGEST ? dot : name.length - END;
+  // Blocks of one kind differ in the last letters of their names.
+  const pin = dot > 0 && name.length - dot <= LONGEST ? Math.max(0, dot - OF_BLOCK) : name.length - END;
   const cut = name.length > SHORT ? pin : name.length;
   const whole = make("span", { className: "ends", title: name });
   whole.append(make("span", {}, name.slice(0, cut)), make("span", {}, name.slice(cut)));

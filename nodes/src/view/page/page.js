@@ -13,6 +13,8 @@ const RETRY_MS = 2000;
 // A tab that nobody sees is told nothing after that time.
 const HIDDEN_MS = 5000;
 const FIRST_CURVES = 3;
+// For how long good news stands.
+const NEWS_MS = 10000;
 
 const signals = new Map();
 const told = { look: "", list: -1 };
@@ -104,20 +106,25 @@ async function readSignals(version) {
 function showState() {
   const { node, state: now, why } = state;
   if (!node) return;
-  const isThere = now === "runs" && source?.readyState === EventSource.OPEN;
+  if (source?.readyState !== EventSource.OPEN) return showLost();
+  const isThere = now === "runs";
   write(byId("node"), node.node);
   document.title = `${node.node} – isochrone view`;
   const words = { runs: "runs", ended: "has ended; looking for it", silent: "does not answer; looking for it" };
   write(byId("state"), words[now] ?? now);
-  byId("state").className = `state ${now === "runs" ? "runs" : "gone"}`;
+  byId("state").className = `state ${isThere ? "runs" : "gone"}`;
   const up = isThere ? `up ${span(Date.now() / 1000 - node.started_unix_ns / 1e9)}` : "";
   const changed = node.configuration.changed ? " (changed since the start)" : "";
   const periods = node.tasks.map(task => period(task.period_ns)).join(", ");
   const access = setting.isWritable && setting.token ? "parameters can be set" : "read only";
   const facts = [`${node.configuration.file}${changed}`, `every ${periods}`, up, access];
   write(byId("facts"), facts.filter(Boolean).join(" · "));
-  if (now !== "runs") notice(`The node is gone: ${why}. Values come again when it is back.`);
-  else if (showState.before && showState.before !== "runs") notice(`The node came back at ${new Date().toTimeString().slice(0, 8)}.`, "good");
+  if (!isThere) notice(`${now === "ended" ? "The node is gone" : "The node is silent"}: ${why}. Values come again when it is back.`);
+  else if (showState.before && showState.before !== "runs") {
+    const text = `The node came back at ${new Date().toTimeString().slice(0, 8)}.`;
+    notice(text, "good");
+    setTimeout(() => byId("notice").textContent === text && notice(""), NEWS_MS);
+  }
   showState.before = now;
   curves.isLive = isThere;
   tasks.describe(node.tasks, isThere);
@@ -138,9 +145,23 @@ function notice(text, kind = "") {
   write(element, text);
 }
 
+/** What is shown is not true any more. */
+function showLost() {
+  notice("No connection to isochrone view: it has ended, or serves as many pages as it can. Trying again.");
+  byId("state").className = "state gone";
+  write(byId("state"), "not connected");
+  if (state.node) write(byId("facts"), state.node.configuration.file);
+  table.forget();
+  curves.isLive = false;
+  curves.tell(table.lines);
+  if (state.node) tasks.describe(state.node.tasks, false);
+  showUnknown();
+}
+
 const handlers = {
   hello: hello => {
     page = hello.page;
+    state = { state: "", node: null };
     setting.isWritable = hello.writable;
     told.look = "";
     curves.begin();
@@ -182,10 +203,7 @@ function connect() {
     const isOver = source.readyState === EventSource.CLOSED;
     page = null;
     told.list = -1;
-    curves.isLive = false;
-    notice("No connection to isochrone view: it has ended, or serves as many pages as it can. Trying again.");
-    byId("state").className = "state gone";
-    write(byId("state"), "not connected");
+    showLost();
     if (isOver) {
       disconnect();
       setTimeout(connect, RETRY_MS);

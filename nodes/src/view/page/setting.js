@@ -34,6 +34,7 @@ export class Setting {
 
   /** Shows a signal. */
   show(signal, line) {
+    if (signal.name !== this.signal?.name) this.tell("", "");
     this.signal = signal;
     byId("chosen").hidden = false;
     write(byId("chosen-name"), signal.name);

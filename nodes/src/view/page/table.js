@@ -110,6 +110,12 @@ export class Table {
     }
   }
 
+  /** No value is known any more. */
+  forget() {
+    this.lines.clear();
+    for (const name of this.rows.keys()) this.fill(name);
+  }
+
   fill(name) {
     const row = this.rows.get(name);
     if (!row) return;
