@@ -107,6 +107,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     layout.check().map_err(Failure::usage)?;
     let stop = stop::on_signal(None)?;
     let participant = args.domain.join("isochrone/publish")?;
+    participant.refuse_far_writers(&[service]).map_err(Failure::found)?;
     let mut publisher = FramePublisher::<ipc::Service>::open(&participant, service, &layout)
         .map_err(Failure::found)?;
     let rows = signals.recording().map(|recording| recording.len() as u64);

@@ -202,7 +202,11 @@ fn a_service_that_another_machine_writes_is_refused_until_its_writer_has_ended()
     let mut reader = far.start("subscribe plant/there");
     reader.wait_for("saw.value=");
     far.domain.write("there.toml", &counter("there", "2ms"));
-    for second in ["run there.toml", "publish plant/there --value 1"] {
+    let mut recorder = far.start("record --output there.mcap plant/there");
+    recorder.wait_for("recording \"plant/there\": saw.value");
+    recorder.stop().expect_code(0);
+    let seconds = ["run there.toml", "publish plant/there --value 1", "publish --from there.mcap"];
+    for second in seconds {
         let ended = far.start(second).finish().expect_code(1);
         for part in
             ["\"plant/there\" is written on another machine already", "by \"there\"", "iox2-link-t"]

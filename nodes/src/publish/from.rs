@@ -96,6 +96,8 @@ pub(super) fn run(args: &Args, file: &Path) -> Result<(), Failure> {
     let layouts = layouts.only(&services, args.from.speed.times())?;
     let stop = stop::on_signal(None)?;
     let participant = args.domain.join("isochrone/publish")?;
+    let names: Vec<_> = services.iter().map(String::as_str).collect();
+    participant.refuse_far_writers(&names).map_err(Failure::found)?;
     let (mut latest_ns, mut condition) = (0, Default::default());
     let mut sums = Vec::new();
     thread::scope(|scope| {
