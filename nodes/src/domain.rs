@@ -32,3 +32,10 @@ impl Args {
         Participant::join(name, self.find()?).map_err(Failure::found)
     }
 }
+
+/// That there is nothing in a domain, and how to look into another one.
+pub(crate) fn nothing_runs(what: &str, domain: &str) -> String {
+    format!(
+        "{what} runs in this domain, {domain}; --iceoryx2-config or ICEORYX2_CONFIG names another"
+    )
+}

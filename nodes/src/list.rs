@@ -19,7 +19,7 @@ use crate::{domain, stop, terminal};
 ///
 /// For each control node, shows its tasks with rate, phase, CPU, cycle and missed cycles, and what `control`
 /// allows; then which tasks share a CPU and need it at the same time, and which keep a task that they follow
-/// from sending.
+/// from sending. Of a node that does not answer, says whether its process is stopped, and how to wake it.
 /// For each service, shows its rate, the flags of its newest frame if it has any, its publishers and
 /// readers, and its signals with type and unit as the publisher announces them. The rate is the
 /// announced one; if none is announced, frames are counted for half a second.
@@ -61,10 +61,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         return terminal::print_json(&document(&control_nodes, &nodes, &services));
     }
     if nodes.is_empty() && services.is_empty() {
-        terminal::note(&format!(
-            "nothing runs in this domain, {}; --iceoryx2-config or ICEORYX2_CONFIG names another",
-            participant.domain()
-        ));
+        terminal::note(&domain::nothing_runs("nothing", &participant.domain()));
         return Ok(());
     }
     terminal::print(&text(&control_nodes, &nodes, &services))

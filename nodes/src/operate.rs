@@ -23,6 +23,6 @@ pub(crate) mod watch;
 pub(crate) use assignment::Written;
 pub(crate) use journal::{time, word};
 pub(crate) use known::{CALLING_TASK, number, shown};
-pub(crate) use node::{Args as NodeArgs, Asked, failure, refusal};
+pub(crate) use node::{Args as NodeArgs, Asked, failure, refusal, silence};
 pub(crate) use show::{age_of, limits, ok_of, role};
 pub(crate) use transaction::client;

@@ -161,7 +161,7 @@ fn node(args: &Args) -> Result<String, Failure> {
     let participant = args.domain.join("isochrone/view")?;
     let running = running_nodes(&participant).map_err(Failure::found)?;
     match &running[..] {
-        [] => Err(Failure::nobody("no node runs in this domain (-v says which one it is)")),
+        [] => Err(Failure::nobody(domain::nothing_runs("no node", &participant.domain()))),
         [only] => Ok(only.name.clone()),
         several => {
             let names: Vec<_> = several.iter().map(|node| node.name.as_str()).collect();

@@ -81,7 +81,7 @@ fn answers_of_another_process_are_not_taken_for_the_nodes_and_it_is_named() {
         }
         node.signal(Signal::STOP);
         let asked = domain.run("get tank ramp.setChangeRate").expect_code(1);
-        assert_says(&asked.stderr, &["did not answer", "node \"liar\"", &liar]);
+        assert_says(&asked.stderr, &["did not answer", "is stopped", "node \"liar\"", &liar]);
         node.signal(Signal::CONT);
     });
     node.stop().expect_code(0);

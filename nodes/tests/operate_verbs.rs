@@ -198,7 +198,8 @@ fn who_asks_for_a_node_that_does_not_run_is_told_those_that_do() {
     assert_says(&listed, &["1 control node", "500 Hz", "missed"]);
     node.stop().expect_code(0);
     let absent = domain.run("show tank").expect_code(3);
-    assert_says(&absent.stderr, &["No node runs in this domain"]);
+    let here = format!("No node runs in this domain, {}", domain.join("reader").domain());
+    assert_says(&absent.stderr, &[&here, "--iceoryx2-config or ICEORYX2_CONFIG names another"]);
 }
 
 #[test]

@@ -162,13 +162,20 @@ fn a_node_starts_beside_nodes_that_are_stopped_and_names_each() {
 
     let ended = domain.run("run next.toml --cycles 1").expect_code(0);
     let listed = domain.run("list").expect_code(0);
+    let document = domain.run("list --json").expect_code(0);
     nodes.iter().for_each(|node| node.signal(Signal::CONT));
-    for name in names {
+    let document: Value = serde_json::from_str(&document.stdout).unwrap();
+    for (place, (name, node)) in names.into_iter().zip(&nodes).enumerate() {
+        let pid = node.id();
+        let why = format!("its process {pid} is stopped: continue it (kill -CONT {pid}) or end it");
+        assert!(listed.stderr.contains(&why), "{}", listed.stderr);
+        let line = format!("  {name}  pid {pid}  does not answer: stopped (kill -CONT {pid})\n");
+        assert!(listed.stdout.contains(&line), "{}", listed.stdout);
+        assert_eq!(document["control_nodes"][place]["state"], "stopped", "{document}");
         let silent = format!("node \"{name}\" does not say which CPUs its tasks need");
         assert!(ended.stderr.contains(&silent), "{}", ended.stderr);
         let unknown = format!("what node \"{name}\" does is not known: ");
         assert!(listed.stderr.contains(&unknown), "{}", listed.stderr);
-        assert!(listed.stdout.contains(&format!("  {name}  pid ")), "{}", listed.stdout);
     }
     nodes.into_iter().for_each(|node| drop(node.stop().expect_code(0)));
 }

@@ -55,6 +55,7 @@ mod layout_ports;
 mod listing;
 mod participant;
 mod peers;
+mod process_state;
 mod publisher;
 mod real_time;
 mod repair;
@@ -87,6 +88,7 @@ pub use layout::{Binding, FrameLayout, SignalSpec, Wanted};
 pub use layout_ports::{LayoutAnnouncer, LayoutWatcher};
 pub use listing::{ListedNode, ListedService};
 pub use participant::Participant;
+pub use process_state::is_stopped;
 pub use publisher::{FramePublisher, PUBLISHER_PORT_NAME, PublisherCounters, Stamp};
 pub use real_time::RealTime;
 pub use requests::{

@@ -94,7 +94,9 @@ fn a_node_that_does_not_run_is_told_with_those_that_do() {
     let participant = join(&domain);
     let refused = |node: &str| Client::connect(&participant, node, PATIENCE).unwrap_err();
     let error = refused("level");
-    assert_eq!(error.to_string(), "no node \"level\" runs here; none runs at all");
+    let nowhere =
+        format!("no node \"level\" runs here; none runs in its domain, {}", participant.domain());
+    assert_eq!(error.to_string(), nowhere);
     let _level = Running::start(&domain, "takes_requests", "level");
     let closed = Running::start(&domain, "takes_no_requests", "closed");
     let error = refused("levl");
@@ -123,7 +125,9 @@ fn a_node_that_is_stopped_does_not_answer_in_time_and_its_late_answer_is_dropped
         thread::sleep(Duration::from_millis(1));
     }
     let error = client.call(&DescribeParams {}).unwrap_err();
-    assert!(matches!(error, ClientError::NoAnswer { .. }), "{error}");
+    assert!(matches!(error, ClientError::NoAnswer { is_stopped: true, .. }), "{error}");
+    let remedy = format!("(kill -CONT {})", level.process());
+    assert!(error.to_string().contains(&remedy), "{error}");
     // What was given up before the node received it is not done afterwards.
     let values = [(name(0), 1.0)].into_iter().collect();
     let error = client.call(&SetParams { values, ..SetParams::default() }).unwrap_err();

@@ -13,18 +13,46 @@ use isochrone_runtime::control::{
 use isochrone_runtime::{Neighbour, Neighbours, SharedCpu, StarvedSource};
 use isochrone_timing::WarningCode;
 use isochrone_timing::units::{counted, period};
+use serde::Serialize;
 use serde_json::{Value, json};
 
 use super::{Rate, rate};
 use crate::failure::Failure;
+use crate::operate::silence;
 use crate::terminal;
 
 /// A node that runs tasks.
 pub(super) struct ControlNode {
     node: RunningNode,
     description: Option<DescribeResult>,
-    /// Whether it is known to take no requests.
-    is_off: bool,
+    state: State,
+}
+
+/// Whether a node tells what it does.
+#[derive(Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+enum State {
+    Answers,
+    /// It takes no requests.
+    Off,
+    /// Its process is stopped.
+    Stopped,
+    /// It does not answer, though it is not stopped.
+    Silent,
+    /// It could not be asked.
+    Unknown,
+}
+
+impl State {
+    fn of(description: &Result<DescribeResult, ClientError>) -> Self {
+        match description {
+            Ok(_) => Self::Answers,
+            Err(ClientError::NotOperated { .. }) => Self::Off,
+            Err(ClientError::NoAnswer { is_stopped: true, .. }) => Self::Stopped,
+            Err(ClientError::NoAnswer { .. }) => Self::Silent,
+            Err(_) => Self::Unknown,
+        }
+    }
 }
 
 /// The control nodes, all asked for their tasks, no longer than `stop` allows. Notes which do not answer.
@@ -34,17 +62,15 @@ pub(super) fn control_nodes(
 ) -> Result<Vec<ControlNode>, Failure> {
     let described = describe_nodes(participant, |_| false, || stop.is_due());
     let control_node = |DescribedNode { node, description }| {
-        let is_off = matches!(description, Err(ClientError::NotOperated { .. }));
+        let state = State::of(&description);
         if let Err(error) = &description
-            && !is_off
+            && state != State::Off
             && !matches!(error, ClientError::Interrupted { .. })
         {
-            terminal::note(&format!(
-                "note: what node \"{}\" does is not known: {error}",
-                node.name
-            ));
+            let (name, why) = (&node.name, silence(error));
+            terminal::note(&format!("note: what node \"{name}\" does is not known: {why}"));
         }
-        ControlNode { node, description: description.ok(), is_off }
+        ControlNode { node, description: description.ok(), state }
     };
     Ok(described.map_err(Failure::found)?.into_iter().map(control_node).collect())
 }
@@ -60,13 +86,17 @@ pub(super) fn text(nodes: &[ControlNode]) -> String {
         return String::new();
     }
     let mut text = counted(nodes.len(), "control node") + "\n";
-    for ControlNode { node, description, is_off } in nodes {
-        let access = match description {
-            Some(known) => format!("{:?}", known.control).to_lowercase(),
-            None if *is_off => "off".into(),
-            None => "unknown".into(),
+    for ControlNode { node, description, state } in nodes {
+        let said = match (description, state) {
+            (Some(known), _) => format!("control {:?}", known.control).to_lowercase(),
+            (None, State::Off) => "control off".into(),
+            (None, State::Stopped) => {
+                format!("does not answer: stopped (kill -CONT {})", node.process)
+            }
+            (None, State::Silent) => "does not answer".into(),
+            (None, _) => "control unknown".into(),
         };
-        text += &format!("  {}  pid {}  control {access}\n", escaped(&node.name), node.process);
+        text += &format!("  {}  pid {}  {said}\n", escaped(&node.name), node.process);
         text += &tasks_text(description.as_ref().map_or(&[], |known| &known.tasks));
     }
     text + "\n"
@@ -187,11 +217,12 @@ fn task_document(task: &Neighbour) -> Value {
 }
 
 pub(super) fn document(nodes: &[ControlNode]) -> Value {
-    let one = |ControlNode { node, description, .. }: &ControlNode| {
+    let one = |ControlNode { node, description, state }: &ControlNode| {
         json!({
             "name": node.name,
             "pid": node.process,
             "program": node.program,
+            "state": state,
             "control": description.as_ref().map(|known| known.control),
             "tasks": description.as_ref().map(|known| &known.tasks),
         })

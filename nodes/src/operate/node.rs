@@ -203,7 +203,9 @@ impl Node {
 /// How a verb ends that a node did not answer, or whose request it refused.
 pub(crate) fn failure(error: ClientError, asked: Asked) -> Failure {
     match error {
-        ClientError::NoNode { node, running } => Failure::nobody(absent(&node, &running)),
+        ClientError::NoNode { node, running, domain } => {
+            Failure::nobody(absent(&node, &running, &domain))
+        }
         ClientError::NotOperated { .. } | ClientError::Stranger { .. } => Failure::nobody(error),
         ClientError::Refused(failure) => Failure::found(refusal(&failure, asked)),
         // Whoever only looked has no need to know what may have been done.
@@ -211,17 +213,25 @@ pub(crate) fn failure(error: ClientError, asked: Asked) -> Failure {
             Failure::nobody(format!("node \"{node}\" ended"))
         }
         ClientError::Ended { .. } => Failure::nobody(error),
-        ClientError::NoAnswer { node, patience, strangers } if asked == Asked::ToLook => {
-            let beside = control::beside(&node, &strangers);
-            Failure::found(format!(
-                "node \"{node}\" did not answer within {patience:?}; see that its process is not \
-                 stopped{beside}"
-            ))
+        error @ ClientError::NoAnswer { .. } if asked == Asked::ToLook => {
+            Failure::found(silence(&error))
         }
         ClientError::Interrupted { node } if asked == Asked::ToLook => {
             Failure::found(format!("ended by a signal before node \"{node}\" answered"))
         }
         error => Failure::found(error),
+    }
+}
+
+/// Why nothing is known of a node, for whoever only looked.
+pub(crate) fn silence(error: &ClientError) -> String {
+    match error {
+        ClientError::NoAnswer { node, patience, process, is_stopped, strangers } => format!(
+            "node \"{node}\" did not answer within {patience:?}; {}{}",
+            control::silence(*process, *is_stopped),
+            control::beside(node, strangers)
+        ),
+        error => error.to_string(),
     }
 }
 
@@ -253,13 +263,13 @@ fn is_file(name: &str) -> bool {
 }
 
 /// That a node does not run, and which ones do.
-fn absent(node: &str, running: &[String]) -> String {
+fn absent(node: &str, running: &[String], domain: &str) -> String {
     let meant = match nearest_name(node, running.iter().map(String::as_str)) {
         Some(nearest) => format!("; did you mean \"{nearest}\"?"),
         None => ".".into(),
     };
     let there_are = match running {
-        [] => "No node runs in this domain (-v says which one it is).".into(),
+        [] => domain::nothing_runs("No node", domain) + ".",
         running => format!("There is: {}", running.join(", ")),
     };
     format!("no node \"{node}\" runs here{meant} {there_are}")
@@ -306,12 +316,13 @@ mod tests {
     fn whoever_asks_for_a_node_that_does_not_run_is_told_those_that_do() {
         let running = ["level".to_owned(), "pump".to_owned()];
         assert_eq!(
-            absent("levle", &running),
+            absent("levle", &running, "/tmp/plant (prefix plant_)"),
             "no node \"levle\" runs here; did you mean \"level\"? There is: level, pump"
         );
         assert_eq!(
-            absent("x", &[]),
-            "no node \"x\" runs here. No node runs in this domain (-v says which one it is)."
+            absent("x", &[], "/tmp/plant (prefix plant_)"),
+            "no node \"x\" runs here. No node runs in this domain, /tmp/plant (prefix plant_); \
+             --iceoryx2-config or ICEORYX2_CONFIG names another."
         );
     }
 }

@@ -5,6 +5,7 @@ use std::os::unix::fs::MetadataExt as _;
 use std::path::Path;
 
 use super::locked_file;
+use crate::is_stopped;
 
 /// Who has the lock, and what others can do about it.
 pub(super) fn of(file: &Path) -> String {
@@ -22,7 +23,7 @@ pub(super) fn of(file: &Path) -> String {
         Some((last, name)) if last == pid => format!(" ({name})"),
         _ => String::new(),
     };
-    let (doing, remedy) = if is_stopped(pid) {
+    let (doing, remedy) = if pid.parse().is_ok_and(is_stopped) {
         ("is stopped while it starts or ends", "continue it (kill -CONT) or end it")
     } else {
         ("starts or ends", "as a rule this takes milliseconds")
@@ -40,14 +41,6 @@ fn flock_holder(locks: &str, inode: u64) -> Option<&str> {
         let (pid, file) = (fields.nth(2)?, fields.next()?);
         (is_flock && file.rsplit(':').next() == Some(&inode)).then_some(pid)
     })
-}
-
-/// Whether a process is stopped by a signal or a debugger.
-fn is_stopped(pid: &str) -> bool {
-    let stat = fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
-    // The state follows the name, which is in parentheses and may contain anything.
-    let state = stat.rsplit_once(')').and_then(|(_, rest)| rest.trim_start().chars().next());
-    matches!(state, Some('T' | 't'))
 }
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use isochrone_cyclic::Wake;
 use isochrone_ipc::{
-    OpenError, Participant, RequestClient, RequestError, Service, ServingProcess, ipc,
+    OpenError, Participant, RequestClient, RequestError, Service, ServingProcess, ipc, is_stopped,
 };
 
 use super::client_error::ClientError;
@@ -176,6 +176,11 @@ impl<S: Service> Client<S> {
         &self.node
     }
 
+    /// The node's process, where iceoryx2 tells it.
+    pub fn process(&self) -> Option<u32> {
+        self.owners.first().copied()
+    }
+
     /// Asks, and waits for the answer.
     ///
     /// # Errors
@@ -335,8 +340,9 @@ impl<S: Service> Client<S> {
         if self.has_ended() {
             return self.ended();
         }
-        let (node, strangers) = (self.node.clone(), self.strangers());
-        ClientError::NoAnswer { node, patience: self.patience, strangers }
+        let (node, strangers, process) = (self.node.clone(), self.strangers(), self.process());
+        let is_stopped = process.is_some_and(is_stopped);
+        ClientError::NoAnswer { node, patience: self.patience, process, is_stopped, strangers }
     }
 
     pub(super) fn ended(&self) -> ClientError {
@@ -355,10 +361,10 @@ fn absent<S: Service>(
 ) -> Result<ClientError, ClientError> {
     let running: BTreeSet<String> =
         running_nodes(participant)?.into_iter().map(|node| node.name).collect();
-    let node = node.to_owned();
+    let (node, domain) = (node.to_owned(), participant.domain());
     Ok(if running.contains(&node) {
         ClientError::NotOperated { node }
     } else {
-        ClientError::NoNode { node, running: running.into_iter().collect() }
+        ClientError::NoNode { node, running: running.into_iter().collect(), domain }
     })
 }

@@ -13,12 +13,14 @@ use super::Failure;
 #[non_exhaustive]
 pub enum ClientError {
     /// No node of this name runs.
-    #[error("no node \"{node}\" runs here; {}", alternatives(node, running))]
+    #[error("no node \"{node}\" runs here; {}", alternatives(node, running, domain))]
     NoNode {
         /// The name.
         node: String,
         /// Those that do run.
         running: Vec<String>,
+        /// Where it was looked for: root path and prefix of the domain, in words.
+        domain: String,
     },
     /// It runs, but takes no requests.
     #[error(
@@ -67,7 +69,8 @@ pub enum ClientError {
     },
     /// No answer came in time.
     #[error(
-        "node \"{node}\" did not answer within {patience:?}; see that its process is not stopped, and what its log says. What was asked for may still be done if the node has received it{}",
+        "node \"{node}\" did not answer within {patience:?}; {}. What was asked for may still be done if the node has received it{}",
+        silence(*process, *is_stopped),
         beside(node, strangers)
     )]
     NoAnswer {
@@ -75,6 +78,10 @@ pub enum ClientError {
         node: String,
         /// How long it was waited for.
         patience: Duration,
+        /// Its process, where iceoryx2 tells it.
+        process: Option<u32>,
+        /// Whether that is stopped, by a signal or a debugger.
+        is_stopped: bool,
         /// Other processes that serve its service, in words.
         strangers: Vec<String>,
     },
@@ -112,14 +119,28 @@ pub fn beside(node: &str, strangers: &[String]) -> String {
     )
 }
 
+/// What is known of the process of a node that says nothing, and what can be done about it, as a part of a
+/// sentence.
+pub fn silence(process: Option<u32>, is_stopped: bool) -> String {
+    match process {
+        Some(pid) if is_stopped => format!(
+            "its process {pid} is stopped: continue it (kill -CONT {pid}) or end it (kill -KILL {pid})"
+        ),
+        Some(pid) => format!(
+            "its process {pid} is not stopped, but hangs or gets no CPU time: see what its log says"
+        ),
+        None => "see that its process is not stopped, and what its log says".to_owned(),
+    }
+}
+
 fn by(holders: &str) -> String {
     if holders.is_empty() { String::new() } else { format!(" ({holders})") }
 }
 
-fn alternatives(node: &str, running: &[String]) -> String {
+fn alternatives(node: &str, running: &[String], domain: &str) -> String {
     match nearest_name(node, running.iter().map(String::as_str)) {
         Some(nearest) => format!("did you mean \"{nearest}\"?"),
-        None if running.is_empty() => "none runs at all".to_owned(),
+        None if running.is_empty() => format!("none runs in its domain, {domain}"),
         None => format!("there is: {}", running.join(", ")),
     }
 }

@@ -29,7 +29,7 @@ mod trace;
 mod value;
 
 pub use client::{Client, RunningNode, running_nodes};
-pub use client_error::{ClientError, beside};
+pub use client_error::{ClientError, beside, silence};
 pub use code::Code;
 pub use describing::{DescribedNode, describe_nodes};
 pub use desk::{Begun, Caller, Desk, Operated, Outcome, Ticket};
