@@ -122,7 +122,7 @@ impl Domain {
     pub(crate) fn start_with(&self, arguments: &[&str]) -> Process {
         let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
         command.args(arguments).current_dir(self.0.folder());
-        if !["simulate", "compare", "check"].contains(&arguments[0]) {
+        if !["simulate", "compare", "check", "replay"].contains(&arguments[0]) {
             command.arg("--iceoryx2-config").arg(self.config_file());
         }
         Process::start(command)
