@@ -30,7 +30,7 @@ impl ClockReading {
     }
 
     /// By how much Unix time has moved against the monotonic clock between two readings, in ns.
-    pub fn moved_ns(self, since: Self) -> u64 {
+    pub(crate) fn moved_ns(self, since: Self) -> u64 {
         let expected = since.unix_ns(self.monotonic_ns);
         self.unix_ns.wrapping_sub(expected).cast_signed().unsigned_abs()
     }

@@ -21,6 +21,8 @@ const SCHEMAS: &str = "ros2msg";
 pub(crate) const MARKS_TOPIC: &str = "/isochrone/marks";
 /// Size of a chunk before it is compressed.
 const CHUNK_BYTES: u64 = 1 << 20;
+/// Unix time may move against the monotonic clock by so much before it is read anew.
+const SET_NS: u64 = 1_000_000;
 
 /// The options of every file: chunks are made in memory, so that no half of one is ever in the file, and
 /// compressed in the thread that writes, so that a task on another CPU keeps that CPU.
@@ -205,27 +207,25 @@ impl<W: Write> Writer<W> {
         time_ns: u64,
         message: &[u8],
     ) -> Result<(), WriteError> {
-        let time = self.clock().unix_ns(time_ns);
+        let time = self.clock.unix_ns(time_ns);
         let header = MessageHeader { channel_id, sequence: 0, log_time: time, publish_time: time };
         self.file.write_to_known_channel(&header, message)?;
         self.note_progress(0);
         Ok(())
     }
 
-    /// Takes note that Unix time was set: frames from now on have their times by this reading.
+    /// Follows Unix time where it was set, or has drifted by more than 1 ms: frames from now on have their times
+    /// by this reading then.
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn set_clock(&mut self, clock: ClockReading) -> Result<(), WriteError> {
-        self.file.write_metadata(&clock.metadata())?;
-        self.clock = clock;
-        self.note_progress(0);
+    pub fn follow(&mut self, clock: ClockReading) -> Result<(), WriteError> {
+        if clock.moved_ns(self.clock) > SET_NS {
+            self.file.write_metadata(&clock.metadata())?;
+            self.clock = clock;
+            self.note_progress(0);
+        }
         Ok(())
-    }
-
-    /// The reading by which frames have their times.
-    pub fn clock(&self) -> ClockReading {
-        self.clock
     }
 
     /// Hands everything to the system: whoever kills the process does not take it away. Nothing is

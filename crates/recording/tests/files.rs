@@ -108,7 +108,10 @@ fn marks_and_a_clock_that_was_set_stand_where_they_happened() {
         ..Mark::default()
     };
     writer.mark(&mark).unwrap();
-    writer.set_clock(ClockReading { unix_ns: 5_000, ..CLOCK }).unwrap();
+    // A clock that is disciplined drifts; one that is set jumps.
+    writer.follow(ClockReading { unix_ns: CLOCK.unix_ns - 1_000_000, ..CLOCK }).unwrap();
+    writer.write(level, &frame(3, &[1.0])).unwrap();
+    writer.follow(ClockReading { unix_ns: 5_000, ..CLOCK }).unwrap();
     writer.write(level, &frame(4, &[1.0])).unwrap();
     let bytes = writer.finish().map_err(|(error, _)| error).unwrap();
 
@@ -121,7 +124,10 @@ fn marks_and_a_clock_that_was_set_stand_where_they_happened() {
             other => panic!("none of services: {other:?}"),
         });
     }
-    assert_eq!(seen, ["2000 1795000000000001000", "true", "4002000 4006000"]);
+    assert_eq!(
+        seen,
+        ["2000 1795000000000001000", "true", "3002000 1795000000003001000", "4002000 4006000"]
+    );
 }
 
 #[test]

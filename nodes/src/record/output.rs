@@ -12,9 +12,6 @@ use super::split::Split;
 use crate::failure::Failure;
 use crate::result_file::ResultFile;
 
-/// Unix time that moved against the monotonic clock by so much was set.
-const SET_NS: u64 = 1_000_000;
-
 /// Where frames are written.
 pub(super) struct Output {
     path: PathBuf,
@@ -118,10 +115,7 @@ impl Output {
     /// Hands everything to the system.
     pub(super) fn flush(&mut self) -> Result<(), Broken> {
         let Some(writer) = &mut self.writer else { return Ok(()) };
-        let now = read_clocks();
-        let was_set = now.moved_ns(writer.clock()) > SET_NS;
-        let set = if was_set { writer.set_clock(now) } else { Ok(()) };
-        let flushed = set.and_then(|()| writer.flush());
+        let flushed = writer.follow(read_clocks()).and_then(|()| writer.flush());
         let bytes = writer.bytes();
         if let Some(file) = self.files.last_mut() {
             file.bytes = bytes;

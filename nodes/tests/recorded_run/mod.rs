@@ -1,5 +1,6 @@
 //! A run of two tasks that wire each other, stepped by hand and recorded: an input that fails for a while,
 //! missed cycles, sets, forces, and an online change.
+#![allow(dead_code, reason = "each test file uses a part")]
 
 use std::path::Path;
 

@@ -7,7 +7,7 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_recording::{ChannelId, Entry, RowHead, TaskLayout, WriteError, Writer};
+use isochrone_recording::{ChannelId, Entry, RowHead, WriteError, Writer};
 
 use super::{Capture, RecordingFile, RecordingOutcome};
 use crate::clocks::read_clocks;
@@ -18,8 +18,7 @@ use crate::rows::Place;
 const TURN: Duration = Duration::from_millis(20);
 /// How often everything is handed to the system.
 const FLUSH: Duration = Duration::from_secs(1);
-/// Unix time that moved against the monotonic clock by so much was set.
-const SET_NS: u64 = 1_000_000;
+
 /// What the thread is to do.
 pub(super) enum Job {
     Rows { task: usize, capture: Capture },
@@ -130,10 +129,7 @@ impl<F: RecordingFile> Writing<'_, F> {
             }
             if self.flushed.elapsed() >= FLUSH {
                 self.flushed = Instant::now();
-                let now = read_clocks();
-                if now.moved_ns(self.writer.clock()) > SET_NS {
-                    self.writer.set_clock(now)?;
-                }
+                self.writer.follow(read_clocks())?;
                 self.writer.flush()?;
                 self.desk.lock().outcome.bytes = self.writer.bytes();
             }
@@ -210,18 +206,9 @@ impl<F: RecordingFile> Writing<'_, F> {
             };
             let lost = end.lost_until_end(task.last);
             if lost > 0 {
-                mark(&mut self.writer, layout, end.cycle, lost)?;
+                self.writer.mark_lost_rows(layout, end.cycle, lost, Monotonic.now_ns())?;
             }
         }
         Ok(())
     }
-}
-
-fn mark<F: RecordingFile>(
-    writer: &mut Writer<F>,
-    layout: &TaskLayout,
-    cycle: u64,
-    lost: u64,
-) -> Result<(), WriteError> {
-    writer.mark_lost_rows(layout, cycle, lost, Monotonic.now_ns())
 }
