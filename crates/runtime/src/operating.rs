@@ -1,33 +1,29 @@
 //! What operators do to a running node: shared by the thread that polls it and the one that serves the
 //! requests of others.
 
-use std::collections::{BTreeMap, VecDeque};
-use std::sync::mpsc::Sender;
+mod keeping;
+mod lane;
+
+use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use isochrone_cyclic::{Schedule, ThreadGrant};
-use isochrone_engine::config::PhaseChoice;
 use isochrone_engine::operate::{
     Action, Done, Entry, Operator, Prepared, Reading, Unwritten, Warning,
 };
 use isochrone_engine::{OwnedRules, Plan, Source};
 use isochrone_timing::CycleRecord;
 
-use crate::control::{Followed, Placement};
+use self::keeping::Keeping;
+pub(crate) use self::lane::Lane;
+use crate::control::Placement;
 use crate::error::RequestError;
-use crate::faults::{Active, Faults};
-use crate::journal::{Fate, Journal, JournalError, Mark, Writing};
+use crate::faults::Active;
+use crate::journal::{Journal, JournalError, Writing};
 use crate::new_parts::NewParts;
-use crate::orders::{self, Changeover, Returned};
+use crate::orders::{Changeover, Returned};
 use crate::recorder::Recording;
-use crate::responses::Responses;
 use crate::snapshots::Snapshots;
-use crate::traces::Traced;
-use crate::words::Words;
-
-/// How late a cycle may be before its task is said to stand.
-const PATIENCE_NS: u64 = 1_000_000_000;
 
 /// A request that is on its way to its tasks.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -81,15 +77,8 @@ pub(crate) struct Operating {
     pub(crate) operator: Operator,
     pub(crate) configuration: Configuration,
     pub(crate) lanes: Vec<Lane>,
-    journal: Option<Writing>,
+    keeping: Keeping,
     pub(crate) recording: Option<Recording>,
-    /// What is acknowledged when it is known what has become of its line of the journal.
-    held: VecDeque<(Mark, Done)>,
-    /// How often the journal could not be written, and since which cycle of the first task it cannot be.
-    journal_failures: u64,
-    unwritten_since: Option<u64>,
-    /// What the journal lacks for good, and since which cycle of the first task.
-    lost: Option<(Arc<str>, u64)>,
     epoch_ns: u64,
     has_ended: bool,
     returns: Returns,
@@ -104,28 +93,6 @@ pub(crate) struct Operating {
     arrived: Vec<NewParts>,
 }
 
-/// One task's.
-pub(crate) struct Lane {
-    pub(crate) name: String,
-    pub(crate) schedule: Schedule,
-    pub(crate) phase_choice: PhaseChoice,
-    pub(crate) followed_service: Option<String>,
-    /// The services that it publishes.
-    pub(crate) sends: Vec<String>,
-    pub(crate) orders: orders::Sender,
-    pub(crate) traces: Vec<Traced>,
-    pub(crate) faults: Faults,
-    /// To the log.
-    pub(crate) words: Sender<Arc<Words>>,
-    /// Its last cycle that was seen.
-    pub(crate) last: Option<CycleRecord>,
-    /// Why its CPU was chosen, if the configuration leaves it open.
-    pub(crate) cpu_reason: Option<String>,
-    pub(crate) responses: Responses,
-    /// What the machine granted its thread; `None` while that is set up.
-    pub(crate) grant: Option<ThreadGrant>,
-}
-
 /// The [`Operating`] of a node. It is locked for short work only, and never by a cycle.
 #[derive(Clone)]
 pub(crate) struct Shared(Arc<Mutex<Operating>>);
@@ -138,12 +105,8 @@ impl Shared {
             operator,
             configuration: Configuration { source, sha256, rules, is_changed: false },
             lanes: Vec::new(),
-            journal: None,
+            keeping: Keeping::default(),
             recording: None,
-            held: VecDeque::new(),
-            journal_failures: 0,
-            unwritten_since: None,
-            lost: None,
             epoch_ns: u64::MAX,
             has_ended: false,
             returns: Returns::default(),
@@ -177,61 +140,32 @@ impl Operating {
 
     /// Whether no task runs any more, and all that was done has been told.
     pub(crate) fn is_over(&self) -> bool {
-        self.has_ended && self.held.is_empty()
+        self.has_ended && !self.keeping.holds_any()
     }
 
     /// The first cycle of each task that has not begun.
     pub(crate) fn next_cycles(&self, now_ns: u64) -> Vec<u64> {
-        let next = |lane: &Lane| {
-            let since = now_ns.checked_sub(lane.first_ns(self.epoch_ns));
-            since.map_or(0, |since| since / lane.schedule.period_ns + 1)
-        };
-        self.lanes.iter().map(next).collect()
+        self.lanes.iter().map(|lane| lane.next_cycle(self.epoch_ns, now_ns)).collect()
     }
 
     /// The first cycle of each task that is due at an instant or later.
     pub(crate) fn first_cycles(&self, instant_ns: u64) -> Vec<u64> {
-        let first = |lane: &Lane| {
-            let since_ns = instant_ns.saturating_sub(lane.first_ns(self.epoch_ns));
-            since_ns.div_ceil(lane.schedule.period_ns)
-        };
-        self.lanes.iter().map(first).collect()
+        self.lanes.iter().map(|lane| lane.first_cycle(self.epoch_ns, instant_ns)).collect()
     }
 
     /// When a task's cycle is due, in ns of `CLOCK_MONOTONIC`.
     pub(crate) fn release_ns(&self, task: usize, cycle: u64) -> u64 {
-        self.lanes.get(task).map_or(0, |lane| {
-            let offset_ns = cycle.saturating_mul(lane.schedule.period_ns);
-            lane.first_ns(self.epoch_ns).saturating_add(offset_ns)
-        })
+        self.lanes.get(task).map_or(0, |lane| lane.release_ns(self.epoch_ns, cycle))
     }
 
-    /// How long a task has not run where it should have, in ns: more than a second and three periods after the
-    /// release that follows its last cycle. `None`: it runs.
+    /// How long a task has not run where it should have, in ns, see [`Lane::stands_ns`].
     pub(crate) fn stands_ns(&self, task: usize, now_ns: u64) -> Option<u64> {
-        let lane = self.lanes.get(task)?;
-        let next = lane.last.map_or(0, |last| last.cycle.saturating_add(1));
-        let stands_ns = now_ns.checked_sub(self.release_ns(task, next))?;
-        let patience_ns = lane.schedule.period_ns.saturating_mul(3).saturating_add(PATIENCE_NS);
-        Some(stands_ns).filter(|stands_ns| *stands_ns > patience_ns)
+        self.lanes.get(task)?.stands_ns(self.epoch_ns, now_ns)
     }
 
     /// When a task needs which CPU; `None` before its start.
     pub(crate) fn placement(&self, task: usize) -> Option<Placement> {
-        let lane = self.lanes.get(task)?;
-        let grant = lane.grant.as_ref()?;
-        Some(Placement {
-            cpu: grant.cpu.and_then(|cpu| u32::try_from(cpu).ok()),
-            scheduler: grant.scheduler.clone(),
-            wake: lane.schedule.wake.as_str().to_owned(),
-            first_release_ns: lane.first_ns(self.epoch_ns),
-            longest_watch_ns: lane.schedule.longest_watch_ns(),
-            response_ns: lane.responses.median_ns(),
-            phase_reason: lane.phase_choice.reason().map(str::to_owned),
-            cpu_reason: lane.cpu_reason.clone(),
-            follow: Followed::of(&lane.schedule, lane.followed_service.as_deref()),
-            sends: lane.sends.clone(),
-        })
+        self.lanes.get(task)?.placement(self.epoch_ns)
     }
 
     /// Sends a request to its tasks.
@@ -322,26 +256,27 @@ impl Operating {
             {
                 recording.note(entry, &lane.name);
             }
-            let mark = match (&done, &mut self.journal) {
-                (Done::Applied(entry), Some(journal)) => {
-                    let lane = self.lanes.get(entry.task);
-                    lane.and_then(|lane| journal.note(entry, &lane.name))
-                }
+            let name = match &done {
+                Done::Applied(entry) => self.lanes.get(entry.task).map(|lane| &*lane.name),
                 _ => None,
             };
-            match mark {
-                Some(mark) => self.held.push_back((mark, done)),
-                None => self.hand_out(Told { done, unwritten: None }),
+            if let Some(done) = self.keeping.hold(done, name) {
+                self.hand_out(Told { done, unwritten: None });
             }
         }
-        self.heed_journal();
+        let last = self.lanes.first().and_then(|lane| lane.last);
+        if let Some(standing) = self.keeping.look(last.map_or(0, |last| last.cycle)) {
+            while let Some(told) = self.keeping.next(&standing) {
+                self.hand_out(told);
+            }
+            self.operator.set_unwritten(standing.unwritten);
+        }
     }
 
     /// Writes what is done from now on into a journal that has begun.
     pub(crate) fn keep(&mut self, journal: Journal) -> Result<(), JournalError> {
         self.operator.continue_after(journal.last_transaction());
-        self.journal = Some(Writing::start(journal, self.lanes.len())?);
-        Ok(())
+        self.keeping.start(journal, self.lanes.len())
     }
 
     /// Takes note of a cycle of a task.
@@ -349,70 +284,24 @@ impl Operating {
         let Some(lane) = self.lanes.get_mut(task) else { return };
         lane.last = Some(*record);
         lane.responses.note(record);
-        if let Some(journal) = &mut self.journal {
-            journal.note_cycle(task, &lane.name, record);
-        }
-    }
-
-    /// Acknowledges what the journal has, and what it cannot have now; while it cannot be written, changes are
-    /// refused.
-    fn heed_journal(&mut self) {
-        let Some(journal) = &mut self.journal else { return };
-        let standing = journal.standing();
-        let last = self.lanes.first().and_then(|lane| lane.last);
-        let cycle = last.map_or(0, |last| last.cycle);
-        if self.lost.is_none() {
-            self.lost = standing.lost.clone().map(|lost| (lost, cycle));
-        }
-        match (&standing.unwritten, self.unwritten_since) {
-            (Some(_), None) => {
-                self.unwritten_since = Some(cycle);
-                self.journal_failures += 1;
-            }
-            (None, Some(_)) => self.unwritten_since = None,
-            _ => {}
-        }
-        while let Some((mark, _)) = self.held.front() {
-            let unwritten = match standing.fate(*mark) {
-                Fate::Waits => break,
-                Fate::Written => None,
-                Fate::Unwritten(why) => Some(why),
-            };
-            let Some((_, done)) = self.held.pop_front() else { break };
-            self.hand_out(Told { done, unwritten });
-        }
-        self.operator.set_unwritten(standing.unwritten);
+        self.keeping.note_cycle(task, &lane.name, record);
     }
 
     /// That the journal cannot be written, while it cannot.
     pub(crate) fn journal_alarm(&self) -> Option<Active> {
-        let (meaning, since_cycle, count) = match (self.operator.unwritten(), &self.lost) {
-            (Some(why), _) => {
-                let until = match why {
-                    Unwritten::ForNow(_) => "it can be",
-                    Unwritten::ForGood(_) => "the node is started again",
-                };
-                let meaning = format!("{}; changes are refused until {until}", why.reason());
-                (meaning, self.unwritten_since?, self.journal_failures)
-            }
-            // It is told until the node ends.
-            (None, Some((lost, since))) => (lost.to_string(), *since, 1),
-            (None, None) => return None,
-        };
-        let name = "journal".to_owned();
-        Some(Active { name, code: None, status: None, meaning, since_cycle, count })
+        self.keeping.alarm(self.operator.unwritten())
     }
 
     /// Has the journal end, when the last cycles are noted.
     pub(crate) fn begin_journal_end(&mut self) {
-        if let Some(journal) = self.journal.as_mut().filter(|_| self.has_ended) {
-            journal.begin_end(unix_ns());
+        if self.has_ended {
+            self.keeping.begin_end();
         }
     }
 
     /// The journal, whose end is to be waited for without a lock.
     pub(crate) fn take_journal(&mut self) -> Option<Writing> {
-        self.journal.take()
+        self.keeping.take()
     }
 
     fn hand_out(&mut self, told: Told) {
@@ -454,13 +343,6 @@ impl Operating {
     /// What has come of the service's requests since the last time.
     pub(crate) fn for_service(&mut self) -> Vec<Told> {
         std::mem::take(&mut self.for_service)
-    }
-}
-
-impl Lane {
-    /// When its first cycle is due.
-    fn first_ns(&self, epoch_ns: u64) -> u64 {
-        epoch_ns.saturating_add(self.schedule.phase_ns)
     }
 }
 

@@ -25,4 +25,4 @@ pub use line::{FORMAT, Line, Missed, RunEnd, RunHeader, Unclear};
 pub use lines::JournalLines;
 pub use read::{JournalFile, JournaledRun, Numbered, entry_of_line};
 pub use write::Journal;
-pub(crate) use writing::{Fate, Mark, Writing};
+pub(crate) use writing::{Fate, Mark, Standing, Writing};

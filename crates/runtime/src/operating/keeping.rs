@@ -1,0 +1,113 @@
+//! The journal of a running node: what was done is acknowledged when it is known what has become of its line.
+
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+use isochrone_engine::operate::{Done, Unwritten};
+use isochrone_timing::CycleRecord;
+
+use super::{Told, unix_ns};
+use crate::faults::Active;
+use crate::journal::{Fate, Journal, JournalError, Mark, Standing, Writing};
+
+/// The journal, if there is one, and what waits for it.
+#[derive(Default)]
+pub(super) struct Keeping {
+    journal: Option<Writing>,
+    held: VecDeque<(Mark, Done)>,
+    /// How often the journal could not be written, and since which cycle of the first task it cannot be.
+    failures: u64,
+    unwritten_since: Option<u64>,
+    /// What the journal lacks for good, and since which cycle of the first task.
+    lost: Option<(Arc<str>, u64)>,
+}
+
+impl Keeping {
+    /// Writes into a journal that has begun.
+    pub(super) fn start(&mut self, journal: Journal, tasks: usize) -> Result<(), JournalError> {
+        self.journal = Some(Writing::start(journal, tasks)?);
+        Ok(())
+    }
+
+    pub(super) fn note_cycle(&mut self, task: usize, name: &str, record: &CycleRecord) {
+        if let Some(journal) = &mut self.journal {
+            journal.note_cycle(task, name, record);
+        }
+    }
+
+    /// Writes what was done to a task of this name, and keeps it until its fate is known; returns what needs no
+    /// line.
+    pub(super) fn hold(&mut self, done: Done, name: Option<&str>) -> Option<Done> {
+        let mark = match (&done, name, &mut self.journal) {
+            (Done::Applied(entry), Some(name), Some(journal)) => journal.note(entry, name),
+            _ => None,
+        };
+        let Some(mark) = mark else { return Some(done) };
+        self.held.push_back((mark, done));
+        None
+    }
+
+    /// Whether something waits for its line.
+    pub(super) fn holds_any(&self) -> bool {
+        !self.held.is_empty()
+    }
+
+    /// How the journal stands, in a cycle of the first task; `None`: there is none.
+    pub(super) fn look(&mut self, cycle: u64) -> Option<Standing> {
+        let standing = self.journal.as_mut()?.standing();
+        if self.lost.is_none() {
+            self.lost = standing.lost.clone().map(|lost| (lost, cycle));
+        }
+        match (&standing.unwritten, self.unwritten_since) {
+            (Some(_), None) => {
+                self.unwritten_since = Some(cycle);
+                self.failures += 1;
+            }
+            (None, Some(_)) => self.unwritten_since = None,
+            _ => {}
+        }
+        Some(standing)
+    }
+
+    /// The next that waits no longer: the journal has it, or cannot have it now.
+    pub(super) fn next(&mut self, standing: &Standing) -> Option<Told> {
+        let unwritten = match standing.fate(self.held.front()?.0) {
+            Fate::Waits => return None,
+            Fate::Written => None,
+            Fate::Unwritten(why) => Some(why),
+        };
+        let (_, done) = self.held.pop_front()?;
+        Some(Told { done, unwritten })
+    }
+
+    /// That the journal cannot be written, while it cannot.
+    pub(super) fn alarm(&self, unwritten: Option<&Unwritten>) -> Option<Active> {
+        let (meaning, since_cycle, count) = match (unwritten, &self.lost) {
+            (Some(why), _) => {
+                let until = match why {
+                    Unwritten::ForNow(_) => "it can be",
+                    Unwritten::ForGood(_) => "the node is started again",
+                };
+                let meaning = format!("{}; changes are refused until {until}", why.reason());
+                (meaning, self.unwritten_since?, self.failures)
+            }
+            // It is told until the node ends.
+            (None, Some((lost, since))) => (lost.to_string(), *since, 1),
+            (None, None) => return None,
+        };
+        let name = "journal".to_owned();
+        Some(Active { name, code: None, status: None, meaning, since_cycle, count })
+    }
+
+    /// Has the journal end.
+    pub(super) fn begin_end(&mut self) {
+        if let Some(journal) = &mut self.journal {
+            journal.begin_end(unix_ns());
+        }
+    }
+
+    /// The journal, whose end is to be waited for without a lock.
+    pub(super) fn take(&mut self) -> Option<Writing> {
+        self.journal.take()
+    }
+}

@@ -1,0 +1,90 @@
+//! One task of a running node: when its cycles are due, and the ways to and from them.
+
+use std::sync::Arc;
+use std::sync::mpsc::Sender;
+
+use isochrone_cyclic::{Schedule, ThreadGrant};
+use isochrone_engine::config::PhaseChoice;
+use isochrone_timing::CycleRecord;
+
+use crate::control::{Followed, Placement};
+use crate::faults::Faults;
+use crate::orders;
+use crate::responses::Responses;
+use crate::traces::Traced;
+use crate::words::Words;
+
+/// How late a cycle may be before its task is said to stand.
+const PATIENCE_NS: u64 = 1_000_000_000;
+
+/// One task's.
+pub(crate) struct Lane {
+    pub(crate) name: String,
+    pub(crate) schedule: Schedule,
+    pub(crate) phase_choice: PhaseChoice,
+    pub(crate) followed_service: Option<String>,
+    /// The services that it publishes.
+    pub(crate) sends: Vec<String>,
+    pub(crate) orders: orders::Sender,
+    pub(crate) traces: Vec<Traced>,
+    pub(crate) faults: Faults,
+    /// To the log.
+    pub(crate) words: Sender<Arc<Words>>,
+    /// Its last cycle that was seen.
+    pub(crate) last: Option<CycleRecord>,
+    /// Why its CPU was chosen, if the configuration leaves it open.
+    pub(crate) cpu_reason: Option<String>,
+    pub(crate) responses: Responses,
+    /// What the machine granted its thread; `None` while that is set up.
+    pub(crate) grant: Option<ThreadGrant>,
+}
+
+impl Lane {
+    /// The first cycle that has not begun.
+    pub(super) fn next_cycle(&self, epoch_ns: u64, now_ns: u64) -> u64 {
+        let since = now_ns.checked_sub(self.first_ns(epoch_ns));
+        since.map_or(0, |since| since / self.schedule.period_ns + 1)
+    }
+
+    /// The first cycle that is due at an instant or later.
+    pub(super) fn first_cycle(&self, epoch_ns: u64, instant_ns: u64) -> u64 {
+        instant_ns.saturating_sub(self.first_ns(epoch_ns)).div_ceil(self.schedule.period_ns)
+    }
+
+    /// When a cycle is due, in ns of `CLOCK_MONOTONIC`.
+    pub(super) fn release_ns(&self, epoch_ns: u64, cycle: u64) -> u64 {
+        let offset_ns = cycle.saturating_mul(self.schedule.period_ns);
+        self.first_ns(epoch_ns).saturating_add(offset_ns)
+    }
+
+    /// How long the task has not run where it should have, in ns: more than a second and three periods after
+    /// the release that follows its last cycle. `None`: it runs.
+    pub(super) fn stands_ns(&self, epoch_ns: u64, now_ns: u64) -> Option<u64> {
+        let next = self.last.map_or(0, |last| last.cycle.saturating_add(1));
+        let stands_ns = now_ns.checked_sub(self.release_ns(epoch_ns, next))?;
+        let patience_ns = self.schedule.period_ns.saturating_mul(3).saturating_add(PATIENCE_NS);
+        Some(stands_ns).filter(|stands_ns| *stands_ns > patience_ns)
+    }
+
+    /// When it needs which CPU; `None` before its start.
+    pub(super) fn placement(&self, epoch_ns: u64) -> Option<Placement> {
+        let grant = self.grant.as_ref()?;
+        Some(Placement {
+            cpu: grant.cpu.and_then(|cpu| u32::try_from(cpu).ok()),
+            scheduler: grant.scheduler.clone(),
+            wake: self.schedule.wake.as_str().to_owned(),
+            first_release_ns: self.first_ns(epoch_ns),
+            longest_watch_ns: self.schedule.longest_watch_ns(),
+            response_ns: self.responses.median_ns(),
+            phase_reason: self.phase_choice.reason().map(str::to_owned),
+            cpu_reason: self.cpu_reason.clone(),
+            follow: Followed::of(&self.schedule, self.followed_service.as_deref()),
+            sends: self.sends.clone(),
+        })
+    }
+
+    /// When its first cycle is due.
+    fn first_ns(&self, epoch_ns: u64) -> u64 {
+        epoch_ns.saturating_add(self.schedule.phase_ns)
+    }
+}
