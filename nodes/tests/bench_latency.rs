@@ -137,7 +137,7 @@ fn arms_are_compared_with_the_first_one() {
 #[test]
 fn receivers_that_block_get_the_same_messages() {
     let report = report(
-        "--arms unix,pipe,tcp --wait block --pace 500,back-to-back --values 1,4096 --seconds 0.1 \
+        "--arms unix,pipe,tcp --wait block --pace 500,back-to-back --values 1,4096 --seconds 0.3 \
          --turn 0.1",
     );
     assert_eq!(links(&report).len(), 3 * 2 * 2);
