@@ -102,6 +102,11 @@ impl Written {
                 if numbers::parse_number(&with_point).is_ok() {
                     return Err(format!("decimals have a point, not a comma: {with_point}"));
                 }
+                if let Some((base, here)) = other_base(text) {
+                    return Err(format!(
+                        "a number of base {base} is written as {here}, not {text}"
+                    ));
+                }
                 if has_unit(text) {
                     return Ok(Self::WithUnit(text.to_owned()));
                 }
@@ -143,6 +148,20 @@ fn with_article(value_type: PinType) -> String {
     let article = if value_type == PinType::Int { "an" } else { "a" };
     let article = if value_type == PinType::Lreal { "an" } else { article };
     format!("{article} {value_type}")
+}
+
+/// The base of a number as C and Python write it, such as `0x10`, and how it is written here.
+fn other_base(text: &str) -> Option<(u32, String)> {
+    let lowercase = text.to_ascii_lowercase();
+    let (sign, number) = match lowercase.strip_prefix('-') {
+        Some(number) => ("-", number),
+        None => ("", lowercase.as_str()),
+    };
+    let (base, digits) = [("0x", 16), ("0o", 8), ("0b", 2)]
+        .into_iter()
+        .find_map(|(prefix, base)| Some((base, number.strip_prefix(prefix)?)))?;
+    i64::from_str_radix(&digits.replace('_', ""), base).ok()?;
+    Some((base, format!("{base}#{sign}{}", digits.to_ascii_uppercase())))
 }
 
 /// Whether a text that is no number begins with one, or with the `T#` of a time.
@@ -221,6 +240,9 @@ mod tests {
             ("1,5", "a point, not a comma: 1.5"),
             ("16#XY", "digits of base 16"),
             ("1e400", "1.8e308"),
+            ("0x8f00", "as 16#8F00, not 0x8f00"),
+            ("-0b1_01", "as 2#-1_01, not"),
+            ("0o17", "as 8#17, not"),
         ] {
             let error = written(text).unwrap_err();
             assert!(error.contains(said), "{text}: {error}");
