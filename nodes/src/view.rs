@@ -8,6 +8,7 @@ mod http;
 mod jitter;
 mod pages;
 mod plant;
+mod refusals;
 mod response;
 mod routes;
 mod server;

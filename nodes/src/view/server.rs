@@ -5,22 +5,19 @@ use std::io::ErrorKind;
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, TcpListener, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::mpsc::SyncSender;
 use std::thread;
 use std::time::{Duration, Instant};
 
 use super::response::Response;
 use super::routes::{Answer, answer};
-use super::{View, http, stream};
+use super::{View, http, refusals, stream};
 use crate::failure::Failure;
 
 /// Most connections at a time. An open page takes one, and others for moments.
 const MAX_CONNECTIONS: usize = 64;
-/// So many more are told that there is no place; what comes beyond is dropped.
-const MAX_REFUSED: usize = 16;
 /// How long a request may take to come.
 const PATIENCE: Duration = Duration::from_secs(5);
-/// The same for one that is told that there is no place.
-const SHORT_PATIENCE: Duration = Duration::from_secs(1);
 /// How often a free port is looked for that both addresses have.
 const ATTEMPTS: usize = 16;
 
@@ -70,16 +67,27 @@ impl Listeners {
     /// Serves pages from threads of their own, until the program ends.
     pub(super) fn serve(self, view: &Arc<View>) -> Result<(), Failure> {
         let connections = Arc::new(AtomicUsize::new(0));
+        let refused = refusals::start(&Response::sentence(
+            503,
+            format!(
+                "{MAX_CONNECTIONS} connections are open, which is as many as there can be; close a page"
+            ),
+        ))?;
         for listener in self.listeners {
-            let (view, connections) = (view.clone(), connections.clone());
-            let accept = move || accept(&listener, &view, &connections);
+            let (view, connections, refused) = (view.clone(), connections.clone(), refused.clone());
+            let accept = move || accept(&listener, &view, &connections, &refused);
             super::start_thread("view-listen", accept)?;
         }
         Ok(())
     }
 }
 
-fn accept(listener: &TcpListener, view: &Arc<View>, connections: &Arc<AtomicUsize>) {
+fn accept(
+    listener: &TcpListener,
+    view: &Arc<View>,
+    connections: &Arc<AtomicUsize>,
+    refused: &SyncSender<TcpStream>,
+) {
     /// Where there are no more files to open, some may be closed soon.
     const PAUSE: Duration = Duration::from_millis(100);
     for stream in listener.incoming() {
@@ -88,12 +96,14 @@ fn accept(listener: &TcpListener, view: &Arc<View>, connections: &Arc<AtomicUsiz
             continue;
         };
         let place = Place::take(connections);
-        if place.number >= MAX_CONNECTIONS + MAX_REFUSED {
+        if place.number >= MAX_CONNECTIONS {
+            // Where too many are refused already, the browser sees the connection closed.
+            let _ = refused.try_send(stream);
             continue;
         }
         let view = view.clone();
         let serve = move || {
-            serve(&view, &stream, place.number >= MAX_CONNECTIONS);
+            serve(&view, &stream);
             drop(place);
         };
         // Where no thread can be started, the browser sees the connection closed.
@@ -121,19 +131,12 @@ impl Drop for Place {
 }
 
 /// Answers the one request of a connection.
-fn serve(view: &View, connection: &TcpStream, is_full: bool) {
+fn serve(view: &View, connection: &TcpStream) {
     let _ = connection.set_nodelay(true);
-    let patience = if is_full { SHORT_PATIENCE } else { PATIENCE };
     let mut is_head = false;
-    let response = match http::read(connection, Instant::now() + patience) {
+    let response = match http::read(connection, Instant::now() + PATIENCE) {
         Ok(None) => return,
         Err(refusal) => refusal,
-        Ok(Some(_)) if is_full => Response::sentence(
-            503,
-            format!(
-                "{MAX_CONNECTIONS} connections are open, which is as many as there can be; close a page"
-            ),
-        ),
         Ok(Some(request)) => {
             is_head = request.method == "HEAD";
             match answer(view, &request) {
