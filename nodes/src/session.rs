@@ -11,7 +11,7 @@ mod telemetry;
 mod timing;
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread::{self, JoinHandle};
 
@@ -51,6 +51,8 @@ pub(crate) struct Session {
     orders: Sender<Order>,
     news: Receiver<News>,
     is_over: Arc<AtomicBool>,
+    /// The process of the node; 0: not known.
+    process: Arc<AtomicU32>,
     threads: Vec<JoinHandle<()>>,
 }
 
@@ -72,7 +74,8 @@ impl Session {
             next_entry: next_entry.clone(),
             is_over: is_over.clone(),
         };
-        let ends = is_over.clone();
+        let process = Arc::<AtomicU32>::default();
+        let (ends, of_node) = (is_over.clone(), process.clone());
         let verb = asker.verb;
         let serve = move || match join(&args, &asker, &ends) {
             Ok((participant, link)) => {
@@ -85,13 +88,14 @@ impl Session {
                     wished,
                     watched: Vec::new(),
                     next_entry,
+                    process: of_node,
                     looks: false,
                 };
                 asking.until(&ends, link);
             }
             Err(failure) => drop(started.send(Err(failure))),
         };
-        let mut session = Self { wishes, orders, news, is_over, threads: Vec::new() };
+        let mut session = Self { wishes, orders, news, is_over, process, threads: Vec::new() };
         session.spawn(verb, serve)?;
         session.spawn(&format!("{verb}-changes"), || changes.run())?;
         match has_started.recv() {
@@ -127,6 +131,11 @@ impl Session {
             Err(TryRecvError::Empty) => Err(self.ended()),
             Err(TryRecvError::Disconnected) => Err(self.ended()),
         }
+    }
+
+    /// The process of the node that was last found, where iceoryx2 tells it.
+    pub(crate) fn process(&self) -> Option<u32> {
+        Some(self.process.load(Ordering::Relaxed)).filter(|process| *process != 0)
     }
 
     pub(crate) fn wish(&self, wish: Wish) {

@@ -12,6 +12,7 @@ mod refusals;
 mod response;
 mod routes;
 mod server;
+mod silence;
 mod stream;
 mod writes;
 
@@ -27,9 +28,10 @@ use serde::Serialize;
 use self::access::Access;
 use self::curves::Curves;
 use self::jitter::Jitter;
-use self::pages::Pages;
+use self::pages::{Pages, Wanted};
 use self::plant::{Plant, Text};
 use self::server::Listeners;
+use self::silence::Silence;
 use self::writes::Writer;
 use crate::failure::Failure;
 use crate::operate::{NodeArgs, client};
@@ -76,6 +78,7 @@ struct View {
     refused: Mutex<Text>,
     writer: Option<Writer>,
     is_over: Arc<AtomicBool>,
+    silence: Silence,
 }
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
@@ -108,6 +111,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         refused: Mutex::default(),
         writer,
         is_over: stop.flag(),
+        silence: Silence::new(),
     });
     while !locked(&view.plant).is_known() && !stop.is_due() {
         match session.news()? {
@@ -126,12 +130,17 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         }
         locked(&view.curves).close(now_ns);
         locked(&view.jitter).tick(now_ns);
-        let plant = locked(&view.plant);
-        let wanted = view.pages.values(|name| plant.needed(name));
+        let mut plant = locked(&view.plant);
+        let is_silent = view.silence.lasts(now_ns, plant.longest_wait_ns());
+        if is_silent != plant.is_silent() {
+            plant.set_silent(is_silent.then(|| silence::why(&node.node, session.process())));
+        }
+        let Wanted { names, left_out } = view.pages.values(|name| plant.needed(name));
+        plant.set_left_out(left_out);
         drop(plant);
-        if watched != wanted {
-            watched.clone_from(&wanted);
-            session.wish(Wish::Watch(wanted));
+        if watched != names {
+            watched.clone_from(&names);
+            session.wish(Wish::Watch(names));
         }
         thread::sleep(TURN);
     }
@@ -140,6 +149,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 
 impl View {
     fn take(&self, news: News) {
+        if !matches!(news, News::Lost { .. } | News::Refused { .. }) {
+            self.silence.end();
+        }
         if let News::Timing(samples) = &news {
             // Of tasks that no trace shows every cycle of.
             let mut jitter = locked(&self.jitter);

@@ -3,7 +3,7 @@
 mod domain;
 mod served;
 
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use domain::{Domain, PATIENCE, tank};
 use rustix::process::Signal;
@@ -174,6 +174,58 @@ fn a_node_that_is_killed_is_said_to_be_gone_and_its_curves_go_on_when_it_is_back
     });
     served.process.stop().expect_code(0);
     second.stop().expect_code(0);
+}
+
+#[test]
+fn a_node_that_is_stopped_is_said_to_be_silent_and_how_to_go_on_and_its_curves_show_what_it_missed()
+{
+    let (domain, node) = tank(TANK);
+    let served = Served::start(&domain, "tank");
+    let mut page = served.page(&["scale.y"], &["scale.y"]);
+    let missed = |news: &Value| {
+        let new = news["curves"]["scale.y"].as_array();
+        new.is_some_and(|new| new.iter().any(|it| it[4].as_u64().is_some_and(|it| it & 4 == 4)))
+    };
+    page.until("curves", |news| news["curves"]["scale.y"].is_array());
+    node.signal(Signal::STOP);
+    std::thread::sleep(Duration::from_millis(100));
+    node.signal(Signal::CONT);
+    page.until("curves", missed);
+
+    node.signal(Signal::STOP);
+    let silent = page.until("state", |state| state["state"] == "silent");
+    let why = silent["why"].as_str().unwrap();
+    assert!(why.contains("has said nothing for more than a second"), "{why}");
+    assert!(why.contains(&format!("is stopped: continue it (kill -CONT {})", node.id())), "{why}");
+    page.until("rows", |rows| rows["scale.y"]["value"].is_null());
+    node.signal(Signal::CONT);
+    page.until("state", |state| state["state"] == "runs");
+    page.until("rows", |rows| rows["scale.y"]["value"] == "1");
+    served.process.stop().expect_code(0);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn a_value_for_which_no_room_is_left_says_why_it_is_missing_until_another_page_is_closed() {
+    let many = "[[block]]\nname = \"many\"\ntype = \"SawTooth\"\ncount = 400\nin = { incrementRange = 1 }\n";
+    let (domain, node) = tank(&format!("{TANK}{many}"));
+    let served = Served::start(&domain, "tank");
+    let pins = ["value", "incrementRange", "numberSteps"];
+    let names = pins.iter().flat_map(|pin| (0..400).map(move |n| format!("many.{n}.{pin}")));
+    let names: Vec<_> = names.collect();
+    let mut pages: Vec<_> = names
+        .chunks(120)
+        .map(|part| served.page(&part.iter().map(String::as_str).collect::<Vec<_>>(), &[]))
+        .collect();
+    let last = &mut pages.pop().unwrap();
+    let name = names.last().unwrap();
+    let rows = last.until("rows", |rows| rows[name]["why"].is_string());
+    assert!(rows[name]["why"].as_str().unwrap().contains("more than 1000 values"), "{rows}");
+    assert!(rows[name]["value"].is_null(), "{rows}");
+    drop(pages);
+    last.until("rows", |rows| rows[name]["value"].is_string() && rows[name]["why"].is_null());
+    served.process.stop().expect_code(0);
+    node.stop().expect_code(0);
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! The thread that reads from the node: what is due, and what is wished for.
 
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, Sender};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -16,7 +16,7 @@ use super::changes::entries;
 use super::link::{Link, absence, give, whole};
 use super::news::{News, Order, Read, Wish};
 use crate::failure::Failure;
-use crate::operate::{Asked, NodeArgs, failure};
+use crate::operate::{Asked, NodeArgs, failure, silence};
 
 type Service = ipc::Service;
 
@@ -49,12 +49,15 @@ pub(super) struct Asking {
     pub(super) wished: Receiver<Wish>,
     pub(super) watched: Vec<String>,
     pub(super) next_entry: Arc<AtomicU64>,
+    /// The process of the node; 0: not known.
+    pub(super) process: Arc<AtomicU32>,
     /// The state of the node is wanted at once.
     pub(super) looks: bool,
 }
 
 impl Asking {
     pub(super) fn until(&mut self, is_over: &Arc<AtomicBool>, link: Link) {
+        self.note_process(&link);
         let mut link = Some(link);
         let mut search = Instant::now();
         while !is_over.load(Ordering::Relaxed) {
@@ -64,7 +67,10 @@ impl Asking {
                 // One that was killed would go on being waited for.
                 self.participant.clean_up();
                 match Link::open(&self.participant, &self.node, is_over) {
-                    Ok(open) => link = Some(open),
+                    Ok(open) => {
+                        self.note_process(&open);
+                        link = Some(open);
+                    }
                     Err(error) => self.tell(lost(&error)),
                 }
             }
@@ -90,6 +96,10 @@ impl Asking {
             }
             thread::sleep(TURN);
         }
+    }
+
+    fn note_process(&self, link: &Link) {
+        self.process.store(link.client.process().unwrap_or_default(), Ordering::Relaxed);
     }
 
     fn tell(&self, news: News) {
@@ -197,5 +207,5 @@ impl Asking {
 }
 
 fn lost(error: &ClientError) -> News {
-    News::Lost { absence: absence(error), why: error.to_string() }
+    News::Lost { absence: absence(error), why: silence(error) }
 }

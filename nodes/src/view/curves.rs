@@ -20,20 +20,22 @@ pub(super) struct Interval {
     least: f64,
     greatest: f64,
     last: f64,
-    /// Cycles are missing before its last value.
+    /// Cycles that ran were not received before its last value.
     is_broken: bool,
     /// There was a NaN or an infinity.
     is_unbounded: bool,
+    /// The task missed cycles before its last value.
+    is_missed: bool,
 }
 
 impl Interval {
     fn new(index: u64) -> Self {
         let (least, greatest, last) = (f64::INFINITY, f64::NEG_INFINITY, f64::NAN);
-        Self { index, least, greatest, last, is_broken: false, is_unbounded: false }
+        let (is_broken, is_unbounded, is_missed) = (false, false, false);
+        Self { index, least, greatest, last, is_broken, is_unbounded, is_missed }
     }
 
-    fn add(&mut self, value: f64, is_broken: bool) {
-        self.is_broken |= is_broken;
+    fn add(&mut self, value: f64) {
         self.last = value;
         if value.is_finite() {
             self.least = self.least.min(value);
@@ -47,7 +49,8 @@ impl Interval {
 impl Serialize for Interval {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         let finite = |value: f64| value.is_finite().then_some(value);
-        let flags = u8::from(self.is_broken) | u8::from(self.is_unbounded) << 1;
+        let flags = [self.is_broken, self.is_unbounded, self.is_missed].into_iter().enumerate();
+        let flags = flags.fold(0_u8, |flags, (bit, is_set)| flags | u8::from(is_set) << bit);
         let mut tuple = serializer.serialize_tuple(5)?;
         tuple.serialize_element(&self.index)?;
         for value in [self.least, self.greatest, self.last] {
@@ -64,8 +67,10 @@ struct Curve {
     /// Each with its number among all that were closed.
     closed: VecDeque<(u64, Interval)>,
     open: Option<Interval>,
-    /// Cycles are missing before the next value.
+    /// Cycles that ran were not received before the next value.
     is_broken: bool,
+    /// The task missed cycles before it.
+    is_missed: bool,
 }
 
 /// The curves of a task's signals, in the order of a row's values.
@@ -93,10 +98,17 @@ impl Curves {
         known.names = names;
     }
 
-    /// Cycles are missing before the next row of a task.
+    /// Cycles that ran were not received before the next row of a task.
     pub(super) fn interrupt(&mut self, task: &str) {
         if let Some(task) = self.tasks.get_mut(task) {
             task.curves.iter_mut().for_each(|curve| curve.is_broken = true);
+        }
+    }
+
+    /// A task missed cycles before its next row.
+    pub(super) fn miss(&mut self, task: &str) {
+        if let Some(task) = self.tasks.get_mut(task) {
+            task.curves.iter_mut().for_each(|curve| curve.is_missed = true);
         }
     }
 
@@ -108,8 +120,10 @@ impl Curves {
             if curve.open.is_some_and(|open| open.index != index) {
                 curve.close(&mut self.newest);
             }
-            let is_broken = std::mem::take(&mut curve.is_broken);
-            curve.open.get_or_insert(Interval::new(index)).add(*value, is_broken);
+            let open = curve.open.get_or_insert(Interval::new(index));
+            open.is_broken |= std::mem::take(&mut curve.is_broken);
+            open.is_missed |= std::mem::take(&mut curve.is_missed);
+            open.add(*value);
         }
     }
 
@@ -201,16 +215,21 @@ mod tests {
     }
 
     #[test]
-    fn missing_cycles_and_values_that_are_no_numbers_are_said() {
+    fn cycles_that_are_missing_or_were_missed_and_values_that_are_no_numbers_are_said() {
         let mut curves = curves();
         curves.add("fast", 0, &[1.0, f64::NAN]);
         curves.interrupt("fast");
         curves.add("fast", INTERVAL_NS, &[2.0, f64::INFINITY]);
         curves.add("fast", INTERVAL_NS + 1, &[3.0, -1.0]);
-        curves.close(2 * INTERVAL_NS);
+        curves.miss("fast");
+        curves.add("fast", 2 * INTERVAL_NS, &[3.0, -1.0]);
+        curves.close(3 * INTERVAL_NS);
         let shown = |name| curves.since(name, 0).iter().map(json).collect::<Vec<_>>();
-        assert_eq!(shown("a"), ["[0,1.0,1.0,1.0,0]", "[1,2.0,3.0,3.0,1]"]);
-        assert_eq!(shown("b"), ["[0,null,null,null,2]", "[1,-1.0,-1.0,-1.0,3]"]);
+        assert_eq!(shown("a"), ["[0,1.0,1.0,1.0,0]", "[1,2.0,3.0,3.0,1]", "[2,3.0,3.0,3.0,4]"]);
+        assert_eq!(
+            shown("b"),
+            ["[0,null,null,null,2]", "[1,-1.0,-1.0,-1.0,3]", "[2,-1.0,-1.0,-1.0,4]"]
+        );
     }
 
     #[test]

@@ -12,7 +12,7 @@ const MAX_ROWS: usize = 120;
 /// Most curves of a page.
 const MAX_CURVES: usize = 16;
 /// Values that the node is asked for at a time, however many pages there are, and the length of their names.
-const MAX_VALUES: usize = 1_000;
+pub(super) const MAX_VALUES: usize = 1_000;
 const MAX_NAME_BYTES: usize = 64 * 1024;
 
 /// What a page looks at.
@@ -23,6 +23,14 @@ pub(super) struct Look {
     rows: Vec<String>,
     /// Signals whose curves it shows.
     pub(super) curves: Vec<String>,
+}
+
+/// What the node shall be asked for.
+pub(super) struct Wanted {
+    /// Signals.
+    pub(super) names: Vec<String>,
+    /// Lines for whose values there is no room.
+    pub(super) left_out: BTreeSet<String>,
 }
 
 /// All pages that are open.
@@ -75,23 +83,29 @@ impl Pages {
 
     /// The signals whose values the node is asked for. `expand` gives those that a line needs, none for one
     /// that does not exist.
-    pub(super) fn values(&self, expand: impl Fn(&str) -> Vec<String>) -> Vec<String> {
+    pub(super) fn values(&self, expand: impl Fn(&str) -> Vec<String>) -> Wanted {
         let looks: Vec<_> = locked(&self.looks).values().cloned().collect();
-        let (mut names, mut asked, mut bytes) = (Vec::new(), BTreeSet::new(), 0);
+        let (mut names, mut left_out) = (Vec::new(), BTreeSet::new());
+        let (mut asked, mut bytes) = (BTreeSet::new(), 0);
         // The first line of each page before the second of any.
         let longest = looks.iter().map(|look| look.rows.len()).max().unwrap_or_default();
         let lines =
             (0..longest).flat_map(|line| looks.iter().filter_map(move |it| it.rows.get(line)));
-        for name in lines.flat_map(|row| expand(row)) {
-            bytes += name.len();
-            if names.len() == MAX_VALUES || bytes > MAX_NAME_BYTES {
-                break;
+        for line in lines {
+            let mut new = expand(line);
+            new.retain(|name| !asked.contains(name));
+            let new_bytes: usize = new.iter().map(String::len).sum();
+            let has_room =
+                names.len() + new.len() <= MAX_VALUES && bytes + new_bytes <= MAX_NAME_BYTES;
+            if !has_room {
+                left_out.insert(line.clone());
+                continue;
             }
-            if asked.insert(name.clone()) {
-                names.push(name);
-            }
+            bytes += new_bytes;
+            asked.extend(new.iter().cloned());
+            names.extend(new);
         }
-        names
+        Wanted { names, left_out }
     }
 }
 
@@ -130,17 +144,18 @@ mod tests {
             pages.look(&page.id, look(["a".to_owned(), "b".to_owned()])).unwrap();
         }
         let itself = |name: &str| vec![name.to_owned()];
-        assert_eq!(pages.values(itself), ["a", "b"]);
+        assert_eq!(pages.values(itself).names, ["a", "b"]);
         for (number, page) in open.iter().enumerate() {
             let rows = (0..MAX_ROWS).map(|row| format!("{row}.of.{number}"));
             pages.look(&page.id, look(rows)).unwrap();
         }
-        let values = pages.values(itself);
-        assert_eq!(values.len(), MAX_VALUES);
-        let first_lines = (0..20).all(|number| values.contains(&format!("0.of.{number}")));
+        let Wanted { names, left_out } = pages.values(itself);
+        assert_eq!((names.len(), left_out.len()), (MAX_VALUES, 20 * MAX_ROWS - MAX_VALUES));
+        let first_lines = (0..20).all(|number| names.contains(&format!("0.of.{number}")));
         assert!(first_lines, "each page has a part");
+        assert!(names.iter().all(|name| !left_out.contains(name)), "and the rest is known");
         drop(open);
-        assert!(pages.values(itself).is_empty() && !pages.is_any_open());
+        assert!(pages.values(itself).names.is_empty() && !pages.is_any_open());
     }
 
     #[test]

@@ -1,13 +1,17 @@
 //! What is known of the node, written down once for all pages.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
-use isochrone_runtime::control::{DescribeResult, Force, Role, SignalDescription, Value};
+use isochrone_cyclic::Wake;
+use isochrone_runtime::control::{
+    DescribeResult, Force, Role, SignalDescription, TaskDescription, Value,
+};
 use isochrone_timing::units::duration;
 use serde::Serialize;
 use serde_json::json;
 
+use super::pages::MAX_VALUES;
 use crate::numbers::type_of;
 use crate::operate::{age_of, ok_of, shown};
 use crate::session::{Absence, News, Readings, Target};
@@ -33,10 +37,14 @@ impl Text {
 pub(super) struct Plant {
     node: Option<DescribeResult>,
     lost: Option<(Absence, String)>,
+    /// Why nothing is heard of it, though no request has been in vain yet.
+    silent: Option<String>,
     signals: Vec<SignalDescription>,
     places: HashMap<String, usize>,
     readings: Readings,
     forces: Vec<Force>,
+    /// Lines of the pages for whose values there is no room.
+    left_out: BTreeSet<String>,
     /// The node and its tasks, and whether it answers.
     pub(super) state: Text,
     /// Its signals.
@@ -59,6 +67,9 @@ pub(super) struct Line {
     /// Of an input: how old it is.
     #[serde(skip_serializing_if = "Option::is_none")]
     age: Option<String>,
+    /// Why it has no value, where that is not because of the node.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    why: Option<String>,
 }
 
 impl Plant {
@@ -124,11 +135,41 @@ impl Plant {
         known.as_ref().map(started) != self.node.as_ref().map(started)
     }
 
+    /// Whether nothing is heard of the node.
+    pub(super) fn is_silent(&self) -> bool {
+        self.silent.is_some()
+    }
+
+    /// Nothing is heard of the node, or it is heard of again. What it said last is not true any more.
+    pub(super) fn set_silent(&mut self, why: Option<String>) {
+        self.silent = why;
+        self.readings.forget();
+        self.readings_version += 1;
+        self.write_state();
+    }
+
+    /// How long an answer may take: a task that never sleeps is read when it has run another cycle, ns.
+    pub(super) fn longest_wait_ns(&self) -> u64 {
+        let tasks = self.node.iter().flat_map(|node| &node.tasks);
+        let never_sleeps = |task: &&TaskDescription| {
+            task.placement.as_ref().is_none_or(|placement| placement.wake == Wake::Spin.as_str())
+        };
+        tasks.filter(never_sleeps).map(|task| task.period_ns).max().unwrap_or_default()
+    }
+
+    /// The node is not asked for the values of these lines.
+    pub(super) fn set_left_out(&mut self, left_out: BTreeSet<String>) {
+        if self.left_out != left_out {
+            self.left_out = left_out;
+            self.readings_version += 1;
+        }
+    }
+
     fn write_state(&mut self) {
-        let (state, why) = match &self.lost {
-            None => ("runs", None),
-            Some((Absence::Ended, why)) => ("ended", Some(why)),
-            Some((Absence::Silent, why)) => ("silent", Some(why)),
+        let (state, why) = match (&self.lost, &self.silent) {
+            (None, None) => ("runs", None),
+            (Some((Absence::Ended, why)), _) => ("ended", Some(why)),
+            (Some((Absence::Silent, why)), _) | (None, Some(why)) => ("silent", Some(why)),
         };
         self.state.set(&json!({
             "state": state,
@@ -180,29 +221,49 @@ impl Plant {
     /// after its first cycle, for all of them.
     pub(super) fn needed(&self, name: &str) -> Vec<String> {
         let Some(signal) = self.signal(name) else { return Vec::new() };
-        let tasks = self.node.iter().flat_map(|node| &node.tasks);
-        let waits = |task: &str| tasks.clone().any(|it| it.name == task && it.last_cycle.is_none());
         match signal.role {
-            _ if waits(&signal.task) => Vec::new(),
+            _ if self.has_not_run(&signal.task) => Vec::new(),
             Role::Input => vec![name.to_owned(), ok_of(name), age_of(name)],
             _ => vec![name.to_owned()],
         }
+    }
+
+    fn has_not_run(&self, task: &str) -> bool {
+        let mut tasks = self.node.iter().flat_map(|node| &node.tasks);
+        tasks.any(|it| it.name == task && it.last_cycle.is_none())
+    }
+
+    /// Why a signal has no value, as long as the node answers.
+    fn why_none(&self, signal: &SignalDescription) -> Option<String> {
+        if self.left_out.contains(&signal.name) {
+            return Some(format!(
+                "not read: the open pages show more than {MAX_VALUES} values; close one"
+            ));
+        }
+        self.has_not_run(&signal.task).then(|| format!("task \"{}\" has not run yet", signal.task))
     }
 
     /// A line of the table; `None` if there is no such signal.
     pub(super) fn line(&self, name: &str) -> Option<Line> {
         let signal = self.signal(name)?;
         let value = self.readings.value(name);
+        let is_heard = self.lost.is_none() && self.silent.is_none();
         let age = match (signal.role, self.readings.value(&age_of(name))) {
             (Role::Input, Some(Value::Number(age))) => Some(age_in_words(age)),
             _ => None,
         };
         Some(Line {
             value: value.map(|value| self.in_words(signal, value)),
-            marks: self.readings.marks(signal).letters().iter().filter(|it| **it != ' ').collect(),
+            marks: if is_heard { self.marks(signal) } else { String::new() },
             flags: self.readings.flags(name).to_vec(),
             age,
+            why: (is_heard && value.is_none()).then(|| self.why_none(signal)).flatten(),
         })
+    }
+
+    /// What is to be said of a signal besides its value, in letters.
+    fn marks(&self, signal: &SignalDescription) -> String {
+        self.readings.marks(signal).letters().into_iter().filter(|letter| *letter != ' ').collect()
     }
 
     fn in_words(&self, signal: &SignalDescription, value: Value) -> String {

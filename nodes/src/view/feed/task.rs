@@ -118,6 +118,7 @@ impl Task {
         let Some(mut trace) = self.trace.take() else { return };
         let place = jitter_place(&trace);
         while let Some(row) = trace.next_row() {
+            view.silence.end();
             let jitter = place.and_then(|place| row.timing.get(place)).copied();
             self.take(name, (row.cycle, row.missed, row.release_ns), row.values, jitter, view);
         }
@@ -136,8 +137,12 @@ impl Task {
             if cycle <= last {
                 return;
             }
-            if cycle - last - 1 > missed.saturating_sub(missed_before) {
+            let new_missed = missed.saturating_sub(missed_before);
+            if cycle - last - 1 > new_missed {
                 locked(&view.curves).interrupt(name);
+            }
+            if new_missed > 0 {
+                locked(&view.curves).miss(name);
             }
         }
         self.last = Some((cycle, missed));

@@ -12,7 +12,8 @@ const AXIS = 18;
 const DELAY = 4;
 
 export const BROKEN = 1;
-export const UNBOUNDED = 2;
+const UNBOUNDED = 2;
+export const MISSED = 4;
 
 /** The value range that is drawn. It grows at once and shrinks late, so that the picture does not jump. */
 export class Scale {
@@ -41,14 +42,15 @@ function step(span, most) {
   return [1, 2, 5, 10].map(factor => factor * power).find(size => size >= rough) ?? 10 * power;
 }
 
-/** The least and the greatest value since an interval. */
+/** The least and the greatest value since an interval, and all flags. */
 export function range(intervals, first) {
-  let [least, greatest] = [Infinity, -Infinity];
+  let [least, greatest, all] = [Infinity, -Infinity, 0];
   for (let at = intervals.length - 1; at >= 0 && intervals[at][0] >= first; at--) {
-    const [, low, high] = intervals[at];
+    const [, low, high, , flags] = intervals[at];
     if (low !== null) [least, greatest] = [Math.min(least, low), Math.max(greatest, high)];
+    all |= flags;
   }
-  return [least, greatest];
+  return [least, greatest, all];
 }
 
 /** The first interval that is on the screen. */
@@ -57,19 +59,20 @@ export function firstShown(now, seconds) {
 }
 
 /**
- * Draws the intervals `[index, least, greatest, last, flags]` of the last seconds before `now`. A value holds until the
- * next one; where cycles are missing, nothing is drawn and the gap is shaded.
+ * Draws the intervals `[index, least, greatest, last, flags]` of the last seconds before `now`, whose end the axis calls `axis`.
+ * A value holds until the next one; where cycles did not come, nothing is drawn and the gap is shaded. Where the task
+ * missed cycles its values stayed, and a mark at the upper edge says so.
  */
-export function draw(canvas, { intervals, now, seconds, scale, hasAxis, isLive }) {
+export function draw(canvas, { intervals, now, seconds, scale, axis, isLive }) {
   const area = sheet(canvas);
   if (!area) return;
   const { context, width, height } = area;
   const end = now - DELAY;
   const first = firstShown(now, seconds);
-  const bottom = height - (hasAxis ? AXIS : 0) - BOTTOM;
+  const bottom = height - (axis ? AXIS : 0) - BOTTOM;
   const x = index => LEFT + (width - LEFT - RIGHT) * (index - first) / (end - first);
   scale.fit(...range(intervals, first - 1));
-  grid(context, { x, bottom, width, seconds, end, hasAxis });
+  grid(context, { x, bottom, width, seconds, end, axis });
   if (scale.low === null) {
     if (scale.isBinary || intervals.length === 0) scale.fit(0, -1);
     if (scale.low === null) return;
@@ -84,7 +87,7 @@ export function draw(canvas, { intervals, now, seconds, scale, hasAxis, isLive }
   context.restore();
 }
 
-function grid(context, { x, bottom, width, seconds, end, hasAxis }) {
+function grid(context, { x, bottom, width, seconds, end, axis }) {
   const every = step(seconds, width < 500 ? 4 : 8);
   context.strokeStyle = colour("--faint");
   context.fillStyle = colour("--quiet");
@@ -95,8 +98,8 @@ function grid(context, { x, bottom, width, seconds, end, hasAxis }) {
     const at = Math.round(x(end - ago * INTERVALS_PER_SECOND)) + 0.5;
     context.moveTo(at, TOP);
     context.lineTo(at, bottom);
-    if (!hasAxis) continue;
-    const text = ago === 0 ? "now" : `-${ago} s`;
+    if (!axis) continue;
+    const text = ago === 0 ? axis : `-${ago} s`;
     const half = context.measureText(text).width / 2;
     context.fillText(text, Math.min(at, width - half), bottom + 5);
   }
@@ -124,10 +127,18 @@ function levels(context, { y, scale, width, bottom }) {
 function line(context, { intervals, first, end, x, y, bottom, isBinary, isLive }) {
   let from = intervals.findIndex(([index]) => index >= first);
   from = from < 0 ? intervals.length - 1 : Math.max(0, from - 1);
-  context.fillStyle = colour("--gap");
-  for (let at = Math.max(from, 1); at < intervals.length; at++) {
+  const [gap, bad] = [colour("--gap"), colour("--bad")];
+  for (let at = Math.max(from, 0); at < intervals.length; at++) {
     const [index, , , , flags] = intervals[at];
-    if (flags & BROKEN) context.fillRect(x(intervals[at - 1][0]), TOP, Math.max(2, x(index) - x(intervals[at - 1][0])), bottom - TOP);
+    const before = at > 0 ? intervals[at - 1][0] : index;
+    if (flags & BROKEN || (flags & MISSED && index - before > 1)) {
+      context.fillStyle = gap;
+      context.fillRect(x(before), TOP, Math.max(2, x(index) - x(before)), bottom - TOP);
+    }
+    if (flags & MISSED) {
+      context.fillStyle = bad;
+      context.fillRect(x(index) - 1, TOP, 2, 6);
+    }
   }
   context.strokeStyle = colour("--curve");
   context.lineWidth = 1.4;
@@ -137,10 +148,12 @@ function line(context, { intervals, first, end, x, y, bottom, isBinary, isLive }
   let before = null;
   for (const [index, least, greatest, last, flags] of intervals.slice(Math.max(from, 0))) {
     const at = x(index);
-    if (least === null) {
+    if (flags & UNBOUNDED) {
       // A NaN or an infinity has no place: a mark on the lower edge shows it.
       context.moveTo(at, bottom);
       context.lineTo(at, bottom - 5);
+    }
+    if (least === null) {
       [held, before] = [null, null];
       continue;
     }
@@ -148,6 +161,7 @@ function line(context, { intervals, first, end, x, y, bottom, isBinary, isLive }
     if (held === null || flags & BROKEN) {
       context.moveTo(at, low);
     } else {
+      if (flags & UNBOUNDED) context.moveTo(x(before), held);
       const near = Math.min(low, Math.max(high, held));
       if (isBinary || index - before > 2) context.lineTo(at, held);
       context.lineTo(at, near);

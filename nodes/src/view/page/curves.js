@@ -1,7 +1,7 @@
 // The strips of the chosen signals.
 
-import { byId, ends, make, number, unitOf, write } from "./document.js";
-import { Scale, draw, firstShown, range } from "./chart.js";
+import { byId, clock, ends, make, number, unitOf, write } from "./document.js";
+import { BROKEN, MISSED, Scale, draw, firstShown, range } from "./chart.js";
 
 // What a page may show, and what is kept of a curve.
 export const MOST = 16;
@@ -16,15 +16,18 @@ export class Curves {
     this.now = 0;
     this.seconds = 30;
     this.refused = {};
+    // When the picture was stopped, by the button or with the connection; null: it goes on.
+    [this.pausedAt, this.lostAt] = [null, null];
     byId("span").addEventListener("change", event => {
       this.seconds = Number(event.target.value);
       this.redraw();
     });
     byId("pause").addEventListener("click", event => {
-      this.isPaused = !this.isPaused;
-      for (const strip of this.strips.values()) strip.frozen = this.isPaused ? [...strip.intervals] : null;
-      event.target.setAttribute("aria-pressed", String(this.isPaused));
-      write(event.target, this.isPaused ? "Go on" : "Pause");
+      this.pausedAt = this.pausedAt ? null : this.lostAt ?? clock();
+      const isPaused = this.pausedAt !== null;
+      for (const strip of this.strips.values()) strip.frozen = isPaused ? [...strip.intervals] : null;
+      event.target.setAttribute("aria-pressed", String(isPaused));
+      write(event.target, isPaused ? "Go on" : "Pause");
       this.redraw();
     });
     window.addEventListener("resize", () => this.redraw());
@@ -91,7 +94,15 @@ export class Curves {
 
   /** A connection begins: what was drawn comes again. */
   begin() {
+    this.lostAt = null;
     for (const strip of this.strips.values()) strip.intervals = [];
+  }
+
+  /** The connection is lost: the picture stands. */
+  lose() {
+    this.isLive = false;
+    this.lostAt = clock();
+    this.redraw();
   }
 
   take({ now, curves }) {
@@ -101,7 +112,7 @@ export class Curves {
       strip.intervals.push(...intervals);
       if (strip.intervals.length > KEPT) strip.intervals.splice(0, strip.intervals.length - KEPT);
     }
-    if (this.isPaused) return;
+    if (this.pausedAt) return;
     this.now = now;
     this.redraw();
   }
@@ -132,11 +143,13 @@ export class Curves {
       if (this.now === 0) return;
       for (const { canvas, intervals: newest, frozen, scale, shown, signal } of this.strips.values()) {
         const intervals = frozen ?? newest;
-        const hasAxis = canvas.classList.contains("last");
-        draw(canvas, { intervals, now: this.now, seconds: this.seconds, scale, hasAxis, isLive: this.isLive });
-        const [least, greatest] = range(intervals, firstShown(this.now, this.seconds));
+        const axis = canvas.classList.contains("last") ? this.pausedAt ?? this.lostAt ?? "now" : "";
+        draw(canvas, { intervals, now: this.now, seconds: this.seconds, scale, axis, isLive: this.isLive });
+        const [least, greatest, flags] = range(intervals, firstShown(this.now, this.seconds));
         const isShown = least <= greatest && signal.type !== "BOOL";
-        write(shown, isShown ? `min ${number(least)} · max ${number(greatest)}` : "");
+        const said = [flags & MISSED ? "cycles missed" : "", flags & BROKEN ? "cycles not received" : "",
+          isShown ? `min ${number(least)} · max ${number(greatest)}` : ""];
+        write(shown, said.filter(Boolean).join(" · "));
       }
     });
   }

@@ -58,6 +58,9 @@ export function duration(ns) {
 /** A period in ns, without digits that say nothing. */
 export const period = ns => duration(ns).replace(/(\.\d*?)0+ /, "$1 ").replace(". ", " ");
 
+/** The time of day. */
+export const clock = () => new Date().toTimeString().slice(0, 8);
+
 /** Seconds as days, hours, minutes and seconds; the two greatest of them. */
 export function span(seconds) {
   const parts = [[86400, "d"], [3600, "h"], [60, "min"], [1, "s"]];

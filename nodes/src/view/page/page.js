@@ -1,6 +1,6 @@
 // The page: what the server tells goes to its parts, and what they look at to the server.
 
-import { byId, period, span, write } from "./document.js";
+import { byId, clock, period, span, write } from "./document.js";
 import { Curves, MOST } from "./curves.js";
 import { Setting } from "./setting.js";
 import { Table } from "./table.js";
@@ -22,6 +22,7 @@ const known = { alarms: [], forces: [] };
 let page = null;
 let state = { state: "", node: null };
 let source = null;
+let isLost = false;
 let lookTimer = 0;
 let hiddenTimer = 0;
 
@@ -105,8 +106,7 @@ async function readSignals(version) {
 
 function showState() {
   const { node, state: now, why } = state;
-  if (!node) return;
-  if (source?.readyState !== EventSource.OPEN) return showLost();
+  if (!node || isLost) return;
   const isThere = now === "runs";
   write(byId("node"), node.node);
   document.title = `${node.node} – isochrone view`;
@@ -121,7 +121,7 @@ function showState() {
   write(byId("facts"), facts.filter(Boolean).join(" · "));
   if (!isThere) notice(`${now === "ended" ? "The node is gone" : "The node is silent"}: ${why}. Values come again when it is back.`);
   else if (showState.before && showState.before !== "runs") {
-    const text = `The node came back at ${new Date().toTimeString().slice(0, 8)}.`;
+    const text = `The node came back at ${clock()}.`;
     notice(text, "good");
     setTimeout(() => byId("notice").textContent === text && notice(""), NEWS_MS);
   }
@@ -147,12 +147,14 @@ function notice(text, kind = "") {
 
 /** What is shown is not true any more. */
 function showLost() {
+  if (isLost) return;
+  isLost = true;
   notice("No connection to isochrone view: it has ended, or serves as many pages as it can. Trying again.");
   byId("state").className = "state gone";
   write(byId("state"), "not connected");
   if (state.node) write(byId("facts"), state.node.configuration.file);
   table.forget();
-  curves.isLive = false;
+  curves.lose();
   curves.tell(table.lines);
   if (state.node) tasks.describe(state.node.tasks, false);
   showUnknown();
@@ -161,6 +163,7 @@ function showLost() {
 const handlers = {
   hello: hello => {
     page = hello.page;
+    isLost = false;
     state = { state: "", node: null };
     setting.isWritable = hello.writable;
     told.look = "";
@@ -214,6 +217,7 @@ function connect() {
 function disconnect() {
   source?.close();
   [source, page] = [null, null];
+  showLost();
 }
 
 document.addEventListener("visibilitychange", () => {

@@ -51,7 +51,7 @@ export class Setting {
     if (!signal) return;
     const flags = line?.flags?.length ? `flags ${line.flags.join(" ")}` : "";
     const facts = [signal.role, signal.type, unitOf(signal), `task ${signal.task}`,
-      line?.value ? `now ${line.value}` : "", signal.protected ? "protected" : "", flags];
+      line?.value ? `now ${line.value}` : line?.why ?? "", signal.protected ? "protected" : "", flags];
     write(byId("chosen-facts"), facts.filter(Boolean).join(" · "));
     write(byId("setting-limits"), signal.limits ? `${number(signal.limits[0])} to ${number(signal.limits[1])}` : "");
     const why = this.whyNot();

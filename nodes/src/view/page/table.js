@@ -94,8 +94,8 @@ export class Table {
     const name = make("button", { type: "button" }, ends(signal.name));
     name.addEventListener("click", () => this.chosen(signal));
     const unit = unitOf(signal);
-    const cell = (kind, ...content) => make("td", { className: kind }, ...content);
-    const row = make("tr", { className: "signal" }, cell("plot", plot), cell("marks"), cell("name", name), cell("value", "–"),
+    const cell = (kind, ...content) => make("td", { className: kind, role: "cell" }, ...content);
+    const row = make("tr", { className: "signal", role: "row" }, cell("plot", plot), cell("marks"), cell("name", name), cell("value", "–"),
       cell("unit", unit), cell("worth"), cell("role", signal.role), cell("type", signal.type));
     row.children[4].title = unit;
     row.signal = signal;
@@ -124,10 +124,11 @@ export class Table {
     plot.firstChild.checked = this.isShown(name);
     write(marks, line?.marks ?? "");
     write(value, line?.value ?? "–");
-    value.title = line?.value ?? "";
+    value.title = line?.value ?? line?.why ?? "";
     const words = [];
     if (row.signal.role === "input" && line?.value) words.push(/!/.test(line.marks) ? "not ok" : "ok");
     if (line?.age) words.push(line.age);
+    if (line?.why) words.push(line.why);
     words.push(...(line?.flags ?? []).filter(flag => flag !== "FORCED" || !/F/.test(line.marks)));
     write(worth, words.join(" "));
     worth.title = words.join(" ");

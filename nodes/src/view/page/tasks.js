@@ -25,9 +25,12 @@ export class Tasks {
     }
     for (const task of tasks) {
       const card = this.cards.get(task.name) ?? this.card(task.name);
-      const facts = [`every ${period(task.period_ns)}`, `cycle ${task.last_cycle ?? "–"}`, `missed ${task.missed}`,
-        `overruns ${task.overruns}`];
+      const facts = [`every ${period(task.period_ns)}`, `cycle ${task.last_cycle ?? "–"} · `];
       write(card.facts, isThere ? facts.join(" · ") : facts[0]);
+      for (const what of ["missed", "overruns"]) {
+        write(card[what], isThere ? `${what} ${task[what]}` : "");
+        card[what].className = task[what] > 0 ? "bad count" : "quiet count";
+      }
       const stands = isThere && task.stands_ns ? ` stands for ${Math.floor(task.stands_ns / 1e9)} s` : "";
       write(card.stands, stands);
     }
@@ -35,6 +38,7 @@ export class Tasks {
 
   card(name) {
     const facts = make("span", { className: "quiet" });
+    const [missed, overruns] = [make("span"), make("span")];
     const stands = make("b", { className: "bad" });
     const canvas = make("canvas", { role: "img" });
     const cells = {};
@@ -46,8 +50,8 @@ export class Tasks {
     const table = make("table", {}, make("thead", {}, make("tr", {}, ...heading)),
       make("tbody", {}, row("second", "last second"), row("all", "all seen")));
     const note = make("p", { className: "quiet" });
-    const element = make("div", { className: "task" }, make("h3", {}, name), facts, stands, table, canvas, note);
-    const card = { element, facts, stands, canvas, cells, note };
+    const element = make("div", { className: "task" }, make("h3", {}, name), facts, missed, " ", overruns, stands, table, canvas, note);
+    const card = { element, facts, missed, overruns, stands, canvas, cells, note };
     this.cards.set(name, card);
     byId("task-list").append(element);
     return card;
