@@ -1,153 +1,13 @@
 //! The page of a running node in a browser.
-//!
-//! It needs Chromium and its driver. Without them the test skips itself, but not where `CI` is set.
 
+mod browser;
 mod domain;
 mod served;
 
-use std::io::{Read, Write};
-use std::net::TcpStream;
-use std::process::{Command, Stdio};
-
-use domain::{Domain, Process, not_tested, tank, wait_until};
+use browser::Browser;
+use domain::{Domain, tank, wait_until};
 use serde_json::{Value, json};
 use served::{Served, TANK};
-
-/// A browser, by the WebDriver protocol.
-struct Browser {
-    port: u16,
-    session: String,
-    _driver: Process,
-}
-
-impl Browser {
-    /// Starts one; `None` where there is none.
-    fn start(domain: &Domain) -> Option<Self> {
-        let runs = |program: &str| {
-            let version = Command::new(program).arg("--version").stderr(Stdio::null()).output();
-            version.is_ok_and(|version| version.status.success())
-        };
-        if !runs("chromedriver") || !runs("chromium") {
-            let why = "no chromium and chromedriver on the path; apt-get install chromium-driver";
-            assert!(std::env::var_os("CI").is_none(), "{why}");
-            not_tested("the page of a running node in a browser", why);
-            return None;
-        }
-        let mut command = Command::new("chromedriver");
-        // An ordinary user of a build machine may have no home to write to.
-        command
-            .arg("--port=0")
-            .env("HOME", domain.folder())
-            .env("XDG_CONFIG_HOME", domain.path("c"));
-        command.env("XDG_CACHE_HOME", domain.path("cache")).env("XDG_RUNTIME_DIR", domain.folder());
-        let mut driver = Process::start(command);
-        let mut port = None;
-        driver.wait_until("its port", |stdout, _| {
-            let told =
-                stdout.lines().find_map(|line| line.split_once("started successfully on port "));
-            port = told.and_then(|(_, port)| port.trim_end_matches('.').parse().ok());
-            port.is_some()
-        });
-        let profile = format!("--user-data-dir={}", domain.path("profile").display());
-        let capabilities = json!({ "capabilities": { "alwaysMatch": {
-            "goog:loggingPrefs": { "browser": "ALL" },
-            "goog:chromeOptions": { "args": ["--headless=new", "--no-sandbox", "--disable-gpu",
-                "--disable-dev-shm-usage", "--no-first-run", "--disable-background-networking",
-                "--disable-component-update", "--disable-sync", "--disable-extensions", profile] },
-        } } });
-        let mut browser = Self { port: port.unwrap(), session: String::new(), _driver: driver };
-        let session = browser.call("POST", "", capabilities);
-        browser.session = format!("/{}", session["sessionId"].as_str().unwrap());
-        Some(browser)
-    }
-
-    #[track_caller]
-    fn call(&self, method: &str, path: &str, body: Value) -> Value {
-        let mut stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
-        stream.set_read_timeout(Some(domain::PATIENCE)).unwrap();
-        let (session, body) = (&self.session, body.to_string());
-        write!(
-            stream,
-            "{method} /session{session}{path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\
-             Content-Type: application/json\r\nContent-Length: {}\r\n\r\n{body}",
-            body.len()
-        )
-        .unwrap();
-        let mut answer = Vec::new();
-        // The driver may keep the connection: its answer has a length.
-        let head_end = loop {
-            let mut part = [0; 4096];
-            let count = stream.read(&mut part).unwrap();
-            answer.extend_from_slice(&part[..count]);
-            let end = answer.windows(4).position(|four| four == b"\r\n\r\n");
-            if let Some(end) = end {
-                break end + 4;
-            }
-            assert!(count > 0, "{}", String::from_utf8_lossy(&answer));
-        };
-        let head = String::from_utf8_lossy(&answer[..head_end]).to_ascii_lowercase();
-        let length = head.lines().find_map(|line| line.strip_prefix("content-length:")).unwrap();
-        let length: usize = length.trim().parse().unwrap();
-        while answer.len() < head_end + length {
-            let mut part = [0; 65536];
-            let count = stream.read(&mut part).unwrap();
-            assert!(count > 0, "the driver closed the connection");
-            answer.extend_from_slice(&part[..count]);
-        }
-        let answer: Value = serde_json::from_slice(&answer[head_end..]).unwrap();
-        let value = answer["value"].clone();
-        assert!(value["error"].is_null(), "{path}: {value}");
-        value
-    }
-
-    #[track_caller]
-    fn open(&self, url: &str) {
-        self.call("POST", "/url", json!({ "url": url }));
-    }
-
-    /// What a script returns.
-    #[track_caller]
-    fn run(&self, script: &str) -> Value {
-        self.call("POST", "/execute/sync", json!({ "script": script, "args": [] }))
-    }
-
-    /// Waits until a script returns true.
-    #[track_caller]
-    fn wait_for(&self, what: &str, script: &str) {
-        wait_until(what, || self.run(script) == true);
-    }
-
-    #[track_caller]
-    fn wait_for_text(&self, selector: &str, text: &str) {
-        let (selector, text) = (json!(selector), json!(text));
-        self.wait_for(
-            &format!("{selector} says {text}"),
-            &format!(
-                "return document.querySelector({selector})?.innerText.includes({text}) ?? false"
-            ),
-        );
-    }
-
-    fn resize(&self, width: u32, height: u32) {
-        let params =
-            json!({ "width": width, "height": height, "deviceScaleFactor": 1, "mobile": false });
-        let command = json!({ "cmd": "Emulation.setDeviceMetricsOverride", "params": params });
-        self.call("POST", "/goog/cdp/execute", command);
-    }
-
-    /// What the browser has against the page since the last time.
-    fn complaints(&self) -> Vec<Value> {
-        self.call("POST", "/se/log", json!({ "type": "browser" })).as_array().unwrap().clone()
-    }
-}
-
-impl Drop for Browser {
-    fn drop(&mut self) {
-        if !std::thread::panicking() {
-            self.call("DELETE", "", json!({}));
-        }
-    }
-}
 
 #[test]
 fn curves_move_a_parameter_is_set_and_a_node_that_went_away_comes_back() {
@@ -173,6 +33,12 @@ fn curves_move_a_parameter_is_set_and_a_node_that_went_away_comes_back() {
     let before = browser.run(drawn);
     wait_until("the curve moves", || browser.run(drawn) != before);
     browser.wait_for_text("#task-list", "all seen");
+    browser.run("document.getElementById('pause').click()");
+    browser.wait_for_text("#pause", "Go on");
+    let paused = browser.run(drawn);
+    std::thread::sleep(std::time::Duration::from_millis(200));
+    assert_eq!(browser.run(drawn), paused, "the picture stands");
+    browser.run("document.getElementById('pause').click()");
     browser.wait_for_text("#alarm-list", "level");
 
     browser.run(
@@ -259,6 +125,13 @@ fn the_page_fits_a_screen_and_a_phone_and_a_reader_cannot_set() {
         );
         assert_eq!(unnamed, json!([]), "everything has a name for who cannot see it");
     }
+    let cut = browser.run(
+        "const box = document.getElementById('box').getBoundingClientRect(); \
+         return [...document.querySelector('#table tr.signal').querySelectorAll('.name, .value, .worth, .role')] \
+           .filter(it => !it.checkVisibility() || it.scrollWidth > it.clientWidth + 1 \
+             || it.getBoundingClientRect().right > box.right).map(it => it.className)",
+    );
+    assert_eq!(cut, json!([]), "quality and role are in sight on a phone");
     browser.run(
         "const role = document.getElementById('role'); role.value = 'parameter'; \
          role.dispatchEvent(new Event('change')); document.querySelector('#table tr.signal .name button').click()",
@@ -269,4 +142,21 @@ fn the_page_fits_a_screen_and_a_phone_and_a_reader_cannot_set() {
     drop(browser);
     served.process.stop().expect_code(0);
     node.stop().expect_code(0);
+}
+
+#[test]
+fn a_test_that_fails_leaves_no_browser_and_no_profile() {
+    let domain = Domain::new();
+    let profile = browser::profile(&domain);
+    let failed = std::panic::catch_unwind(|| {
+        let Some(browser) = Browser::start(&domain) else { return };
+        browser.open("about:blank");
+        assert!(profile.exists() && !browser::processes_of(&profile).is_empty());
+        panic!("as a test that fails");
+    });
+    if let Err(why) = failed {
+        assert_eq!(why.downcast_ref(), Some(&"as a test that fails"));
+    }
+    assert_eq!(browser::processes_of(&profile), []);
+    assert!(!profile.exists(), "{}", profile.display());
 }
