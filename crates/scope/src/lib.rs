@@ -23,11 +23,13 @@ mod rows;
 mod shot;
 mod ticks;
 mod trigger;
+mod window;
 
-pub use capture::{Capture, Looked, Observed, Window};
+pub use capture::{Capture, Looked, Observed};
 pub use columns::{Column, Extremes, Span, columns};
 pub use edge::{Condition, Edge};
 pub use rows::{Head, Rows};
 pub use shot::{Gap, Shot, Signal, Track, Triggered};
 pub use ticks::Ticks;
 pub use trigger::{Comparison, Kind, Trigger, TriggerError};
+pub use window::Window;
