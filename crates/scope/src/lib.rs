@@ -23,6 +23,7 @@ mod rows;
 mod shot;
 mod ticks;
 mod trigger;
+mod undrawable;
 mod window;
 
 pub use capture::{Capture, Looked, Observed};
@@ -32,4 +33,5 @@ pub use rows::{Head, Rows};
 pub use shot::{Gap, Shot, Signal, Track, Triggered};
 pub use ticks::Ticks;
 pub use trigger::{Comparison, Kind, Trigger, TriggerError};
+pub use undrawable::Undrawable;
 pub use window::Window;

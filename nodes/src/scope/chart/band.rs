@@ -1,7 +1,7 @@
 //! The curve of one signal, in dots of braille: two columns and four lines of them in each letter.
 
 use isochrone_blocks::PinType;
-use isochrone_scope::{Column, Extremes, Shot, Signal, Span, Track, columns};
+use isochrone_scope::{Column, Extremes, Shot, Signal, Span, Track, Undrawable, columns};
 
 use super::heights::Kind;
 use super::{Grid, Ink, Plot};
@@ -20,6 +20,7 @@ pub(super) struct Band<'a> {
     place: usize,
     signal: &'a Signal,
     extremes: Option<Extremes>,
+    undrawable: Option<Undrawable>,
 }
 
 impl<'a> Band<'a> {
@@ -30,7 +31,8 @@ impl<'a> Band<'a> {
             true => Some(Extremes { low: 0.0, high: 1.0 }),
             false => Extremes::of(all.iter().filter_map(|column| column.values)),
         };
-        Some(Self { track, place, signal, extremes })
+        let undrawable = track.undrawable(place);
+        Some(Self { track, place, signal, extremes, undrawable })
     }
 
     fn is_digital(&self) -> bool {
@@ -56,7 +58,8 @@ impl<'a> Band<'a> {
     fn labels(&self, height: usize, width: usize) -> Vec<(usize, String)> {
         let name = cut_name(&self.signal.name, width).into_owned();
         let Some(Extremes { low, high }) = self.extremes.filter(|_| !self.is_digital()) else {
-            let none = (height > 1 && !self.is_digital()).then(|| (1, "no values".to_owned()));
+            let none = self.undrawable.filter(|_| height > 1 && !self.is_digital());
+            let none = none.map(|why| (1, why.as_str().to_owned()));
             return [(0, name)].into_iter().chain(none).collect();
         };
         let value_type = type_of(&self.signal.value_type);

@@ -4,7 +4,7 @@ use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 
 use super::axis::Axis;
-use super::canvas::{Canvas, Failure};
+use super::canvas::{self, Canvas, Failure};
 use super::form::Form;
 use super::ink::Ink;
 use super::legend::{self, Entry};
@@ -38,18 +38,12 @@ where
 {
     /// The picture as SVG.
     pub(super) fn svg(self, screen: Screen) -> String {
-        let mut text = String::new();
         let (plot, legend) = (screen.plot_height(), legend::height(&self.legend, screen));
         let height = match screen {
             Screen::Wide => plot.max(legend),
             Screen::Narrow => plot + legend,
         };
-        let size = (screen.width(), height);
-        let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
-        let drawn = self.draw(&area, screen);
-        drop(area);
-        debug_assert!(drawn.is_ok(), "a string takes everything: {drawn:?}");
-        text
+        canvas::svg((screen.width(), height), |area| self.draw(area, screen))
     }
 
     fn draw(self, area: &Canvas<'_>, screen: Screen) -> Result<(), Failure> {

@@ -11,7 +11,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use self::band::{
     Band, DASH, FRAME, GAP, GRID, LEFT, LETTERS, RIGHT, SHADE, TOP, TRIGGER, WIDTH, bands, plain,
 };
-use super::canvas::{Canvas, Failure};
+use super::canvas::{self, Canvas, Failure};
 use super::ink::Ink;
 use super::legend::shortened;
 use super::screen::Screen;
@@ -27,13 +27,8 @@ const TIME_LABEL: i32 = 80;
 pub fn shot_svg(title: &str, about: &str, shot: &Shot) -> String {
     let (bands, below) = bands(shot);
     let height = below + BOTTOM;
-    let mut text = String::new();
     let size = (WIDTH as u32, height as u32);
-    let area = SVGBackend::with_string(&mut text, size).into_drawing_area();
-    let drawn = draw(&area, (title, about), shot, &bands, height);
-    drop(area);
-    debug_assert!(drawn.is_ok(), "a string takes everything: {drawn:?}");
-    text
+    canvas::svg(size, |area| draw(area, (title, about), shot, &bands, height))
 }
 
 fn draw(
@@ -176,6 +171,25 @@ mod tests {
             !whole.contains("no values") && !whole.contains("NaN") && !whole.contains("missed"),
             "{whole}"
         );
+    }
+
+    #[test]
+    fn a_picture_is_xml_whatever_a_signal_is_called() {
+        let mut odd = shot(10);
+        odd.tracks[0].signals[0].name = "a\u{fffe}b\u{ffff}c\u{1}d\u{1f600}".into();
+        let svg = shot_svg("", "", &odd);
+        assert!(svg.contains("a\u{fffd}b\u{fffd}c\u{fffd}d\u{1f600}"), "{svg}");
+    }
+
+    #[test]
+    fn a_curve_that_cannot_be_drawn_is_a_word() {
+        let mut odd = shot(0);
+        odd.end_ns = 3_000_000;
+        for cycle in 0..3 {
+            let head = Head { cycle, release_ns: cycle * 1_000_000, ..Head::default() };
+            odd.tracks[0].rows.push(head, &[f64::NEG_INFINITY, 0.0]);
+        }
+        assert!(shot_svg("", "", &odd).contains("infinite\n</text>"), "{}", shot_svg("", "", &odd));
     }
 
     #[test]

@@ -33,6 +33,7 @@ pub(super) const TRIGGER: RGBColor = RGBColor(190, 30, 45);
 /// One signal, from `top` to `bottom`.
 pub(super) struct Band<'a> {
     track: &'a Track,
+    place: usize,
     signal: &'a Signal,
     pub(super) columns: Vec<Column>,
     extremes: Option<Extremes>,
@@ -62,7 +63,7 @@ pub(super) fn bands(shot: &Shot) -> (Vec<Band<'_>>, i32) {
             };
             let top = y + NAME;
             let bottom = top + if is_digital { DIGITAL } else { height };
-            bands.push(Band { track, signal, columns, extremes, top, bottom });
+            bands.push(Band { track, place, signal, columns, extremes, top, bottom });
             y = bottom + GAP;
         }
     }
@@ -110,6 +111,10 @@ impl Band<'_> {
                 let line = [(left, y), (right, y)];
                 area.draw(&DashedPathElement::new(line, DASH.0, DASH.1, TRIGGER.mix(0.6)))?;
             }
+        }
+        if let Some(why) = self.track.undrawable(self.place).filter(|_| !signal.is_digital()) {
+            let style = plain().pos(Pos::new(HPos::Center, VPos::Center));
+            area.draw(&Text::new(why.as_str(), ((left + right) / 2, (top + bottom) / 2), style))?;
         }
         for (x, _) in (left..).zip(columns).filter(|(_, column)| column.is_odd) {
             area.draw(&PathElement::new([(x, *top), (x, top + MARGIN)], TRIGGER))?;
