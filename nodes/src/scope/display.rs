@@ -5,7 +5,7 @@ use std::io::{self, IsTerminal, Write};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span, Text};
 
-use super::chart::{self, Grid, Ink};
+use super::chart::{self, Grid, Ink, Surplus};
 use super::output::Output;
 use super::{Captured, Mode, note_short};
 use crate::failure::Failure;
@@ -51,7 +51,7 @@ impl Display {
                 let (columns, rows) = terminal::size();
                 let heading = captured.heading();
                 let size = (columns, rows.saturating_sub(PROMPT));
-                let grid = chart::draw(&captured.shot, &heading, size);
+                let grid = chart::draw(&captured.shot, &heading, size, Surplus::Drawn);
                 print(&grid)?;
                 note_short(captured);
                 Ok(())
@@ -72,14 +72,15 @@ impl Display {
             let area = frame.area();
             let (columns, rows) = (area.width.into(), usize::from(area.height));
             let size = (columns, rows.saturating_sub(1));
-            let grid = captured.map(|it| chart::draw(&it.shot, &it.heading(), size));
+            let draw = |it: &Captured| chart::draw(&it.shot, &it.heading(), size, Surplus::LeftOut);
+            let grid = captured.map(draw);
             let line = |pieces: Vec<(Ink, String)>| {
                 let spans = pieces.into_iter();
                 Line::from_iter(spans.map(|(ink, text)| Span::styled(text, style(ink, palette))))
             };
             let pieces = grid.iter().flat_map(Grid::lines);
             let mut lines: Vec<Line<'_>> = pieces.map(line).collect();
-            // What the screen has no room for is cut below; the line of the keys is not.
+            // A screen that is lower than any chart is cut below; the line of the keys is not.
             lines.truncate(rows.saturating_sub(1));
             lines.resize(rows.saturating_sub(1), Line::default());
             lines.push(Line::styled(status.to_owned(), palette.selected()));

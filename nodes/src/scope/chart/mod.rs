@@ -31,23 +31,53 @@ pub(super) struct Heading {
     pub(super) about: String,
 }
 
-/// Draws a shot for a terminal of so many columns and lines. Where the bands need more lines, it has more.
-pub(super) fn draw(shot: &Shot, heading: &Heading, (columns, rows): (usize, usize)) -> Grid {
+/// What becomes of bands that a terminal has no lines for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Surplus {
+    /// The chart has more lines than the terminal.
+    Drawn,
+    /// They are left out, and the heading says so.
+    LeftOut,
+}
+
+/// Draws a shot for a terminal of so many columns and lines.
+pub(super) fn draw(
+    shot: &Shot,
+    heading: &Heading,
+    (columns, rows): (usize, usize),
+    surplus: Surplus,
+) -> Grid {
     let (columns, rows) = (columns.max(LEAST.0), rows.max(LEAST.1));
     let mut bands: Vec<Band<'_>> = Vec::new();
     for track in &shot.tracks {
         let places = 0..track.signals.len();
         bands.extend(places.filter_map(|place| Band::of(shot, track, place)));
     }
+    let room = rows.saturating_sub(HEADING + AXIS);
+    let all = bands.len();
+    if surplus == Surplus::LeftOut {
+        while bands.len() > 1 && Heights::of(&bands, room).total() > room {
+            bands.pop();
+        }
+    }
     let widest = bands.iter().map(Band::label_width).max().unwrap_or(0);
     // Names are cut before the curves have less than half of the terminal.
     let gutter = widest.clamp(6, (columns / 2).saturating_sub(2).max(6));
     let plot = Plot { left: gutter + 2, width: columns.saturating_sub(gutter + 2).max(1) };
-    let heights = Heights::of(&bands, rows.saturating_sub(HEADING + AXIS));
+    let heights = Heights::of(&bands, room);
     let height = HEADING + heights.total() + AXIS;
     let mut grid = Grid::new(columns, height);
     grid.text(0, 0, &cut(&heading.title, columns), Ink::Heading);
-    grid.text(0, 1, &cut(&heading.about, columns), Ink::Text);
+    let about = match bands.len() {
+        shown if shown < all => {
+            format!(
+                "{shown} of {all} signals: name fewer or enlarge the terminal; {}",
+                heading.about
+            )
+        }
+        _ => heading.about.clone(),
+    };
+    grid.text(0, 1, &cut(&about, columns), Ink::Text);
     let mut top = HEADING;
     for (index, (band, height)) in bands.iter_mut().zip(heights.each()).enumerate() {
         band.draw(&mut grid, shot, plot, (top, height), Ink::Band(index));
@@ -149,7 +179,7 @@ mod tests {
 
     fn drawn(shot: &Shot, size: (usize, usize)) -> String {
         let heading = Heading { title: "level".into(), about: "cycle 5".into() };
-        draw(shot, &heading, size).plain()
+        draw(shot, &heading, size, Surplus::Drawn).plain()
     }
 
     #[test]
@@ -166,6 +196,20 @@ mod tests {
         }
         let text = drawn(&shot(64, "y"), (80, 23));
         assert!((0..64).all(|place| text.contains(&format!("y{place}"))), "{text}");
+    }
+
+    #[test]
+    fn what_a_screen_has_no_lines_for_is_left_out_and_counted() {
+        let on_screen = |signals| {
+            let heading = Heading { title: "level".into(), about: "cycle 5".into() };
+            draw(&shot(signals, "y"), &heading, (80, 23), Surplus::LeftOut).plain()
+        };
+        let text = on_screen(64);
+        assert_eq!(text.lines().count(), 23, "{text}");
+        let shown = (0..64).filter(|place| text.contains(&format!("y{place} "))).count();
+        let says = format!("{shown} of 64 signals: name fewer or enlarge the terminal; cycle 5");
+        assert!(shown > 8 && text.contains(&says) && text.contains("ms"), "{shown}\n{text}");
+        assert!(!on_screen(6).contains("of 6 signals"), "{}", on_screen(6));
     }
 
     #[test]
