@@ -1,9 +1,10 @@
 //! Which signals are meant, and what a trigger is of.
 
-use isochrone_scope::{Edge, Trigger};
+use isochrone_blocks::PinType;
+use isochrone_scope::{Comparison, Condition, Edge, Trigger};
 
 use crate::failure::Failure;
-use crate::numbers::type_of;
+use crate::numbers::{Digits, shown, type_of};
 use crate::operate::{Written, number};
 
 /// As many as a chart can show.
@@ -22,11 +23,86 @@ pub(super) fn check_count(count: usize) -> Result<(), Failure> {
 /// What a trigger waits for, where its signal has this type and unit.
 pub(super) fn edge(trigger: &Trigger, value_type: &str, unit: &str) -> Result<Edge, Failure> {
     let refused = |why: String| Failure::usage(format!("trigger '{trigger}': {why}"));
+    let pin_type = type_of(value_type);
     let level = trigger.level.as_deref().map(|level| {
         let written = Written::read(level)?;
-        written.of(type_of(value_type), Some(unit)).map(number)
+        written.of(pin_type, Some(unit)).map(number)
     });
     let level = level.transpose().map_err(refused)?;
     let condition = trigger.condition(level, value_type == "BOOL");
-    condition.map(Edge::new).map_err(|error| refused(error.to_string()))
+    let condition = condition.map_err(|error| refused(error.to_string()))?;
+    if let Some((low, high)) = pin_type.range()
+        && !can_fire(condition, pin_type, (low, high))
+    {
+        let [low, high] = [low, high].map(|it| shown(it, pin_type, Digits::Exact));
+        let whole = if pin_type == PinType::Int { "a whole number " } else { "" };
+        return Err(refused(format!(
+            "that never becomes true: {} is {pin_type}, {whole}from {low} to {high}",
+            trigger.signal
+        )));
+    }
+    Ok(Edge::new(condition))
+}
+
+/// Whether a value of a type with such bounds can be on either side of the condition.
+fn can_fire(condition: Condition, pin_type: PinType, (low, high): (f64, f64)) -> bool {
+    match condition {
+        Condition::Compare(Comparison::Equal | Comparison::Unequal, level) => pin_type.holds(level),
+        Condition::Compare(comparison, level) => {
+            comparison.holds(low, level) != comparison.holds(high, level)
+        }
+        Condition::Rising(level) => low < level && level <= high,
+        Condition::Falling(level) => low <= level && level < high,
+        Condition::Changed => true,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_trigger_that_no_value_of_its_type_makes_true_is_refused() {
+        let is_taken = |text: &str, value_type: &str| {
+            edge(&text.parse().unwrap(), value_type, "")
+                .map(drop)
+                .map_err(|failure| failure.report().unwrap().to_string())
+        };
+        for (text, value_type) in [
+            ("n == 1.5", "INT"),
+            ("n != 1.5", "INT"),
+            ("n == 40000", "INT"),
+            ("n > 32767", "INT"),
+            ("n >= 32768", "INT"),
+            ("n < -32768", "INT"),
+            ("n <= 32767", "INT"),
+            ("rising n 32767.5", "INT"),
+            ("falling n 32767", "INT"),
+            ("n == 16#10000", "WORD"),
+            ("n < 0", "WORD"),
+            ("n == 2", "BOOL"),
+        ] {
+            let why = is_taken(text, value_type).unwrap_err();
+            assert!(why.contains("never becomes true"), "{text}: {why}");
+        }
+        let why = is_taken("n == 1.5", "INT").unwrap_err();
+        assert!(why.ends_with("n is INT, a whole number from -32768 to 32767"), "{why}");
+        for (text, value_type) in [
+            ("n > 1.5", "INT"),
+            ("n >= 32767", "INT"),
+            ("n < 32767", "INT"),
+            ("rising n 1.5", "INT"),
+            ("rising n 32767", "INT"),
+            ("n == 16#FFFF", "WORD"),
+            ("n == T#100ms", "TIME"),
+            ("n == true", "BOOL"),
+            ("n > 0", "BOOL"),
+            ("rising n", "BOOL"),
+            ("n == 1.5", "LREAL"),
+            ("n > 1e300", "LREAL"),
+            ("n == 1.5", ""),
+        ] {
+            assert_eq!(is_taken(text, value_type), Ok(()), "{text} {value_type}");
+        }
+    }
 }
