@@ -39,25 +39,29 @@ use crate::{configuration, domain, terminal};
     isochrone scope shot.mcap\n  isochrone scope shift.mcap level.y --trigger 'falling level.y 0.5' -o dip.svg\n\n\
     Triggers: X > 1, X < 1, X >= 1, X <= 1, X == 1, X != 1, `rising X` and `falling X` of a BOOL, \
     `rising X 1.5` and `falling X 1.5` of a number, which has to come from the other side, and `changed X`.\n\n\
-    With --repeat and --auto on a terminal, the chart is drawn anew until q or Ctrl-C. Exit status: 3 if the \
-    node ended before the trigger came, 4 if it did not come within --timeout, 1 if the node ends within a shot or refuses."
+    With --repeat and --auto on a terminal, the chart is drawn anew until q or Ctrl-C.\n\n\
+    Exit status: 0 captured, or left with q or Ctrl-C after a shot; 1 the node or the FILE ended within the shot, which \
+    is shown as far as it goes, the FILE is damaged, or the node refuses (no such signal, or four scopes look \
+    at the task already) or does not answer; 2 the command line is wrong, or the FILE: it cannot be read, or has no such \
+    signal; 3 no such node runs, or it ended before the trigger came; 4 the trigger did not come within --timeout, in \
+    the FILE, or before Ctrl-C."
 )]
 pub(crate) struct Args {
     /// Running control node, or a file to look at: .mcap or .csv
     #[arg(value_name = "NODE|FILE")]
     node: String,
-    /// Signals to show, at most 64; `*` matches within one part of a name. Default: that of the trigger; of
-    /// a file, all
+    /// Signals to show, at most 64; `*` matches within one part of a name. Default: of a node, that of the
+    /// trigger; of a file, all
     #[arg(value_name = "SIGNAL")]
     names: Vec<String>,
     /// What to wait for, such as 'ramp.delayedValue > 1.0'; its signal need not be among those shown
     #[arg(short, long, value_name = "CONDITION")]
     trigger: Option<Trigger>,
     /// How long before the trigger to show: 0, 0.5, 200ms. Default: 200ms
-    #[arg(long, value_name = "TIME", value_parser = parse_history, requires = "trigger", allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = parse_history, requires = "trigger", allow_hyphen_values = true)]
     pre: Option<f64>,
     /// How long from the trigger on to show, or from now on without one
-    #[arg(long, value_name = "TIME", value_parser = parse_seconds, default_value = "1s", allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = parse_time, default_value = "1s", allow_hyphen_values = true)]
     post: f64,
     /// Capture once, then end; this is the default
     #[arg(long, group = "mode")]
@@ -69,7 +73,7 @@ pub(crate) struct Args {
     #[arg(long, group = "mode", conflicts_with = "output")]
     auto: bool,
     /// Give up if the trigger has not come after this time: 10, 500ms, 5min
-    #[arg(long, value_name = "TIME", value_parser = parse_seconds, requires = "trigger", allow_negative_numbers = true)]
+    #[arg(long, value_name = "TIME", value_parser = parse_time, requires = "trigger", allow_hyphen_values = true)]
     timeout: Option<f64>,
     /// Write this file instead of a chart. CSV ("-": to stdout) is for signals of one task
     #[arg(short, long, value_name = "OUT.mcap|OUT.csv|OUT.svg")]
@@ -119,10 +123,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         }
         let output = open()?;
         let look = file::Look { path, names: &args.names, window: args.window() };
-        let captured = look.capture(args.trigger.as_ref())?;
+        let (captured, judged) = look.capture(args.trigger.as_ref())?;
         let tracks = captured.shot.tracks.iter();
         output::check_tasks(output.as_ref(), tracks.map(|track| track.task.as_str()))?;
-        return Display::new(output, None).show(&captured);
+        return Display::new(output, None).show(&captured).and(judged);
     }
     let node = NodeArgs { node: args.node.clone(), domain: args.domain.clone() };
     live::capture(args, &node, open()?)
@@ -131,13 +135,24 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 /// Whether that is a file and no node.
 fn is_file(name: &str) -> bool {
     let has = |ending: &str| name.len() > ending.len() && name.to_lowercase().ends_with(ending);
-    has(".mcap") || has(".csv") || name.contains('/')
+    [".mcap", ".csv", ".svg"].into_iter().any(has) || name.contains('/')
 }
 
 fn parse_history(text: &str) -> Result<f64, String> {
     match text.trim().parse::<f64>() {
         Ok(0.0) => Ok(0.0),
-        _ => parse_seconds(text).map_err(|why| format!("{why}, or 0")),
+        _ => parse_time(text).map_err(|why| format!("{why}, or 0")),
+    }
+}
+
+/// A time may begin with a minus, to be told what is wrong with it, and so may the option behind a time that is
+/// missing.
+fn parse_time(text: &str) -> Result<f64, String> {
+    match text.strip_prefix('-') {
+        Some(rest) if rest.starts_with(|c: char| c == '-' || c.is_ascii_alphabetic()) => {
+            Err("that is an option; give a time before it, such as 0.5, 500ms or 5min".into())
+        }
+        _ => parse_seconds(text),
     }
 }
 
@@ -161,7 +176,7 @@ mod tests {
 
     #[test]
     fn files_and_nodes_are_told_apart_by_their_names() {
-        for file in ["shot.mcap", "a/b", "SHOT.CSV", "./level"] {
+        for file in ["shot.mcap", "a/b", "SHOT.CSV", "shot.svg", "./level"] {
             assert!(is_file(file), "{file}");
         }
         for node in ["level", "mcap", ".csv", "level-2"] {
@@ -174,5 +189,7 @@ mod tests {
         assert_eq!(parse_history("0"), Ok(0.0));
         assert_eq!(parse_history("200ms"), Ok(0.2));
         assert!(parse_history("-1").unwrap_err().ends_with("or 0"));
+        assert!(parse_time("-5ms").unwrap_err().contains("cannot be negative"));
+        assert!(parse_time("--pre").unwrap_err().contains("is an option"));
     }
 }

@@ -100,7 +100,7 @@ impl Shot {
 
     /// The times for which a track has no values, in their order.
     pub fn gaps(&self, track: &Track) -> Vec<Gap> {
-        let (before, after) = self.ends(track);
+        let (before, after) = self.lacks(track);
         let lost = track.after(|head| head.lost > 0, self.end_ns);
         before.into_iter().chain(lost).chain(after).collect()
     }
@@ -114,14 +114,19 @@ impl Shot {
     /// in ns: the most of all tracks.
     pub fn shortened_ns(&self) -> (u64, u64) {
         let long = |gap: Option<Gap>| gap.map_or(0, |it| it.end_ns.saturating_sub(it.begin_ns));
-        let each = self.tracks.iter().map(|track| self.ends(track));
+        let each = self.tracks.iter().map(|track| self.lacks(track));
         each.fold((0, 0), |(begin, end), (before, after)| {
             (begin.max(long(before)), end.max(long(after)))
         })
     }
 
+    /// Whether no track goes on to the end.
+    pub fn ends_early(&self) -> bool {
+        self.tracks.iter().all(|track| self.lacks(track).1.is_some())
+    }
+
     /// What a track lacks at the beginning and at the end, because it was not looked at there.
-    fn ends(&self, track: &Track) -> (Option<Gap>, Option<Gap>) {
+    pub fn lacks(&self, track: &Track) -> (Option<Gap>, Option<Gap>) {
         let Track { period_ns, rows, .. } = track;
         let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
             return (None, Some(Gap { begin_ns: self.begin_ns, end_ns: self.end_ns }));

@@ -3,6 +3,7 @@
 mod recorded;
 mod rows_of_csv;
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use isochrone_engine::operate::Pattern;
@@ -34,6 +35,17 @@ struct Contents {
     begin_ns: Option<u64>,
     end_ns: Option<u64>,
     clock: Option<isochrone_recording::ClockReading>,
+    /// What it says of the cycles around those of a task.
+    around: HashMap<String, Around>,
+}
+
+/// The cycles around those that were captured of a task.
+#[derive(Debug, Clone, Copy, Default)]
+struct Around {
+    /// There were some before.
+    has_history: bool,
+    /// The first one behind.
+    next: Option<Head>,
 }
 
 /// Is given the rows of a file: the track of each, and all of its values.
@@ -46,6 +58,11 @@ trait Readable {
 
     /// Its rows, until it is enough.
     fn rows(&self, each: &mut Each<'_>) -> Result<(), Failure>;
+
+    /// Says that it was not closed. Damage is a failure, for when what there is was shown.
+    fn judge(&self) -> Result<(), Failure> {
+        Ok(())
+    }
 }
 
 /// Whether more rows are wanted.
@@ -62,8 +79,13 @@ type Places = Vec<Vec<usize>>;
 const MOST_VALUES: usize = 1 << 26;
 
 impl Look<'_> {
-    /// Reads what is wanted: all of it, or what lies around the first instant at which a trigger fires.
-    pub(super) fn capture(&self, trigger: Option<&Trigger>) -> Result<Captured, Failure> {
+    /// Reads what is wanted: all of it, or what lies around the first instant at which a trigger fires. It may have
+    /// a failure for when that was shown: the file is damaged, or ends within the shot.
+    pub(super) fn capture(
+        &self,
+        trigger: Option<&Trigger>,
+    ) -> Result<(Captured, Result<(), Failure>), Failure> {
+        self.check_kind()?;
         let is_csv = self.path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("csv"));
         let file: Box<dyn Readable> = if is_csv {
             Box::new(rows_of_csv::read(self.path)?)
@@ -71,25 +93,46 @@ impl Look<'_> {
             Box::new(recorded::read(self.path)?)
         };
         let contents = file.contents();
-        let places = self.chosen(contents, trigger)?;
+        let places = self.chosen(contents)?;
         let shot = match trigger {
             Some(trigger) => self.around(trigger, &*file, contents, &places)?,
             None => self.whole(&*file, contents, &places)?,
         };
-        Ok(Captured { shot, clock: contents.clock })
+        let judged = file.judge().and_then(|()| match trigger {
+            Some(_) if shot.ends_early() => {
+                Err(Failure::found(format!("{} ends within the shot", self.path.display())))
+            }
+            _ => Ok(()),
+        });
+        Ok((Captured { shot, clock: contents.clock }, judged))
+    }
+
+    /// Refuses what cannot be read from its beginning again, or could be waited for without end.
+    fn check_kind(&self) -> Result<(), Failure> {
+        let path = self.path.display();
+        let is_svg = self.path.extension().is_some_and(|it| it.eq_ignore_ascii_case("svg"));
+        match self.path.metadata() {
+            Ok(about) if about.is_dir() => {
+                Err(Failure::usage(format!("{path} is a folder; name an .mcap or a .csv in it")))
+            }
+            Ok(about) if !about.is_file() => Err(Failure::usage(format!(
+                "{path} is no regular file, and scope reads from the beginning more than once: write what comes \
+                 from there to a file first"
+            ))),
+            _ if is_svg => Err(Failure::usage(format!(
+                "{path} is a picture, which has no values any more; scope shows .mcap and .csv"
+            ))),
+            // Whoever opens it says why that does not work.
+            _ => Ok(()),
+        }
     }
 
     /// The places of the signals that are wanted, in the order in which they are named.
-    fn chosen(&self, contents: &Contents, trigger: Option<&Trigger>) -> Result<Places, Failure> {
+    fn chosen(&self, contents: &Contents) -> Result<Places, Failure> {
         let mut places = vec![Vec::new(); contents.tracks.len()];
-        let of_trigger = trigger.filter(|_| self.names.is_empty()).map(|it| it.signal.clone());
         let every = ["*".to_owned()];
-        let is_every = self.names.is_empty() && of_trigger.is_none();
-        let names = match &of_trigger {
-            Some(name) => std::slice::from_ref(name),
-            None if is_every => &every,
-            None => self.names,
-        };
+        let is_every = self.names.is_empty();
+        let names = if is_every { &every } else { self.names };
         for name in names {
             let pattern = Pattern::new(name);
             let mut found = false;
@@ -129,12 +172,12 @@ impl Look<'_> {
     ) -> Result<Shot, Failure> {
         let mut tracks: Vec<Track> = observed(contents, places)
             .into_iter()
-            .map(|of| Track {
-                rows: Rows::new(of.signals.len()),
-                task: of.task,
-                period_ns: of.period_ns,
-                signals: of.signals,
-                ..Track::default()
+            .map(|of| {
+                let around = contents.around.get(&of.task).copied().unwrap_or_default();
+                let Around { has_history, next } = around;
+                let rows = Rows::new(of.signals.len());
+                let (task, period_ns, signals) = (of.task, of.period_ns, of.signals);
+                Track { task, period_ns, signals, rows, has_history, next }
             })
             .collect();
         let (mut chosen, mut values) = (Vec::new(), 0);
@@ -155,6 +198,12 @@ impl Look<'_> {
             Ok(Enough::No)
         })?;
         tracks.retain(|track| !track.rows.is_empty());
+        for Track { rows, next, .. } in &mut tracks {
+            if let (Some(last), Some(next)) = (rows.last(), next) {
+                let between = next.cycle.saturating_sub(last.cycle + 1);
+                next.missed = between.saturating_sub(next.lost);
+            }
+        }
         let begins = tracks.iter().filter_map(|track| track.rows.first());
         let begin_ns = begins.map(|head| head.release_ns).min().unwrap_or_default();
         let begin_ns = contents.begin_ns.unwrap_or(begin_ns);
@@ -233,3 +282,6 @@ fn choose(row: &[f64], places: &[usize], chosen: &mut Vec<f64>) {
     chosen.clear();
     chosen.extend(places.iter().map(|place| row.get(*place).copied().unwrap_or(f64::NAN)));
 }
+
+#[cfg(test)]
+mod tests;

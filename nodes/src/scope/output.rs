@@ -12,10 +12,13 @@ use crate::failure::Failure;
 use crate::result_file::ResultFile;
 use crate::rows::{CYCLE, Rows, TIME};
 
-/// The marks of a shot: the instant that it was captured around, and from where to where it was wanted.
+/// The marks of a shot: the instant that it was captured around, from where to where it was wanted, that a task
+/// had cycles before, and the first cycle of a task behind.
 pub(super) const TRIGGER: &str = "trigger";
 pub(super) const BEGIN: &str = "begin";
 pub(super) const END: &str = "end";
+pub(super) const HISTORY: &str = "history";
+pub(super) const NEXT: &str = "next";
 
 /// A kind of file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -162,6 +165,21 @@ fn write_mcap(captured: &Captured, file: ResultFile, path: &str) -> Result<(), F
         let text = format!("{kind} of what was captured");
         let mark = Mark { time_ns, kind: kind.into(), text, ..Mark::default() };
         writer.mark(&mark).map_err(refused)?;
+    }
+    for track in &shot.tracks {
+        let service = service(shot, &track.task);
+        if track.has_history {
+            let text = "there were cycles before".to_owned();
+            let (kind, service) = (HISTORY.to_owned(), service.clone());
+            let mark = Mark { time_ns: shot.begin_ns, kind, service, text, ..Mark::default() };
+            writer.mark(&mark).map_err(refused)?;
+        }
+        if let Some(Head { cycle, release_ns, lost, .. }) = track.next {
+            let text = "the first cycle behind what was captured".to_owned();
+            let kind = NEXT.to_owned();
+            let mark = Mark { time_ns: release_ns, cycle, count: lost, kind, service, text };
+            writer.mark(&mark).map_err(refused)?;
+        }
     }
     let mut row = Vec::new();
     let mut rows: Vec<_> = shot.tracks.iter().map(|track| track.rows.iter().peekable()).collect();

@@ -1,7 +1,7 @@
 //! What is said of a shot, in words.
 
 use isochrone_engine::escaped;
-use isochrone_scope::{Shot, Triggered};
+use isochrone_scope::{Head, Shot, Track, Triggered, Undrawable};
 use isochrone_timing::units::{counted, duration, period};
 
 use super::Captured;
@@ -15,10 +15,12 @@ impl Captured {
         let node = escaped(&shot.node);
         let title = match &shot.trigger {
             Some(trigger) => format!("{node}: {}", triggered(trigger, shot)),
+            // How long a single row lasts is not known.
+            None if shot.tracks.iter().all(is_instant) => format!("{node}: 1 cycle"),
             None => format!("{node}: {}", duration(shot.duration_ns() as f64)),
         };
         let at = self.clock.map(|clock| time(clock.unix_ns(shot.zero_ns())));
-        let task = |track: &isochrone_scope::Track| match track.period_ns {
+        let task = |track: &Track| match track.period_ns {
             Some(period_ns) => {
                 format!("{} every {}", escaped(&track.task), period(period_ns)).trim().to_owned()
             }
@@ -45,6 +47,10 @@ impl Captured {
     }
 }
 
+fn is_instant(track: &Track) -> bool {
+    track.period_ns.is_none() && track.rows.len() == 1
+}
+
 fn triggered(trigger: &Triggered, shot: &Shot) -> String {
     let is_other = shot.tracks.len() != 1 || shot.tracks.iter().any(|it| it.task != trigger.task);
     let of = if is_other { format!(" of {}", escaped(&trigger.task)) } else { String::new() };
@@ -62,42 +68,105 @@ fn missing(shot: &Shot) -> Option<String> {
 
 /// What a shot lacks, each in a sentence.
 pub(super) fn notes(shot: &Shot) -> Vec<String> {
-    let (begin_ns, end_ns) = shot.shortened_ns();
-    let zero_ns = shot.zero_ns();
-    let long = |ns: u64| period(ns);
-    let begin = (begin_ns > 0).then(|| {
-        let wanted_ns = zero_ns.saturating_sub(shot.begin_ns);
-        let (has, wanted) = (long(wanted_ns.saturating_sub(begin_ns)), long(wanted_ns));
-        format!(
-            "the history is {has} long instead of {wanted}: the trigger came before there was more"
-        )
-    });
-    let idle = shot.tracks.iter().filter(|track| track.rows.is_empty());
-    let idle: Vec<_> = idle.map(|track| escaped(&track.task)).collect();
-    let none =
-        (!idle.is_empty()).then(|| format!("no cycle of {} came within the shot", idle.join(", ")));
-    let end = (end_ns > 0 && none.is_none()).then(|| {
-        let wanted_ns = shot.end_ns.saturating_sub(zero_ns);
-        format!(
-            "the shot ends {} instead of {} after {}",
-            long(wanted_ns.saturating_sub(end_ns)),
-            long(wanted_ns),
-            if shot.trigger.is_some() { "the trigger" } else { "its beginning" }
-        )
-    });
-    let (lost, missed) = shot.missing();
-    let lost = (lost > 0).then(|| {
-        format!("{} of the window did not arrive; they are shaded", counted(lost, "cycle"))
-    });
-    let missed = (missed > 0).then(|| {
-        let missed = counted(missed, "cycle");
-        format!("the task missed {missed}, in which the values before held; {MISSED} marks them")
-    });
     let late = shot.trigger.as_ref().filter(|trigger| trigger.lost > 0).map(|trigger| {
         let lost = counted(trigger.lost, "cycle");
         format!(
             "{lost} did not arrive immediately before the trigger: it may have come in one of them"
         )
     });
-    [begin, end, none, lost, missed, late].into_iter().flatten().collect()
+    let parts = [begins_late(shot), ends_early(shot), lost(shot), missed(shot), late];
+    parts.into_iter().flatten().chain(undrawable(shot)).collect()
+}
+
+/// The tasks that are so, as the end of a phrase; empty if all of them are.
+fn of_those(shot: &Shot, is_so: impl Fn(&Track) -> bool) -> String {
+    let those: Vec<_> = shot.tracks.iter().filter(|track| is_so(track)).map(name).collect();
+    if those.len() == shot.tracks.len() { String::new() } else { format!(" of {}", listed(those)) }
+}
+
+fn begins_late(shot: &Shot) -> Option<String> {
+    let (short_ns, _) = shot.shortened_ns();
+    let of = of_those(shot, |track| shot.lacks(track).0.is_some());
+    let wanted_ns = shot.zero_ns().saturating_sub(shot.begin_ns);
+    Some(match short_ns {
+        0 => return None,
+        _ if wanted_ns == 0 => format!("there is nothing{of} in the first {}", period(short_ns)),
+        _ => format!(
+            "the history{of} is {} long instead of {}: the trigger came before there was more",
+            period(wanted_ns.saturating_sub(short_ns)),
+            period(wanted_ns)
+        ),
+    })
+}
+
+fn ends_early(shot: &Shot) -> Option<String> {
+    let idle = shot.tracks.iter().filter(|track| track.rows.is_empty());
+    let idle: Vec<_> = idle.map(name).collect();
+    if !idle.is_empty() {
+        return Some(format!("no cycle of {} came within the shot", listed(idle)));
+    }
+    let (_, short_ns) = shot.shortened_ns();
+    let of = of_those(shot, |track| shot.lacks(track).1.is_some());
+    let wanted_ns = shot.end_ns.saturating_sub(shot.zero_ns());
+    (short_ns > 0).then(|| {
+        format!(
+            "the shot{of} ends {} instead of {} after {}",
+            period(wanted_ns.saturating_sub(short_ns)),
+            period(wanted_ns),
+            if shot.trigger.is_some() { "the trigger" } else { "its beginning" }
+        )
+    })
+}
+
+fn lost(shot: &Shot) -> Option<String> {
+    let lost = by_task(shot, |head| head.lost).map(|(task, lost)| {
+        let of = if task.is_empty() { String::new() } else { format!(" of {task}") };
+        format!("{}{of}", counted(lost, "cycle"))
+    });
+    let lost: Vec<_> = lost.collect();
+    (!lost.is_empty()).then(|| format!("{} did not arrive; they are shaded", listed(lost)))
+}
+
+fn missed(shot: &Shot) -> Option<String> {
+    let missed = by_task(shot, |head| head.missed);
+    let missed = missed.map(|(task, missed)| format!("{task} missed {}", counted(missed, "cycle")));
+    let missed: Vec<_> = missed.collect();
+    let held = format!("in which the values before held; {MISSED} marks them");
+    (!missed.is_empty()).then(|| format!("{}, {held}", listed(missed)))
+}
+
+/// The tasks with what is not 0 of all of their cycles.
+fn by_task(shot: &Shot, of: impl Fn(&Head) -> u64) -> impl Iterator<Item = (String, u64)> {
+    let each =
+        shot.tracks.iter().map(move |track| (name(track), track.rows.heads().map(&of).sum()));
+    each.filter(|(_, sum)| *sum > 0)
+}
+
+/// The signals of which there is no curve, though there are values. Only NaN is what a `callOB` has that nothing was
+/// given to: the chart says it.
+fn undrawable(shot: &Shot) -> Vec<String> {
+    let reasons = [Undrawable::Infinite, Undrawable::Both];
+    let of = |why: Undrawable| {
+        let names = shot.tracks.iter().flat_map(|track| {
+            let signals = track.signals.iter().enumerate();
+            let those = signals.filter(move |(place, _)| track.undrawable(*place) == Some(why));
+            those.map(|(_, signal)| escaped(&signal.name).into_owned())
+        });
+        let names: Vec<_> = names.collect();
+        (!names.is_empty()).then(|| {
+            format!("no curve can be drawn of {}: {} throughout", listed(names), why.as_str())
+        })
+    };
+    reasons.into_iter().filter_map(of).collect()
+}
+
+fn name(track: &Track) -> String {
+    escaped(&track.task).into_owned()
+}
+
+fn listed(names: Vec<String>) -> String {
+    match names.split_last() {
+        Some((last, rest)) if !rest.is_empty() => format!("{} and {last}", rest.join(", ")),
+        _ => names.concat(),
+    }
 }

@@ -6,11 +6,13 @@ use std::path::Path;
 
 use isochrone_engine::escaped;
 use isochrone_ipc::SignalSpec;
-use isochrone_recording::{ClockReading, Item, Mark, Reader, RecordedFrame, RecordedRow};
+use isochrone_recording::{
+    ClockReading, Condition, Item, Mark, Reader, RecordedFrame, RecordedRow,
+};
 use isochrone_scope::{Head, Observed, Signal, Trigger, Triggered};
 
-use super::super::output::{BEGIN, END, TRIGGER};
-use super::{Contents, Each, Enough, Readable};
+use super::super::output::{BEGIN, END, HISTORY, NEXT, TRIGGER};
+use super::{Around, Contents, Each, Enough, Readable};
 use crate::failure::Failure;
 use crate::recording_file::{judge, open, unreadable};
 use crate::subscribe::channels_of;
@@ -21,6 +23,7 @@ pub(super) struct Recorded<'a> {
     /// Which track the cycles of a channel go to. A service whose signals change has one for each layout.
     places: HashMap<u16, usize>,
     contents: Contents,
+    condition: Condition,
 }
 
 /// What stands in the file for a cycle.
@@ -79,13 +82,13 @@ impl Line<'_> {
         }
     }
 
-    /// The cycle; what the task missed before it is yet to be found.
+    /// The cycle, with all that its task has missed since the start.
     fn head(&self) -> Head {
-        let (cycle, lost) = match self {
-            Self::Frame(frame) => (frame.header.cycle, frame.lost),
-            Self::Row(row) => (row.head.cycle, row.head.lost),
+        let (cycle, lost, missed) = match self {
+            Self::Frame(frame) => (frame.header.cycle, frame.lost, frame.header.missed),
+            Self::Row(row) => (row.head.cycle, row.head.lost, row.head.missed),
         };
-        Head { cycle, release_ns: self.clock().monotonic_ns, lost, missed: 0 }
+        Head { cycle, release_ns: self.clock().monotonic_ns, lost, missed }
     }
 
     fn values(&self, values: &mut Vec<f64>) {
@@ -108,6 +111,7 @@ pub(super) fn read(path: &Path) -> Result<Recorded<'_>, Failure> {
     let mut tracks: BTreeMap<u16, Observed> = BTreeMap::new();
     let mut contents = Contents::default();
     let (mut trigger, mut begin_ns, mut end_ns) = (None, None, None);
+    let mut around: HashMap<String, Around> = HashMap::new();
     let reader = each(
         path,
         |line| {
@@ -119,14 +123,21 @@ pub(super) fn read(path: &Path) -> Result<Recorded<'_>, Failure> {
             Ok(Enough::No)
         },
         |mark| match mark.kind.as_str() {
+            HISTORY => around.entry(task(&mark)).or_default().has_history = true,
+            NEXT => {
+                let (cycle, release_ns, lost) = (mark.cycle, mark.time_ns, mark.count);
+                let next = Head { cycle, release_ns, lost, missed: 0 };
+                around.entry(task(&mark)).or_default().next = Some(next);
+            }
             TRIGGER => trigger = Some(triggered(mark)),
             BEGIN => begin_ns = Some(mark.time_ns),
             END => end_ns = Some(mark.time_ns),
             _ => {}
         },
     )?;
-    judge(path, reader.condition())?;
+    let condition = reader.condition().clone();
     if tracks.is_empty() {
+        judge(path, &condition)?;
         let path = path.display();
         return Err(match reader.other_messages() {
             0 => Failure::found(format!("{path} has no frames")),
@@ -142,11 +153,12 @@ pub(super) fn read(path: &Path) -> Result<Recorded<'_>, Failure> {
         let plain = |task: &str| task.strip_prefix(&prefix).unwrap_or(task).to_owned();
         tracks.values_mut().for_each(|track| track.task = plain(&track.task));
         trigger = trigger.map(|it: Triggered| Triggered { task: plain(&it.task), ..it });
+        around = around.into_iter().map(|(task, around)| (plain(&task), around)).collect();
     }
     let places = tracks.keys().copied().zip(0..).collect();
     let tracks = tracks.into_values().collect();
-    let contents = Contents { tracks, trigger, begin_ns, end_ns, ..contents };
-    Ok(Recorded { path, places, contents })
+    let contents = Contents { tracks, trigger, begin_ns, end_ns, around, ..contents };
+    Ok(Recorded { path, places, contents, condition })
 }
 
 fn each(
@@ -179,30 +191,34 @@ impl Readable for Recorded<'_> {
 
     fn rows(&self, give: &mut Each<'_>) -> Result<(), Failure> {
         let mut values = Vec::new();
-        let mut newest_ns: HashMap<usize, u64> = HashMap::new();
+        let mut newest: HashMap<usize, Head> = HashMap::new();
         let line = |line: Line<'_>| {
             let Some(track) = self.places.get(&line.channel()).copied() else {
                 return Ok(Enough::No);
             };
-            let period_ns = self.contents.tracks.get(track).and_then(|track| track.period_ns);
-            let mut head = line.head();
-            let before_ns = newest_ns.get(&track).copied();
+            let head = line.head();
+            let before = newest.get(&track).copied();
             // The last frame of a node that ends may be sent again, and what follows a restart does not go
             // back in time.
-            if before_ns.is_some_and(|before_ns| before_ns >= head.release_ns) {
+            if before.is_some_and(|before| before.release_ns >= head.release_ns) {
                 return Ok(Enough::No);
             }
-            newest_ns.insert(track, head.release_ns);
-            if let (Some(before_ns), Some(period_ns)) = (before_ns, period_ns) {
-                let after_ns = (head.release_ns - before_ns).saturating_add(period_ns / 2);
-                let skipped = (after_ns / period_ns).saturating_sub(1);
-                head.missed = skipped.saturating_sub(head.lost);
-            }
+            newest.insert(track, head);
+            let missed = before.map_or(0, |before| head.missed.saturating_sub(before.missed));
             line.values(&mut values);
-            give(track, head, &values)
+            give(track, Head { missed, ..head }, &values)
         };
         each(self.path, line, |_| {}).map(drop)
     }
+
+    fn judge(&self) -> Result<(), Failure> {
+        judge(self.path, &self.condition)
+    }
+}
+
+/// The task, or the service, that a mark is of.
+fn task(mark: &Mark) -> String {
+    escaped(&mark.service).into_owned()
 }
 
 /// The instant that a shot was captured around. Its level is shown where it can be read as a number.
@@ -210,7 +226,7 @@ fn triggered(mark: Mark) -> Triggered {
     let trigger = mark.text.parse::<Trigger>().ok();
     let level = trigger.as_ref().and_then(|it| it.level.as_deref()?.parse().ok());
     Triggered {
-        task: escaped(&mark.service).into_owned(),
+        task: task(&mark),
         cycle: mark.cycle,
         release_ns: mark.time_ns,
         signal: trigger.map(|trigger| trigger.signal).unwrap_or_default(),
