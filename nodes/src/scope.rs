@@ -8,6 +8,7 @@ mod live;
 mod output;
 mod probes;
 mod told;
+mod wanted;
 
 use std::path::{Path, PathBuf};
 

@@ -195,6 +195,11 @@ impl Capture {
         self.found.is_some()
     }
 
+    /// The trigger that came, if its shot is not taken yet.
+    pub fn triggered(&self) -> Option<&Triggered> {
+        self.found.as_ref()?.trigger.as_ref()
+    }
+
     /// The shot of the trigger that came, as far as it has come; then it waits for the next one.
     pub fn take(&mut self) -> Option<Shot> {
         let Found { at_ns, trigger } = self.found.take()?;

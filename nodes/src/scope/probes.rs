@@ -5,133 +5,59 @@ use std::rc::Rc;
 use std::time::{Duration, Instant};
 
 use isochrone_ipc::{Participant, ipc};
-use isochrone_runtime::control::{Client, ClientError, Trace, signals_by_task};
-use isochrone_scope::{Capture, Edge, Head, Looked, Observed, Signal, Trigger};
+use isochrone_runtime::control::{Client, ClientError, Code, Trace};
+use isochrone_scope::{Capture, Head, Looked, Observed, Signal, Trigger};
 use isochrone_timing::units::counted;
 
-use super::chosen::{MOST, check_count, edge};
-use crate::failure::Failure;
+use super::wanted::Wanted;
 use crate::numbers::six_digits;
-use crate::operate::{Asked, failure};
 
 /// Between two tries to connect to a port where that failed.
 const CARE_INTERVAL: Duration = Duration::from_millis(100);
-
-/// What is wanted of a node.
-pub(super) struct Wanted {
-    /// The tasks with the signals that are shown.
-    pub(super) tasks: Vec<(String, Vec<String>)>,
-    trigger: Option<Of>,
-}
-
-/// The signal of a trigger.
-struct Of {
-    task: usize,
-    name: String,
-    edge: Edge,
-}
-
-impl Wanted {
-    /// Finds the signals of names and globs, and that of the trigger, which alone is shown without any
-    /// names.
-    pub(super) fn find(
-        client: &mut Client,
-        names: &[String],
-        trigger: Option<&Trigger>,
-    ) -> Result<Self, Failure> {
-        let look = |error| failure(error, Asked::ToLook);
-        let mut shown: Vec<&str> = names.iter().map(String::as_str).collect();
-        match trigger {
-            Some(trigger) if shown.is_empty() => shown.push(&trigger.signal),
-            None if shown.is_empty() => {
-                let node = client.node();
-                return Err(Failure::usage(format!(
-                    "name the signals to show, such as 'ramp.*'; `isochrone show {node}` prints those there are"
-                )));
-            }
-            _ => {}
-        }
-        let found = signals_by_task(client, &shown).map_err(look)?;
-        check_count(found.iter().map(|(_, signals)| signals.len()).sum())?;
-        let names = |signals: Vec<_>| {
-            let names = signals.into_iter();
-            names.map(|it: isochrone_runtime::control::SignalDescription| it.name).collect()
-        };
-        let mut tasks: Vec<(String, Vec<String>)> =
-            found.into_iter().map(|(task, signals)| (task, names(signals))).collect();
-        let Some(trigger) = trigger else { return Ok(Self { tasks, trigger: None }) };
-        let found = signals_by_task(client, &[&trigger.signal]).map_err(look)?;
-        let mut signals = found.into_iter().flat_map(|(_, signals)| signals);
-        let (Some(signal), None) = (signals.next(), signals.next()) else {
-            return Err(Failure::usage(format!(
-                "trigger '{trigger}': \"{}\" stands for several signals; name one",
-                trigger.signal
-            )));
-        };
-        let edge = edge(trigger, &signal.value_type, signal.unit.as_deref().unwrap_or_default())?;
-        // A trace that is full has no room for it: then it has one of its own.
-        let has_room = |(task, names): &(String, Vec<String>)| {
-            *task == signal.task && (names.len() < MOST || names.contains(&signal.name))
-        };
-        let task = tasks.iter().position(has_room).unwrap_or_else(|| {
-            tasks.push((signal.task.clone(), Vec::new()));
-            tasks.len() - 1
-        });
-        Ok(Self { tasks, trigger: Some(Of { task, name: signal.name, edge }) })
-    }
-
-    /// The tasks of which signals are shown.
-    pub(super) fn shown_tasks(&self) -> Vec<&str> {
-        let shown = self.tasks.iter().filter(|(_, names)| !names.is_empty());
-        shown.map(|(task, _)| task.as_str()).collect()
-    }
-
-    /// Which trace has the trigger's signal, at which place of a row, and what to wait for.
-    pub(super) fn trigger(&self) -> Option<((usize, usize), Edge)> {
-        let of = self.trigger.as_ref()?;
-        let (_, names) = self.tasks.get(of.task)?;
-        // Behind what is shown, unless it is shown itself.
-        let place = names.iter().position(|name| *name == of.name).unwrap_or(names.len());
-        Some(((of.task, place), of.edge))
-    }
-
-    /// The names that the trace of a task has, in their order.
-    fn traced(&self, task: usize) -> Vec<String> {
-        let mut names = self.tasks.get(task).map(|(_, names)| names.clone()).unwrap_or_default();
-        if let Some(of) = self.trigger.as_ref().filter(|of| of.task == task)
-            && !names.contains(&of.name)
-        {
-            names.push(of.name.clone());
-        }
-        names
-    }
-}
+/// How long a renewal waits for its answer: no row is read and no key meanwhile.
+const ANSWER: Duration = Duration::from_millis(500);
+/// The same for a new trace, which the node has to open a service for.
+const OPENING: Duration = Duration::from_secs(5);
+/// Between two tries after one that failed.
+const RETRY_INTERVAL: Duration = Duration::from_millis(500);
+/// A node without an answer for so long is said not to answer.
+const SILENCE: Duration = Duration::from_secs(2);
 
 /// A trace for each task.
-pub(super) struct Probes {
+pub(super) struct Probes<'a> {
+    participant: &'a Participant<ipc::Service>,
+    client: Rc<RefCell<Client>>,
     probes: Vec<Probe>,
     cared: Instant,
+    /// When the node is asked again after it did not do what it was asked for.
+    retry: Instant,
+    /// Since when it does not answer.
+    silent: Option<Instant>,
+    /// Why it has no room for a new trace.
+    refused: Option<String>,
 }
 
 struct Probe {
     trace: Trace,
     /// What the row before said.
     missed: Option<u64>,
+    has_ended: bool,
 }
 
-impl Probes {
+impl<'a> Probes<'a> {
     /// Begins to trace.
     pub(super) fn open(
-        participant: &Participant<ipc::Service>,
+        participant: &'a Participant<ipc::Service>,
         client: &Rc<RefCell<Client>>,
         wanted: &Wanted,
     ) -> Result<Self, ClientError> {
         let open = |task| {
             let trace = Trace::open(participant, client, wanted.traced(task))?;
-            Ok(Probe { trace, missed: None })
+            Ok(Probe { trace, missed: None, has_ended: false })
         };
         let probes = (0..wanted.tasks.len()).map(open).collect::<Result<_, ClientError>>()?;
-        Ok(Self { probes, cared: Instant::now() })
+        let (client, now, silent, refused) = (client.clone(), Instant::now(), None, None);
+        Ok(Self { participant, client, probes, cared: now, retry: now, silent, refused })
     }
 
     /// What there is to see, in the order of the tasks.
@@ -149,18 +75,77 @@ impl Probes {
         .collect()
     }
 
-    /// Keeps the traces going.
+    /// Keeps the traces going. Those that have ended [begin anew](Self::reopen), after their rows were taken.
     pub(super) fn care(&mut self) -> Result<(), ClientError> {
         let is_due = self.cared.elapsed() >= CARE_INTERVAL;
         if is_due {
             self.cared = Instant::now();
         }
-        self.probes.iter_mut().try_for_each(|probe| {
+        let mut cared = Ok(());
+        self.client.borrow_mut().wait_for(ANSWER);
+        for probe in &mut self.probes {
             if is_due {
                 probe.trace.maintain();
             }
-            probe.trace.renew()
-        })
+            probe.has_ended |= probe.trace.has_ended();
+            if cared.is_ok() && !probe.has_ended && Instant::now() >= self.retry {
+                match probe.trace.renew() {
+                    Err(ClientError::Refused(_)) => probe.has_ended = true,
+                    renewed => cared = renewed,
+                }
+            }
+        }
+        self.outcome(cared)
+    }
+
+    /// Begins those traces anew that have ended: the node stood still for longer than it keeps a trace, or this
+    /// process did.
+    pub(super) fn reopen(&mut self) -> Result<(), ClientError> {
+        if Instant::now() < self.retry || !self.probes.iter().any(|probe| probe.has_ended) {
+            return Ok(());
+        }
+        self.client.borrow_mut().wait_for(OPENING);
+        let participant = self.participant;
+        let reopened =
+            self.probes.iter_mut().filter(|probe| probe.has_ended).try_for_each(|probe| {
+                probe.trace.reopen(participant)?;
+                probe.has_ended = false;
+                Ok(())
+            });
+        self.outcome(reopened)
+    }
+
+    /// Goes on where the node does not answer, or has no room at the moment.
+    fn outcome(&mut self, asked: Result<(), ClientError>) -> Result<(), ClientError> {
+        let now = Instant::now();
+        match asked {
+            // It may not have been asked at all.
+            Ok(()) if now < self.retry => return Ok(()),
+            Ok(()) if self.probes.iter().any(|probe| probe.has_ended) => self.silent = None,
+            Ok(()) => (self.silent, self.refused) = (None, None),
+            Err(ClientError::NoAnswer { .. }) => {
+                self.silent.get_or_insert(now);
+                self.retry = now + RETRY_INTERVAL;
+            }
+            Err(ClientError::Refused(why)) if why.code == Code::Busy => {
+                self.refused = Some(why.message);
+                self.retry = now + RETRY_INTERVAL;
+            }
+            Err(error) => return Err(error),
+        }
+        Ok(())
+    }
+
+    /// Why no rows come at the moment.
+    pub(super) fn trouble(&self) -> Option<String> {
+        let node = self.client.borrow().node().to_owned();
+        match (&self.silent, &self.refused) {
+            (Some(since), _) if since.elapsed() >= SILENCE => {
+                Some(format!("node \"{node}\" does not answer; waiting for it"))
+            }
+            (None, Some(why)) => Some(format!("node \"{node}\": {why}; trying again")),
+            _ => None,
+        }
     }
 
     /// Takes the rows that wait, until it is enough.
@@ -179,11 +164,6 @@ impl Probes {
                 }
             }
         }
-    }
-
-    /// Whether the node ended one of them, or itself.
-    pub(super) fn have_ended(&self) -> bool {
-        self.probes.iter().any(|probe| probe.trace.has_ended())
     }
 }
 

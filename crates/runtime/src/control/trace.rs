@@ -128,7 +128,7 @@ impl<S: Service> Trace<S> {
     ///
     /// # Errors
     /// The trace has ended, as [`ClientError::Refused`] says: a change of the configuration took one of its
-    /// signals away, or it was not renewed. Or as [`Client::call`].
+    /// signals away, or it was not renewed: then it can [begin anew](Self::reopen). Or as [`Client::call`].
     pub fn renew(&mut self) -> Result<(), ClientError> {
         if self.renewed.elapsed() < RENEWAL {
             return Ok(());
@@ -136,6 +136,28 @@ impl<S: Service> Trace<S> {
         let id = Some(self.shape.id.clone());
         self.client.borrow_mut().call(&TraceParams { id, ..TraceParams::default() })?;
         self.renewed = Instant::now();
+        Ok(())
+    }
+
+    /// Begins anew after it has ended, as when this process or the node was stopped for some seconds: the same
+    /// signals, of the same run of the node. The cycles since the last row are counted as lost or missed in the next
+    /// one. Rows that wait are dropped: take them before.
+    ///
+    /// # Errors
+    /// As [`open`](Self::open), or the signals are of another task, period or type now. Then it is as before.
+    pub fn reopen(&mut self, participant: &Participant<S>) -> Result<(), ClientError> {
+        let names = self.shape.signals.iter().map(|signal| signal.name.clone());
+        let mut new = Self::open(participant, &self.client, names)?;
+        let what = |shape: &TraceResult| {
+            (shape.task.clone(), shape.period_ns, shape.timing.clone(), shape.signals.clone())
+        };
+        if what(&new.shape) != what(&self.shape) {
+            let message = "the configuration was changed meanwhile: the signals of the trace are of another \
+                           task, period or type now; ask for a new one";
+            return Err(ClientError::Refused(Failure::new(Code::Conflict, message)));
+        }
+        new.last = self.last;
+        *self = new;
         Ok(())
     }
 
