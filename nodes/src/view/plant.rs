@@ -91,7 +91,6 @@ impl Plant {
         match news {
             News::Joined { node, signals } => {
                 self.lost = None;
-                has_restarted = self.describe(node);
                 self.list.set(&signals);
                 self.places = signals
                     .iter()
@@ -100,6 +99,8 @@ impl Plant {
                     .collect();
                 self.signals = signals;
                 self.readings.forget();
+                // Says which list it is.
+                has_restarted = self.describe(node);
             }
             News::Described(node) => has_restarted = self.describe(node),
             News::Values(read) => self.readings.take(read),

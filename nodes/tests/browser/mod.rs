@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 
-use crate::domain::{Domain, PATIENCE, Process, not_tested, wait_until};
+use crate::domain::{Domain, PATIENCE, Process, not_tested};
 
 /// A browser, by the WebDriver protocol. It is gone with all of its processes and its profile when this is dropped.
 pub(crate) struct Browser {
@@ -134,7 +134,15 @@ impl Browser {
     /// Waits until a script returns true.
     #[track_caller]
     pub(crate) fn wait_for(&self, what: &str, script: &str) {
-        wait_until(what, || self.run(script) == true);
+        let since = Instant::now();
+        while self.run(script) != true {
+            if since.elapsed() > PATIENCE {
+                let (page, against) =
+                    (self.run("return document.body.innerText"), self.complaints());
+                panic!("waited until {what}\n{}\n{against:?}", page.as_str().unwrap_or_default());
+            }
+            thread::sleep(Duration::from_millis(2));
+        }
     }
 
     #[track_caller]

@@ -37,7 +37,9 @@ export class Table {
     this.signals = signals;
     for (const row of this.rows.values()) row.remove();
     this.rows.clear();
-    this.lines.clear();
+    // What is known of signals that stay is not told again.
+    const names = new Set(signals.map(signal => signal.name));
+    for (const name of [...this.lines.keys()]) if (!names.has(name)) this.lines.delete(name);
     this.list(false);
   }
 

@@ -41,6 +41,7 @@ export class Tasks {
     const [missed, overruns] = [make("span"), make("span")];
     const stands = make("b", { className: "bad" });
     const canvas = make("canvas", { role: "img" });
+    canvas.setAttribute("aria-label", `histogram of the release jitter of ${name}`);
     const cells = {};
     const row = (key, label) => {
       cells[key] = ["p50", "p99", "max", "count"].map(() => make("td", {}, "–"));
