@@ -61,9 +61,10 @@ pub(crate) struct Args {
     /// How long before the trigger to show: 0, 0.5, 200ms. Default: 200ms
     #[arg(long, value_name = "TIME", value_parser = parse_history, requires = "trigger", allow_hyphen_values = true)]
     pre: Option<f64>,
-    /// How long from the trigger on to show, or from now on without one
-    #[arg(long, value_name = "TIME", value_parser = parse_time, default_value = "1s", allow_hyphen_values = true)]
-    post: f64,
+    /// How long from the trigger on to show. Without one: from now on, or from the beginning of a file. Default: 1s,
+    /// and all of a file without a trigger
+    #[arg(long, value_name = "TIME", value_parser = parse_time, allow_hyphen_values = true)]
+    post: Option<f64>,
     /// Capture once, then end; this is the default
     #[arg(long, group = "mode")]
     single: bool,
@@ -83,6 +84,10 @@ pub(crate) struct Args {
     domain: domain::Args,
 }
 
+fn ns(seconds: f64) -> u64 {
+    (seconds * 1e9).round() as u64
+}
+
 /// When to show what.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Mode {
@@ -92,6 +97,7 @@ enum Mode {
 }
 
 const DEFAULT_HISTORY_S: f64 = 0.2;
+const DEFAULT_POST_S: f64 = 1.0;
 
 impl Args {
     fn mode(&self) -> Mode {
@@ -102,11 +108,14 @@ impl Args {
         }
     }
 
+    fn post_s(&self) -> f64 {
+        self.post.unwrap_or(DEFAULT_POST_S)
+    }
+
     fn window(&self) -> Window {
-        let ns = |seconds: f64| (seconds * 1e9).round() as u64;
         let has_history = self.trigger.is_some();
         let before_s = self.pre.unwrap_or(if has_history { DEFAULT_HISTORY_S } else { 0.0 });
-        Window { before_ns: ns(before_s), after_ns: ns(self.post) }
+        Window { before_ns: ns(before_s), after_ns: ns(self.post_s()) }
     }
 }
 
@@ -123,7 +132,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
             ));
         }
         let output = open()?;
-        let look = file::Look { path, names: &args.names, window: args.window() };
+        let (window, length_ns) = (args.window(), args.post.map(ns));
+        let look = file::Look { path, names: &args.names, window, length_ns };
         let (captured, judged) = look.capture(args.trigger.as_ref())?;
         let tracks = captured.shot.tracks.iter();
         output::check_tasks(output.as_ref(), tracks.map(|track| track.task.as_str()))?;

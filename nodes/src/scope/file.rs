@@ -22,6 +22,8 @@ pub(super) struct Look<'a> {
     /// Names and globs; all signals without any.
     pub(super) names: &'a [String],
     pub(super) window: Window,
+    /// Without a trigger: so much from the first instant on, in ns. `None`: all of it.
+    pub(super) length_ns: Option<u64>,
 }
 
 /// What a file has: services or tasks with their signals, and the instant that it was captured around.
@@ -163,7 +165,7 @@ impl Look<'_> {
         Failure::usage(format!("{} has no signal \"{name}\"{question}", self.path.display()))
     }
 
-    /// All rows.
+    /// All rows, or the first of them.
     fn whole(
         &self,
         file: &dyn Readable,
@@ -181,12 +183,23 @@ impl Look<'_> {
             })
             .collect();
         let (mut chosen, mut values) = (Vec::new(), 0);
+        let (mut begin_ns, mut end_ns) = (contents.begin_ns, contents.end_ns);
         file.rows(&mut |track, head, row| {
             let (Some(places), Some(of)) = (places.get(track), tracks.get_mut(track)) else {
                 return Ok(Enough::No);
             };
             if places.is_empty() {
                 return Ok(Enough::No);
+            }
+            let begin_ns = *begin_ns.get_or_insert(head.release_ns);
+            if let Some(length_ns) = self.length_ns {
+                let length_ends_ns = begin_ns.saturating_add(length_ns);
+                let end_ns = *end_ns
+                    .insert(contents.end_ns.map_or(length_ends_ns, |it| it.min(length_ends_ns)));
+                if head.release_ns >= end_ns {
+                    of.next = of.next.filter(|next| next.release_ns < end_ns).or(Some(head));
+                    return Ok(Enough::No);
+                }
             }
             choose(row, places, &mut chosen);
             of.rows.push(head, &chosen);
@@ -205,19 +218,21 @@ impl Look<'_> {
             }
         }
         let begins = tracks.iter().filter_map(|track| track.rows.first());
-        let begin_ns = begins.map(|head| head.release_ns).min().unwrap_or_default();
-        let begin_ns = contents.begin_ns.unwrap_or(begin_ns);
+        let begin_ns = contents.begin_ns.or(begins.map(|head| head.release_ns).min());
         let ends = tracks.iter().filter_map(|track| {
             let last = track.rows.last()?;
             Some(last.release_ns.saturating_add(track.period_ns.unwrap_or(1)))
         });
-        let end_ns = contents.end_ns.or(ends.max()).unwrap_or_default();
+        let end_ns = end_ns.or(ends.max()).unwrap_or_default();
+        if contents.begin_ns.is_none() {
+            tracks.iter_mut().for_each(|track| lacks_nothing(track, end_ns));
+        }
         if tracks.is_empty() {
             let path = self.path.display();
             return Err(Failure::found(format!("{path} has no rows of these signals")));
         }
-        let trigger = contents.trigger.clone();
-        Ok(Shot { node: contents.node.clone(), tracks, trigger, begin_ns, end_ns })
+        let (node, trigger) = (contents.node.clone(), contents.trigger.clone());
+        Ok(Shot { node, tracks, trigger, begin_ns: begin_ns.unwrap_or_default(), end_ns })
     }
 
     fn too_long(&self) -> Failure {
@@ -276,6 +291,15 @@ fn observed(contents: &Contents, places: &Places) -> Vec<Observed> {
     };
     let each = contents.tracks.iter().zip(places);
     each.map(|(of, places)| Observed { signals: signals(of, places), ..of.clone() }).collect()
+}
+
+/// Nobody wanted more of a track than is in a file that is no shot, wherever other tracks begin and end.
+fn lacks_nothing(track: &mut Track, end_ns: u64) {
+    track.has_history = true;
+    if let (Some(last), None) = (track.rows.last(), track.next) {
+        let (cycle, release_ns) = (last.cycle.saturating_add(1), end_ns);
+        track.next = Some(Head { cycle, release_ns, ..Head::default() });
+    }
 }
 
 fn choose(row: &[f64], places: &[usize], chosen: &mut Vec<f64>) {

@@ -1,4 +1,5 @@
-use isochrone_recording::ClockReading;
+use isochrone_ipc::{FrameHeader, SignalSpec};
+use isochrone_recording::{Carried, ClockReading, Frame, Writer};
 
 use super::super::output::Output;
 use super::super::told::notes;
@@ -47,7 +48,8 @@ fn a_shot_out_of_its_file_is_the_one_that_was_written_with_what_is_known_of_its_
     let clock = Some(ClockReading { monotonic_ns: 0, unix_ns: 1_700_000_000_000_000_000 });
     let captured = Captured { shot: shot(), clock };
     Output::open(&path, false).unwrap().write(&captured).unwrap();
-    let look = Look { path: &path, names: &[], window: Window { before_ns: 0, after_ns: MS } };
+    let window = Window { before_ns: 0, after_ns: MS };
+    let look = Look { path: &path, names: &[], window, length_ns: None };
     let (again, judged) = look.capture(None).unwrap();
     assert_eq!(again.shot, captured.shot);
     assert!(judged.is_ok());
@@ -70,7 +72,7 @@ fn a_file_that_ends_within_the_shot_is_shown_as_far_as_it_goes_and_is_a_finding(
     let trigger = "x > 1".parse().unwrap();
     let look = |after_s: u64| {
         let window = Window { before_ns: 1_000 * MS, after_ns: after_s * 1_000 * MS };
-        Look { path: &path, names: &[], window }.capture(Some(&trigger)).unwrap()
+        Look { path: &path, names: &[], window, length_ns: None }.capture(Some(&trigger)).unwrap()
     };
     let (captured, judged) = look(2);
     assert!(judged.is_ok());
@@ -80,4 +82,43 @@ fn a_file_that_ends_within_the_shot_is_shown_as_far_as_it_goes_and_is_a_finding(
     assert_eq!(notes(&captured.shot), ["the shot ends 2 s instead of 20 s after the trigger"]);
     let why = judged.unwrap_err().report().unwrap().to_string();
     assert!(why.ends_with("short.csv ends within the shot"), "{why}");
+}
+
+#[test]
+fn a_recording_is_shown_whole_or_from_its_beginning_on_and_lacks_nothing_where_a_service_ends_before_another()
+ {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("services.mcap");
+    let out = std::fs::File::create(&path).unwrap();
+    let mut writer = Writer::create(out, ClockReading::default()).unwrap();
+    for (service, period, cycles) in [("fast", MS, 100), ("slow", 40 * MS, 2)] {
+        let carried = Carried {
+            service: service.into(),
+            period_ns: Some(period),
+            signals: vec![SignalSpec::new(format!("{service}.y"), "LREAL")],
+            ..Carried::default()
+        };
+        let channel = writer.add(&carried).unwrap();
+        for cycle in 0..cycles {
+            let release_ns = 1_000 * MS + cycle * period;
+            let header = FrameHeader { cycle, release_ns, ..FrameHeader::default() };
+            let (due_ns, sent_ns) = (release_ns, release_ns);
+            let frame = Frame { header, values: &[1.0], received_ns: 0, due_ns, sent_ns, lost: 0 };
+            writer.write(channel, &frame).unwrap();
+        }
+    }
+    writer.finish().map_err(|(error, _)| error).unwrap();
+    let window = Window { before_ns: 0, after_ns: MS };
+    let rows = |length_ns| {
+        let look = Look { path: &path, names: &[], window, length_ns };
+        let (captured, judged) = look.capture(None).unwrap();
+        assert!(judged.is_ok());
+        assert_eq!(notes(&captured.shot), [""; 0]);
+        let shot = captured.shot;
+        assert!(shot.tracks.iter().all(|track| shot.gaps(track).is_empty()));
+        let rows: Vec<usize> = shot.tracks.iter().map(|track| track.rows.len()).collect();
+        (rows, shot.duration_ns() / MS)
+    };
+    assert_eq!(rows(None), (vec![100, 2], 100));
+    assert_eq!(rows(Some(30 * MS)), (vec![30, 1], 30));
 }

@@ -185,7 +185,9 @@ impl<'a> Scope<'a> {
     fn say_state(&mut self) {
         let now = match (self.probes.trouble(), self.capture.triggered()) {
             (Some(trouble), _) => State::Trouble(trouble),
-            (None, Some(trigger)) if self.args.post >= LONG_S => State::Triggered(trigger.cycle),
+            (None, Some(trigger)) if self.args.post_s() >= LONG_S => {
+                State::Triggered(trigger.cycle)
+            }
             _ => State::Waiting,
         };
         let before = std::mem::replace(&mut self.state, now);
@@ -202,7 +204,7 @@ impl<'a> Scope<'a> {
             _ => {}
         }
         if let State::Triggered(cycle) = self.state {
-            let rest = duration(self.args.post * 1e9);
+            let rest = duration(self.args.post_s() * 1e9);
             terminal::note(&format!("triggered in cycle {cycle}; capturing {rest} from there"));
         }
     }
