@@ -2,6 +2,7 @@
 
 mod comparison;
 mod document;
+mod missing;
 mod output;
 mod recorded;
 mod rerun;
@@ -27,12 +28,13 @@ use crate::{configuration, numbers, stop, terminal};
 /// Reads what `run --record` wrote: the configuration, the inputs of every cycle, which cycle of other
 /// tasks each cycle read, and everything that was done to the node go through the engine again, as fast as
 /// it goes. Every signal of every output is compared bit for bit. Cycles that were missed are missed again.
-/// The exit status is 0 if all values are the same, 1 if one is not, and 4 if none differs but some cycles
-/// cannot be compared, because rows were lost or the file is damaged.
+/// The exit status is 0 if all values are the same, 1 if one is not, and 4 if none differs but not everything
+/// was compared, because rows were lost, the file is damaged, or the configuration lacks what was recorded.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone replay level.mcap\n  \
     isochrone replay level.mcap --config new.toml --tolerance 0.001 --report differences.json\n  \
-    isochrone replay level.mcap --config new.toml --output new.csv")]
+    isochrone replay level.mcap --config new.toml --output new.csv\n  \
+    isochrone replay level.mcap --config renamed.toml --allow-missing")]
 pub(crate) struct Args {
     /// Recording of a node, from `run --record`
     #[arg(value_name = "FILE.mcap")]
@@ -41,6 +43,10 @@ pub(crate) struct Args {
     /// found by their names; online changes of the run are left out
     #[arg(long, value_name = "NEW.toml")]
     config: Option<PathBuf>,
+    /// Accept that the configuration does not have some tasks, inputs and signals of the recording. Without this,
+    /// the exit status is then 4, even if all else is the same
+    #[arg(long, requires = "config")]
+    allow_missing: bool,
     /// Take values for the same that differ by at most this much. Without it, all bits must be the same
     #[arg(long, value_name = "X", value_parser = parse_tolerance, allow_negative_numbers = true)]
     tolerance: Option<f64>,
@@ -58,15 +64,16 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         configuration::keep(&args.file, written)?;
         args.config.iter().try_for_each(|config| configuration::keep(config, written))?;
     }
-    let recorded = Recorded::read(&args.file)?;
+    let stop = stop::on_signal(None)?;
+    let recorded = Recorded::read(&args.file, &stop)?;
     let plan = plan(args, &recorded, catalogue)?;
     let mut report = args.report.as_deref().map(ResultFile::open).transpose()?;
     let rows = args.output.as_deref().map(Rows::create).transpose()?;
     recorded.note(&args.file);
     let tolerance = args.tolerance.map_or(Tolerance::Bits, Tolerance::Absolute);
-    let stop = stop::on_signal(None)?;
     hold_panic_messages();
-    let mut rerun = Rerun::new(plan, &recorded, args.config.is_some(), tolerance)?;
+    let is_other = args.config.is_some();
+    let mut rerun = Rerun::new(plan, &recorded, is_other, args.allow_missing, tolerance)?;
     rerun.run(&args.file, rows, &stop)?;
     let outcome = rerun.finish();
     if let Some(report) = &mut report {
@@ -87,11 +94,11 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
             differ = if *different == 1 { "differs" } else { "differ" },
         )));
     }
-    if let Some(why) = outcome.uncompared() {
+    if let Some(mut why) = outcome.uncompared() {
+        if is_other && !outcome.missing.is_empty() && !args.allow_missing {
+            why += " (if they are meant to be missing, give --allow-missing)";
+        }
         return Err(Failure::inconclusive(format!("{why}; {values} in {ran} are the same")));
-    }
-    if *compared == 0 {
-        return Err(Failure::inconclusive(format!("no value was compared in {ran}")));
     }
     let how = match tolerance {
         Tolerance::Bits => "bit for bit".to_owned(),
@@ -123,7 +130,8 @@ fn plan(args: &Args, recorded: &Recorded, catalogue: &[BlockType]) -> Result<Pla
 
 fn parse_tolerance(text: &str) -> Result<f64, String> {
     match numbers::parse_number(text) {
-        Ok(most) if most.is_finite() && most >= 0.0 => Ok(most),
+        // The sign goes from -0.
+        Ok(most) if most.is_finite() && most >= 0.0 => Ok(most.abs()),
         _ => Err("give the largest difference of two values, from 0, such as 0.001".into()),
     }
 }

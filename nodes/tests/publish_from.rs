@@ -5,7 +5,7 @@ mod recorded_run;
 
 use domain::{Domain, Process};
 use isochrone_ipc::{Depth, FrameSubscriber, ipc};
-use isochrone_recording::{Item, Reader};
+use isochrone_recording::{Carried, ClockReading, Item, Reader, Writer};
 use recorded_run::{CYCLES, MISSED};
 use serde_json::Value;
 
@@ -200,4 +200,81 @@ fn what_cannot_be_published_is_refused_with_the_way_out() {
     let ended = domain.run("publish --from bad.mcap plant/level --speed max").expect_code(1);
     assert!(ended.stderr.contains("bad.mcap is damaged: 1 part left out"), "{}", ended.stderr);
     assert!(ended.stdout.starts_with("published "), "{}", ended.stdout);
+}
+
+/// Begins a recording of services.
+fn written(file: std::fs::File) -> Writer<std::fs::File> {
+    Writer::create(file, ClockReading { monotonic_ns: 0, unix_ns: 1_795_000_000_000_000_000 })
+        .unwrap()
+}
+
+fn carried(service: String) -> Carried {
+    let signals = vec![isochrone_ipc::SignalSpec::new("x", "LREAL")];
+    Carried { service, signals, ..Carried::default() }
+}
+
+fn frame(due_ns: u64) -> isochrone_recording::Frame<'static> {
+    let header = Default::default();
+    let (received_ns, sent_ns, lost) = (due_ns, due_ns, 0);
+    isochrone_recording::Frame { header, values: &[1.0], received_ns, due_ns, sent_ns, lost }
+}
+
+#[test]
+fn what_was_not_published_is_said_and_what_was_not_read_is_not_judged() {
+    let domain = Domain::new();
+    let mut writer = written(std::fs::File::create(domain.path("far.mcap")).unwrap());
+    let channel = writer.add(&carried("plant/a".into())).unwrap();
+    for due_ns in [1_000_000, 2_000_000, 500 * 31_557_600 * 1_000_000_000] {
+        writer.write(channel, &frame(due_ns)).unwrap();
+    }
+    writer.finish().map_err(|(error, _)| error).unwrap();
+    recorded_run::record(&domain.path("run.mcap"));
+    let ended = domain.run("publish --from far.mcap --count 1").expect_code(0);
+    assert_eq!(ended.stdout, "published 1 of 3 frames on \"plant/a\", 0 could not be sent\n");
+    assert!(!ended.stderr.contains("closed"), "{}", ended.stderr);
+    let mut waiting = domain.start("publish --from far.mcap");
+    waiting.wait_for("note: the next frame is due in 499 years");
+    let ended = waiting.stop().expect_code(0);
+    assert!(!ended.stderr.contains("late"), "{}", ended.stderr);
+}
+
+#[test]
+fn more_services_than_one_would_want_have_to_be_named() {
+    let domain = Domain::new();
+    let mut writer = written(std::fs::File::create(domain.path("many.mcap")).unwrap());
+    for service in 0..101 {
+        let channel = writer.add(&carried(format!("plant/s{service}"))).unwrap();
+        writer.write(channel, &frame(service)).unwrap();
+    }
+    writer.finish().map_err(|(error, _)| error).unwrap();
+    let ended = domain.run("publish --from many.mcap --speed max").expect_code(2);
+    let says = "has 101 services, and without names at most 100 are published";
+    assert!(ended.stderr.contains(says), "{}", ended.stderr);
+    let ended = domain.run("publish --from many.mcap plant/s7 --speed max").expect_code(0);
+    assert_eq!(ended.stdout, "published 1 frame on \"plant/s7\", 0 could not be sent\n");
+}
+
+#[test]
+fn a_signal_ends_the_first_reading_of_a_file() {
+    let domain = Domain::new();
+    for (verb, code, says) in [
+        ("publish --from", 0, "nothing was published"),
+        ("replay", 4, "the replay was stopped while it first read"),
+    ] {
+        let name = format!("{}.mcap", verb.len());
+        let pipe = domain.path(&name);
+        let made = std::process::Command::new("mkfifo").arg(&pipe).status().unwrap();
+        assert!(made.success());
+        let mut running = domain.start(&format!("{verb} {name}"));
+        // A file without an end.
+        let feed = std::thread::spawn(move || {
+            let mut writer = written(std::fs::File::create(pipe).unwrap());
+            let channel = writer.add(&carried("plant/a".into())).unwrap();
+            while writer.write(channel, &frame(1)).is_ok() && writer.flush().is_ok() {}
+        });
+        running.wait_until_it_handles_signals();
+        let ended = running.stop().expect_code(code);
+        assert!(ended.stderr.contains(says), "{}", ended.stderr);
+        feed.join().unwrap();
+    }
 }

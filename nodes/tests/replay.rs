@@ -68,6 +68,7 @@ fn one_bit_of_one_value_is_found_at_its_cycle_and_signal() {
         assert_eq!(report["signals"][0]["signal"], name);
         // As large a difference as that is none that matters.
         folder.run("replay run.mcap --tolerance 1e-9").silently();
+        assert_says(&folder.run("replay run.mcap --tolerance -0").refused(1), &[" 1 differs"]);
     }
 }
 
@@ -104,6 +105,8 @@ fn what_a_configuration_and_a_recording_do_not_share_is_said() {
         &[
             "the recording has no input \"goal\" of task \"fast\"; it keeps its default",
             "task \"fast\" does not publish plant/level.target here; it is not compared",
+            "task \"fast\" has no input target here",
+            "the recording has no plant/level.goal of task \"fast\"",
             "task \"slow\" had another period",
         ],
     );
@@ -193,6 +196,8 @@ fn what_is_no_recording_of_a_node_is_refused_with_the_way_out() {
     folder.run("replay text.mcap").refused(2);
     folder.run("replay none.mcap").refused(2);
     record(&folder.path("run.mcap"));
+    let same = folder.run("replay run.mcap --tolerance -0").silently();
+    assert!(same.starts_with("the same, within 0.0: "), "{same}");
     assert_says(
         &folder.run("replay run.mcap --tolerance -1").refused(2),
         &["give the largest difference of two values"],

@@ -12,7 +12,7 @@ const MAX_SIGNALS: usize = 65_536;
 const MAX_WORD_BYTES: usize = 255;
 
 /// One channel of a frame.
-#[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Default, Serialize, Deserialize)]
 pub struct SignalSpec {
     /// Name, such as `level.y`; empty if it has none.
     #[serde(default)]
@@ -27,7 +27,7 @@ pub struct SignalSpec {
 
 /// What the channels of a frame mean. The publisher announces it, see
 /// [`LayoutAnnouncer`](crate::LayoutAnnouncer).
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Default)]
 pub struct FrameLayout {
     /// The channels, in frame order.
     pub signals: Vec<SignalSpec>,

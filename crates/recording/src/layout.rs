@@ -114,11 +114,21 @@ impl TaskLayout {
         self.wire(self.wires.len())
     }
 
-    /// Where an output's signals stand in a row; its flags stand before them.
+    /// Where an output's signals stand in a row; its flags stand before them. For all of them
+    /// [`placed_outputs`](Self::placed_outputs) is faster: this passes over the outputs before it.
     pub fn output(&self, output: usize) -> Range<usize> {
-        let before = self.outputs.iter().take(output).map(|output| 1 + output.signals.len());
-        let first = self.outputs_begin() + before.sum::<usize>() + 1;
-        first..first + self.outputs.get(output).map_or(0, |output| output.signals.len())
+        let behind = self.len() + 1;
+        self.placed_outputs().nth(output).map_or(behind..behind, |(_, signals)| signals)
+    }
+
+    /// All outputs, and where their signals stand in a row; the flags of each stand before them.
+    pub fn placed_outputs(&self) -> impl Iterator<Item = (&OutputLayout, Range<usize>)> {
+        let mut end = self.outputs_begin();
+        self.outputs.iter().map(move |output| {
+            let first = end + 1;
+            end = first + output.signals.len();
+            (output, first..end)
+        })
     }
 
     pub(crate) fn spelling(&self) -> Spelling {

@@ -124,6 +124,14 @@ impl RecordedRow<'_> {
         self.values.get(self.layout.output(output)).unwrap_or_default()
     }
 
+    /// The flags of each output's frame and its signals, in the order of the layout.
+    pub fn outputs(&self) -> impl Iterator<Item = (u64, &[f64])> {
+        self.layout.placed_outputs().map(|(_, place)| {
+            let flags = self.value(place.start - 1) as u64;
+            (flags, self.values.get(place).unwrap_or_default())
+        })
+    }
+
     fn value(&self, place: usize) -> f64 {
         self.values.get(place).copied().unwrap_or(f64::NAN)
     }

@@ -1,6 +1,7 @@
 //! Publishing what was recorded.
 
 mod frames;
+mod lateness;
 mod ports;
 
 use std::path::{Path, PathBuf};
@@ -12,6 +13,7 @@ use isochrone_timing::units::counted;
 use serde_json::json;
 
 use self::frames::{Frames, Layouts};
+use self::lateness::{Lateness, long};
 use self::ports::Ports;
 use super::pace::sleep_until;
 use super::{Args, HEAD_START_NS, refuse_reserved};
@@ -19,8 +21,11 @@ use crate::failure::Failure;
 use crate::recording_file::judge;
 use crate::{meant, numbers, stop, terminal};
 
-/// How much later than due a frame is sent before that is told.
-const LATE_NS: u64 = 100_000_000;
+/// How long nothing is sent before that is told.
+const LONG_NS: u64 = 10_000_000_000;
+/// Most services that are published without being named: opening one takes the domain's lock for some
+/// milliseconds, and each has a thread.
+const MOST_UNNAMED: usize = 100;
 
 /// A recording that is published.
 #[derive(clap::Args)]
@@ -91,17 +96,21 @@ impl Speed {
 
 pub(super) fn run(args: &Args, file: &Path) -> Result<(), Failure> {
     args.services.iter().try_for_each(|service| refuse_reserved(service))?;
-    let layouts = Layouts::read(file)?;
+    let stop = stop::on_signal(None)?;
+    let Some(layouts) = Layouts::read(file, &stop)? else {
+        let file = file.display();
+        terminal::note(&format!("note: ended while {file} was first read; nothing was published"));
+        return Ok(());
+    };
     let services = chosen(&layouts, &args.services, file)?;
     let layouts = layouts.only(&services, args.from.speed.times())?;
-    let stop = stop::on_signal(None)?;
     let participant = args.domain.join("isochrone/publish")?;
     let names: Vec<_> = services.iter().map(String::as_str).collect();
     participant.refuse_far_writers(&names).map_err(Failure::found)?;
-    let (mut latest_ns, mut condition) = (0, Default::default());
+    let (mut lateness, mut condition) = (Lateness::default(), Default::default());
     let mut sums = Vec::new();
     thread::scope(|scope| {
-        let mut ports = Ports::open(scope, &participant, &layouts)?;
+        let mut ports = Ports::open(scope, &participant, &layouts, &stop)?;
         let several = counted(services.len() as u64, "service");
         terminal::note(&format!(
             "publishing {several} of {}, {}: {}. Press Ctrl-C to end it.",
@@ -129,10 +138,15 @@ pub(super) fn run(args: &Args, file: &Path) -> Result<(), Failure> {
                 None => Monotonic.now_ns(),
                 Some(after_ns) => {
                     let release_ns = epoch_ns.saturating_add(after_ns);
+                    let ahead_ns = release_ns.saturating_sub(Monotonic.now_ns());
+                    if ahead_ns > LONG_NS {
+                        let ahead = long(ahead_ns);
+                        terminal::note(&format!("note: the next frame is due in {ahead}"));
+                    }
                     if sleep_until(release_ns, &stop.flag()).is_none() {
                         break;
                     }
-                    latest_ns = Monotonic.now_ns().saturating_sub(release_ns).max(latest_ns);
+                    lateness.add(Monotonic.now_ns().saturating_sub(release_ns));
                     release_ns
                 }
             };
@@ -140,28 +154,38 @@ pub(super) fn run(args: &Args, file: &Path) -> Result<(), Failure> {
             sent += 1;
             next = frames.next()?;
         }
-        condition = frames.condition().clone();
+        condition = frames.condition();
         sums = ports.sums();
+        lateness.changes = ports.changes;
         Ok::<_, Failure>(())
     })?;
-    if latest_ns > LATE_NS && args.from.speed != Speed::Max {
-        let ms = latest_ns / 1_000_000;
-        terminal::note(&format!("note: frames were sent up to {ms} ms late; the machine was busy"));
-    }
+    lateness.note();
     if args.json {
         let services: Vec<_> = sums
             .iter()
-            .map(|sum| json!({"service": sum.service, "frames": sum.sent, "unsent": sum.unsent}))
+            .map(|sum| {
+                json!({
+                    "service": sum.service,
+                    "frames": sum.sent,
+                    "unsent": sum.unsent,
+                    "recorded": sum.recorded,
+                })
+            })
             .collect();
         terminal::print_json(&json!({
             "file": file,
             "services": services,
             "damaged": condition.damaged,
-            "latest_ns": (args.from.speed != Speed::Max).then_some(latest_ns),
+            "latest_ns": (args.from.speed != Speed::Max).then_some(lateness.latest_ns),
         }))?;
     } else {
         for sum in &sums {
-            let frames = counted(sum.sent, "frame");
+            let frames = match sum.recorded {
+                recorded if sum.sent + sum.unsent < recorded => {
+                    format!("{} of {}", sum.sent, counted(recorded, "frame"))
+                }
+                _ => counted(sum.sent, "frame"),
+            };
             terminal::print(&format!(
                 "published {frames} on \"{}\", {} could not be sent\n",
                 sum.service, sum.unsent
@@ -195,6 +219,14 @@ fn chosen(layouts: &Layouts, named: &[String], file: &Path) -> Result<Vec<String
         }
         if free.is_empty() {
             return Err(Failure::usage(format!("{path} has no other frames")));
+        }
+        if free.len() > MOST_UNNAMED {
+            return Err(Failure::usage(format!(
+                "{path} has {} services, and without names at most {MOST_UNNAMED} are published; name those that \
+                 you want, such as {}",
+                free.len(),
+                listed(free.get(..3).unwrap_or_default())
+            )));
         }
         return Ok(free);
     }

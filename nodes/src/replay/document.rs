@@ -4,6 +4,7 @@ use serde_json::{Value, json};
 
 use super::Args;
 use super::comparison::{Comparison, Signal};
+use super::missing::Missing;
 use super::recorded::Recorded;
 use super::task::Broken;
 use crate::{numbers, terminal};
@@ -12,6 +13,9 @@ use crate::{numbers, terminal};
 pub(super) struct Outcome {
     pub(super) tasks: Vec<TaskOutcome>,
     pub(super) comparison: Comparison,
+    pub(super) missing: Missing,
+    /// Whether what is missing is meant to be.
+    pub(super) may_miss: bool,
     /// What is to be known of it.
     pub(super) notes: Vec<String>,
     pub(super) is_damaged: bool,
@@ -49,14 +53,15 @@ impl Outcome {
 
     /// Why not everything was compared, as sentences in one.
     pub(super) fn uncompared(&self) -> Option<String> {
-        let why: Vec<String> = self.broken().collect();
-        match &why[..] {
-            [] if self.is_damaged => {
-                Some("the file is damaged, so not everything may have been compared".into())
-            }
-            [] => None,
-            why => Some(why.join("; ")),
+        let mut why: Vec<String> = self.broken().collect();
+        why.extend(self.missing.summary().filter(|_| !self.may_miss));
+        if why.is_empty() && self.is_damaged {
+            why.push("the file is damaged, so not everything may have been compared".into());
         }
+        if why.is_empty() && self.comparison.compared == 0 {
+            why.push("no value was compared".into());
+        }
+        (!why.is_empty()).then(|| why.join("; "))
     }
 
     fn broken(&self) -> impl Iterator<Item = String> {
@@ -80,6 +85,8 @@ impl Outcome {
             "tolerance": args.tolerance,
             "is_same": comparison.different == 0 && self.uncompared().is_none(),
             "is_damaged": is_damaged,
+            "missing": self.missing.json(),
+            "allow_missing": self.may_miss,
             "compared_values": comparison.compared,
             "different_values": comparison.different,
             "tasks": tasks,

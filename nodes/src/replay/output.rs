@@ -45,7 +45,7 @@ impl Output {
         }
         let first_ns = *self.first_ns.get_or_insert(head.release_ns);
         let time_s = head.release_ns.wrapping_sub(first_ns).cast_signed() as f64 / 1e9;
-        let own = (0..task.layout.outputs.len()).flat_map(|output| task.layout.output(output));
+        let own = task.layout.placed_outputs().flat_map(|(_, signals)| signals);
         let own = own.map(|place| task.repeated.get(place).copied());
         let before: usize = self.columns.iter().take(index).map(Vec::len).sum();
         let behind: usize = self.columns.iter().skip(index + 1).map(Vec::len).sum();

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use isochrone_engine::Plan;
 use isochrone_engine::operate::{Action, Entry, Replay};
+use isochrone_processes::Stop;
 use isochrone_recording::{Condition, Item, MAX_RECORD_BYTES, Mark, Node};
 use isochrone_runtime::journal::entry_of_line;
 use isochrone_timing::units::counted;
@@ -34,13 +35,21 @@ pub(super) struct Lost {
 
 impl Recorded {
     /// Reads a recording once.
-    pub(super) fn read(path: &Path) -> Result<Self, Failure> {
+    ///
+    /// # Errors
+    /// It is none of a node, it cannot be read, or the replay is to stop.
+    pub(super) fn read(path: &Path, stop: &Stop) -> Result<Self, Failure> {
         let file = path.display();
         let mut reader = open(path)?;
         let (mut configuration, mut lines, mut bytes) = (None, Vec::new(), 0);
         let mut tasks: Vec<(String, Option<Lost>)> = Vec::new();
         let mut frames = 0_u64;
         while let Some(item) = reader.next_item().map_err(|error| unreadable(path, &error))? {
+            if stop.is_due() {
+                return Err(Failure::inconclusive(format!(
+                    "the replay was stopped while it first read {file}; nothing was compared"
+                )));
+            }
             match item {
                 Item::Row(row) => {
                     let name = &row.layout.task;

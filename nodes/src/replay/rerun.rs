@@ -4,7 +4,7 @@ mod finish;
 mod meaning;
 mod ready;
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeSet, HashMap};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -16,6 +16,7 @@ use isochrone_timing::units::counted;
 
 use self::ready::{Ready, hand_over};
 use super::comparison::{Comparison, Tolerance, When};
+use super::missing::Missing;
 use super::output::Output;
 use super::recorded::{Lost, Recorded};
 use super::task::{Row, Task};
@@ -40,10 +41,12 @@ pub(super) struct Rerun<'a> {
     /// Configurations that were applied, by transaction.
     applied: HashMap<u64, Arc<Plan>>,
     waiting_bytes: usize,
-    /// Rows of tasks that the configuration does not have.
-    strangers: BTreeMap<String, u64>,
-    /// What the recording, or the configuration, does not have.
-    missing: BTreeSet<String>,
+    /// What the recording has, and the configuration does not.
+    missing: Missing,
+    /// Whether that is meant.
+    may_miss: bool,
+    /// What else is not as it was in the run.
+    unlike: BTreeSet<String>,
     rejects: Tally,
     unfit: Tally,
     changes_left_out: u64,
@@ -55,6 +58,7 @@ impl<'a> Rerun<'a> {
         plan: Plan,
         recorded: &'a Recorded,
         is_other: bool,
+        may_miss: bool,
         tolerance: Tolerance,
     ) -> Result<Self, Failure> {
         let (operations, unfit, changes_left_out) = if is_other {
@@ -75,8 +79,9 @@ impl<'a> Rerun<'a> {
             layouts: HashMap::new(),
             applied: HashMap::new(),
             waiting_bytes: 0,
-            strangers: BTreeMap::new(),
-            missing: BTreeSet::new(),
+            missing: Missing::default(),
+            may_miss,
+            unlike: BTreeSet::new(),
             rejects: Tally::default(),
             unfit,
             changes_left_out,
@@ -126,7 +131,7 @@ impl<'a> Rerun<'a> {
     fn take(&mut self, row: &RecordedRow<'_>) {
         let name = &row.layout.task;
         let Some(task) = self.tasks.iter_mut().find(|task| task.name == *name) else {
-            *self.strangers.entry(name.clone()).or_default() += 1;
+            self.missing.row(row);
             return;
         };
         if task.broken.is_some() {

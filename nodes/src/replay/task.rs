@@ -1,6 +1,6 @@
 //! A task that is repeated: its engine, the rows that wait for it, and what it gave to others.
 
-use std::collections::{HashMap, VecDeque};
+use std::collections::{BTreeSet, HashMap, VecDeque};
 use std::sync::Arc;
 
 use isochrone_blocks::PinType;
@@ -9,6 +9,7 @@ use isochrone_recording::{RowHead, TaskLayout};
 use isochrone_runtime::task_layouts;
 
 use super::comparison::Comparison;
+use super::missing::Missing;
 
 /// A row that waits to be repeated.
 pub(super) struct Row {
@@ -137,7 +138,6 @@ pub(super) struct Task {
 }
 
 /// Where the values of recorded rows belong.
-#[derive(Default)]
 pub(super) struct Places {
     /// Of each input of the plan where its value stands in the row.
     pub(super) inputs: Vec<Option<usize>>,
@@ -146,8 +146,8 @@ pub(super) struct Places {
     /// Of each signal that is compared its number, and where it stands in the recorded row and in the
     /// repeated one.
     pub(super) signals: Vec<(usize, usize, usize)>,
-    /// Recorded signals that the plan does not have.
-    pub(super) missing: Vec<String>,
+    /// Signals of the plan that were not recorded.
+    pub(super) added: BTreeSet<String>,
 }
 
 impl Task {
@@ -235,6 +235,7 @@ impl Places {
         own: &TaskLayout,
         plan: &Plan,
         comparison: &mut Comparison,
+        missing: &mut Missing,
     ) -> Self {
         let input = |name: &str| recorded.inputs.iter().position(|input| input.name == name);
         let inputs = own.inputs.iter().map(|it| Some(recorded.input(input(&it.name)?))).collect();
@@ -244,23 +245,29 @@ impl Places {
         };
         let wires = own.wires.iter().filter_map(wire).collect();
         let mut there = HashMap::new();
-        for (output, of) in own.outputs.iter().enumerate() {
-            for (signal, place) in of.signals.iter().zip(own.output(output)) {
+        for (of, places) in own.placed_outputs() {
+            for (signal, place) in of.signals.iter().zip(places) {
                 there.insert((of.service.as_str(), signal.name.as_str()), place);
             }
         }
-        let mut places = Self { inputs, wires, ..Self::default() };
-        for (output, of) in recorded.outputs.iter().enumerate() {
-            for (signal, place) in of.signals.iter().zip(recorded.output(output)) {
-                match there.get(&(of.service.as_str(), signal.name.as_str())) {
+        let mut signals = Vec::new();
+        for (of, places) in recorded.placed_outputs() {
+            for (signal, place) in of.signals.iter().zip(places) {
+                match there.remove(&(of.service.as_str(), signal.name.as_str())) {
                     Some(own) => {
                         let number = comparison.signal(&recorded.task, &of.service, &signal.name);
-                        places.signals.push((number, place, *own));
+                        signals.push((number, place, own));
                     }
-                    None => places.missing.push(format!("{}.{}", of.service, signal.name)),
+                    None => missing.signal(&recorded.task, &of.service, &signal.name),
                 }
             }
         }
-        places
+        for input in &recorded.inputs {
+            if !own.inputs.iter().any(|own| own.name == input.name) {
+                missing.input(&recorded.task, &input.name);
+            }
+        }
+        let added = there.keys().map(|(service, name)| format!("{service}.{name}")).collect();
+        Self { inputs, wires, signals, added }
     }
 }

@@ -1,11 +1,12 @@
 //! The frames of a recording, in the order of their releases.
 
 use std::cmp::Ordering;
-use std::collections::{BinaryHeap, HashMap};
+use std::collections::{BinaryHeap, HashMap, HashSet};
 use std::fs::File;
 use std::path::{Path, PathBuf};
 
-use isochrone_ipc::{Flags, FrameLayout, check_service_name};
+use isochrone_ipc::{Flags, FrameLayout, SignalSpec, check_service_name};
+use isochrone_processes::Stop;
 use isochrone_recording::{Condition, Item, Reader};
 
 use crate::failure::Failure;
@@ -18,9 +19,12 @@ const DISORDER_NS: u64 = 5_000_000_000;
 const MOST_WAITING_BYTES: usize = 64 << 20;
 
 /// The services of a recording, and what their frames carry.
+#[derive(Default)]
 pub(super) struct Layouts {
     /// A service may have several, one after the other.
     pub(super) all: Vec<(String, FrameLayout)>,
+    /// How many frames of each there are.
+    counts: Vec<u64>,
     /// Of each channel of the file the layouts of its frames; a task has one for each of its outputs.
     channels: HashMap<u16, Vec<Option<usize>>>,
     /// Messages of other programs.
@@ -44,52 +48,56 @@ pub(super) struct Frame {
 }
 
 impl Layouts {
-    /// Reads a recording once.
-    pub(super) fn read(path: &Path) -> Result<Self, Failure> {
-        let (all, channels) = (Vec::new(), HashMap::new());
-        let mut layouts = Self { all, channels, other_messages: 0 };
+    /// Reads a recording once; `None`: it is to stop.
+    pub(super) fn read(path: &Path, stop: &Stop) -> Result<Option<Self>, Failure> {
+        let (mut layouts, mut counts, mut known) = (Self::default(), Vec::new(), HashMap::new());
+        let mut place = |service: &str, signals: &[SignalSpec], period_ns| {
+            let signals = signals.to_vec();
+            let new = (service.to_owned(), FrameLayout { signals, period_ns });
+            let next = known.len();
+            Some(*known.entry(new).or_insert_with_key(|new| {
+                layouts.all.push(new.clone());
+                next
+            }))
+        };
         let mut reader = open(path)?;
         while let Some(item) = reader.next_item().map_err(|error| unreadable(path, &error))? {
-            match item {
-                Item::Frame(frame) if !layouts.channels.contains_key(&frame.channel) => {
+            if stop.is_due() {
+                return Ok(None);
+            }
+            let places = match item {
+                Item::Frame(frame) => layouts.channels.entry(frame.channel).or_insert_with(|| {
                     let carried = frame.carried;
-                    let (signals, period_ns) = (carried.signals.clone(), carried.period_ns);
-                    let place = layouts.place(&carried.service, FrameLayout { signals, period_ns });
-                    layouts.channels.insert(frame.channel, vec![Some(place)]);
-                }
-                Item::Row(row) if !layouts.channels.contains_key(&row.channel) => {
+                    vec![place(&carried.service, &carried.signals, carried.period_ns)]
+                }),
+                Item::Row(row) => layouts.channels.entry(row.channel).or_insert_with(|| {
                     let period_ns = Some(row.layout.period_ns);
-                    let outputs = row.layout.outputs.iter().map(|output| {
-                        let signals = output.signals.clone();
-                        Some(layouts.place(&output.service, FrameLayout { signals, period_ns }))
-                    });
-                    let outputs = outputs.collect();
-                    layouts.channels.insert(row.channel, outputs);
+                    let outputs = row.layout.outputs.iter();
+                    outputs.map(|of| place(&of.service, &of.signals, period_ns)).collect()
+                }),
+                _ => continue,
+            };
+            for place in places.iter().flatten() {
+                if counts.len() <= *place {
+                    counts.resize(*place + 1, 0);
                 }
-                _ => {}
+                counts.get_mut(*place).into_iter().for_each(|count| *count += 1);
             }
         }
-        layouts.other_messages = reader.other_messages();
-        Ok(layouts)
-    }
-
-    fn place(&mut self, service: &str, layout: FrameLayout) -> usize {
-        let new = (service.to_owned(), layout);
-        self.all.iter().position(|known| *known == new).unwrap_or_else(|| {
-            self.all.push(new);
-            self.all.len() - 1
-        })
+        Ok(Some(Self { counts, other_messages: reader.other_messages(), ..layouts }))
     }
 
     /// The services, in the order of their first frames.
     pub(super) fn services(&self) -> Vec<String> {
-        let mut services: Vec<String> = Vec::new();
-        for (service, _) in &self.all {
-            if !services.contains(service) {
-                services.push(service.clone());
-            }
-        }
-        services
+        let mut seen = HashSet::new();
+        let services = self.all.iter().map(|(service, _)| service);
+        services.filter(|service| seen.insert(*service)).cloned().collect()
+    }
+
+    /// How many frames a service has.
+    pub(super) fn frames(&self, service: &str) -> u64 {
+        let of = self.all.iter().zip(&self.counts).filter(|((of, _), _)| of == service);
+        of.map(|(_, count)| count).sum()
     }
 
     /// Leaves those of some services, which come `speed` times as fast as they were recorded.
@@ -98,8 +106,9 @@ impl Layouts {
     /// A name or a layout is none that a publisher can have.
     pub(super) fn only(self, services: &[String], speed: Option<f64>) -> Result<Self, Failure> {
         let mut places = Vec::new();
-        let mut all = Vec::new();
-        for (service, mut layout) in self.all {
+        let (mut all, mut counts) = (Vec::new(), Vec::new());
+        let services: HashSet<&String> = services.iter().collect();
+        for ((service, mut layout), count) in self.all.into_iter().zip(self.counts) {
             if !services.contains(&service) {
                 places.push(None);
                 continue;
@@ -112,12 +121,13 @@ impl Layouts {
             layout.period_ns = layout.period_ns.and_then(period);
             places.push(Some(all.len()));
             all.push((service, layout));
+            counts.push(count);
         }
         let mut channels = self.channels;
         for layout in channels.values_mut().flatten() {
             *layout = layout.and_then(|place| places.get(place).copied().flatten());
         }
-        Ok(Self { all, channels, other_messages: self.other_messages })
+        Ok(Self { all, counts, channels, other_messages: self.other_messages })
     }
 }
 
@@ -188,15 +198,16 @@ impl<'a> Frames<'a> {
             }
             Some(Item::Row(row)) => {
                 let outputs = self.layouts.channels.get(&row.channel).into_iter().flatten();
-                let outputs = outputs.enumerate().filter_map(|(at, layout)| Some((at, (*layout)?)));
-                new.extend(outputs.map(|(output, layout)| Frame {
+                let outputs = outputs.zip(row.outputs());
+                let outputs = outputs.filter_map(|(layout, output)| Some(((*layout)?, output)));
+                new.extend(outputs.map(|(layout, (flags, values))| Frame {
                     layout,
                     due_ns: row.head.release_ns,
                     cycle: row.head.cycle,
                     missed: row.head.missed,
-                    flags: Flags::from_bits(row.flags(output)),
+                    flags: Flags::from_bits(flags),
                     source_age_ns: None,
-                    values: row.output(output).to_vec(),
+                    values: values.to_vec(),
                     place: 0,
                 }));
             }
@@ -211,9 +222,10 @@ impl<'a> Frames<'a> {
         Ok(())
     }
 
-    /// In what state the file is, as far as it was read.
-    pub(super) fn condition(&self) -> &Condition {
-        self.reader.condition()
+    /// In what state the file is, as far as it was read: one whose end was not read may be closed.
+    pub(super) fn condition(&self) -> Condition {
+        let condition = self.reader.condition().clone();
+        Condition { is_closed: condition.is_closed || !self.is_over, ..condition }
     }
 }
 

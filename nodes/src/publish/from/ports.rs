@@ -1,14 +1,21 @@
 //! The publishers of recorded services.
 
 use std::collections::HashMap;
-use std::thread::Scope;
+use std::thread::{self, Scope};
+use std::time::{Duration, Instant};
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{FramePublisher, Participant, Stamp, ipc};
+use isochrone_processes::Stop;
 
 use super::frames::{Frame, Layouts};
 use crate::failure::Failure;
 use crate::publish::announcing::Announcing;
+
+/// After how many publishers others are let in, who wait for the lock of the domain.
+const AT_ONCE: usize = 8;
+/// For how long: they look every 20 ms.
+const LET_IN: Duration = Duration::from_millis(30);
 
 /// A publisher for each service; where a service changes its layout, one after the other.
 pub(super) struct Ports<'scope, 'env> {
@@ -16,6 +23,8 @@ pub(super) struct Ports<'scope, 'env> {
     participant: &'scope Participant<ipc::Service>,
     layouts: &'scope Layouts,
     by_service: HashMap<&'scope str, Port<'scope>>,
+    /// How often a service changed its layout, and how long that took in all.
+    pub(super) changes: (u64, Duration),
 }
 
 /// The publisher of a service.
@@ -32,19 +41,30 @@ pub(super) struct Sum {
     pub(super) service: String,
     pub(super) sent: u64,
     pub(super) unsent: u64,
+    /// Frames in the recording.
+    pub(super) recorded: u64,
 }
 
 impl<'scope, 'env> Ports<'scope, 'env> {
-    /// Opens a publisher for each service, with its first layout.
+    /// Opens a publisher for each service, with its first layout, until it is to stop.
     pub(super) fn open(
         scope: &'scope Scope<'scope, 'env>,
         participant: &'scope Participant<ipc::Service>,
         layouts: &'scope Layouts,
+        stop: &Stop,
     ) -> Result<Self, Failure> {
-        let mut ports = Self { scope, participant, layouts, by_service: HashMap::new() };
+        let (by_service, changes) = (HashMap::new(), Default::default());
+        let mut ports = Self { scope, participant, layouts, by_service, changes };
         for (place, (service, _)) in layouts.all.iter().enumerate() {
-            if !ports.by_service.contains_key(service.as_str()) {
-                ports.change(place, (0, 0))?;
+            if ports.by_service.contains_key(service.as_str()) {
+                continue;
+            }
+            if stop.is_due() {
+                break;
+            }
+            ports.change(place, (0, 0))?;
+            if ports.by_service.len().is_multiple_of(AT_ONCE) {
+                thread::sleep(LET_IN);
             }
         }
         Ok(ports)
@@ -67,9 +87,13 @@ impl<'scope, 'env> Ports<'scope, 'env> {
         if !self.by_service.get(service.as_str()).is_some_and(is_other) {
             return Ok(());
         }
+        let began = Instant::now();
         // A service has one publisher, so the one before goes first.
         let before = self.by_service.remove(service.as_str()).map(|port| port.sums());
-        self.change(layout, before.unwrap_or_default())
+        self.change(layout, before.unwrap_or_default())?;
+        self.changes.0 += 1;
+        self.changes.1 += began.elapsed();
+        Ok(())
     }
 
     /// Sends a frame that is due at `release_ns`.
@@ -92,7 +116,8 @@ impl<'scope, 'env> Ports<'scope, 'env> {
         let services = self.layouts.services().into_iter();
         let sum = |service: String| {
             let (sent, unsent) = self.by_service.get(service.as_str())?.sums();
-            Some(Sum { service, sent, unsent })
+            let recorded = self.layouts.frames(&service);
+            Some(Sum { service, sent, unsent, recorded })
         };
         services.filter_map(sum).collect()
     }

@@ -9,15 +9,12 @@ use crate::replay::document::{Outcome, TaskOutcome};
 impl Rerun<'_> {
     /// What came of it.
     pub(in crate::replay) fn finish(self) -> Outcome {
-        let mut notes: Vec<String> = self.missing.into_iter().collect();
+        let mut notes: Vec<String> = self.unlike.into_iter().collect();
+        notes.extend(self.missing.notes());
         let some = |tally: &Tally, thing: &str, what: &str| {
             let things = counted(tally.count, thing);
             (tally.count > 0).then(|| format!("{things} {what}; the first: {}", tally.first))
         };
-        notes.extend(self.strangers.iter().map(|(task, rows)| {
-            let rows = counted(*rows, "cycle");
-            format!("there is no task \"{task}\" here; {rows} left out")
-        }));
         if self.changes_left_out > 0 {
             let changes = counted(self.changes_left_out, "online change");
             notes.push(format!("{changes} of the run left out: the given configuration stays"));
@@ -51,6 +48,8 @@ impl Rerun<'_> {
         Outcome {
             tasks: tasks.collect(),
             comparison: self.comparison,
+            missing: self.missing,
+            may_miss: self.may_miss,
             notes,
             is_damaged: self.recorded.condition.damaged > 0,
         }

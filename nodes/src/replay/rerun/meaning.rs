@@ -7,6 +7,7 @@ use isochrone_engine::{Plan, Source};
 use isochrone_runtime::task_layouts;
 
 use super::Rerun;
+use crate::replay::missing::listed;
 use crate::replay::task::Places;
 
 impl Rerun<'_> {
@@ -38,15 +39,17 @@ impl Rerun<'_> {
         let row = task.rows.front()?;
         if let Some(plan) = changed {
             let own = task_layouts(plan).into_iter().nth(index)?;
-            return Some(Arc::new(Places::new(&row.layout, &own, plan, &mut self.comparison)));
+            let (comparison, missing) = (&mut self.comparison, &mut self.missing);
+            return Some(Arc::new(Places::new(&row.layout, &own, plan, comparison, missing)));
         }
         if let Some(places) = task.places.get(&row.channel) {
             return Some(places.clone());
         }
-        let places = Places::new(&row.layout, &task.layout, &task.plan, &mut self.comparison);
+        let (comparison, missing) = (&mut self.comparison, &mut self.missing);
+        let places = Places::new(&row.layout, &task.layout, &task.plan, comparison, missing);
         for (input, place) in task.layout.inputs.iter().zip(&places.inputs) {
             if place.is_none() {
-                self.missing.insert(format!(
+                self.unlike.insert(format!(
                     "the recording has no input \"{}\" of task \"{}\"; it keeps its default",
                     input.name, task.name
                 ));
@@ -55,18 +58,19 @@ impl Rerun<'_> {
         for (from, place) in &places.wires {
             if place.is_none() {
                 let from = task.plan.tasks.get(*from).map_or("", |from| &from.name);
-                self.missing.insert(format!(
+                self.unlike.insert(format!(
                     "the recording has no wire from task \"{from}\" to \"{}\"; each cycle reads what had been \
                      computed when it began",
                     task.name
                 ));
             }
         }
-        self.missing.extend(places.missing.iter().map(|signal| {
-            format!("task \"{}\" does not publish {signal} here; it is not compared", task.name)
-        }));
+        if !places.added.is_empty() {
+            let added = listed(&places.added);
+            self.unlike.insert(format!("the recording has no {added} of task \"{}\"", task.name));
+        }
         if row.layout.period_ns != task.layout.period_ns {
-            self.missing.insert(format!(
+            self.unlike.insert(format!(
                 "task \"{}\" had another period; its cycles are repeated as they ran",
                 task.name
             ));

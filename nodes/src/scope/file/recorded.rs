@@ -98,8 +98,7 @@ impl Line<'_> {
             Self::Row(row) => {
                 let inputs = 0..row.layout.inputs.len();
                 values.extend(inputs.map(|input| row.input(input).value));
-                let outputs = 0..row.layout.outputs.len();
-                values.extend(outputs.flat_map(|output| row.output(output)));
+                values.extend(row.outputs().flat_map(|(_, signals)| signals));
             }
         }
     }
