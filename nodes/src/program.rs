@@ -3,7 +3,7 @@
 use std::ffi::OsStr;
 use std::path::Path;
 
-use clap::Command;
+use clap::{Arg, Command};
 
 const ISOCHRONE: &str = "isochrone";
 
@@ -15,8 +15,18 @@ pub(crate) fn name() -> String {
 /// The command line, with the name of the program wherever it is called.
 pub(crate) fn command() -> Command {
     let name = name();
-    let command = crate::command();
+    let command = lenient(crate::command());
     if name == ISOCHRONE { command } else { renamed(command, &name).name(name) }
+}
+
+/// A verb and those below it, whose options that take a negative number take one with a unit too (`-5ms`): what is
+/// wrong with it is then said in the words of the option.
+fn lenient(command: Command) -> Command {
+    let takes_hyphens = |arg: Arg| match arg.is_allow_negative_numbers_set() {
+        true => arg.allow_hyphen_values(true),
+        false => arg,
+    };
+    command.mut_args(takes_hyphens).mut_subcommands(lenient)
 }
 
 /// The name in the first word of a command line, if shells take it for a word too.

@@ -48,7 +48,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "TIME", value_parser = parse_seconds, allow_negative_numbers = true)]
     seconds: Option<f64>,
     /// Begin another file after this time or about this size: 10min, 1h, 500MB, 1GB
-    #[arg(long, value_name = "TIME|SIZE", value_parser = split::parse)]
+    #[arg(long, value_name = "TIME|SIZE", value_parser = split::parse, allow_negative_numbers = true)]
     split: Option<Split>,
     /// At the end, print what was recorded as JSON
     #[arg(long)]

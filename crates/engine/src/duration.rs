@@ -14,7 +14,8 @@ pub(crate) const UNITS: [(&str, u64); 7] = [
 /// Parses a duration into whole nanoseconds. `Err` says what is wrong with it.
 pub fn parse_duration_ns(text: &str) -> Result<u64, String> {
     let text = text.trim();
-    if text.starts_with('-') {
+    // Two of them begin an option.
+    if text.starts_with('-') && !text.starts_with("--") {
         return Err("a duration cannot be negative".into());
     }
     if text.contains(',') {
