@@ -29,4 +29,4 @@ pub use child::{Child, ChildError};
 pub use company::{Company, CompanyError};
 pub use ending::Ending;
 pub use orphan::end_with_parent;
-pub use stop::{Stop, StopError};
+pub use stop::{Stop, StopError, is_asked_to_end, outlive_file_limit};

@@ -2,8 +2,8 @@
 //! ends in order. One that hangs is ended by another signal.
 
 use std::io;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, OnceLock};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
@@ -46,6 +46,24 @@ pub enum StopError {
     },
 }
 
+/// The flag of the program's signals.
+static SIGNALLED: OnceLock<Arc<AtomicBool>> = OnceLock::new();
+
+/// Whether a signal has asked the program to end, for what waits where there is no [`Stop`] to look at.
+pub fn is_asked_to_end() -> bool {
+    SIGNALLED.get().is_some_and(|flag| flag.load(Ordering::Relaxed))
+}
+
+/// Lets the program outlive a limit of file sizes (`ulimit -f`): what it writes beyond fails as on a full disk,
+/// where SIGXFSZ would kill it. Programs that it starts have the signal as it is by default.
+///
+/// # Errors
+/// The handler of the signal is refused.
+pub fn outlive_file_limit() -> io::Result<()> {
+    // A handler, since an ignored signal stays ignored in programs that this one starts.
+    signal_hook::flag::register(Signal::SIGXFSZ as i32, Arc::default()).map(drop)
+}
+
 /// The flag that ends the program, and the time at which it ends by itself.
 #[derive(Debug, Clone)]
 pub struct Stop {
@@ -70,11 +88,10 @@ impl Stop {
     /// # Errors
     /// There is no thread to be had, or signals are already handled.
     pub fn on_signal(last_words: impl Fn() + Send + Sync + 'static) -> Result<Self, StopError> {
-        static TAKEN: AtomicBool = AtomicBool::new(false);
-        if TAKEN.swap(true, Ordering::Relaxed) {
+        let flag = Arc::new(AtomicBool::new(false));
+        if SIGNALLED.set(flag.clone()).is_err() {
             return Err(StopError::Taken);
         }
-        let flag = Arc::new(AtomicBool::new(false));
         let refused = |cause| StopError::Signals { cause };
         let terminate = SigSet::from_iter([Signal::SIGTERM]);
         terminate.thread_unblock().map_err(|cause| refused(cause.into()))?;

@@ -68,11 +68,12 @@ impl Write for Disk {
 }
 
 impl RecordingFile for Disk {
-    fn cut(&mut self, bytes: u64) {
+    fn cut(&mut self, bytes: u64) -> u64 {
         self.change(|state| {
             state.bytes.truncate(bytes as usize);
             state.is_cut = true;
         });
+        bytes
     }
 }
 

@@ -1,5 +1,7 @@
 //! The file that is written, or one after the other.
 
+use std::borrow::Cow;
+use std::fs::{self, DirEntry};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -50,11 +52,15 @@ impl Broken {
     /// What to say; `unwritten` frames were received and are in no file.
     pub(super) fn failure(&self, unwritten: u64) -> Failure {
         let Self { path, error, frames } = self;
-        let (path, frames) = (path.display(), counted(*frames, "frame"));
-        let unwritten = counted(unwritten, "frame");
+        let path = path.display();
+        let way_out = match frames {
+            0 => String::new(),
+            _ => format!(". To close the file, use `isochrone export {path} -o closed.mcap`"),
+        };
+        let (frames, unwritten) = (counted(*frames, "frame"), counted(unwritten, "frame"));
         Failure::found(format!(
             "cannot write {path}: {error}; the recording ends here, with {frames} in this file, and {unwritten} \
-             received since are lost. To close the file, use `isochrone export {path} -o closed.mcap`"
+             received since are lost{way_out}"
         ))
     }
 }
@@ -70,8 +76,27 @@ impl Output {
             begun: Instant::now(),
             files: Vec::new(),
         };
+        output.refuse_series()?;
         output.opened = Some(ResultFile::open(&output.path_of(1))?);
         Ok(output)
+    }
+
+    /// Refuses to begin a series of files where one is: what is left of that would be taken for a part of this.
+    fn refuse_series(&self) -> Result<(), Failure> {
+        let (first, Some(_)) = (self.path_of(1), self.split) else { return Ok(()) };
+        let folder = match first.parent() {
+            Some(folder) if folder != Path::new("") => folder,
+            _ => Path::new("."),
+        };
+        // What is wrong with a folder that cannot be read is said where the file is opened.
+        let names = fs::read_dir(folder).into_iter().flatten().filter_map(Result::ok);
+        let number = |entry: DirEntry| self.number_of(&entry.file_name().to_string_lossy());
+        let Some(last) = names.filter_map(number).max() else { return Ok(()) };
+        Err(Failure::usage(format!(
+            "there is a series of this name already, up to {}, and the new files would mix with it; choose \
+             another name, or remove the old files",
+            self.path_of(last).display()
+        )))
     }
 
     /// Where a layout is written, for this file. Begins the file if there is none.
@@ -186,11 +211,11 @@ impl Output {
 
     /// Leaves what can be read of a file.
     fn broken(&mut self, error: WriteError, mut failed: Failed<ResultFile>) -> Broken {
-        failed.out.cut(failed.good_bytes);
+        let left = failed.out.cut(failed.good_bytes);
         let (mut path, mut frames) = (self.path.clone(), 0);
         if let Some(file) = self.files.last_mut() {
-            file.frames = file.frames.saturating_sub(failed.lost_frames);
-            file.bytes = failed.good_bytes;
+            let whole = file.frames.saturating_sub(failed.lost_frames);
+            (file.frames, file.bytes) = if left == 0 { (0, 0) } else { (whole, left) };
             (path, frames) = (file.path.clone(), file.frames);
         }
         Broken { path, error, frames }
@@ -201,8 +226,23 @@ impl Output {
         if self.split.is_none() {
             return self.path.clone();
         }
+        let (stem, extension) = self.name_parts();
+        self.path.with_file_name(format!("{stem}_{number:04}.{extension}"))
+    }
+
+    /// The number of a file of this name in the series.
+    fn number_of(&self, name: &str) -> Option<usize> {
+        let (stem, extension) = self.name_parts();
+        let digits = name.strip_prefix(&*stem)?.strip_prefix('_')?;
+        let digits = digits.strip_suffix(&*extension)?.strip_suffix('.')?;
+        let is_number = digits.len() >= 4 && digits.bytes().all(|it| it.is_ascii_digit());
+        if is_number { digits.parse().ok() } else { None }
+    }
+
+    /// What stands before and behind the number in the name of a file.
+    fn name_parts(&self) -> (Cow<'_, str>, Cow<'_, str>) {
         let stem = self.path.file_stem().unwrap_or_default().to_string_lossy();
         let extension = self.path.extension().map_or("mcap".into(), |it| it.to_string_lossy());
-        self.path.with_file_name(format!("{stem}_{number:04}.{extension}"))
+        (stem, extension)
     }
 }

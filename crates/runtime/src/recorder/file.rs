@@ -5,14 +5,16 @@ use std::io::Write;
 
 /// A file that a node is recorded in.
 pub trait RecordingFile: Write + Send + 'static {
-    /// Takes away what stands behind so many bytes: the half of a record that found no room.
-    fn cut(&mut self, bytes: u64);
+    /// Takes away what stands behind so many bytes: the half of a record that found no room. Returns how many
+    /// bytes are left that can be read: 0 if others removed or changed the file.
+    fn cut(&mut self, bytes: u64) -> u64;
 }
 
 impl RecordingFile for File {
-    fn cut(&mut self, bytes: u64) {
+    fn cut(&mut self, bytes: u64) -> u64 {
         // A pipe or a device keeps it.
         let _ = self.set_len(bytes);
+        bytes
     }
 }
 

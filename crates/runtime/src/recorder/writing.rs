@@ -69,13 +69,19 @@ pub(super) fn work<F: RecordingFile>(writer: Writer<F>, jobs: &Receiver<Job>, de
         }
     };
     let failed = why.map(|(why, mut failed)| {
-        failed.out.cut(failed.good_bytes);
-        (why, failed.good_bytes, given.saturating_sub(failed.lost_frames))
+        let written = given.saturating_sub(failed.lost_frames);
+        match failed.out.cut(failed.good_bytes) {
+            0 => (why, 0, 0),
+            left => (why, left, written),
+        }
     });
     let mut told = desk.lock();
     if let Some((why, bytes, cycles)) = failed {
         let outcome = &mut told.outcome;
         (outcome.cycles, outcome.bytes) = (cycles, bytes);
+        if bytes == 0 {
+            outcome.entries = 0;
+        }
         let file = &outcome.file;
         let sentence = format!(
             "the recording {file} cannot be written ({why}): it ends there, and the node goes on without it"
