@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use isochrone_engine::escaped;
 use isochrone_ipc::SignalSpec;
+use isochrone_processes::Stop;
 use isochrone_recording::{Item, RecordedFrame, RecordedRow, RepairError, WriteError, repair};
 use isochrone_timing::units::counted;
 
@@ -51,11 +52,12 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     for file in &args.files {
         configuration::keep(file, &args.output)?;
     }
+    let stop = stop::on_signal(None)?;
     if args.output.extension().is_none_or(|extension| extension != "mcap") {
-        return export_csv(args);
+        return export_csv(args, &stop);
     }
     match (&args.files[..], args.service.as_ref().or(args.task.as_ref())) {
-        ([file], None) => close(file, &args.output),
+        ([file], None) => close(file, &args.output, &stop),
         (_, Some(_)) => Err(Failure::usage(
             "--service is for CSV, and so is --task; a closed recording has everything",
         )),
@@ -63,8 +65,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
-fn close(file: &Path, output: &Path) -> Result<(), Failure> {
-    let source = recording_file::file(file)?;
+fn close(file: &Path, output: &Path, stop: &Stop) -> Result<(), Failure> {
+    let source = recording_file::file_until(file, stop)?;
     let out = ResultFile::open(output)?;
     let (repaired, _) = repair(source, out).map_err(|error| match error {
         RepairError::Read(error) => unreadable(file, &error),
@@ -75,15 +77,28 @@ fn close(file: &Path, output: &Path) -> Result<(), Failure> {
     })?;
     let messages = counted(repaired.messages, "message");
     terminal::note(&format!("{}: {messages}, closed", output.display()));
+    if stop.is_due() {
+        return Err(cut_short(output));
+    }
     judge(file, &repaired.condition)
 }
 
-fn export_csv(args: &Args) -> Result<(), Failure> {
-    let stop = stop::on_signal(None)?;
+/// The failure of an export that a signal ended.
+fn cut_short(output: &Path) -> Failure {
+    let output = match output.to_str() {
+        Some("-") => "stdout".into(),
+        _ => output.display().to_string(),
+    };
+    Failure::found(format!(
+        "ended by a signal before everything was read: {output} has the beginning only"
+    ))
+}
+
+fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
     let (kind, name) = match (&args.service, &args.task) {
         (Some(service), _) => (Kind::Service, service.clone()),
         (None, Some(task)) => (Kind::Task, task.clone()),
-        (None, None) => only_one(&args.files)?,
+        (None, None) => only_one(&args.files, stop)?,
     };
     let mut table = Csv {
         rows: Rows::create(&args.output)?,
@@ -96,7 +111,7 @@ fn export_csv(args: &Args) -> Result<(), Failure> {
     let mut found = Found::default();
     let mut judged = Ok(());
     for file in &args.files {
-        let mut reader = recording_file::open(file)?;
+        let mut reader = recording_file::open_until(file, stop)?;
         table.channel = None;
         while !stop.is_due() {
             match reader.next_item().map_err(|error| unreadable(file, &error))? {
@@ -112,11 +127,13 @@ fn export_csv(args: &Args) -> Result<(), Failure> {
                 None => break,
             }
         }
-        if !stop.is_due() {
-            judged = judged.and(judge(file, reader.condition()));
+        if stop.is_due() {
+            judged = Err(cut_short(&args.output));
+            break;
         }
+        judged = judged.and(judge(file, reader.condition()));
     }
-    if table.frames == 0 {
+    if table.frames == 0 && !stop.is_due() {
         let (what, there) = match kind {
             Kind::Service => ("frames of", &found.services),
             Kind::Task => ("cycles of task", &found.tasks),
@@ -137,15 +154,18 @@ fn export_csv(args: &Args) -> Result<(), Failure> {
 }
 
 /// The service or the task that everything is of.
-fn only_one(files: &[PathBuf]) -> Result<(Kind, String), Failure> {
+fn only_one(files: &[PathBuf], stop: &Stop) -> Result<(Kind, String), Failure> {
     let mut found = Found::default();
     let mut others = 0;
     for file in files {
-        let mut reader = recording_file::open(file)?;
+        let mut reader = recording_file::open_until(file, stop)?;
         while let Some(item) = reader.next_item().map_err(|error| unreadable(file, &error))? {
             found.note(&item);
         }
         others += reader.other_messages();
+        if stop.is_due() {
+            return Err(Failure::found("ended by a signal before anything was written"));
+        }
     }
     let Found { services, tasks } = &found;
     match (&services[..], &tasks[..]) {

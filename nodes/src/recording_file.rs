@@ -1,8 +1,10 @@
 //! Recordings as files on the command line: opened, and judged once they were read.
 
 use std::fs::File;
+use std::io::{self, Read};
 use std::path::Path;
 
+use isochrone_processes::Stop;
 use isochrone_recording::{Condition, Damage, ReadError, Reader};
 use isochrone_timing::units::counted;
 
@@ -17,6 +19,33 @@ pub(crate) fn file(path: &Path) -> Result<File, Failure> {
 /// Begins to read a recording.
 pub(crate) fn open(path: &Path) -> Result<Reader<File>, Failure> {
     Reader::open(file(path)?).map_err(|error| unreadable(path, &error))
+}
+
+/// The same; it seems to break off where the program is to end.
+pub(crate) fn open_until(path: &Path, stop: &Stop) -> Result<Reader<Until>, Failure> {
+    Reader::open(file_until(path, stop)?).map_err(|error| unreadable(path, &error))
+}
+
+/// Opens a file that seems to break off where the program is to end.
+pub(crate) fn file_until(path: &Path, stop: &Stop) -> Result<Until, Failure> {
+    Ok(Until { file: file(path)?, stop: stop.clone(), has_begun: false })
+}
+
+/// A file that is read until the program is to end.
+pub(crate) struct Until {
+    file: File,
+    stop: Stop,
+    /// Whether it was read: without its beginning, it would be taken for no recording.
+    has_begun: bool,
+}
+
+impl Read for Until {
+    fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
+        if std::mem::replace(&mut self.has_begun, true) && self.stop.is_due() {
+            return Ok(0);
+        }
+        self.file.read(bytes)
+    }
 }
 
 /// The failure of a file that cannot be read.
