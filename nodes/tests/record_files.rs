@@ -96,7 +96,7 @@ fn a_recording_whose_file_is_removed_or_cut_by_others_ends_and_is_no_success() {
     let cut = |path: PathBuf| fs::write(path, "").unwrap();
     let was_removed = "it was removed or replaced while it was written";
     let was_cut = "another program changed its length while it was written";
-    let cases: [(fn(PathBuf), &str); 2] = [(remove, was_removed), (cut, was_cut)];
+    let cases = [(remove as fn(PathBuf), was_removed), (cut, was_cut)];
     for (harm, why) in cases {
         let recorder = recording(&domain, "record plant/saw -o out.mcap --json", "out.mcap");
         harm(domain.path("out.mcap"));
