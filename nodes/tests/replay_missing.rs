@@ -8,6 +8,14 @@ use program::{Folder, assert_says};
 use recorded_run::{CONFIGURATION, CYCLES, record};
 use serde_json::Value;
 
+/// Begins `run.mcap`.
+fn begun(folder: &Folder, configuration: &str) -> Writer<std::fs::File> {
+    let (name, version) = ("level".to_owned(), env!("CARGO_PKG_VERSION").to_owned());
+    let node = Node { name, version, file: "level.toml".into() };
+    let out = std::fs::File::create(folder.path("run.mcap")).unwrap();
+    Writer::create_for_node(out, ClockReading::default(), &node, configuration).unwrap()
+}
+
 #[test]
 fn what_the_configuration_does_not_have_is_never_the_same_unless_that_is_meant() {
     let folder = Folder::new();
@@ -67,14 +75,10 @@ fn a_configuration_of_another_run_is_found_and_thousands_of_outputs_take_no_long
         outputs: (0..OUTPUTS).map(output).collect(),
         ..TaskLayout::default()
     };
-    let (name, version) = ("level".to_owned(), env!("CARGO_PKG_VERSION").to_owned());
-    let node = Node { name, version, file: "level.toml".into() };
     let configuration = "[node]\nname = \"level\"\n[[task]]\nname = \"fast\"\nperiod = \"1ms\"\n\
         [[input]]\nname = \"x\"\ntask = \"fast\"\nservice = \"plant/in\"\n\
         [[output]]\nservice = \"plant/s0\"\ntask = \"fast\"\nsignals = [\"x\"]\n";
-    let out = std::fs::File::create(folder.path("run.mcap")).unwrap();
-    let clock = ClockReading::default();
-    let mut writer = Writer::create_for_node(out, clock, &node, configuration).unwrap();
+    let mut writer = begun(&folder, configuration);
     let channel = writer.add_task(&layout).unwrap();
     let values = vec![0.0; layout.len()];
     for cycle in 0..10 {
@@ -88,4 +92,40 @@ fn a_configuration_of_another_run_is_found_and_thousands_of_outputs_take_no_long
     assert_says(&said, &["have them: 9999 signals of the recording; 10 values", "9991 more here"]);
     let said = folder.run("publish --from run.mcap").refused(2);
     assert_says(&said, &["has 10000 services"]);
+}
+
+#[test]
+fn a_task_of_which_every_row_was_lost_is_not_compared() {
+    let folder = Folder::new();
+    let task = |name: &str| format!("[[task]]\nname = \"{name}\"\nperiod = \"1ms\"\n");
+    let of = |task: &str| {
+        format!(
+            "[[input]]\nname = \"{task}_x\"\ntask = \"{task}\"\nservice = \"plant/in/{task}\"\n\
+             [[output]]\nservice = \"plant/{task}\"\ntask = \"{task}\"\nsignals = [\"{task}_x\"]\n"
+        )
+    };
+    let tasks = ["a", "b"];
+    let configuration = "[node]\nname = \"level\"\n".to_owned()
+        + &tasks.map(task).concat()
+        + &tasks.map(of).concat();
+    let layout = |task: &str| TaskLayout {
+        node: "level".into(),
+        task: task.into(),
+        period_ns: 1_000_000,
+        inputs: vec![isochrone_ipc::SignalSpec::new(format!("{task}_x"), "LREAL")],
+        outputs: vec![OutputLayout {
+            service: format!("plant/{task}"),
+            signals: vec![isochrone_ipc::SignalSpec::new(format!("{task}_x"), "LREAL")],
+        }],
+        ..TaskLayout::default()
+    };
+    let mut writer = begun(&folder, &configuration);
+    let channel = writer.add_task(&layout("a")).unwrap();
+    let head = RowHead { release_ns: 1_000_000, ..RowHead::default() };
+    writer.write_row(channel, &head, &vec![0.0; layout("a").len()]).unwrap();
+    writer.mark_lost_rows(&layout("b"), 6, 7, 9_000_000).unwrap();
+    writer.finish().map_err(|(error, _)| error).unwrap();
+    let said = folder.run("replay run.mcap").refused(4);
+    assert_says(&said, &["task \"b\" cannot be compared from cycle 0 on: 7 rows were lost"]);
+    assert_says(&said, &["1 value in 1 cycle of 2 tasks of \"level\" are the same"]);
 }

@@ -23,7 +23,7 @@ pub(super) struct Recorded {
     /// Lines of the journal, in order.
     lines: Vec<String>,
     /// Of each task, by name, in the order of its appearance: the rows that were lost at its end.
-    pub(super) tasks: Vec<(String, Option<Lost>)>,
+    tasks: Vec<(String, Option<Lost>)>,
     pub(super) condition: Condition,
 }
 
@@ -74,9 +74,11 @@ impl Recorded {
                 }
                 Item::Mark(mark) if mark.kind == Mark::LOST => {
                     let task = mark.service.rsplit('/').next().unwrap_or_default();
-                    let found = tasks.iter_mut().find(|(name, _)| name == task);
-                    if let Some((_, lost)) = found {
-                        *lost = Some(Lost { count: mark.count });
+                    let now = Some(Lost { count: mark.count });
+                    match tasks.iter_mut().find(|(name, _)| name == task) {
+                        Some((_, lost)) => *lost = now,
+                        // All of its rows.
+                        None => tasks.push((task.to_owned(), now)),
                     }
                 }
                 Item::Mark(_) => {}
