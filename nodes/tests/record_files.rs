@@ -11,7 +11,7 @@ use std::thread;
 
 use domain::{Domain, Process, wait_until};
 use isochrone_recording::{Item, Reader};
-use rustix::process::{Pid, Resource, Rlimit, prlimit};
+use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
 use serde_json::Value;
 
 const NODE: &str = r#"
@@ -145,7 +145,8 @@ fn a_limit_of_file_sizes_ends_the_recording_and_not_the_node() {
     domain.write("saw.toml", NODE);
     let mut node = recording(&domain, "run saw.toml --record own.mcap", "own.mcap");
     let length = fs::metadata(domain.path("own.mcap")).unwrap().len();
-    let limit = Rlimit { current: Some(length + 1000), maximum: None };
+    let maximum = getrlimit(Resource::Fsize).maximum;
+    let limit = Rlimit { current: Some(length + 1000), maximum };
     let id = Pid::from_raw(node.id() as i32).unwrap();
     prlimit(Some(id), Resource::Fsize, limit).unwrap();
     node.wait_for("cannot be written (File too large");
