@@ -9,7 +9,7 @@ use isochrone_recording::{Item, RecordedFrame, RecordedRow, RepairError, WriteEr
 use isochrone_timing::units::counted;
 
 use crate::failure::Failure;
-use crate::recording_file::{self, judge, unreadable};
+use crate::recording_file::{self, damage, judge, lacking, unreadable};
 use crate::result_file::ResultFile;
 use crate::rows::{CYCLE, Rows, TIME};
 use crate::subscribe::channels_of;
@@ -140,9 +140,9 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
         };
         let question = meant::question(&name, there.iter().map(String::as_str));
         let there = listed(there);
-        return Err(Failure::usage(format!(
-            "the recording has no {what} \"{name}\"; it has: {there}{question}"
-        )));
+        let none = format!("the recording has no {what} \"{name}\"; it has: {there}{question}");
+        let damage = judged.err().and_then(|damaged| Some(damaged.report()?.to_string()));
+        return Err(lacking(damage, none));
     }
     table.rows.flush()?;
     let word = match kind {
@@ -156,7 +156,7 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
 /// The service or the task that everything is of.
 fn only_one(files: &[PathBuf], stop: &Stop) -> Result<(Kind, String), Failure> {
     let mut found = Found::default();
-    let mut others = 0;
+    let (mut others, mut damaged) = (0, None);
     for file in files {
         let mut reader = recording_file::open_until(file, stop)?;
         while let Some(item) = reader.next_item().map_err(|error| unreadable(file, &error))? {
@@ -166,16 +166,21 @@ fn only_one(files: &[PathBuf], stop: &Stop) -> Result<(Kind, String), Failure> {
         if stop.is_due() {
             return Err(Failure::found("ended by a signal before anything was written"));
         }
+        damaged = damaged.or(damage(file, reader.condition()));
     }
     let Found { services, tasks } = &found;
     match (&services[..], &tasks[..]) {
         ([service], []) => Ok((Kind::Service, service.clone())),
         ([], [task]) => Ok((Kind::Task, task.clone())),
-        ([], []) if others > 0 => Err(Failure::usage(format!(
-            "there are no frames in it, only {} of another program",
-            counted(others, "message")
-        ))),
-        ([], []) => Err(Failure::found("the recording has no frames")),
+        ([], []) if others > 0 => {
+            let others = counted(others, "message");
+            let what = format!("there are no frames in it, only {others} of another program");
+            Err(lacking(damaged, what))
+        }
+        ([], []) => {
+            let damaged = damaged.map_or(String::new(), |damaged| damaged + "; ");
+            Err(Failure::found(format!("{damaged}the recording has no frames")))
+        }
         ([], tasks) => {
             let there = listed(tasks);
             Err(Failure::usage(format!(
@@ -262,7 +267,7 @@ impl Csv {
 
     fn write(&mut self, cycle: u64, due_ns: u64, lost: u64, values: &[f64]) -> Result<(), Failure> {
         self.frames += 1;
-        self.lost += lost;
+        self.lost = self.lost.saturating_add(lost);
         let first_ns = *self.first_ns.get_or_insert(due_ns);
         let time_s = due_ns.wrapping_sub(first_ns).cast_signed() as f64 / 1e9;
         self.rows.row(Some(time_s), cycle, values.iter().copied().map(Some))

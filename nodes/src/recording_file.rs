@@ -1,7 +1,7 @@
 //! Recordings as files on the command line: opened, and judged once they were read.
 
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use isochrone_processes::Stop;
@@ -18,12 +18,12 @@ pub(crate) fn file(path: &Path) -> Result<File, Failure> {
 
 /// Begins to read a recording.
 pub(crate) fn open(path: &Path) -> Result<Reader<File>, Failure> {
-    Reader::open(file(path)?).map_err(|error| unreadable(path, &error))
+    Reader::open_with_index(file(path)?).map_err(|error| unreadable(path, &error))
 }
 
 /// The same; it seems to break off where the program is to end.
 pub(crate) fn open_until(path: &Path, stop: &Stop) -> Result<Reader<Until>, Failure> {
-    Reader::open(file_until(path, stop)?).map_err(|error| unreadable(path, &error))
+    Reader::open_with_index(file_until(path, stop)?).map_err(|error| unreadable(path, &error))
 }
 
 /// Opens a file that seems to break off where the program is to end.
@@ -48,6 +48,13 @@ impl Read for Until {
     }
 }
 
+impl Seek for Until {
+    fn seek(&mut self, to: SeekFrom) -> io::Result<u64> {
+        self.has_begun = false;
+        self.file.seek(to)
+    }
+}
+
 /// The failure of a file that cannot be read.
 pub(crate) fn unreadable(path: &Path, error: &ReadError) -> Failure {
     Failure::usage(format!("cannot read {}: {error}", path.display()))
@@ -61,11 +68,27 @@ pub(crate) fn judge(path: &Path, condition: &Condition) -> Result<(), Failure> {
             "note: {file} was not closed: its recorder was killed, or is still at it; read as far as it goes"
         ));
     }
-    match &condition.first_damage {
-        None => Ok(()),
-        Some(Damage { at, what }) => Err(Failure::found(format!(
-            "{file} is damaged: {} left out, the first at byte {at}: {what}",
-            counted(condition.damaged, "part")
-        ))),
+    damage(path, condition).map_or(Ok(()), |damage| Err(Failure::found(damage)))
+}
+
+/// What is damaged, if something is.
+pub(crate) fn damage(path: &Path, condition: &Condition) -> Option<String> {
+    let Damage { at, what } = condition.first_damage.as_ref()?;
+    let (file, parts) = (path.display(), counted(condition.damaged, "part"));
+    Some(format!("{file} is damaged: {parts} left out, the first at byte {at}: {what}"))
+}
+
+/// The failure of a file that does not have what is asked for; what is damaged may have had it.
+pub(crate) fn lacking(damage: Option<String>, what: String) -> Failure {
+    match damage {
+        None => Failure::usage(what),
+        Some(damage) => Failure::found(format!("{damage}; {what}")),
+    }
+}
+
+/// Warns of damage before it is said that something is not in a file.
+pub(crate) fn warn_of_damage(path: &Path, condition: &Condition) {
+    if let Some(damage) = damage(path, condition) {
+        terminal::note(&format!("warning: {damage}"));
     }
 }

@@ -19,6 +19,7 @@ use self::comparison::{Comparison, Tolerance};
 use self::recorded::Recorded;
 use self::rerun::Rerun;
 use crate::failure::Failure;
+use crate::recording_file::warn_of_damage;
 use crate::result_file::ResultFile;
 use crate::rows::Rows;
 use crate::{configuration, numbers, stop, terminal};
@@ -66,7 +67,8 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     }
     let stop = stop::on_signal(None)?;
     let recorded = Recorded::read(&args.file, &stop)?;
-    let plan = plan(args, &recorded, catalogue)?;
+    let plan = plan(args, &recorded, catalogue)
+        .inspect_err(|_| warn_of_damage(&args.file, &recorded.condition))?;
     let mut report = args.report.as_deref().map(ResultFile::open).transpose()?;
     let rows = args.output.as_deref().map(Rows::create).transpose()?;
     recorded.note(&args.file);

@@ -4,7 +4,7 @@ use std::io;
 
 use mcap::McapError;
 
-use crate::records::MAX_RECORD_BYTES;
+use crate::record::MAX_RECORD_BYTES;
 
 /// Why a file cannot be read.
 #[derive(Debug, thiserror::Error)]

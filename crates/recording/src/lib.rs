@@ -41,12 +41,16 @@
 
 mod carried;
 mod cdr;
+mod chunk;
 mod clock;
+mod condition;
 mod error;
 mod frame;
+mod index;
 mod layout;
 mod node_writer;
 mod reader;
+mod record;
 mod records;
 mod repair;
 mod row;
@@ -55,11 +59,12 @@ mod writer;
 
 pub use carried::Carried;
 pub use clock::ClockReading;
+pub use condition::{Condition, Damage};
 pub use error::{ReadError, RepairError, WriteError};
 pub use frame::{Frame, Mark, RecordedFrame};
 pub use layout::{OutputLayout, TaskLayout};
 pub use reader::{Item, Reader};
-pub use records::{Condition, Damage, MAX_RECORD_BYTES};
+pub use record::MAX_RECORD_BYTES;
 pub use repair::{Repaired, repair};
 pub use row::{Entry, Node, RecordedInput, RecordedRow, RecordedWire, RowHead};
 pub use writer::{ChannelId, Failed, Writer};

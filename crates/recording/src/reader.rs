@@ -1,7 +1,7 @@
 //! Reading the frames of a file.
 
 use std::collections::BTreeMap;
-use std::io::Read;
+use std::io::{Read, Seek};
 
 use mcap::records::{Channel as ChannelRecord, MessageHeader, Record};
 
@@ -54,6 +54,8 @@ enum Channel {
     Journal,
     /// Another program wrote it.
     Other,
+    /// It cannot be understood.
+    Malformed,
 }
 
 #[derive(Default)]
@@ -79,20 +81,34 @@ enum Understood {
     Nothing,
 }
 
+impl<R: Read + Seek> Reader<R> {
+    /// Begins to read a file, its end first: that says again what is in it and where, so damage costs less.
+    ///
+    /// # Errors
+    /// Those of [`open`](Self::open).
+    pub fn open_with_index(file: R) -> Result<Self, ReadError> {
+        Records::open_with_index(file).map(Self::new)
+    }
+}
+
 impl<R: Read> Reader<R> {
-    /// Begins to read a file.
+    /// Begins to read a file, from its beginning to its end.
     ///
     /// # Errors
     /// It is no MCAP file, or the system refuses to read it.
     pub fn open(file: R) -> Result<Self, ReadError> {
-        Ok(Self {
-            records: Records::open(file)?,
+        Records::open(file).map(Self::new)
+    }
+
+    fn new(records: Records<R>) -> Self {
+        Self {
+            records,
             channels: Channels::default(),
             clock: ClockReading::default(),
             node: None,
             values: Vec::new(),
             other_messages: 0,
-        })
+        }
     }
 
     /// The next frame, row, entry or mark; `None` at the end of the file, or where it breaks off.
@@ -187,7 +203,7 @@ impl<R: Read> Reader<R> {
                         self.other_messages += 1;
                         Some(Understood::Nothing)
                     }
-                    None => None,
+                    Some(Channel::Malformed) | None => None,
                 }
             }
             Record::Attachment { header, data, .. } if header.name == CONFIGURATION => {
@@ -197,7 +213,7 @@ impl<R: Read> Reader<R> {
             _ => Some(Understood::Nothing),
         };
         if understood.is_none() {
-            self.records.note_here("a record that contradicts the rest of the file");
+            self.records.note("a record that contradicts the rest of the file");
         }
         Ok(Some(understood.unwrap_or(Understood::Nothing)))
     }
@@ -240,12 +256,13 @@ impl Channels {
         let channel = match known {
             Some(Ok(channel)) => channel,
             Some(Err(ChannelFault::Format(format))) => return Err(ReadError::Format { format }),
-            Some(Err(ChannelFault::Malformed)) => return Ok(Learnt::Damaged),
+            Some(Err(ChannelFault::Malformed)) => Channel::Malformed,
             None if record.topic == MARKS_TOPIC => Channel::Marks,
             None if record.topic == JOURNAL_TOPIC => Channel::Journal,
             None => Channel::Other,
         };
+        let is_malformed = matches!(channel, Channel::Malformed);
         self.by_id.insert(record.id, channel);
-        Ok(Learnt::Channel)
+        Ok(if is_malformed { Learnt::Damaged } else { Learnt::Channel })
     }
 }

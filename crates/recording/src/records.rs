@@ -1,45 +1,28 @@
 //! The records of a file, up to where it breaks off.
 
-use std::io::{BufReader, ErrorKind, Read};
+use std::io::{BufReader, Read, Seek};
 
 use mcap::MAGIC;
-use mcap::records::{ChunkHeader, Record, op};
+use mcap::records::{Record, Statistics, op};
 
-use crate::ReadError;
+use crate::chunk::{may_hold, unpack};
+use crate::condition::Tally;
+use crate::index::{FOOTER_BYTES, FOOTER_CHECKED_BYTES, Index};
+use crate::record::{RECORD_HEAD, parse, record_head};
+use crate::{Condition, MAX_RECORD_BYTES, ReadError};
 
-/// The largest record, and the largest chunk before it is compressed, that a reader takes: 64 MiB. What is
-/// larger counts as damaged.
-pub const MAX_RECORD_BYTES: usize = 64 << 20;
 /// How much is read before it is known that there is more.
 const STEP_BYTES: u64 = 1 << 20;
-/// The first byte of a record, and its length.
-const RECORD_HEAD: usize = 9;
-
-/// In what state a file is, once it was read to its end.
-#[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Condition {
-    /// Whether its writer closed it. One that was killed did not.
-    pub is_closed: bool,
-    /// Records and chunks that were passed over because they are damaged.
-    pub damaged: u64,
-    /// The first of them.
-    pub first_damage: Option<Damage>,
-}
-
-/// What is wrong with a part of a file.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Damage {
-    /// Where it begins, in bytes from the beginning of the file.
-    pub at: u64,
-    /// What is wrong.
-    pub what: String,
-}
 
 /// Reads a file record by record; chunks are opened.
 pub(crate) struct Records<R> {
     file: BufReader<R>,
+    /// What its end says.
+    index: Index,
     /// Bytes that were read of the file.
     at: u64,
+    /// The last of them.
+    newest: [u8; MAGIC.len()],
     /// Where the record in `body` begins.
     record_at: u64,
     body: Vec<u8>,
@@ -47,8 +30,21 @@ pub(crate) struct Records<R> {
     /// How much of the chunk was read.
     chunk_at: usize,
     zstd: zstd::bulk::Decompressor<'static>,
-    is_over: bool,
+    section: Section,
+    /// Of what was read of this section.
+    crc: crc32fast::Hasher,
+    tally: Tally,
+    statistics: Option<Statistics>,
     condition: Condition,
+}
+
+/// The sections of a file.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Section {
+    Data,
+    Summary,
+    /// Behind the end, or where nothing is known of what follows.
+    Over,
 }
 
 /// Where the next record stands.
@@ -57,29 +53,39 @@ enum Found {
     InChunk { opcode: u8, start: usize, end: usize },
 }
 
+impl<R: Read + Seek> Records<R> {
+    /// Begins with the schemas and channels that the end of the file repeats.
+    pub(crate) fn open_with_index(mut file: R) -> Result<Self, ReadError> {
+        let mut index = Index::read(&mut file)?;
+        let chunk = std::mem::take(&mut index.described);
+        let record_at = index.at;
+        Ok(Self { index, chunk, record_at, ..Self::open(file)? })
+    }
+}
+
 impl<R: Read> Records<R> {
     pub(crate) fn open(file: R) -> Result<Self, ReadError> {
-        let mut file = BufReader::with_capacity(1 << 16, file);
-        let mut magic = [0; MAGIC.len()];
-        match file.read_exact(&mut magic) {
-            Ok(()) if magic == MAGIC => {}
-            Ok(()) => return Err(ReadError::NotMcap),
-            Err(error) if error.kind() == ErrorKind::UnexpectedEof => {
-                return Err(ReadError::NotMcap);
-            }
-            Err(error) => return Err(error.into()),
-        }
-        Ok(Self {
-            file,
-            at: MAGIC.len() as u64,
+        let mut records = Self {
+            file: BufReader::with_capacity(1 << 16, file),
+            index: Index::default(),
+            at: 0,
+            newest: [0; MAGIC.len()],
             record_at: 0,
             body: Vec::new(),
             chunk: Vec::new(),
             chunk_at: 0,
             zstd: zstd::bulk::Decompressor::new()?,
-            is_over: false,
+            section: Section::Data,
+            crc: crc32fast::Hasher::new(),
+            tally: Tally::default(),
+            statistics: None,
             condition: Condition::default(),
-        })
+        };
+        if !records.read_body(MAGIC.len() as u64)? || records.body != MAGIC {
+            return Err(ReadError::NotMcap);
+        }
+        records.crc.update(MAGIC);
+        Ok(records)
     }
 
     /// The next record of the data; `None` at the end.
@@ -87,9 +93,18 @@ impl<R: Read> Records<R> {
         loop {
             let Some(found) = self.find()? else { return Ok(None) };
             // A borrow that is returned on one way only would last for the whole loop, so it is parsed twice.
-            if let Err(what) = self.record(&found) {
-                self.note(self.record_at, what);
-                continue;
+            match self.record(&found) {
+                Ok(record) => {
+                    let is_message = matches!(record, Record::Message { .. });
+                    self.tally.messages += u64::from(is_message);
+                }
+                Err(what) => {
+                    if let Found::InChunk { .. } = found {
+                        self.chunk_at = self.chunk.len();
+                    }
+                    self.note(what);
+                    continue;
+                }
             }
             return Ok(self.record(&found).ok());
         }
@@ -98,6 +113,9 @@ impl<R: Read> Records<R> {
     fn record(&self, found: &Found) -> Result<Record<'_>, String> {
         match *found {
             Found::InFile { opcode } => parse(opcode, &self.body),
+            Found::InChunk { opcode, .. } if !may_hold(opcode) => {
+                Err(format!("a chunk with a record ({opcode:#04x}) that no chunk has"))
+            }
             Found::InChunk { opcode, start, end } => {
                 parse(opcode, self.chunk.get(start..end).unwrap_or_default())
             }
@@ -105,8 +123,8 @@ impl<R: Read> Records<R> {
     }
 
     /// Takes note of damage that the record just read turns out to have.
-    pub(crate) fn note_here(&mut self, what: &str) {
-        self.note(self.record_at, what.to_owned());
+    pub(crate) fn note(&mut self, what: impl Into<String>) {
+        self.condition.note(self.record_at, what);
     }
 
     pub(crate) fn condition(&self) -> &Condition {
@@ -118,26 +136,50 @@ impl<R: Read> Records<R> {
             if let Some(found) = self.find_in_chunk() {
                 return Ok(Some(found));
             }
-            if self.is_over {
+            if self.section == Section::Over {
                 return Ok(None);
             }
             let Some(opcode) = self.read_record()? else {
-                self.is_over = true;
+                self.break_off();
                 return Ok(None);
             };
-            match opcode {
-                op::CHUNK => self.open_chunk()?,
-                op::DATA_END => {
-                    self.is_over = true;
-                    self.read_to_footer()?;
-                    return Ok(None);
+            let is_all_read = self.index.next_after(self.record_at).is_none();
+            match (opcode, self.section) {
+                (op::FOOTER, _) if self.body.len() == FOOTER_BYTES && is_all_read => self.end()?,
+                (op::DATA_END, Section::Data) if self.body.len() == 4 && is_all_read => {
+                    let sum = self.sum();
+                    let said = &self.body;
+                    self.tally.is_checksum_wrong |= *said != [0; 4] && *said != sum.to_le_bytes();
+                    self.section = Section::Summary;
                 }
-                op::FOOTER => {
-                    self.is_over = true;
-                    self.read_end()?;
-                    return Ok(None);
+                (op::SCHEMA | op::CHANNEL | op::SUMMARY_OFFSET, Section::Summary)
+                | (op::CHUNK_INDEX | op::ATTACHMENT_INDEX | op::METADATA_INDEX, Section::Summary) =>
+                    {}
+                (op::STATISTICS, Section::Summary) => match parse(opcode, &self.body) {
+                    Ok(Record::Statistics(statistics)) => self.statistics = Some(statistics),
+                    _ => self.note("statistics that are malformed"),
+                },
+                (op::STATISTICS | op::SUMMARY_OFFSET, Section::Data)
+                | (op::CHUNK_INDEX | op::ATTACHMENT_INDEX | op::METADATA_INDEX, Section::Data)
+                    if is_all_read =>
+                {
+                    self.condition.note_if_first(self.record_at, "no end of the data");
+                    self.section = Section::Summary;
                 }
-                opcode => return Ok(Some(Found::InFile { opcode })),
+                (op::HEADER | op::SCHEMA | op::CHANNEL | op::MESSAGE, _)
+                | (op::CHUNK | op::MESSAGE_INDEX | op::ATTACHMENT | op::METADATA, _) => {
+                    if self.section == Section::Summary {
+                        let what = format!("a record ({opcode:#04x}) behind the end of the data");
+                        self.condition.note_if_first(self.record_at, what);
+                        self.section = Section::Data;
+                    }
+                    if opcode != op::CHUNK {
+                        return Ok(Some(Found::InFile { opcode }));
+                    }
+                    self.open_chunk()?;
+                }
+                (0x80.., _) => {}
+                _ => self.note(format!("a record ({opcode:#04x}) that cannot stand there")),
             }
         }
     }
@@ -154,7 +196,7 @@ impl<R: Read> Records<R> {
         });
         let Some((opcode, length)) = known else {
             self.chunk_at = self.chunk.len();
-            self.note(self.record_at, "a chunk ends within a record".into());
+            self.note("a chunk ends within a record");
             return None;
         };
         let start = self.chunk_at + RECORD_HEAD;
@@ -165,17 +207,98 @@ impl<R: Read> Records<R> {
     /// Reads a record of the file into `body`; `None` where the file breaks off, or is so damaged that
     /// nothing is known of what follows.
     fn read_record(&mut self) -> Result<Option<u8>, ReadError> {
+        loop {
+            self.record_at = self.at;
+            let next = self.index.next_after(self.at);
+            let room = next.map_or(u64::MAX, |next| next - self.at);
+            if room < RECORD_HEAD as u64 {
+                self.note("what is no record");
+                self.read_body(room)?;
+                continue;
+            }
+            if !self.read_body(RECORD_HEAD as u64)? {
+                return Ok(None);
+            }
+            let Some((opcode, length)) = record_head(&self.body) else { return Ok(None) };
+            let room = room - RECORD_HEAD as u64;
+            if length > room.min(MAX_RECORD_BYTES as u64) {
+                let rest = if next.is_some() { "" } else { "; what follows it is not read" };
+                self.note(format!("a record of {length} bytes{rest}"));
+                self.skip(room)?;
+                continue;
+            }
+            let before = self.crc.clone();
+            self.crc.update(&self.body);
+            if !self.read_body(length)? {
+                return Ok(None);
+            }
+            match opcode {
+                // Its checksum is of what stands before it, and that of the footer of what follows it.
+                op::DATA_END => self.crc = before,
+                op::FOOTER => self.crc.update(self.body.get(..FOOTER_CHECKED_BYTES).unwrap_or(&[])),
+                _ => self.crc.update(&self.body),
+            }
+            return Ok(Some(opcode));
+        }
+    }
+
+    /// The checksum of what was read since the last one.
+    fn sum(&mut self) -> u32 {
+        std::mem::take(&mut self.crc).finalize()
+    }
+
+    /// Behind the footer.
+    fn end(&mut self) -> Result<(), ReadError> {
+        if self.section == Section::Summary {
+            let sum = self.sum();
+            let said = self.body.get(FOOTER_CHECKED_BYTES..).unwrap_or_default();
+            self.tally.is_checksum_wrong |= said != [0; 4] && said != sum.to_le_bytes();
+        }
+        let footer_at = self.record_at;
         self.record_at = self.at;
-        let mut head = [0; RECORD_HEAD];
-        if !self.fill(&mut head)? {
-            return Ok(None);
+        self.condition.is_closed = self.read_body(MAGIC.len() as u64)?;
+        if self.condition.is_closed && self.body != MAGIC {
+            self.note("an end that is none of an MCAP file");
+        } else if self.condition.is_closed && self.read_body(1)? {
+            self.note("more behind the end of the file, which is not read");
         }
-        let Some((opcode, length)) = record_head(&head) else { return Ok(None) };
-        if length > MAX_RECORD_BYTES as u64 {
-            let what = format!("a record of {length} bytes; what follows it is not read");
-            self.note(self.record_at, what);
-            return Ok(None);
+        if self.condition.is_closed
+            && let Some(what) = self.tally.compare(self.statistics.as_ref())
+        {
+            self.condition.note_if_first(footer_at, what);
         }
+        self.section = Section::Over;
+        Ok(())
+    }
+
+    /// Where the file ends without a footer. If its writer came to its end, the way there was lost.
+    fn break_off(&mut self) {
+        self.condition.is_closed = self.newest == *MAGIC && self.at > MAGIC.len() as u64;
+        if self.condition.is_closed {
+            let what = "a record that does not end where it says";
+            self.condition.note_if_first(self.record_at, what);
+        }
+        self.section = Section::Over;
+    }
+
+    fn open_chunk(&mut self) -> Result<(), ReadError> {
+        self.tally.chunks += 1;
+        self.chunk.clear();
+        self.chunk_at = 0;
+        match mcap::parse_record(op::CHUNK, &self.body) {
+            Ok(Record::Chunk { header, data }) => {
+                if let Err(what) = unpack(&mut self.zstd, &header, &data, &mut self.chunk)? {
+                    self.chunk.clear();
+                    self.note(what);
+                }
+            }
+            _ => self.note("a chunk without its header"),
+        }
+        Ok(())
+    }
+
+    /// Reads so many bytes into `body`; `false` if the file ends before.
+    fn read_body(&mut self, length: u64) -> Result<bool, ReadError> {
         self.body.clear();
         // What a length claims is believed as far as the file goes.
         while (self.body.len() as u64) < length {
@@ -183,119 +306,22 @@ impl<R: Read> Records<R> {
             let read = (&mut self.file).take(step).read_to_end(&mut self.body)?;
             self.at += read as u64;
             if read == 0 {
-                return Ok(None);
+                break;
             }
         }
-        Ok(Some(opcode))
+        let kept = self.body.len().min(MAGIC.len());
+        self.newest.rotate_left(kept);
+        for (kept, byte) in self.newest.iter_mut().rev().zip(self.body.iter().rev()) {
+            *kept = *byte;
+        }
+        Ok(self.body.len() as u64 == length)
     }
 
-    /// Passes over the summary.
-    fn read_to_footer(&mut self) -> Result<(), ReadError> {
-        while let Some(opcode) = self.read_record()? {
-            if opcode == op::FOOTER {
-                return self.read_end();
-            }
+    /// Passes over so many bytes, or what there is of them.
+    fn skip(&mut self, mut length: u64) -> Result<(), ReadError> {
+        while length > 0 && self.read_body(length.min(STEP_BYTES))? {
+            length -= length.min(STEP_BYTES);
         }
         Ok(())
     }
-
-    fn read_end(&mut self) -> Result<(), ReadError> {
-        let mut magic = [0; MAGIC.len()];
-        self.condition.is_closed = self.fill(&mut magic)? && magic == MAGIC;
-        Ok(())
-    }
-
-    fn open_chunk(&mut self) -> Result<(), ReadError> {
-        self.chunk.clear();
-        self.chunk_at = 0;
-        match mcap::parse_record(op::CHUNK, &self.body) {
-            Ok(Record::Chunk { header, data }) => {
-                if let Err(what) = unpack(&mut self.zstd, &header, &data, &mut self.chunk)? {
-                    self.chunk.clear();
-                    self.note(self.record_at, what);
-                }
-            }
-            _ => self.note(self.record_at, "a chunk without its header".into()),
-        }
-        Ok(())
-    }
-
-    /// `false` if the file ends before.
-    fn fill(&mut self, to: &mut [u8]) -> Result<bool, ReadError> {
-        match self.file.read_exact(to) {
-            Ok(()) => {
-                self.at += to.len() as u64;
-                Ok(true)
-            }
-            Err(error) if error.kind() == ErrorKind::UnexpectedEof => Ok(false),
-            Err(error) => Err(error.into()),
-        }
-    }
-
-    fn note(&mut self, at: u64, what: String) {
-        self.condition.damaged += 1;
-        self.condition.first_damage.get_or_insert(Damage { at, what });
-    }
-}
-
-fn record_head(head: &[u8]) -> Option<(u8, u64)> {
-    let (opcode, length) = head.split_first()?;
-    Some((*opcode, u64::from_le_bytes(length.try_into().ok()?)))
-}
-
-/// Unpacks a chunk; the inner error says why it is damaged.
-fn unpack(
-    zstd: &mut zstd::bulk::Decompressor<'_>,
-    header: &ChunkHeader,
-    data: &[u8],
-    chunk: &mut Vec<u8>,
-) -> Result<Result<(), String>, ReadError> {
-    let size = header.uncompressed_size;
-    let size = match usize::try_from(size) {
-        Ok(size) if size <= MAX_RECORD_BYTES => size,
-        _ => return Ok(Err(format!("a chunk of {size} bytes"))),
-    };
-    match header.compression.as_str() {
-        "" => chunk.extend_from_slice(data),
-        "zstd" => {
-            chunk.reserve(size);
-            if let Err(error) = zstd.decompress_to_buffer(data, chunk) {
-                return Ok(Err(format!("a chunk that cannot be decompressed: {error}")));
-            }
-        }
-        name => return Err(ReadError::Compression { name: name.to_owned() }),
-    }
-    let crc = header.uncompressed_crc;
-    if chunk.len() != size || crc != 0 && crc != crc32fast::hash(chunk) {
-        return Ok(Err("a chunk whose checksum is wrong".into()));
-    }
-    Ok(Ok(()))
-}
-
-fn parse(opcode: u8, body: &[u8]) -> Result<Record<'_>, String> {
-    if opcode == op::ATTACHMENT {
-        if !attachment_fits(body) {
-            return Err("an attachment that is cut off".into());
-        }
-        let crc = body.split_last_chunk().map(|(rest, crc)| (rest, u32::from_le_bytes(*crc)));
-        if crc.is_some_and(|(rest, crc)| crc != 0 && crc != crc32fast::hash(rest)) {
-            return Err("an attachment whose checksum is wrong".into());
-        }
-    }
-    mcap::parse_record(opcode, body)
-        .map_err(|_| format!("a record ({opcode:#04x}) that is malformed"))
-}
-
-/// Whether an attachment has all of its fields. The parser takes that for granted.
-fn attachment_fits(body: &[u8]) -> bool {
-    const TIMES: usize = 16;
-    const SIZE_AND_CHECKSUM: usize = 8 + 4;
-    let mut rest = body.get(TIMES..);
-    for _ in 0..2 {
-        rest = rest.and_then(|rest| {
-            let (length, rest) = rest.split_first_chunk()?;
-            rest.get(usize::try_from(u32::from_le_bytes(*length)).ok()?..)
-        });
-    }
-    rest.is_some_and(|rest| rest.len() >= SIZE_AND_CHECKSUM)
 }

@@ -1,6 +1,6 @@
 //! Closing a file that its writer did not close.
 
-use std::io::{Read, Write};
+use std::io::{Read, Seek, Write};
 
 use mcap::records::Record;
 use mcap::write::NoSeek;
@@ -25,8 +25,8 @@ pub struct Repaired {
 ///
 /// # Errors
 /// One of the two cannot be read or written.
-pub fn repair<W: Write>(file: impl Read, out: W) -> Result<(Repaired, W), RepairError> {
-    let mut records = Records::open(file)?;
+pub fn repair<W: Write>(file: impl Read + Seek, out: W) -> Result<(Repaired, W), RepairError> {
+    let mut records = Records::open_with_index(file)?;
     let mut new = options().create(NoSeek::new(out)).map_err(WriteError::from)?;
     let mut messages = 0;
     let mut described_bytes = 0;
@@ -78,7 +78,7 @@ pub fn repair<W: Write>(file: impl Read, out: W) -> Result<(Repaired, W), Repair
                 return Err(WriteError::from(error).into());
             }
             // What contradicts the rest of its file.
-            Err(error) => records.note_here(&error.to_string()),
+            Err(error) => records.note(error.to_string()),
         }
     }
     let condition = records.condition().clone();

@@ -174,7 +174,7 @@ fn a_file_that_is_cut_off_anywhere_reads_up_to_its_last_whole_chunk() {
 fn a_file_that_is_not_closed_has_all_that_was_flushed_and_repair_closes_it() {
     let failed = written(25).give_up();
     assert_eq!((failed.lost_frames, failed.good_bytes), (5, failed.out.len() as u64));
-    let (repaired, bytes) = repair(&failed.out[..], Vec::new()).unwrap();
+    let (repaired, bytes) = repair(Cursor::new(&failed.out), Vec::new()).unwrap();
     assert_eq!((repaired.messages, repaired.condition.is_closed), (20, false));
     let closed = Condition { is_closed: true, ..Condition::default() };
     assert_eq!(read(&bytes).unwrap(), (expected(20), closed));
@@ -330,7 +330,7 @@ fn a_hostile_file_is_damaged_and_neither_fills_the_memory_nor_ends_the_program()
         assert!(items.is_empty());
         let damage = condition.first_damage.unwrap();
         assert!(damage.what.contains(says) && damage.at == 8, "{damage:?} for {says}");
-        repair(&file[..], Vec::new()).unwrap();
+        repair(Cursor::new(&file), Vec::new()).unwrap();
     }
     // A length that the file does not have is no reason to set that much memory aside.
     let (_, condition) = read(&with_record(0x05, MAX_RECORD_BYTES as u64, b"abc")).unwrap();
@@ -366,7 +366,7 @@ proptest! {
                 prop_assert!(all.contains(item), "a frame that was never written: {}", item);
             }
         }
-        if let Ok((_, repaired)) = repair(&bytes[..], Vec::new()) {
+        if let Ok((_, repaired)) = repair(Cursor::new(&bytes), Vec::new()) {
             let (again, condition) = read(&repaired).unwrap();
             prop_assert!(condition.is_closed && again.len() <= 50, "{:?}", condition);
         }

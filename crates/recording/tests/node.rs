@@ -1,5 +1,7 @@
 //! Recordings of nodes as they are written and read back.
 
+use std::io::Cursor;
+
 use isochrone_ipc::SignalSpec;
 use isochrone_recording::{
     Carried, ClockReading, Entry, Frame, Item, Mark, Node, OutputLayout, ReadError, Reader,
@@ -141,7 +143,7 @@ fn a_recording_that_was_cut_off_is_closed_with_all_that_it_has() {
     let mut writer = written(30);
     writer.flush().unwrap();
     let bytes = writer.give_up().out;
-    let (repaired, whole) = repair(&bytes[..], Vec::new()).unwrap();
+    let (repaired, whole) = repair(Cursor::new(&bytes), Vec::new()).unwrap();
     assert!(!repaired.condition.is_closed);
     assert_eq!(read(&whole).unwrap(), read(&closed(30)).unwrap());
 }

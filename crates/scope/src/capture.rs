@@ -137,7 +137,7 @@ impl Capture {
             Start::Trigger { armed, edge } if armed.track == track => {
                 let Some(value) = values.get(armed.place).copied() else { return };
                 self.looked.cycles += 1;
-                self.looked.lost += head.lost;
+                self.looked.lost = self.looked.lost.saturating_add(head.lost);
                 if value.is_finite() {
                     self.looked.seen = Some(Extremes::with(self.looked.seen, value));
                 }

@@ -95,7 +95,9 @@ impl Shot {
     /// Rows of all tracks that are missing, and cycles that their tasks missed.
     pub fn missing(&self) -> (u64, u64) {
         let heads = self.tracks.iter().flat_map(|track| track.rows.heads());
-        heads.fold((0, 0), |(lost, missed), head| (lost + head.lost, missed + head.missed))
+        heads.fold((0, 0), |(lost, missed): (u64, u64), head| {
+            (lost.saturating_add(head.lost), missed.saturating_add(head.missed))
+        })
     }
 
     /// The times for which a track has no values, in their order.

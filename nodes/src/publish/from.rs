@@ -18,7 +18,7 @@ use self::ports::Ports;
 use super::pace::sleep_until;
 use super::{Args, HEAD_START_NS, refuse_reserved};
 use crate::failure::Failure;
-use crate::recording_file::judge;
+use crate::recording_file::{judge, warn_of_damage};
 use crate::{meant, numbers, stop, terminal};
 
 /// How long nothing is sent before that is told.
@@ -102,7 +102,8 @@ pub(super) fn run(args: &Args, file: &Path) -> Result<(), Failure> {
         terminal::note(&format!("note: ended while {file} was first read; nothing was published"));
         return Ok(());
     };
-    let services = chosen(&layouts, &args.services, file)?;
+    let services = chosen(&layouts, &args.services, file)
+        .inspect_err(|_| warn_of_damage(file, &layouts.condition))?;
     let layouts = layouts.only(&services, args.from.speed.times())?;
     let participant = args.domain.join("isochrone/publish")?;
     let names: Vec<_> = services.iter().map(String::as_str).collect();

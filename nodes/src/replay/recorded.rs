@@ -13,7 +13,7 @@ use isochrone_timing::units::counted;
 
 use crate::failure::Failure;
 use crate::operations::{Operations, Tally};
-use crate::recording_file::{open, unreadable};
+use crate::recording_file::{open, unreadable, warn_of_damage};
 use crate::terminal;
 
 /// A recording of a node, but for its rows.
@@ -85,7 +85,11 @@ impl Recorded {
                 Item::Frame(_) => frames += 1,
             }
         }
-        let none = |what: String| Err(Failure::usage(what));
+        let condition = reader.condition().clone();
+        let none = |what: String| {
+            warn_of_damage(path, &condition);
+            Err(Failure::usage(what))
+        };
         let Some(node) = reader.node().cloned() else {
             return none(match (frames, reader.other_messages()) {
                 (0, 0) => format!("{file} has neither cycles of a node nor frames"),
@@ -105,7 +109,6 @@ impl Recorded {
         if tasks.is_empty() {
             return none(format!("{file} has no cycle of \"{}\"", node.name));
         }
-        let condition = reader.condition().clone();
         Ok(Self { node, configuration, lines, tasks, condition })
     }
 
@@ -163,14 +166,7 @@ impl Recorded {
                 "note: {file} was not closed: its node was killed, or still runs; replayed as far as it goes"
             ));
         }
-        if let Some(damage) = &self.condition.first_damage {
-            terminal::note(&format!(
-                "warning: {file} is damaged: {} left out, the first at byte {}: {}",
-                counted(self.condition.damaged, "part"),
-                damage.at,
-                damage.what
-            ));
-        }
+        warn_of_damage(path, &self.condition);
         let (version, own) = (&self.node.version, env!("CARGO_PKG_VERSION"));
         if version != own {
             terminal::note(&format!(

@@ -29,6 +29,7 @@ pub(super) struct Layouts {
     channels: HashMap<u16, Vec<Option<usize>>>,
     /// Messages of other programs.
     pub(super) other_messages: u64,
+    pub(super) condition: Condition,
 }
 
 /// A frame that is to be sent.
@@ -84,7 +85,8 @@ impl Layouts {
                 counts.get_mut(*place).into_iter().for_each(|count| *count += 1);
             }
         }
-        Ok(Some(Self { counts, other_messages: reader.other_messages(), ..layouts }))
+        let (other_messages, condition) = (reader.other_messages(), reader.condition().clone());
+        Ok(Some(Self { counts, other_messages, condition, ..layouts }))
     }
 
     /// The services, in the order of their first frames.
@@ -127,7 +129,7 @@ impl Layouts {
         for layout in channels.values_mut().flatten() {
             *layout = layout.and_then(|place| places.get(place).copied().flatten());
         }
-        Ok(Self { all, counts, channels, other_messages: self.other_messages })
+        Ok(Self { all, counts, channels, ..self })
     }
 }
 

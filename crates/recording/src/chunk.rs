@@ -1,0 +1,39 @@
+//! Opening chunks.
+
+use mcap::records::{ChunkHeader, op};
+
+use crate::{MAX_RECORD_BYTES, ReadError};
+
+/// Unpacks a chunk; the inner error says why it is damaged.
+pub(crate) fn unpack(
+    zstd: &mut zstd::bulk::Decompressor<'_>,
+    header: &ChunkHeader,
+    data: &[u8],
+    chunk: &mut Vec<u8>,
+) -> Result<Result<(), String>, ReadError> {
+    let size = header.uncompressed_size;
+    let size = match usize::try_from(size) {
+        Ok(size) if size <= MAX_RECORD_BYTES => size,
+        _ => return Ok(Err(format!("a chunk of {size} bytes"))),
+    };
+    match header.compression.as_str() {
+        "" => chunk.extend_from_slice(data),
+        "zstd" => {
+            chunk.reserve(size);
+            if let Err(error) = zstd.decompress_to_buffer(data, chunk) {
+                return Ok(Err(format!("a chunk that cannot be decompressed: {error}")));
+            }
+        }
+        name => return Err(ReadError::Compression { name: name.to_owned() }),
+    }
+    let crc = header.uncompressed_crc;
+    if chunk.len() != size || crc != 0 && crc != crc32fast::hash(chunk) {
+        return Ok(Err("a chunk whose checksum is wrong".into()));
+    }
+    Ok(Ok(()))
+}
+
+/// Whether such a record may stand in a chunk.
+pub(crate) fn may_hold(opcode: u8) -> bool {
+    matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE | 0x80..)
+}
