@@ -206,8 +206,7 @@ fn what_is_no_recording_of_a_node_is_refused_with_the_way_out() {
     assert_says(&said, &["would overwrite what is read"]);
 }
 
-/// A file with a byte changed here and there is repeated, refused, or found to differ, and never more than
-/// that.
+/// A file with a bit changed somewhere is repeated as far as that goes, or refused.
 #[test]
 fn a_damaged_file_never_passes_for_a_run_that_differs_without_saying_that_it_is_damaged() {
     let folder = recorded();
@@ -218,7 +217,7 @@ fn a_damaged_file_never_passes_for_a_run_that_differs_without_saying_that_it_is_
         bytes[at] ^= 1 << (step % 8);
         folder.write("bad.mcap", &bytes);
         let ran = folder.run("replay bad.mcap");
-        assert!([0, 2, 4].contains(&ran.code), "byte {at}: {} {}", ran.code, ran.err);
+        assert!([2, 4].contains(&ran.code), "byte {at}: {} {}", ran.code, ran.err);
     }
 }
 

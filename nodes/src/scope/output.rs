@@ -199,7 +199,7 @@ fn write_mcap(captured: &Captured, file: ResultFile, path: &str) -> Result<(), F
         let Some((head, values)) = rows.next() else { break };
         row.clear();
         row.extend(values);
-        *missed = missed.saturating_add(head.missed);
+        *missed = head.missed.saturating_add(*missed);
         writer.write(*channel, &frame(head, &row, *missed)).map_err(refused)?;
     }
     writer.finish().map(drop).map_err(|(error, _)| refused(error))
