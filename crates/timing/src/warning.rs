@@ -115,7 +115,7 @@ codes! {
         "write feedback = true at the input that closes a loop of nodes, and max_age at the inputs of the nodes before";
     /// An input was not ok: its samples were too old, were refused, or did not arrive.
     InputNotOk = "input_not_ok",
-        "see whether its publisher runs, and how punctually; the log has the cycles";
+        "see whether its publisher runs, and how punctually, and whether its samples fit the input's type; the log has the cycles";
     /// Telemetry omits some signals.
     TelemetryCut = "telemetry_cut",
         "publish what else is to be seen with an [[output]], or move a part of the blocks to another task";

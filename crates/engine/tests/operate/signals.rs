@@ -41,6 +41,7 @@ fn a_name_that_is_not_there_is_answered_with_the_one_that_was_meant() {
         ("scale.0.x", "scale is a single block: \"scale.x\""),
         ("raw.oky", "did you mean \"raw.ok\"?"),
         ("rw", "did you mean \"raw\"?"),
+        ("scal", "did you mean \"scale\"? it is a block; there is: scale."),
         ("", "there is: raw, "),
         ("zzz.zzz.zzz.zzz", "there is: raw, "),
     ];

@@ -75,7 +75,11 @@ impl Signals {
             return format!("did you mean \"{whole}\"?");
         }
         // Its owner exists; what is misspelt is the rest, too.
-        self.meant(&whole)
+        let meant = self.meant(&whole);
+        if self.instance(&whole).is_some() {
+            return format!("did you mean \"{whole}\"? {meant}");
+        }
+        meant
     }
 }
 
