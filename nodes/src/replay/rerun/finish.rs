@@ -22,7 +22,7 @@ impl Rerun<'_> {
         notes.extend(some(
             &self.unfit,
             "operation",
-            "of the run left out, as it cannot be done here",
+            "of the run left out, which cannot be done here",
         ));
         notes.extend(some(&self.rejects, "recorded value", "that an input cannot hold left out"));
         if !self.is_other {
