@@ -3,9 +3,11 @@
 use std::path::{Path, PathBuf};
 
 use isochrone_engine::escaped;
-use isochrone_ipc::SignalSpec;
+use isochrone_ipc::{FrameHeader, SignalSpec};
 use isochrone_processes::Stop;
-use isochrone_recording::{Item, RecordedFrame, RecordedRow, RepairError, WriteError, repair};
+use isochrone_recording::{
+    Item, RecordedFrame, RecordedRow, RepairError, RowHead, WriteError, repair,
+};
 use isochrone_timing::units::counted;
 
 use crate::failure::Failure;
@@ -105,6 +107,9 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
         header: None,
         channel: None,
         first_ns: None,
+        last: None,
+        begins_file: false,
+        goes_back: false,
         frames: 0,
         lost: 0,
     };
@@ -112,7 +117,7 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
     let mut judged = Ok(());
     for file in &args.files {
         let mut reader = recording_file::open_until(file, stop)?;
-        table.channel = None;
+        (table.channel, table.begins_file) = (None, true);
         while !stop.is_due() {
             match reader.next_item().map_err(|error| unreadable(file, &error))? {
                 Some(Item::Frame(frame))
@@ -132,6 +137,12 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
             break;
         }
         judged = judged.and(judge(file, reader.condition()));
+        if std::mem::take(&mut table.goes_back) {
+            judged = judged.and(Err(Failure::found(format!(
+                "{} does not begin after the end of the file before it; name each file once, in the order of recording",
+                file.display()
+            ))));
+        }
     }
     if table.frames == 0 && !stop.is_due() {
         let (what, there) = match kind {
@@ -233,19 +244,49 @@ struct Csv {
     /// The channel of the last frame, in its file.
     channel: Option<u16>,
     first_ns: Option<u64>,
+    last: Option<Place>,
+    /// Nothing of the file was written yet.
+    begins_file: bool,
+    /// The file is not of later than the one before.
+    goes_back: bool,
     frames: u64,
     lost: u64,
+}
+
+/// Where a frame or a row is in what was sent.
+#[derive(Clone, Copy)]
+struct Place {
+    due_ns: u64,
+    /// Its sequence or cycle.
+    number: u64,
+    /// Cycles that were missed up to it.
+    missed: u64,
+    /// The term of its sender, whose numbers it has.
+    run: u64,
+}
+
+impl Place {
+    /// How many there were between this one and a later one; none is known of another run.
+    fn between(self, next: Self) -> u64 {
+        let missed = next.missed.saturating_sub(self.missed);
+        let numbers = next.number.saturating_sub(self.number).saturating_sub(1);
+        if self.run == next.run { numbers.saturating_sub(missed) } else { 0 }
+    }
 }
 
 impl Csv {
     fn write_frame(&mut self, frame: &RecordedFrame<'_>) -> Result<(), Failure> {
         self.head(frame.channel, || frame.carried.signals.clone())?;
-        self.write(frame.header.cycle, frame.due_ns, frame.lost, frame.values)
+        let FrameHeader { cycle, sequence, term, .. } = frame.header;
+        let place = Place { due_ns: frame.due_ns, number: sequence, missed: 0, run: term };
+        self.write(cycle, place, frame.lost, frame.values)
     }
 
     fn write_row(&mut self, row: &RecordedRow<'_>) -> Result<(), Failure> {
         self.head(row.channel, || row.layout.columns())?;
-        self.write(row.head.cycle, row.head.release_ns, row.head.lost, row.values)
+        let RowHead { cycle, release_ns, missed, lost, .. } = row.head;
+        let place = Place { due_ns: release_ns, number: cycle, missed, run: 0 };
+        self.write(cycle, place, lost, row.values)
     }
 
     /// Writes the names of a channel's values where they are others than before.
@@ -265,7 +306,19 @@ impl Csv {
         Ok(())
     }
 
-    fn write(&mut self, cycle: u64, due_ns: u64, lost: u64, values: &[f64]) -> Result<(), Failure> {
+    fn write(
+        &mut self,
+        cycle: u64,
+        place: Place,
+        lost: u64,
+        values: &[f64],
+    ) -> Result<(), Failure> {
+        let due_ns = place.due_ns;
+        let before = self.last.replace(place).filter(|_| self.begins_file);
+        self.begins_file = false;
+        self.goes_back |= before.is_some_and(|before| due_ns <= before.due_ns);
+        // What is in a file that was not named is not known to the next one.
+        let lost = before.map_or(lost, |before| before.between(place).max(lost));
         self.frames += 1;
         self.lost = self.lost.saturating_add(lost);
         let first_ns = *self.first_ns.get_or_insert(due_ns);

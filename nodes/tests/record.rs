@@ -295,6 +295,15 @@ fn a_recording_in_several_files_lacks_no_frame() {
         rows.lines().skip(1).map(|row| row.split(',').nth(1).unwrap().parse().unwrap()).collect();
     assert!(cycles.is_sorted(), "{cycles:?}");
     assert!(!domain.path("out.mcap").exists());
+
+    // A file that is left out, and one that comes too late.
+    let (code, _, err) = export(&domain, &format!("{} {} -o -", files[0], files[2]));
+    let left_out = &summary["files"][1]["frames"];
+    assert!(code == 0 && err.contains(&format!(" frames, {left_out} lost")), "{err}");
+    for twisted in [[files[1], files[0]], [files[0], files[0]]] {
+        let (code, _, err) = export(&domain, &format!("{} -o -", twisted.join(" ")));
+        assert!(code == 1 && err.contains("in the order of recording"), "{err}");
+    }
 }
 
 #[test]
