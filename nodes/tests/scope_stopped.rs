@@ -5,7 +5,7 @@ mod domain;
 use std::thread;
 use std::time::Duration;
 
-use domain::{Domain, Process, tank};
+use domain::{Domain, Process, tank, wait_until};
 use rustix::process::Signal;
 
 /// How long a node keeps a trace that nobody renews.
@@ -33,6 +33,10 @@ fn armed(domain: &Domain, more: &[&str]) -> Process {
     let fixed = ["scope", "tank", "saw.value", "lim.highLim", "-t", "rising lim.highLim"];
     let mut scope = domain.start_with(&[&fixed, more].concat());
     scope.wait_for("armed: waiting for rising lim.highLim");
+    // Cycles run that it looks at.
+    let value = || domain.run("get tank saw.value").expect_code(0).stdout;
+    let first = value();
+    wait_until("another cycle has run", || value() != first);
     scope
 }
 
