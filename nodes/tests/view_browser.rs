@@ -35,9 +35,12 @@ fn curves_move_a_parameter_is_set_and_a_node_that_went_away_comes_back() {
     browser.wait_for_text("#task-list", "all seen");
     browser.run("document.getElementById('pause').click()");
     browser.wait_for_text("#pause", "Go on");
-    let paused = browser.run(drawn);
-    std::thread::sleep(std::time::Duration::from_millis(200));
-    assert_eq!(browser.run(drawn), paused, "the picture stands");
+    // It is drawn once more, with the time of the pause at its axis.
+    wait_until("the picture stands", || {
+        let paused = browser.run(drawn);
+        std::thread::sleep(std::time::Duration::from_millis(200));
+        browser.run(drawn) == paused
+    });
     browser.run("document.getElementById('pause').click()");
     browser.wait_for_text("#alarm-list", "level");
 
