@@ -1,5 +1,6 @@
 //! Finding what there is: `list`, and names that are nearly right.
 
+#[path = "isochrone/domain/mod.rs"]
 mod domain;
 
 use std::process::Command;

@@ -1,5 +1,6 @@
 //! What a node says that finds too little of something to start with: descriptors, threads, inodes.
 
+#[path = "isochrone/domain/mod.rs"]
 mod domain;
 
 use std::fs::{self, Permissions};

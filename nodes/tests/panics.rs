@@ -1,6 +1,7 @@
 //! A program with a block that panics, and one that hangs: what its verbs say, and what they still
 //! write.
 
+#[path = "isochrone/domain/mod.rs"]
 mod domain;
 
 use std::process::{Command, ExitCode};

@@ -1,5 +1,6 @@
 //! Publishers that lie, fight or die: what a node and a subscriber make of them.
 
+#[path = "isochrone/domain/mod.rs"]
 mod domain;
 
 use std::process::Command;

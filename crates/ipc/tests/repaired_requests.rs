@@ -1,5 +1,6 @@
 //! A connection that failed comes about after all. Alone in its process, whose limits it changes.
 
+#[path = "ipc/domain/mod.rs"]
 mod domain;
 
 use std::fs::File;

@@ -1,5 +1,7 @@
-//! Requests and their answers, within one process and across processes.
+//! Requests and their answers, within one process and across processes. A program of its own: it looks at all
+//! memory that it has mapped.
 
+#[path = "ipc/domain/mod.rs"]
 mod domain;
 
 use std::os::unix::fs::{MetadataExt, PermissionsExt};

@@ -1,0 +1,277 @@
+//! What a frame is when it arrives.
+
+use crate::domain::{Domain, NOW_NS, layout, send};
+use isochrone_ipc::{Depth, Flags, FrameHeader, FramePublisher, FrameSubscriber, Service, Stamp};
+
+for_both_variants! {
+    a_frame_arrives_bit_for_bit
+    the_header_tells_all_that_was_stamped
+    the_sequence_has_no_gap
+    the_newest_of_many_frames_wins
+    a_frame_that_a_reader_watched_for_is_kept_until_it_reads
+    frames_that_a_reader_does_not_watch_for_are_left_for_it_to_read
+    a_reader_of_all_frames_gets_them_in_order
+    a_late_reader_gets_the_next_frame_and_no_old_one
+    a_restarted_publisher_is_picked_up_by_the_same_reader
+    nothing_is_sent_that_was_not_prepared
+    a_prepared_frame_starts_at_zero
+    preparing_twice_keeps_what_was_written
+    a_frame_can_be_read_while_the_next_ones_overrun_the_buffer
+    peers_that_join_and_leave_are_counted
+}
+
+fn a_frame_arrives_bit_for_bit<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let bits = [
+        f64::NAN.to_bits(),
+        0x7ff0_0000_dead_beef,
+        (-0.0_f64).to_bits(),
+        f64::MIN_POSITIVE.to_bits() >> 3,
+        f64::NEG_INFINITY.to_bits(),
+    ];
+    let shape = layout(&["a:LREAL", "b:LREAL", "c:LREAL", "d:LREAL", "e:LREAL"]);
+    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::Newest).unwrap();
+    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    assert!(writer.prepare());
+    for (value, bits) in writer.values_mut().unwrap().iter_mut().zip(bits) {
+        *value = f64::from_bits(bits);
+    }
+    assert!(writer.send(Stamp::default(), || 1));
+    let frame = reader.newest(NOW_NS).unwrap();
+    let received: Vec<u64> = frame.values().iter().map(|v| v.to_bits()).collect();
+    assert_eq!(received, bits);
+}
+
+fn the_header_tells_all_that_was_stamped<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let shape = layout(&["a:LREAL"]);
+    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::Newest).unwrap();
+    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    writer.prepare();
+    let flags = Flags::STALE | Flags::FORCED;
+    let stamp = Stamp { cycle: 11, release_ns: 22, source_ns: 44, missed: 55, flags };
+    writer.send(stamp, || 33);
+    let header = *reader.newest(NOW_NS).unwrap().header();
+    assert!(header.term > 1_600_000_000_000_000_000, "Unix ns: {}", header.term);
+    assert_eq!(
+        header,
+        FrameHeader {
+            sequence: 0,
+            cycle: 11,
+            release_ns: 22,
+            publish_ns: 33,
+            source_ns: 44,
+            missed: 55,
+            flags: flags.bits(),
+            term: header.term,
+            layout: shape.number(),
+        }
+    );
+}
+
+fn the_sequence_has_no_gap<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let shape = layout(&["a:LREAL"]);
+    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::Newest).unwrap();
+    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    for cycle in 0..20_000_u64 {
+        send(&mut writer, cycle as f64, cycle);
+        let frame = reader.newest(NOW_NS).unwrap();
+        assert_eq!(frame.header().sequence, cycle);
+        assert_eq!(frame.values(), [cycle as f64]);
+    }
+    assert_eq!(writer.counters().sent, 20_000);
+    assert_eq!(writer.counters().silent, 0);
+    assert_eq!(reader.counters().received, 20_000);
+}
+
+fn the_newest_of_many_frames_wins<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let shape = layout(&["a:LREAL"]);
+    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    for depth in [Depth::Newest, Depth::All] {
+        let mut reader = FrameSubscriber::open(&node, "x", 1, depth).unwrap();
+        for n in 0..1000_u32 {
+            send(&mut writer, f64::from(n), n.into());
+        }
+        assert_eq!(reader.newest(NOW_NS).unwrap().values(), [999.0]);
+        assert!(reader.newest(NOW_NS).is_none(), "all were taken");
+    }
+}
+
+fn frames_that_a_reader_does_not_watch_for_are_left_for_it_to_read<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+    let mut reader = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap();
+    for n in 0..1000_u64 {
+        send(&mut writer, 1.0, 3 * n);
+        assert!(!reader.has_newer(NOW_NS, |header| header.publish_ns > 3 * n), "it is too old");
+        if n % 2 == 0 {
+            assert_eq!(reader.newest(NOW_NS).unwrap().values(), [1.0]);
+        }
+        send(&mut writer, 2.0, 3 * n + 1);
+        send(&mut writer, 3.0, 3 * n + 2);
+        assert!(reader.has_newer(NOW_NS, |header| header.publish_ns > 3 * n));
+        assert_eq!(reader.newest(NOW_NS).unwrap().values(), [3.0]);
+        assert!(reader.newest(NOW_NS).is_none());
+    }
+    assert_eq!(reader.counters().lost, 0);
+}
+
+fn a_frame_that_a_reader_watched_for_is_kept_until_it_reads<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+    let mut reader = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap();
+    for n in 0..1000_u64 {
+        assert!(!reader.has_newer(NOW_NS, |_| true), "nothing was sent since");
+        send(&mut writer, 0.0, 10 * n);
+        assert!(reader.has_newer(NOW_NS, |_| true) && reader.has_newer(NOW_NS, |_| true));
+        // Those that come after it are newer, however many the buffer holds.
+        let more = n % 5;
+        (1..=more).for_each(|k| send(&mut writer, k as f64, 10 * n + k));
+        if n % 2 == 0 {
+            assert_eq!(reader.newest(NOW_NS).unwrap().values(), [more as f64]);
+        } else {
+            assert_eq!(reader.next(NOW_NS).unwrap().values(), [0.0]);
+            assert_eq!(reader.newest(NOW_NS).is_some(), more > 0);
+        }
+    }
+    let counters = reader.counters();
+    assert_eq!(counters.received + counters.lost, writer.counters().sent);
+    assert_eq!((counters.restarts, counters.receive_errors), (0, 0));
+}
+
+fn a_reader_of_all_frames_gets_them_in_order<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let shape = layout(&["a:LREAL"]);
+    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
+    for n in 0..256_u32 {
+        send(&mut writer, f64::from(n), n.into());
+    }
+    for n in 0..256_u32 {
+        assert_eq!(reader.next(NOW_NS).unwrap().header().sequence, u64::from(n));
+    }
+    assert!(reader.next(NOW_NS).is_none());
+    assert_eq!(reader.counters().receive_errors, 0);
+}
+
+fn a_late_reader_gets_the_next_frame_and_no_old_one<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let shape = layout(&["a:LREAL"]);
+    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    send(&mut writer, 1.0, 1);
+    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
+    writer.prepare();
+    assert!(reader.newest(NOW_NS).is_none());
+    send(&mut writer, 2.0, 2);
+    assert_eq!(reader.newest(NOW_NS).unwrap().values(), [2.0]);
+}
+
+fn a_restarted_publisher_is_picked_up_by_the_same_reader<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let shape = layout(&["a:LREAL"]);
+    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::Newest).unwrap();
+    let mut publish_ns = 0;
+    for life in 0..20 {
+        let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+        reader.maintain();
+        for n in 0..5 {
+            publish_ns += 1;
+            send(&mut writer, f64::from(life * 100 + n), publish_ns);
+        }
+        // Every other one ends before it is read, and leaves its frames.
+        if life % 2 == 0 {
+            let frame = reader.newest(NOW_NS).unwrap();
+            assert_eq!(frame.values(), [f64::from(life * 100 + 4)]);
+            assert_eq!(frame.header().sequence, 4);
+        }
+    }
+    assert_eq!(reader.newest(NOW_NS).unwrap().values(), [1904.0]);
+    assert!(reader.newest(NOW_NS).is_none());
+    assert_eq!(reader.counters().receive_errors, 0);
+}
+
+fn nothing_is_sent_that_was_not_prepared<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let shape = layout(&["a:LREAL"]);
+    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
+    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    assert!(writer.send(Stamp::default(), || 1), "opening prepared a frame");
+    assert!(writer.values_mut().is_none());
+    assert!(!writer.send(Stamp::default(), || 2));
+    assert_eq!(writer.counters().unsent, 1);
+    assert_eq!(writer.counters().sent, 1);
+    send(&mut writer, 0.0, 3);
+    assert_eq!(reader.next(NOW_NS).unwrap().header().sequence, 0);
+    let sequence = reader.next(NOW_NS).unwrap().header().sequence;
+    assert_eq!(sequence, 2, "the reader sees that one is missing");
+    assert!(reader.next(NOW_NS).is_none());
+}
+
+fn a_prepared_frame_starts_at_zero<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+    // More often than there are chunks, so that used ones come back.
+    for n in 0..10_000 {
+        writer.prepare();
+        assert_eq!(writer.values_mut().unwrap(), [0.0], "frame {n}");
+        writer.values_mut().unwrap()[0] = 9.0;
+        writer.send(Stamp::default(), || n);
+    }
+}
+
+fn preparing_twice_keeps_what_was_written<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
+    assert!(writer.prepare());
+    writer.values_mut().unwrap()[0] = 5.0;
+    assert!(writer.prepare());
+    assert_eq!(writer.values_mut().unwrap(), [5.0]);
+}
+
+fn a_frame_can_be_read_while_the_next_ones_overrun_the_buffer<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let shape = layout(&["a:LREAL"]);
+    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::Newest).unwrap();
+    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    send(&mut writer, 1.0, 1);
+    let held = reader.newest(NOW_NS).unwrap();
+    for n in 2..10_000 {
+        send(&mut writer, 2.0, n);
+    }
+    assert_eq!(held.values(), [1.0]);
+    assert_eq!(held.header().sequence, 0);
+    assert_eq!(writer.counters().loan_errors, 0);
+}
+
+fn peers_that_join_and_leave_are_counted<S: Service>() {
+    let domain = Domain::new();
+    let node = domain.join::<S>();
+    let shape = layout(&["a:LREAL"]);
+    let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
+    assert_eq!(writer.counters().connects, 0);
+    let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
+    assert_eq!(reader.counters().connects, 1);
+    assert_eq!(writer.subscribers(), 1);
+    writer.prepare();
+    assert_eq!(writer.counters().connects, 1);
+    drop(writer);
+    reader.maintain();
+    assert_eq!(reader.counters().connects, 2);
+    assert_eq!(reader.publishers(), 0);
+    assert_eq!(reader.counters().connect_errors, 0);
+}

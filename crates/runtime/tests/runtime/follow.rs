@@ -1,0 +1,273 @@
+//! Tasks that follow their data, over services of one process.
+
+use std::thread;
+use std::time::{Duration, Instant};
+
+use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_engine::{Plan, Rules, Source};
+use isochrone_ipc::{
+    Depth, FrameLayout, FramePublisher, FrameSubscriber, IsolatedDomain, Participant, SignalSpec,
+    Stamp, local,
+};
+use isochrone_runtime::{Alarm, Link, Node, Outcome, POLL_INTERVAL, Running};
+use isochrone_timing::TaskReport;
+
+const LIMIT: Duration = Duration::from_secs(30);
+
+/// Hands on what it follows, and a value beside it.
+const RELAY: &str = r#"
+[node]
+name = "relay"
+[[task]]
+name = "fast"
+period = "10ms"
+follow = { service = "test/followed", within = "9ms" }
+[[input]]
+name = "x"
+service = "test/followed"
+[[input]]
+name = "y"
+service = "test/beside"
+[[output]]
+service = "test/out"
+signals = ["x", "y"]
+"#;
+
+type Local = local::Service;
+
+fn plan(text: &str) -> Plan {
+    Plan::new(Source::new("test.toml", text), &Rules::default()).unwrap()
+}
+
+fn start(domain: &IsolatedDomain, text: &str) -> Running<Local> {
+    let plan = plan(text);
+    let participant = Participant::join_local(&plan.node, domain).unwrap();
+    Node::prepare(&plan, participant).unwrap().start()
+}
+
+/// Polls until something holds.
+fn poll_until(node: &mut Running<Local>, mut holds: impl FnMut(&mut Running<Local>) -> bool) {
+    let since = Instant::now();
+    node.poll();
+    while !holds(node) {
+        assert!(since.elapsed() < LIMIT, "it does not come to that");
+        thread::sleep(POLL_INTERVAL / 10);
+        node.poll();
+    }
+}
+
+/// What telemetry shows of the task's counts.
+fn count(node: &Running<Local>, of: &str) -> u64 {
+    node.value(&format!("task.fast.{of}")).unwrap_or_default() as u64
+}
+
+fn report(outcome: &Outcome) -> TaskReport {
+    let report = outcome.tasks[0].timing.report("fast");
+    assert_eq!(with_frame(&report) + report.timed_out.unwrap(), report.cycles, "{report:?}");
+    report
+}
+
+/// Cycles that began with a frame.
+fn with_frame(report: &TaskReport) -> u64 {
+    report.followed.unwrap() + report.found_ready.unwrap()
+}
+
+/// The same as telemetry shows it.
+fn count_with_frame(node: &Running<Local>) -> u64 {
+    count(node, "followed") + count(node, "found_ready")
+}
+
+fn followed_link(outcome: &Outcome) -> &Link {
+    let mut links = outcome.tasks[0].links.iter();
+    links.find(|link| link.service == "test/followed").unwrap()
+}
+
+/// What sends frames of one value.
+struct Sender(FramePublisher<Local>);
+
+impl Sender {
+    fn open(application: &Participant<Local>, service: &str) -> Self {
+        let layout =
+            FrameLayout { signals: vec![SignalSpec::new("value", "LREAL")], period_ns: None };
+        let mut publisher = FramePublisher::open(application, service, &layout).unwrap().plain();
+        publisher.prepare();
+        Self(publisher)
+    }
+
+    fn send(&mut self, value: f64) {
+        self.0.maintain();
+        self.0.values_mut().unwrap()[0] = value;
+        self.0.send(Stamp::default(), || Monotonic.now_ns());
+        self.0.prepare();
+    }
+}
+
+/// What the relay sent last.
+struct Answers {
+    subscriber: FrameSubscriber<Local>,
+    newest: [f64; 2],
+}
+
+impl Answers {
+    fn open(application: &Participant<Local>) -> Self {
+        let subscriber = FrameSubscriber::open(application, "test/out", 2, Depth::Newest).unwrap();
+        Self { subscriber, newest: [f64::NAN; 2] }
+    }
+
+    fn newest(&mut self) -> [f64; 2] {
+        self.subscriber.maintain();
+        if let Some(frame) = self.subscriber.newest(Monotonic.now_ns()) {
+            self.newest.copy_from_slice(frame.values());
+        }
+        self.newest
+    }
+}
+
+#[test]
+fn cycles_begin_with_the_frames_that_come() {
+    let domain = IsolatedDomain::new("isofol").unwrap();
+    let application = Participant::join_local("application", &domain).unwrap();
+    let mut source = Sender::open(&application, "test/followed");
+    let mut answers = Answers::open(&application);
+    let mut node = start(&domain, RELAY);
+    let mut sent = 0u32;
+    poll_until(&mut node, |node| {
+        if answers.newest()[0] == f64::from(sent) || sent == 0 {
+            sent += 1;
+            source.send(f64::from(sent));
+        }
+        count_with_frame(node) >= 150
+    });
+    let outcome = node.finish().unwrap();
+    let report = report(&outcome);
+    let link = followed_link(&outcome);
+    assert_eq!(link.lost, 0);
+    assert!(link.frames <= sent.into(), "{link:?}");
+    assert!(with_frame(&report) <= link.frames, "a cycle takes a frame: {report:?}");
+    let latency = report.follow_latency_ns.unwrap();
+    assert!(latency.count > 0 && latency.count <= link.frames, "{latency:?}");
+    let allocations = outcome.tasks[0].costs.unwrap().allocations.unwrap();
+    assert_eq!(allocations.cycle, 0);
+}
+
+#[test]
+fn a_cycle_for_which_nothing_comes_begins_when_its_time_is_up() {
+    let domain = IsolatedDomain::new("isofol").unwrap();
+    let text = RELAY.replace("\"10ms\"", "\"1ms\"").replace("\"9ms\"", "\"300us\"");
+    let participant = Participant::join_local("relay", &domain).unwrap();
+    let prepared = Node::prepare(&plan(&text), participant).unwrap();
+    let mut node = prepared.with_cycles(Some(200)).start();
+    poll_until(&mut node, |node| !node.poll().is_running());
+    let report = report(&node.finish().unwrap());
+    assert_eq!((report.followed, report.timed_out), (Some(0), Some(200)));
+    assert!(report.follow_wait_ns.unwrap().min >= Some(300_000));
+    assert_eq!(report.follow_latency_ns.unwrap().count, 0);
+    assert_eq!(report.release_jitter_ns.count, 100, "the grid's jitter is measured all the same");
+}
+
+#[test]
+fn an_input_beside_the_one_that_is_followed_begins_no_cycle_and_is_read_as_ever() {
+    let domain = IsolatedDomain::new("isofol").unwrap();
+    let application = Participant::join_local("application", &domain).unwrap();
+    let mut beside = Sender::open(&application, "test/beside");
+    let mut answers = Answers::open(&application);
+    let mut node = start(&domain, RELAY);
+    let mut value = 0.0;
+    poll_until(&mut node, |node| {
+        if answers.newest()[1] == value {
+            value += 1.0;
+        }
+        beside.send(value);
+        value >= 10.0 && count(node, "timed_out") >= 20
+    });
+    let report = report(&node.finish().unwrap());
+    assert_eq!(with_frame(&report), 0, "{report:?}");
+}
+
+#[test]
+fn a_source_that_ends_and_another_that_comes_leave_the_task_running() {
+    let domain = IsolatedDomain::new("isofol").unwrap();
+    let application = Participant::join_local("application", &domain).unwrap();
+    let mut node = start(&domain, RELAY);
+    for _ in 0..3 {
+        let mut source = Sender::open(&application, "test/followed");
+        let before = count_with_frame(&node);
+        poll_until(&mut node, |node| {
+            source.send(1.0);
+            count_with_frame(node) > before + 10
+        });
+        drop(source);
+        let before = count(&node, "timed_out");
+        poll_until(&mut node, |node| count(node, "timed_out") > before + 10);
+    }
+    let outcome = node.finish().unwrap();
+    report(&outcome);
+    assert_eq!(followed_link(&outcome).restarts, Some(2));
+}
+
+#[test]
+fn without_services_a_cycle_begins_with_the_value_that_the_program_gives() {
+    let mut node = Node::prepare_alone(&plan(RELAY)).unwrap().start();
+    // A value for another input, and one that is read, begin no cycle.
+    for _ in 0..20 {
+        node.set([("y", 1.0)]).unwrap();
+        node.get(["x"]).unwrap();
+        let before = count(&node, "timed_out");
+        poll_until(&mut node, |node| count(node, "timed_out") > before);
+    }
+    assert_eq!(count_with_frame(&node), 0);
+    for value in 1..=20 {
+        node.set([("x", f64::from(value))]).unwrap();
+        poll_until(&mut node, |node| node.value("x") == Some(f64::from(value)));
+    }
+    let report = report(&node.finish().unwrap());
+    // A value that comes in the instant in which the time is up is taken by that cycle.
+    assert!((1..=20).contains(&with_frame(&report)), "{report:?}");
+    assert_eq!(report.follow_latency_ns.unwrap().count, 0, "nothing was published");
+}
+
+#[test]
+fn frames_that_come_after_their_cycles_gave_up_are_named_in_the_end() {
+    let domain = IsolatedDomain::new("isofol").unwrap();
+    let source = RELAY
+        .replace("follow =", "phase = \"6ms\" # follow =")
+        .replace("\"relay\"", "\"source\"")
+        .replace("test/followed", "test/nothing")
+        .replace("test/out", "test/followed");
+    let follower = RELAY.replace("\"9ms\"", "\"2ms\"");
+    let (mut source, mut node) = (start(&domain, &source), start(&domain, &follower));
+    poll_until(&mut node, |node| {
+        source.poll();
+        count(node, "cycle") >= 300
+    });
+    let outcome = node.finish().unwrap();
+    source.finish().unwrap();
+    // A machine that keeps the source from its CPU makes its frames come whenever it likes.
+    let expected = outcome.tasks[0].timing.late_frames();
+    let said = outcome.alarms.iter().find_map(|alarm| match alarm {
+        Alarm::LateFrames { task, service, within_ns, late, .. } => {
+            assert_eq!((&task[..], &service[..], *within_ns), ("fast", "test/followed", 2_000_000));
+            Some(*late)
+        }
+        _ => None,
+    });
+    assert_eq!(said, expected, "{outcome:?}");
+}
+
+#[test]
+fn nodes_that_follow_each_other_all_run() {
+    let domain = IsolatedDomain::new("isofol").unwrap();
+    let back = RELAY
+        .replace("\"relay\"", "\"back\"")
+        .replace("test/followed", "test/here")
+        .replace("test/out", "test/followed")
+        .replace("test/here", "test/out");
+    let (mut node, mut back) = (start(&domain, RELAY), start(&domain, &back));
+    poll_until(&mut node, |node| {
+        back.poll();
+        [&*node, &back].iter().all(|node| count_with_frame(node) >= 20)
+    });
+    for node in [node, back] {
+        report(&node.finish().unwrap());
+    }
+}

@@ -1,0 +1,192 @@
+//! The thread that writes a journal hangs, or panics.
+
+use std::fmt::{Debug, Write};
+use std::fs;
+use std::path::Path;
+use std::sync::{Condvar, Mutex, Once};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::journalled;
+use isochrone_engine::operate::{Hold, RefusalKind};
+use isochrone_ipc::local;
+use isochrone_runtime::journal::JournalFile;
+use isochrone_runtime::{Alarm, Outcome, RequestError, Running};
+use tracing::field::{Field, Visit};
+use tracing::span::{Attributes, Id, Record};
+use tracing::subscriber::Interest;
+use tracing::{Event, Metadata, Subscriber};
+
+/// How long anything may take.
+const LIMIT: Duration = Duration::from_secs(60);
+
+/// The log of the program: where the thread of a journal has something to say, the log hangs or panics, as the
+/// name of the file says.
+struct Log;
+
+/// The paths of journals whose threads hang, and what wakes them.
+static HANGING: Mutex<Vec<String>> = Mutex::new(Vec::new());
+static RELEASED: Condvar = Condvar::new();
+
+impl Subscriber for Log {
+    /// Other threads of this program may be the first to come by.
+    fn register_callsite(&self, _: &'static Metadata<'static>) -> Interest {
+        Interest::sometimes()
+    }
+
+    fn enabled(&self, _: &Metadata<'_>) -> bool {
+        thread::current().name() == Some("journal")
+    }
+
+    fn event(&self, event: &Event<'_>) {
+        let mut text = Text(String::new());
+        event.record(&mut text);
+        assert!(!text.0.contains("panics.jsonl"), "the log is closed");
+        let mut hanging = HANGING.lock().unwrap();
+        let is_of = |path: &&String| text.0.contains(path.as_str());
+        while hanging.iter().find(is_of).is_some() {
+            hanging = RELEASED.wait(hanging).unwrap();
+        }
+    }
+
+    fn new_span(&self, _: &Attributes<'_>) -> Id {
+        Id::from_u64(1)
+    }
+
+    fn record(&self, _: &Id, _: &Record<'_>) {}
+
+    fn record_follows_from(&self, _: &Id, _: &Id) {}
+
+    fn enter(&self, _: &Id) {}
+
+    fn exit(&self, _: &Id) {}
+}
+
+struct Text(String);
+
+impl Visit for Text {
+    fn record_debug(&mut self, _: &Field, value: &dyn Debug) {
+        write!(self.0, "{value:?}").unwrap();
+    }
+}
+
+/// A node whose journal is in this file, with a force in it.
+fn start(path: &Path) -> (Running<local::Service>, Told) {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| tracing::subscriber::set_global_default(Log).unwrap());
+    let (mut node, mut told) = (journalled::start(path), Told::default());
+    let force = node.force([("raw", 7.0)], Hold::UntilReleased).unwrap().number;
+    told.wait(&mut node, force);
+    assert!(told.unwritten.is_empty(), "{:?}", told.unwritten);
+    (node, told)
+}
+
+/// Has the thread say something: what is left of the file is no journal.
+fn cut(path: &Path) {
+    fs::OpenOptions::new().write(true).open(path).unwrap().set_len(20).unwrap();
+}
+
+/// Transactions that were told to have happened.
+#[derive(Default)]
+struct Told {
+    applied: Vec<u64>,
+    unwritten: Vec<u64>,
+}
+
+impl Told {
+    fn poll(&mut self, node: &mut Running<local::Service>) {
+        let news = node.poll();
+        self.applied.extend(news.applied().iter().map(|entry| entry.transaction));
+        self.unwritten.extend(news.unwritten());
+    }
+
+    /// Waits until a transaction is told.
+    fn wait(&mut self, node: &mut Running<local::Service>, transaction: u64) {
+        let since = Instant::now();
+        while !self.applied.contains(&transaction) {
+            assert!(since.elapsed() < LIMIT, "{transaction} is not told");
+            self.poll(node);
+            thread::sleep(Duration::from_millis(1));
+        }
+    }
+
+    /// Releases the force, which is done though the journal does not have it.
+    fn release(&mut self, node: &mut Running<local::Service>) {
+        let release = node.release(["raw"]).unwrap().number;
+        self.wait(node, release);
+        assert!(self.unwritten.contains(&release));
+        assert_eq!(node.forces().count(), 0);
+    }
+
+    /// Sets a parameter until that is refused; returns the last that was done, and why it is refused.
+    fn set_until_refused(&mut self, node: &mut Running<local::Service>) -> (u64, String) {
+        let (since, mut rate, mut last) = (Instant::now(), 3.0, 0);
+        loop {
+            assert!(since.elapsed() < LIMIT, "it is not refused");
+            rate += 1.0;
+            match node.set([("ramp.setChangeRate", rate)]) {
+                Ok(sent) => {
+                    last = sent.number;
+                    // One is on its way at a time: the thread is behind with it where it hangs.
+                    self.wait(node, last);
+                }
+                Err(RequestError::Refused(refused)) => {
+                    assert_eq!(refused.kind(), RefusalKind::Forbidden);
+                    return (last, refused.to_string());
+                }
+                Err(error) => panic!("{error}"),
+            }
+            self.poll(node);
+        }
+    }
+}
+
+fn incomplete(outcome: &Outcome) -> &str {
+    let reason = outcome.alarms.iter().find_map(|alarm| match alarm {
+        Alarm::JournalIncomplete { reason } => Some(reason.as_str()),
+        _ => None,
+    });
+    reason.unwrap_or_else(|| panic!("{:?}", outcome.alarms))
+}
+
+#[test]
+fn a_journal_whose_thread_hangs_holds_up_neither_the_answers_nor_the_end_of_the_node() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("hangs.jsonl");
+    let (mut node, mut told) = start(&path);
+    HANGING.lock().unwrap().push(path.display().to_string());
+    cut(&path);
+    let (last, refused) = told.set_until_refused(&mut node);
+    assert!(refused.contains("hangs.jsonl has not been written for a second"), "{refused}");
+    assert!(told.unwritten.contains(&last), "{last} is not in {:?}", told.unwritten);
+    told.release(&mut node);
+
+    let outcome = node.finish().unwrap();
+    let reason = incomplete(&outcome);
+    assert!(reason.contains("its end was not written within 5 s"), "{reason}");
+    HANGING.lock().unwrap().clear();
+    RELEASED.notify_all();
+}
+
+#[test]
+fn a_journal_whose_thread_has_panicked_has_changes_refused_until_the_node_is_started_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("panics.jsonl");
+    let (mut node, mut told) = start(&path);
+    let whole = fs::read_to_string(&path).unwrap();
+
+    cut(&path);
+    let (_, refused) = told.set_until_refused(&mut node);
+    let why =
+        "panics.jsonl cannot be written (the thread that writes it panicked: the log is closed";
+    assert!(refused.contains(why), "{refused}");
+    told.release(&mut node);
+
+    let outcome = node.finish().unwrap();
+    let reason = incomplete(&outcome);
+    assert!(reason.contains("incomplete: the thread that writes it panicked"), "{reason}");
+    assert_eq!(fs::read_to_string(&path).unwrap(), whole[..20], "nothing is added");
+    // The file is free, and what was lost cannot be taken for the end of the run.
+    fs::write(&path, whole).unwrap();
+    assert!(JournalFile::read(&path).unwrap().run(None).unwrap().end.is_none());
+}

@@ -1,0 +1,228 @@
+//! A node of nothing but parameters, and the process that it runs in.
+
+use std::collections::HashMap;
+use std::io::{BufRead, BufReader};
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::sync::Arc;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use isochrone_ipc::{
+    Domain, FrameLayout, FramePublisher, IsolatedDomain, Participant, SignalSpec, ipc,
+};
+use isochrone_runtime::control::{
+    Access, Begun, Call, Caller, Code, ConfigurationOrigin, DescribeResult, Desk, Failure, Finding,
+    ForceResult, GetResult, Hold, Operated, Outcome, Part, ReadAt, Reply, Role, Room, SaveResult,
+    SetParams, SetResult, SignalDescription, SignalsResult, Ticket, Value, Values,
+};
+
+pub(crate) type Node = Participant<ipc::Service>;
+
+/// Parameters of the node that is operated here.
+pub(crate) const PARAMETERS: usize = 5000;
+
+/// A node of nothing but parameters: what the engine will be.
+pub(crate) struct Parameters {
+    values: HashMap<String, f64>,
+    transactions: u64,
+    under_way: Vec<(Instant, Ticket, Outcome)>,
+    processes: Vec<Option<u32>>,
+}
+
+impl Parameters {
+    pub(crate) fn new() -> Self {
+        let values = (0..PARAMETERS).map(|n| (name(n), n as f64)).collect();
+        Self { values, transactions: 0, under_way: Vec::new(), processes: Vec::new() }
+    }
+
+    fn set(&mut self, set: SetParams, caller: Caller) -> Begun {
+        let unknown = set.values.iter().filter(|(name, _)| !self.values.contains_key(*name));
+        let unknown: Vec<_> = unknown
+            .map(|(name, _)| Finding::new(name, format!("there is no signal \"{name}\"")))
+            .collect();
+        if !unknown.is_empty() {
+            return Begun::Ended(Err(Failure::of(Code::UnknownName, unknown)));
+        }
+        self.transactions += 1;
+        self.processes.push(caller.process);
+        let mut before = Values::default();
+        for (name, value) in set.values.iter() {
+            let Value::Number(value) = value else { panic!("{value}") };
+            let old = self.values.insert(name.to_owned(), value).unwrap();
+            before.0.push((name.to_owned(), Value::Number(old)));
+        }
+        let cycle = set.at.unwrap_or_default();
+        let reply = Reply::Set(SetResult {
+            transaction: self.transactions,
+            tasks: [("fast".to_owned(), Part { cycle, pending: false })].into(),
+            before,
+            after: Values::default(),
+            warnings: Vec::new(),
+        });
+        let (due, ticket) =
+            (Instant::now() + Duration::from_millis(cycle), Ticket(self.transactions));
+        self.under_way.push((due, ticket, Ok(reply)));
+        Begun::Later(ticket)
+    }
+}
+
+pub(crate) fn name(n: usize) -> String {
+    format!("block.{n}.setChangeRate")
+}
+
+impl Operated for Parameters {
+    fn begin(&mut self, call: Call, caller: Caller) -> Begun {
+        Begun::Ended(Ok(match call {
+            Call::Set(set) => return self.set(set, caller),
+            Call::Describe(_) => Reply::Describe(DescribeResult {
+                node: "level".to_owned(),
+                version: "0".to_owned(),
+                control: Access::Set,
+                configuration: ConfigurationOrigin {
+                    file: "level.toml".to_owned(),
+                    sha256: String::new(),
+                    changed: self.transactions > 0,
+                },
+                started_unix_ns: u64::MAX,
+                tasks: Vec::new(),
+            }),
+            Call::Signals(signals) => {
+                let mut room = Room::of_answer();
+                let (offset, limit) = (signals.offset.unwrap_or(0), signals.limit.unwrap_or(1000));
+                let matches =
+                    |name: &String| signals.pattern.as_ref().is_none_or(|wanted| wanted == name);
+                let names: Vec<_> = (0..PARAMETERS).map(name).filter(matches).collect();
+                let total = names.len() as u64;
+                let description = |name| SignalDescription {
+                    name,
+                    value_type: "LREAL".to_owned(),
+                    unit: None,
+                    role: Role::Parameter,
+                    task: "fast".to_owned(),
+                    forced: false,
+                    protected: None,
+                    limits: None,
+                    can_be_unset: false,
+                    doc: "x".repeat(500),
+                };
+                let page =
+                    names.into_iter().skip(offset as usize).take(limit as usize).map(description);
+                let signals = page.take_while(|signal| room.takes(signal)).collect();
+                Reply::Signals(SignalsResult { total, signals })
+            }
+            Call::Get(get) => {
+                if let Some(name) = get.names.iter().find(|name| !self.values.contains_key(*name)) {
+                    let finding = Finding::new(name, format!("there is no signal \"{name}\""));
+                    return Begun::Ended(Err(Failure::of(Code::UnknownName, vec![finding])));
+                }
+                let values = get.names.iter().map(|name| (name.as_str(), self.values[name]));
+                Reply::Get(GetResult {
+                    total: get.names.len() as u64,
+                    tasks: [("fast".to_owned(), ReadAt { cycle: 1, release_ns: 2 })].into(),
+                    values: values.collect(),
+                    quality: None,
+                })
+            }
+            Call::Save(save) => {
+                let text = "# né\n".repeat(100_000);
+                let rest = &text[save.offset.unwrap_or(0) as usize..];
+                let configuration = rest.chars().take(100_000).collect();
+                Reply::Save(SaveResult { total: text.len() as u64, configuration })
+            }
+            Call::Force(force) => {
+                let missing = |(name, _): &(&str, Value)| !self.values.contains_key(*name);
+                assert!(!force.values.iter().any(|one| missing(&one)));
+                let Hold::Seconds(seconds) = force.seconds else { panic!("{:?}", force.seconds) };
+                let until = Some(force.at.unwrap_or_default() + (seconds * 1000.0) as u64);
+                let value = |(name, _)| (name, self.values[name]);
+                Reply::Force(ForceResult {
+                    transaction: self.transactions + 1,
+                    tasks: [("fast".to_owned(), Part { cycle: 0, pending: false })].into(),
+                    before: force.values.iter().map(value).collect(),
+                    warnings: Vec::new(),
+                    until: [("fast".to_owned(), until)].into(),
+                })
+            }
+            call => {
+                let message = format!("{} is forbidden", call.method().as_str());
+                return Begun::Ended(Err(Failure::new(Code::Forbidden, message)));
+            }
+        }))
+    }
+
+    fn ended(&mut self) -> Option<(Ticket, Outcome)> {
+        let now = Instant::now();
+        let index = self.under_way.iter().position(|(due, ..)| *due <= now)?;
+        let (_, ticket, outcome) = self.under_way.remove(index);
+        Some((ticket, outcome))
+    }
+}
+
+pub(crate) fn join(domain: &Domain) -> Node {
+    Participant::join("tester", domain).unwrap()
+}
+
+/// The process of a node that takes requests (or none), which is killed at the end.
+pub(crate) struct Running(Child);
+
+impl Running {
+    pub(crate) fn start(domain: &IsolatedDomain, role: &str, node: &str) -> Self {
+        let mut child = Command::new(std::env::current_exe().unwrap())
+            .args(["--exact", role, "--ignored", "--nocapture"])
+            .env("ISOCHRONE_TEST_DOMAIN", domain.file())
+            .env("ISOCHRONE_TEST_NODE", node)
+            .stdout(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        lines.find(|line| line.as_ref().is_ok_and(|line| line == "running")).unwrap().unwrap();
+        Self(child)
+    }
+
+    pub(crate) fn process(&self) -> u32 {
+        self.0.id()
+    }
+
+    pub(crate) fn signal(&self, signal: &str) {
+        let pid = self.0.id().to_string();
+        assert!(Command::new("kill").args([signal, &pid]).status().unwrap().success());
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        self.0.kill().unwrap();
+        self.0.wait().unwrap();
+    }
+}
+
+/// Has telemetry, by which others know that the node runs.
+pub(crate) fn telemetry(participant: &Node, node: &str) -> FramePublisher<ipc::Service> {
+    let layout = FrameLayout { signals: vec![SignalSpec::new("cycle", "LREAL")], period_ns: None };
+    FramePublisher::open(participant, &format!("isochrone/{node}/telemetry"), &layout).unwrap()
+}
+
+/// A node that takes requests until it is killed; nothing in a process that no test started.
+pub(crate) fn take_requests() {
+    let Ok(file) = std::env::var("ISOCHRONE_TEST_DOMAIN") else { return };
+    let node = std::env::var("ISOCHRONE_TEST_NODE").unwrap();
+    let domain = Domain::from_file(Path::new(&file)).unwrap();
+    let participant = Arc::new(join(&domain));
+    let _telemetry = telemetry(&participant, &node);
+    let mut desk = Desk::open(&participant, &node).unwrap();
+    let mut upkeep = desk.upkeep();
+    let other = Arc::clone(&participant);
+    thread::spawn(move || {
+        loop {
+            upkeep.tend(&other);
+            thread::sleep(Duration::from_millis(50));
+        }
+    });
+    let mut parameters = Parameters::new();
+    println!("\nrunning");
+    loop {
+        desk.serve(&mut parameters, &participant);
+        thread::sleep(Duration::from_millis(2));
+    }
+}

@@ -1,0 +1,66 @@
+//! The demo: three processes, live values, a summary.
+
+use std::process::Command;
+
+use crate::domain::{Ended, Process, shared_memory};
+use rustix::process::Signal;
+use serde_json::Value;
+
+fn demo(arguments: &[&str]) -> Process {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
+    command.args(arguments);
+    Process::start(command)
+}
+
+/// A demo that ran for as long as it was told to. On a busy machine most of the time may be over before its
+/// processes run.
+fn ended(arguments: &[&str], has_run: impl Fn(&Ended) -> bool) -> Ended {
+    let mut ended = (0..10).map(|_| demo(arguments).finish().expect_code(0));
+    ended.find(has_run).unwrap()
+}
+
+#[test]
+fn the_demo_shows_live_values_and_ends_with_a_summary_of_jitter_and_latency() {
+    let ended = ended(&["demo", "--seconds", "4"], |ended| ended.stdout.contains("last hop"));
+    assert!((ended.stdout.clone() + &ended.stderr).contains("level.y="), "{}", ended.stdout);
+    for part in ["task fast", "release jitter", "link plant/level", "last hop", "end to end"] {
+        assert!(ended.stdout.contains(part), "{part}\n{}", ended.stdout);
+    }
+    assert!(!ended.stderr.contains("waiting for service"), "{}", ended.stderr);
+}
+
+#[test]
+fn the_demo_s_json_is_a_report_of_the_node_and_the_link() {
+    let report = |ended: &Ended| serde_json::from_str::<Value>(&ended.stdout).unwrap();
+    let has_frames = |ended: &Ended| report(ended)["links"][0]["frames"].as_u64() > Some(100);
+    let ended = ended(&["demo", "--seconds", "3", "--json"], has_frames);
+    let report = report(&ended);
+    assert_eq!(report["tasks"][0]["name"], "fast");
+    assert!(report["tasks"][0]["cycles"].as_u64() > Some(100));
+    assert_eq!(report["links"][0]["service"], "plant/level");
+    assert!(ended.stderr.contains("level.y="), "live values go to stderr\n{}", ended.stderr);
+}
+
+#[test]
+fn a_demo_that_is_stopped_while_it_starts_ends_well() {
+    for seconds in ["0.001", "0.01", "0.05"] {
+        demo(&["demo", "--seconds", seconds]).finish().expect_code(0);
+    }
+}
+
+#[test]
+fn a_signal_ends_the_demo_with_its_summary_and_leaves_nothing() {
+    // Without a verb, as a newcomer starts it.
+    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
+    let folder = tempfile::tempdir().unwrap();
+    command.env("TMPDIR", folder.path());
+    let mut demo = Process::start(command);
+    demo.wait_for("level.y=");
+    let prefix = format!("isodemo{}_", demo.id());
+    assert!(!shared_memory(&prefix).is_empty(), "the demo has a domain of its own");
+    demo.signal(Signal::TERM);
+    let ended = demo.finish().expect_code(0);
+    assert!(ended.stdout.contains("last hop"), "{}", ended.stdout);
+    assert_eq!(shared_memory(&prefix), Vec::<std::path::PathBuf>::new());
+    assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0, "the folder is gone");
+}

@@ -1,0 +1,56 @@
+//! Frames of a publisher on the grid of the tasks.
+
+use crate::domain::{Domain, wait_until};
+use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_ipc::{Depth, FrameSubscriber};
+use isochrone_runtime::epoch_after_ns;
+
+const PERIOD_NS: u64 = 2_000_000;
+
+const TASK: &str = r#"
+[node]
+name = "task"
+[[task]]
+name = "t"
+period = "2ms"
+phase = "300us"
+[[input]]
+name = "x"
+service = "plant/none"
+[[output]]
+service = "plant/task"
+signals = ["x"]
+"#;
+
+/// When so many frames of a service were due, after the grid that tasks without a phase have.
+fn phases(domain: &Domain, service: &str, frames: usize) -> Vec<u64> {
+    let participant = domain.join("reader");
+    let mut subscriber = FrameSubscriber::open(&participant, service, 1, Depth::All).unwrap();
+    let mut phases = Vec::new();
+    wait_until("frames", || {
+        subscriber.maintain();
+        while let Some(frame) = subscriber.next(Monotonic.now_ns()) {
+            let behind_ns = frame.header().release_ns - epoch_after_ns(0) % PERIOD_NS;
+            phases.push(behind_ns % PERIOD_NS);
+        }
+        phases.len() >= frames
+    });
+    phases
+}
+
+#[test]
+fn frames_at_a_rate_are_due_at_their_phase_on_the_grid_of_the_tasks_whenever_they_start() {
+    let domain = Domain::new();
+    domain.write("task.toml", TASK);
+    let _task = domain.start("run task.toml");
+    assert!(phases(&domain, "plant/task", 20).iter().all(|phase| *phase == 300_000));
+    for (phase, due_ns) in [("--phase 300us", 300_000), ("--phase 1.9ms", 1_900_000), ("", 0)]
+    {
+        for _ in 0..3 {
+            let publisher = domain.start(&format!("publish plant/x --value 1 --rate 500 {phase}"));
+            let phases = phases(&domain, "plant/x", 20);
+            assert!(phases.iter().all(|phase| *phase == due_ns), "{phase}: {phases:?}");
+            publisher.stop().expect_code(0);
+        }
+    }
+}

@@ -1,0 +1,257 @@
+//! Frames that explain themselves: inputs bound by names, layouts that change, readers that wait.
+
+use crate::domain::{Domain, Process};
+use serde_json::Value;
+
+/// Publishes two signals, in an order that a test chooses.
+const SENDER: &str = r#"
+[node]
+name = "sender"
+[[task]]
+name = "t"
+period = "2ms"
+[[block]]
+name = "four"
+type = "LimRateOfChangeCI"
+in = { defaultOutValue = 4.0, enDefaultOutValue = true }
+[[block]]
+name = "seven"
+type = "LimRateOfChangeCI"
+in = { defaultOutValue = 7.0, enDefaultOutValue = true }
+[[output]]
+service = "sender/out"
+signals = ["four.delayedValue", "seven.delayedValue"]
+"#;
+
+const READER: &str = r#"
+[node]
+name = "reader"
+[[task]]
+name = "t"
+period = "2ms"
+[[input]]
+name = "x"
+service = "sender/out"
+signal = "seven.delayedValue"
+default = -1.0
+[[output]]
+service = "reader/out"
+signals = ["x"]
+"#;
+
+const SIGNALS: &str = "[\"four.delayedValue\", \"seven.delayedValue\"]";
+
+fn start(domain: &Domain, file: &str, text: &str, arguments: &str) -> Process {
+    domain.write(file, text);
+    let mut node = domain.start(&format!("run {file} {arguments}"));
+    node.wait_for("is running");
+    node
+}
+
+fn observer(domain: &Domain) -> Process {
+    let mut observer = domain.start("subscribe reader/out");
+    observer.wait_for("x=");
+    observer
+}
+
+fn codes(report: &Value) -> Vec<&str> {
+    let warnings = report["warnings"].as_array().unwrap();
+    warnings.iter().map(|warning| warning["code"].as_str().unwrap()).collect()
+}
+
+#[test]
+fn a_node_comes_back_with_other_outputs_while_its_subscriber_waits() {
+    let domain = Domain::new();
+    let sender = start(&domain, "sender.toml", SENDER, "");
+    let mut observer = domain.start("subscribe sender/out");
+    observer.wait_for("four.delayedValue=4.0 seven.delayedValue=7.0");
+    sender.stop().expect_code(0);
+    let reordered = SENDER.replace(SIGNALS, "[\"seven.delayedValue\", \"four.delayedValue\"]");
+    let sender = start(&domain, "sender.toml", &reordered, "");
+    observer.wait_for("has changed, and now carries seven.delayedValue, four.delayedValue");
+    observer.wait_for("seven.delayedValue=7.0 four.delayedValue=4.0");
+    let printed = observer.stop().expect_code(0).stdout;
+    // No line has the values of one layout under the names of the other.
+    assert!(!printed.contains("four.delayedValue=7.0"), "{printed}");
+    sender.stop().expect_code(0);
+}
+
+#[test]
+fn an_input_whose_channel_carries_another_signal_from_now_on_says_so() {
+    let domain = Domain::new();
+    let by_channel = READER.replace("signal = \"seven.delayedValue\"", "channel = 0");
+    let mut reader = start(&domain, "reader.toml", &by_channel, "--report reader.json");
+    let mut observer = observer(&domain);
+    let sender = start(&domain, "sender.toml", SENDER, "");
+    observer.wait_for("x=4.0");
+    sender.stop().expect_code(0);
+    let reordered = SENDER.replace(SIGNALS, "[\"seven.delayedValue\", \"four.delayedValue\"]");
+    let sender = start(&domain, "sender.toml", &reordered, "");
+    observer.wait_for("x=7.0");
+    reader.wait_for("which was \"four.delayedValue\" and is \"seven.delayedValue\" now");
+    observer.stop().expect_code(0);
+    sender.stop().expect_code(0);
+    reader.stop().expect_code(0);
+    assert_eq!(codes(&domain.json("reader.json")), ["moved_channel", "input_not_ok"]);
+}
+
+#[test]
+fn a_recording_goes_on_with_another_header_where_the_layout_changes() {
+    let domain = Domain::new();
+    let sender = start(&domain, "sender.toml", SENDER, "");
+    let mut observer = domain.start("subscribe sender/out --csv out.csv");
+    observer.wait_for("carries four.delayedValue, seven.delayedValue (from \"sender\")");
+    sender.stop().expect_code(0);
+    let more = SENDER.replace(SIGNALS, "[\"seven.delayedValue\", \"seven.error\", \"four.error\"]");
+    let sender = start(&domain, "sender.toml", &more, "");
+    observer.wait_for("has changed, and now carries seven.delayedValue, seven.error, four.error");
+    observer.stop().expect_code(0);
+    sender.stop().expect_code(0);
+    let recording = domain.read("out.csv");
+    let heads: Vec<&str> = recording.lines().filter(|row| row.starts_with("time_s")).collect();
+    assert_eq!(
+        heads,
+        [
+            "time_s,cycle,four.delayedValue,seven.delayedValue",
+            "time_s,cycle,seven.delayedValue,seven.error,four.error"
+        ]
+    );
+    let mut columns = 0;
+    for row in recording.lines() {
+        if row.starts_with("time_s") {
+            columns = row.split(',').count();
+        }
+        assert_eq!(row.split(',').count(), columns, "{row}");
+    }
+}
+
+#[test]
+fn a_reader_that_comes_first_finds_its_signal_by_name_wherever_that_moves() {
+    let domain = Domain::new();
+    let reader = start(&domain, "reader.toml", READER, "--report reader.json");
+    let mut observer = observer(&domain);
+    observer.wait_for("x=-1.0");
+    let moved = "[\"seven.delayedValue\", \"four.delayedValue\", \"four.error\"]";
+    // The second sender's value is another one, so that it is not taken for what the first one has sent.
+    for (order, value) in [(SIGNALS, "7.0"), (moved, "8.0")] {
+        let text = SENDER.replace(SIGNALS, order).replace("7.0", value);
+        let sender = start(&domain, "sender.toml", &text, "");
+        observer.wait_for(&format!("x={value}"));
+        sender.stop().expect_code(0);
+    }
+    let printed = observer.stop().expect_code(0).stdout;
+    assert!(!printed.contains("x=4.0"), "a frame was read as if it were another: {printed}");
+    reader.stop().expect_code(0);
+    let report = domain.json("reader.json");
+    assert_eq!(codes(&report), ["input_not_ok"], "the senders ended: {report}");
+    assert_eq!(report["links"][0]["restarts"], 1, "{report}");
+}
+
+#[test]
+fn what_does_not_fit_is_an_alarm_that_names_both_sides_and_not_the_end_of_the_node() {
+    for (from, to, parts) in [
+        ("seven.delayedValue\"\n", "eight.y\"\n", ["no signal \"eight.y\"", "four.delayedValue"]),
+        ("signal = \"seven.delayedValue\"", "channel = 5", ["2 channels", "6 are needed"]),
+        ("default = -1.0", "type = \"BOOL\"", ["carries LREAL", "BOOL is needed"]),
+    ] {
+        let domain = Domain::new();
+        let sender = start(&domain, "sender.toml", SENDER, "");
+        let text = READER.replace(from, to);
+        let mut reader = start(&domain, "reader.toml", &text, "--report reader.json");
+        reader.wait_for("cannot read service \"sender/out\" of \"sender\"");
+        let mut observer = observer(&domain);
+        observer.wait_for("x=");
+        observer.stop().expect_code(0);
+        let ended = reader.stop().expect_code(0);
+        for part in parts.into_iter().chain(["input \"x\""]) {
+            assert!(ended.stderr.contains(part), "{part}: {}", ended.stderr);
+        }
+        let told = ended.stderr.matches("cannot read service").count();
+        assert_eq!(told, 1, "once, and not every cycle: {}", ended.stderr);
+        let report = domain.json("reader.json");
+        // On a busy machine the input may also have been without a value for long enough to be told.
+        let codes = codes(&report).into_iter().filter(|code| *code != "input_not_ok");
+        assert_eq!(codes.collect::<Vec<_>>(), ["unfit_input"], "{report}");
+        assert!(report["tasks"][0]["input_rejects"].as_u64() > Some(0), "{report}");
+        sender.stop().expect_code(0);
+    }
+}
+
+#[test]
+fn an_input_that_did_not_fit_is_read_once_its_publisher_comes_back_with_what_it_wants() {
+    let domain = Domain::new();
+    let mut reader = start(&domain, "reader.toml", READER, "");
+    let only = SENDER.replace(SIGNALS, "[\"four.delayedValue\"]");
+    let sender = start(&domain, "sender.toml", &only, "");
+    reader.wait_for("no signal \"seven.delayedValue\"");
+    sender.stop().expect_code(0);
+    let sender = start(&domain, "sender.toml", SENDER, "");
+    reader.wait_for("reads service \"sender/out\" again");
+    let mut observer = observer(&domain);
+    observer.wait_for("x=7.0");
+    for process in [observer, reader, sender] {
+        process.stop().expect_code(0);
+    }
+}
+
+#[test]
+fn a_publisher_may_come_back_with_other_columns_while_its_subscriber_waits() {
+    let domain = Domain::new();
+    domain.write("xy.csv", "x,y\n1,2\n");
+    domain.write("yx.csv", "y,x\n2,1\n");
+    let mut first = domain.start("publish some/where --csv xy.csv --count 100000");
+    first.wait_for("publishing");
+    let mut observer = domain.start("subscribe some/where");
+    observer.wait_for("x=1.0 y=2.0");
+    first.stop().expect_code(0);
+    let second = domain.start("publish some/where --csv yx.csv --count 100000");
+    observer.wait_for("y=2.0 x=1.0");
+    second.stop().expect_code(0);
+    observer.stop().expect_code(0);
+}
+
+#[test]
+fn telemetry_has_names_for_an_observer_that_waited_for_the_node() {
+    let domain = Domain::new();
+    let mut observer = domain.start("subscribe isochrone/sender/telemetry");
+    let sender = start(&domain, "sender.toml", SENDER, "");
+    observer.wait_for("four.delayedValue=4.0");
+    observer.wait_for("task.t.cycle=");
+    observer.stop().expect_code(0);
+    sender.stop().expect_code(0);
+    assert_eq!(domain.leftovers(), Vec::<std::path::PathBuf>::new());
+}
+
+#[test]
+fn a_chain_of_two_nodes_shows_the_whole_age_and_the_last_hop() {
+    let domain = Domain::new();
+    // The second node reads what the first one sends every 50 ms; the publisher sends once.
+    let first = READER
+        .replace("\"reader\"", "\"first\"")
+        .replace("signal = \"seven.delayedValue\"", "signal = \"x\"")
+        .replace("sender/out", "chain/in")
+        .replace("reader/out", "chain/middle");
+    let second = first
+        .replace("\"first\"", "\"second\"")
+        .replace("chain/middle", "chain/out")
+        .replace("chain/in", "chain/middle");
+    domain.write("in.csv", "x\n1\n");
+    let first = start(&domain, "first.toml", &first.replace("2ms", "50ms"), "");
+    let second = start(&domain, "second.toml", &second, "");
+    let mut observer = domain.start("subscribe chain/out --every 20");
+    observer.wait_for("x=-1.0");
+    domain.run("publish chain/in --csv in.csv --rate 20 --count 3").expect_code(0);
+    observer.wait_for("x=1.0");
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    let ended = domain.run("subscribe chain/out --stats --json --count 50").expect_code(0);
+    let report: Value = serde_json::from_str(&ended.stdout).unwrap();
+    let link = &report["links"][0];
+    let (hop, whole) = (&link["one_way_ns"], &link["end_to_end_ns"]);
+    assert_eq!((&hop["count"], &whole["count"]), (&50.into(), &50.into()), "{link}");
+    // The sample is as old as its publisher made it, although the node before sent it just now.
+    assert!(whole["min"].as_u64() > Some(300_000_000), "{link}");
+    assert!(hop["p50"].as_u64() < whole["min"].as_u64(), "{link}");
+    for process in [observer, second, first] {
+        process.stop().expect_code(0);
+    }
+}

@@ -1,0 +1,274 @@
+//! Another configuration for a node that runs, as processes.
+
+use std::fmt::Write as _;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::domain::{PATIENCE, wait_until};
+use crate::node::Node;
+use isochrone_ipc::{Depth, FrameSubscriber, ipc};
+use isochrone_runtime::control::{
+    Action, AlarmsParams, ApplyParams, ApplyResult, Client, ClientError, Code, DescribeParams,
+    ForceParams, GetParams, Hold, JournalParams, ReleaseParams, SetParams, Value,
+};
+
+const NODE: &str = r#"
+[node]
+name = "level"
+control = "force"
+[[task]]
+name = "fast"
+period = "2ms"
+[[task]]
+name = "slow"
+period = "10ms"
+[[block]]
+name = "ramp"
+type = "LimRateOfChangeCI"
+task = "fast"
+in = { value = 1e9, setChangeRate = 1000.0 }
+[[block]]
+name = "late"
+type = "LimRateOfChangeCI"
+task = "slow"
+in = { value = "ramp.delayedValue", setChangeRate = 1e9 }
+[[output]]
+task = "fast"
+service = "level/out"
+signals = ["ramp.delayedValue"]
+"#;
+
+fn configuration(text: &str) -> ApplyParams {
+    ApplyParams { configuration: text.to_owned(), ..ApplyParams::default() }
+}
+
+/// Cycles may be missed: the machine is busy with other tests.
+#[track_caller]
+fn apply(node: &mut Node, text: &str) -> ApplyResult {
+    let client = Some("anna".to_owned());
+    node.call(&ApplyParams { allow_missed: Some(true), client, ..configuration(text) })
+}
+
+#[track_caller]
+fn value(node: &mut Node, name: &str) -> Option<Value> {
+    node.get(&[name]).get(name)
+}
+
+/// With more blocks.
+fn with_blocks(count: usize) -> String {
+    let mut text = NODE.to_owned();
+    write!(
+        text,
+        "[[block]]\nname = \"more\"\ntype = \"LimRateOfChangeCI\"\ntask = \"fast\"\n\
+         count = {count}\nin = {{ value = 5.0, setChangeRate = 1000.0 }}\n"
+    )
+    .unwrap();
+    text
+}
+
+/// How much a ramp is ahead of what the cycles that ran make of it, in each frame of some time.
+fn offsets(frames: &mut FrameSubscriber<ipc::Service>, seen: &mut Vec<f64>) {
+    while let Some(frame) = frames.next(0) {
+        let ran = frame.header().cycle - frame.header().missed;
+        seen.push(frame.values()[0] - 2.0 * ran as f64);
+    }
+}
+
+#[test]
+fn a_ramp_goes_on_without_a_bump_while_a_thousand_blocks_come_and_go() {
+    let mut node = Node::start(NODE);
+    let mut frames = FrameSubscriber::open(&node.participant, "level/out", 1, Depth::All).unwrap();
+    let mut seen = Vec::new();
+    for turn in 0..6 {
+        let result = match turn % 2 {
+            0 => apply(&mut node, &with_blocks(1000)),
+            _ => apply(&mut node, NODE),
+        };
+        let which = if turn % 2 == 0 { &result.added } else { &result.removed };
+        assert_eq!(*which, ["more"]);
+        assert_eq!(result.kept, ["late", "ramp"]);
+        assert!(result.cost_ns > 0);
+        assert_eq!(result.tasks.len(), 2, "{:?}", result.tasks);
+        offsets(&mut frames, &mut seen);
+    }
+    wait_until("ten frames have come", || {
+        offsets(&mut frames, &mut seen);
+        seen.len() > 10
+    });
+    assert!(seen.iter().all(|offset| (offset - seen[0]).abs() < 1e-6), "{seen:?}");
+    let description = node.call(&DescribeParams {});
+    assert!(description.configuration.changed);
+    let entries = node.call(&JournalParams::default()).entries;
+    let applied: Vec<_> = entries.iter().filter(|entry| entry.action == Action::Apply).collect();
+    assert_eq!(applied.len(), 12, "one for each task");
+    assert!(applied.iter().all(|entry| entry.by.client.as_deref() == Some("anna")), "{applied:?}");
+    assert_eq!(node.call(&AlarmsParams::default()).total, 0);
+    node.process.stop().expect_code(0);
+}
+
+#[test]
+fn a_dry_run_says_what_would_change_and_changes_nothing() {
+    let mut node = Node::start(NODE);
+    let dry_run = Some(true);
+    let configuration = with_blocks(3).replace("value = 1e9", "value = 1e8");
+    let result = node.call(&ApplyParams { configuration, dry_run, ..ApplyParams::default() });
+    assert!(result.tasks.is_empty() && result.cost_ns > 0, "{result:?}");
+    assert_eq!((result.added, result.changed), (vec!["more".into()], vec!["ramp.value".into()]));
+    assert!(node.call(&JournalParams::default()).entries.is_empty());
+    assert_eq!(value(&mut node, "ramp.value"), Some(Value::Number(1e9)));
+    node.process.stop().expect_code(0);
+}
+
+#[test]
+fn what_is_wrong_with_a_configuration_is_said_and_changes_nothing() {
+    let mut node = Node::start(NODE);
+    let failure = node.refused(&configuration("[node\nname = 3"));
+    assert_eq!(failure.code, Code::Configuration);
+    assert!(failure.findings[0].name.starts_with("1:"), "{failure:?}");
+    let wrong = NODE
+        .replace("value = 1e9", "valeu = 1e9")
+        .replace("ramp.delayedValue\", set", "ramp.x\", set");
+    let failure = node.refused(&configuration(&wrong));
+    assert_eq!(failure.code, Code::Configuration);
+    assert!(failure.findings.len() > 1, "{failure:?}");
+    let other = NODE.replace("\"10ms\"", "\"20ms\"").replace("level/out", "level/other");
+    let failure = node.refused(&configuration(&other));
+    assert_eq!(failure.code, Code::CannotChange);
+    let names: Vec<&str> = failure.findings.iter().map(|finding| &*finding.name).collect();
+    assert_eq!(names, ["slow", "level/out", "level/other"]);
+    let values = [("late.delayedValue", 3.0)].into_iter().collect();
+    let seconds = Hold::UntilReleased;
+    node.call(&ForceParams { values, seconds, ..ForceParams::default() });
+    let failure = node.refused(&configuration(&NODE.replace("\"late\"", "\"later\"")));
+    assert_eq!(
+        (failure.code, &*failure.findings[0].name),
+        (Code::CannotChange, "late.delayedValue")
+    );
+    node.call(&ReleaseParams { names: vec!["late.*".into()], client: None });
+    let entries = node.call(&JournalParams::default()).entries;
+    assert!(entries.iter().all(|entry| entry.action != Action::Apply));
+    let result = apply(&mut node, &NODE.replace("\"late\"", "\"later\""));
+    assert_eq!((result.added, result.removed), (vec!["later".into()], vec!["late".into()]));
+    node.process.stop().expect_code(0);
+}
+
+#[test]
+fn what_is_read_while_blocks_go_is_answered_whole_or_not_at_all() {
+    let mut node = Node::start(NODE);
+    let participant = node.domain.join("reader");
+    let (whole, refused, is_over) = (AtomicU64::new(0), AtomicU64::new(0), AtomicBool::new(false));
+    let read = || {
+        let mut client = Client::connect(&participant, "level", PATIENCE).unwrap();
+        while !is_over.load(Ordering::Relaxed) {
+            let names = vec!["more.*.delayedValue".to_owned(), "late.value".to_owned()];
+            match client.call(&GetParams { names, ..GetParams::default() }) {
+                Ok(read) => {
+                    assert_eq!(read.values.0.len() as u64, read.total, "{read:?}");
+                    assert_eq!(read.total, 4);
+                    whole.fetch_add(1, Ordering::Relaxed);
+                }
+                Err(ClientError::Refused(failure)) => {
+                    let code = failure.code;
+                    assert!([Code::UnknownName, Code::Busy].contains(&code), "{failure:?}");
+                    refused.fetch_add(1, Ordering::Relaxed);
+                }
+                Err(error) => panic!("{error}"),
+            }
+        }
+    };
+    thread::scope(|scope| {
+        let reader = scope.spawn(read);
+        for _ in 0..8 {
+            for (text, count) in [(with_blocks(3), &whole), (NODE.to_owned(), &refused)] {
+                apply(&mut node, &text);
+                let before = count.load(Ordering::Relaxed);
+                wait_until("the reader has asked again", || {
+                    reader.is_finished() || count.load(Ordering::Relaxed) > before
+                });
+            }
+        }
+        is_over.store(true, Ordering::Relaxed);
+        reader.join().unwrap();
+    });
+    node.process.stop().expect_code(0);
+}
+
+#[test]
+fn what_was_set_stays_and_what_differs_between_the_files_is_taken() {
+    let mut node = Node::start(NODE);
+    let values = [("ramp.value", 2e9), ("late.setChangeRate", 2e9)].into_iter().collect();
+    node.call(&SetParams { values, ..SetParams::default() });
+    let result = apply(&mut node, &NODE.replace("setChangeRate = 1e9", "setChangeRate = 3e9"));
+    assert_eq!(result.changed, ["late.setChangeRate"]);
+    assert_eq!(value(&mut node, "ramp.value"), Some(Value::Number(2e9)));
+    assert_eq!(value(&mut node, "late.setChangeRate"), Some(Value::Number(3e9)));
+    let entries = node.call(&JournalParams::default()).entries;
+    let changes = entries.iter().filter(|e| e.action == Action::Apply).flat_map(|e| &e.changes);
+    let befores: Vec<_> = changes.map(|change| (&*change.name, change.before)).collect();
+    assert_eq!(befores, [("late.setChangeRate", Value::Number(2e9))]);
+    node.process.stop().expect_code(0);
+}
+
+#[test]
+fn a_configuration_that_nobody_waits_for_any_more_is_not_applied() {
+    let mut node = Node::start(NODE);
+    node.client.wait_for(Duration::from_millis(1));
+    let params = |configuration: String, dry_run: bool| ApplyParams {
+        configuration,
+        dry_run: Some(dry_run),
+        allow_missed: Some(true),
+        ..ApplyParams::default()
+    };
+    let error = node.client.call(&params(with_blocks(20_000), false)).unwrap_err();
+    assert!(matches!(error, ClientError::NoAnswer { .. }), "{error}");
+    node.client.wait_for(PATIENCE);
+    let since = Instant::now();
+    loop {
+        match node.client.call(&params(NODE.to_owned(), true)) {
+            Ok(_) => break,
+            Err(ClientError::Refused(failure)) => assert_eq!(failure.code, Code::Busy),
+            Err(error) => panic!("{error}"),
+        }
+        assert!(since.elapsed() < PATIENCE, "it is checked for ever");
+        thread::sleep(Duration::from_millis(20));
+    }
+    assert!(node.call(&JournalParams::default()).entries.is_empty());
+    node.process.stop().expect_code(0);
+}
+
+#[test]
+fn a_dry_run_says_that_a_task_has_no_time_for_the_change() {
+    // Ten thousand blocks in 200 us are too much for any machine.
+    let busy = with_blocks(10_000).replace("2ms", "200us");
+    let mut node = Node::start(&busy);
+    let since = Instant::now();
+    let refused = loop {
+        let configuration = busy.replace("value = 1e9", "value = 1e8");
+        let params = ApplyParams { configuration, dry_run: Some(true), ..ApplyParams::default() };
+        match node.call(&params).refused {
+            Some(refused) if refused.contains("--allow-missed") => break refused,
+            other => assert!(since.elapsed() < PATIENCE, "{other:?}"),
+        }
+    };
+    assert!(refused.contains("task \"fast\" has 0 ns left"), "{refused}");
+    node.process.stop();
+}
+
+#[test]
+fn telemetry_follows_to_the_names_of_the_new_configuration() {
+    let mut node = Node::start(NODE);
+    apply(&mut node, &with_blocks(2));
+    let since = Instant::now();
+    loop {
+        let subscribe = "subscribe isochrone/level/telemetry --csv seen.csv --count 3";
+        node.domain.run(subscribe).expect_code(0);
+        let seen = node.domain.read("seen.csv");
+        if seen.contains("more.1.delayedValue") {
+            break;
+        }
+        assert!(since.elapsed() < PATIENCE, "{}", seen);
+        thread::sleep(Duration::from_millis(20));
+    }
+    node.process.stop().expect_code(0);
+}

@@ -1,0 +1,134 @@
+//! What operators may do with a node, for each `control` that its configuration can say, and every method.
+
+use crate::domain::{PATIENCE, tank};
+use crate::node::Node;
+use isochrone_runtime::control::{
+    AlarmsParams, ApplyParams, Client, ClientError, Code, DescribeParams, Failure, ForceParams,
+    ForcesParams, GetParams, Hold, JournalParams, Method, Params, ReleaseParams, SaveParams,
+    SetParams, SignalsParams, TraceParams, UndoParams, Value,
+};
+
+const NODE: &str = r#"
+[node]
+name = "level"
+control = "read"
+[[task]]
+name = "fast"
+period = "2ms"
+[[block]]
+name = "ramp"
+type = "LimRateOfChangeCI"
+in = { value = 25.0, setChangeRate = 10.0 }
+"#;
+
+fn with_control(control: &str) -> String {
+    NODE.replace("\"read\"", &format!("\"{control}\""))
+}
+
+/// What a method needs, least first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Right {
+    Read,
+    Set,
+    Force,
+}
+
+/// Every method is here, or this is no program.
+fn needed(method: Method) -> Right {
+    match method {
+        Method::Describe
+        | Method::Signals
+        | Method::Get
+        | Method::Forces
+        | Method::Journal
+        | Method::Alarms
+        | Method::Save
+        | Method::Trace => Right::Read,
+        Method::Set | Method::Undo => Right::Set,
+        Method::Force | Method::Release | Method::Apply => Right::Force,
+    }
+}
+
+fn asked<P: Params>(node: &mut Node, params: &P) -> Result<(), Failure> {
+    match node.client.call(params) {
+        Ok(_) => Ok(()),
+        Err(ClientError::Refused(failure)) => Err(failure),
+        Err(error) => panic!("{error}"),
+    }
+}
+
+/// Asks for something that can be done where it is allowed, if all methods before have been asked for.
+fn ask(node: &mut Node, method: Method) -> Result<(), Failure> {
+    let all = vec!["*.*".to_owned()];
+    let values = |value: f64| [("ramp.value", value)].into_iter().collect();
+    match method {
+        Method::Describe => asked(node, &DescribeParams {}),
+        Method::Signals => asked(node, &SignalsParams::default()),
+        Method::Get => asked(node, &GetParams { names: all, ..GetParams::default() }),
+        Method::Set => asked(node, &SetParams { values: values(1.0), ..SetParams::default() }),
+        Method::Force => {
+            let seconds = Hold::UntilReleased;
+            asked(node, &ForceParams { values: values(2.0), seconds, ..ForceParams::default() })
+        }
+        Method::Release => asked(node, &ReleaseParams { names: all, client: None }),
+        Method::Forces => asked(node, &ForcesParams::default()),
+        Method::Undo => asked(node, &UndoParams { transaction: 1, client: None }),
+        Method::Journal => asked(node, &JournalParams::default()),
+        Method::Alarms => asked(node, &AlarmsParams::default()),
+        Method::Save => asked(node, &SaveParams::default()),
+        Method::Trace => {
+            let signals = Some(vec!["ramp.value".to_owned()]);
+            asked(node, &TraceParams { signals, ..TraceParams::default() })
+        }
+        Method::Apply => {
+            let configuration = with_control("force");
+            let allow_missed = Some(true);
+            asked(node, &ApplyParams { configuration, allow_missed, ..ApplyParams::default() })
+        }
+    }
+}
+
+#[test]
+fn a_node_does_what_its_control_allows_and_refuses_all_else_with_the_way_out() {
+    for (control, right) in [("read", Right::Read), ("set", Right::Set), ("force", Right::Force)] {
+        let mut node = Node::start(&with_control(control));
+        for method in Method::ALL {
+            let answer = ask(&mut node, method);
+            if needed(method) <= right {
+                assert_eq!(answer, Ok(()), "{control}: {method:?}");
+                continue;
+            }
+            let failure = answer.expect_err(method.as_str());
+            assert_eq!(failure.code, Code::Forbidden, "{control}: {method:?}: {failure}");
+            let way_out = match needed(method) {
+                Right::Force => "control = \"force\"",
+                Right::Set | Right::Read => "control = \"set\"",
+            };
+            assert!(failure.to_string().contains(way_out), "{control}: {method:?}: {failure}");
+        }
+        if right == Right::Read {
+            assert_eq!(node.get(&["ramp.value"]).get("ramp.value"), Some(Value::Number(25.0)));
+            assert_eq!(node.call(&JournalParams::default()).total, 0);
+            assert!(!node.call(&DescribeParams {}).configuration.changed);
+        }
+        node.process.stop().expect_code(0);
+    }
+}
+
+#[test]
+fn whoever_may_not_force_may_not_try_a_configuration_either() {
+    let mut node = Node::start(&with_control("set"));
+    let (configuration, dry_run) = (with_control("set"), Some(true));
+    let failure = node.refused(&ApplyParams { configuration, dry_run, ..ApplyParams::default() });
+    assert_eq!(failure.code, Code::Forbidden, "{failure}");
+    node.process.stop().expect_code(0);
+}
+
+#[test]
+fn a_node_that_nobody_may_operate_has_no_service_for_it() {
+    let (domain, process) = tank(&with_control("off"));
+    let participant = domain.join("operator");
+    let error = Client::connect(&participant, "level", PATIENCE).unwrap_err();
+    assert!(matches!(error, ClientError::NotOperated { .. }), "{error}");
+    process.stop().expect_code(0);
+}

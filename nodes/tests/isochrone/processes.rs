@@ -1,0 +1,281 @@
+//! The verbs that talk to each other: how they end, and what they report.
+
+use std::io::{BufRead, BufReader};
+use std::path::PathBuf;
+use std::process::{Command, Stdio};
+use std::time::Duration;
+
+use crate::domain::{Domain, wait_until};
+use isochrone_processes::Child;
+use rustix::process::Signal;
+use serde_json::Value;
+
+const NODE: &str = r#"
+[node]
+name = "clock"
+[[task]]
+name = "fast"
+period = "1ms"
+ob = 35
+[[task]]
+name = "slow"
+period = "5ms"
+phase = "1ms"
+[[input]]
+name = "x"
+task = "fast"
+service = "clock/in"
+[[block]]
+name = "saw"
+type = "SawTooth"
+task = "fast"
+in = { incrementRange = 1, endlessSteps = true }
+[[block]]
+name = "level"
+type = "ScaleLinear"
+task = "slow"
+in = { x = "saw.value", x1 = 0, y1 = 0, x2 = 1, y2 = 2, yMin = -inf, yMax = inf }
+[[output]]
+service = "clock/fast"
+task = "fast"
+signals = ["saw.value", "x"]
+[[output]]
+service = "clock/slow"
+task = "slow"
+signals = ["level.y", "saw.value", "x"]
+"#;
+
+fn domain() -> Domain {
+    let domain = Domain::new();
+    domain.write("node.toml", NODE);
+    domain
+}
+
+#[test]
+fn sigint_and_sigterm_end_every_verb_with_its_summary() {
+    for signal in [Signal::INT, Signal::TERM] {
+        let domain = domain();
+        let mut node = domain.start("run node.toml");
+        node.wait_for("is running");
+        let mut publisher = domain.start("publish clock/in --wave sine,step");
+        publisher.wait_for("publishing");
+        let stats = domain.start("subscribe clock/fast --stats --csv stats.csv");
+        let mut lines = domain.start("subscribe clock/slow");
+        lines.wait_for("level.y=");
+        // A stats subscriber that saw nothing would say so.
+        domain.wait_for_rows("stats.csv", 1);
+        for (process, summary) in [
+            (stats, "last hop"),
+            (lines, "0 lost"),
+            (node, "release jitter"),
+            (publisher, "published"),
+        ] {
+            process.signal(signal);
+            let ended = process.finish().expect_code(0);
+            assert!((ended.stdout + &ended.stderr).contains(summary), "{summary}");
+        }
+        assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
+    }
+}
+
+#[test]
+fn a_node_whose_log_nobody_reads_any_more_goes_on_and_reports() {
+    let domain = domain();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
+    command.args(["run", "node.toml", "--report", "node.json", "--iceoryx2-config"]);
+    command.arg(domain.config_file()).current_dir(domain.folder());
+    let (reader, writer) = std::io::pipe().unwrap();
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(writer);
+    let mut node = Child::start("node", &mut command).unwrap();
+    drop(command);
+    let mut log = BufReader::new(reader).lines();
+    while !log.next().unwrap().unwrap().contains("is running") {}
+    drop(log);
+    let mut observer = domain.start("subscribe clock/fast");
+    observer.wait_for("x=");
+    // The node logs its input's first sample.
+    let mut publisher = domain.start("publish clock/in --value 7");
+    publisher.wait_for("publishing");
+    observer.wait_for("x=7.0");
+    publisher.stop().expect_code(0);
+    node.signal(Signal::TERM);
+    let ended = node.wait_within(Duration::from_secs(60)).unwrap().expect("the node does not end");
+    assert_eq!(ended.code(), Some(0));
+    observer.stop().expect_code(0);
+    assert!(domain.json("node.json")["tasks"][0]["cycles"].as_u64() > Some(0));
+    assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
+}
+
+#[test]
+fn a_simulation_that_is_stopped_keeps_the_rows_it_has() {
+    let domain = domain();
+    let simulation = domain.start("simulate node.toml --cycles 1000000000 --output out.csv");
+    let length = || std::fs::metadata(domain.path("out.csv")).map_or(0, |file| file.len());
+    wait_until("rows are written", || length() > 0);
+    let ended = simulation.stop().expect_code(0);
+    assert!(ended.stderr.contains("of 1000000000 cycles"), "{}", ended.stderr);
+    let rows = domain.read("out.csv");
+    let columns = |row: &str| row.split(',').count();
+    assert!(rows.ends_with('\n') && rows.lines().all(|row| columns(row) == 6), "no row is cut");
+}
+
+#[test]
+fn a_node_with_an_hour_long_period_ends_on_a_signal_too() {
+    let domain = domain();
+    domain.write(
+        "hour.toml",
+        "[node]\nname = \"h\"\n[[task]]\nname = \"t\"\nperiod = \"1h\"\nphase = \"59min\"\n",
+    );
+    let mut node = domain.start("run hour.toml");
+    node.wait_for("is running");
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn run_reports_every_task_and_link() {
+    let domain = domain();
+    let mut node = domain.start("run node.toml --cycles 400 --report node.json --json");
+    node.wait_for("is running");
+    let publisher = domain.start("publish clock/in --value 1");
+    let ended = node.finish().expect_code(0);
+    publisher.stop().expect_code(0);
+    let report = domain.json("node.json");
+    assert_eq!(serde_json::from_str::<Value>(&ended.stdout).unwrap(), report);
+    let tasks = report["tasks"].as_array().unwrap();
+    let [fast, slow] = tasks.as_slice() else { panic!("{tasks:?}") };
+    assert_eq!((&fast["name"], &fast["cycles"]), (&"fast".into(), &400.into()));
+    assert_eq!((&slow["name"], &slow["period_ns"]), (&"slow".into(), &5_000_000.into()));
+    let measured = fast["cycles"].as_u64().unwrap() - fast["warm_up_cycles"].as_u64().unwrap();
+    for distribution in ["release_jitter_ns", "execution_ns", "response_ns", "period_error_ns"] {
+        assert_eq!(fast[distribution]["count"], measured, "{distribution}");
+        assert!(fast[distribution]["max"].as_u64() >= fast[distribution]["p50"].as_u64());
+    }
+    let links = report["links"].as_array().unwrap();
+    let services: Vec<&str> = links.iter().map(|link| link["service"].as_str().unwrap()).collect();
+    assert_eq!(services, ["clock/in", "clock/fast", "clock/slow"]);
+    assert_eq!(links[1]["frames"], 400);
+    assert!(report["environment"]["cpus"].as_u64() > Some(0));
+    assert_eq!(report["command"][0], "run");
+}
+
+#[test]
+fn frames_that_newer_ones_pushed_out_are_reported_as_lost() {
+    let domain = domain();
+    domain.write("slow.toml", &NODE.replace("period = \"1ms\"", "period = \"50ms\""));
+    let mut node = domain.start("run slow.toml --report node.json");
+    node.wait_for("is running");
+    let ended = domain.run("publish clock/in --value 1 --rate 1000 --count 500 --json");
+    let sent: Value = serde_json::from_str(&ended.expect_code(0).stdout).unwrap();
+    node.stop().expect_code(0);
+    let report = domain.json("node.json");
+    let link = &report["links"][0];
+    let (frames, lost) = (link["frames"].as_u64().unwrap(), link["lost"].as_u64().unwrap());
+    assert!(lost > frames, "{link}");
+    assert!(frames + lost <= sent["frames"].as_u64().unwrap(), "{link}");
+}
+
+#[test]
+fn a_report_does_not_overwrite_the_configuration() {
+    let domain = domain();
+    let ended = domain.run("run node.toml --cycles 5 --report ./node.toml").expect_code(2);
+    assert!(ended.stderr.contains("would overwrite"), "{}", ended.stderr);
+    assert_eq!(domain.read("node.toml"), NODE);
+}
+
+#[test]
+fn stats_tell_rate_loss_and_latency_and_the_age_of_the_input_behind_a_frame() {
+    let domain = domain();
+    let mut node = domain.start("run node.toml");
+    node.wait_for("is running");
+    let mut publisher = domain.start("publish clock/in --value 1");
+    publisher.wait_for("publishing");
+    let ended = domain.run("subscribe clock/fast --stats --json --count 500 --report link.json");
+    let report: Value = serde_json::from_str(&ended.expect_code(0).stdout).unwrap();
+    assert_eq!(report, domain.json("link.json"));
+    let link = &report["links"][0];
+    assert_eq!((&link["frames"], &link["one_way_ns"]["count"]), (&500.into(), &500.into()));
+    assert!(link["rate_hz"].as_f64() > Some(0.0));
+    assert!(link["one_way_ns"]["p50"].as_u64() > Some(0));
+    // x came from a publisher, and the frame is computed from it.
+    assert!(link["end_to_end_ns"]["count"].as_u64() > Some(0));
+    assert!(link["end_to_end_ns"]["p50"].as_u64() > link["one_way_ns"]["p50"].as_u64());
+    publisher.stop().expect_code(0);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn a_wire_between_tasks_carries_values_of_one_finished_cycle() {
+    let domain = domain();
+    let mut node = domain.start("run node.toml");
+    node.wait_for("is running");
+    domain.run("subscribe clock/slow --csv slow.csv --count 300").expect_code(0);
+    node.stop().expect_code(0);
+    let recorded = domain.read("slow.csv");
+    assert_eq!(recorded.lines().next(), Some("time_s,cycle,level.y,saw.value,x"));
+    for row in recorded.lines().skip(1) {
+        let values: Vec<f64> = row.split(',').map(|value| value.parse().unwrap()).collect();
+        assert_eq!(values[2], 2.0 * values[3], "{row}");
+    }
+}
+
+#[test]
+fn where_there_is_nothing_to_talk_to_the_exit_status_is_3() {
+    let domain = domain();
+    let ended = domain.run("subscribe no/body --seconds 0.2").expect_code(3);
+    assert!(ended.stderr.contains("there is no service \"no/body\""), "{}", ended.stderr);
+    let mut node = domain.start("run node.toml");
+    node.wait_for("is running");
+    let ended = domain.run("subscribe clock/in --seconds 0.2").expect_code(3);
+    assert!(ended.stderr.contains("has no publisher"), "{}", ended.stderr);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn what_cannot_be_is_refused_before_anything_starts() {
+    let domain = domain();
+    domain.write("deaf.toml", &NODE.replace("service = \"clock/in\"", ""));
+    for (arguments, code, parts) in [
+        ("run node.toml --report /no/where.json", 2, ["cannot write", "/no/where.json"]),
+        ("run deaf.toml", 2, ["deaf.toml:", "has no service"]),
+        ("run node.toml --cycles 0", 2, ["--cycles", "0"]),
+        ("run node.toml --seconds -1", 2, ["--seconds", "greater than 0"]),
+        ("run node.toml --seconds 1x", 2, ["no unit \"x\"", "500ms"]),
+        ("publish clock/in", 2, ["--value", "--wave"]),
+        ("publish clock/in --value 1 --rate 0", 2, ["--rate", "frames per second"]),
+        ("publish clock/in --value x", 2, ["--value", "x"]),
+        ("publish clock/in --csv none.csv", 2, ["none.csv", "No such file"]),
+        (
+            "publish clock/in --wave sine --amplitude 1,2",
+            2,
+            ["--amplitude", "2 values for 1 wave;"],
+        ),
+        ("publish iox2://x --value 1", 2, ["iox2://", "keeps for itself"]),
+        ("subscribe clock/fast --csv /no/where.csv", 2, ["cannot write", "/no/where.csv"]),
+        ("subscribe clock/fast --count 0", 2, ["--count", "a whole number, 1 or greater"]),
+        ("subscribe clock/fast --every 0", 2, ["--every", "a whole number, 1 or greater"]),
+        ("publish clock/in --value 1 --count 0", 2, ["--count", "a whole number, 1 or greater"]),
+        ("subscribe clock/fast --json --csv -", 2, ["--csv", "choose one"]),
+        ("subscribe clock/fast --columns flags", 2, ["--columns", "--csv"]),
+    ] {
+        let ended = domain.run(arguments).expect_code(code);
+        for part in parts {
+            assert!(ended.stderr.contains(part), "{arguments}: {part}\n{}", ended.stderr);
+        }
+        assert!(!ended.stderr.contains("panicked"), "{arguments}\n{}", ended.stderr);
+    }
+    let mut elsewhere = domain.start("run node.toml --seconds 100ms");
+    elsewhere.wait_for("is running");
+    elsewhere.finish().expect_code(0);
+}
+
+#[test]
+fn a_full_disk_is_said() {
+    let domain = domain();
+    let ended = domain.run("run node.toml --cycles 10 --report /dev/full").expect_code(1);
+    assert!(ended.stderr.contains("/dev/full: No space left"), "{}", ended.stderr);
+    let mut node = domain.start("run node.toml");
+    node.wait_for("is running");
+    let ended = domain.run("subscribe clock/fast --csv /dev/full --count 5000").expect_code(1);
+    assert!(ended.stderr.contains("/dev/full: No space left"), "{}", ended.stderr);
+    node.stop().expect_code(0);
+}

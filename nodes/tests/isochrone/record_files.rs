@@ -1,0 +1,207 @@
+//! Files that recordings are written in and read from: what others do to them meanwhile, and signals.
+
+use std::fs::{self, File};
+use std::io::Write;
+use std::os::unix::fs::FileTypeExt;
+use std::path::PathBuf;
+use std::process::Command;
+use std::thread;
+
+use crate::domain::{Domain, Process, wait_until};
+use isochrone_recording::{Item, Reader};
+use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
+use serde_json::Value;
+
+const NODE: &str = r#"
+[node]
+name = "saw"
+[[task]]
+name = "fast"
+period = "2ms"
+[[block]]
+name = "saw"
+type = "SawTooth"
+in = { incrementRange = 3, numberSteps = 1000 }
+[[output]]
+service = "plant/saw"
+signals = ["saw.value"]
+"#;
+
+/// A domain with a node that runs.
+fn plant() -> (Domain, Process) {
+    let domain = Domain::new();
+    domain.write("saw.toml", NODE);
+    let mut node = domain.start("run saw.toml");
+    node.wait_for("is running");
+    (domain, node)
+}
+
+/// Starts a program that writes a recording, and waits until frames are in it.
+fn recording(domain: &Domain, arguments: &str, file: &str) -> Process {
+    let mut recorder = domain.start(arguments);
+    recorder.wait_for("Press Ctrl-C to end it.");
+    let bytes = || fs::metadata(domain.path(file)).map_or(0, |it| it.len());
+    wait_until("the file is begun", || bytes() > 0);
+    let begun = bytes();
+    wait_until("frames are in the file", || bytes() > begun);
+    recorder
+}
+
+fn pipe(domain: &Domain, name: &str) -> PathBuf {
+    let path = domain.path(name);
+    assert!(Command::new("mkfifo").arg(&path).status().unwrap().success());
+    assert!(fs::metadata(&path).unwrap().file_type().is_fifo());
+    path
+}
+
+/// How many frames or rows can be read of a file.
+fn read(path: PathBuf) -> u64 {
+    let mut reader = Reader::open(File::open(path).unwrap()).unwrap();
+    let mut read = 0;
+    while let Some(item) = reader.next_item().unwrap() {
+        read += u64::from(matches!(item, Item::Frame(_) | Item::Row(_)));
+    }
+    assert_eq!(reader.condition().damaged, 0);
+    read
+}
+
+#[test]
+fn a_file_that_is_being_written_is_refused_to_others() {
+    let (domain, node) = plant();
+    let recorder = recording(&domain, "record plant/saw -o out.mcap --json", "out.mcap");
+    domain.write("other.toml", &NODE.replace("saw\"\n[[task", "other\"\n[[task"));
+    for other in [
+        "record plant/saw -o out.mcap --seconds 0.1",
+        "run other.toml --record out.mcap --seconds 0.1",
+        "run other.toml --report out.mcap --seconds 0.1",
+    ] {
+        let refused = domain.run(other).expect_code(2).stderr;
+        assert!(
+            refused.contains("cannot write out.mcap: it is being written already"),
+            "{refused}"
+        );
+    }
+    let ended = recorder.stop().expect_code(0);
+    let summary: Value = serde_json::from_str(&ended.stdout).unwrap();
+    assert_eq!(summary["frames"], read(domain.path("out.mcap")));
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn a_recording_whose_file_is_removed_or_cut_by_others_ends_and_is_no_success() {
+    let (domain, node) = plant();
+    let remove = |path: PathBuf| fs::remove_file(path).unwrap();
+    let cut = |path: PathBuf| fs::write(path, "").unwrap();
+    let was_removed = "it was removed or replaced while it was written";
+    let was_cut = "another program changed its length while it was written";
+    let cases = [(remove as fn(PathBuf), was_removed), (cut, was_cut)];
+    for (harm, why) in cases {
+        let recorder = recording(&domain, "record plant/saw -o out.mcap --json", "out.mcap");
+        harm(domain.path("out.mcap"));
+        let ended = recorder.finish().expect_code(1);
+        assert!(ended.stderr.contains(why), "{}", ended.stderr);
+        let summary: Value = serde_json::from_str(&ended.stdout).unwrap();
+        assert_eq!((&summary["frames"], &summary["is_complete"]), (&0.into(), &false.into()));
+    }
+    node.stop().expect_code(0);
+    for (harm, why) in cases {
+        let line = "run saw.toml --record own.mcap --report own.json";
+        let mut node = recording(&domain, line, "own.mcap");
+        harm(domain.path("own.mcap"));
+        node.wait_for(why);
+        let ended = node.stop().expect_code(1);
+        assert!(ended.stderr.contains("the node goes on without it"), "{}", ended.stderr);
+        let report = domain.json("own.json");
+        assert_eq!(report["recording"]["cycles"], 0);
+        assert_eq!(report["recording"]["is_complete"], false);
+        let warnings = report["warnings"].as_array().unwrap();
+        assert!(warnings.iter().any(|it| it["code"] == "recording_incomplete"), "{warnings:?}");
+    }
+}
+
+#[test]
+fn a_series_of_files_is_not_mixed_with_an_older_one() {
+    let (domain, node) = plant();
+    for file in ["out_0001.mcap", "out_0007.mcap", "out_new.mcap", "outer_0009.mcap"] {
+        domain.write(file, "old");
+    }
+    let refused = domain.run("record -o out.mcap --split 1h --seconds 0.1").expect_code(2).stderr;
+    assert!(refused.contains("a series of this name already, up to out_0007.mcap"), "{refused}");
+    assert_eq!(domain.read("out_0001.mcap"), "old");
+    let folder = domain.path("");
+    let line =
+        format!("record plant/saw -o {}/new.mcap --split 1h --seconds 0.5", folder.display());
+    domain.run(&line).expect_code(0);
+    assert!(read(domain.path("new_0001.mcap")) > 0);
+    domain.run(&line).expect_code(2);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn a_limit_of_file_sizes_ends_the_recording_and_not_the_node() {
+    let domain = Domain::new();
+    domain.write("saw.toml", NODE);
+    let mut node = recording(&domain, "run saw.toml --record own.mcap", "own.mcap");
+    // Only a chunk that is whole is kept.
+    wait_until("a chunk is whole", || {
+        fs::copy(domain.path("own.mcap"), domain.path("begun.mcap")).unwrap();
+        read(domain.path("begun.mcap")) > 0
+    });
+    let length = fs::metadata(domain.path("own.mcap")).unwrap().len();
+    let maximum = getrlimit(Resource::Fsize).maximum;
+    let limit = Rlimit { current: Some(length + 1000), maximum };
+    let id = Pid::from_raw(node.id() as i32).unwrap();
+    prlimit(Some(id), Resource::Fsize, limit).unwrap();
+    node.wait_for("cannot be written (File too large");
+    let ended = node.stop().expect_code(1);
+    assert!(ended.stderr.contains("the node goes on without it"), "{}", ended.stderr);
+    assert!(read(domain.path("own.mcap")) > 0);
+}
+
+#[test]
+fn a_pipe_that_nobody_reads_is_waited_for_aloud_and_then_recorded_in() {
+    let domain = Domain::new();
+    domain.write("saw.toml", NODE);
+    let path = pipe(&domain, "pipe");
+    let mut node = domain.start("run saw.toml --record pipe --seconds 0.5");
+    node.wait_for("waiting until somebody reads the pipe pipe");
+    let copy = domain.path("copy.mcap");
+    let reader = thread::spawn(move || {
+        std::io::copy(&mut File::open(path).unwrap(), &mut File::create(copy).unwrap()).unwrap()
+    });
+    node.finish().expect_code(0);
+    assert!(reader.join().unwrap() > 0 && read(domain.path("copy.mcap")) > 0);
+    // One that handles signals already can be ended while it waits.
+    fs::copy(domain.path("copy.mcap"), domain.path("in.mcap")).unwrap();
+    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
+    command.args(["export", "in.mcap", "-o", "pipe"]).current_dir(domain.path(""));
+    let mut export = Process::start(command);
+    export.wait_for("waiting until somebody reads the pipe pipe");
+    let ended = export.stop().expect_code(2);
+    assert!(ended.stderr.contains("cannot write pipe: nobody reads this pipe"), "{}", ended.stderr);
+}
+
+#[test]
+fn an_export_of_a_file_without_end_is_ended_by_a_signal() {
+    let domain = Domain::new();
+    let path = pipe(&domain, "endless.mcap");
+    for output in ["out.csv", "out.mcap"] {
+        let path = path.clone();
+        let writer = thread::spawn(move || {
+            let mut file = File::options().write(true).open(path).unwrap();
+            file.write_all(b"\x89MCAP0\r\n").unwrap();
+            // Records of a kind that is somebody's own.
+            let records = [0x80, 1, 0, 0, 0, 0, 0, 0, 0, 7].repeat(1000);
+            while file.write_all(&records).is_ok() {}
+        });
+        let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
+        command.args(["export", "endless.mcap", "-o", output]).current_dir(domain.path(""));
+        let mut export = Process::start(command);
+        export.wait_until_it_handles_signals();
+        let ended = export.stop().expect_code(1);
+        assert!(ended.stderr.contains("ended by a signal before"), "{}", ended.stderr);
+        writer.join().unwrap();
+    }
+    assert!(!domain.path("out.csv").exists());
+    assert_eq!(read(domain.path("out.mcap")), 0);
+}

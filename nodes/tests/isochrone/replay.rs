@@ -1,0 +1,230 @@
+//! `replay`: a recorded run is repeated bit for bit, and what is not as it was is found where it begins.
+
+use crate::program::{Folder, assert_says, cells};
+use crate::recorded_run::{CHANGED, CONFIGURATION, CYCLES, MISSED, record, record_with};
+use isochrone_recording::{Carried, ClockReading, Writer};
+use serde_json::Value;
+
+/// A folder with the recording of a run.
+fn recorded() -> Folder {
+    let folder = Folder::new();
+    record(&folder.path("run.mcap"));
+    folder
+}
+
+/// The recording with other rows.
+fn edited(
+    mut edit: impl FnMut(&str, &mut isochrone_recording::RowHead, &mut Vec<f64>) -> bool,
+) -> Folder {
+    let folder = Folder::new();
+    record_with(&folder.path("run.mcap"), &mut edit);
+    folder
+}
+
+#[test]
+fn a_run_with_all_that_may_happen_is_repeated_bit_for_bit() {
+    let folder = recorded();
+    let said = folder.run("replay run.mcap --output all.csv").silently();
+    let cycles = CYCLES - (MISSED.end - MISSED.start);
+    let (slow, values) = (CYCLES / 4, 3 * cycles + 2 * (CYCLES / 4));
+    let expected = format!("{values} values in {} cycles of 2 tasks of \"level\"", cycles + slow);
+    assert_eq!(said, format!("the same, bit for bit: {expected}\n"));
+
+    let csv = folder.read("all.csv");
+    let rows = cells(&csv);
+    let heading = ["time_s", "cycle", "task", "plant/level.ramp.delayedValue"];
+    assert_eq!(rows[0][..4], heading);
+    assert_eq!(rows.len() as u64, 1 + cycles + slow);
+    // It is what the recording has.
+    folder.run("export run.mcap --task fast -o fast.csv").noting();
+    let fast = folder.read("fast.csv");
+    let fast = cells(&fast);
+    let column = fast[0].iter().position(|name| *name == "out.plant/level.ramp.delayedValue");
+    let exported: Vec<&str> = fast[1..].iter().map(|row| row[column.unwrap()]).collect();
+    let repeated = rows[1..].iter().filter(|row| row[2] == "fast").map(|row| row[3]);
+    assert_eq!(repeated.collect::<Vec<_>>(), exported);
+}
+
+#[test]
+fn one_bit_of_one_value_is_found_at_its_cycle_and_signal() {
+    for (task, at, column, name) in
+        [("fast", 77, 8, "back.delayedValue"), ("slow", 12, 4, "follow.delayedValue")]
+    {
+        let folder = edited(|of, head, values| {
+            if of == task && head.cycle == at {
+                values[column] = f64::from_bits(values[column].to_bits() ^ 1);
+            }
+            true
+        });
+        let said = folder.run("replay run.mcap --report report.json").refused(1);
+        let place = format!("in cycle {at} of task \"{task}\": \"{name}\" of \"plant/");
+        assert_says(&said, &[place.as_str(), " 1 differs"]);
+        let report: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+        assert_eq!((&report["is_same"], &report["different_values"]), (&false.into(), &1.into()));
+        assert_eq!(report["signals"][0]["first"]["cycle"], at);
+        assert_eq!(report["signals"][0]["signal"], name);
+        // As large a difference as that is none that matters.
+        folder.run("replay run.mcap --tolerance 1e-9").silently();
+        assert_says(&folder.run("replay run.mcap --tolerance -0").refused(1), &[" 1 differs"]);
+    }
+}
+
+#[test]
+fn a_changed_configuration_shows_where_it_begins_to_differ_and_by_how_much() {
+    let folder = recorded();
+    let other = CONFIGURATION.replace("setChangeRate = 40.0", "setChangeRate = 30.0");
+    folder.write("new.toml", &other);
+    let ran = folder.run("replay run.mcap --config new.toml --report report.json");
+    assert_eq!(ran.code, 1, "{}", ran.err);
+    assert_says(&ran.err, &["\"follow.delayedValue\" of \"plant/slow\" was ", "1 online change"]);
+    // What the slow task computes enters the fast one.
+    assert_says(&ran.out, &["slow: plant/slow.follow.delayedValue: ", "fast: plant/level.back."]);
+    assert!(!ran.out.contains("ramp.delayedValue"), "{}", ran.out);
+    let report: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+    let follow = &report["signals"][0];
+    assert_eq!(follow["signal"], "follow.delayedValue");
+    assert!(follow["largest_difference"].as_f64().unwrap() > 0.0);
+    folder.run("replay run.mcap --config new.toml --tolerance 1000").noting();
+}
+
+#[test]
+fn what_a_configuration_and_a_recording_do_not_share_is_said() {
+    let folder = recorded();
+    let other = CONFIGURATION
+        .replace("name = \"target\"", "name = \"goal\"")
+        .replace("\"target\"", "\"goal\"")
+        .replace("name = \"slow\"\nperiod = \"4ms\"", "name = \"slow\"\nperiod = \"2ms\"");
+    folder.write("new.toml", &other);
+    let ran = folder.run("replay run.mcap --config new.toml");
+    assert_eq!(ran.code, 1, "{}", ran.err);
+    assert_says(
+        &ran.err,
+        &[
+            "the recording has no input \"goal\" of task \"fast\"; it keeps its default",
+            "task \"fast\" does not publish plant/level.target here; it is not compared",
+            "task \"fast\" has no input target here",
+            "the recording has no plant/level.goal of task \"fast\"",
+            "task \"slow\" had another period",
+        ],
+    );
+}
+
+#[test]
+fn a_task_is_compared_up_to_the_first_row_that_was_lost_and_so_is_who_reads_it() {
+    let folder = edited(|task, head, _| {
+        match (task, head.cycle) {
+            ("fast", 200..205) => return false,
+            ("fast", 205) => head.lost = 5,
+            _ => {}
+        }
+        true
+    });
+    let said = folder.run("replay run.mcap --report report.json").refused(4);
+    assert_says(
+        &said,
+        &[
+            "task \"fast\" cannot be compared from cycle 200 on: 5 rows were lost before cycle 205",
+            "task \"slow\" cannot be compared from cycle 50 on: it reads cycle 20",
+        ],
+    );
+    let report: Value = serde_json::from_str(&folder.read("report.json")).unwrap();
+    assert_eq!(report["tasks"][0]["uncompared_from"], 200);
+    assert_eq!(report["tasks"][0]["uncompared_cycles"], CYCLES - 205);
+    assert_eq!(report["is_same"], false);
+}
+
+#[test]
+fn rows_that_are_missing_without_a_word_and_operations_without_an_entry_end_the_comparison() {
+    let folder = edited(|task, head, _| task != "slow" || head.cycle != 30);
+    let said = folder.run("replay run.mcap").refused(4);
+    assert_says(
+        &said,
+        &["task \"slow\" cannot be compared from cycle 30 on: cycles before cycle 31"],
+    );
+
+    let folder = edited(|task, head, values| {
+        if task == "fast" && head.cycle >= 320 {
+            values[0] += 1.0;
+        }
+        true
+    });
+    let said = folder.run("replay run.mcap").refused(4);
+    assert_says(
+        &said,
+        &["cannot be compared from cycle 320 on: what was done to it is not in the"],
+    );
+}
+
+#[test]
+fn a_file_that_was_cut_off_is_repeated_as_far_as_it_goes() {
+    let folder = recorded();
+    let whole = std::fs::read(folder.path("run.mcap")).unwrap();
+    let closed: Vec<usize> = (0..6).map(|part| whole.len() * part / 6).collect();
+    for length in closed.into_iter().skip(1) {
+        folder.write("cut.mcap", &whole[..length]);
+        let ran = folder.run("replay cut.mcap");
+        let is_told = ran.err.contains("was not closed") || ran.err.contains("has no cycle");
+        assert!(ran.code != 1 && is_told, "{length}: {} {}", ran.code, ran.err);
+    }
+}
+
+#[test]
+fn what_is_no_recording_of_a_node_is_refused_with_the_way_out() {
+    let folder = Folder::new();
+    let clock = ClockReading::default();
+    let out = std::fs::File::create(folder.path("services.mcap")).unwrap();
+    let mut writer = Writer::create(out, clock).unwrap();
+    let carried = Carried { service: "plant/level".into(), ..Carried::default() };
+    let channel = writer.add(&carried).unwrap();
+    let frame = isochrone_recording::Frame {
+        header: Default::default(),
+        values: &[],
+        received_ns: 0,
+        due_ns: 0,
+        sent_ns: 0,
+        lost: 0,
+    };
+    writer.write(channel, &frame).unwrap();
+    writer.finish().map_err(|(error, _)| error).unwrap();
+    let said = folder.run("replay services.mcap").refused(2);
+    assert_says(&said, &["is a recording of services (1 frame)", "publish --from services.mcap"]);
+
+    folder.write("text.mcap", "cycle,x\n0,1\n");
+    folder.run("replay text.mcap").refused(2);
+    folder.run("replay none.mcap").refused(2);
+    record(&folder.path("run.mcap"));
+    let same = folder.run("replay run.mcap --tolerance -0").silently();
+    assert!(same.starts_with("the same, within 0.0: "), "{same}");
+    assert_says(
+        &folder.run("replay run.mcap --tolerance -1").refused(2),
+        &["give the largest difference of two values"],
+    );
+    let said = folder.run("replay run.mcap --report run.mcap").refused(2);
+    assert_says(&said, &["would overwrite what is read"]);
+}
+
+/// A file with a bit changed somewhere is repeated as far as that goes, or refused.
+#[test]
+fn a_damaged_file_never_passes_for_a_run_that_differs_without_saying_that_it_is_damaged() {
+    let folder = recorded();
+    let whole = std::fs::read(folder.path("run.mcap")).unwrap();
+    for step in 0..24 {
+        let at = 9 + (whole.len() - 9) * step / 24;
+        let mut bytes = whole.clone();
+        bytes[at] ^= 1 << (step % 8);
+        folder.write("bad.mcap", &bytes);
+        let ran = folder.run("replay bad.mcap");
+        assert!([2, 4].contains(&ran.code), "byte {at}: {} {}", ran.code, ran.err);
+    }
+}
+
+#[test]
+fn the_online_change_of_the_run_is_in_effect_from_its_cycles_on() {
+    let folder = recorded();
+    folder.run("export run.mcap --task slow -o slow.csv").noting();
+    let csv = folder.read("slow.csv");
+    let rows = cells(&csv);
+    let changes = rows[0].iter().position(|name| *name == "from.fast.changes").unwrap();
+    let first = rows[1..].iter().find(|row| row[changes].parse() == Ok(1.0)).unwrap();
+    assert_eq!(first[1], CHANGED[1].to_string(), "until then it has the wires from before");
+}

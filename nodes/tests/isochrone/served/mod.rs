@@ -1,0 +1,195 @@
+//! The page that `view` serves, asked as a program asks.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{Shutdown, TcpStream};
+use std::time::Instant;
+
+use serde_json::Value;
+
+use crate::domain::{Domain, PATIENCE, Process};
+
+/// A tank with a parameter that is an output at once, and a ramp with a limit.
+pub(crate) const TANK: &str = r#"
+[node]
+name = "tank"
+control = "force"
+[limits]
+"ramp.setChangeRate" = [0.0, 50.0]
+[[task]]
+name = "fast"
+period = "5ms"
+[[input]]
+name = "level"
+service = "tank/in"
+max_age = "2s"
+[[block]]
+name = "ramp"
+type = "LimRateOfChangeCI"
+in = { value = "level", setChangeRate = 10.0 }
+[[block]]
+name = "saw"
+type = "SawTooth"
+in = { incrementRange = 1, numberSteps = 30 }
+[[block]]
+name = "trim"
+type = "LimRateOfChangeCI"
+in = { setChangeRate = 10.0 }
+[[block]]
+name = "scale"
+type = "ScaleLinear"
+in = { x = 1.0, x1 = 0.0, y1 = 0.0, x2 = 1.0, y2 = 1.0, yMin = -100.0, yMax = 100.0 }
+"#;
+
+/// A view that serves.
+pub(crate) struct Served {
+    pub(crate) process: Process,
+    pub(crate) port: u16,
+    pub(crate) url: String,
+    token: Option<String>,
+}
+
+/// An answer.
+#[derive(Debug)]
+pub(crate) struct Reply {
+    pub(crate) status: u16,
+    pub(crate) head: String,
+    pub(crate) body: String,
+}
+
+impl Served {
+    /// Serves a node's page on a free port.
+    pub(crate) fn start(domain: &Domain, arguments: &str) -> Self {
+        let mut process = domain.start(&format!("view {arguments} --port 0"));
+        let mut url = String::new();
+        process.wait_until("its URL", |stdout, _| {
+            url = stdout.lines().next().unwrap_or_default().to_owned();
+            !url.is_empty()
+        });
+        let (address, token) = match url.split_once("/#token=") {
+            Some((address, token)) => (address, Some(token.to_owned())),
+            None => (url.trim_end_matches('/'), None),
+        };
+        let port = address.rsplit_once(':').unwrap().1.parse().unwrap();
+        Self { process, port, url, token }
+    }
+
+    pub(crate) fn connect(&self) -> TcpStream {
+        let stream = TcpStream::connect(("127.0.0.1", self.port)).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        stream
+    }
+
+    /// Sends these bytes, and reads the answer.
+    pub(crate) fn ask(&self, request: &[u8]) -> Reply {
+        let mut stream = self.connect();
+        // One that is refused may not be read to its end.
+        let _ = stream.write_all(request);
+        let _ = stream.shutdown(Shutdown::Write);
+        Reply::read(stream)
+    }
+
+    /// A request with these headers besides the right `Host`.
+    pub(crate) fn request(&self, line: &str, headers: &str, body: &str) -> Reply {
+        let (port, length) = (self.port, body.len());
+        let headers = format!("Host: 127.0.0.1:{port}\r\nContent-Length: {length}\r\n{headers}");
+        self.ask(format!("{line} HTTP/1.1\r\n{headers}\r\n{body}").as_bytes())
+    }
+
+    pub(crate) fn get(&self, path: &str) -> Reply {
+        self.request(&format!("GET {path}"), "", "")
+    }
+
+    /// What the page posts, with the token that the URL has.
+    pub(crate) fn post(&self, path: &str, body: &Value) -> Reply {
+        let token = self.token.as_deref().unwrap_or_default();
+        let headers = format!(
+            "Origin: http://127.0.0.1:{}\r\nContent-Type: application/json\r\nX-Isochrone-Token: {token}\r\n",
+            self.port
+        );
+        self.request(&format!("POST {path}"), &headers, &body.to_string())
+    }
+
+    /// Opens a page, and has it look at these signals.
+    pub(crate) fn page(&self, rows: &[&str], curves: &[&str]) -> Page {
+        let mut page = self.events();
+        let hello = page.next("hello");
+        let look = serde_json::json!({ "page": hello["page"], "look": { "rows": rows, "curves": curves } });
+        let reply = self.post("/look", &look);
+        assert_eq!(reply.status, 200, "{reply:?}");
+        page
+    }
+
+    /// Opens a stream of events.
+    pub(crate) fn events(&self) -> Page {
+        let mut stream = self.connect();
+        write!(stream, "GET /events HTTP/1.1\r\nHost: localhost:{}\r\n\r\n", self.port).unwrap();
+        Page { lines: BufReader::new(stream) }
+    }
+}
+
+impl Reply {
+    fn read(mut stream: TcpStream) -> Self {
+        let mut bytes = Vec::new();
+        stream.read_to_end(&mut bytes).unwrap();
+        let text = String::from_utf8(bytes).unwrap();
+        let (head, body) = text.split_once("\r\n\r\n").unwrap_or((&text, ""));
+        let status = head.split(' ').nth(1).unwrap_or_else(|| panic!("{text:?}")).parse().unwrap();
+        Self { status, head: head.to_owned(), body: body.to_owned() }
+    }
+
+    pub(crate) fn of(stream: TcpStream) -> Self {
+        Self::read(stream)
+    }
+
+    pub(crate) fn json(&self) -> Value {
+        serde_json::from_str(&self.body).unwrap_or_else(|error| panic!("{error}: {self:?}"))
+    }
+}
+
+/// An open page.
+pub(crate) struct Page {
+    lines: BufReader<TcpStream>,
+}
+
+impl Page {
+    /// The data of the next event of a kind.
+    #[track_caller]
+    pub(crate) fn next(&mut self, kind: &str) -> Value {
+        self.until(kind, |_| true)
+    }
+
+    /// The data of the first event of a kind that is as wanted.
+    #[track_caller]
+    pub(crate) fn until(&mut self, kind: &str, is_wanted: impl Fn(&Value) -> bool) -> Value {
+        let wanted = format!("event: {kind}");
+        let mut is_of_kind = false;
+        let since = Instant::now();
+        loop {
+            assert!(since.elapsed() < PATIENCE, "no event \"{kind}\" as it is wanted");
+            let mut line = String::new();
+            let count = self.lines.read_line(&mut line).unwrap_or_else(|error| {
+                panic!("no event \"{kind}\" as it is wanted: {error}");
+            });
+            assert!(count > 0, "the page ended before an event \"{kind}\" as it is wanted");
+            let line = line.trim_end();
+            match line.strip_prefix("data: ") {
+                Some(data) if is_of_kind => {
+                    let data = serde_json::from_str(data).unwrap();
+                    if is_wanted(&data) {
+                        return data;
+                    }
+                }
+                Some(_) => {}
+                None if line.starts_with("event: ") => is_of_kind = line == wanted,
+                None => {}
+            }
+        }
+    }
+
+    /// Reads until the server says nothing more.
+    pub(crate) fn read_to_end(mut self) -> String {
+        let mut text = String::new();
+        let _ = self.lines.read_to_string(&mut text);
+        text
+    }
+}

@@ -1,0 +1,130 @@
+//! What is wrong with a service stands in the alarms of its reader as long as it lasts.
+
+use crate::domain::{Domain, Process, RELAY, tank, wait_until};
+use iceoryx2::prelude::{NodeBuilder, ServiceName, ipc};
+use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_ipc::FrameHeader;
+use serde_json::Value;
+
+/// The alarms of a node with this code.
+fn alarms(domain: &Domain, node: &str, code: &str) -> Vec<Value> {
+    let listed = domain.run(&format!("alarms {node} --json")).expect_code(0).stdout;
+    let listed: Vec<Value> = serde_json::from_str(&listed).unwrap();
+    listed.into_iter().filter(|alarm| alarm["code"] == code).collect()
+}
+
+#[track_caller]
+fn wait_for_alarm(domain: &Domain, node: &str, code: &str) -> Value {
+    let mut found = Vec::new();
+    wait_until(code, || {
+        found = alarms(domain, node, code);
+        !found.is_empty()
+    });
+    found.remove(0)
+}
+
+/// Sends frames that only have such a stamp, until a node has or has not an alarm any more.
+fn send_until(domain: &Domain, ahead_ns: u64, mut is_met: impl FnMut() -> bool) {
+    let node = NodeBuilder::new().config(domain.config()).create::<ipc::Service>().unwrap();
+    let service = node
+        .service_builder(&ServiceName::new("relay/in").unwrap())
+        .publish_subscribe::<[f64]>()
+        .user_header::<FrameHeader>()
+        .open()
+        .unwrap();
+    let port = service.publisher_builder().initial_max_slice_len(1).create().unwrap();
+    let mut sequence = 0;
+    wait_until("a writer of another make is noticed", || {
+        let mut sample = port.loan_slice(1).unwrap();
+        let publish_ns = Monotonic.now_ns() + ahead_ns;
+        *sample.user_header_mut() = FrameHeader { sequence, publish_ns, ..FrameHeader::default() };
+        sample.payload_mut()[0] = 2.0;
+        sample.send().unwrap();
+        sequence += 1;
+        // A look at the alarms takes long.
+        sequence % 50 == 0 && is_met()
+    });
+}
+
+#[test]
+fn a_second_writer_and_stamps_of_another_clock_are_alarms_until_they_are_over() {
+    let (domain, mut node) = tank(RELAY);
+    let is_there = |code: &str| !alarms(&domain, "relay", code).is_empty();
+    send_until(&domain, 1_000_000_000_000, || is_there("future_stamps"));
+    node.wait_for("has a stamp of another clock any more");
+    wait_until("the stamps are forgotten", || !is_there("future_stamps"));
+
+    let publisher = domain.start("publish relay/in --value 1 --signals x");
+    wait_until("a good frame came", || {
+        domain.run("get relay x").expect_code(0).stdout.trim() == "1"
+    });
+    send_until(&domain, 0, || is_there("other_writer"));
+    let alarm = wait_for_alarm(&domain, "relay", "other_writer");
+    assert_eq!((&alarm["name"], &alarm["task"]), (&"relay/in".into(), &"t".into()), "{alarm}");
+    assert!(alarm["meaning"].as_str().unwrap().contains("second publisher"), "{alarm}");
+    node.wait_for("service \"relay/in\" has one publisher again");
+    wait_until("the second publisher is forgotten", || !is_there("other_writer"));
+    publisher.stop().expect_code(0);
+    let ended = node.stop().expect_code(0);
+    assert!(ended.stdout.contains("second publisher"), "the report keeps it: {}", ended.stdout);
+}
+
+#[test]
+fn a_channel_that_carries_another_signal_is_an_alarm_until_it_carries_its_own_again() {
+    let (domain, node) = tank(&RELAY.replace("\"relay/in\"", "\"relay/in\"\nchannel = 0"));
+    let publish = |signals: &str| -> Process {
+        let mut publisher =
+            domain.start(&format!("publish relay/in --value 1,2 --signals {signals}"));
+        publisher.wait_for("publishing");
+        publisher
+    };
+    let is_there = || !alarms(&domain, "relay", "moved_channel").is_empty();
+    let first = publish("x,y");
+    wait_until("the first signal came", || {
+        domain.run("get relay x").expect_code(0).stdout.trim() == "1"
+    });
+    assert!(!is_there());
+    first.stop().expect_code(0);
+    let second = publish("y,x");
+    let alarm = wait_for_alarm(&domain, "relay", "moved_channel");
+    assert_eq!(alarm["name"], "x", "{alarm}");
+    let meaning = alarm["meaning"].as_str().unwrap();
+    assert!(meaning.contains("was \"x\" and is \"y\" now"), "{alarm}");
+    second.stop().expect_code(0);
+    let third = publish("x,y");
+    wait_until("it is in its place again", || !is_there());
+    third.stop().expect_code(0);
+    node.stop().expect_code(0);
+}
+
+/// A node that reads the output of the other and sends it on.
+fn of_loop(name: &str, other: &str, keys: &str) -> String {
+    RELAY
+        .replace("\"relay\"", &format!("\"{name}\""))
+        .replace("relay/in", &format!("loop/{other}"))
+        .replace("relay/out", &format!("loop/{name}"))
+        .replace("[[output]]", &format!("{keys}\n[[output]]"))
+}
+
+#[test]
+fn a_loop_of_nodes_that_hands_a_flag_round_for_ever_is_an_alarm_until_it_is_closed_by_feedback() {
+    let domain = Domain::new();
+    domain.write("a.toml", &of_loop("a", "b", ""));
+    domain.write("b.toml", &of_loop("b", "a", ""));
+    domain.write("closed.toml", &of_loop("b", "a", "feedback = true"));
+    let start = |file: &str| {
+        let mut node = domain.start(&format!("run {file}"));
+        node.wait_for("is running");
+        node
+    };
+    let (first, second) = (start("a.toml"), start("b.toml"));
+    let alarm = wait_for_alarm(&domain, "a", "old_source");
+    let meaning = alarm["meaning"].as_str().unwrap();
+    assert!(meaning.contains("service \"loop/b\" say UPSTREAM"), "{alarm}");
+    second.stop().expect_code(0);
+    let second = start("closed.toml");
+    wait_until("it is over", || alarms(&domain, "a", "old_source").is_empty());
+    for node in [first, second] {
+        node.stop().expect_code(0);
+    }
+}

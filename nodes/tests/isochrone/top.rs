@@ -1,0 +1,199 @@
+//! `top` as a user has it: on a terminal, which tmux is.
+
+use std::path::PathBuf;
+use std::process::Command;
+use std::thread;
+use std::time::{Duration, Instant};
+
+use crate::domain::{Domain, PATIENCE, Process};
+use crate::tmux::Tmux;
+
+const NODE: &str = r#"
+[node]
+name = "tank"
+control = "force"
+[limits]
+"ramp.setChangeRate" = [0.0, 50.0]
+[[task]]
+name = "fast"
+period = "5ms"
+[[input]]
+name = "level"
+service = "tank/in"
+max_age = "200ms"
+[[block]]
+name = "ramp"
+type = "LimRateOfChangeCI"
+in = { value = "level", setChangeRate = 10.0 }
+[[block]]
+name = "saw"
+type = "SawTooth"
+count = 2000
+in = { incrementRange = 1, numberSteps = 30 }
+"#;
+
+fn node(domain: &Domain) -> Process {
+    domain.write("tank.toml", NODE);
+    let mut node = domain.start("run tank.toml");
+    node.wait_for("is running");
+    node
+}
+
+fn value(domain: &Domain, name: &str) -> String {
+    domain.run(&format!("get tank {name}")).expect_code(0).stdout.trim().to_owned()
+}
+
+#[test]
+fn a_parameter_is_set_on_the_screen_within_its_limits_and_set_back() {
+    let domain = Domain::new();
+    let node = node(&domain);
+    let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
+    tmux.wait_for("14012 of 14012 listed");
+    tmux.press(&["/", "setChangeRate", "Enter"]);
+    tmux.wait_for("1 of 14012 listed");
+    tmux.wait_for("parameter             10 1/s");
+    tmux.press(&["Enter", "60", "Enter"]);
+    tmux.wait_for("60 is outside of the limits: 0 to 50");
+    tmux.press(&["C-u", "7.5", "Enter", "y"]);
+    tmux.wait_for("set ramp.setChangeRate to 7.5 1/s (was 10)");
+    tmux.wait_for("parameter            7.5 1/s");
+    assert_eq!(value(&domain, "ramp.setChangeRate"), "7.5");
+    tmux.press(&["u"]);
+    tmux.wait_for("set ramp.setChangeRate 10 -> 7.5, by ");
+    tmux.press(&["Enter", "Enter"]);
+    tmux.wait_for("undo transaction");
+    tmux.wait_for("parameter             10 1/s");
+    assert_eq!(value(&domain, "ramp.setChangeRate"), "10");
+    tmux.press(&["q"]);
+    tmux.expect_given_back(&domain, 0, "1 Signals");
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn a_force_is_marked_listed_and_released_and_a_dead_sensor_is_an_alarm() {
+    let domain = Domain::new();
+    let node = node(&domain);
+    let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
+    // The input has had no sample.
+    tmux.wait_for("! level");
+    tmux.wait_for("3 Alarms (1)");
+    let publisher = domain.start("publish tank/in --value 1.5 --rate 100");
+    tmux.wait_until("an input that is ok", |shown| !shown.contains("! level"));
+    publisher.stop().expect_code(0);
+    tmux.wait_for("! level");
+    tmux.press(&["f", "42", "Enter", "hold", "Enter", "Enter"]);
+    tmux.wait_for("F! level");
+    tmux.wait_for("4 Forces (1)");
+    assert_eq!(value(&domain, "level"), "42");
+    tmux.press(&["4", "r", "Enter"]);
+    tmux.wait_for("nothing is forced");
+    assert_eq!(value(&domain, "level"), "1.5");
+    tmux.press(&["3"]);
+    tmux.wait_for("since cycle");
+    tmux.press(&["2"]);
+    tmux.wait_until("a cycle that telemetry shows", |shown| {
+        let mut rows = shown.lines().filter(|line| line.starts_with("fast"));
+        rows.nth(1).is_some_and(|row| row.contains(" us") || row.contains(" ms"))
+    });
+    tmux.press(&["C-c"]);
+    tmux.expect_given_back(&domain, 0, "1 Signals");
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn the_last_of_thousands_of_signals_has_its_value_also_after_a_resize() {
+    let domain = Domain::new();
+    let node = node(&domain);
+    let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
+    tmux.wait_for("14012 of 14012 listed");
+    tmux.press(&["End"]);
+    let has_value = |shown: &str| {
+        let row = shown.lines().find(|line| line.contains("saw.1999.value "));
+        row.is_some_and(|row| row.split_whitespace().nth(2).is_some_and(|value| value != "-"))
+    };
+    tmux.wait_until("the value of the last signal", has_value);
+    tmux.run(&["resize-window", "-x", "140", "-y", "40"]);
+    tmux.wait_for("1 min of shown cycles");
+    tmux.wait_until("the value of the last signal", has_value);
+    tmux.run(&["resize-window", "-x", "80", "-y", "12"]);
+    tmux.wait_until("the smallest screen", |shown| shown.lines().count() == 12 && has_value(shown));
+    tmux.run(&["resize-window", "-x", "40", "-y", "10"]);
+    tmux.wait_for("top needs 80x12 characters");
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn a_node_that_is_killed_is_said_to_be_gone_and_comes_back() {
+    let domain = Domain::new();
+    let first = node(&domain);
+    let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
+    tmux.wait_for("14012 of 14012 listed");
+    first.kill();
+    tmux.wait_for("looking for the node");
+    // Its values are no news.
+    tmux.wait_until("no values", |shown| {
+        let row = shown.lines().find(|line| line.contains("ramp.setChangeRate"));
+        row.is_some_and(|row| row.trim_end().ends_with("- 1/s"))
+    });
+    let second = node(&domain);
+    tmux.wait_for("node \"tank\" answers again");
+    tmux.wait_for("parameter             10 1/s");
+    second.stop().expect_code(0);
+    tmux.wait_for("looking for the node");
+    Command::new("kill").arg(tmux.program()).status().unwrap();
+    tmux.expect_given_back(&domain, 0, "1 Signals");
+}
+
+#[test]
+fn a_task_that_has_not_run_yet_holds_up_neither_the_values_nor_the_changes_of_the_others() {
+    let domain = Domain::new();
+    let slow = "[[task]]\nname = \"slow\"\nperiod = \"1h\"\nphase = \"50min\"\n";
+    let late = "[[block]]\nname = \"late\"\ntask = \"slow\"\ntype = \"LimRateOfChangeCI\"\n";
+    let text = NODE.replace("[[input]]", &format!("{slow}[[input]]"));
+    let text = text.replace("name = \"ramp\"", "name = \"ramp\"\ntask = \"fast\"");
+    let text = text.replace("name = \"saw\"", "name = \"saw\"\ntask = \"fast\"");
+    let text = text.replace("service = ", "task = \"fast\"\nservice = ") + late;
+    domain.write("tank.toml", &text);
+    let mut node = domain.start("run tank.toml");
+    node.wait_for("is running");
+    let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
+    tmux.wait_for("14021 of 14021 listed");
+    tmux.press(&["/", "setChangeRate", "Enter"]);
+    tmux.wait_for("2 of ");
+    tmux.wait_for("parameter             10 1/s");
+    tmux.wait_for("parameter              - 1/s");
+    tmux.press(&["Enter", "7.5", "Enter", "Enter"]);
+    tmux.wait_for("set ramp.setChangeRate to 7.5 1/s (was 10)");
+    tmux.wait_for("parameter            7.5 1/s");
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn top_ends_with_its_terminal() {
+    let domain = Domain::new();
+    let _node = node(&domain);
+    let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tank") else { return };
+    tmux.wait_for("1 Signals");
+    let program = PathBuf::from(format!("/proc/{}", tmux.program()));
+    assert!(program.exists());
+    drop(tmux);
+    let since = Instant::now();
+    while program.exists() {
+        assert!(since.elapsed() < PATIENCE, "it goes on without a terminal");
+        thread::sleep(Duration::from_millis(20));
+    }
+}
+
+#[test]
+fn top_without_a_node_or_without_a_terminal_says_what_there_is() {
+    let domain = Domain::new();
+    let node = node(&domain);
+    let piped = domain.run("top tank").expect_code(2);
+    for way_out in ["isochrone show", "isochrone watch"] {
+        assert!(piped.stderr.contains(way_out), "{}", piped.stderr);
+    }
+    let Some(tmux) = Tmux::start(&domain, "NO_COLOR=1", "top tnak") else { return };
+    tmux.wait_for("did you mean \"tank\"?");
+    tmux.expect_given_back(&domain, 3, "1 Signals");
+    node.stop().expect_code(0);
+}

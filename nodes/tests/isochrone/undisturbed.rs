@@ -1,0 +1,278 @@
+//! Nothing in the way of the cycle: no allocation, no page fault, no lock, no system call but the
+//! wait.
+//!
+//! `ISOCHRONE_TEST_CYCLES=1000000` makes these runs as long as one wants.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::fmt::Write as _;
+use std::process::Command;
+use std::rc::Rc;
+use std::thread;
+use std::time::Duration;
+
+use crate::domain::{Domain, PATIENCE, Process, not_tested};
+use isochrone_ipc::{LayoutWatcher, Participant, ipc};
+use isochrone_runtime::control::{Client, ClientError, SetParams, Trace};
+use serde_json::Value;
+
+/// Each of these is two hundred and fifty blocks: a thousand in all.
+const CHAINS: usize = 250;
+const WARM_UP_CYCLES: u64 = 100;
+/// How long before its margin a wait is awake when it is early.
+const EARLY_NS: u64 = 400_000;
+
+fn cycles() -> u64 {
+    std::env::var("ISOCHRONE_TEST_CYCLES").map_or(8_000, |cycles| cycles.parse().unwrap())
+}
+
+/// A node with inputs, outputs and a thousand blocks, in a task that would have real time.
+fn node() -> String {
+    let mut node = String::from(
+        r#"
+[node]
+name = "busy"
+[[task]]
+name = "t"
+period = "250us"
+ob = 35
+priority = 80
+wake = "hybrid"
+[[input]]
+name = "x"
+service = "busy/in"
+channel = 0
+[[input]]
+name = "y"
+service = "busy/in"
+channel = 1
+"#,
+    );
+    write!(
+        node,
+        r#"
+[[block]]
+name = "saw"
+type = "SawTooth"
+count = {CHAINS}
+in = {{ incrementRange = 3, numberSteps = 1000 }}
+[[block]]
+name = "scale"
+type = "ScaleLinear"
+count = {CHAINS}
+in = {{ x = "saw.{{i}}.value", x1 = 0, y1 = 0, x2 = 100, y2 = 7, yMin = -inf, yMax = inf }}
+[[block]]
+name = "ramp"
+type = "LimRateOfChangeCI"
+count = {CHAINS}
+in = {{ value = "scale.{{i}}.y", setChangeRate = 5 }}
+[[block]]
+name = "advanced"
+type = "LimRateOfChangeAdvancedCI"
+count = {CHAINS}
+[block.in]
+autoValue = "ramp.{{i}}.delayedValue"
+setPosUpRateLim = 3.0
+setPosDownRateLim = 3.0
+setNegUpRateLim = 3.0
+setNegDownRateLim = 3.0
+setHighLim = 50.0
+setLowLim = -50.0
+[[output]]
+service = "busy/out"
+signals = ["x", "y", "advanced.0.outputValue", "advanced.249.outputValue"]
+[[output]]
+service = "busy/more"
+signals = ["ramp.7.delayedValue"]
+"#
+    )
+    .unwrap();
+    node
+}
+
+/// A domain in which the node's peers are there already: connecting is another test's matter.
+fn company(rate_hz: u32) -> (Domain, [Process; 3]) {
+    let domain = Domain::new();
+    domain.write("node.toml", &node());
+    let publish = format!("publish busy/in --wave sine,step --rate {rate_hz}");
+    let mut publisher = domain.start(&publish);
+    publisher.wait_for("publishing");
+    let observers = ["subscribe busy/out --stats", "subscribe busy/more --stats"];
+    let [out, more] = observers.map(|observer| domain.start(observer));
+    (domain, [publisher, out, more])
+}
+
+fn number(task: &Value, key: &str) -> u64 {
+    task[key].as_u64().unwrap_or_else(|| panic!("{key}: {task}"))
+}
+
+/// Changes parameters of the node a hundred times a second until it ends; returns how often. On a busy machine
+/// it may have ended before.
+fn write_values(participant: &Participant<ipc::Service>) -> u64 {
+    let mut client = match Client::connect(participant, "busy", PATIENCE) {
+        Ok(client) => client,
+        Err(ClientError::NoNode { .. } | ClientError::NotOperated { .. }) => return 0,
+        Err(error) => panic!("{error}"),
+    };
+    for written in 0.. {
+        let rate = (written % 10) as f64;
+        let parameters = (0..CHAINS).map(|n| (format!("ramp.{n}.setChangeRate"), rate));
+        let set = SetParams { values: parameters.collect(), ..SetParams::default() };
+        match client.call(&set) {
+            Ok(_) => thread::sleep(Duration::from_millis(5)),
+            // What was under way when the node ended.
+            Err(ClientError::Ended { .. } | ClientError::Refused(_)) => return written,
+            Err(error) => panic!("{error}"),
+        }
+    }
+    0
+}
+
+/// Traces as many signals of the node as one may until it ends; returns how many rows came.
+fn trace(participant: &Participant<ipc::Service>) -> u64 {
+    let Ok(client) = Client::connect(participant, "busy", PATIENCE) else { return 0 };
+    let client = Rc::new(RefCell::new(client));
+    let names = |first: usize| (first..first + 64).map(|n| format!("ramp.{n}.delayedValue"));
+    let open = |first| Trace::open(participant, &client, names(first)).ok();
+    let mut traces: Vec<_> = [0, 60, 120, 180].into_iter().filter_map(open).collect();
+    let mut rows = 0;
+    while !traces.is_empty() {
+        for trace in &mut traces {
+            while trace.next_row().is_some() {
+                rows += 1;
+            }
+        }
+        traces.retain_mut(|trace| trace.renew().is_ok() && !trace.has_ended());
+        thread::sleep(Duration::from_millis(5));
+    }
+    rows
+}
+
+/// Runs the node to its end while it is operated and traced, and while eight readers learn the layouts of its outputs;
+/// returns whether they came before it ended.
+fn is_operated(domain: &Domain) -> bool {
+    // Readers that wait for the node's layouts are no matter of the cycle.
+    let readers = domain.join("readers");
+    let wait = |index: usize| LayoutWatcher::open(&readers, ["busy/out", "busy/more"][index % 2]);
+    let mut waiting: Vec<_> = (0..8).map(|index| wait(index).unwrap()).collect();
+    let run = format!("run node.toml --cycles {} --report node.json --record node.mcap", cycles());
+    let mut node = domain.start(&run);
+    node.wait_for("is running");
+    let operator = domain.join("operator");
+    let writing = thread::spawn(move || write_values(&operator));
+    let tracer = domain.join("tracer");
+    let tracing = thread::spawn(move || trace(&tracer));
+    let mut learned = 0;
+    while learned < waiting.len() && !node.is_over() {
+        // Those that have learned it stay.
+        let look = |watcher: &mut LayoutWatcher<_>| {
+            watcher.look(&readers);
+            usize::from(watcher.newest().is_some())
+        };
+        learned = waiting.iter_mut().map(look).sum();
+        thread::sleep(Duration::from_millis(2));
+    }
+    node.finish().expect_code(0);
+    let (written, rows) = (writing.join().unwrap(), tracing.join().unwrap());
+    written > 0 && rows > 0 && learned == waiting.len()
+}
+
+#[test]
+fn a_thousand_blocks_with_inputs_and_outputs_run_without_allocation_fault_or_lock_while_operated_traced_and_recorded()
+ {
+    let (domain, peers) = company(1000);
+    assert!((0..10).any(|_| is_operated(&domain)), "nobody comes in time in ten runs");
+    for peer in peers {
+        peer.stop().expect_code(0);
+    }
+    let report = domain.json("node.json");
+    let task = &report["tasks"][0];
+    let measured = number(task, "cycles") - WARM_UP_CYCLES;
+    assert_eq!(number(task, "cycles"), cycles());
+    assert_eq!(number(task, "block_errors"), 0);
+    let recording = &report["recording"];
+    assert_eq!(number(recording, "cycles") + number(recording, "lost"), cycles());
+    assert!(number(&report["links"][0], "frames") > 0, "{report}");
+
+    assert_eq!(number(task, "allocations"), 0);
+    assert_eq!(number(task, "ipc_allocations"), 2 * measured, "one for the loan of each frame");
+    // A lock that is waited for gives up the CPU. The wait for the release does so once at most, and
+    // twice while peers come and go, if the period leaves the time for an early wake-up.
+    let sleeps = if number(task, "period_ns") > EARLY_NS { 2 } else { 1 };
+    assert!(number(task, "voluntary_switches") <= sleeps * measured + 1, "{task}");
+    assert_eq!(number(task, "major_faults"), 0);
+    // Memory that is not locked is the kernel's to take away.
+    if !report["warnings"].as_array().unwrap().iter().any(|w| w["code"] == "lock_denied") {
+        assert_eq!(number(task, "minor_faults"), 0, "{task}");
+    }
+}
+
+#[test]
+fn the_real_time_thread_makes_no_system_call_but_the_wait() {
+    only_the_wait_is_a_system_call(&node(), 1000);
+}
+
+#[test]
+fn a_task_that_follows_its_data_makes_none_while_it_watches_for_it() {
+    // More cycles than frames: some begin with one, the others when the time is up.
+    let follow = "wake = \"hybrid\"\nfollow = { service = \"busy/in\", within = \"1ms\" }";
+    only_the_wait_is_a_system_call(&node().replace("wake = \"hybrid\"", follow), 100);
+}
+
+#[track_caller]
+fn only_the_wait_is_a_system_call(node: &str, rate_hz: u32) {
+    if Command::new("strace").arg("--version").output().is_err() {
+        return not_tested("the system calls of the cycle", "strace is not installed");
+    }
+    let (domain, peers) = company(rate_hz);
+    // strace stops the thread at each call for longer than a period of the other test.
+    domain.write("node.toml", &node.replace("250us", "4ms"));
+    let is_operated = || {
+        let mut strace = Command::new("strace");
+        strace.args(["-f", "-o"]).arg(domain.path("calls"));
+        strace.arg(env!("CARGO_BIN_EXE_isochrone")).args([
+            "run",
+            "node.toml",
+            "--cycles",
+            "1000",
+            "--record",
+            "node.mcap",
+        ]);
+        strace.arg("--iceoryx2-config").arg(domain.config_file());
+        strace.current_dir(domain.path(""));
+        let mut node = Process::start(strace);
+        node.wait_for("is running");
+        let tracer = domain.join("tracer");
+        let tracing = thread::spawn(move || trace(&tracer));
+        let written = write_values(&domain.join("operator"));
+        node.finish().expect_code(0);
+        written > 0 && tracing.join().unwrap() > 0
+    };
+    assert!((0..10).any(|_| is_operated()), "nobody comes in time in ten runs");
+    for peer in peers {
+        peer.stop().expect_code(0);
+    }
+
+    let calls = domain.read("calls");
+    let mut threads: HashMap<&str, Vec<&str>> = HashMap::new();
+    for line in calls.lines() {
+        let (thread, call) = line.split_once(' ').unwrap();
+        // A call that another thread's interrupted stands on two lines; the second says no more.
+        if !call.trim_start().starts_with("<...") {
+            threads.entry(thread).or_default().push(call.trim_start());
+        }
+    }
+    // Only the cycle waits for an instant; the others wait for a time.
+    let is_wait =
+        |call: &&str| call.starts_with("clock_nanosleep") && call.contains("TIMER_ABSTIME");
+    let waits = |calls: &Vec<&str>| calls.iter().filter(|call| is_wait(call)).count();
+    let cycle = threads.values().max_by_key(|calls| waits(calls)).unwrap();
+    let last = cycle.iter().rposition(is_wait).unwrap();
+    // When the warm-up ends, the counters of the report are read once.
+    let is_counting = |call: &&str| call.starts_with("getrusage");
+    let counted = cycle[..last].iter().rposition(is_counting).unwrap();
+    let steady = &cycle[counted + 1..=last];
+    assert!(steady.len() > 200, "{} waits", steady.len());
+    let others: Vec<_> = steady.iter().filter(|call| !is_wait(call)).collect();
+    assert!(others.is_empty(), "{others:?}");
+}
