@@ -3,7 +3,6 @@
 //! These are samples. All points: `cargo run --release -p isochrone-benches --bin crash-points`.
 
 use std::io::Write;
-use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use isochrone_benches::crash_points::{
@@ -15,10 +14,8 @@ use isochrone_benches::{Profile, find};
 /// on a machine that does nothing else.
 const WITHIN: Duration = Duration::from_secs(20);
 
-/// A stage for one test at a time, or nothing where this process may not trace others.
-fn stage() -> Option<(MutexGuard<'static, ()>, Stage)> {
-    static TURN: Mutex<()> = Mutex::new(());
-    let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
+/// A stage, or nothing where this process may not trace others.
+fn stage() -> Option<Stage> {
     if let Err(why) = can_trace() {
         assert!(std::env::var_os("CI").is_none(), "{why}");
         // Past the test harness, which keeps what tests that pass print to itself.
@@ -26,7 +23,7 @@ fn stage() -> Option<(MutexGuard<'static, ()>, Stage)> {
         return None;
     }
     let program = find(Profile::own()).unwrap();
-    Some((turn, Stage::new(program, WITHIN).unwrap()))
+    Some(Stage::new(program, WITHIN).unwrap())
 }
 
 #[track_caller]
@@ -54,7 +51,7 @@ fn assert_harmless(stage: &Stage, points: &[Point], blow: Blow) {
 
 #[test]
 fn a_process_that_is_killed_in_its_start_or_end_keeps_nobody_from_working() {
-    let Some((_turn, stage)) = stage() else { return };
+    let Some(stage) = stage() else { return };
     let points = stage.points(&Selection::default()).unwrap();
     assert_harmless(&stage, &spread(&points, 60), Blow::Kill);
     // What a process writes to shared memory it writes between two calls.
@@ -65,14 +62,14 @@ fn a_process_that_is_killed_in_its_start_or_end_keeps_nobody_from_working() {
 
 #[test]
 fn a_process_that_is_stopped_in_its_start_or_end_holds_nobody_up_without_a_word() {
-    let Some((_turn, stage)) = stage() else { return };
+    let Some(stage) = stage() else { return };
     let points = stage.points(&Selection::default()).unwrap();
     assert_harmless(&stage, &spread(&points, 30), Blow::Stop);
 }
 
 #[test]
 fn what_the_killed_leave_does_not_grow() {
-    let Some((_turn, stage)) = stage() else { return };
+    let Some(stage) = stage() else { return };
     let cold = Selection { circumstances: vec![Circumstance::Cold], ..Selection::default() };
     let points = spread(&stage.points(&cold).unwrap(), 50);
     let pile = stage.pile_up(&points).unwrap();
@@ -82,7 +79,7 @@ fn what_the_killed_leave_does_not_grow() {
 
 #[test]
 fn each_role_has_points_in_its_start_and_its_end() {
-    let Some((_turn, stage)) = stage() else { return };
+    let Some(stage) = stage() else { return };
     for role in [Role::Publisher, Role::Node, Role::Subscriber] {
         let cold = Selection {
             roles: vec![role],
