@@ -75,11 +75,6 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         "13824",
         "--frequency",
         "0.2",
-        // Where the node neither waits nor computes: what wakes at its release disturbs it.
-        "--rate",
-        "1000",
-        "--phase",
-        "500us",
         "--seconds",
         &limit,
     ])?;

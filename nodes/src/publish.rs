@@ -30,7 +30,8 @@ use crate::{configuration, terminal};
 /// service is refused, also where the first is on another machine and its frames arrive through a link.
 ///
 /// Frames at a rate are due on the grid that the tasks of all nodes share, if 20 ms are a multiple of the time
-/// between two of them; --phase puts them after or before the tasks that read or follow them.
+/// between two of them; --phase puts them before or after the releases of the tasks that read or
+/// follow them.
 #[derive(clap::Args)]
 #[command(
     after_help = "Examples:\n  isochrone publish plant/analog --value 13824,true --signals level,full\n  \
@@ -61,7 +62,8 @@ pub(crate) struct Args {
     )]
     rate: Option<f64>,
     /// How long after a task without a phase each frame is due, on the grid that all tasks share: 200us; default:
-    /// 0ns. Needs a rate
+    /// half of the time between two frames, at most 150us, so that a publisher does not wake up just when tasks
+    /// do. Needs a rate
     #[arg(
         long,
         value_name = "DURATION",
@@ -84,6 +86,9 @@ pub(crate) struct Args {
 }
 
 const DEFAULT_RATE_HZ: f64 = 1000.0;
+/// The longest default. 150 us is no multiple of 100 us, so it lies between the releases of most tasks; and it is
+/// early enough for tasks that wait some 300 us for the frames that they follow.
+const LONGEST_DEFAULT_PHASE_NS: u64 = 150_000;
 const MAX_RATE_HZ: f64 = 100_000.0;
 const MIN_RATE_HZ: f64 = 1.0 / 3600.0;
 /// From the announcement of the layout to the first frame: a node looks for layouts every 20 ms.
@@ -181,7 +186,7 @@ fn pace(args: &Args, signals: &Signals) -> Result<Pace, Failure> {
     let recorded = signals.recording().and_then(Pace::recorded).filter(|_| args.rate.is_none());
     let Some(recorded) = recorded else {
         let period_ns = (1e9 / args.rate.unwrap_or(DEFAULT_RATE_HZ)).round() as u64;
-        let phase_ns = args.phase.unwrap_or_default();
+        let phase_ns = args.phase.unwrap_or(LONGEST_DEFAULT_PHASE_NS.min(period_ns / 2));
         if phase_ns >= period_ns {
             let [phase, period] = [phase_ns, period_ns].map(|ns| duration(ns as f64));
             return Err(Failure::usage(format!(
