@@ -1,31 +1,29 @@
 //! A frame as a reader holds it.
 
 use std::fmt;
-use std::marker::PhantomData;
 
 use iceoryx2::sample::Sample;
 
 use crate::{FrameHeader, Service};
 
-/// A received frame, read where the publisher wrote it. Dropping it gives the memory back.
+/// A received frame, read where the publisher wrote it. The subscriber gives the memory back when it next looks for
+/// frames, in [`maintain`](crate::FrameSubscriber::maintain), or at its end.
 pub struct FrameRef<'a, S: Service> {
-    sample: Sample<S, [f64], FrameHeader>,
-    /// One at a time: iceoryx2 lets a reader hold only so many.
-    subscriber: PhantomData<&'a mut ()>,
+    sample: &'a Sample<S, [f64], FrameHeader>,
 }
 
-impl<S: Service> FrameRef<'_, S> {
-    pub(crate) fn new(sample: Sample<S, [f64], FrameHeader>) -> Self {
-        Self { sample, subscriber: PhantomData }
+impl<'a, S: Service> FrameRef<'a, S> {
+    pub(crate) fn new(sample: &'a Sample<S, [f64], FrameHeader>) -> Self {
+        Self { sample }
     }
 
     /// When and from what the frame was made.
-    pub fn header(&self) -> &FrameHeader {
+    pub fn header(&self) -> &'a FrameHeader {
         self.sample.user_header()
     }
 
     /// One value per channel. How many is the publisher's choice: ask with `get`.
-    pub fn values(&self) -> &[f64] {
+    pub fn values(&self) -> &'a [f64] {
         self.sample.payload()
     }
 }

@@ -60,6 +60,12 @@ pub struct SubscriberCounters {
 /// brings, terms do not count: a publisher with a term on this machine is taken at once.
 #[derive(Debug)]
 pub struct FrameSubscriber<S: Service> {
+    /// A frame that [`has_newer`](Self::has_newer) or [`peek_next`](Self::peek_next) took out of the
+    /// buffer.
+    held: Option<Sample<S, [f64], FrameHeader>>,
+    /// The frame that the caller has. Giving it back writes where the publisher's CPU writes, so it waits for
+    /// [`maintain`](Self::maintain), or until the next frame is taken.
+    lent: Option<Sample<S, [f64], FrameHeader>>,
     port: Subscriber<S, [f64], FrameHeader>,
     service: FrameService<S>,
     /// Most frames that one call of `newest` looks at.
@@ -75,9 +81,6 @@ pub struct FrameSubscriber<S: Service> {
     /// How many subscribers there were then, if one of the writers may turn out to be a link.
     subscribers: Option<usize>,
     receive_errors: u64,
-    /// A frame that [`has_newer`](Self::has_newer) or [`peek_next`](Self::peek_next) took out of the
-    /// buffer.
-    held: Option<Sample<S, [f64], FrameHeader>>,
 }
 
 impl<S: Service> FrameSubscriber<S> {
@@ -166,6 +169,8 @@ impl<S: Service> FrameSubscriber<S> {
         })?;
         let publishers = opened.static_config().max_publishers();
         let mut subscriber = Self {
+            held: None,
+            lent: None,
             // Each publisher's buffer, and the leftovers of one that was replaced.
             drain_limit: buffer * (publishers + 1),
             can_compare: opened.static_config().subscriber_max_borrowed_samples() > 1,
@@ -182,7 +187,6 @@ impl<S: Service> FrameSubscriber<S> {
             writers: Vec::with_capacity(publishers),
             subscribers: None,
             receive_errors: 0,
-            held: None,
         };
         participant.repairs().adopt(service, Peer::Publisher, &subscriber.peers);
         subscriber.maintain();
@@ -199,7 +203,7 @@ impl<S: Service> FrameSubscriber<S> {
     pub fn newest(&mut self, now_ns: u64) -> Option<FrameRef<'_, S>> {
         let _guarded = self.guard.of_call();
         self.hold_newest(now_ns);
-        self.held.take().map(FrameRef::new)
+        self.lend_held()
     }
 
     /// Whether a frame waits that `is_wanted`, for readers that watch for one.
@@ -220,6 +224,11 @@ impl<S: Service> FrameSubscriber<S> {
             }
         }
         false
+    }
+
+    fn lend_held(&mut self) -> Option<FrameRef<'_, S>> {
+        self.lent = self.held.take();
+        self.lent.as_ref().map(FrameRef::new)
     }
 
     /// Takes all frames that wait and holds on to the newest of them.
@@ -256,7 +265,7 @@ impl<S: Service> FrameSubscriber<S> {
     pub fn next(&mut self, now_ns: u64) -> Option<FrameRef<'_, S>> {
         let _guarded = self.guard.of_call();
         self.hold_next(now_ns);
-        self.held.take().map(FrameRef::new)
+        self.lend_held()
     }
 
     /// The header of the frame that [`next`](Self::next) would return, and holds on to that frame.
@@ -326,6 +335,7 @@ impl<S: Service> FrameSubscriber<S> {
     /// Connects to publishers that joined; for the slack, since iceoryx2 maps memory for that.
     pub fn maintain(&mut self) {
         let _guarded = self.guard.of_call();
+        self.lent = None;
         // Failures are counted by the handler that the port was given.
         let _ = self.port.update_connections();
         let changed = self.peers.note(self.publishers())
@@ -395,6 +405,8 @@ impl<S: Service> FrameSubscriber<S> {
     }
 
     fn receive(&mut self) -> Option<Sample<S, [f64], FrameHeader>> {
+        // A service may let a reader have only one frame.
+        self.lent = None;
         match self.port.receive() {
             Ok(received) => received,
             Err(_) => {
