@@ -60,8 +60,22 @@ impl ResultFile {
         if metadata.is_file() && matches!(file.try_lock(), Err(TryLockError::WouldBlock)) {
             return Err(io::Error::other("it is being written already; choose another file"));
         }
+        // Before it was locked, it may have been given another name.
+        if metadata.is_file() && fs::metadata(path)?.ino() != metadata.ino() {
+            return Err(io::Error::other("another program has just replaced it; try again"));
+        }
         let is_watched = metadata.is_file() && metadata.nlink() > 0;
         Ok(Self { path: path.to_owned(), file, is_new, has_result: false, is_watched, length: 0 })
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// Goes on with a new file, where the one before has another name now.
+    pub(crate) fn renew(&mut self) -> io::Result<()> {
+        *self = Self::create(&self.path)?;
+        Ok(())
     }
 
     /// Replaces what the file held.

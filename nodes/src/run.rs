@@ -22,6 +22,7 @@ use isochrone_timing::Warning;
 
 use crate::domain;
 use crate::failure::Failure;
+use crate::recording_file;
 use crate::result_file::ResultFile;
 use crate::service::Service;
 use crate::stop;
@@ -107,9 +108,10 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         return Err(Failure::found(refusals.join("\n")));
     }
     let prepared = match (recording, &args.record) {
-        (Some(file), Some(path)) => {
+        (Some(mut file), Some(path)) => {
             let failed =
                 |error| Failure::usage(format!("cannot write {}: {error}", path.display()));
+            recording_file::keep_unclosed(&mut file).map_err(failed)?;
             prepared.with_recording(path.display().to_string(), file).map_err(failed)?
         }
         _ => prepared,

@@ -102,6 +102,24 @@ impl Index {
     }
 }
 
+/// Whether a file is a recording that was not closed, as its first and last bytes have it.
+///
+/// # Errors
+/// The file cannot be read.
+pub fn is_unclosed(file: &mut (impl Read + Seek)) -> io::Result<bool> {
+    let bytes = MAGIC.len() as i64;
+    let mut first = [0; MAGIC.len()];
+    let mut last = first;
+    if file.seek(SeekFrom::End(0))? <= MAGIC.len() as u64 {
+        return Ok(false);
+    }
+    file.seek(SeekFrom::End(-bytes))?;
+    file.read_exact(&mut last)?;
+    file.rewind()?;
+    file.read_exact(&mut first)?;
+    Ok(first == MAGIC && last != MAGIC)
+}
+
 /// The footer at the end of a file, and what its checksum is of.
 fn footer(end: &[u8]) -> Option<(&[u8], mcap::records::Footer)> {
     let record = end.strip_suffix(MAGIC)?;

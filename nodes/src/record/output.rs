@@ -12,6 +12,7 @@ use isochrone_timing::units::counted;
 
 use super::split::Split;
 use crate::failure::Failure;
+use crate::recording_file;
 use crate::result_file::ResultFile;
 
 /// Where frames are written.
@@ -187,7 +188,9 @@ impl Output {
         let path = self.path_of(self.files.len() + 1);
         let begin = |opened: Option<ResultFile>| {
             let file = opened.map_or_else(|| ResultFile::create(&path), Ok);
-            Writer::create(file.map_err(WriteError::Io)?, read_clocks())
+            let mut file = file.map_err(WriteError::Io)?;
+            recording_file::keep_unclosed(&mut file)?;
+            Writer::create(file, read_clocks())
         };
         match begin(self.opened.take()) {
             Ok(writer) => {

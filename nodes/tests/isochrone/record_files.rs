@@ -2,7 +2,7 @@
 
 use std::fs::{self, File};
 use std::io::Write;
-use std::os::unix::fs::FileTypeExt;
+use std::os::unix::fs::{FileTypeExt, symlink};
 use std::path::PathBuf;
 use std::process::Command;
 use std::thread;
@@ -204,4 +204,47 @@ fn an_export_of_a_file_without_end_is_ended_by_a_signal() {
     }
     assert!(!domain.path("out.csv").exists());
     assert_eq!(read(domain.path("out.mcap")), 0);
+}
+
+#[test]
+fn a_recording_that_was_not_closed_is_kept_and_one_that_was_is_replaced() {
+    let (domain, node) = plant();
+    let own = NODE.replace("plant/saw", "own/saw").replace("\"saw\"\n[[task", "\"own\"\n[[task");
+    domain.write("own.toml", &own);
+    let kept = |stem: &str| {
+        let files = fs::read_dir(domain.path("")).unwrap().map(|it| it.unwrap().file_name());
+        let names = files.map(|it| it.into_string().unwrap());
+        names.filter(|it| it.starts_with(&format!("{stem}_20"))).collect::<Vec<_>>()
+    };
+    for (stem, line) in
+        [("own", "run own.toml --record own.mcap"), ("out", "record plant/saw -o out.mcap")]
+    {
+        let file = format!("{stem}.mcap");
+        recording(&domain, line, &file).kill();
+        let left = fs::read(domain.path(&file)).unwrap();
+        let again = format!("{line} --seconds 0.3");
+        let words = domain.run(&again).expect_code(0).stderr;
+        let [name] = &kept(stem)[..] else { panic!("{words}") };
+        assert!(words.contains(&format!("{name}\n")), "{words}");
+        assert!(fs::read(domain.path(name)).unwrap() == left);
+        let words = domain.run(&again).expect_code(0).stderr;
+        assert!(!words.contains("kept") && kept(stem).len() == 1, "{words}");
+        // What has no frame in it is not worth it.
+        domain.write(&file, "\u{89}MCAP0\r\n\0\0\0\0\0\0\0\0\0\0\0");
+        domain.run(&again).expect_code(0);
+        assert!(read(domain.path(&file)) > 0 && kept(stem).len() == 1);
+        // Through a link, and not more than eight.
+        fs::create_dir(domain.path(stem)).unwrap();
+        let elsewhere = domain.path(&format!("{stem}/there.mcap"));
+        fs::remove_file(domain.path(&file)).unwrap();
+        symlink(&elsewhere, domain.path(&file)).unwrap();
+        for round in 0..9 {
+            fs::write(&elsewhere, &left).unwrap();
+            let words = domain.run(&again).expect_code(0).stderr;
+            assert!(words.contains(if round < 8 { "there_20" } else { "is replaced" }), "{words}");
+            assert!(read(elsewhere.clone()) > 0);
+        }
+        assert_eq!(fs::read_dir(domain.path(stem)).unwrap().count(), 9);
+    }
+    node.stop().expect_code(0);
 }
