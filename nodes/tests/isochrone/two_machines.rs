@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use crate::counter;
 use crate::counter::counter;
-use crate::domain::Process;
+use crate::domain::{Process, wait_until};
 use crate::machines::{Boot, Machine, Machines};
 use serde_json::{Value, json};
 
@@ -204,12 +204,14 @@ fn a_service_that_another_machine_writes_is_refused_until_its_writer_has_ended()
     recorder.stop().expect_code(0);
     let seconds = ["run there.toml", "publish plant/there --value 1", "publish --from there.mcap"];
     for second in seconds {
-        let ended = far.start(second).finish().expect_code(1);
-        for part in
-            ["\"plant/there\" is written on another machine already", "by \"there\"", "iox2-link-t"]
-        {
-            assert!(ended.stderr.contains(part), "{second}: {}", ended.stderr);
-        }
+        // It looks for a moment who that is. On a busy machine no layout may come by in that time.
+        wait_until("the writer is named", || {
+            let ended = far.start(second).finish().expect_code(1);
+            for part in ["\"plant/there\" is written on another machine already", "iox2-link-t"] {
+                assert!(ended.stderr.contains(part), "{second}: {}", ended.stderr);
+            }
+            ended.stderr.contains("by \"there\"")
+        });
     }
     // Who reads the service, and writes others, is not refused.
     far.domain.write("reader.toml", &reader_node());
