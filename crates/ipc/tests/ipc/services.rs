@@ -186,7 +186,7 @@ fn a_service_of_foreign_quality_is_taken_as_it_is<S: Service>() {
         send(&mut writer, n as f64 + 0.5, n);
         // In turns: there is never a second frame to hold.
         if n % 3 == 0 {
-            assert_eq!(reader.peek_next(NOW_NS).unwrap().cycle, n);
+            assert_eq!(reader.peek_next(NOW_NS).unwrap().publish_ns, n);
             assert_eq!(reader.next(NOW_NS).unwrap().values(), [n as f64]);
             assert_eq!(reader.next(NOW_NS).unwrap().values(), [n as f64 + 0.5]);
         } else {
