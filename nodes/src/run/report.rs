@@ -3,11 +3,11 @@
 use isochrone_engine::{Plan, TaskPlan};
 use isochrone_report::{RecordingReport, Report};
 use isochrone_runtime::{InputOutcome, Link, Outcome, RecordingOutcome, TaskOutcome};
-use isochrone_timing::{InputReport, LinkReport, TaskReport};
+use isochrone_timing::{InputReport, LinkReport, TaskReport, Warning, WarningCode};
 
 /// Adds what the node did.
 pub(super) fn complete(report: &mut Report, plan: &Plan, outcome: &Outcome) {
-    report.warnings.extend(outcome.alarms.iter().map(Into::into));
+    add_alarms(&mut report.warnings, outcome.alarms.iter().map(Into::into));
     for task in &outcome.tasks {
         let planned = plan.tasks.iter().find(|planned| planned.name == task.name);
         report.tasks.extend(planned.map(|planned| task_report(planned, task).into()));
@@ -16,6 +16,13 @@ pub(super) fn complete(report: &mut Report, plan: &Plan, outcome: &Outcome) {
         .links
         .extend(outcome.tasks.iter().flat_map(|task| &task.links).map(link_report).map(Into::into));
     report.recording = outcome.recording.as_ref().map(recording_report);
+}
+
+/// Adds alarms to what was said at the start.
+fn add_alarms(warnings: &mut Vec<Warning>, alarms: impl Iterator<Item = Warning>) {
+    // No phase and no `within` helps behind a source that is kept from running.
+    let is_starved = warnings.iter().any(|it| it.code == WarningCode::StarvedSource);
+    warnings.extend(alarms.filter(|it| !(is_starved && it.code == WarningCode::LateFrames)));
 }
 
 fn task_report(plan: &TaskPlan, task: &TaskOutcome) -> TaskReport {
@@ -68,5 +75,24 @@ fn link_report(link: &Link) -> LinkReport {
         past_stamps: link.past_stamps,
         unknown_layouts: link.unknown_layouts,
         ..LinkReport::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn frames_of_a_source_that_is_kept_from_running_are_not_said_to_need_another_phase() {
+        use WarningCode::{InputNotOk, LateFrames, StarvedSource};
+        for (known, expected) in [
+            (StarvedSource, vec![StarvedSource, InputNotOk]),
+            (InputNotOk, vec![InputNotOk, LateFrames, InputNotOk]),
+        ] {
+            let mut warnings = vec![Warning::new(known, "at the start")];
+            let alarms = [LateFrames, InputNotOk].map(|code| Warning::new(code, "at the end"));
+            add_alarms(&mut warnings, alarms.into_iter());
+            assert_eq!(warnings.into_iter().map(|it| it.code).collect::<Vec<_>>(), expected);
+        }
     }
 }
