@@ -7,6 +7,11 @@ use clap::{Arg, Command};
 
 const ISOCHRONE: &str = "isochrone";
 
+/// What the program was started with, for a report. Names of files may be no Unicode.
+pub(crate) fn arguments() -> Vec<String> {
+    std::env::args_os().skip(1).map(|it| it.to_string_lossy().into_owned()).collect()
+}
+
 /// The name that the program was started by.
 pub(crate) fn name() -> String {
     named(std::env::args_os().next().as_deref())

@@ -1,6 +1,6 @@
 //! Recordings as files on the command line: opened, and judged once they were read.
 
-use std::ffi::OsString;
+use std::ffi::{OsStr, OsString};
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
@@ -10,6 +10,7 @@ use isochrone_recording::{Condition, Damage, Item, ReadError, Reader, WriteError
 use isochrone_timing::units::counted;
 use jiff::Timestamp;
 use rustix::fs::{CWD, RenameFlags, renameat_with};
+use rustix::io::Errno;
 
 use crate::failure::Failure;
 use crate::result_file::ResultFile;
@@ -52,20 +53,20 @@ fn give_other_name(path: &Path) -> io::Result<Option<PathBuf>> {
         return Ok(None);
     }
     let mut file = File::open(path)?;
-    if !is_unclosed(&mut file)? || !has_rows(&mut file)? {
+    if !is_unclosed(&mut file)? || is_empty(&mut file)? {
         return Ok(None);
     }
     // Beside the file, and not beside a link to it.
     let path = path.canonicalize()?;
-    let (mut begin, mut end) = (OsString::new(), OsString::from("Z"));
-    begin.extend([path.file_stem().unwrap_or_default(), "_".as_ref()]);
-    if let Some(extension) = path.extension() {
-        end.extend([".".as_ref(), extension]);
-    }
+    let mut begin = path.file_stem().unwrap_or_default().to_owned();
+    begin.push("_");
+    let extension =
+        path.extension().map(|extension| [".".as_ref(), extension].into_iter().collect());
+    let end: OsString = extension.unwrap_or_default();
     let is_kept = |name: OsString| {
         let [name, begin, end] = [&name, &begin, &end].map(|it| it.as_encoded_bytes());
         let time = name.strip_prefix(begin).and_then(|rest| rest.strip_suffix(end));
-        time.is_some_and(|time| time.len() == 19 && time.get(8) == Some(&b'T'))
+        time.is_some_and(|time| time.len() >= 20 && time.get(8) == Some(&b'T'))
     };
     let beside = fs::read_dir(path.parent().unwrap_or(Path::new("/")))?;
     if beside.filter(|it| it.as_ref().is_ok_and(|it| is_kept(it.file_name()))).count() >= MOST_KEPT
@@ -75,23 +76,32 @@ fn give_other_name(path: &Path) -> io::Result<Option<PathBuf>> {
         )));
     }
     let written = Timestamp::try_from(file.metadata()?.modified()?).map_err(io::Error::other)?;
-    let mut name = begin;
-    name.extend([written.strftime("%Y%m%dT%H%M%S.%3f").to_string().as_ref(), end.as_os_str()]);
-    let kept = path.with_file_name(name);
-    renameat_with(CWD, &path, CWD, &kept, RenameFlags::NOREPLACE)?;
-    Ok(Some(kept))
-}
-
-/// Whether there is something to read in a recording.
-fn has_rows(file: &mut File) -> io::Result<bool> {
-    file.rewind()?;
-    let Ok(mut reader) = Reader::open(file) else { return Ok(false) };
-    while let Ok(Some(item)) = reader.next_item() {
-        if matches!(item, Item::Frame(_) | Item::Row(_)) {
-            return Ok(true);
+    let written = written.strftime("%Y%m%dT%H%M%S.%3fZ").to_string();
+    // Files may have the same time where a file system counts seconds, or a backup was restored.
+    let numbers = (2..).map(|number| format!("_{number}")).take(MOST_KEPT);
+    for number in std::iter::once(String::new()).chain(numbers) {
+        let mut name = begin.clone();
+        name.extend([OsStr::new(&written), number.as_ref(), &end]);
+        let kept = path.with_file_name(name);
+        match renameat_with(CWD, &path, CWD, &kept, RenameFlags::NOREPLACE) {
+            Err(Errno::EXIST) => {}
+            renamed => return Ok(renamed.map(|()| Some(kept))?),
         }
     }
-    Ok(false)
+    Err(io::ErrorKind::AlreadyExists.into())
+}
+
+/// Whether nothing was recorded in a file. What is damaged may have been something.
+fn is_empty(file: &mut File) -> io::Result<bool> {
+    file.rewind()?;
+    let Ok(mut reader) = Reader::open(file) else { return Ok(false) };
+    loop {
+        match reader.next_item() {
+            Ok(Some(Item::Frame(_) | Item::Row(_))) | Err(_) => return Ok(false),
+            Ok(Some(_)) => {}
+            Ok(None) => return Ok(reader.condition().damaged == 0),
+        }
+    }
 }
 
 /// Opens a file.

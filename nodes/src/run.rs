@@ -26,7 +26,7 @@ use crate::recording_file;
 use crate::result_file::ResultFile;
 use crate::service::Service;
 use crate::stop;
-use crate::{configuration, numbers, terminal, throttling};
+use crate::{configuration, numbers, program, terminal, throttling};
 
 /// Run a control node until Ctrl-C, SIGTERM, --seconds or --cycles
 ///
@@ -89,7 +89,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let stop = stop::on_signal(None)?;
     hold_panic_messages();
 
-    let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
+    let mut report = Report::new(program::arguments(), Environment::read());
     if plan.tasks.iter().any(|task| task.priority.is_some()) {
         report.warnings.extend(prepare_process().refusals.iter().map(warning));
     }

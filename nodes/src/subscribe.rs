@@ -35,7 +35,7 @@ use crate::failure::Failure;
 use crate::result_file::ResultFile;
 use crate::rows::Rows;
 use crate::stop;
-use crate::{configuration, list, numbers, terminal};
+use crate::{configuration, list, numbers, program, terminal};
 
 /// Show, record or measure the frames of a service
 ///
@@ -121,7 +121,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         return Err(Failure::nobody(format!("there is no service \"{service}\"; {way_out}")));
     };
     terminal::note(&format!("subscribed to \"{}\". Press Ctrl-C to end it.", args.service));
-    let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
+    let mut report = Report::new(program::arguments(), Environment::read());
     let every = args.every.unwrap_or(1);
     let (signals, columns) = (args.signals.clone(), args.columns.clone());
     let choice = Choice { every, signals, columns };

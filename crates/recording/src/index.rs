@@ -8,6 +8,8 @@ use mcap::records::{Record, op};
 use crate::MAX_RECORD_BYTES;
 use crate::record::{RECORD_HEAD, record_head};
 
+/// How files of all versions begin.
+const FAMILY: &[u8] = b"\x89MCAP";
 /// What an end of the data takes, with its head.
 const DATA_END_BYTES: usize = RECORD_HEAD + 4;
 /// What a footer has.
@@ -102,7 +104,7 @@ impl Index {
     }
 }
 
-/// Whether a file is a recording that was not closed, as its first and last bytes have it.
+/// Whether a file is a recording that was not closed, as its first and last bytes have it; of whatever version.
 ///
 /// # Errors
 /// The file cannot be read.
@@ -117,7 +119,7 @@ pub fn is_unclosed(file: &mut (impl Read + Seek)) -> io::Result<bool> {
     file.read_exact(&mut last)?;
     file.rewind()?;
     file.read_exact(&mut first)?;
-    Ok(first == MAGIC && last != MAGIC)
+    Ok(first.starts_with(FAMILY) && last != first)
 }
 
 /// The footer at the end of a file, and what its checksum is of.

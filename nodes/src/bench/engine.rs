@@ -10,6 +10,7 @@ use super::live::Terminal;
 use super::outputs;
 use super::times::parse_length;
 use crate::failure::Failure;
+use crate::program;
 use crate::stop;
 use crate::terminal;
 
@@ -59,7 +60,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let outputs = args.outputs.open()?;
     outputs.check_arms(&settings.names())?;
     let stop = stop::on_signal(None)?;
-    let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
+    let mut report = Report::new(program::arguments(), Environment::read());
     terminal::note(&format!(
         "measuring {} for {} s; warming up comes before each turn and does not count. Press Ctrl-C \
          to end it early.",

@@ -17,7 +17,7 @@ use super::live::Terminal;
 use super::outputs;
 use super::times::{parse_length, parse_turn};
 use crate::failure::Failure;
-use crate::{configuration, domain, run, stop, terminal};
+use crate::{configuration, domain, program, run, stop, terminal};
 
 /// Measure release jitter: how late a loop starts its cycles
 ///
@@ -80,7 +80,7 @@ pub(super) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     terminal::note(&format!("note: {}", circumstances(&settings)));
     let stop = stop::on_signal(None)?;
     let domain = args.domain.find()?;
-    let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
+    let mut report = Report::new(program::arguments(), Environment::read());
     if let Ok(examination) = examine(&machine, settings.cpus.first().map(|on| on.cpu)) {
         report.findings = examination.findings;
     }

@@ -12,7 +12,7 @@ use super::live::Terminal;
 use super::outputs;
 use super::times::{parse_length, parse_turn};
 use crate::failure::Failure;
-use crate::{stop, terminal};
+use crate::{program, stop, terminal};
 
 /// Measure how long a message takes from one process to another
 ///
@@ -92,7 +92,7 @@ const FEWEST_MESSAGES: f64 = 10.0;
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let settings = args.settings(&allowed_cpus()?)?;
-    let mut report = Report::new(std::env::args().skip(1).collect(), Environment::read());
+    let mut report = Report::new(program::arguments(), Environment::read());
     refuse_throttled_poll(&settings, &report.environment)?;
     let outputs = args.outputs.open()?;
     outputs.check_arms(&settings.names())?;

@@ -1,11 +1,14 @@
 //! Files that recordings are written in and read from: what others do to them meanwhile, and signals.
 
+use std::ffi::OsStr;
 use std::fs::{self, File};
 use std::io::Write;
+use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{FileTypeExt, symlink};
 use std::path::PathBuf;
 use std::process::Command;
 use std::thread;
+use std::time::UNIX_EPOCH;
 
 use crate::domain::{Domain, Process, wait_until};
 use isochrone_recording::{Item, Reader};
@@ -231,10 +234,17 @@ fn a_recording_that_was_not_closed_is_kept_and_one_that_was_is_replaced() {
         assert!(fs::read(domain.path(name)).unwrap() == left);
         let words = domain.run(&again).expect_code(0).stderr;
         assert!(!words.contains("kept") && kept(stem).len() == 1, "{words}");
-        // What has no frame in it is not worth it.
-        domain.write(&file, "\u{89}MCAP0\r\n\0\0\0\0\0\0\0\0\0\0\0");
+        // What has no frame in it is not worth it; what is damaged may have had one.
+        for (old, more) in [(&b"\x89MCAP0\r\n\x01"[..], 0), (b"\x89MCAP9\r\n of tomorrow", 1)] {
+            fs::write(domain.path(&file), old).unwrap();
+            domain.run(&again).expect_code(0);
+            assert!(read(domain.path(&file)) > 0 && kept(stem).len() == 1 + more);
+        }
+        let mut damaged = left.clone();
+        damaged[9..600].fill(0xff);
+        fs::write(domain.path(&file), damaged).unwrap();
         domain.run(&again).expect_code(0);
-        assert!(read(domain.path(&file)) > 0 && kept(stem).len() == 1);
+        assert_eq!(kept(stem).len(), 3);
         // Through a link, and not more than eight.
         fs::create_dir(domain.path(stem)).unwrap();
         let elsewhere = domain.path(&format!("{stem}/there.mcap"));
@@ -242,11 +252,28 @@ fn a_recording_that_was_not_closed_is_kept_and_one_that_was_is_replaced() {
         symlink(&elsewhere, domain.path(&file)).unwrap();
         for round in 0..9 {
             fs::write(&elsewhere, &left).unwrap();
+            // As a backup is restored: with the same time.
+            File::options().write(true).open(&elsewhere).unwrap().set_modified(UNIX_EPOCH).unwrap();
             let words = domain.run(&again).expect_code(0).stderr;
-            assert!(words.contains(if round < 8 { "there_20" } else { "is replaced" }), "{words}");
+            assert!(words.contains(if round < 8 { "there_19" } else { "is replaced" }), "{words}");
             assert!(read(elsewhere.clone()) > 0);
         }
         assert_eq!(fs::read_dir(domain.path(stem)).unwrap().count(), 9);
     }
     node.stop().expect_code(0);
+}
+
+#[test]
+fn a_file_may_have_a_name_that_is_no_unicode() {
+    let domain = Domain::new();
+    domain.write("saw.toml", NODE);
+    let name = OsStr::from_bytes(b"saw\xff.mcap");
+    let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
+    command.args(["run", "saw.toml", "--seconds", "0.3", "--report", "saw.json", "--record"]);
+    command.arg(name).arg("--iceoryx2-config").arg(domain.config_file());
+    command.current_dir(domain.path(""));
+    Process::start(command).finish().expect_code(0);
+    assert!(read(domain.path("").join(name)) > 0);
+    let arguments = &domain.json("saw.json")["command"];
+    assert!(arguments.to_string().contains("saw\u{fffd}.mcap"), "{arguments}");
 }
