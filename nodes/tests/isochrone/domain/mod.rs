@@ -16,7 +16,7 @@ use rustix::process::Signal;
 use serde_json::Value;
 
 /// Longer than anything here takes on a machine that is busy with other tests.
-pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
+pub(crate) const PATIENCE: Duration = Duration::from_secs(180);
 
 /// Waits until something is so, and leaves the CPU to others in between.
 #[track_caller]
