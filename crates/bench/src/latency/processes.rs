@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::fs::File;
-use std::io::{BufRead, BufReader, Write};
+use std::io::{BufRead, BufReader, ErrorKind, Write};
 use std::process::{ChildStdin, ChildStdout, Stdio};
 use std::time::Duration;
 
@@ -146,9 +146,12 @@ impl<'a> Node<'a> {
     pub(super) fn end(mut self) -> Result<Vec<Warning>, BenchError> {
         self.process.finish()?;
         let file = report_file(self.name);
-        let read = fs::read_to_string(self.company.path(&file));
-        let refused = read.and_then(|text| Ok(refusals(&text)?));
-        refused.map_err(|cause| BenchError::File { path: file, cause })
+        let refused = match fs::read_to_string(self.company.path(&file)) {
+            // A signal met it before it ran.
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
+            read => read.and_then(|report| Ok(refusals(&report)?)),
+        };
+        refused.map_err(|error| BenchError::Measuring(format!("cannot read {file}: {error}")))
     }
 }
 
