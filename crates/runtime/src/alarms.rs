@@ -175,6 +175,7 @@ impl Alarm {
             | Self::FutureStamps { service, .. }
             | Self::PastStamps { service, .. }
             | Self::FarFollow { service, .. }
+            | Self::LateFrames { service, .. }
             | Self::OldSource { service, .. } => service,
             Self::MovedChannel { input, .. } => input,
             _ => "",
@@ -192,6 +193,11 @@ impl Alarm {
             Self::FarFollow { task, .. } => {
                 format!(
                     "service \"{subject}\", which task \"{task}\" follows, is sent by this machine again"
+                )
+            }
+            Self::LateFrames { task, .. } => {
+                format!(
+                    "the frames of service \"{subject}\" come in time for task \"{task}\" again"
                 )
             }
             Self::OldSource { .. } => {

@@ -7,6 +7,7 @@ use isochrone_timing::TaskTiming;
 
 use crate::alarms::Alarm;
 use crate::events::Log;
+use crate::late_frames::FollowedFrames;
 use crate::layouts::Resolver;
 use crate::operating::Shared;
 use crate::records::RecordReceiver;
@@ -32,6 +33,8 @@ pub(crate) struct Task<S: Service> {
     pub(crate) banks: Vec<String>,
     pub(crate) timing: TaskTiming,
     pub(crate) records: RecordReceiver,
+    /// Of a task that follows a service.
+    pub(crate) followed: Option<FollowedFrames>,
     pub(crate) log: Log,
     pub(crate) resolvers: Vec<Resolver<S>>,
 }

@@ -12,6 +12,7 @@ use isochrone_timing::{CycleRecord, FollowRecord};
 use crate::alarms::Alarm;
 use crate::attend::Serving;
 use crate::error::{NodePanicked, TaskPanicked};
+use crate::late_frames::FollowedFrames;
 use crate::layouts::Resolver;
 use crate::new_parts::NewParts;
 use crate::operating::{Lane, Returns, unix_ns};
@@ -234,6 +235,8 @@ impl<S: Service> Running<S> {
             if let Some(end) = ends.get_mut(index) {
                 *end = done.last.map(|last| Place::of(&last.record));
             }
+            let followed = task.followed.take();
+            alarms.extend(followed.and_then(|followed| followed.end(task.timing.late_frames())));
             tasks.push(outcome(task, grant, cpu_reason, done));
         }
         let recording = parts.operating.lock().recording.take();
@@ -242,10 +245,6 @@ impl<S: Service> Running<S> {
         alarms.extend(incomplete.map(|reason| Alarm::RecordingIncomplete { reason }));
         let mut operating = parts.operating.lock();
         let forces = operating.operator.forces().cloned().collect();
-        alarms.extend(tasks.iter().filter_map(|task| {
-            let lane = operating.lanes.iter().find(|lane| lane.name == task.name)?;
-            task.late_frames(lane.followed_service.as_deref()?, &lane.schedule)
-        }));
         let journal = operating.take_journal();
         drop(operating);
         if let Some(reason) = journal.and_then(|journal| journal.end(unix_ns())) {
@@ -271,6 +270,7 @@ impl<S: Service> Running<S> {
         for (index, task) in self.parts.tasks.iter_mut().enumerate() {
             while let Some(cycle) = task.records.pop() {
                 cycle.add_to(&mut task.timing);
+                task.followed.iter_mut().for_each(|followed| followed.note(&cycle));
                 operating.note_cycle(index, &cycle.record);
                 self.news.records.push((index, cycle.record));
                 self.news.follows.push(cycle.follow);
@@ -325,9 +325,13 @@ impl<S: Service> Running<S> {
         for (index, task) in tasks.iter_mut().enumerate() {
             task.log.write();
             let happened = task.log.happened();
-            if !happened.is_empty() {
-                let lanes = &mut operating.lock().lanes;
-                lanes.get_mut(index).into_iter().for_each(|lane| lane.faults.note(&happened));
+            let changes = task.followed.as_mut().map(FollowedFrames::judge).unwrap_or_default();
+            if happened.is_empty() && changes.is_empty() {
+                continue;
+            }
+            if let Some(lane) = operating.lock().lanes.get_mut(index) {
+                lane.faults.note(&happened);
+                lane.change_states(changes);
             }
         }
         let Some(participant) = participant.as_deref() else { return };
@@ -341,8 +345,7 @@ impl<S: Service> Running<S> {
                 }
                 if let Some(lane) = operating.lock().lanes.get_mut(index) {
                     lane.faults.explain(reasons.unwrap_or_default());
-                    let cycle = lane.last.map_or(0, |last| last.cycle);
-                    lane.faults.change_states(changes, cycle);
+                    lane.change_states(changes);
                 }
             }
         }

@@ -15,7 +15,7 @@ use isochrone_timing::{CycleRecord, FollowRecord, warm_up_cycles};
 
 use crate::bindings::Desk;
 use crate::events::Events;
-use crate::inputs::{InputPorts, TaskInputs};
+use crate::inputs::{InputPort, InputPorts, TaskInputs};
 use crate::orders::Applier;
 use crate::outcome::{Allocations, Costs, InputOutcome, Link};
 use crate::outputs::{Frame, Output, OutputPorts};
@@ -210,13 +210,16 @@ impl<S: Service> Ports<S> {
     /// How a cycle that follows its data went, once its frames are sent.
     fn follow_record(&self, release: &Release) -> Option<FollowRecord> {
         let follow = release.follow?;
-        let taken_ns = self.inputs.followed_ns().filter(|_| follow.begun != Begun::TimedOut);
+        let source = self.inputs.followed();
+        let taken_ns = source.and_then(|source| source.published_ns);
+        let taken_ns = taken_ns.filter(|_| follow.begun != Begun::TimedOut);
         let sent_ns = self.outputs.published_ns();
         Some(FollowRecord {
             ready_ns: follow.ready_ns,
             followed: follow.counts.followed,
             found_ready: follow.counts.found_ready,
             timed_out: follow.counts.timed_out,
+            sent: source.map_or(0, InputPort::sent),
             frame_ns: taken_ns,
             latency_ns: taken_ns.zip(sent_ns).map(|(taken, sent)| sent.saturating_sub(taken)),
         })

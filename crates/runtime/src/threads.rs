@@ -13,6 +13,7 @@ use isochrone_timing::TaskTiming;
 use crate::error::{PrepareError, TaskPanicked};
 use crate::faults::Faults;
 use crate::inputs::TaskInputs;
+use crate::late_frames::FollowedFrames;
 use crate::operating::Lane;
 use crate::panics;
 use crate::parts::{Parts, Task};
@@ -103,6 +104,10 @@ impl Threads {
             banks: task.banks.iter().map(BankPlan::any_block).collect(),
             timing,
             records: receiver,
+            followed: task
+                .followed_service
+                .clone()
+                .map(|service| FollowedFrames::new(task.name.clone(), service, schedule)),
             log,
             resolvers: Vec::new(),
         });

@@ -17,6 +17,8 @@ pub struct FollowRecord {
     pub found_ready: u64,
     /// Cycles that began without new data, because the time was up, including this one.
     pub timed_out: u64,
+    /// Frames since the loop started that were received of what it follows, or lost, until this cycle.
+    pub sent: u64,
     /// Publish time of the frame that the cycle began with, in ns; `None` if there is no such frame, or its
     /// stamp is of another clock.
     pub frame_ns: Option<u64>,
@@ -36,15 +38,70 @@ pub struct LateFrames {
     pub age_ns: u64,
 }
 
+/// Tells of a stretch of cycles when the frames came that they were to begin with.
+#[derive(Debug, Clone, Default)]
+pub struct Arrivals {
+    /// Cycles with a frame whose publish time is known.
+    frames: u64,
+    /// How long after the release before their own those frames came that lay there at a release.
+    came: Distribution,
+    first: Option<Passed>,
+    last: Passed,
+}
+
+/// How far the cycles and their source were.
+#[derive(Debug, Clone, Copy, Default)]
+struct Passed {
+    release: u64,
+    sent: u64,
+}
+
+impl Arrivals {
+    /// Adds the next cycle of a task with this period, in ns.
+    pub fn record(&mut self, record: &CycleRecord, follow: &FollowRecord, period_ns: u64) {
+        self.last = Passed { release: record.cycle, sent: follow.sent };
+        self.first.get_or_insert(self.last);
+        let Some(frame_ns) = follow.frame_ns else { return };
+        self.frames += 1;
+        if let Some(age_ns) = record.release_ns.checked_sub(frame_ns).filter(|age| *age > 0) {
+            self.came.record(period_ns.saturating_sub(age_ns));
+        }
+    }
+
+    /// Begins anew.
+    pub fn clear(&mut self) {
+        self.came.clear();
+        (self.frames, self.first) = (0, None);
+    }
+
+    /// That nine of ten frames lay there at the release, and were then a quarter of the period, in ns, old or more
+    /// at the median: without `follow` they would hardly wait longer. Of a faster source the newest frame lies
+    /// there at any release, and is not late.
+    pub fn late_frames(&self, period_ns: u64) -> Option<LateFrames> {
+        let ready = self.came.count();
+        let are_late = self.frames >= FEWEST_FRAMES && ready >= self.frames - self.frames / 10;
+        if !are_late || self.is_faster() {
+            return None;
+        }
+        let (median_ns, p99_ns) = (self.came.quantile(0.5), self.came.quantile(0.99));
+        let age_ns = period_ns.saturating_sub(median_ns);
+        (age_ns >= period_ns / 4).then_some(LateFrames { median_ns, p99_ns, age_ns })
+    }
+
+    /// Whether the source sends three frames or more in two periods.
+    fn is_faster(&self) -> bool {
+        let first = self.first.unwrap_or_default();
+        let releases = self.last.release.saturating_sub(first.release);
+        self.last.sent.saturating_sub(first.sent) > releases.saturating_add(releases / 2)
+    }
+}
+
 /// Collects how long cycles waited for their data, and how soon they answered it.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct FollowTiming {
     pub(crate) wait: Distribution,
     pub(crate) latency: Distribution,
-    /// How long after the release before their own those frames came that lay there at a release.
-    pub(crate) came: Distribution,
-    /// Cycles with a frame whose publish time is known.
-    pub(crate) frames: u64,
+    pub(crate) arrivals: Arrivals,
     pub(crate) followed: u64,
     pub(crate) found_ready: u64,
     pub(crate) timed_out: u64,
@@ -61,25 +118,9 @@ impl FollowTiming {
     /// A cycle behind the warm-up.
     pub(crate) fn record(&mut self, record: &CycleRecord, follow: &FollowRecord, period_ns: u64) {
         self.wait.record(record.start_ns.saturating_sub(record.release_ns));
-        if let Some(frame_ns) = follow.frame_ns {
-            self.frames += 1;
-            if let Some(age_ns) = record.release_ns.checked_sub(frame_ns).filter(|age| *age > 0) {
-                self.came.record(period_ns.saturating_sub(age_ns));
-            }
-        }
+        self.arrivals.record(record, follow, period_ns);
         if let Some(latency_ns) = follow.latency_ns {
             self.latency.record(latency_ns);
         }
-    }
-    /// Nine of ten frames lay there at the release, and were then a quarter of a period old or more at the
-    /// median: without `follow` they would hardly wait longer.
-    pub(crate) fn late_frames(&self, period_ns: u64) -> Option<LateFrames> {
-        let ready = self.came.count();
-        if self.frames < FEWEST_FRAMES || ready < self.frames - self.frames / 10 {
-            return None;
-        }
-        let (median_ns, p99_ns) = (self.came.quantile(0.5), self.came.quantile(0.99));
-        let age_ns = period_ns.saturating_sub(median_ns);
-        (age_ns >= period_ns / 4).then_some(LateFrames { median_ns, p99_ns, age_ns })
     }
 }

@@ -175,7 +175,7 @@ impl TaskTiming {
     /// Of a task that follows its data: that its frames come after its cycles gave up, at least nine of ten of
     /// them, and lay there for a quarter of the period or longer at the next release.
     pub fn late_frames(&self) -> Option<LateFrames> {
-        self.follow.as_ref()?.late_frames(self.period_ns)
+        self.follow.as_ref()?.arrivals.late_frames(self.period_ns)
     }
 
     /// The report of the task under this name. The caller fills in what the records do not contain:
@@ -256,6 +256,7 @@ mod tests {
                 followed: cycle.min(1),
                 found_ready: 1,
                 timed_out: cycle / 2,
+                sent: cycle,
                 frame_ns: latency_ns.map(|_| record.start_ns),
                 latency_ns,
             };
@@ -277,11 +278,20 @@ mod tests {
 
     /// Of a task whose frames came so long before each release; `None`: its cycle had none.
     fn late_frames(ages_ns: impl IntoIterator<Item = Option<i64>>) -> Option<LateFrames> {
+        late_frames_of(|cycle| cycle, ages_ns)
+    }
+
+    /// The same, where so many frames were sent until a cycle.
+    fn late_frames_of(
+        sent: impl Fn(u64) -> u64,
+        ages_ns: impl IntoIterator<Item = Option<i64>>,
+    ) -> Option<LateFrames> {
         let mut timing = TaskTiming::new(PERIOD_NS).with_warm_up(0).following();
         for (age_ns, cycle) in ages_ns.into_iter().zip(0..) {
             let record = record(cycle, 0);
             let frame_ns = age_ns.map(|age_ns| record.release_ns.wrapping_add_signed(-age_ns));
-            timing.record_following(&record, &FollowRecord { frame_ns, ..Default::default() });
+            let follow = FollowRecord { frame_ns, sent: sent(cycle), ..Default::default() };
+            timing.record_following(&record, &follow);
         }
         timing.late_frames()
     }
@@ -309,6 +319,9 @@ mod tests {
         assert_eq!(late_frames(drifts), None, "the source drifts through the grid");
         assert_eq!(late_frames([None; 100]), None, "none came");
         assert_eq!(late_frames(ages(400_000).take(5)), None, "too few to judge");
+        let sent_hz = |hz: u64| late_frames_of(move |cycle| 7 + cycle * hz / 1000, ages(400_000));
+        assert!(sent_hz(1_500).is_some());
+        assert_eq!(sent_hz(2_000), None, "the newest frame of a faster source is not late");
     }
 
     #[test]

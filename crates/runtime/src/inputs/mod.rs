@@ -9,7 +9,7 @@ use isochrone_cyclic::{Clock, Look, Monotonic, Release, thread_allocations};
 use isochrone_engine::{GivenSample, TaskEngine};
 use isochrone_ipc::{Depth, Flags, ForRealTime, OpenError, RealTime, Service};
 use isochrone_timing::Direction;
-use port::InputPort;
+pub(crate) use port::InputPort;
 pub(crate) use sources::{Followed, TaskInputs};
 use sources::{ServiceInputs, channels_of};
 
@@ -90,11 +90,10 @@ impl<S: Service> InputPorts<S> {
         has_come
     }
 
-    /// When the newest frame of the service that the task follows was published, in ns; `None` if its
-    /// stamp cannot be believed, or there are no frames.
-    pub(crate) fn followed_ns(&self) -> Option<u64> {
+    /// The port of the service that the task follows, if it follows frames.
+    pub(crate) fn followed(&self) -> Option<&InputPort<S>> {
         let Followed::Port(port) = self.followed else { return None };
-        self.ports.get(port)?.published_ns
+        self.ports.get(port)
     }
 
     /// Reads the newest frame of every service into the image, and what the inputs are worth.

@@ -14,7 +14,7 @@ use crate::freshness::Sample;
 const OLD_SOURCE_NS: u64 = 10_000_000_000;
 
 /// One service, and the inputs that are channels of its frame.
-pub(super) struct InputPort<S: Service> {
+pub(crate) struct InputPort<S: Service> {
     pub(super) service: String,
     pub(super) subscriber: FrameSubscriber<S>,
     pub(super) resolved: Resolved,
@@ -27,10 +27,16 @@ pub(super) struct InputPort<S: Service> {
     /// Of iceoryx2, in the cycle: it connects a publisher that joined just before.
     pub(super) allocations: u64,
     /// When the newest frame was published, in ns, if its stamp can be believed.
-    pub(super) published_ns: Option<u64>,
+    pub(crate) published_ns: Option<u64>,
 }
 
 impl<S: Service> InputPort<S> {
+    /// Frames that were received, or lost.
+    pub(crate) fn sent(&self) -> u64 {
+        let counters = self.subscriber.counters();
+        counters.received.saturating_add(counters.lost)
+    }
+
     /// Takes over the newest frame, if there is one; returns how many samples were rejected.
     pub(super) fn read(&mut self, now_ns: u64) -> u64 {
         if let Some(period_ns) = self.resolved.update() {

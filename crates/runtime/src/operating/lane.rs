@@ -9,6 +9,7 @@ use isochrone_timing::CycleRecord;
 
 use crate::control::{Followed, Placement};
 use crate::faults::Faults;
+use crate::lasting::StateChange;
 use crate::orders;
 use crate::responses::Responses;
 use crate::traces::Traced;
@@ -40,6 +41,12 @@ pub(crate) struct Lane {
 }
 
 impl Lane {
+    /// Takes note of what came to be wrong with services, and of what is over, as of its last cycle.
+    pub(crate) fn change_states(&mut self, changes: Vec<StateChange>) {
+        let cycle = self.last.map_or(0, |last| last.cycle);
+        self.faults.change_states(changes, cycle);
+    }
+
     /// The first cycle that has not begun.
     pub(super) fn next_cycle(&self, epoch_ns: u64, now_ns: u64) -> u64 {
         let since = now_ns.checked_sub(self.first_ns(epoch_ns));
