@@ -20,12 +20,12 @@ use isochrone_ipc::{Participant, ipc};
 use self::asking::{Asking, join};
 use self::changes::Changes;
 pub(crate) use self::changes::{Outcome, change};
-#[cfg(test)]
-pub(crate) use self::news::Sample;
 pub(crate) use self::news::{Absence, Done, News, Order, Read, Wish};
+#[cfg(test)]
+pub(crate) use self::news::{FollowSample, Sample};
 pub(crate) use self::readings::{Marks, Readings};
 pub(crate) use self::target::Target;
-pub(crate) use self::timing::{Timings, Window, Windows};
+pub(crate) use self::timing::{FollowWindow, Timings, Window, Windows};
 use crate::failure::Failure;
 use crate::operate::NodeArgs;
 

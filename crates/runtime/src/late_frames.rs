@@ -105,10 +105,10 @@ fn remedy(schedule: &Schedule, late: LateFrames) -> String {
     if late.median_ns > within_ns.saturating_add(period_ns / 10) {
         return catch;
     }
-    // That is when a source comes to run which the task keeps from its CPU.
+    // They come as soon as the task gives up, as those of a source do that runs only then.
     format!(
-        "{catch}; if they come as soon as the task gives up because their source has no priority, give it one \
-         (priority, or chrt -f 85 for a publisher)"
+        "{catch}; or, if the task keeps their source from running, give that a higher priority (chrt -f 85 for a \
+         publisher) or another CPU"
     )
 }
 

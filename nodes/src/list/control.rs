@@ -113,8 +113,7 @@ fn tasks_text(tasks: &[TaskDescription]) -> String {
             &placed(task),
             &format!("cycle {}", task.last_cycle.unwrap_or(task.cycle)),
             &format!("{} missed", task.missed),
-            &task.stands_ns.map_or_else(String::new, stands),
-            &if task.forces > 0 { format!("{} forced", task.forces) } else { String::new() },
+            &remarks(task),
         ]);
     }
     let mut text = table.draw(4);
@@ -135,9 +134,12 @@ fn tasks_text(tasks: &[TaskDescription]) -> String {
     text
 }
 
-/// That a task does not run, and for how long.
-fn stands(stands_ns: u64) -> String {
-    format!("stands for {:.1} s", stands_ns as f64 / 1e9)
+/// That a task does not run, and for how long; how many of its signals are forced, and its alarms.
+fn remarks(task: &TaskDescription) -> String {
+    let stands = task.stands_ns.map(|ns| format!("stands for {:.1} s", ns as f64 / 1e9));
+    let forced = (task.forces > 0).then(|| format!("{} forced", task.forces));
+    let alarms = (task.alarms > 0).then(|| counted(task.alarms, "alarm"));
+    [stands, forced, alarms].into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
 /// How a task is scheduled, and how it waits: `fifo:80 hybrid`.
@@ -269,6 +271,8 @@ mod tests {
         );
         assert!(text.contains("    fast follows plant/level within 400 us\n"), "{text}");
         assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
+        task.alarms = 2;
+        assert!(shown(&task).contains("  0 missed  2 alarms\n"), "{}", shown(&task));
         task.placement.as_mut().unwrap().cpu = None;
         assert!(shown(&task).contains("  any CPU, phase 355 us  "), "{}", shown(&task));
     }

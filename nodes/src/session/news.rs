@@ -60,6 +60,22 @@ pub(crate) struct Sample {
     pub(crate) at_ns: u64,
     pub(crate) release_jitter_ns: u64,
     pub(crate) execution_ns: u64,
+    /// Of a task that follows its data.
+    pub(crate) follow: Option<FollowSample>,
+}
+
+/// How a cycle of a task that follows its data began, and how the cycles until then did.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct FollowSample {
+    /// Cycles whose frame came while the task watched for it.
+    pub(crate) followed: u64,
+    /// Cycles whose frame lay there at the release.
+    pub(crate) found_ready: u64,
+    /// Cycles that began without one.
+    pub(crate) timed_out: u64,
+    pub(crate) wait_ns: u64,
+    /// `None`: the cycle began without a frame.
+    pub(crate) latency_ns: Option<u64>,
 }
 
 /// An order that the node carried out.

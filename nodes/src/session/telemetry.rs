@@ -7,7 +7,7 @@ use isochrone_ipc::{
     Depth, FrameLayout, FrameSubscriber, LayoutWatcher, OpenError, Participant, ipc,
 };
 
-use super::news::Sample;
+use super::news::{FollowSample, Sample};
 
 type Service = ipc::Service;
 
@@ -26,6 +26,17 @@ struct TaskChannels {
     cycle: usize,
     release_jitter_ns: usize,
     execution_ns: usize,
+    /// Of a task that follows its data.
+    follow: Option<FollowChannels>,
+}
+
+#[derive(Debug, PartialEq)]
+struct FollowChannels {
+    followed: usize,
+    found_ready: usize,
+    timed_out: usize,
+    wait_ns: usize,
+    latency_ns: usize,
 }
 
 impl Telemetry {
@@ -75,6 +86,15 @@ impl TaskChannels {
             at_ns,
             release_jitter_ns: value(self.release_jitter_ns)?,
             execution_ns: value(self.execution_ns)?,
+            follow: self.follow.as_ref().and_then(|follow| {
+                Some(FollowSample {
+                    followed: value(follow.followed)?,
+                    found_ready: value(follow.found_ready)?,
+                    timed_out: value(follow.timed_out)?,
+                    wait_ns: value(follow.wait_ns)?,
+                    latency_ns: value(follow.latency_ns),
+                })
+            }),
         })
     }
 }
@@ -87,11 +107,21 @@ fn channels(layout: &FrameLayout) -> Vec<TaskChannels> {
     let tasks = layout.signals.iter().filter_map(|signal| {
         let task = signal.name.strip_prefix("task.")?.strip_suffix(".cycle")?;
         let place = |what: &str| places.get(format!("task.{task}.{what}").as_str()).copied();
+        let follow = || {
+            Some(FollowChannels {
+                followed: place("followed")?,
+                found_ready: place("found_ready")?,
+                timed_out: place("timed_out")?,
+                wait_ns: place("follow_wait_ns")?,
+                latency_ns: place("follow_latency_ns")?,
+            })
+        };
         Some(TaskChannels {
             task: task.to_owned(),
             cycle: place("cycle")?,
             release_jitter_ns: place("release_jitter_ns")?,
             execution_ns: place("execution_ns")?,
+            follow: follow(),
         })
     });
     tasks.collect()
@@ -114,17 +144,37 @@ mod tests {
             "task.slow.release_jitter_ns",
             "task.slow.execution_ns",
             "task.cycle",
+            "task.late.cycle",
+            "task.late.release_jitter_ns",
+            "task.late.execution_ns",
+            "task.late.follow_wait_ns",
+            "task.late.followed",
+            "task.late.found_ready",
+            "task.late.timed_out",
+            "task.late.follow_latency_ns",
         ];
         let signals = names.map(|name| SignalSpec::new(name, "LREAL")).to_vec();
         let layout = FrameLayout { signals, period_ns: None };
         let nan = f64::NAN;
-        let values = [7.0, 1500.0, 250.0, 1.0, nan, nan, nan, 3.0];
+        let values = [
+            7.0, 1500.0, 250.0, 1.0, nan, nan, nan, 3.0, 8.0, 20.0, 300.0, 90.0, 4.0, 3.0, 2.0, nan,
+        ];
         let channels = channels(&layout);
         let samples: Vec<_> = channels.iter().filter_map(|it| it.sample(&values, 9)).collect();
-        let task = "fast".to_owned();
+        let sample = |task: &str, cycle, release_jitter_ns, execution_ns, follow| {
+            let task = task.to_owned();
+            Sample { task, cycle, at_ns: 9, release_jitter_ns, execution_ns, follow }
+        };
+        let follow = FollowSample {
+            followed: 4,
+            found_ready: 3,
+            timed_out: 2,
+            wait_ns: 90,
+            latency_ns: None,
+        };
         let expected =
-            Sample { task, cycle: 7, at_ns: 9, release_jitter_ns: 1500, execution_ns: 250 };
-        assert_eq!(samples, [expected]);
+            [sample("fast", 7, 1500, 250, None), sample("late", 8, 20, 300, Some(follow))];
+        assert_eq!(samples, expected);
         assert!(channels.iter().all(|it| it.sample(&[], 9).is_none()), "a shorter frame");
     }
 }

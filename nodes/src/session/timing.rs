@@ -4,7 +4,7 @@ use std::collections::{HashMap, VecDeque};
 
 use isochrone_timing::{Distribution, Summary};
 
-use super::news::Sample;
+use super::news::{FollowSample, Sample};
 
 const SECOND_NS: u64 = 1_000_000_000;
 const MINUTE_NS: u64 = 60 * SECOND_NS;
@@ -63,6 +63,20 @@ pub(crate) struct Window {
     pub(crate) jitter: Summary,
     /// Mean execution time of those that were shown, ns; `None` where none was.
     pub(crate) execution_ns: Option<f64>,
+    /// Of a task that follows its data.
+    pub(crate) follow: Option<FollowWindow>,
+}
+
+/// How the cycles of a task that follows its data began.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub(crate) struct FollowWindow {
+    /// Of all cycles behind the first one that was shown.
+    pub(crate) followed: u64,
+    pub(crate) found_ready: u64,
+    pub(crate) timed_out: u64,
+    /// Median of those that were shown, ns.
+    pub(crate) wait_ns: Option<u64>,
+    pub(crate) latency_ns: Option<u64>,
 }
 
 /// Both times.
@@ -105,20 +119,40 @@ impl TaskSamples {
             (Some(first), Some(last)) => last.cycle - first.cycle + 1,
             _ => 0,
         };
-        scratch.clear();
-        let mut execution_ns = 0;
-        for sample in samples {
-            scratch.record(sample.release_jitter_ns);
-            execution_ns += sample.execution_ns;
-        }
-        let shown = scratch.count();
+        let shown = samples.len() as u64;
+        let execution_ns: u64 = samples.clone().map(|sample| sample.execution_ns).sum();
+        let jitter = summary(scratch, samples.clone().map(|sample| sample.release_jitter_ns));
+        let follows = samples.filter_map(|sample| sample.follow);
         Window {
             shown,
             cycles,
-            jitter: scratch.summary(),
+            jitter,
             execution_ns: (shown > 0).then(|| execution_ns as f64 / shown as f64),
+            follow: FollowWindow::of(follows, scratch),
         }
     }
+}
+
+impl FollowWindow {
+    fn of(
+        follows: impl DoubleEndedIterator<Item = FollowSample> + Clone,
+        scratch: &mut Distribution,
+    ) -> Option<Self> {
+        let (first, last) = (follows.clone().next()?, follows.clone().next_back()?);
+        Some(Self {
+            followed: last.followed.saturating_sub(first.followed),
+            found_ready: last.found_ready.saturating_sub(first.found_ready),
+            timed_out: last.timed_out.saturating_sub(first.timed_out),
+            wait_ns: summary(scratch, follows.clone().map(|follow| follow.wait_ns)).p50,
+            latency_ns: summary(scratch, follows.filter_map(|follow| follow.latency_ns)).p50,
+        })
+    }
+}
+
+fn summary(scratch: &mut Distribution, values: impl Iterator<Item = u64>) -> Summary {
+    scratch.clear();
+    values.for_each(|value| scratch.record(value));
+    scratch.summary()
 }
 
 #[cfg(test)]
@@ -126,7 +160,8 @@ mod tests {
     use super::*;
 
     fn sample(cycle: u64, at_ns: u64, release_jitter_ns: u64) -> Sample {
-        Sample { task: "t".into(), cycle, at_ns, release_jitter_ns, execution_ns: 500 }
+        let (task, follow) = ("t".into(), None);
+        Sample { task, cycle, at_ns, release_jitter_ns, execution_ns: 500, follow }
     }
 
     /// One of twenty cycles of 1 ms is shown, for ninety seconds; its jitter is its number.
@@ -158,6 +193,36 @@ mod tests {
         let windows = ninety_seconds().windows(90 * SECOND_NS, &mut Distribution::new());
         assert!(windows.second.jitter.p50.is_some() && windows.second.jitter.p99.is_none());
         assert!(windows.minute.jitter.p99.is_some());
+    }
+
+    #[test]
+    fn a_window_tells_how_its_cycles_began_and_how_long_those_that_were_shown_waited() {
+        let mut samples = TaskSamples::default();
+        for number in 0..200 {
+            let follow = FollowSample {
+                followed: number * 17,
+                found_ready: 5 + number * 2,
+                timed_out: number,
+                wait_ns: 100 + number,
+                latency_ns: (number % 2 == 0).then_some(2_000),
+            };
+            let sample = sample(number * 20, number * 20_000_000, 1);
+            samples.take(Sample { follow: Some(follow), ..sample });
+        }
+        let windows = samples.windows(4 * SECOND_NS, &mut Distribution::new());
+        let expected = FollowWindow {
+            followed: 49 * 17,
+            found_ready: 49 * 2,
+            timed_out: 49,
+            wait_ns: Some(274),
+            latency_ns: Some(2_000),
+        };
+        assert_eq!(windows.second.follow, Some(expected));
+        assert_eq!(windows.minute.follow.unwrap().followed, 199 * 17);
+        assert_eq!(
+            ninety_seconds().windows(90 * SECOND_NS, &mut Distribution::new()).second.follow,
+            None
+        );
     }
 
     #[test]

@@ -79,6 +79,7 @@ pub(super) fn node(started_unix_ns: u64) -> DescribeResult {
         placement: None,
         parameters: 7,
         forces: 1,
+        alarms: 0,
     };
     DescribeResult {
         node: "tank".into(),
@@ -102,6 +103,7 @@ pub(super) fn a_minute_of_samples(now_ns: u64) -> Vec<Sample> {
         at_ns: now_ns - 60_000_000_000 + number * 20_000_000,
         release_jitter_ns: 1_000 + number,
         execution_ns: 250_000,
+        follow: None,
     };
     (0..3000).map(sample).collect()
 }

@@ -41,6 +41,7 @@ impl Attendant {
                 overruns: lane.last.map_or(0, |last| last.overruns),
                 parameters: operating.operator.parameters(index) as u64,
                 forces: forces.count() as u64,
+                alarms: lane.faults.total() as u64,
                 placement: operating.placement(index),
             })
         };

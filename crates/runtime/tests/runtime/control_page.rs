@@ -47,6 +47,7 @@ fn described() -> DescribeResult {
         overruns: 0,
         parameters: 0,
         forces: 0,
+        alarms: 0,
         placement: Some(placement),
     };
     DescribeResult {

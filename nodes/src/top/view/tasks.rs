@@ -1,6 +1,6 @@
 //! Tasks and the timing of their cycles.
 
-use isochrone_runtime::control::TaskDescription;
+use isochrone_runtime::control::{Followed, TaskDescription};
 use isochrone_timing::Summary;
 use isochrone_timing::units::{duration, period, three_digits};
 use ratatui::Frame;
@@ -10,7 +10,7 @@ use ratatui::widgets::{Cell, Row};
 
 use super::lists::{right, table};
 use super::text::{NONE, plain};
-use crate::session::Window;
+use crate::session::{FollowWindow, Window};
 use crate::top::model::Model;
 use crate::top::palette::Palette;
 
@@ -19,9 +19,16 @@ const NAME_WIDTH: u16 = 13;
 const SHOWN_WIDTH: u16 = 12;
 /// Of a time with three digits and its unit.
 const TIME_WIDTH: u16 = 8;
+/// Of a count of cycles that began in one way.
+const COUNT_WIDTH: u16 = 9;
+/// Of a median with its heading.
+const MEDIAN_WIDTH: u16 = 11;
 /// The page's lines besides those of tasks: two headings, two blank ones, one above the columns of
 /// the jitter, and two of explanation.
 const OTHER_LINES: u16 = 7;
+
+/// Lines above the tasks that follow: a blank one and two headings.
+const FOLLOW_LINES: u16 = 3;
 
 /// What the timing is of, and what it is not.
 const EXPLANATION: [&str; 2] = [
@@ -29,9 +36,25 @@ const EXPLANATION: [&str; 2] = [
     "each task, and nothing of those between. \"-\": too few cycles, or none so far.",
 ];
 
-/// Lines of tasks on their page, which has each task twice.
-pub(super) fn rows(body: Rect) -> usize {
-    usize::from(body.height.saturating_sub(OTHER_LINES) / 2).max(1)
+/// Lines of tasks on their page, which has each task twice, and those that follow three times.
+pub(super) fn rows(body: Rect, model: &Model) -> usize {
+    let (other, times) = if shows_following(body, model) {
+        (OTHER_LINES + FOLLOW_LINES, 3)
+    } else {
+        (OTHER_LINES, 2)
+    };
+    usize::from(body.height.saturating_sub(other) / times).max(1)
+}
+
+/// Whether a task follows a service, and there is room to say more of it than of others.
+fn shows_following(body: Rect, model: &Model) -> bool {
+    let tasks = model.node.as_ref().map_or(&[][..], |node| &node.tasks);
+    following(tasks).next().is_some() && body.height >= OTHER_LINES + FOLLOW_LINES + 3
+}
+
+/// The tasks that follow a service, and what they follow.
+fn following(tasks: &[TaskDescription]) -> impl Iterator<Item = (&TaskDescription, &Followed)> {
+    tasks.iter().filter_map(|task| Some((task, task.placement.as_ref()?.follow.as_ref()?)))
 }
 
 /// Height of the tasks below the signals.
@@ -42,16 +65,22 @@ pub(super) fn height_below(model: &Model, height: u16) -> u16 {
 }
 
 pub(super) fn draw(frame: &mut Frame<'_>, body: Rect, model: &Model, palette: Palette) {
-    let shown = shown(model).len();
-    let shown = u16::try_from(shown).unwrap_or(u16::MAX);
+    let lines = |count: usize| u16::try_from(count).unwrap_or(u16::MAX);
+    let (all, following) = (lines(shown(model).len()), lines(following(shown(model)).count()));
+    let shows_following = following > 0 && shows_following(body, model);
+    let follow_lines = if shows_following { following + FOLLOW_LINES } else { 0 };
     let areas = Layout::vertical([
-        Constraint::Length(shown + 2),
-        Constraint::Length(shown + 3),
+        Constraint::Length(all + 2),
+        Constraint::Length(all + 3),
+        Constraint::Length(follow_lines),
         Constraint::Length(2),
     ]);
-    let [counts, jitter, explanation] = areas.areas(body);
+    let [counts, jitter, follow, explanation] = areas.areas(body);
     draw_counts(frame, counts, model, palette);
     draw_jitter(frame, jitter, model, palette);
+    if shows_following {
+        draw_follow(frame, follow, model, palette);
+    }
     frame
         .render_widget(ratatui::text::Text::from(EXPLANATION.map(Line::raw).to_vec()), explanation);
 }
@@ -133,6 +162,50 @@ pub(super) fn draw_jitter(frame: &mut Frame<'_>, area: Rect, model: &Model, pale
     let widths = [[NAME_WIDTH].as_slice(), &second, &minute, &[SHOWN_WIDTH]].concat();
     let widths: [u16; 8] = widths.try_into().unwrap_or_default();
     frame.render_widget(table(heading, rows, widths.map(Constraint::Length), palette), list);
+}
+
+/// How the cycles of tasks that follow a service began within the last second.
+fn draw_follow(frame: &mut Frame<'_>, area: Rect, model: &Model, palette: Palette) {
+    let [title, list] = Layout::vertical([Constraint::Length(1), Constraint::Min(0)]).areas(area);
+    let columns = usize::from(COUNT_WIDTH) * 3 + 2;
+    let times = usize::from(MEDIAN_WIDTH) * 2 + 1;
+    let (all, shown_ones) = ("1 s of all cycles", "1 s of shown cycles");
+    let text = format!(
+        "{:<width$} {all:^columns$} {shown_ones:^times$}",
+        "follow",
+        width = NAME_WIDTH.into()
+    );
+    frame.render_widget(Line::styled(text, palette.heading()), title);
+    let rows = following(shown(model)).map(|(task, followed)| {
+        let begun = model.windows(&task.name).second.follow;
+        let count = |count: fn(FollowWindow) -> u64| {
+            right(begun.map_or(NONE.into(), |begun| count(begun).to_string()))
+        };
+        let median = |ns: fn(FollowWindow) -> Option<u64>| {
+            right(begun.and_then(ns).map_or(NONE.into(), |ns| duration(ns as f64)))
+        };
+        Row::new([
+            Cell::from(plain(&task.name)),
+            count(|begun| begun.followed),
+            count(|begun| begun.found_ready),
+            count(|begun| begun.timed_out),
+            median(|begun| begun.wait_ns),
+            median(|begun| begun.latency_ns),
+            Cell::from(plain(&followed.service)),
+        ])
+    });
+    let heading = [
+        "task".into(),
+        right("followed"),
+        right("ready"),
+        right("timed out"),
+        right("wait p50"),
+        right("latency p50"),
+        "service".into(),
+    ];
+    let [name, count, median] = [NAME_WIDTH, COUNT_WIDTH, MEDIAN_WIDTH].map(Constraint::Length);
+    let widths = [name, count, count, count, median, median, Constraint::Min(0)];
+    frame.render_widget(table(heading, rows, widths, palette), list);
 }
 
 /// The part of its period that a task's cycles take.

@@ -8,7 +8,7 @@ use ratatui::crossterm::event::{KeyCode, KeyEvent, KeyModifiers};
 use ratatui::style::Color;
 
 use super::*;
-use crate::session::{Absence, Done, News, Order, Read};
+use crate::session::{Absence, Done, FollowSample, News, Order, Read, Sample};
 use crate::top::fixtures::{a_minute_of_samples, alarm, entry, force, node, read, signal};
 use crate::top::input::action;
 
@@ -143,6 +143,43 @@ fn tasks_show_their_counts_and_the_jitter_of_the_cycles_that_telemetry_shows() {
     assert_eq!(jitter[1..], ["-"; 7], "{lines:#?}");
     assert!(lines.iter().any(|line| line.contains("1 min of shown cycles")), "{lines:#?}");
     assert!(lines.iter().any(|line| line.contains("telemetry shows at most 50 a second")));
+}
+
+#[test]
+fn how_the_cycles_of_a_task_that_follows_its_data_begin_stands_below() {
+    let mut model = plant();
+    let mut node = node(1);
+    let placement = serde_json::json!({
+        "cpu": 1, "scheduler": "fifo:80", "wake": "hybrid", "first_release_ns": 0, "longest_watch_ns": 0,
+        "response_ns": null, "follow": { "service": "plant/level", "within_ns": 300_000 }, "sends": [],
+    });
+    node.tasks[0].placement = serde_json::from_value(placement).unwrap();
+    model.take(News::Described(node));
+    let follow = |number: u64| FollowSample {
+        followed: number * 19,
+        found_ready: 7,
+        timed_out: number,
+        wait_ns: 151_000,
+        latency_ns: Some(2_130),
+    };
+    let now_ns = 2 * NOW_NS;
+    let samples = (0..).zip(a_minute_of_samples(now_ns));
+    let samples = samples.map(|(number, it)| Sample { follow: Some(follow(number)), ..it });
+    model.take(News::Timing(samples.collect()));
+    model.tick(now_ns);
+    press(&mut model, "2");
+    let shown = lines(&mut model, (80, 24));
+    let row = shown.iter().rfind(|line| line.starts_with("fast ")).unwrap();
+    let row: Vec<_> = row.split_whitespace().collect();
+    assert_eq!(
+        row[1..],
+        ["931", "0", "49", "151", "us", "2.13", "us", "plant/level"],
+        "{shown:#?}"
+    );
+    assert!(shown.iter().any(|line| line.contains("timed out    wait p50")), "{shown:#?}");
+    let small = lines(&mut model, (80, 12));
+    assert!(!small.iter().any(|line| line.contains("timed out")), "{small:#?}");
+    assert!(small.iter().any(|line| line.contains("1 min of shown cycles")), "{small:#?}");
 }
 
 #[test]

@@ -69,6 +69,9 @@ pub struct TaskDescription {
     pub parameters: u64,
     /// How many of its signals are forced.
     pub forces: u64,
+    /// How many of its blocks report an error, of its inputs are not ok, and what is wrong with services.
+    #[serde(default)]
+    pub alarms: u64,
     /// When it needs which CPU; `None`: the node's version does not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub placement: Option<Placement>,
