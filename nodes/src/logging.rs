@@ -10,8 +10,8 @@ use crate::terminal;
 /// and whatever matters of it comes as an error.
 const ICEORYX2: &str = "iceoryx2_bb_loggers=off";
 
-/// What blocks and inputs report: that something is well again belongs to the warning before.
-const EVENTS: &str = "isochrone_runtime::events=info";
+/// What blocks, inputs and followed frames report: that something is well again belongs to the warning before.
+const EVENTS: [&str; 2] = ["isochrone_runtime::events=info", "isochrone_runtime::late_frames=info"];
 
 /// Sets logging up: warnings; with `-v` also what is set up, with `-vv` also services that are created
 /// and peers that come and go, with `-vvv` also iceoryx2's own messages. `RUST_LOG` overrides all of it.
@@ -27,11 +27,9 @@ pub(crate) fn set_up(verbosity: u8) {
     if is_ours_alone && let Ok(directive) = ICEORYX2.parse() {
         filter = filter.add_directive(directive);
     }
-    if is_ours_alone
-        && verbosity == 0
-        && let Ok(directive) = EVENTS.parse()
-    {
-        filter = filter.add_directive(directive);
+    if is_ours_alone && verbosity == 0 {
+        let directives = EVENTS.iter().filter_map(|events| events.parse().ok());
+        filter = directives.fold(filter, EnvFilter::add_directive);
     }
     // iceoryx2 asks its own level before it hands a message on.
     set_log_level(match filter.max_level_hint().unwrap_or(level) {

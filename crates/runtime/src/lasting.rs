@@ -26,7 +26,7 @@ pub(crate) struct StateChange {
     pub(crate) code: WarningCode,
     /// The service, or the input that it is about.
     pub(crate) name: String,
-    /// In words; `None`: it is over.
+    /// In words, with the way out; `None`: it is over.
     pub(crate) meaning: Option<String>,
 }
 
@@ -51,11 +51,11 @@ impl Lasting {
                 return false;
             }
             known.alarm = alarm.clone();
-            self.note(alarm, Some(alarm.to_string()));
+            self.note(alarm, Some(alarm.sentence()));
             return true;
         }
         self.held.push(Held { alarm: alarm.clone(), observed });
-        self.note(alarm, Some(alarm.to_string()));
+        self.note(alarm, Some(alarm.sentence()));
         true
     }
 

@@ -36,7 +36,7 @@ pub(super) fn signal_rows(body: Rect) -> usize {
 }
 
 /// Lines that the selected alarm takes in words.
-const ALARM_LINES: u16 = 3;
+const ALARM_LINES: u16 = 5;
 
 /// Lines of alarms: the heading and the selected one in words go off.
 pub(super) fn alarm_rows(body: Rect) -> usize {
@@ -181,13 +181,8 @@ pub(super) fn draw_alarms(frame: &mut Frame<'_>, body: Rect, model: &Model, pale
         Constraint::Length(6),
         Constraint::Fill(1),
     ];
-    let heading = [
-        "block or input".into(),
-        "status".into(),
-        "since (UTC)".into(),
-        right("times"),
-        "meaning".into(),
-    ];
+    let heading =
+        ["name".into(), "status".into(), "since (UTC)".into(), right("times"), "meaning".into()];
     frame.render_widget(table(heading, rows, widths, palette), list);
     if let Some(alarm) = model.alarms.get(model.alarm_cursor.selected()) {
         let text = wrapped(&in_words(alarm), selected.width.into());
