@@ -1,108 +1,18 @@
 //! Recordings as files on the command line: opened, and judged once they were read.
 
-use std::ffi::{OsStr, OsString};
-use std::fs::{self, File};
+mod unclosed;
+
+use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use isochrone_processes::Stop;
-use isochrone_recording::{Condition, Damage, Item, ReadError, Reader, WriteError, is_unclosed};
+use isochrone_recording::{Condition, Damage, ReadError, Reader};
 use isochrone_timing::units::counted;
-use jiff::Timestamp;
-use rustix::fs::{CWD, RenameFlags, renameat_with};
-use rustix::io::Errno;
 
+pub(crate) use self::unclosed::keep_unclosed;
 use crate::failure::Failure;
-use crate::result_file::ResultFile;
 use crate::terminal;
-
-/// How many recordings that were not closed are kept beside the one that takes their name.
-const MOST_KEPT: usize = 8;
-
-/// Keeps what a file holds under another name, if that is a recording that was not closed: it has what a program
-/// did before it was killed or crashed. To be called before anything is written. Where it cannot be kept, that is
-/// said, and it is replaced like any other file: no node shall stay down for its last recording.
-///
-/// # Errors
-/// It has another name now, and there is no new file.
-pub(crate) fn keep_unclosed(file: &mut ResultFile) -> Result<(), WriteError> {
-    let path = file.path().display().to_string();
-    match give_other_name(file.path()) {
-        Ok(None) => Ok(()),
-        Ok(Some(kept)) => {
-            let kept = kept.display();
-            terminal::note(&format!(
-                "note: the recording {path} was not closed (its recorder was killed, or could not write); kept as {kept}"
-            ));
-            file.renew().map_err(WriteError::Io)
-        }
-        Err(error) => {
-            terminal::note(&format!(
-                "warning: the recording {path} was not closed, and is replaced: it cannot be kept under another \
-                 name: {error}"
-            ));
-            Ok(())
-        }
-    }
-}
-
-/// The new name; `None` if the file holds no such recording.
-fn give_other_name(path: &Path) -> io::Result<Option<PathBuf>> {
-    // A pipe is not opened: that would wait for its other end.
-    if !fs::metadata(path).is_ok_and(|it| it.is_file()) {
-        return Ok(None);
-    }
-    let mut file = File::open(path)?;
-    if !is_unclosed(&mut file)? || is_empty(&mut file)? {
-        return Ok(None);
-    }
-    // Beside the file, and not beside a link to it.
-    let path = path.canonicalize()?;
-    let mut begin = path.file_stem().unwrap_or_default().to_owned();
-    begin.push("_");
-    let extension =
-        path.extension().map(|extension| [".".as_ref(), extension].into_iter().collect());
-    let end: OsString = extension.unwrap_or_default();
-    let is_kept = |name: OsString| {
-        let [name, begin, end] = [&name, &begin, &end].map(|it| it.as_encoded_bytes());
-        let time = name.strip_prefix(begin).and_then(|rest| rest.strip_suffix(end));
-        time.is_some_and(|time| time.len() >= 20 && time.get(8) == Some(&b'T'))
-    };
-    let beside = fs::read_dir(path.parent().unwrap_or(Path::new("/")))?;
-    if beside.filter(|it| it.as_ref().is_ok_and(|it| is_kept(it.file_name()))).count() >= MOST_KEPT
-    {
-        return Err(io::Error::other(format!(
-            "{MOST_KEPT} such are kept already; remove those that you do not need"
-        )));
-    }
-    let written = Timestamp::try_from(file.metadata()?.modified()?).map_err(io::Error::other)?;
-    let written = written.strftime("%Y%m%dT%H%M%S.%3fZ").to_string();
-    // Files may have the same time where a file system counts seconds, or a backup was restored.
-    let numbers = (2..).map(|number| format!("_{number}")).take(MOST_KEPT);
-    for number in std::iter::once(String::new()).chain(numbers) {
-        let mut name = begin.clone();
-        name.extend([OsStr::new(&written), number.as_ref(), &end]);
-        let kept = path.with_file_name(name);
-        match renameat_with(CWD, &path, CWD, &kept, RenameFlags::NOREPLACE) {
-            Err(Errno::EXIST) => {}
-            renamed => return Ok(renamed.map(|()| Some(kept))?),
-        }
-    }
-    Err(io::ErrorKind::AlreadyExists.into())
-}
-
-/// Whether nothing was recorded in a file. What is damaged may have been something.
-fn is_empty(file: &mut File) -> io::Result<bool> {
-    file.rewind()?;
-    let Ok(mut reader) = Reader::open(file) else { return Ok(false) };
-    loop {
-        match reader.next_item() {
-            Ok(Some(Item::Frame(_) | Item::Row(_))) | Err(_) => return Ok(false),
-            Ok(Some(_)) => {}
-            Ok(None) => return Ok(reader.condition().damaged == 0),
-        }
-    }
-}
 
 /// Opens a file.
 pub(crate) fn file(path: &Path) -> Result<File, Failure> {

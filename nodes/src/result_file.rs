@@ -72,6 +72,11 @@ impl ResultFile {
         &self.path
     }
 
+    /// Whether it is a file that has a name and a length, and no pipe or device.
+    pub(crate) fn is_watched(&self) -> bool {
+        self.is_watched
+    }
+
     /// Goes on with a new file, where the one before has another name now.
     pub(crate) fn renew(&mut self) -> io::Result<()> {
         *self = Self::create(&self.path)?;

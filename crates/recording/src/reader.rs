@@ -40,6 +40,13 @@ pub enum Item<'a> {
     Configuration(String),
 }
 
+impl Item<'_> {
+    /// Whether it has the values of a cycle: a frame, or a row.
+    pub const fn is_cycle(&self) -> bool {
+        matches!(self, Self::Frame(_) | Self::Row(_))
+    }
+}
+
 /// What a message is, by its channel.
 enum Channel {
     Frames {
@@ -154,6 +161,20 @@ impl<R: Read> Reader<R> {
             Understood::Whole(item) => Some(item),
             Understood::Nothing => None,
         })
+    }
+
+    /// Whether the values of a cycle are still to come: a frame, or a row. Passes over what stands before them,
+    /// and over the first of them.
+    ///
+    /// # Errors
+    /// As [`next_item`](Self::next_item).
+    pub fn has_cycle(&mut self) -> Result<bool, ReadError> {
+        while let Some(item) = self.next_item()? {
+            if item.is_cycle() {
+                return Ok(true);
+            }
+        }
+        Ok(false)
     }
 
     /// The node that the file is a recording of, as far as that was read; `None`: it is of services.

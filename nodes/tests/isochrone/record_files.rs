@@ -11,7 +11,7 @@ use std::thread;
 use std::time::UNIX_EPOCH;
 
 use crate::domain::{Domain, Process, wait_until};
-use isochrone_recording::{Item, Reader};
+use isochrone_recording::Reader;
 use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
 use serde_json::Value;
 
@@ -46,15 +46,9 @@ fn recording(domain: &Domain, arguments: &str, file: &str) -> Process {
     recorder.wait_for("Press Ctrl-C to end it.");
     wait_until("frames are in the file", || {
         let Ok(file) = File::open(domain.path(file)) else { return false };
-        let Ok(mut reader) = Reader::open(file) else { return false };
-        let mut items = std::iter::from_fn(|| reader.next_item().unwrap().map(|it| is_cycle(&it)));
-        items.any(|it| it)
+        Reader::open(file).is_ok_and(|mut reader| reader.has_cycle().unwrap())
     });
     recorder
-}
-
-fn is_cycle(item: &Item<'_>) -> bool {
-    matches!(item, Item::Frame(_) | Item::Row(_))
 }
 
 fn pipe(domain: &Domain, name: &str) -> PathBuf {
@@ -69,7 +63,7 @@ fn read(path: PathBuf) -> u64 {
     let mut reader = Reader::open(File::open(path).unwrap()).unwrap();
     let mut read = 0;
     while let Some(item) = reader.next_item().unwrap() {
-        read += u64::from(is_cycle(&item));
+        read += u64::from(item.is_cycle());
     }
     assert_eq!(reader.condition().damaged, 0);
     read
