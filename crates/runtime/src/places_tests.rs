@@ -115,6 +115,23 @@ fn a_task_is_kept_off_the_cpu_of_the_one_that_it_would_keep_from_sending() {
 }
 
 #[test]
+fn behind_its_source_a_task_of_lower_priority_runs_on_its_cpu_rather_than_beside_one_that_it_meets()
+{
+    let chain = [("a", 80, ""), ("b", 80, "a"), ("c", 70, "b")];
+    let (cpus, places) = placed_following(&chain, "0-1", &[]);
+    assert_eq!(cpus, [Some(1), Some(0), Some(0)]);
+    assert_eq!(
+        places.reason(2).as_deref(),
+        Some(
+            "CPU 1 has n.a, which needs it at the same time; no CPU is without a task; though n.b runs there too"
+        )
+    );
+    assert_eq!(placed_following(&chain, "0-2", &[]).0, [Some(2), Some(1), Some(0)], "each its own");
+    let star = [("a", 80, ""), ("b", 70, "a"), ("c", 70, "a")];
+    assert_eq!(placed_following(&star, "0-1", &[]).0, [Some(1), Some(0), Some(1)]);
+}
+
+#[test]
 fn a_source_is_kept_off_the_cpus_of_those_that_follow_it_though_they_choose_first() {
     let star = [("a", 70, ""), ("b", 80, "a"), ("c", 80, "a")];
     assert_eq!(placed_following(&star, "0-1", &[]).0, [Some(1), Some(0), Some(0)]);

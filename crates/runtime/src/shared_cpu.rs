@@ -136,7 +136,8 @@ impl SharedCpu {
         pairs.filter_map(|(first, second)| Self::of(first, second)).collect()
     }
 
-    fn of(first: &Neighbour, second: &Neighbour) -> Option<Self> {
+    /// How two tasks do.
+    pub(crate) fn of(first: &Neighbour, second: &Neighbour) -> Option<Self> {
         let cpu = first.placement.cpu.filter(|cpu| second.placement.cpu == Some(*cpu))?;
         let follows = |one: &Neighbour, other: &Neighbour| {
             one.priority().is_some() && one.followed_in(other).is_some()

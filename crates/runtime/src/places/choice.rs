@@ -8,6 +8,7 @@ use isochrone_machine::{Avoided, BoundThread, Observation};
 
 use super::{Place, Places};
 use crate::neighbours::Neighbour;
+use crate::shared_cpu::SharedCpu;
 use crate::starved_source::StarvedSource;
 
 /// Chooses the CPUs that a plan leaves open. The others are `named`.
@@ -64,7 +65,9 @@ impl<'a> Chooser<'a> {
     /// Has tasks choose one after the other.
     fn give(mut self, order: &[(usize, &TaskPlan)]) -> Self {
         for (index, _) in order {
-            let choice = self.observation.choose_off(&self.avoided(*index));
+            let mut avoided = self.avoided(*index);
+            avoided.extend(self.crowded(*index, &avoided));
+            let choice = self.observation.choose_off(&avoided);
             choice.into_iter().for_each(|choice| self.put(*index, Place::Chosen(choice)));
         }
         self
@@ -96,6 +99,31 @@ impl<'a> Chooser<'a> {
             Some(Avoided { cpu, has })
         };
         self.tasks.iter().chain(self.running).filter_map(avoided).collect()
+    }
+
+    /// The CPUs of tasks that would need them at the same time as a task, where it had better share that of the one
+    /// that it follows: there the two come one after the other.
+    fn crowded(&self, index: usize, avoided: &[Avoided]) -> Vec<Avoided> {
+        let Some(task) = self.tasks.get(index) else { return Vec::new() };
+        let others = || self.tasks.iter().chain(self.running);
+        let met = |cpu| {
+            let mut there = task.clone();
+            there.placement.cpu = cpu;
+            others().find(move |other| SharedCpu::of(&there, other).is_some())
+        };
+        let sources = others().filter(|other| task.followed_in(other).is_some());
+        let is_free = |cpu: &u32| {
+            !avoided.iter().any(|it| it.cpu == *cpu as usize) && met(Some(*cpu)).is_none()
+        };
+        if sources.filter_map(|source| source.placement.cpu).find(is_free).is_none() {
+            return Vec::new();
+        }
+        let crowded = |other: &Neighbour| {
+            let cpu = other.placement.cpu?;
+            let has = format!("{}, which needs it at the same time", met(Some(cpu))?.full_name());
+            Some(Avoided { cpu: cpu as usize, has })
+        };
+        others().filter_map(crowded).collect()
     }
 
     /// How many tasks keep their sources from sending.
