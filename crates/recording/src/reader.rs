@@ -163,12 +163,11 @@ impl<R: Read> Reader<R> {
         })
     }
 
-    /// Whether the values of a cycle are still to come: a frame, or a row. Passes over what stands before them,
-    /// and over the first of them.
+    /// Skips to behind the next frame or row; `false` if there is none.
     ///
     /// # Errors
     /// As [`next_item`](Self::next_item).
-    pub fn has_cycle(&mut self) -> Result<bool, ReadError> {
+    pub fn skip_cycle(&mut self) -> Result<bool, ReadError> {
         while let Some(item) = self.next_item()? {
             if item.is_cycle() {
                 return Ok(true);

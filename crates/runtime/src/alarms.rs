@@ -197,7 +197,7 @@ impl Alarm {
             }
             Self::LateFrames { task, .. } => {
                 format!(
-                    "the frames of service \"{subject}\" come in time for task \"{task}\" again"
+                    "the frames of service \"{subject}\" no longer come late for task \"{task}\""
                 )
             }
             Self::OldSource { .. } => {

@@ -26,7 +26,7 @@ pub(crate) struct StateChange {
     pub(crate) code: WarningCode,
     /// The service, or the input that it is about.
     pub(crate) name: String,
-    /// In words, with the way out; `None`: it is over.
+    /// In words, with the remedy; `None`: it is over.
     pub(crate) meaning: Option<String>,
 }
 

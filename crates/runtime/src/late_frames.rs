@@ -2,7 +2,7 @@
 
 use isochrone_engine::format_duration_ns;
 use isochrone_schedule::{Margin, Schedule};
-use isochrone_timing::{Arrivals, LateFrames, WarningCode};
+use isochrone_timing::{Arrivals, LateFrames, Punctuality, WarningCode};
 
 use crate::alarms::Alarm;
 use crate::lasting::{Lasting, StateChange};
@@ -11,10 +11,16 @@ use crate::records::Cycle;
 /// The stretch of a run by which it is judged when frames come: so long, and at least so many periods.
 const STRETCH_NS: u64 = 5_000_000_000;
 const STRETCH_PERIODS: u64 = 50;
+/// Two stretches in which frames come this part of a period apart, or more, are of a source that drifts.
+const STEADY: u64 = 50;
+/// Frames that come this part of a period earlier or later than it was said are news.
+const NEWS: u64 = 20;
 
 /// The frames of a service that a task follows.
 pub(crate) struct FollowedFrames {
     task: String,
+    /// The task's real-time priority.
+    priority: Option<u8>,
     service: String,
     schedule: Schedule,
     /// Of the stretch that has begun at a release.
@@ -22,22 +28,34 @@ pub(crate) struct FollowedFrames {
     since_ns: Option<u64>,
     until_ns: u64,
     lasting: Lasting,
-    /// What was said last.
-    said: Option<Alarm>,
+    /// Of the stretch before, if frames were late in it.
+    before: Option<LateFrames>,
+    /// As the alarm says that stands.
+    told: Option<LateFrames>,
+    /// For the report.
+    first: Option<Alarm>,
 }
 
 impl FollowedFrames {
     /// Those of a service that a task follows.
-    pub(crate) fn new(task: String, service: String, schedule: Schedule) -> Self {
+    pub(crate) fn new(
+        task: String,
+        priority: Option<u8>,
+        service: String,
+        schedule: Schedule,
+    ) -> Self {
         Self {
             task,
+            priority,
             service,
             schedule,
             arrivals: Arrivals::default(),
             since_ns: None,
             until_ns: 0,
             lasting: Lasting::default(),
-            said: None,
+            before: None,
+            told: None,
+            first: None,
         }
     }
 
@@ -49,31 +67,51 @@ impl FollowedFrames {
         self.until_ns = cycle.record.release_ns;
     }
 
-    /// At the end of a stretch, logs that frames have come to be late in it, or no longer are; returns what
-    /// has changed.
+    /// At the end of a stretch, logs when frames begin to come late, or no longer do; returns what has changed.
     pub(crate) fn judge(&mut self) -> Vec<StateChange> {
         let stretch_ns = self.schedule.period_ns.saturating_mul(STRETCH_PERIODS).max(STRETCH_NS);
         let since_ns = self.since_ns.unwrap_or(self.until_ns);
         if self.until_ns.saturating_sub(since_ns) < stretch_ns {
             return Vec::new();
         }
-        let late = self.arrivals.late_frames(self.schedule.period_ns);
+        let punctuality = self.arrivals.punctuality(self.schedule.period_ns);
+        match punctuality {
+            // A slow source takes longer.
+            Punctuality::TooFew => return Vec::new(),
+            Punctuality::Late(late) => self.take_late(late),
+            Punctuality::Between => self.before = None,
+            Punctuality::InTime => {
+                (self.before, self.told) = (None, None);
+                if let Some(over) = self.lasting.end(&WarningCode::LateFrames, &self.service) {
+                    tracing::info!("{}", over.end());
+                }
+            }
+        }
         self.arrivals.clear();
         self.since_ns = None;
-        if let Some(alarm) = late.map(|late| self.alarm(late)) {
-            if self.lasting.observe(&alarm) {
-                tracing::warn!("{}", alarm.sentence());
-            }
-            self.said = Some(alarm);
-        } else if let Some(over) = self.lasting.end(&WarningCode::LateFrames, &self.service) {
-            tracing::info!("{}", over.end());
-        }
         self.lasting.changes()
     }
 
-    /// What the report says, where frames were late in all, or else for a stretch.
+    fn take_late(&mut self, late: LateFrames) {
+        let is_near = |other: Option<LateFrames>, part: u64| {
+            let apart_ns = other.map(|other| other.median_ns.abs_diff(late.median_ns));
+            apart_ns.is_some_and(|apart_ns| apart_ns <= self.schedule.period_ns / part)
+        };
+        let is_steady = is_near(self.before.replace(late), STEADY);
+        if !is_steady || is_near(self.told, NEWS) {
+            return;
+        }
+        let alarm = self.alarm(late);
+        if self.lasting.begin(&alarm) {
+            tracing::warn!("{}", alarm.sentence());
+        }
+        self.told = Some(late);
+        self.first.get_or_insert(alarm);
+    }
+
+    /// What the report says, if frames were late over the whole run, or for a while.
     pub(crate) fn end(self, late: Option<LateFrames>) -> Option<Alarm> {
-        late.map(|late| self.alarm(late)).or(self.said)
+        late.map(|late| self.alarm(late)).or(self.first)
     }
 
     fn alarm(&self, late: LateFrames) -> Alarm {
@@ -82,13 +120,28 @@ impl FollowedFrames {
             service: self.service.clone(),
             within_ns: self.schedule.follow_within_ns.unwrap_or_default(),
             late,
-            remedy: remedy(&self.schedule, late),
+            remedy: self.remedy(late),
         }
+    }
+
+    fn remedy(&self, late: LateFrames) -> String {
+        if !late.alternate {
+            return catch(&self.schedule, late)
+                .unwrap_or_else(|| WarningCode::LateFrames.remedy().to_owned());
+        }
+        // Neither a phase nor a time catches what the task itself holds up.
+        let plain = "if the task and its source follow each other, let one of them be a plain task";
+        let Some(priority) = self.priority else { return plain.to_owned() };
+        let above = priority.saturating_add(1).min(99);
+        format!(
+            "if the task keeps its source from running, give that a higher priority (chrt -f {above} for a \
+             publisher) or another CPU; {plain}"
+        )
     }
 }
 
-/// The configuration with which the frames would come in time.
-fn remedy(schedule: &Schedule, late: LateFrames) -> String {
+/// The configuration with which the frames would come in time, if there is one.
+fn catch(schedule: &Schedule, late: LateFrames) -> Option<String> {
     let period_ns = schedule.period_ns.max(1);
     let step_ns = round_ns(period_ns / 20);
     let within_ns = (late.p99_ns + step_ns / 2).next_multiple_of(step_ns);
@@ -100,16 +153,7 @@ fn remedy(schedule: &Schedule, late: LateFrames) -> String {
     let longer = (within_ns <= longest_ns).then(|| written("within", within_ns));
     let later = (phase_ns != schedule.phase_ns).then(|| written("phase", phase_ns));
     let ways: Vec<String> = longer.into_iter().chain(later).collect();
-    let catch = format!("write {} in its [[task]]", ways.join(" or "));
-    let within_ns = schedule.follow_within_ns.unwrap_or_default();
-    if late.median_ns > within_ns.saturating_add(period_ns / 5) {
-        return catch;
-    }
-    // They come as soon as the task gives up, as those of a source do that runs only then.
-    format!(
-        "{catch}; or, if the task keeps their source from running, give that a higher priority (chrt -f 85 for a \
-         publisher) or another CPU"
-    )
+    (!ways.is_empty()).then(|| format!("write {} in its [[task]]", ways.join(" or ")))
 }
 
 /// The largest of 1, 2, 5, 10, 20 ns ... that is not above `ns`.
@@ -134,16 +178,17 @@ mod tests {
 
     fn late(median_us: u64, p99_us: u64) -> LateFrames {
         let age_ns = (1_000 - median_us) * US;
-        LateFrames { median_ns: median_us * US, p99_ns: p99_us * US, age_ns }
+        let (median_ns, p99_ns) = (median_us * US, p99_us * US);
+        LateFrames { median_ns, p99_ns, age_ns, alternate: false }
     }
 
-    fn followed(within_us: u64) -> FollowedFrames {
-        FollowedFrames::new("fast".into(), "plant/saw".into(), schedule(within_us))
+    fn followed(priority: Option<u8>) -> FollowedFrames {
+        FollowedFrames::new("fast".into(), priority, "plant/saw".into(), schedule(300))
     }
 
     #[test]
     fn the_warning_says_when_the_frames_come_and_what_would_catch_them() {
-        let alarm = followed(300).end(Some(late(601, 610))).unwrap();
+        let alarm = followed(Some(80)).end(Some(late(601, 610))).unwrap();
         let Warning { code, message, remedy } = Warning::from(&alarm);
         assert_eq!(code, WarningCode::LateFrames);
         assert_eq!(
@@ -156,30 +201,37 @@ mod tests {
 
     #[test]
     fn a_remedy_is_one_that_the_task_can_have() {
+        let remedy = |schedule: &Schedule, late| catch(schedule, late).unwrap();
         let late_by = late(601, 900);
         assert_eq!(remedy(&schedule(300), late_by), "write phase = \"600us\" in its [[task]]");
         let hybrid = Wake::Hybrid(Margin::Fixed(300 * US));
         let margin = Schedule { wake: hybrid, phase_ns: 800 * US, ..schedule(300) };
         assert_eq!(remedy(&margin, late(601, 610)), "write phase = \"400us\" in its [[task]]");
-        let short = remedy(&schedule(10), late(120, 120));
-        assert_eq!(short, "write within = \"150us\" or phase = \"100us\" in its [[task]]");
+        assert_eq!(remedy(&schedule(10), late(20, 20)), "write within = \"50us\" in its [[task]]");
+        assert_eq!(catch(&schedule(10), late(20, 990)), None);
     }
 
     #[test]
-    fn frames_that_come_when_the_task_gives_up_may_be_of_a_source_that_it_keeps_from_running() {
-        let says = |median_us| remedy(&schedule(300), late(median_us, median_us)).contains("chrt");
-        assert_eq!([310, 490, 510].map(says), [true, true, false]);
+    fn nobody_is_to_wait_longer_for_frames_that_come_late_because_they_are_waited_for() {
+        let alternate = LateFrames { alternate: true, ..late(301, 310) };
+        let remedy = |priority| followed(priority).remedy(alternate);
+        assert!(remedy(Some(80)).contains("chrt -f 81") && remedy(Some(99)).contains("chrt -f 99"));
+        assert!(!remedy(None).contains("chrt") && remedy(None).contains("plain task"));
     }
 
     /// Has a task run for so many seconds on frames that are so old at its releases; whether it says something new
     /// of them, and whether they are late then.
-    fn run(followed: &mut FollowedFrames, seconds: u64, age_us: u64) -> Option<bool> {
+    fn run(
+        followed: &mut FollowedFrames,
+        seconds: u64,
+        age_us: impl Fn(u64) -> Option<u64>,
+    ) -> Option<bool> {
         let first = followed.until_ns / followed.schedule.period_ns;
         let mut changes = Vec::new();
         for cycle in first..first + seconds * 1_000 {
             let release_ns = cycle * followed.schedule.period_ns;
             let record = CycleRecord { cycle, release_ns, ..CycleRecord::default() };
-            let frame_ns = Some(release_ns.saturating_sub(age_us * US));
+            let frame_ns = age_us(cycle - first).map(|age| release_ns.saturating_sub(age * US));
             let follow = FollowRecord { frame_ns, sent: cycle, ..FollowRecord::default() };
             followed.note(&Cycle { record, follow: Some(follow) });
             changes.extend(followed.judge());
@@ -188,15 +240,31 @@ mod tests {
     }
 
     #[test]
-    fn while_the_node_runs_it_is_judged_every_five_seconds_and_said_when_it_changes() {
-        let mut followed = followed(300);
-        assert_eq!(run(&mut followed, 4, 399), None, "it is early to say");
-        assert_eq!(run(&mut followed, 2, 399), Some(true));
-        assert_eq!(run(&mut followed, 20, 500), None, "that is known");
-        assert_eq!(run(&mut followed, 11, 0), Some(false));
-        assert_eq!(run(&mut followed, 11, 399), Some(true));
-        assert_eq!(run(&mut followed, 11, 0), Some(false));
+    fn frames_that_are_late_for_two_stretches_are_an_alarm_until_they_come_in_time_or_not_at_all() {
+        let mut followed = followed(None);
+        assert_eq!(run(&mut followed, 9, |_| Some(399)), None, "it is early to say");
+        assert_eq!(run(&mut followed, 2, |_| Some(399)), Some(true));
+        assert_eq!(run(&mut followed, 20, |_| Some(410)), None, "that is known");
+        assert_eq!(run(&mut followed, 20, |_| Some(500)), Some(true), "that is news");
+        assert_eq!(run(&mut followed, 10, |_| Some(0)), Some(false));
+        assert_eq!(run(&mut followed, 20, |_| Some(399)), Some(true));
+        assert_eq!(run(&mut followed, 11, |_| None), Some(false), "the source has stopped");
         let said = followed.end(None).unwrap();
-        assert!(said.to_string().contains("come 601 us after"), "for a stretch: {said}");
+        assert!(said.to_string().contains("come 601 us after"), "the first is kept: {said}");
+    }
+
+    #[test]
+    fn a_slow_source_takes_longer_to_judge() {
+        let mut followed = followed(None);
+        let once_a_second = |cycle: u64| cycle.is_multiple_of(1_000).then_some(399);
+        assert_eq!(run(&mut followed, 30, once_a_second), None);
+        assert_eq!(run(&mut followed, 30, once_a_second), Some(true));
+    }
+
+    #[test]
+    fn a_source_that_drifts_through_the_grid_is_no_alarm_while_it_is_late() {
+        let mut followed = followed(None);
+        // Seven microseconds a second, through what counts as late and on.
+        assert_eq!(run(&mut followed, 90, |cycle| Some(700 - cycle * 7 / 1_000)), None);
     }
 }

@@ -104,10 +104,9 @@ impl Threads {
             banks: task.banks.iter().map(BankPlan::any_block).collect(),
             timing,
             records: receiver,
-            followed: task
-                .followed_service
-                .clone()
-                .map(|service| FollowedFrames::new(task.name.clone(), service, schedule)),
+            followed: task.followed_service.clone().map(|service| {
+                FollowedFrames::new(task.name.clone(), task.priority, service, schedule)
+            }),
             log,
             resolvers: Vec::new(),
         });

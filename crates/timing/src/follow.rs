@@ -36,6 +36,24 @@ pub struct LateFrames {
     pub p99_ns: u64,
     /// How old they are at the median when their cycle is released, in ns.
     pub age_ns: u64,
+    /// Whether the cycles between them time out, though a frame is sent for nearly each: the source sends late
+    /// because the task waits.
+    pub alternate: bool,
+}
+
+/// When the frames of a stretch of cycles came.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Punctuality {
+    /// There were too few to tell.
+    TooFew,
+    /// None is late, or none came. Of a faster source the newest frame lies ready at any release; one of another
+    /// period drifts through the grid.
+    InTime,
+    /// Neither that, nor late beyond doubt.
+    Between,
+    /// Nine of ten lay there at the release, and were then a quarter of the period old or more at the median:
+    /// without `follow` they would hardly wait longer.
+    Late(LateFrames),
 }
 
 /// Tells of a stretch of cycles when the frames came that they were to begin with.
@@ -45,21 +63,21 @@ pub struct Arrivals {
     frames: u64,
     /// How long after the release before their own those frames came that lay there at a release.
     came: Distribution,
-    first: Option<Passed>,
-    last: Passed,
+    first: Option<Progress>,
+    last: Progress,
 }
 
 /// How far the cycles and their source were.
 #[derive(Debug, Clone, Copy, Default)]
-struct Passed {
-    release: u64,
+struct Progress {
+    releases: u64,
     sent: u64,
 }
 
 impl Arrivals {
     /// Adds the next cycle of a task with this period, in ns.
     pub fn record(&mut self, record: &CycleRecord, follow: &FollowRecord, period_ns: u64) {
-        self.last = Passed { release: record.cycle, sent: follow.sent };
+        self.last = Progress { releases: record.cycle, sent: follow.sent };
         self.first.get_or_insert(self.last);
         let Some(frame_ns) = follow.frame_ns else { return };
         self.frames += 1;
@@ -74,25 +92,39 @@ impl Arrivals {
         (self.frames, self.first) = (0, None);
     }
 
-    /// That nine of ten frames lay there at the release, and were then a quarter of the period, in ns, old or more
-    /// at the median: without `follow` they would hardly wait longer. Of a faster source the newest frame lies
-    /// there at any release, and is not late.
-    pub fn late_frames(&self, period_ns: u64) -> Option<LateFrames> {
+    /// What they amount to for a task with this period, in ns.
+    pub fn punctuality(&self, period_ns: u64) -> Punctuality {
+        let Progress { releases, sent } = self.passed();
         let ready = self.came.count();
-        let are_late = self.frames >= FEWEST_FRAMES && ready >= self.frames - self.frames / 10;
-        if !are_late || self.is_faster() {
-            return None;
+        let of_frames = |tenths: u64| self.frames.saturating_mul(tenths) / 10;
+        let is_faster = sent > releases.saturating_add(releases / 50).saturating_add(1);
+        if self.frames == 0 || is_faster || ready < of_frames(8) {
+            return Punctuality::InTime;
         }
-        let (median_ns, p99_ns) = (self.came.quantile(0.5), self.came.quantile(0.99));
+        if self.frames < FEWEST_FRAMES {
+            return Punctuality::TooFew;
+        }
+        let came = |quantile| self.came.quantile(quantile);
+        let (median_ns, p99_ns) = (came(0.5), came(0.99));
         let age_ns = period_ns.saturating_sub(median_ns);
-        (age_ns >= period_ns / 4).then_some(LateFrames { median_ns, p99_ns, age_ns })
+        if age_ns < period_ns / 5 || came(0.9).saturating_sub(came(0.1)) > period_ns / 4 {
+            return Punctuality::InTime;
+        }
+        if age_ns < period_ns / 4 || ready < of_frames(9) {
+            return Punctuality::Between;
+        }
+        let due = sent.min(releases);
+        let alternate = self.frames < due - due / 4;
+        Punctuality::Late(LateFrames { median_ns, p99_ns, age_ns, alternate })
     }
 
-    /// Whether the source sends three frames or more in two periods.
-    fn is_faster(&self) -> bool {
-        let first = self.first.unwrap_or_default();
-        let releases = self.last.release.saturating_sub(first.release);
-        self.last.sent.saturating_sub(first.sent) > releases.saturating_add(releases / 2)
+    /// Between its first cycle and its last.
+    fn passed(&self) -> Progress {
+        let Progress { releases, sent } = self.first.unwrap_or_default();
+        Progress {
+            releases: self.last.releases.saturating_sub(releases),
+            sent: self.last.sent.saturating_sub(sent),
+        }
     }
 }
 

@@ -1,7 +1,7 @@
 //! The timing of one cyclic task.
 
 use crate::distribution::{Distribution, encoded};
-use crate::follow::{FollowRecord, FollowTiming, LateFrames};
+use crate::follow::{FollowRecord, FollowTiming, LateFrames, Punctuality};
 use crate::metric::Metric;
 use crate::task_report::TaskReport;
 
@@ -175,7 +175,10 @@ impl TaskTiming {
     /// Of a task that follows its data: that its frames come after its cycles gave up, at least nine of ten of
     /// them, and lay there for a quarter of the period or longer at the next release.
     pub fn late_frames(&self) -> Option<LateFrames> {
-        self.follow.as_ref()?.arrivals.late_frames(self.period_ns)
+        match self.follow.as_ref()?.arrivals.punctuality(self.period_ns) {
+            Punctuality::Late(late) => Some(late),
+            _ => None,
+        }
     }
 
     /// The report of the task under this name. The caller fills in what the records do not contain:
@@ -300,14 +303,17 @@ mod tests {
     fn frames_that_nearly_all_lie_there_with_an_old_age_at_the_release_are_late() {
         let ages = |age_ns| (0..100).map(move |_| Some(age_ns));
         let late = late_frames(ages(400_000)).unwrap();
-        let expected = LateFrames { median_ns: 600_000, p99_ns: 600_000, age_ns: 400_000 };
+        let (median_ns, age_ns, alternate) = (600_000, 400_000, false);
+        let expected = LateFrames { median_ns, p99_ns: median_ns, age_ns, alternate };
         assert_eq!(late, expected);
         let jitters = (0..100).map(|n| Some(if n < 95 { 400_000 } else { 300_000 }));
         assert_eq!(late_frames(jitters).unwrap().p99_ns, 700_000);
         let mostly = (0..100).map(|n| Some(if n % 20 == 0 { -50_000 } else { 400_000 }));
         assert!(late_frames(mostly).is_some(), "most of them");
-        let slower = (0..100).map(|n| (n % 2 == 0).then_some(400_000));
-        assert!(late_frames(slower).is_some(), "those there are");
+        let every_other = || (0..100).map(|n| (n % 2 == 0).then_some(400_000));
+        let slower = late_frames_of(|cycle| cycle / 2, every_other()).unwrap();
+        assert!(!slower.alternate, "those there are");
+        assert!(late_frames(every_other()).unwrap().alternate, "those between were sent");
     }
 
     #[test]
@@ -320,8 +326,11 @@ mod tests {
         assert_eq!(late_frames([None; 100]), None, "none came");
         assert_eq!(late_frames(ages(400_000).take(5)), None, "too few to judge");
         let sent_hz = |hz: u64| late_frames_of(move |cycle| 7 + cycle * hz / 1000, ages(400_000));
-        assert!(sent_hz(1_500).is_some());
-        assert_eq!(sent_hz(2_000), None, "the newest frame of a faster source is not late");
+        assert!(sent_hz(1_010).is_some());
+        assert_eq!(sent_hz(1_100), None, "the newest frame of a faster source is not late");
+        let slower = (0..100).map(|n| (n % 5 < 4).then_some(n % 20 * 47_500));
+        let slower = late_frames_of(|cycle| cycle * 4 / 5, slower);
+        assert_eq!(slower, None, "a source of another period drifts, too");
     }
 
     #[test]

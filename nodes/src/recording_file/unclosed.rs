@@ -68,7 +68,7 @@ fn unclosed_at(path: &Path) -> io::Result<Option<Timestamp>> {
     file.rewind()?;
     // What is damaged may have been something.
     let is_empty = Reader::open(file).is_ok_and(|mut reader| {
-        reader.has_cycle().is_ok_and(|has_cycle| !has_cycle) && reader.condition().damaged == 0
+        reader.skip_cycle().is_ok_and(|has_one| !has_one) && reader.condition().damaged == 0
     });
     Ok((!is_empty).then_some(written_at))
 }

@@ -74,7 +74,7 @@ pub(crate) struct FollowSample {
     /// Cycles that began without one.
     pub(crate) timed_out: u64,
     pub(crate) wait_ns: u64,
-    /// `None`: the cycle began without a frame.
+    /// `None`: the cycle began without a frame, or sent none.
     pub(crate) latency_ns: Option<u64>,
 }
 

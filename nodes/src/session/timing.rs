@@ -70,7 +70,7 @@ pub(crate) struct Window {
 /// How the cycles of a task that follows its data began.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct FollowWindow {
-    /// Of all cycles behind the first one that was shown.
+    /// Of all cycles since the one that was shown last before.
     pub(crate) followed: u64,
     pub(crate) found_ready: u64,
     pub(crate) timed_out: u64,
@@ -122,23 +122,28 @@ impl TaskSamples {
         let shown = samples.len() as u64;
         let execution_ns: u64 = samples.clone().map(|sample| sample.execution_ns).sum();
         let jitter = summary(scratch, samples.clone().map(|sample| sample.release_jitter_ns));
+        // What was counted until the first of them is told by the one before.
+        let counted = self.samples.range(first.saturating_sub(1)..);
+        let counted = counted.filter_map(|sample| sample.follow);
         let follows = samples.filter_map(|sample| sample.follow);
         Window {
             shown,
             cycles,
             jitter,
             execution_ns: (shown > 0).then(|| execution_ns as f64 / shown as f64),
-            follow: FollowWindow::of(follows, scratch),
+            follow: FollowWindow::of(counted, follows, scratch),
         }
     }
 }
 
 impl FollowWindow {
     fn of(
-        follows: impl DoubleEndedIterator<Item = FollowSample> + Clone,
+        mut counted: impl Iterator<Item = FollowSample>,
+        follows: impl Iterator<Item = FollowSample> + Clone,
         scratch: &mut Distribution,
     ) -> Option<Self> {
-        let (first, last) = (follows.clone().next()?, follows.clone().next_back()?);
+        let first = counted.next()?;
+        let last = counted.last()?;
         Some(Self {
             followed: last.followed.saturating_sub(first.followed),
             found_ready: last.found_ready.saturating_sub(first.found_ready),
@@ -211,9 +216,9 @@ mod tests {
         }
         let windows = samples.windows(4 * SECOND_NS, &mut Distribution::new());
         let expected = FollowWindow {
-            followed: 49 * 17,
-            found_ready: 49 * 2,
-            timed_out: 49,
+            followed: 50 * 17,
+            found_ready: 50 * 2,
+            timed_out: 50,
             wait_ns: Some(274),
             latency_ns: Some(2_000),
         };

@@ -46,7 +46,7 @@ fn recording(domain: &Domain, arguments: &str, file: &str) -> Process {
     recorder.wait_for("Press Ctrl-C to end it.");
     wait_until("frames are in the file", || {
         let Ok(file) = File::open(domain.path(file)) else { return false };
-        Reader::open(file).is_ok_and(|mut reader| reader.has_cycle().unwrap())
+        Reader::open(file).is_ok_and(|mut reader| reader.skip_cycle().unwrap())
     });
     recorder
 }

@@ -236,6 +236,9 @@ fn only_the_wait_is_a_system_call(node: &str, rate_hz: u32) {
             "node.toml",
             "--record",
             "node.mcap",
+            // Should the test end first.
+            "--seconds",
+            "300",
         ]);
         strace.arg("--iceoryx2-config").arg(domain.config_file());
         strace.current_dir(domain.path(""));
@@ -246,7 +249,10 @@ fn only_the_wait_is_a_system_call(node: &str, rate_hz: u32) {
         let operator = domain.join("operator");
         let writing = thread::spawn(move || write_values(&operator));
         // Not so many cycles: on a busy machine most are missed.
-        node.wait_until_it("waits often", |_| steady_calls(&domain.read("calls")).len() > 800);
+        node.wait_until_it("waits often", |_| {
+            thread::sleep(Duration::from_millis(100));
+            steady_calls(&domain.read("calls")).len() > 800
+        });
         // The first to be traced is the node's main thread.
         let pid = domain.read("calls").split_once(' ').unwrap().0.parse().unwrap();
         kill_process(Pid::from_raw(pid).unwrap(), Signal::TERM).unwrap();

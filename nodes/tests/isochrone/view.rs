@@ -74,37 +74,38 @@ fn a_curve_has_the_spike_of_a_single_cycle() {
     let served = Served::start(&domain, "tank");
     let mut page = served.page(&[], &["scale.y", "trim.value"]);
     page.until("curves", |news| news["curves"]["scale.y"].is_array());
-    // On a busy machine the cycle has begun before the request comes.
+    // Sets values before a cycle, or, where that has begun on a busy machine, now; returns the cycle.
     let set = |values: &str, at: &str| {
-        let done = domain.run(&format!("set tank {values} --at {at} --json"));
+        let mut done = domain.run(&format!("set tank {values} --at {at} --json"));
         if done.stderr.contains("it has begun") {
-            return None;
+            done = domain.run(&format!("set tank {values} --json"));
         }
         let done: Value = serde_json::from_str(&done.expect_code(0).stdout).unwrap();
-        done["tasks"]["fast"]["cycle"].as_u64()
+        done["tasks"]["fast"]["cycle"].as_u64().unwrap()
     };
     let intervals = |news: &Value, name: &str| {
         news["curves"][name].as_array().map_or(Vec::new(), |intervals| intervals.clone())
     };
-    // Where the node misses the cycle of the spike, both values come at once.
+    // Where the node misses the cycle of the spike, both values come at once; where it misses those around it, the
+    // spike has an interval of its own.
     let spike = (1..=20).find_map(|attempt| {
         // Both wait for their cycles, one behind the other.
-        let end = set("scale.x=9", "+600")? + 1;
-        let ended = set(&format!("scale.x=1 trim.value={attempt}"), &end.to_string())?;
-        assert_eq!(ended, end);
+        let end = set("scale.x=9", "+600") + 1;
+        let ended = set(&format!("scale.x=1 trim.value={attempt}"), &end.to_string());
         let mut found = None;
         let since = Instant::now();
         loop {
             assert!(since.elapsed() < PATIENCE, "the curve ends before cycle {end}");
             let news = page.next("curves");
-            found = found.or(intervals(&news, "scale.y").into_iter().find(|it| it[2] == 9.0));
+            found = found.or(intervals(&news, "scale.y")
+                .into_iter()
+                .find(|it| it[1] == 1.0 && it[2] == 9.0));
             if intervals(&news, "trim.value").iter().any(|it| it[3] == f64::from(attempt)) {
-                return found;
+                return found.filter(|_| ended == end);
             }
         }
     });
     let spike = spike.expect("an interval with the spike");
-    assert_eq!(spike[1], 1.0, "the least value");
     // On a busy machine the task itself misses cycles, which is another flag.
     let flags = spike[4].as_u64().unwrap();
     assert_eq!(flags & !4, 0, "every cycle that ran was received");

@@ -147,7 +147,7 @@ impl<'a> Node<'a> {
         self.process.finish()?;
         let file = report_file(self.name);
         let refused = match fs::read_to_string(self.company.path(&file)) {
-            // A signal met it before it ran.
+            // It was ended before it ran.
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok(Vec::new()),
             read => read.and_then(|report| Ok(refusals(&report)?)),
         };

@@ -35,12 +35,21 @@ pub(super) fn signal_rows(body: Rect) -> usize {
     usize::from(body.height.saturating_sub(3))
 }
 
-/// Lines that the selected alarm takes in words.
-const ALARM_LINES: u16 = 5;
+/// The selected alarm in words, on at most half of the page.
+fn selected_alarm(body: Rect, model: &Model) -> Vec<String> {
+    let selected = model.alarms.get(model.alarm_cursor.selected());
+    let (width, most) = (usize::from(body.width), usize::from(body.height / 2).max(1));
+    let mut lines = selected.map_or_else(Vec::new, |alarm| wrapped(&in_words(alarm), width));
+    if lines.len() > most {
+        let rest = lines.split_off(most - 1).join(" ");
+        lines.push(cut(&rest, width).into_owned());
+    }
+    lines
+}
 
 /// Lines of alarms: the heading and the selected one in words go off.
-pub(super) fn alarm_rows(body: Rect) -> usize {
-    usize::from(body.height.saturating_sub(1 + ALARM_LINES))
+pub(super) fn alarm_rows(body: Rect, model: &Model) -> usize {
+    usize::from(body.height).saturating_sub(1 + selected_alarm(body, model).len())
 }
 
 const LEFT_WIDTH: u16 = 9;
@@ -154,14 +163,16 @@ fn style_of(marks: Marks, palette: Palette) -> Style {
 pub(super) fn draw_alarms(frame: &mut Frame<'_>, body: Rect, model: &Model, palette: Palette) {
     if model.alarms.is_empty() {
         let text = match model.node {
-            Some(_) if model.lost.is_none() => "no block reports an error, and every input is ok",
+            Some(_) if model.lost.is_none() => "nothing is wrong",
             _ => "",
         };
         frame.render_widget(Line::raw(text), body);
         return;
     }
+    let words = selected_alarm(body, model);
+    let height = u16::try_from(words.len()).unwrap_or(u16::MAX);
     let [list, selected] =
-        Layout::vertical([Constraint::Min(0), Constraint::Length(ALARM_LINES)]).areas(body);
+        Layout::vertical([Constraint::Min(0), Constraint::Length(height)]).areas(body);
     let meanings = list.width.saturating_sub(NAME_WIDTH_LEAST + 7 + SINCE_WIDTH + 6 + 4);
     let rows = lines(&model.alarms, model.alarm_cursor, palette, |alarm| {
         let status = alarm.status.map_or(NONE.into(), |status| format!("16#{status:04X}"));
@@ -184,10 +195,7 @@ pub(super) fn draw_alarms(frame: &mut Frame<'_>, body: Rect, model: &Model, pale
     let heading =
         ["name".into(), "status".into(), "since (UTC)".into(), right("times"), "meaning".into()];
     frame.render_widget(table(heading, rows, widths, palette), list);
-    if let Some(alarm) = model.alarms.get(model.alarm_cursor.selected()) {
-        let text = wrapped(&in_words(alarm), selected.width.into());
-        frame.render_widget(Text::from_iter(text), selected);
-    }
+    frame.render_widget(Text::from_iter(words), selected);
 }
 
 fn day_and_time(unix_ns: u64) -> String {

@@ -9,7 +9,7 @@ use ratatui::text::Line;
 use ratatui::widgets::{Cell, Row};
 
 use super::lists::{right, table};
-use super::text::{NONE, plain};
+use super::text::{NONE, cut_name, plain};
 use crate::session::{FollowWindow, Window};
 use crate::top::model::Model;
 use crate::top::palette::Palette;
@@ -36,20 +36,20 @@ const EXPLANATION: [&str; 2] = [
     "each task, and nothing of those between. \"-\": too few cycles, or none so far.",
 ];
 
-/// Lines of tasks on their page, which has each task twice, and those that follow three times.
-pub(super) fn rows(body: Rect, model: &Model) -> usize {
-    let (other, times) = if shows_following(body, model) {
-        (OTHER_LINES + FOLLOW_LINES, 3)
-    } else {
-        (OTHER_LINES, 2)
-    };
-    usize::from(body.height.saturating_sub(other) / times).max(1)
+/// Lines of tasks on their page, which has each task twice.
+pub(super) fn rows(body: Rect) -> usize {
+    usize::from(body.height.saturating_sub(OTHER_LINES) / 2).max(1)
 }
 
-/// Whether a task follows a service, and there is room to say more of it than of others.
-fn shows_following(body: Rect, model: &Model) -> bool {
+/// How many lines there are for the tasks that follow a service: as many as they take where all others have
+/// their place on the page, and else none.
+fn follow_lines(body: Rect, model: &Model) -> u16 {
     let tasks = model.node.as_ref().map_or(&[][..], |node| &node.tasks);
-    following(tasks).next().is_some() && body.height >= OTHER_LINES + FOLLOW_LINES + 3
+    let following = following(tasks).count();
+    let lines = following + usize::from(FOLLOW_LINES);
+    let taken = 2 * tasks.len() + usize::from(OTHER_LINES);
+    let has_room = following > 0 && taken + lines <= body.height.into();
+    u16::try_from(lines).ok().filter(|_| has_room).unwrap_or_default()
 }
 
 /// The tasks that follow a service, and what they follow.
@@ -65,20 +65,18 @@ pub(super) fn height_below(model: &Model, height: u16) -> u16 {
 }
 
 pub(super) fn draw(frame: &mut Frame<'_>, body: Rect, model: &Model, palette: Palette) {
-    let lines = |count: usize| u16::try_from(count).unwrap_or(u16::MAX);
-    let (all, following) = (lines(shown(model).len()), lines(following(shown(model)).count()));
-    let shows_following = following > 0 && shows_following(body, model);
-    let follow_lines = if shows_following { following + FOLLOW_LINES } else { 0 };
+    let shown = u16::try_from(shown(model).len()).unwrap_or(u16::MAX);
+    let follow_lines = follow_lines(body, model);
     let areas = Layout::vertical([
-        Constraint::Length(all + 2),
-        Constraint::Length(all + 3),
+        Constraint::Length(shown + 2),
+        Constraint::Length(shown + 3),
         Constraint::Length(follow_lines),
         Constraint::Length(2),
     ]);
     let [counts, jitter, follow, explanation] = areas.areas(body);
     draw_counts(frame, counts, model, palette);
     draw_jitter(frame, jitter, model, palette);
-    if shows_following {
+    if follow_lines > 0 {
         draw_follow(frame, follow, model, palette);
     }
     frame
@@ -175,7 +173,8 @@ fn draw_follow(frame: &mut Frame<'_>, area: Rect, model: &Model, palette: Palett
         "follow",
         width = NAME_WIDTH.into()
     );
-    frame.render_widget(Line::styled(text, palette.heading()), title);
+    frame.render_widget(Line::styled(text.clone(), palette.heading()), title);
+    let service = usize::from(area.width).saturating_sub(text.chars().count() + 1);
     let rows = following(shown(model)).map(|(task, followed)| {
         let begun = model.windows(&task.name).second.follow;
         let count = |count: fn(FollowWindow) -> u64| {
@@ -191,7 +190,7 @@ fn draw_follow(frame: &mut Frame<'_>, area: Rect, model: &Model, palette: Palett
             count(|begun| begun.timed_out),
             median(|begun| begun.wait_ns),
             median(|begun| begun.latency_ns),
-            Cell::from(plain(&followed.service)),
+            Cell::from(cut_name(&plain(&followed.service), service).into_owned()),
         ])
     });
     let heading = [

@@ -1,5 +1,6 @@
 use isochrone_runtime::control::{
-    Action, DescribeResult, Force, Hold, JournalEntry, Role, SignalDescription, Value, Values,
+    Action, ActiveAlarm, DescribeResult, Force, Hold, JournalEntry, Role, SignalDescription, Value,
+    Values,
 };
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
@@ -146,6 +147,21 @@ fn tasks_show_their_counts_and_the_jitter_of_the_cycles_that_telemetry_shows() {
 }
 
 #[test]
+fn an_alarm_of_many_words_is_whole_where_there_is_room_and_else_says_that_it_is_cut() {
+    let mut model = plant();
+    let meaning = "what is wrong with it ".repeat(20) + "and what to do";
+    model.take(News::Alarms(vec![ActiveAlarm { meaning, ..alarm("level", None) }]));
+    press(&mut model, "3");
+    assert_shows(&mut model, &["and what to do"]);
+    let small = lines(&mut model, (80, 12));
+    assert!(
+        small.iter().any(|line| line.chars().count() == 80 && line.ends_with('…')),
+        "{small:#?}"
+    );
+    assert!(small.iter().any(|line| line.starts_with("level ")), "{small:#?}");
+}
+
+#[test]
 fn how_the_cycles_of_a_task_that_follows_its_data_begin_stands_below() {
     let mut model = plant();
     let mut node = node(1);
@@ -173,10 +189,11 @@ fn how_the_cycles_of_a_task_that_follows_its_data_begin_stands_below() {
     let row: Vec<_> = row.split_whitespace().collect();
     assert_eq!(
         row[1..],
-        ["931", "0", "49", "151", "us", "2.13", "us", "plant/level"],
+        ["950", "0", "50", "151", "us", "2.13", "us", "plant/level"],
         "{shown:#?}"
     );
     assert!(shown.iter().any(|line| line.contains("timed out    wait p50")), "{shown:#?}");
+    assert!(shown.iter().any(|line| line.contains("slow ")), "{shown:#?}");
     let small = lines(&mut model, (80, 12));
     assert!(!small.iter().any(|line| line.contains("timed out")), "{small:#?}");
     assert!(small.iter().any(|line| line.contains("1 min of shown cycles")), "{small:#?}");
@@ -200,7 +217,7 @@ fn alarms_and_forces_have_pages_of_their_own() {
     model.take(News::Forces(Vec::new()));
     assert_shows(&mut model, &["nothing is forced", " 3 Alarms   4 Forces"]);
     press(&mut model, "3");
-    assert_shows(&mut model, &["no block reports an error, and every input is ok"]);
+    assert_shows(&mut model, &["nothing is wrong"]);
 }
 
 #[test]

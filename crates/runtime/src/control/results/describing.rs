@@ -69,7 +69,7 @@ pub struct TaskDescription {
     pub parameters: u64,
     /// How many of its signals are forced.
     pub forces: u64,
-    /// How many of its blocks report an error, of its inputs are not ok, and what is wrong with services.
+    /// How many of its alarms stand.
     #[serde(default)]
     pub alarms: u64,
     /// When it needs which CPU; `None`: the node's version does not say.
