@@ -11,6 +11,8 @@ use crate::records::Cycle;
 /// The stretch of a run by which it is judged when frames come: so long, and at least so many periods.
 const STRETCH_NS: u64 = 5_000_000_000;
 const STRETCH_PERIODS: u64 = 50;
+/// A slow source may take so many times as long to be judged.
+const MOST_STRETCHES: u64 = 12;
 /// Two stretches in which frames come this part of a period apart, or more, are of a source that drifts.
 const STEADY: u64 = 50;
 /// Frames that come this part of a period earlier or later than it was said are news.
@@ -71,16 +73,15 @@ impl FollowedFrames {
     pub(crate) fn judge(&mut self) -> Vec<StateChange> {
         let stretch_ns = self.schedule.period_ns.saturating_mul(STRETCH_PERIODS).max(STRETCH_NS);
         let since_ns = self.since_ns.unwrap_or(self.until_ns);
-        if self.until_ns.saturating_sub(since_ns) < stretch_ns {
+        let passed_ns = self.until_ns.saturating_sub(since_ns);
+        if passed_ns < stretch_ns {
             return Vec::new();
         }
-        let punctuality = self.arrivals.punctuality(self.schedule.period_ns);
-        match punctuality {
-            // A slow source takes longer.
-            Punctuality::TooFew => return Vec::new(),
+        match self.arrivals.punctuality(self.schedule.period_ns) {
+            Punctuality::TooFew if passed_ns / MOST_STRETCHES < stretch_ns => return Vec::new(),
             Punctuality::Late(late) => self.take_late(late),
             Punctuality::Between => self.before = None,
-            Punctuality::InTime => {
+            Punctuality::InTime | Punctuality::TooFew => {
                 (self.before, self.told) = (None, None);
                 if let Some(over) = self.lasting.end(&WarningCode::LateFrames, &self.service) {
                     tracing::info!("{}", over.end());
@@ -259,6 +260,9 @@ mod tests {
         let once_a_second = |cycle: u64| cycle.is_multiple_of(1_000).then_some(399);
         assert_eq!(run(&mut followed, 30, once_a_second), None);
         assert_eq!(run(&mut followed, 30, once_a_second), Some(true));
+        let the_last = |cycle: u64| (cycle < 10_000).then(|| once_a_second(cycle)).flatten();
+        assert_eq!(run(&mut followed, 50, the_last), None);
+        assert_eq!(run(&mut followed, 30, |_| None), Some(false), "no more come");
     }
 
     #[test]
