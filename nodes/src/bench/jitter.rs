@@ -72,13 +72,14 @@ const DEFAULT_PERIOD_NS: u64 = 1_000_000;
 const DEFAULT_PRIORITY: u8 = 80;
 
 pub(super) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
+    // Before the machine is observed, which takes a while.
+    let stop = stop::on_signal(None)?;
     let outputs = args.outputs.open()?;
     let machine = Machine::here();
     let settings = args.settings(catalogue, &machine)?;
     jitter::check(&settings)?;
     outputs.check_arms(&settings.names())?;
     terminal::note(&format!("note: {}", circumstances(&settings)));
-    let stop = stop::on_signal(None)?;
     let domain = args.domain.find()?;
     let mut report = Report::new(program::arguments(), Environment::read());
     if let Ok(examination) = examine(&machine, settings.cpus.first().map(|on| on.cpu)) {

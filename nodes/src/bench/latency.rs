@@ -91,12 +91,13 @@ pub(crate) struct Args {
 const FEWEST_MESSAGES: f64 = 10.0;
 
 pub(crate) fn run(args: &Args) -> Result<(), Failure> {
+    // Before the machine is observed, which takes a while.
+    let stop = stop::on_signal(None)?;
     let settings = args.settings(&allowed_cpus()?)?;
     let mut report = Report::new(program::arguments(), Environment::read());
     refuse_throttled_poll(&settings, &report.environment)?;
     let outputs = args.outputs.open()?;
     outputs.check_arms(&settings.names())?;
-    let stop = stop::on_signal(None)?;
     let limited =
         args.arms.iter().filter_map(|arm| arm.limited(&args.values, &args.pace, &settings.sizes));
     limited.for_each(|note| terminal::note(&format!("note: {note}")));

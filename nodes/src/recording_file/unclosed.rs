@@ -16,9 +16,9 @@ use crate::terminal;
 /// How many are kept beside the one that takes their name.
 const MOST_KEPT: usize = 8;
 
-/// Keeps what a file holds under another name, if that is a recording that was not closed: it has what a program
-/// did before it was killed or crashed. To be called before anything is written. Where it cannot be kept, that is
-/// said, and it is replaced like any other file: no node shall stay down for its last recording.
+/// Keeps what a file holds under another name, if that is a recording that was not closed, or cannot be read: it has
+/// what a program did before it was killed or crashed. To be called before anything is written. Where it cannot be
+/// kept, that is said, and it is replaced like any other file: no node shall stay down for its last recording.
 ///
 /// # Errors
 /// It has another name now, and there is no new file.
@@ -28,55 +28,54 @@ pub(crate) fn keep_unclosed(file: &mut ResultFile) -> Result<(), WriteError> {
         return Ok(());
     }
     let path = file.path().display().to_string();
-    let written_at = match unclosed_at(file.path()) {
-        Ok(Some(written_at)) => written_at,
-        Ok(None) => return Ok(()),
+    let what = match is_worth_keeping(file.path()) {
+        Ok(false) => return Ok(()),
+        Ok(true) => {
+            format!(
+                "the recording {path} was not closed (its recorder was killed, or could not write)"
+            )
+        }
         Err(error) => {
-            terminal::note(&format!(
-                "warning: {path} is replaced; it cannot be read, so whether it is a recording that was not closed \
-                 is not known: {error}"
-            ));
-            return Ok(());
+            format!("{path} may be a recording that was not closed; it cannot be read: {error}")
         }
     };
-    match give_other_name(file.path(), written_at) {
+    match give_other_name(file.path()) {
         Ok(kept) => {
-            let kept = kept.display();
-            terminal::note(&format!(
-                "note: the recording {path} was not closed (its recorder was killed, or could not write); kept as {kept}"
-            ));
+            terminal::note(&format!("note: {what}; kept as {}", kept.display()));
             file.renew().map_err(WriteError::Io)
         }
         Err(error) => {
-            terminal::note(&format!(
-                "warning: the recording {path} was not closed, and is replaced: it cannot be kept under another \
-                 name: {error}"
-            ));
+            let why = format!("it is replaced, as it cannot be kept under another name: {error}");
+            terminal::note(&format!("warning: {what}; {why}"));
             Ok(())
         }
     }
 }
 
-/// When a recording that was not closed was written last; `None` if the file holds no such recording, or one of
-/// nothing.
-fn unclosed_at(path: &Path) -> io::Result<Option<Timestamp>> {
+/// Whether a file holds a recording that was not closed and has something in it.
+fn is_worth_keeping(path: &Path) -> io::Result<bool> {
+    // One that has just been made need not be read.
+    if fs::metadata(path)?.len() == 0 {
+        return Ok(false);
+    }
     let mut file = File::open(path)?;
     if !is_unclosed(&mut file)? {
-        return Ok(None);
+        return Ok(false);
     }
-    let written_at = Timestamp::try_from(file.metadata()?.modified()?).map_err(io::Error::other)?;
     file.rewind()?;
     // What is damaged may have been something.
     let is_empty = Reader::open(file).is_ok_and(|mut reader| {
         reader.skip_cycle().is_ok_and(|has_one| !has_one) && reader.condition().damaged == 0
     });
-    Ok((!is_empty).then_some(written_at))
+    Ok(!is_empty)
 }
 
 /// Gives a file a name under which it is kept; returns that.
-fn give_other_name(path: &Path, written_at: Timestamp) -> io::Result<PathBuf> {
+fn give_other_name(path: &Path) -> io::Result<PathBuf> {
     // Beside the file, and not beside a link to it.
     let path = path.canonicalize()?;
+    let written_at = fs::metadata(&path)?.modified()?;
+    let written_at = Timestamp::try_from(written_at).map_err(io::Error::other)?;
     let names = KeptNames::of(&path);
     if names.count()? >= MOST_KEPT {
         return Err(io::Error::other(format!(
@@ -91,6 +90,9 @@ fn give_other_name(path: &Path, written_at: Timestamp) -> io::Result<PathBuf> {
     }
     Err(io::ErrorKind::AlreadyExists.into())
 }
+
+/// How the time stands in such a name.
+const TIME: &str = "20261121T093015.250Z";
 
 /// The names under which what a file held is kept: `level_20261121T093015.250Z.mcap` for `level.mcap`.
 struct KeptNames<'a> {
@@ -117,7 +119,15 @@ impl<'a> KeptNames<'a> {
     fn has(&self, name: &OsStr) -> bool {
         let [name, begin, end] = [name, &self.begin, &self.end].map(OsStr::as_encoded_bytes);
         let time = name.strip_prefix(begin).and_then(|rest| rest.strip_suffix(end));
-        time.is_some_and(|time| time.len() >= 20 && time.get(8) == Some(&b'T'))
+        let Some((time, number)) = time.and_then(|time| time.split_at_checked(TIME.len())) else {
+            return false;
+        };
+        let is_as_in = |(byte, pattern): (&u8, u8)| {
+            if pattern.is_ascii_digit() { byte.is_ascii_digit() } else { *byte == pattern }
+        };
+        let is_number = |number: &[u8]| number.iter().all(u8::is_ascii_digit);
+        let is_numbered = number.is_empty() || number.strip_prefix(b"_").is_some_and(is_number);
+        is_numbered && time.iter().zip(TIME.bytes()).all(is_as_in)
     }
 
     /// Those for what was written last at a time, the best one first. Files may have the same time where a file
@@ -150,7 +160,13 @@ mod tests {
         let paths: Vec<_> = names.at(written_at).take(2).collect();
         let expected = ["level_20261121T093015.250Z.mcap", "level_20261121T093015.250Z_2.mcap"];
         assert_eq!(paths, expected.map(|name| Path::new("/data").join(name)));
-        for other in ["level.mcap", "level_2.mcap", "level_20261121T093015.250Z.csv", "x.mcap"] {
+        for other in [
+            "level.mcap",
+            "level_2.mcap",
+            "level_20261121T093015.250Z.csv",
+            "level_20261121T093015.250Z_closed.mcap",
+            "x.mcap",
+        ] {
             assert!(!names.has(other.as_ref()), "{other}");
         }
     }
