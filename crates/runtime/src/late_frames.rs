@@ -1,7 +1,7 @@
 //! Frames that come after the cycles that follow them gave up: while the node runs, and in its report.
 
 use isochrone_engine::format_duration_ns;
-use isochrone_schedule::{Margin, Schedule};
+use isochrone_schedule::Schedule;
 use isochrone_timing::{Arrivals, LateFrames, Punctuality, WarningCode};
 
 use crate::alarms::Alarm;
@@ -98,8 +98,13 @@ impl FollowedFrames {
             let apart_ns = other.map(|other| other.median_ns.abs_diff(late.median_ns));
             apart_ns.is_some_and(|apart_ns| apart_ns <= self.schedule.period_ns / part)
         };
-        let is_steady = is_near(self.before.replace(late), STEADY);
-        if !is_steady || is_near(self.told, NEWS) {
+        let before = self.before.replace(late);
+        let is_held_up = |late: LateFrames| late.alternate;
+        let is_certain =
+            is_near(before, STEADY) || late.alternate && before.is_some_and(is_held_up);
+        let is_known =
+            is_near(self.told, NEWS) || late.alternate && self.told.is_some_and(is_held_up);
+        if !is_certain || is_known {
             return;
         }
         let alarm = self.alarm(late);
@@ -146,14 +151,14 @@ fn catch(schedule: &Schedule, late: LateFrames) -> Option<String> {
     let period_ns = schedule.period_ns.max(1);
     let step_ns = round_ns(period_ns / 20);
     let within_ns = (late.p99_ns + step_ns / 2).next_multiple_of(step_ns);
-    let margin_ns = schedule.wake.margin().and_then(Margin::fixed_ns).unwrap_or_default();
     // A real-time task may not watch for nearly all of its period.
-    let longest_ns = (period_ns - period_ns / 10).saturating_sub(margin_ns);
+    let longest_ns = (period_ns - period_ns / 10).saturating_sub(schedule.longest_watch_ns());
     let phase_ns = (schedule.phase_ns + late.median_ns) % period_ns / step_ns * step_ns;
     let written = |key: &str, ns: u64| format!("{key} = \"{}\"", format_duration_ns(ns));
     let longer = (within_ns <= longest_ns).then(|| written("within", within_ns));
     let later = (phase_ns != schedule.phase_ns).then(|| written("phase", phase_ns));
-    let ways: Vec<String> = longer.into_iter().chain(later).collect();
+    // To wait longer takes more of a CPU.
+    let ways: Vec<String> = later.into_iter().chain(longer).collect();
     (!ways.is_empty()).then(|| format!("write {} in its [[task]]", ways.join(" or ")))
 }
 
@@ -165,7 +170,7 @@ fn round_ns(ns: u64) -> u64 {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_schedule::Wake;
+    use isochrone_schedule::{Margin, Wake};
     use isochrone_timing::{CycleRecord, FollowRecord, Warning};
 
     use super::*;
@@ -197,7 +202,7 @@ mod tests {
             "the frames of service \"plant/saw\" come 601 us after the releases of task \"fast\", which waits \
              300 us for them: each waits for the next release, 399 us at the median"
         );
-        assert_eq!(remedy, "write within = \"650us\" or phase = \"600us\" in its [[task]]");
+        assert_eq!(remedy, "write phase = \"600us\" or within = \"650us\" in its [[task]]");
     }
 
     #[test]
@@ -250,6 +255,8 @@ mod tests {
         assert_eq!(run(&mut followed, 10, |_| Some(0)), Some(false));
         assert_eq!(run(&mut followed, 20, |_| Some(399)), Some(true));
         assert_eq!(run(&mut followed, 11, |_| None), Some(false), "the source has stopped");
+        let held_up = |cycle: u64| cycle.is_multiple_of(2).then_some(300 + cycle % 400);
+        assert_eq!(run(&mut followed, 21, held_up), Some(true), "whenever those come");
         let said = followed.end(None).unwrap();
         assert!(said.to_string().contains("come 601 us after"), "the first is kept: {said}");
     }

@@ -26,8 +26,8 @@ pub fn choose_phases(plan: &mut Plan, running: &[Neighbour]) {
         automatic.partition(|task| task.followed_service.is_some());
     for task in others.into_iter().chain(followers) {
         let planned = Neighbour::planned(&plan.node, task);
-        let need = Need { release_ns: EPOCH_OFFSET_NS, ..planned.need() };
-        let of_source = phase_of_source(&planned, &need, &placed);
+        let need = without_phase(&planned);
+        let of_source = phase_of_source(&planned, &placed);
         let chosen = of_source.or_else(|| {
             let cpu = task.cpu.number()?;
             let is_followed = |other: &&Neighbour| planned.followed_in(other).is_some();
@@ -43,8 +43,9 @@ pub fn choose_phases(plan: &mut Plan, running: &[Neighbour]) {
 }
 
 /// The phase of the task that a task follows, and that it is that.
-fn phase_of_source(task: &Neighbour, need: &Need, placed: &[Neighbour]) -> Option<(u64, String)> {
-    let is_known = |source: &&Neighbour| source.node == task.node || source.is_on_grid_with(need);
+pub(crate) fn phase_of_source(task: &Neighbour, placed: &[Neighbour]) -> Option<(u64, String)> {
+    let need = without_phase(task);
+    let is_known = |source: &&Neighbour| source.node == task.node || source.is_on_grid_with(&need);
     let is_followed = |source: &&Neighbour| task.followed_in(source).is_some();
     let source = placed.iter().filter(is_followed).find(is_known)?;
     let (own_ns, other_ns) = (task.period_ns.max(1), source.period_ns.max(1));
@@ -54,6 +55,11 @@ fn phase_of_source(task: &Neighbour, need: &Need, placed: &[Neighbour]) -> Optio
     let since_ns = source.placement.first_release_ns.checked_sub(EPOCH_OFFSET_NS)?;
     let reason = format!("the phase of {}, which it follows", source.full_name());
     Some((since_ns % own_ns.min(other_ns), reason))
+}
+
+/// When a task would need its CPU if it had no phase.
+fn without_phase(task: &Neighbour) -> Need {
+    Need { release_ns: EPOCH_OFFSET_NS, ..task.need() }
 }
 
 /// A phase, and why.

@@ -127,6 +127,17 @@ fn behind_its_source_a_task_of_lower_priority_runs_on_its_cpu_rather_than_beside
         )
     );
     assert_eq!(placed_following(&chain, "0-2", &[]).0, [Some(2), Some(1), Some(0)], "each its own");
+    let late = |text: String| text.replace("1ms\"", "1ms\"\nphase = \"600us\"");
+    let auto = |text: String| text.replace("1ms\"", "1ms\"\nphase = \"auto\"");
+    let source = plan(&late(following(&[("a", 80, "")])).replace("1ms\"", "1ms\"\ncpu = 1"));
+    let first = plan(&late(following(&[("b", 80, "a")])).replace("1ms\"", "1ms\"\ncpu = 0"));
+    let running = [&source, &first].map(|of| Neighbour::planned("m", &of.tasks[0]));
+    let behind = plan(&auto(following(&[("c", 70, "b")])));
+    let root = tempfile::tempdir().unwrap();
+    write(root.path(), "sys/devices/system/cpu/online", "0-1");
+    write(root.path(), "proc/self/status", "Cpus_allowed_list:\t0-1\n");
+    let places = Places::beside(&behind, &Machine::below(root.path()), &running);
+    assert_eq!(places.cpu(0), Some(0), "at the phase that it will have");
     let star = [("a", 80, ""), ("b", 70, "a"), ("c", 70, "a")];
     assert_eq!(placed_following(&star, "0-1", &[]).0, [Some(1), Some(0), Some(1)]);
 }

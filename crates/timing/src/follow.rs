@@ -107,14 +107,16 @@ impl Arrivals {
         let came = |quantile| self.came.quantile(quantile);
         let (median_ns, p99_ns) = (came(0.5), came(0.99));
         let age_ns = period_ns.saturating_sub(median_ns);
-        if age_ns < period_ns / 5 || came(0.9).saturating_sub(came(0.1)) > period_ns / 4 {
+        let due = sent.min(releases);
+        // A source that the task holds up comes at no certain time.
+        let alternate = self.frames < due - due / 4;
+        let is_scattered = came(0.9).saturating_sub(came(0.1)) > period_ns / 4;
+        if age_ns < period_ns / 5 || is_scattered && !alternate {
             return Punctuality::InTime;
         }
         if age_ns < period_ns / 4 || ready < of_frames(9) {
             return Punctuality::Between;
         }
-        let due = sent.min(releases);
-        let alternate = self.frames < due - due / 4;
         Punctuality::Late(LateFrames { median_ns, p99_ns, age_ns, alternate })
     }
 

@@ -314,6 +314,8 @@ mod tests {
         let slower = late_frames_of(|cycle| cycle / 2, every_other()).unwrap();
         assert!(!slower.alternate, "those there are");
         assert!(late_frames(every_other()).unwrap().alternate, "those between were sent");
+        let scattered = (0..100).map(|n| (n % 2 == 0).then_some(300_000 + n * 4_000));
+        assert!(late_frames(scattered).unwrap().alternate, "whenever they come");
     }
 
     #[test]

@@ -11,7 +11,7 @@ use isochrone_runtime::control::{
     describe_nodes, running_nodes,
 };
 use isochrone_runtime::{Neighbour, Neighbours, SharedCpu, StarvedSource};
-use isochrone_timing::WarningCode;
+use isochrone_timing::Warning;
 use isochrone_timing::units::{counted, period};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -171,20 +171,26 @@ pub(super) fn neighbours(nodes: &[ControlNode]) -> Vec<Neighbour> {
 pub(super) fn conflicts_text(tasks: &[Neighbour]) -> String {
     let meetings = SharedCpu::of_running(tasks);
     let starved = StarvedSource::of_running(tasks);
-    conflict_text(counted(meetings.len(), "meeting"), &meetings, &WarningCode::SharedCpu)
-        + &conflict_text(
-            counted(starved.len(), "starved source"),
-            &starved,
-            &WarningCode::StarvedSource,
-        )
+    conflict_text(&meetings, "meeting") + &conflict_text(&starved, "starved source")
 }
 
-fn conflict_text(heading: String, conflicts: &[impl Display], code: &WarningCode) -> String {
-    if conflicts.is_empty() {
+fn conflict_text<C: Display>(conflicts: &[C], what: &str) -> String
+where
+    for<'a> Warning: From<&'a C>,
+{
+    let mut warnings = conflicts.iter().map(Warning::from).peekable();
+    if warnings.peek().is_none() {
         return String::new();
     }
-    let lines: String = conflicts.iter().map(|conflict| format!("  {conflict}\n")).collect();
-    format!("{heading} on one CPU\n{lines}  remedy: {}\n\n", code.remedy())
+    let mut text = format!("{} on one CPU\n", counted(conflicts.len(), what));
+    while let Some(Warning { message, remedy, .. }) = warnings.next() {
+        text += &format!("  {message}\n");
+        // One that goes for the next, too, is said behind that.
+        if warnings.peek().is_none_or(|next| next.remedy != remedy) {
+            text += &format!("  remedy: {remedy}\n");
+        }
+    }
+    text + "\n"
 }
 
 pub(super) fn meetings_document(tasks: &[Neighbour]) -> Value {

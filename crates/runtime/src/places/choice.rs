@@ -3,11 +3,13 @@
 use std::cmp::Reverse;
 use std::iter;
 
+use isochrone_cyclic::EPOCH_OFFSET_NS;
 use isochrone_engine::{Plan, TaskPlan};
 use isochrone_machine::{Avoided, BoundThread, Observation};
 
 use super::{Place, Places};
 use crate::neighbours::Neighbour;
+use crate::phases::phase_of_source;
 use crate::shared_cpu::SharedCpu;
 use crate::starved_source::StarvedSource;
 
@@ -48,7 +50,18 @@ impl<'a> Chooser<'a> {
         observation: &Observation,
         running: &'a [Neighbour],
     ) -> Self {
-        let tasks = plan.tasks.iter().map(|task| Neighbour::planned(&plan.node, task)).collect();
+        let planned: Vec<Neighbour> =
+            plan.tasks.iter().map(|task| Neighbour::planned(&plan.node, task)).collect();
+        let known = [&planned, running].concat();
+        // A task that follows another one gets its phase on whatever CPU.
+        let phased = |(task, of): (&Neighbour, &TaskPlan)| {
+            let chosen = of.phase_choice.reason().and_then(|_| phase_of_source(task, &known));
+            let mut task = task.clone();
+            let first_ns = chosen.map(|(phase_ns, _)| EPOCH_OFFSET_NS + phase_ns);
+            first_ns.into_iter().for_each(|ns| task.placement.first_release_ns = ns);
+            task
+        };
+        let tasks = planned.iter().zip(&plan.tasks).map(phased).collect();
         let (places, mut observation) = (named.to_vec(), observation.clone());
         for neighbour in running {
             if let Some(cpu) = neighbour.placement.cpu {
