@@ -1,13 +1,10 @@
 //! A program with a block that panics, and one that hangs: what its verbs say, and what they still
 //! write.
 
-#[path = "isochrone/domain/mod.rs"]
-mod domain;
-
 use std::process::{Command, ExitCode};
 
-use domain::{Domain, Ended, Process};
 use isochrone_blocks::{Block, BlockType, Cycle};
+use isochrone_testing::{Domain, Ended, Process};
 use rustix::process::Signal;
 
 isochrone_blocks::block! {

@@ -5,6 +5,7 @@ use std::process::{Command, ExitStatus, Stdio};
 use std::time::Duration;
 
 use isochrone_processes::Child;
+use isochrone_testing::afresh;
 use rustix::process::{Pid, Signal, kill_process_group};
 
 use super::output::Output;
@@ -27,7 +28,7 @@ impl Peer {
     /// Starts it; `who` names it in what is said about it.
     pub(super) fn start(role: Role, who: &str, mut command: Command) -> Result<Self, Failure> {
         command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-        let mut child = Child::start(who, command.process_group(0))?;
+        let mut child = Child::start(who, afresh(command.process_group(0)))?;
         let output = Output::of(child.stdout(), child.stderr());
         Ok(Self { role, who: who.to_owned(), child, output })
     }

@@ -8,6 +8,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use isochrone_testing::afresh;
 use nix::sys::signal::{Signal, kill, killpg};
 use nix::unistd::Pid;
 
@@ -109,6 +110,8 @@ fn gated(command: &Command) -> Command {
         gated.current_dir(folder);
     }
     gated.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).process_group(0);
+    // Whoever runs this may ignore SIGINT, with which victims are asked to end.
+    afresh(&mut gated);
     gated
 }
 

@@ -4,10 +4,10 @@
 use std::thread;
 use std::time::Duration;
 
-use crate::domain::Process;
 use crate::program::{Folder, assert_says};
 use isochrone_blocks::CATALOGUE;
 use isochrone_report::{Comparison, Pairing, Report};
+use isochrone_testing::Process;
 use rustix::process::Signal;
 
 const SHORT: &str = "bench engine --seconds 0.02";

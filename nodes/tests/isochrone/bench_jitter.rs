@@ -5,10 +5,9 @@ use std::cell::Cell;
 use std::collections::HashSet;
 use std::time::{Duration, Instant};
 
-use crate::domain;
-use crate::domain::Domain;
 use isochrone_machine::Disturbance;
 use isochrone_report::{LoopArm, Report};
+use isochrone_testing::Domain;
 use isochrone_timing::CycleRecord;
 use rustix::process::Signal;
 use serde_json::Value;
@@ -99,7 +98,7 @@ fn arms_run_in_turns_without_their_warm_up_and_are_compared_with_the_first() {
 }
 
 /// The thread of the loop that has its turn.
-fn loop_thread(bench: &domain::Process) -> Option<String> {
+fn loop_thread(bench: &isochrone_testing::Process) -> Option<String> {
     let threads = std::fs::read_dir(format!("/proc/{}/task", bench.id())).unwrap();
     let names = threads.flatten().map(|thread| {
         let name = std::fs::read_to_string(thread.path().join("comm")).unwrap_or_default();

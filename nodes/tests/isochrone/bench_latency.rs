@@ -6,8 +6,8 @@ use std::process::Command;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::domain::{Ended, Process, shared_memory};
 use isochrone_machine::Environment;
+use isochrone_testing::{Ended, Process, shared_memory};
 use rustix::process::Signal;
 use serde_json::Value;
 

@@ -3,8 +3,7 @@
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use crate::domain;
-use crate::domain::{Domain, Process};
+use isochrone_testing::{Domain, Process};
 use rustix::process::{Signal, geteuid};
 use serde_json::Value;
 
@@ -16,7 +15,7 @@ fn number(value: &Value) -> u64 {
 fn the_real_cyclictest_and_a_load_run_beside_the_loops() {
     let missing = |program: &str| Command::new(program).arg("--version").output().is_err();
     if missing("cyclictest") || missing("stress-ng") || !geteuid().is_root() {
-        domain::not_tested(
+        isochrone_testing::not_tested(
             "cyclictest and loads",
             "needs root, cyclictest (rt-tests) and stress-ng",
         );
@@ -60,7 +59,7 @@ fn runs(process: u32) -> bool {
 #[test]
 fn a_second_signal_ends_the_bench_at_once_and_its_load_with_it() {
     if Command::new("stress-ng").arg("--version").output().is_err() {
-        domain::not_tested("the end of a load", "stress-ng is not installed");
+        isochrone_testing::not_tested("the end of a load", "stress-ng is not installed");
         return;
     }
     let domain = Domain::new();
@@ -78,7 +77,7 @@ fn a_bench_that_is_killed_ends_its_load_too() {
     let can =
         Command::new("setpriv").args(["--pdeathsig", "TERM", "stress-ng", "--version"]).output();
     if !can.is_ok_and(|can| can.status.success()) {
-        domain::not_tested("the end of a load", "stress-ng or setpriv is not installed");
+        isochrone_testing::not_tested("the end of a load", "stress-ng or setpriv is not installed");
         return;
     }
     let domain = Domain::new();

@@ -3,8 +3,8 @@
 use std::fs::File;
 use std::process::{Command, Stdio};
 
-use crate::domain;
-use crate::domain::{Domain, Process, RELAY, not_tested, wait_until};
+use isochrone_testing::plants::RELAY;
+use isochrone_testing::{Domain, Process, not_tested, wait_until};
 use serde_json::Value;
 
 const PUBLISH: &str = "publish plant/level --value 0.5,true --signals level,full";
@@ -63,7 +63,7 @@ fn in_a_pipe_a_subscriber_says_that_frames_cease_and_that_they_come_again() {
 
 #[test]
 fn the_end_of_a_node_is_said_without_waiting() {
-    let (domain, node) = domain::tank(RELAY);
+    let (domain, node) = isochrone_testing::plants::tank(RELAY);
     let mut subscriber = domain.start("subscribe relay/out --every 100");
     subscriber.wait_for("x=");
     node.stop().expect_code(0);
@@ -73,7 +73,7 @@ fn the_end_of_a_node_is_said_without_waiting() {
 
 #[test]
 fn a_service_that_sends_nothing_at_all_is_silent_too() {
-    let (domain, node) = domain::tank(RELAY);
+    let (domain, node) = isochrone_testing::plants::tank(RELAY);
     let mut subscriber = domain.start("subscribe relay/in");
     subscriber.wait_for("\"relay/in\" is silent: nobody publishes it; no frame has come yet");
     subscriber.stop().expect_code(3);
@@ -101,7 +101,7 @@ fn on_a_terminal_the_header_counts_the_seconds_without_a_frame() {
 
 #[test]
 fn on_a_terminal_of_eighty_columns_no_flag_of_the_header_is_cut_off() {
-    let (domain, node) = domain::tank(RELAY);
+    let (domain, node) = isochrone_testing::plants::tank(RELAY);
     let Some(subscriber) = subscribe_on_a_terminal(&domain, "relay/out") else { return };
     wait_for_header(&domain, "it shows a flag", |header| header.ends_with("[SUBSTITUTE]"));
     node.stop().expect_code(0);
@@ -113,7 +113,7 @@ fn on_a_terminal_of_eighty_columns_no_flag_of_the_header_is_cut_off() {
 
 #[test]
 fn a_script_reads_each_frame_as_an_object_with_its_flags() {
-    let (domain, node) = domain::tank(RELAY);
+    let (domain, node) = isochrone_testing::plants::tank(RELAY);
     let mut subscriber = domain.start("subscribe relay/out --json");
     subscriber.wait_for("}}");
     node.stop().expect_code(0);
@@ -135,7 +135,7 @@ fn a_script_reads_each_frame_as_an_object_with_its_flags() {
 
 #[test]
 fn a_recording_has_the_columns_that_are_asked_for() {
-    let (domain, node) = domain::tank(RELAY);
+    let (domain, node) = isochrone_testing::plants::tank(RELAY);
     let columns = "--columns flags,sequence,age_ns,publish_ns";
     let ended = domain.run(&format!("subscribe relay/out --csv - {columns} --count 3"));
     let stdout = ended.expect_code(0).stdout;

@@ -1,6 +1,7 @@
 //! `chain`: how long values take through nodes.
 
-use crate::domain::{Domain, Process, RELAY, relay_with};
+use isochrone_testing::plants::{RELAY, relay_with};
+use isochrone_testing::{Domain, Process};
 use serde_json::Value;
 
 /// A second relay behind the first.

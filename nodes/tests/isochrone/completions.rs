@@ -4,7 +4,8 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::domain::{Domain, Process, RELAY, not_tested};
+use isochrone_testing::plants::RELAY;
+use isochrone_testing::{Domain, Process, not_tested};
 
 const CONFIG: &str = "--iceoryx2-config domain.toml";
 

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use crate::domain::{Ended, Process, shared_memory};
+use isochrone_testing::{Ended, Process, shared_memory};
 use rustix::process::Signal;
 use serde_json::Value;
 

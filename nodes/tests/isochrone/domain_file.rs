@@ -4,8 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
 
-use crate::domain;
-use crate::domain::{Domain, Ended, Process};
+use isochrone_testing::{Domain, Ended, Process};
 
 /// Runs a verb with a file as its domain's configuration.
 fn run(domain: &Domain, file: &str) -> Ended {
@@ -71,7 +70,7 @@ fn a_file_that_iceoryx2_would_half_understand_is_refused_with_the_place_and_the_
         let ended = run(&domain, file).expect_code(2);
         assert!(ended.stderr.contains(says), "{file}\n{}", ended.stderr);
     }
-    assert!(domain::shared_memory("slip_").is_empty() && !root.exists());
+    assert!(isochrone_testing::shared_memory("slip_").is_empty() && !root.exists());
 }
 
 #[test]
@@ -141,6 +140,6 @@ fn verbose_says_which_domain_was_joined_and_which_file_says_so() {
 fn assert_joined(ended: &Ended, domain: &Domain, file: &str) {
     let told = ended.stderr.lines().find(|line| line.contains("iceoryx2 domain:"));
     let told = told.unwrap_or_else(|| panic!("{}", ended.stderr));
-    let root = format!("root path {}, prefix isoproc", domain.path("iceoryx2").display());
+    let root = format!("root path {}, prefix isotest", domain.path("iceoryx2").display());
     assert!(told.contains(&root) && told.contains(file), "{told}");
 }

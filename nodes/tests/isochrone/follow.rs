@@ -2,8 +2,8 @@
 
 use crate::counter;
 use crate::counter::counter;
-use crate::domain::{Domain, Process};
 use crate::program::{Folder, assert_says, cells};
+use isochrone_testing::{Domain, Process};
 use serde_json::Value;
 
 /// What is followed: a counter that is released so long after the follower's grid.

@@ -1,9 +1,9 @@
 //! Frames of a publisher on the grid of the tasks.
 
-use crate::domain::{Domain, wait_until};
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{Depth, FrameSubscriber};
 use isochrone_runtime::epoch_after_ns;
+use isochrone_testing::{Domain, wait_until};
 
 const PERIOD_NS: u64 = 2_000_000;
 

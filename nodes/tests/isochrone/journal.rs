@@ -4,10 +4,9 @@ use std::collections::HashMap;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use crate::domain;
-use crate::domain::{Domain, Ended, Process};
 use isochrone_runtime::control::{Client, ClientError, Code, JournalParams, SetParams, SetResult};
 use isochrone_runtime::journal::JournalFile;
+use isochrone_testing::{Domain, Ended, Process};
 use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
 
 /// A node that shows its inputs as it read them, and two tasks, one of which reads the other.
@@ -371,7 +370,7 @@ fn what_the_journal_cannot_have_yet_is_answered_with_a_warning_and_a_force_can_a
     assert!(forces.contains("nothing is forced"), "{forces}");
 
     limit_files(&node, None);
-    domain::wait_until("the release is written", || {
+    isochrone_testing::wait_until("the release is written", || {
         domain.read("tank.jsonl").contains("\"action\":\"release\"")
     });
     node.stop().expect_code(0);

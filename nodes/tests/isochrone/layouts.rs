@@ -1,6 +1,6 @@
 //! Frames that explain themselves: inputs bound by names, layouts that change, readers that wait.
 
-use crate::domain::{Domain, Process};
+use isochrone_testing::{Domain, Process};
 use serde_json::Value;
 
 /// Publishes two signals, in an order that a test chooses.

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::time::Duration;
 
-use crate::domain::{Domain, Ended, Process};
+use isochrone_testing::{Domain, Ended, Process};
 use rustix::process::Signal;
 use serde_json::Value;
 

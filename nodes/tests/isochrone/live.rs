@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use crate::domain::Domain;
+use isochrone_testing::Domain;
 
 const NODE: &str = r#"
 [node]

@@ -3,7 +3,7 @@
 use std::fs::File;
 use std::io::Write as _;
 
-use crate::domain::Domain;
+use isochrone_testing::Domain;
 use rustix::fs::{FlockOperation, flock};
 use rustix::process::Signal;
 

@@ -1,7 +1,6 @@
 //! The program's tests, each in real processes over real shared memory.
 //!
-//! They are one test program, because each of its own takes as long to link. Those that limit how many files a
-//! process opens have one each: what they start inherits all files of nodes in this process.
+//! They are one test program, because each of its own takes as long to link.
 
 mod bench_engine;
 mod bench_jitter;
@@ -16,9 +15,10 @@ mod command_line;
 mod completions;
 mod counter;
 mod demo;
+mod discovery;
 mod doctor;
-mod domain;
 mod domain_file;
+mod exhausted;
 mod export_damaged;
 mod findings;
 mod follow;
@@ -89,3 +89,4 @@ mod users;
 mod view;
 mod view_browser;
 mod view_requests;
+mod writers;

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use crate::domain::{Domain, Process, not_tested};
+use isochrone_testing::{Domain, Process, not_tested};
 
 const NODE: &str = r#"
 [node]

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use crate::domain::Domain;
+use isochrone_testing::Domain;
 
 #[test]
 fn a_name_that_no_service_can_have_is_refused_with_exit_status_2() {

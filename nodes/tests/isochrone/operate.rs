@@ -2,13 +2,13 @@
 
 use std::time::{Duration, Instant};
 
-use crate::domain::{PATIENCE, wait_until};
 use crate::node::Node;
 use isochrone_runtime::control::{
     Action, AlarmsParams, ApplyParams, ClientError, Code, DescribeParams, ForceParams,
     ForcesParams, GetParams, Hold, JournalParams, ReleaseParams, Role, SetParams, UndoParams,
     Value, Values,
 };
+use isochrone_testing::{PATIENCE, wait_until};
 
 const NODE: &str = r#"
 # The level of a tank.

@@ -5,13 +5,13 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::domain::{PATIENCE, wait_until};
 use crate::node::Node;
 use isochrone_ipc::{Depth, FrameSubscriber, ipc};
 use isochrone_runtime::control::{
     Action, AlarmsParams, ApplyParams, ApplyResult, Client, ClientError, Code, DescribeParams,
     ForceParams, GetParams, Hold, JournalParams, ReleaseParams, SetParams, Value,
 };
+use isochrone_testing::{PATIENCE, wait_until};
 
 const NODE: &str = r#"
 [node]

@@ -3,11 +3,12 @@
 use std::process::Command;
 use std::time::Instant;
 
-use crate::domain::{Domain, Ended, PATIENCE, Process, tank};
 use crate::program::assert_says;
 use isochrone_runtime::control::{
     Client, ClientError, Code, DescribeParams, GetParams, JournalParams, SetParams,
 };
+use isochrone_testing::plants::tank;
+use isochrone_testing::{Domain, Ended, PATIENCE, Process};
 use serde_json::{Value, json};
 
 const TANK: &str = r#"

@@ -4,8 +4,9 @@ use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
 use std::process::Command;
 
-use crate::domain::{Domain, Process, not_tested, tank};
 use crate::program::assert_says;
+use isochrone_testing::plants::tank;
+use isochrone_testing::{Domain, Process, not_tested};
 
 const TANK: &str = r#"
 [node]

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use crate::domain::tank;
 use crate::program::assert_says;
+use isochrone_testing::plants::tank;
 
 /// More parameters than one request may name.
 const RAMPS: usize = 10_000;

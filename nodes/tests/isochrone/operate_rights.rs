@@ -1,12 +1,13 @@
 //! What operators may do with a node, for each `control` that its configuration can say, and every method.
 
-use crate::domain::{PATIENCE, tank};
 use crate::node::Node;
 use isochrone_runtime::control::{
     AlarmsParams, ApplyParams, Client, ClientError, Code, DescribeParams, Failure, ForceParams,
     ForcesParams, GetParams, Hold, JournalParams, Method, Params, ReleaseParams, SaveParams,
     SetParams, SignalsParams, TraceParams, UndoParams, Value,
 };
+use isochrone_testing::PATIENCE;
+use isochrone_testing::plants::tank;
 
 const NODE: &str = r#"
 [node]

@@ -1,6 +1,7 @@
 //! Tasks that sleep for long between their cycles, and those who look at them.
 
-use crate::domain::{Ended, tank};
+use isochrone_testing::Ended;
+use isochrone_testing::plants::tank;
 use serde_json::{Value, json};
 
 const TANK: &str = r#"

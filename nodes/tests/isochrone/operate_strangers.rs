@@ -4,9 +4,10 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-use crate::domain::{Domain, tank};
 use crate::program::assert_says;
 use isochrone_ipc::RequestServer;
+use isochrone_testing::Domain;
+use isochrone_testing::plants::tank;
 use rustix::process::Signal;
 use serde_json::{Value, json};
 

@@ -6,12 +6,12 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::domain::{Domain, PATIENCE, Process, wait_until};
 use isochrone_ipc::{Depth, FrameSubscriber, Participant, RequestClient, ipc};
 use isochrone_runtime::control::{
     Client, ClientError, Code, DescribeParams, GetParams, JournalParams, SetParams, Value,
     service_name,
 };
+use isochrone_testing::{Domain, PATIENCE, Process, volume, wait_until};
 use rustix::process::Signal;
 use serde_json::json;
 
@@ -61,9 +61,9 @@ fn both(value: f64) -> SetParams {
 }
 
 #[test]
-fn of_ten_thousand_transactions_no_reader_of_frames_or_values_sees_a_half() {
+fn of_thousands_of_transactions_no_reader_of_frames_or_values_sees_a_half() {
     const WRITERS: u64 = 6;
-    const TRANSACTIONS: u64 = 10_000;
+    let transactions = volume(10_000) as u64;
     /// That many frames and values are read, at least, while transactions are written.
     const READINGS: u64 = 100;
     let domain = Domain::new();
@@ -74,7 +74,7 @@ fn of_ten_thousand_transactions_no_reader_of_frames_or_values_sees_a_half() {
     // A busy machine may keep the readers from their CPU: then more is written.
     let is_enough = || {
         let [frames, reads] = [&frames, &reads].map(|seen| seen.load(Ordering::Relaxed));
-        written.load(Ordering::Relaxed) >= TRANSACTIONS && frames.min(reads) >= READINGS
+        written.load(Ordering::Relaxed) >= transactions && frames.min(reads) >= READINGS
     };
     let since = Instant::now();
     let opposite = |a: f64, b: f64| a.to_bits() == (-b).to_bits() || (a == 0.0 && b == 0.0);

@@ -1,7 +1,7 @@
 //! A pin that can be without a value, set and set back by a user.
 
-use crate::domain::tank;
 use crate::program::assert_says;
+use isochrone_testing::plants::tank;
 
 const TANK: &str = r#"
 [node]

@@ -1,7 +1,8 @@
 //! Operating a running node from the command line.
 
-use crate::domain::{Domain, Ended, tank, wait_until};
 use crate::program::assert_says;
+use isochrone_testing::plants::tank;
+use isochrone_testing::{Domain, Ended, wait_until};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 

@@ -3,10 +3,9 @@
 use std::cell::{Cell, RefCell};
 use std::time::Duration;
 
-use crate::domain;
-use crate::domain::Domain;
 use isochrone_ipc::{Depth, FrameSubscriber};
 use isochrone_machine::Environment;
+use isochrone_testing::Domain;
 use rustix::process::Signal;
 
 const NODE: &str = r#"
@@ -25,7 +24,7 @@ signals = ["saw.value"]
 "#;
 
 /// Freezes a process as a stall of the machine would.
-fn freeze(process: &domain::Process, time: Duration) {
+fn freeze(process: &isochrone_testing::Process, time: Duration) {
     process.signal(Signal::STOP);
     std::thread::sleep(time);
     process.signal(Signal::CONT);

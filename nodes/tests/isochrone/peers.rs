@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use crate::domain::{Domain, Process, relay_with};
 use crate::plant::{Frame, Observer, Source};
 use iceoryx2::prelude::{NodeBuilder, ServiceName, ipc};
 use isochrone_ipc::{Depth, Flags, FrameSubscriber};
+use isochrone_testing::plants::relay_with;
+use isochrone_testing::{Domain, Process};
 use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
 
 /// Passes its input on. What the subscriber prints shows what the node saw.

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use crate::domain::{Domain, Process};
+use isochrone_testing::{Domain, Process};
 
 /// A command on a page, and what the page says that it prints.
 struct Shown {

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::time::Duration;
 
-use crate::domain::{Domain, wait_until};
 use isochrone_processes::Child;
+use isochrone_testing::{Domain, wait_until};
 use rustix::process::Signal;
 use serde_json::Value;
 

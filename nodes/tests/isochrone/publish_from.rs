@@ -1,10 +1,10 @@
 //! `publish --from`: what was recorded is published again, with its values, names and distances.
 
-use crate::domain::{Domain, Process};
 use crate::recorded_run;
 use crate::recorded_run::{CYCLES, MISSED};
 use isochrone_ipc::{Depth, FrameSubscriber, ipc};
 use isochrone_recording::{Carried, ClockReading, Item, Reader, Writer};
+use isochrone_testing::{Domain, Process};
 use serde_json::Value;
 
 /// A frame that was recorded.

@@ -5,8 +5,8 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::domain::{Domain, Process};
 use crate::interpreter;
+use isochrone_testing::{Domain, Process};
 use rustix::process::Signal;
 
 const NODE: &str = r#"

@@ -3,9 +3,9 @@
 
 use std::time::Instant;
 
-use crate::domain::{Domain, PATIENCE};
 use crate::plant::{Frame, GUARD, Observer, Source, run, sensor};
 use isochrone_ipc::{Flags, FrameHeader};
+use isochrone_testing::{Domain, PATIENCE};
 use rustix::process::Signal;
 
 /// What holds of every frame of the guard: value, flags, `ok` and `age` are of one cycle.

@@ -3,10 +3,9 @@
 
 use std::cell::Cell;
 
-use crate::domain;
-use crate::domain::Domain;
 use crate::plant::{Frame, GUARD, Observer, run, sensor};
 use isochrone_ipc::Flags;
+use isochrone_testing::Domain;
 use rustix::process::Signal;
 use serde_json::Value;
 
@@ -151,7 +150,7 @@ fn killed() -> Option<()> {
     first.until("not ok", &mut check, |_| last_fall.get().is_some());
     // The alarm is that of the last fall, and stays.
     let mut alarm = Value::Null;
-    domain::wait_until("the alarm names the input", || {
+    isochrone_testing::wait_until("the alarm names the input", || {
         let alarms = domain.run("alarms guard --json").expect_code(0).stdout;
         alarm = serde_json::from_str::<Value>(&alarms).unwrap()[0].clone();
         alarm["name"] == "x"

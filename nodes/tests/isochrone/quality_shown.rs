@@ -3,8 +3,8 @@
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::domain::{Domain, PATIENCE, wait_until};
 use crate::plant::{run, sensor};
+use isochrone_testing::{Domain, PATIENCE, wait_until};
 use serde_json::{Value, json};
 
 /// Two tasks, the second of which reads what the first computes of the sensor.

@@ -4,10 +4,11 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
-use crate::domain::{Domain, Process, RELAY, wait_until};
 use crate::interpreter;
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{Depth, FrameSubscriber, ipc};
+use isochrone_testing::plants::RELAY;
+use isochrone_testing::{Domain, Process, wait_until};
 use rustix::process::Signal;
 use serde_json::Value;
 

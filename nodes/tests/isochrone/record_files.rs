@@ -10,8 +10,8 @@ use std::process::Command;
 use std::thread;
 use std::time::UNIX_EPOCH;
 
-use crate::domain::{Domain, Process, wait_until};
 use isochrone_recording::Reader;
+use isochrone_testing::{Domain, Process, wait_until};
 use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
 use serde_json::Value;
 

@@ -4,10 +4,10 @@
 use std::collections::BTreeMap;
 use std::fs::File;
 
-use crate::domain::{Domain, Process, wait_until};
 use crate::plant::Observer;
 use crate::recorded_run;
 use isochrone_recording::{ClockReading, Item, Reader, Writer};
+use isochrone_testing::{Domain, Process, wait_until};
 use rustix::process::Signal;
 use serde_json::Value;
 

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use crate::domain::{Domain, Ended};
+use isochrone_testing::{Domain, Ended};
 
 /// Rows at an uneven pace, with values that not every way of writing them keeps.
 const RECORDED: &str = "time_s,cycle,level.y,\"tank, full\",status\n\

@@ -4,14 +4,13 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::path::Path;
 
-use crate::domain;
-use crate::domain::{Domain, wait_until};
 use crate::plant::{Observer, sensor};
 use isochrone_ipc::Participant;
 use isochrone_recording::{Entry, Item, Reader, RowHead};
 use isochrone_runtime::control::{
     ApplyParams, Client, ForceParams, Hold, Params, ReleaseParams, SetParams, UndoParams, Values,
 };
+use isochrone_testing::{Domain, wait_until};
 use serde_json::Value;
 
 const NODE: &str = r#"
@@ -122,7 +121,7 @@ fn a_recording_has_every_cycle_of_every_task_as_a_subscriber_saw_it_and_all_that
     let mut process = domain.start("run node.toml --record out.mcap --report node.json");
     process.wait_for("is running");
     let participant: Participant<_> = domain.join("operator");
-    let mut client = Client::connect(&participant, "level", domain::PATIENCE).unwrap();
+    let mut client = Client::connect(&participant, "level", isochrone_testing::PATIENCE).unwrap();
     let mut seen = BTreeMap::new();
     let mut look = |until_cycles: u64| {
         let since = seen.len() as u64;

@@ -4,8 +4,8 @@ use std::path::PathBuf;
 use std::process::Command;
 use std::thread;
 
-use crate::domain::{Domain, Ended, Process, not_tested};
 use isochrone_machine::Machine;
+use isochrone_testing::{Domain, Ended, Process, not_tested};
 use rustix::thread::{CpuSet, sched_setaffinity};
 use serde_json::Value;
 

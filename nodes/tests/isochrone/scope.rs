@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 use std::process::Command;
 
-use crate::domain::{Domain, Process, wait_until};
 use crate::tmux::Tmux;
+use isochrone_testing::{Domain, Process, wait_until};
 use rustix::process::Signal;
 
 /// A task with a ramp and a BOOL that `lim.autoValue` decides, and a slow one that follows.

@@ -3,7 +3,8 @@
 use std::thread;
 use std::time::Duration;
 
-use crate::domain::{Domain, Process, tank, wait_until};
+use isochrone_testing::plants::tank;
+use isochrone_testing::{Domain, Process, wait_until};
 use rustix::process::Signal;
 
 /// How long a node keeps a trace that nobody renews.

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use crate::domain::{Domain, PATIENCE, Process, not_tested, wait_until};
+use isochrone_testing::{Domain, PATIENCE, Process, not_tested, wait_until};
 use rustix::process::Signal;
 
 const NODE: &str = r#"

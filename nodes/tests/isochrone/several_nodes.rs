@@ -1,6 +1,6 @@
 //! Several nodes on one machine: which tasks share a CPU and meet on the grid.
 
-use crate::domain::{Domain, Ended};
+use isochrone_testing::{Domain, Ended};
 use rustix::process::Signal;
 use serde_json::Value;
 

@@ -7,7 +7,7 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::domain::{Domain, PATIENCE, Process, not_tested, shared_memory, wait_until};
+use isochrone_testing::{Domain, PATIENCE, Process, not_tested, shared_memory, volume, wait_until};
 use rustix::process::{Pid, Signal, kill_process};
 
 const NODE: &str = r#"
@@ -24,15 +24,12 @@ service = "ends/out"
 signals = ["x"]
 "#;
 
-/// How often each way to end is tried.
-const ROUNDS: u64 = 100;
-
 /// A publisher, a node and a subscriber are ended at the same time, each with these signals: the
 /// pause follows the first.
 fn end_all_in_order(signals: &[Signal], pause: impl Fn(u64) -> Duration) {
     let domain = Domain::new();
     domain.write("node.toml", NODE);
-    for round in 0..ROUNDS {
+    for round in 0..volume(100) as u64 {
         let mut node = domain.start("run node.toml");
         node.wait_for("is running");
         let mut publisher = domain.start("publish ends/in --value 1");
@@ -77,7 +74,7 @@ fn a_sigterm_and_a_sigint_at_the_same_instant_are_one_request() {
 #[test]
 fn a_signal_when_the_time_is_up_already_does_not_end_a_process_at_once() {
     let domain = Domain::new();
-    for after_ms in 190..230 {
+    for after_ms in (190..230).step_by(40 / volume(40)) {
         let mut publisher = domain.start("publish ends/in --value 1 --seconds 0.2");
         publisher.wait_for("publishing");
         thread::sleep(Duration::from_millis(after_ms));

@@ -1,6 +1,6 @@
 //! A node whose blocks or inputs go wrong says so, once for each time.
 
-use crate::domain::Domain;
+use isochrone_testing::Domain;
 
 const NODE: &str = r#"
 [node]

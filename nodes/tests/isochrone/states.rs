@@ -1,9 +1,10 @@
 //! What is wrong with a service stands in the alarms of its reader as long as it lasts.
 
-use crate::domain::{Domain, Process, RELAY, tank, wait_until};
 use iceoryx2::prelude::{NodeBuilder, ServiceName, ipc};
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::FrameHeader;
+use isochrone_testing::plants::{RELAY, tank};
+use isochrone_testing::{Domain, Process, wait_until};
 use serde_json::Value;
 
 /// The alarms of a node with this code.

@@ -2,7 +2,7 @@
 
 use std::process::{Command, Stdio};
 
-use crate::domain::{Domain, not_tested};
+use isochrone_testing::{Domain, not_tested};
 
 /// What the program writes to a terminal of 80 columns.
 fn on_a_terminal(arguments: &str) -> Option<String> {

@@ -5,8 +5,8 @@ use std::process::Command;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::domain::{Domain, PATIENCE, Process};
 use crate::tmux::Tmux;
+use isochrone_testing::{Domain, PATIENCE, Process};
 
 const NODE: &str = r#"
 [node]

@@ -6,14 +6,13 @@ use std::rc::Rc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::domain;
-use crate::domain::{Domain, PATIENCE};
 use crate::node::Node;
 use crate::plant::Observer;
 use isochrone_ipc::{Participant, ipc};
 use isochrone_runtime::control::{
     ApplyParams, Client, ClientError, Code, Failure, Trace, TraceParams, TraceRow, signals_by_task,
 };
+use isochrone_testing::{Domain, PATIENCE};
 
 const NODE: &str = r#"
 [node]
@@ -155,7 +154,7 @@ fn a_trace_goes_on_through_a_change_of_the_configuration_that_keeps_its_signals_
     assert_eq!(failure.code, Code::UnknownName);
     assert!(failure.message.contains("a change of the configuration took away"), "{failure}");
     while trace.next_row().is_some() {}
-    domain::wait_until("its service is closed", || trace.has_ended());
+    isochrone_testing::wait_until("its service is closed", || trace.has_ended());
     node.process.stop().expect_code(0);
 }
 
@@ -245,7 +244,7 @@ fn the_last_cycles_of_a_node_that_ends_are_there_to_be_read() {
     let (participant, client) = connect(&domain);
     let mut trace = Trace::open(&participant, &client, SIGNALS).unwrap();
     let mut last = 0;
-    domain::wait_until("the node has ended", || {
+    isochrone_testing::wait_until("the node has ended", || {
         // Cycles that a busy machine misses make the run longer than a trace is kept.
         let _ = trace.renew();
         while let Some(row) = trace.next_row() {

@@ -5,8 +5,8 @@ use std::time::{Duration, Instant};
 
 use crate::counter;
 use crate::counter::counter;
-use crate::domain::{Process, wait_until};
 use crate::machines::{Boot, Machine, Machines};
+use isochrone_testing::{Process, wait_until};
 use serde_json::{Value, json};
 
 /// What the link lets wait, as far as it says, before it drops frames.

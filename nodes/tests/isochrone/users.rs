@@ -5,7 +5,8 @@ use std::os::unix::fs::{PermissionsExt, chown};
 use std::path::PathBuf;
 use std::process::Command;
 
-use crate::domain::{Domain, Ended, Process, RELAY, not_tested};
+use isochrone_testing::plants::RELAY;
+use isochrone_testing::{Domain, Ended, Process, not_tested};
 
 const NOBODY: u32 = 65_534;
 

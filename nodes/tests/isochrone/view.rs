@@ -2,8 +2,9 @@
 
 use std::time::{Duration, Instant};
 
-use crate::domain::{Domain, PATIENCE, tank};
 use crate::served::{Served, TANK};
+use isochrone_testing::plants::tank;
+use isochrone_testing::{Domain, PATIENCE};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 

@@ -2,8 +2,9 @@
 
 use crate::browser;
 use crate::browser::Browser;
-use crate::domain::{Domain, tank, wait_until};
 use crate::served::{Served, TANK};
+use isochrone_testing::plants::tank;
+use isochrone_testing::{Domain, wait_until};
 use serde_json::{Value, json};
 
 #[test]

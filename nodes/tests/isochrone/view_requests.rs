@@ -2,9 +2,8 @@
 
 use std::io::Write;
 
-use crate::domain;
-use crate::domain::tank;
 use crate::served::{Reply, Served, TANK};
+use isochrone_testing::plants::tank;
 use serde_json::json;
 
 #[test]
@@ -120,7 +119,7 @@ fn twenty_pages_see_values_and_curves_one_that_never_reads_hinders_none_and_whoe
     assert!(many.into_iter().all(|stream| Reply::of(stream).status == 503), "none is reset");
     pages[0].next("curves");
     drop((more, pages));
-    domain::wait_until("places are free again", || served.get("/").status == 200);
+    isochrone_testing::wait_until("places are free again", || served.get("/").status == 200);
     drop(standing);
     served.process.stop().expect_code(0);
     node.stop().expect_code(0);

@@ -1,7 +1,8 @@
 //! What a frame is when it arrives.
 
-use crate::domain::{Domain, NOW_NS, layout, send};
+use crate::variants::{NOW_NS, layout, send};
 use isochrone_ipc::{Depth, Flags, FrameHeader, FramePublisher, FrameSubscriber, Service, Stamp};
+use isochrone_testing::Domain;
 
 for_both_variants! {
     a_frame_arrives_bit_for_bit
@@ -22,7 +23,7 @@ for_both_variants! {
 
 fn a_frame_arrives_bit_for_bit<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let bits = [
         f64::NAN.to_bits(),
         0x7ff0_0000_dead_beef,
@@ -45,7 +46,7 @@ fn a_frame_arrives_bit_for_bit<S: Service>() {
 
 fn the_header_tells_all_that_was_stamped<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let shape = layout(&["a:LREAL"]);
     let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::Newest).unwrap();
     let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
@@ -73,7 +74,7 @@ fn the_header_tells_all_that_was_stamped<S: Service>() {
 
 fn the_sequence_has_no_gap<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let shape = layout(&["a:LREAL"]);
     let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::Newest).unwrap();
     let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
@@ -90,7 +91,7 @@ fn the_sequence_has_no_gap<S: Service>() {
 
 fn the_newest_of_many_frames_wins<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let shape = layout(&["a:LREAL"]);
     let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
     for depth in [Depth::Newest, Depth::All] {
@@ -105,7 +106,7 @@ fn the_newest_of_many_frames_wins<S: Service>() {
 
 fn frames_that_a_reader_does_not_watch_for_are_left_for_it_to_read<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
     let mut reader = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap();
     for n in 0..1000_u64 {
@@ -125,7 +126,7 @@ fn frames_that_a_reader_does_not_watch_for_are_left_for_it_to_read<S: Service>()
 
 fn a_frame_that_a_reader_watched_for_is_kept_until_it_reads<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
     let mut reader = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap();
     for n in 0..1000_u64 {
@@ -149,7 +150,7 @@ fn a_frame_that_a_reader_watched_for_is_kept_until_it_reads<S: Service>() {
 
 fn a_reader_of_all_frames_gets_them_in_order<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let shape = layout(&["a:LREAL"]);
     let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
     let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
@@ -165,7 +166,7 @@ fn a_reader_of_all_frames_gets_them_in_order<S: Service>() {
 
 fn a_late_reader_gets_the_next_frame_and_no_old_one<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let shape = layout(&["a:LREAL"]);
     let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
     send(&mut writer, 1.0, 1);
@@ -178,7 +179,7 @@ fn a_late_reader_gets_the_next_frame_and_no_old_one<S: Service>() {
 
 fn a_restarted_publisher_is_picked_up_by_the_same_reader<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let shape = layout(&["a:LREAL"]);
     let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::Newest).unwrap();
     let mut publish_ns = 0;
@@ -203,7 +204,7 @@ fn a_restarted_publisher_is_picked_up_by_the_same_reader<S: Service>() {
 
 fn nothing_is_sent_that_was_not_prepared<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let shape = layout(&["a:LREAL"]);
     let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
     let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
@@ -221,7 +222,7 @@ fn nothing_is_sent_that_was_not_prepared<S: Service>() {
 
 fn a_prepared_frame_starts_at_zero<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
     // More often than there are chunks, so that used ones come back.
     for n in 0..10_000 {
@@ -234,7 +235,7 @@ fn a_prepared_frame_starts_at_zero<S: Service>() {
 
 fn preparing_twice_keeps_what_was_written<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
     assert!(writer.prepare());
     writer.values_mut().unwrap()[0] = 5.0;
@@ -244,7 +245,7 @@ fn preparing_twice_keeps_what_was_written<S: Service>() {
 
 fn a_frame_can_be_read_while_the_next_ones_overrun_the_buffer<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let shape = layout(&["a:LREAL"]);
     let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::Newest).unwrap();
     let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
@@ -260,7 +261,7 @@ fn a_frame_can_be_read_while_the_next_ones_overrun_the_buffer<S: Service>() {
 
 fn peers_that_join_and_leave_are_counted<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let shape = layout(&["a:LREAL"]);
     let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
     assert_eq!(writer.counters().connects, 0);

@@ -1,34 +1,31 @@
 //! Clients that are killed, at any point, hold nothing.
 
 use std::io::{BufRead, BufReader};
-use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::{Child, Stdio};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use crate::domain::Domain;
 use isochrone_ipc::{
     Delivery, MAX_CLIENTS, Participant, RequestClient, RequestServer, RequestUpkeep, ipc,
 };
+use isochrone_testing::{Domain, role, role_domain, volume, wait_until};
 
 type Client = RequestClient<ipc::Service>;
 type Server = RequestServer<ipc::Service>;
 type Node = Participant<ipc::Service>;
 
 const SERVICE: &str = "isochrone/plant/control";
-/// No test takes as long.
-const PATIENCE: Duration = Duration::from_secs(60);
 
 #[test]
-fn five_hundred_clients_that_are_killed_one_after_the_other_hold_nothing() {
+fn clients_that_are_killed_one_after_the_other_hold_nothing() {
     let domain = Domain::new();
-    let node = Arc::new(domain.join::<ipc::Service>());
+    let node = Arc::new(domain.join_variant::<ipc::Service>("tester"));
     let served = Served::start(&node);
     ask(&node, b"warm up");
     let before = domain.files().len();
-    for n in 0..500_u64 {
+    for n in 0..volume(500) as u64 {
         let mut child = start_client(&domain);
         let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
         if n % 5 == 0 {
@@ -46,22 +43,18 @@ fn five_hundred_clients_that_are_killed_one_after_the_other_hold_nothing() {
     }
     ask(&node, b"after all");
     // Nobody joins meanwhile: the upkeep alone clears the rest.
-    await_that("no client is left", || served.clients() == 0);
+    wait_until("no client is left", || served.clients() == 0);
     // Whoever was killed before he came to the service is for the next who joins.
-    drop(domain.join::<ipc::Service>());
+    drop(domain.join_variant::<ipc::Service>("tester"));
     // The server lets go of a connection at its next look.
-    let begin = Instant::now();
-    while domain.files().len() > before {
-        assert!(begin.elapsed() < PATIENCE, "{before} before: {:#?}", domain.files());
-        thread::sleep(Duration::from_millis(10));
-    }
+    wait_until(&format!("no more than {before} files are left"), || domain.files().len() <= before);
     served.stop();
 }
 
 #[test]
 fn eight_that_are_killed_at_once_give_way_to_eight_others_while_the_server_goes_on() {
     let domain = Domain::new();
-    let node = Arc::new(domain.join::<ipc::Service>());
+    let node = Arc::new(domain.join_variant::<ipc::Service>("tester"));
     let served = Served::start(&node);
     for point in ["opened", "asked", "answered"] {
         let mut children: Vec<_> = (0..MAX_CLIENTS).map(|_| start_client(&domain)).collect();
@@ -84,13 +77,13 @@ fn eight_that_are_killed_at_once_give_way_to_eight_others_while_the_server_goes_
 #[test]
 fn whoever_takes_the_place_of_a_client_that_died_between_request_and_answer_gets_his_own() {
     let domain = Domain::new();
-    let node = domain.join::<ipc::Service>();
+    let node = domain.join_variant::<ipc::Service>("tester");
     let mut server = Server::open(&node, SERVICE).unwrap();
     let mut upkeep = server.upkeep();
     for is_answered in [false, true] {
         let mut child = start_client(&domain);
         let mut kept = None;
-        await_that("the child asks", || {
+        wait_until("the child asks", || {
             kept = server.receive();
             kept.is_some()
         });
@@ -98,7 +91,7 @@ fn whoever_takes_the_place_of_a_client_that_died_between_request_and_answer_gets
         assert_eq!(kept.process(), Some(child.id()));
         child.kill().unwrap();
         child.wait().unwrap();
-        await_that("it is cleared", || {
+        wait_until("it is cleared", || {
             upkeep.tend(&node);
             server.clients() == 0
         });
@@ -121,7 +114,7 @@ fn whoever_takes_the_place_of_a_client_that_died_between_request_and_answer_gets
 #[test]
 fn a_server_that_was_killed_gives_way_to_the_next() {
     let domain = Domain::new();
-    let node = domain.join::<ipc::Service>();
+    let node = domain.join_variant::<ipc::Service>("tester");
     for _ in 0..3 {
         let mut child = start("killed_clients::serves_until_killed", &domain);
         let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
@@ -202,19 +195,11 @@ fn ask(node: &Node, request: &[u8]) -> Vec<u8> {
 fn ask_with(client: &mut Client, request: &[u8]) -> Vec<u8> {
     client.send(request).unwrap();
     let mut answer = None;
-    await_that("the answer comes", || {
+    wait_until("the answer comes", || {
         answer = client.receive().unwrap();
         answer.is_some()
     });
     answer.unwrap()
-}
-
-fn await_that(what: &str, mut is_so: impl FnMut() -> bool) {
-    let begin = Instant::now();
-    while !is_so() {
-        assert!(begin.elapsed() < PATIENCE, "not within {PATIENCE:?}: {what}");
-        thread::sleep(Duration::from_millis(1));
-    }
 }
 
 fn start_client(domain: &Domain) -> Child {
@@ -222,10 +207,8 @@ fn start_client(domain: &Domain) -> Child {
 }
 
 /// Runs this test binary again, as another process.
-fn start(role: &str, domain: &Domain) -> Child {
-    Command::new(std::env::current_exe().unwrap())
-        .args(["--exact", role, "--ignored", "--nocapture"])
-        .env("ISOCHRONE_TEST_DOMAIN", domain.file())
+fn start(part: &str, domain: &Domain) -> Child {
+    role(part, &domain.file())
         .stdout(Stdio::piped())
         // A process that is killed in its start may say what it met.
         .stderr(Stdio::null())
@@ -234,9 +217,7 @@ fn start(role: &str, domain: &Domain) -> Child {
 }
 
 fn join() -> Option<Node> {
-    let file = std::env::var("ISOCHRONE_TEST_DOMAIN").ok()?;
-    let domain = isochrone_ipc::Domain::from_file(Path::new(&file)).unwrap();
-    Some(Participant::join("victim", &domain).unwrap())
+    Some(Participant::join("victim", &role_domain()?).unwrap())
 }
 
 #[test]

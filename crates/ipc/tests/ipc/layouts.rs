@@ -2,13 +2,14 @@
 
 use std::time::{Duration, Instant};
 
-use crate::domain::{Domain, NOW_NS, layout, send};
+use crate::variants::{NOW_NS, layout, send};
 use iceoryx2::prelude::{NodeBuilder, ServiceName};
 use iceoryx2::service::port_factory::PortFactory as _;
 use isochrone_ipc::{
     Announcement, Binding, Depth, FrameLayout, FramePublisher, FrameSubscriber, LayoutAnnouncer,
     LayoutWatcher, Participant, SenderClock, Service, SignalSpec, Wanted, layout_service_name,
 };
+use isochrone_testing::Domain;
 
 for_both_variants! {
     a_reader_that_waits_learns_the_layout_when_the_writer_comes
@@ -37,7 +38,7 @@ fn learn<S: Service>(
 
 fn a_reader_that_waits_learns_the_layout_when_the_writer_comes<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let mut watcher = LayoutWatcher::open(&node, "x").unwrap();
     assert!(!watcher.look(&node));
     let shape = layout(&["level.y:LREAL", "alarm:BOOL", "count:INT"]);
@@ -53,7 +54,7 @@ fn a_reader_that_waits_learns_the_layout_when_the_writer_comes<S: Service>() {
 
 fn a_reader_that_comes_late_learns_the_layout_at_the_next_look<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let shape = layout(&["a:LREAL"]);
     let mut announcer = LayoutAnnouncer::open(&node, "x", "level", &shape).unwrap();
     announcer.tend(&node);
@@ -65,7 +66,7 @@ fn a_reader_that_comes_late_learns_the_layout_at_the_next_look<S: Service>() {
 
 fn a_writer_comes_back_with_another_layout_while_its_readers_wait<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let mut reader = FrameSubscriber::open(&node, "x", 2, Depth::Newest).unwrap();
     let mut watcher = LayoutWatcher::open(&node, "x").unwrap();
     let wanted =
@@ -94,7 +95,7 @@ fn a_writer_comes_back_with_another_layout_while_its_readers_wait<S: Service>() 
 
 fn a_layout_of_thousands_of_signals_arrives_whole<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let signal = |i: usize| SignalSpec {
         unit: if i.is_multiple_of(3) { "m/s²".to_owned() } else { String::new() },
         ..SignalSpec::new(format!("station{}.level{i}", i * 7919 % 65_537), "LREAL")
@@ -108,7 +109,7 @@ fn a_layout_of_thousands_of_signals_arrives_whole<S: Service>() {
 
 fn sixteen_readers_learn_the_layout<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let shape = layout(&["a:LREAL"]);
     let mut announcer = LayoutAnnouncer::open(&node, "x", "me", &shape).unwrap();
     let open = || LayoutWatcher::open(&node, "x");
@@ -123,7 +124,7 @@ fn sixteen_readers_learn_the_layout<S: Service>() {
 
 fn a_message_that_is_no_layout_does_no_harm<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let mut watcher = LayoutWatcher::open(&node, "x").unwrap();
     let other = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
     let service = other
@@ -144,7 +145,7 @@ fn a_message_that_is_no_layout_does_no_harm<S: Service>() {
 
 fn whoever_creates_a_service_of_layouts_sets_its_quality<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let _watcher = LayoutWatcher::open(&node, "x").unwrap();
     let other = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
     let service = other
@@ -162,7 +163,7 @@ fn whoever_creates_a_service_of_layouts_sets_its_quality<S: Service>() {
 #[test]
 fn nothing_of_a_layout_is_left_when_both_ends_have_gone() {
     let domain = Domain::new();
-    let node = domain.join::<isochrone_ipc::ipc::Service>();
+    let node = domain.join_variant::<isochrone_ipc::ipc::Service>("tester");
     let shape = layout(&["a:LREAL"]);
     let mut announcer = LayoutAnnouncer::open(&node, "x", "me", &shape).unwrap();
     let mut watcher = LayoutWatcher::open(&node, "x").unwrap();

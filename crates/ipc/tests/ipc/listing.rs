@@ -1,10 +1,11 @@
 //! Who and what is in a domain.
 
-use crate::domain::{Domain, layout};
+use crate::variants::layout;
 use iceoryx2::prelude::{NodeBuilder, ServiceName};
 use isochrone_ipc::{
     Depth, FramePublisher, FrameSubscriber, LayoutAnnouncer, Participant, Service,
 };
+use isochrone_testing::Domain;
 
 for_both_variants! {
     the_nodes_of_a_domain_are_listed_with_name_and_process
@@ -14,7 +15,7 @@ for_both_variants! {
 
 fn the_nodes_of_a_domain_are_listed_with_name_and_process<S: Service>() {
     let domain = Domain::new();
-    let looker = domain.join::<S>();
+    let looker = domain.join_variant::<S>("tester");
     assert_eq!(looker.nodes().unwrap(), []);
     let second = Participant::<S>::join_variant("b", &domain).unwrap();
     let first = Participant::<S>::join_variant("a", &domain).unwrap();
@@ -28,7 +29,7 @@ fn the_nodes_of_a_domain_are_listed_with_name_and_process<S: Service>() {
 
 fn services_of_frames_are_listed_with_who_writes_and_reads_them<S: Service>() {
     let domain = Domain::new();
-    let looker = domain.join::<S>();
+    let looker = domain.join_variant::<S>("tester");
     let writer = Participant::<S>::join_variant("writer", &domain).unwrap();
     let reader = Participant::<S>::join_variant("reader", &domain).unwrap();
     let publisher = FramePublisher::open(&writer, "plant/x", &layout(&["a:LREAL"])).unwrap();
@@ -51,7 +52,7 @@ fn services_of_frames_are_listed_with_who_writes_and_reads_them<S: Service>() {
 
 fn what_carries_no_frames_is_not_listed<S: Service>() {
     let domain = Domain::new();
-    let looker = domain.join::<S>();
+    let looker = domain.join_variant::<S>("tester");
     let _layouts = LayoutAnnouncer::open(&looker, "plant/x", "me", &layout(&["a:LREAL"])).unwrap();
     let other = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
     let service = ServiceName::new("others").unwrap();

@@ -5,10 +5,11 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-use crate::domain::{Domain, NOW_NS, layout, send};
+use crate::variants::{NOW_NS, layout, send};
 use isochrone_ipc::{
     Depth, DomainError, FramePublisher, FrameSubscriber, Participant, Service, ipc,
 };
+use isochrone_testing::{Domain, role, role_domain};
 
 fn is_named(file: &Path, end: &str) -> bool {
     file.to_string_lossy().ends_with(end)
@@ -17,7 +18,7 @@ fn is_named(file: &Path, end: &str) -> bool {
 #[test]
 fn nothing_is_left_when_all_have_gone() {
     let domain = Domain::new();
-    let node = domain.join::<ipc::Service>();
+    let node = domain.join_variant::<ipc::Service>("tester");
     let shape = layout(&["a:LREAL"]);
     let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
     let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
@@ -69,9 +70,9 @@ fn nothing_is_left_of_an_isolated_domain_also_after_those_who_were_killed() {
 #[test]
 fn a_domain_lives_on_after_its_leftovers_were_removed() {
     let domain = Domain::new();
-    drop(domain.join::<ipc::Service>());
+    drop(domain.join_variant::<ipc::Service>("tester"));
     assert!(domain.remove_leftovers());
-    let node = domain.join::<ipc::Service>();
+    let node = domain.join_variant::<ipc::Service>("tester");
     FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
 }
 
@@ -80,14 +81,14 @@ fn a_domain_lives_on_after_a_process_was_killed_while_it_made_the_node_counter()
     // Made but not sized, and sized but not filled: nobody may read it yet.
     for bytes in [0, 16] {
         let domain = Domain::new();
-        drop(domain.join::<ipc::Service>());
+        drop(domain.join_variant::<ipc::Service>("tester"));
         let files = domain.files();
         let counter = files.iter().find(|file| is_named(file, "global_mgmt")).unwrap();
         let counter = std::fs::File::options().write(true).open(counter).unwrap();
         counter.set_len(0).unwrap();
         counter.set_len(bytes).unwrap();
         counter.set_permissions(std::fs::Permissions::from_mode(0o200)).unwrap();
-        drop(domain.join::<ipc::Service>());
+        drop(domain.join_variant::<ipc::Service>("tester"));
     }
 }
 
@@ -106,7 +107,7 @@ fn what_is_half_made_in_a_domain_whose_prefix_begins_with_ours_is_left_alone() {
             .find(|file| file.file_name().unwrap().to_string_lossy().starts_with(&prefix))
             .unwrap();
         std::fs::File::options().write(true).open(counter).unwrap().set_len(0).unwrap();
-        drop(domain.join::<ipc::Service>());
+        drop(domain.join_variant::<ipc::Service>("tester"));
         assert!(counter.exists(), "{}", counter.display());
         std::fs::remove_file(counter).unwrap();
         other.remove_leftovers();
@@ -117,7 +118,7 @@ fn what_is_half_made_in_a_domain_whose_prefix_begins_with_ours_is_left_alone() {
 #[test]
 fn a_domain_with_another_root_path_and_our_prefix_keeps_its_segments() {
     let domain = Domain::new();
-    let node = domain.join::<ipc::Service>();
+    let node = domain.join_variant::<ipc::Service>("tester");
     let mut reader = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap();
     let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
     let elsewhere = tempfile::tempdir().unwrap();
@@ -127,7 +128,7 @@ fn a_domain_with_another_root_path_and_our_prefix_keeps_its_segments() {
         // Its own dead are none of ours either.
         let other = Participant::join("other", &there).unwrap();
         let mut ours = FrameSubscriber::open(&other, "x", 1, Depth::Newest).unwrap();
-        drop(domain.join::<ipc::Service>());
+        drop(domain.join_variant::<ipc::Service>("tester"));
         assert!(ours.newest(1).is_none());
         drop((ours, other));
         there.remove_leftovers();
@@ -137,7 +138,7 @@ fn a_domain_with_another_root_path_and_our_prefix_keeps_its_segments() {
     assert!(gone.iter().all(|file| is_named(file, "global_mgmt")), "{gone:?}");
     send(&mut writer, 3.0, 1);
     assert_eq!(reader.newest(NOW_NS).unwrap().values(), [3.0]);
-    let newcomer = domain.join::<ipc::Service>();
+    let newcomer = domain.join_variant::<ipc::Service>("tester");
     let second = FramePublisher::open(&newcomer, "x", &layout(&["a:LREAL"])).unwrap_err();
     assert!(second.to_string().contains("has one writer"), "{second}");
 }
@@ -146,11 +147,11 @@ fn a_domain_with_another_root_path_and_our_prefix_keeps_its_segments() {
 fn what_can_be_no_node_counter_is_removed() {
     for bytes in [&[][..], &[0; 16], b"what is this?"] {
         let domain = Domain::new();
-        drop(domain.join::<ipc::Service>());
+        drop(domain.join_variant::<ipc::Service>("tester"));
         let files = domain.files();
         let counter = files.iter().find(|file| is_named(file, "global_mgmt")).unwrap();
         std::fs::write(counter, bytes).unwrap();
-        drop(domain.join::<ipc::Service>());
+        drop(domain.join_variant::<ipc::Service>("tester"));
     }
 }
 
@@ -163,7 +164,7 @@ fn what_is_no_file_among_the_descriptions_of_services_holds_nobody_up() {
     let path = services.join(name);
     let made = Command::new("mkfifo").arg(&path).status().unwrap();
     assert!(made.success());
-    let node = domain.join::<ipc::Service>();
+    let node = domain.join_variant::<ipc::Service>("tester");
     FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
     drop(node);
     std::fs::remove_file(path).unwrap();
@@ -173,7 +174,7 @@ fn what_is_no_file_among_the_descriptions_of_services_holds_nobody_up() {
 fn a_publisher_that_lives_elsewhere_blocks_and_one_that_was_killed_does_not() {
     let domain = Domain::new();
     let shape = layout(&["a:LREAL"]);
-    let node = domain.join::<ipc::Service>();
+    let node = domain.join_variant::<ipc::Service>("tester");
     let mut reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::Newest).unwrap();
     for life in 0..3 {
         let mut child = start_publisher(&domain);
@@ -197,7 +198,7 @@ fn a_publisher_that_lives_elsewhere_blocks_and_one_that_was_killed_does_not() {
 fn a_dead_publisher_of_whom_only_the_place_in_the_service_is_left_gives_way() {
     let domain = Domain::new();
     let shape = layout(&["a:LREAL"]);
-    let node = domain.join::<ipc::Service>();
+    let node = domain.join_variant::<ipc::Service>("tester");
     let mut reader = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap();
     let nodes = domain.root_path().join("nodes");
     let traces = || -> Vec<_> {
@@ -234,7 +235,7 @@ fn a_node_counter_that_others_may_write_to_is_closed_by_who_joins() {
         std::fs::metadata(counter).unwrap().permissions().mode() & 0o777
     };
     assert_eq!(mode(), 0o666);
-    drop(domain.join::<ipc::Service>());
+    drop(domain.join_variant::<ipc::Service>("tester"));
     assert_eq!(mode(), 0o600);
     drop(node);
 }
@@ -242,7 +243,7 @@ fn a_node_counter_that_others_may_write_to_is_closed_by_who_joins() {
 #[test]
 fn all_of_a_domain_is_writable_by_its_owner_only() {
     let domain = Domain::new();
-    let node = domain.join::<ipc::Service>();
+    let node = domain.join_variant::<ipc::Service>("tester");
     let shape = layout(&["a:LREAL"]);
     let _reader = FrameSubscriber::open(&node, "x", 1, Depth::All).unwrap();
     let _writer = FramePublisher::open(&node, "x", &shape).unwrap();
@@ -261,16 +262,14 @@ fn joining_removes_what_a_killed_process_left() {
     child.kill().unwrap();
     child.wait().unwrap();
     assert!(domain.files().len() > 5);
-    drop(domain.join::<ipc::Service>());
+    drop(domain.join_variant::<ipc::Service>("tester"));
     domain.remove_leftovers();
     assert_eq!(domain.files(), Vec::<PathBuf>::new());
 }
 
 /// Runs this test binary again, as a process that publishes until it is killed.
 fn start_publisher(domain: &Domain) -> Child {
-    let mut child = Command::new(std::env::current_exe().unwrap())
-        .args(["--exact", "lives::publishes_until_killed", "--ignored", "--nocapture"])
-        .env("ISOCHRONE_TEST_DOMAIN", domain.file())
+    let mut child = role("lives::publishes_until_killed", &domain.file())
         .stdout(Stdio::piped())
         .spawn()
         .unwrap();
@@ -283,10 +282,7 @@ fn start_publisher(domain: &Domain) -> Child {
 #[test]
 #[ignore = "is run by the tests that kill it"]
 fn publishes_until_killed() {
-    let Ok(file) = std::env::var("ISOCHRONE_TEST_DOMAIN") else {
-        return;
-    };
-    let domain = isochrone_ipc::Domain::from_file(Path::new(&file)).unwrap();
+    let Some(domain) = role_domain() else { return };
     let node = Participant::join("victim", &domain).unwrap();
     let mut writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
     for n in 0..10 {
@@ -304,7 +300,7 @@ fn many_that_join_and_leave_at_once_all_succeed() {
             let domain = &domain;
             scope.spawn(move || {
                 for _ in 0..20 {
-                    let node = domain.join::<ipc::Service>();
+                    let node = domain.join_variant::<ipc::Service>("tester");
                     let service = format!("x{thread}");
                     let shape = layout(&["a:LREAL"]);
                     let mut writer = FramePublisher::open(&node, &service, &shape).unwrap();

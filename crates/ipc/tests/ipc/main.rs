@@ -1,7 +1,7 @@
 //! Ports, services and those who hold them, over real shared memory.
 
 #[macro_use]
-mod domain;
+mod variants;
 
 mod frames;
 mod killed_clients;
@@ -9,5 +9,7 @@ mod layouts;
 mod listing;
 mod lives;
 mod memory;
+mod repaired_requests;
+mod requests;
 mod services;
 mod writers;

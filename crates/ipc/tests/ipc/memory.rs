@@ -2,13 +2,14 @@
 
 use std::os::unix::fs::MetadataExt;
 
-use crate::domain::{Domain, layout};
+use crate::variants::layout;
 use isochrone_ipc::{FramePublisher, ipc};
+use isochrone_testing::Domain;
 
 #[test]
 fn every_page_of_the_frames_is_claimed_when_their_publisher_is_opened() {
     let domain = Domain::new();
-    let node = domain.join::<ipc::Service>();
+    let node = domain.join_variant::<ipc::Service>("tester");
     let _writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
     let files = domain.files();
     let frames: Vec<_> =

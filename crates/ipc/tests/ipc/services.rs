@@ -3,7 +3,7 @@
 use std::fmt::Debug;
 use std::sync::mpsc::{RecvTimeoutError, channel};
 
-use crate::domain::{Domain, NOW_NS, layout, send};
+use crate::variants::{NOW_NS, layout, send};
 use iceoryx2::node::Node;
 use iceoryx2::prelude::{IceoryxSend, NodeBuilder, ServiceName, ZeroCopySend};
 use iceoryx2::service::builder::publish_subscribe::Builder;
@@ -12,6 +12,7 @@ use isochrone_ipc::{
     Depth, FrameHeader, FrameLayout, FramePublisher, FrameSubscriber, LayoutAnnouncer,
     LayoutWatcher, OpenError, Service, ServiceNameError, check_service_name,
 };
+use isochrone_testing::Domain;
 
 for_both_variants! {
     a_second_publisher_is_refused_and_told_who_the_first_is
@@ -50,7 +51,7 @@ where
 fn a_second_publisher_is_refused_and_told_who_the_first_is<S: Service>() {
     let domain = Domain::new();
     let first = isochrone_ipc::Participant::<S>::join_variant("the-first", &domain).unwrap();
-    let second = domain.join::<S>();
+    let second = domain.join_variant::<S>("tester");
     let shape = layout(&["a:LREAL"]);
     let held = FramePublisher::open(&first, "plant/x", &shape).unwrap();
     let error = FramePublisher::open(&second, "plant/x", &shape).unwrap_err();
@@ -68,7 +69,7 @@ fn a_service_of_another_payload_type_is_refused_with_both_sides_named<S: Service
     let domain = Domain::new();
     let other = stranger::<S>(&domain);
     let _service = frames::<S, u64, FrameHeader>(&other).create().unwrap();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let shape = layout(&["a:LREAL"]);
     let errors = [
         FramePublisher::open(&node, "x", &shape).map(drop).unwrap_err(),
@@ -87,7 +88,9 @@ fn a_service_of_another_header_is_refused_with_both_sides_named<S: Service>() {
     let domain = Domain::new();
     let other = stranger::<S>(&domain);
     let _service = frames::<S, [f64], [u64; 6]>(&other).create().unwrap();
-    let error = FramePublisher::open(&domain.join::<S>(), "x", &layout(&["a:LREAL"])).unwrap_err();
+    let error =
+        FramePublisher::open(&domain.join_variant::<S>("tester"), "x", &layout(&["a:LREAL"]))
+            .unwrap_err();
     let text = error.to_string();
     assert!(text.contains("user header [u64; 6] (48 bytes)"), "{text}");
     assert!(text.contains("user header isochrone.FrameHeader.v2 (72 bytes)"), "{text}");
@@ -101,7 +104,7 @@ fn frames_of_the_first_version_are_refused_with_both_sides_named<S: Service>() {
     let domain = Domain::new();
     let other = stranger::<S>(&domain);
     let _service = frames::<S, [f64], FirstHeader>(&other).create().unwrap();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let error = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap_err().to_string();
     for part in ["isochrone.FrameHeader.v1 (48 bytes)", "isochrone.FrameHeader.v2 (72 bytes)"] {
         assert!(error.contains(part), "{part}: {error}");
@@ -116,7 +119,7 @@ fn a_service_of_layouts_that_carries_something_else_is_refused<S: Service>() {
         .publish_subscribe::<u64>()
         .create()
         .unwrap();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let errors = [
         LayoutWatcher::open(&node, "x").map(drop).unwrap_err(),
         LayoutAnnouncer::open(&node, "x", "me", &layout(&["a:LREAL"])).map(drop).unwrap_err(),
@@ -130,7 +133,7 @@ fn a_service_of_layouts_that_carries_something_else_is_refused<S: Service>() {
 
 fn a_frame_without_a_signal_is_refused<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let empty = FrameLayout::default();
     let errors = [
         FramePublisher::open(&node, "x", &empty).map(drop).unwrap_err(),
@@ -143,7 +146,7 @@ fn a_frame_without_a_signal_is_refused<S: Service>() {
 
 fn readers_may_come_first_whatever_channels_they_need<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let mut first = FrameSubscriber::open(&node, "x", 1, Depth::Newest).unwrap();
     let mut second = FrameSubscriber::open(&node, "x", 3, Depth::Newest).unwrap();
     let shape = layout(&["a:LREAL", "b:LREAL", "c:INT"]);
@@ -155,7 +158,7 @@ fn readers_may_come_first_whatever_channels_they_need<S: Service>() {
 
 fn an_observer_finds_no_service_where_there_is_none<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let found = FrameSubscriber::open_existing(&node, "x", Depth::All).unwrap();
     assert!(found.is_none());
     let found = FrameSubscriber::open_existing(&node, "x", Depth::All).unwrap();
@@ -174,7 +177,7 @@ fn a_service_of_foreign_quality_is_taken_as_it_is<S: Service>() {
         .max_nodes(2)
         .create()
         .unwrap();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let shape = layout(&["a:LREAL"]);
     let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
     send(&mut writer, 0.0, 0);
@@ -208,7 +211,7 @@ fn a_service_without_overflow_never_blocks_the_writer<S: Service>() {
         let other = stranger::<S>(&domain);
         let _service =
             frames::<S, [f64], FrameHeader>(&other).enable_safe_overflow(false).create().unwrap();
-        let node = domain.join::<S>();
+        let node = domain.join_variant::<S>("tester");
         let shape = layout(&["a:LREAL"]);
         let mut writer = FramePublisher::open(&node, "x", &shape).unwrap();
         let _reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
@@ -229,7 +232,7 @@ fn a_service_without_overflow_never_blocks_the_writer<S: Service>() {
 
 fn whoever_creates_a_service_sets_its_quality<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let _writer = FramePublisher::open(&node, "x", &layout(&["a:LREAL"])).unwrap();
     let other = stranger::<S>(&domain);
     let service = frames::<S, [f64], FrameHeader>(&other).open().unwrap();
@@ -246,7 +249,7 @@ fn whoever_creates_a_service_sets_its_quality<S: Service>() {
 
 fn the_publisher_of_a_link_is_no_second_writer<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let shape = layout(&["a:LREAL"]);
     let _reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
     let link = stranger::<S>(&domain);
@@ -264,7 +267,7 @@ fn the_publisher_of_a_link_is_no_second_writer<S: Service>() {
 
 fn a_full_service_says_so<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let shape = layout(&["a:LREAL"]);
     let open = || FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::Newest);
     let crowd = isochrone_ipc::Participant::<S>::join_variant("the-crowd", &domain).unwrap();
@@ -285,7 +288,7 @@ fn a_full_service_says_so<S: Service>() {
 
 fn opening_fails_for_a_name_that_cannot_be<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let shape = layout(&["a:LREAL"]);
     let error = FramePublisher::open(&node, "", &shape).unwrap_err();
     assert_eq!(error, OpenError::ServiceName(ServiceNameError::Empty));
@@ -297,7 +300,7 @@ fn publishers_that_open_at_once_end_as_one<S: Service>() {
     const THREADS: usize = 4;
     let domain = Domain::new();
     let shape = layout(&["a:LREAL"]);
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     // Services that exist already, so that all reach the port at the same time.
     let names: Vec<String> = (0..3).map(|round| format!("x{round}")).collect();
     let open =
@@ -305,7 +308,7 @@ fn publishers_that_open_at_once_end_as_one<S: Service>() {
     let _readers: Vec<_> = names.iter().map(|name| open(name)).collect();
     let together = std::sync::Barrier::new(THREADS);
     let open_all = || {
-        let node = domain.join::<S>();
+        let node = domain.join_variant::<S>("tester");
         let open = |name: &String| {
             together.wait();
             let port = FramePublisher::open(&node, name, &shape);

@@ -1,9 +1,10 @@
 //! Whose frames a reader takes when several write a service.
 
-use crate::domain::{Domain, NOW_NS, layout, send};
+use crate::variants::{NOW_NS, layout, send};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::prelude::{NodeBuilder, ServiceName};
 use isochrone_ipc::{Depth, FrameHeader, FramePublisher, FrameSubscriber, Service};
+use isochrone_testing::Domain;
 
 const MS: u64 = 1_000_000;
 const SECOND: u64 = 1_000 * MS;
@@ -48,7 +49,7 @@ impl<S: Service> Plain<S> {
 }
 
 fn reader<S: Service>(domain: &Domain, depth: Depth) -> FrameSubscriber<S> {
-    FrameSubscriber::open(&domain.join::<S>(), "x", 1, depth).unwrap()
+    FrameSubscriber::open(&domain.join_variant::<S>("tester"), "x", 1, depth).unwrap()
 }
 
 /// The newest value, at a time.
@@ -194,7 +195,7 @@ fn a_sequence_that_alternates_between_its_ends_is_restarts_and_never_a_loss<S: S
 
 fn publishers_of_ours_have_rising_terms<S: Service>() {
     let domain = Domain::new();
-    let node = domain.join::<S>();
+    let node = domain.join_variant::<S>("tester");
     let mut reader = reader::<S>(&domain, Depth::Newest);
     let mut last = 0;
     for life in 0..10 {

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::{Value, json};
 
-use crate::domain::{Domain, PATIENCE, Process, not_tested};
+use isochrone_testing::{Domain, PATIENCE, Process, not_tested};
 
 /// A browser, by the WebDriver protocol. It is gone with all of its processes and its profile when this is dropped.
 pub(crate) struct Browser {

@@ -4,7 +4,7 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use crate::domain::not_tested;
+use isochrone_testing::not_tested;
 
 /// A Python that can import these modules; `packages` says how to install them.
 pub(crate) fn python(modules: &str, packages: &str) -> Option<PathBuf> {

@@ -6,7 +6,7 @@ use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-use crate::domain::{Domain, Process, not_tested, wait_until};
+use isochrone_testing::{Domain, Process, not_tested, wait_until};
 use serde_json::Value;
 
 const PROGRAM: &str = "iox2-link-tunnel-zenoh";

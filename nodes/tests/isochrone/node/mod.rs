@@ -6,7 +6,7 @@ use isochrone_runtime::control::{
     Values,
 };
 
-use crate::domain::{Domain, PATIENCE, Process, wait_until};
+use isochrone_testing::{Domain, PATIENCE, Process, wait_until};
 
 pub(crate) struct Node {
     pub(crate) client: Client<ipc::Service>,

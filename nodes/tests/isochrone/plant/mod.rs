@@ -8,7 +8,7 @@ use isochrone_ipc::{
     SignalSpec, Stamp, ipc,
 };
 
-use crate::domain::{Domain, PATIENCE, Process};
+use isochrone_testing::{Domain, PATIENCE, Process};
 
 /// Reads one value of a sensor, and publishes it with what it is worth.
 pub(crate) const GUARD: &str = r#"

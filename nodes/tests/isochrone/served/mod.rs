@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use serde_json::Value;
 
-use crate::domain::{Domain, PATIENCE, Process};
+use isochrone_testing::{Domain, PATIENCE, Process};
 
 /// A tank with a parameter that is an output at once, and a ramp with a limit.
 pub(crate) const TANK: &str = r#"

@@ -5,7 +5,7 @@ use std::process::{Command, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use crate::domain::{Domain, PATIENCE, not_tested};
+use isochrone_testing::{Domain, PATIENCE, not_tested};
 
 /// A terminal of 80 columns and 24 lines, which ends with the test.
 pub(crate) struct Tmux {

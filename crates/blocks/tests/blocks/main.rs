@@ -1,0 +1,12 @@
+//! The blocks, pin by pin, and what holds for all of them.
+
+mod arbitrary;
+mod catalogue;
+mod declare;
+mod lim_rate_of_change;
+mod lim_rate_of_change_advanced;
+mod limits;
+mod oracle;
+mod properties;
+mod saw_tooth;
+mod scale_linear;

@@ -1,0 +1,15 @@
+//! Configurations with mistakes: what is wrong, where, and what would be right.
+
+mod constants;
+mod files;
+mod inputs;
+mod keys;
+mod loops;
+mod many;
+mod names;
+mod operate;
+mod random;
+mod timing;
+mod values;
+mod warnings;
+mod wires;

@@ -1,0 +1,99 @@
+//! What is refused of a request before anything is sent to a task.
+
+use isochrone_engine::operate::*;
+
+use crate::operate::hand::Hand;
+use crate::operate::level::{NODE, messages, refusals};
+
+#[test]
+fn a_request_is_answered_with_all_that_is_wrong_with_it() {
+    let hand = Hand::new(NODE);
+    let values: [(&str, Value); 13] = [
+        ("free.value", 1.0.into()),
+        ("free.value", 2.0.into()),
+        ("fre.value", 1.0.into()),
+        ("scale.x", 1.0.into()),
+        ("scale.y", 1.0.into()),
+        ("raw", 1.into()),
+        ("raw.ok", true.into()),
+        ("guard.value", 1.0.into()),
+        ("ramp.1.setChangeRate", 51.0.into()),
+        ("scale.x1", f64::NAN.into()),
+        ("free.enDefaultOutValue", 1.into()),
+        ("free.callOB", 1.5.into()),
+        ("free.callOB", 40_000.into()),
+    ];
+    let found = messages(hand.operator.set(values, Request::default(), &[0, 0]));
+    let expected = [
+        "\"free.value\" is given twice",
+        "there is no signal \"fre.value\"; did you mean \"free.value\"?",
+        "\"scale.x\" is wired to \"raw\"",
+        "\"scale.y\" is an output pin",
+        "\"raw\" is an input, which is read from service \"plant/raw\"; publish",
+        "\"raw.ok\" tells what the value of an input is worth",
+        "\"guard.value\" is protected by [[protect]] \"guard.*\"",
+        "51.0 is outside the limits of \"ramp.1.setChangeRate\", 0.0 to 50.0",
+        "NaN is no LREAL",
+        "1 is no BOOL, as \"free.enDefaultOutValue\" is; write true or false",
+        "1.5 is no INT, as \"free.callOB\" is; write a whole number from -32768 to 32767",
+        "\"free.callOB\" is given twice",
+    ];
+    assert_eq!(found.len(), expected.len(), "{found:#?}");
+    for (found, expected) in found.iter().zip(expected) {
+        assert!(found.starts_with(expected), "{found} is not {expected}");
+    }
+}
+
+#[test]
+fn ten_thousand_unknown_names_are_refused_one_by_one() {
+    let hand = Hand::new(NODE);
+    let names: Vec<String> = (0..10_000).map(|n| format!("nobody{n}.x")).collect();
+    let values = names.iter().map(|name| (name.as_str(), Value::from(1.0)));
+    assert_eq!(refusals(hand.operator.set(values, Request::default(), &[0, 0])).len(), 10_000);
+}
+
+#[test]
+fn a_request_for_nothing_is_refused() {
+    let hand = Hand::new(NODE);
+    let none: [(&str, Value); 0] = [];
+    assert_eq!(refusals(hand.operator.set(none, Request::default(), &[0, 0])), [Refusal::Empty]);
+    assert_eq!(refusals(hand.operator.release([], Request::default(), &[0, 0])), [Refusal::Empty]);
+}
+
+#[test]
+fn what_the_configuration_does_not_allow_is_refused_with_what_would() {
+    for (control, may_set) in [("off", false), ("read", false), ("set", true)] {
+        let hand = Hand::new(&NODE.replace("\"force\"", &format!("\"{control}\"")));
+        let values = [("free.value", Value::from(1.0))];
+        let set = hand.operator.set(values, Request::default(), &[0, 0]);
+        assert_eq!(set.is_ok(), may_set, "{control}");
+        let force = hand.operator.force(values, Hold::UntilReleased, Request::default(), &[0, 0]);
+        assert_eq!(force.as_ref().unwrap_err().kind(), RefusalKind::Forbidden);
+        let found = messages(force);
+        let sentence = format!("[node] control = \"{control}\" does not allow forcing a signal");
+        assert!(
+            found[0].starts_with(&sentence) && found[0].contains("control = \"force\""),
+            "{found:?}"
+        );
+    }
+}
+
+#[test]
+fn a_cycle_that_nothing_can_wait_for_is_refused() {
+    let hand = Hand::new(NODE);
+    let next = [500, 50];
+    let why = |values: &[(&str, Value)], at| {
+        let request = Request { at: Some(at), ..Request::default() };
+        let refused = hand.operator.set(values.iter().copied(), request, &next);
+        let [Refusal::At { why, .. }] = refusals(refused)[..] else { panic!() };
+        why
+    };
+    let fast = ("scale.y1", Value::from(1.0));
+    let slow = ("free.value", Value::from(1.0));
+    assert_eq!(why(&[fast], 499), AtRefusal::TooLate);
+    assert_eq!(why(&[fast], 601), AtRefusal::TooFar);
+    assert_eq!(why(&[fast], u64::MAX), AtRefusal::TooFar);
+    assert_eq!(why(&[fast, slow], 510), AtRefusal::SeveralTasks);
+    let request = Request { at: Some(600), ..Request::default() };
+    assert!(hand.operator.set([fast], request, &next).is_ok());
+}

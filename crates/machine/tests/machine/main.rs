@@ -1,0 +1,5 @@
+//! What the doctor says of machines.
+
+mod doctor;
+mod machines;
+mod quiet;

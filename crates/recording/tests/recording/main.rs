@@ -1,0 +1,5 @@
+//! Recordings: written, read, and damaged.
+
+mod damage;
+mod files;
+mod node;

@@ -1,0 +1,36 @@
+//! Waiting for what happens in its own time.
+
+use std::io::Write;
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// Longer than anything that a test waits for takes on a machine that is busy with other things.
+pub const PATIENCE: Duration = Duration::from_secs(180);
+
+/// Between two looks.
+const LOOK_INTERVAL: Duration = Duration::from_millis(2);
+
+/// Waits until something is so, and leaves the CPU to others in between.
+#[track_caller]
+pub fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
+    wait_for_some(what, || is_so().then_some(()));
+}
+
+/// Waits until there is something, and leaves the CPU to others in between.
+#[track_caller]
+pub fn wait_for_some<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    let since = Instant::now();
+    loop {
+        if let Some(found) = look() {
+            return found;
+        }
+        assert!(since.elapsed() < PATIENCE, "waited until {what}");
+        thread::sleep(LOOK_INTERVAL);
+    }
+}
+
+/// Says that this machine lacks what a test needs. It goes past the test harness, which keeps what
+/// tests that pass print to itself.
+pub fn not_tested(what: &str, why: &str) {
+    let _ = writeln!(std::io::stderr(), "NOT TESTED: {what}: {why}");
+}

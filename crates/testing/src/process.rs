@@ -1,0 +1,194 @@
+//! Programs that tests start.
+
+use std::io::{BufRead, BufReader, Read};
+use std::path::PathBuf;
+use std::process::{Command, ExitStatus, Stdio};
+use std::sync::{Arc, Mutex};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+use isochrone_processes::Child;
+use rustix::process::Signal;
+
+use crate::{PATIENCE, afresh};
+
+/// The program `isochrone`, as cargo built it beside the test program that runs.
+pub fn program() -> PathBuf {
+    let own = std::env::current_exe().unwrap();
+    // target/<profile>/deps/<test>
+    let program = own.ancestors().nth(2).unwrap().join("isochrone");
+    assert!(program.exists(), "{program:?} is not built: cargo build -p isochrone-cli");
+    program
+}
+
+/// A process and what it printed so far. It is killed when the test ends without ending it.
+pub struct Process {
+    child: Child,
+    stdout: Text,
+    stderr: Text,
+}
+
+/// How a process ended, and what it printed.
+pub struct Ended {
+    /// Its exit status.
+    pub status: ExitStatus,
+    /// All that it printed to standard output.
+    pub stdout: String,
+    /// All that it printed to standard error.
+    pub stderr: String,
+}
+
+impl Ended {
+    /// It ended with this exit status.
+    #[track_caller]
+    pub fn expect_code(self, code: i32) -> Self {
+        assert_eq!(self.status.code(), Some(code), "{}\n{}", self.stdout, self.stderr);
+        self
+    }
+
+    /// What it printed to standard error, without the word that it waited for another process to have
+    /// started or ended: on a busy machine this is so at any time.
+    pub fn complaints(&self) -> String {
+        let waited = |line: &&str| line.contains("waiting for process");
+        self.stderr.lines().filter(|line| !waited(line)).collect::<Vec<_>>().join("\n")
+    }
+}
+
+impl Process {
+    /// Starts a program [`afresh`], with its output piped and nothing to read.
+    pub fn start(mut command: Command) -> Self {
+        let piped = command.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+        let name = format!("{:?}", piped.get_program());
+        let mut child = Child::start(name, afresh(piped)).unwrap();
+        let stdout = Text::collect(child.stdout().unwrap());
+        let stderr = Text::collect(child.stderr().unwrap());
+        Self { child, stdout, stderr }
+    }
+
+    /// Waits until a text stands in what the process printed.
+    #[track_caller]
+    pub fn wait_for(&mut self, text: &str) {
+        self.wait_until(text, |stdout, stderr| stdout.contains(text) || stderr.contains(text));
+    }
+
+    /// Waits until something is so of the process.
+    #[track_caller]
+    pub fn wait_until_it(&mut self, does: &str, mut met: impl FnMut(&Self) -> bool) {
+        let since = Instant::now();
+        while !met(self) {
+            let waits = !self.is_over() && since.elapsed() < PATIENCE;
+            assert!(waits, "waited until it {does}\n{}\n{}", self.stdout.get(), self.stderr.get());
+            thread::sleep(Duration::from_millis(2));
+        }
+    }
+
+    /// Waits until something is so of what the process printed to standard output and standard error.
+    #[track_caller]
+    pub fn wait_until(&mut self, what: &str, mut met: impl FnMut(&str, &str) -> bool) {
+        let since = Instant::now();
+        loop {
+            // Asked first: what it said last is there by the time that it is over.
+            let is_over = self.is_over();
+            let (stdout, stderr) = (self.stdout.get(), self.stderr.get());
+            if met(&stdout, &stderr) {
+                break;
+            }
+            let waits = !is_over && since.elapsed() < PATIENCE;
+            assert!(waits, "waited for {what}\n{stdout}\n{stderr}");
+            thread::sleep(Duration::from_millis(2));
+        }
+    }
+
+    /// Whether it has ended, and all that it printed was read.
+    pub fn is_over(&mut self) -> bool {
+        self.child.check().is_err() && self.stdout.is_complete() && self.stderr.is_complete()
+    }
+
+    /// Its process id.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Sends it a signal.
+    pub fn signal(&self, signal: Signal) {
+        self.child.signal(signal);
+    }
+
+    /// Whether the process handles SIGHUP, SIGINT and SIGTERM itself.
+    pub fn handles_signals(&self) -> bool {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.id())).unwrap();
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
+        let caught = u64::from_str_radix(caught.trim(), 16).unwrap();
+        let handles = |signal: &Signal| caught >> (signal.as_raw() - 1) & 1 == 1;
+        [Signal::HUP, Signal::INT, Signal::TERM].iter().all(handles)
+    }
+
+    /// Waits until it does so.
+    #[track_caller]
+    pub fn wait_until_it_handles_signals(&mut self) {
+        self.wait_until_it("handles signals", Self::handles_signals);
+    }
+
+    /// Kills the process as a crash would.
+    pub fn kill(mut self) {
+        self.child.kill().unwrap();
+    }
+
+    /// Sends SIGTERM and waits for the end.
+    pub fn stop(self) -> Ended {
+        self.signal(Signal::TERM);
+        self.finish()
+    }
+
+    /// Waits for the end.
+    pub fn finish(mut self) -> Ended {
+        self.ended_within(PATIENCE).unwrap_or_else(|| {
+            panic!("the process does not end\n{}\n{}", self.stdout.get(), self.stderr.get())
+        })
+    }
+
+    /// Waits for the end, so long.
+    pub fn ended_within(&mut self, time: Duration) -> Option<Ended> {
+        let status = self.child.wait_within(time).unwrap()?;
+        Some(Ended { status, stdout: self.stdout.finish(), stderr: self.stderr.finish() })
+    }
+}
+
+impl Drop for Process {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+    }
+}
+
+/// What comes out of a pipe.
+struct Text {
+    text: Arc<Mutex<String>>,
+    reader: Option<JoinHandle<()>>,
+}
+
+impl Text {
+    fn collect(pipe: impl Read + Send + 'static) -> Self {
+        let text = Arc::new(Mutex::new(String::new()));
+        let collected = text.clone();
+        let reader = thread::spawn(move || {
+            for line in BufReader::new(pipe).lines() {
+                let line = line.unwrap();
+                collected.lock().unwrap().push_str(&(line + "\n"));
+            }
+        });
+        Self { text, reader: Some(reader) }
+    }
+
+    fn get(&self) -> String {
+        self.text.lock().unwrap().clone()
+    }
+
+    fn is_complete(&self) -> bool {
+        self.reader.as_ref().is_none_or(JoinHandle::is_finished)
+    }
+
+    fn finish(&mut self) -> String {
+        self.reader.take().unwrap().join().unwrap();
+        self.get()
+    }
+}

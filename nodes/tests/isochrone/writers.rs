@@ -1,0 +1,266 @@
+//! Publishers that lie, fight or die: what a node and a subscriber make of them.
+
+use std::process::Command;
+use std::thread;
+use std::time::Duration;
+
+use iceoryx2::prelude::{NodeBuilder, ServiceName, ipc};
+use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_ipc::FrameHeader;
+use isochrone_testing::plants::relay_with;
+use isochrone_testing::{Domain, Process, not_tested};
+use serde_json::Value;
+
+fn configuration() -> String {
+    relay_with("default = -1.0\nmax_age = \"100ms\"\non_stale = \"default\"")
+}
+
+fn relay(domain: &Domain) -> (Process, Process) {
+    domain.write("node.toml", &configuration());
+    let mut node = domain.start("run node.toml --report node.json");
+    node.wait_for("is running");
+    let mut observer = domain.start("subscribe relay/out");
+    observer.wait_for("x=-1.0");
+    (node, observer)
+}
+
+/// Starts the program with at most so many file descriptors.
+fn start_limited(domain: &Domain, descriptors: u32, arguments: &str) -> Process {
+    let script =
+        format!("ulimit -n {descriptors}; exec \"$0\" {arguments} --iceoryx2-config \"$1\"");
+    let mut command = Command::new("sh");
+    command.args(["-c", &script, env!("CARGO_BIN_EXE_isochrone")]).arg(domain.config_file());
+    Process::start(command)
+}
+
+/// Lets a writer that knows nothing but iceoryx2 send frames of one value, a millisecond apart.
+fn send_plain(domain: &Domain, frames: u64, mut frame: impl FnMut(u64) -> (FrameHeader, f64)) {
+    let node = NodeBuilder::new().config(domain.config()).create::<ipc::Service>().unwrap();
+    let service = node
+        .service_builder(&ServiceName::new("relay/in").unwrap())
+        .publish_subscribe::<[f64]>()
+        .user_header::<FrameHeader>()
+        .open()
+        .unwrap();
+    let port = service.publisher_builder().initial_max_slice_len(1).create().unwrap();
+    for index in 0..frames {
+        let mut sample = port.loan_slice(1).unwrap();
+        (*sample.user_header_mut(), sample.payload_mut()[0]) = frame(index);
+        sample.send().unwrap();
+        thread::sleep(Duration::from_millis(1));
+    }
+}
+
+/// Whether the newest frame has the default in place of a sample, and says so.
+fn is_default_again(stdout: &str) -> bool {
+    stdout
+        .lines()
+        .last()
+        .is_some_and(|frame| frame.contains("x=-1.0  [") && frame.contains("SUBSTITUTE"))
+}
+
+fn link(domain: &Domain) -> Value {
+    domain.json("node.json")["links"][0].clone()
+}
+
+fn number(value: &Value, key: &str) -> u64 {
+    value[key].as_u64().unwrap_or_default()
+}
+
+#[test]
+fn a_value_from_the_future_goes_stale_when_its_publisher_dies() {
+    for publish_ns in [u64::MAX, Monotonic.now_ns() + 1_000_000_000_000] {
+        let domain = Domain::new();
+        let (mut node, mut observer) = relay(&domain);
+        send_plain(&domain, 100, |sequence| {
+            (FrameHeader { sequence, publish_ns, ..FrameHeader::default() }, 9.0)
+        });
+        observer.wait_until("9 and then the default again", |stdout, _| {
+            stdout.contains("x=9.0") && is_default_again(stdout)
+        });
+        node.wait_for("in the future, so its publisher has another clock");
+        observer.stop().expect_code(0);
+        node.stop().expect_code(0);
+        assert!(number(&link(&domain), "future_stamps") > 0, "{}", link(&domain));
+        let report = domain.json("node.json");
+        assert_eq!(report["warnings"][0]["code"], "future_stamps", "{report}");
+    }
+}
+
+#[test]
+fn a_publisher_whose_clock_is_ahead_is_read_while_it_lives_and_stale_when_it_is_killed() {
+    let probe = Command::new("unshare").args(["-T", "--monotonic", "1000", "true"]).output();
+    if !probe.is_ok_and(|probe| probe.status.success()) {
+        return not_tested("a clock that is ahead", "no time namespace can be had");
+    }
+    let domain = Domain::new();
+    let (mut node, mut observer) = relay(&domain);
+    let mut command = Command::new("unshare");
+    command.args(["-T", "--monotonic", "1000", env!("CARGO_BIN_EXE_isochrone")]);
+    command.args(["publish", "relay/in", "--value", "9", "--iceoryx2-config"]);
+    let publisher = Process::start({
+        command.arg(domain.config_file());
+        command
+    });
+    observer.wait_for("x=9.0");
+    node.wait_for("in the future, so its publisher has another clock");
+    let mut stats = domain.start("subscribe relay/in --stats --json");
+    stats.wait_for("in the future");
+    let stats = stats.stop().expect_code(0);
+    let report: Value = serde_json::from_str(&stats.stdout).unwrap();
+    let link = &report["links"][0];
+    assert_eq!(link["one_way_ns"]["count"], 0, "no latency is made up: {link}");
+    assert_eq!(number(link, "future_stamps"), number(link, "frames"));
+    publisher.kill();
+    observer.wait_until("the default again", |stdout, _| is_default_again(stdout));
+    observer.stop().expect_code(0);
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn stamps_from_the_past_are_stale_and_the_clock_is_named() {
+    let domain = Domain::new();
+    let (mut node, observer) = relay(&domain);
+    // A thousand seconds behind, as far as the clock has run for so long.
+    let behind = |sequence| {
+        let publish_ns = (Monotonic.now_ns() / 2).max(1);
+        (FrameHeader { sequence, publish_ns, ..FrameHeader::default() }, 9.0)
+    };
+    send_plain(&domain, 100, behind);
+    node.wait_for("has another clock or was held up");
+    assert!(!observer.stop().expect_code(0).stdout.contains("x=9.0"));
+    let ended = node.stop().expect_code(0);
+    assert_eq!(ended.stderr.matches("held up").count(), 1, "{}", ended.stderr);
+    assert!(number(&link(&domain), "past_stamps") > 0, "{}", link(&domain));
+}
+
+#[test]
+fn a_second_writer_is_told_and_counted_and_its_frames_are_no_loss() {
+    let domain = Domain::new();
+    let (mut node, mut observer) = relay(&domain);
+    let publisher = domain.start("publish relay/in --value 1");
+    observer.wait_for("x=1.0");
+    // It began earlier and is far ahead in its count.
+    send_plain(&domain, 300, |index| {
+        let header = FrameHeader {
+            sequence: 7_000_000 + index,
+            publish_ns: Monotonic.now_ns(),
+            ..FrameHeader::default()
+        };
+        (header, 2.0)
+    });
+    node.wait_for("has a second publisher");
+    let printed = observer.stop().expect_code(0).stdout;
+    publisher.stop().expect_code(0);
+    node.stop().expect_code(0);
+    let link = link(&domain);
+    assert!(number(&link, "other_writers") > 0, "{link}");
+    assert!(number(&link, "lost") < 10_000, "{link}");
+    // Whoever comes first is followed, but nobody goes back from the node with a term.
+    let last_other = printed.rfind("x=2.0").unwrap_or_default();
+    assert!(last_other < printed.rfind("x=1.0").unwrap(), "{printed}");
+}
+
+#[test]
+fn a_sequence_that_alternates_between_its_ends_is_restarts_and_never_a_loss() {
+    // A busy machine may keep the node from most of the frames.
+    let mut restarts = 0;
+    for _ in 0..20 {
+        let domain = Domain::new();
+        let (node, observer) = relay(&domain);
+        send_plain(&domain, 300, |index| {
+            let sequence = if index % 2 == 0 { 0 } else { u64::MAX };
+            let publish_ns = Monotonic.now_ns();
+            (FrameHeader { sequence, publish_ns, ..FrameHeader::default() }, 3.0)
+        });
+        observer.stop().expect_code(0);
+        node.stop().expect_code(0);
+        let link = link(&domain);
+        assert_eq!(number(&link, "lost"), 0, "{link}");
+        restarts += number(&link, "restarts");
+        if restarts > 50 {
+            return;
+        }
+    }
+    panic!("{restarts} restarts in twenty runs");
+}
+
+#[test]
+fn frames_whose_layout_nobody_announces_all_count_at_the_end_of_a_subscriber() {
+    let domain = Domain::new();
+    let (_node, _observer) = relay(&domain);
+    let mut subscriber = domain.start("subscribe relay/in --count 20");
+    subscriber.wait_for("subscribed to");
+    send_plain(&domain, 1000, |sequence| {
+        let publish_ns = Monotonic.now_ns();
+        (FrameHeader { sequence, publish_ns, layout: 7, ..FrameHeader::default() }, 3.0)
+    });
+    let ended = subscriber.finish().expect_code(0);
+    assert_eq!(ended.stdout.lines().count(), 20);
+    assert!(ended.stderr.contains("20 frames, "), "{}", ended.stderr);
+}
+
+#[test]
+fn a_publisher_that_restarts_is_one_restart_in_the_report_of_the_node() {
+    let domain = Domain::new();
+    let (node, mut observer) = relay(&domain);
+    for value in ["1", "2", "3"] {
+        let publisher = domain.start(&format!("publish relay/in --value {value}"));
+        observer.wait_for(&format!("x={value}.0"));
+        match value {
+            "2" => publisher.kill(),
+            _ => drop(publisher.stop().expect_code(0)),
+        }
+    }
+    observer.stop().expect_code(0);
+    node.stop().expect_code(0);
+    let link = link(&domain);
+    assert_eq!(number(&link, "restarts"), 2, "{link}");
+    assert_eq!(number(&link, "other_writers"), 0, "{link}");
+}
+
+#[test]
+fn subscribers_that_a_publisher_cannot_connect_to_say_so_and_fail() {
+    let domain = Domain::new();
+    let mut publisher = start_limited(&domain, 22, "publish relay/in --value 1");
+    publisher.wait_for("publishing");
+    let subscribers: Vec<_> =
+        (0..15).map(|_| domain.start("subscribe relay/in --seconds 8 --every 1000")).collect();
+    let mut failed = 0;
+    for subscriber in subscribers {
+        let ended = subscriber.finish();
+        match ended.status.code() {
+            Some(0) => assert!(!ended.stdout.is_empty(), "{}", ended.stderr),
+            Some(1) => {
+                assert_eq!(ended.stdout, "");
+                for part in ["has a publisher, but nothing of it arrived", "file descriptors"] {
+                    assert!(ended.stderr.contains(part), "{part}: {}", ended.stderr);
+                }
+                failed += 1;
+            }
+            // On a busy machine its time may be up before it has looked for long.
+            Some(3) => assert!(ended.stderr.contains("relay/in"), "{}", ended.stderr),
+            code => panic!("{code:?}: {}", ended.stderr),
+        }
+    }
+    assert!(failed > 0, "22 file descriptors were enough for fifteen subscribers");
+    drop(publisher);
+}
+
+#[test]
+fn a_subscriber_without_file_descriptors_says_so_and_fails() {
+    let domain = Domain::new();
+    let publisher = domain.start("publish relay/in --value 1");
+    let mut fails = 0;
+    for descriptors in [9, 12, 15] {
+        let ended = start_limited(&domain, descriptors, "subscribe relay/in --count 5").finish();
+        match ended.status.code() {
+            Some(0) => assert_eq!(ended.stdout.lines().count(), 5),
+            Some(1) => assert!(!ended.stderr.contains("0 lost"), "{}", ended.stderr),
+            code => panic!("{code:?}: {}", ended.stderr),
+        }
+        fails += u32::from(ended.stdout.is_empty());
+    }
+    publisher.stop().expect_code(0);
+    assert!(fails > 0, "9 file descriptors were enough");
+}
