@@ -18,6 +18,6 @@ mod volume;
 pub use afresh::afresh;
 pub use domain::{Domain, shared_memory};
 pub use own_process::{in_own_process, role, role_domain};
-pub use patience::{PATIENCE, not_tested, wait_for_some, wait_until};
+pub use patience::{PATIENCE, not_tested, wait_for_ok, wait_for_some, wait_until};
 pub use process::{Ended, Process, program};
 pub use volume::{is_full_volume, volume};

@@ -1,5 +1,6 @@
 //! Waiting for what happens in its own time.
 
+use std::fmt::Display;
 use std::io::Write;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -7,7 +8,7 @@ use std::time::{Duration, Instant};
 /// Longer than anything that a test waits for takes on a machine that is busy with other things.
 pub const PATIENCE: Duration = Duration::from_secs(180);
 
-/// Between two looks.
+/// Between two looks, at least.
 const LOOK_INTERVAL: Duration = Duration::from_millis(2);
 
 /// Waits until something is so, and leaves the CPU to others in between.
@@ -19,13 +20,22 @@ pub fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
 /// Waits until there is something, and leaves the CPU to others in between.
 #[track_caller]
 pub fn wait_for_some<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
+    wait_for_ok(what, || look().ok_or("it is not so"))
+}
+
+/// As [`wait_for_some`] where each look that finds nothing says what it saw instead: the last one is told if
+/// the wait is in vain.
+#[track_caller]
+pub fn wait_for_ok<T, E: Display>(what: &str, mut look: impl FnMut() -> Result<T, E>) -> T {
     let since = Instant::now();
     loop {
-        if let Some(found) = look() {
-            return found;
+        let looked = Instant::now();
+        match look() {
+            Ok(found) => return found,
+            Err(seen) => assert!(since.elapsed() < PATIENCE, "waited until {what}: {seen}"),
         }
-        assert!(since.elapsed() < PATIENCE, "waited until {what}");
-        thread::sleep(LOOK_INTERVAL);
+        // Looks that cost something, as those at another program do, take half of a CPU at most.
+        thread::sleep(looked.elapsed().max(LOOK_INTERVAL));
     }
 }
 

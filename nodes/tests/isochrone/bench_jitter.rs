@@ -8,24 +8,10 @@ use std::time::{Duration, Instant};
 use isochrone_machine::Disturbance;
 use isochrone_report::{LoopArm, Report};
 use isochrone_testing::Domain;
+use isochrone_testing::plants::SAW;
 use isochrone_timing::CycleRecord;
 use rustix::process::Signal;
 use serde_json::Value;
-
-const NODE: &str = r#"
-[node]
-name = "ramps"
-[[task]]
-name = "t"
-period = "2ms"
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-in = { value = 1.0, setChangeRate = 0.5 }
-[[output]]
-service = "ramps/out"
-signals = ["ramp.delayedValue"]
-"#;
 
 /// Six turns of each arm: enough for a comparison.
 const SIX_TURNS: &str = "--priority 0 --seconds 1.2 --turn 0.2";
@@ -155,14 +141,14 @@ fn periods_and_configurations_are_further_circumstances_and_arms() {
     let periods: Vec<u64> = tasks(&report).iter().map(|t| number(&t["period_ns"])).collect();
     assert_eq!(periods, [1_000_000, 1_000_000, 2_000_000, 2_000_000]);
 
-    domain.write("ramps.toml", NODE);
-    let report = bench(&domain, "--arms sleep --config ramps.toml --seconds 0.4 --block 0.2");
-    let [sleep, ramps] = tasks(&report) else { panic!("{report}") };
-    assert_eq!((&sleep["name"], &ramps["name"]), (&"sleep".into(), &"ramps".into()));
+    domain.write("saw.toml", SAW);
+    let report = bench(&domain, "--arms sleep --config saw.toml --seconds 0.4 --block 0.2");
+    let [sleep, saw] = tasks(&report) else { panic!("{report}") };
+    assert_eq!((&sleep["name"], &saw["name"]), (&"sleep".into(), &"saw".into()));
     assert_eq!(number(&sleep["period_ns"]), 2_000_000, "the configuration's");
     assert_eq!(sleep["scheduler"], "other", "the configuration has no priority");
-    assert!(number(&ramps["release_jitter_ns"]["count"]) > 0);
-    assert!(number(&ramps["execution_ns"]["p50"]) > 0);
+    assert!(number(&saw["release_jitter_ns"]["count"]) > 0);
+    assert!(number(&saw["execution_ns"]["p50"]) > 0);
     assert_eq!(domain.leftovers(), Vec::<std::path::PathBuf>::new());
 }
 
@@ -354,8 +340,8 @@ fn every_file_that_is_asked_for_is_written() {
 #[test]
 fn bad_input_is_refused_before_anything_runs() {
     let domain = Domain::new();
-    domain.write("ramps.toml", NODE);
-    domain.write("slow.toml", &NODE.replace("2ms", "3ms"));
+    domain.write("saw.toml", SAW);
+    domain.write("slow.toml", &SAW.replace("2ms", "3ms"));
     for (arguments, says) in [
         ("--arms nap", "possible values"),
         ("--arms sleep,sleep", "two arms"),
@@ -371,8 +357,8 @@ fn bad_input_is_refused_before_anything_runs() {
         ("--arms cyclictest --priority 0", "with a priority"),
         // Each is taken: what is refused is something else.
         ("--cpu 4095 --period 1 --phase 0.1 --seconds 1s --turn 20ms", "no CPU 4095"),
-        ("--config ramps.toml --period 1ms", "cannot be given with --config"),
-        ("--config ramps.toml --config slow.toml", "periods of 2ms and 3ms"),
+        ("--config saw.toml --period 1ms", "cannot be given with --config"),
+        ("--config saw.toml --config slow.toml", "periods of 2ms and 3ms"),
         ("--config absent.toml", "absent.toml"),
         ("--gate absent.toml", "absent.toml"),
         ("--report nowhere/out.json", "nowhere/out.json"),

@@ -4,14 +4,12 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use isochrone_machine::Environment;
-use isochrone_testing::{Ended, Process, shared_memory};
+use isochrone_testing::{Ended, Process, shared_memory, wait_until};
 use rustix::process::Signal;
 use serde_json::Value;
-
-const PATIENCE: Duration = Duration::from_secs(30);
 
 /// A bench that has a folder for its temporary files.
 struct Bench {
@@ -49,14 +47,6 @@ fn processes_in(folder: &Path) -> usize {
     let cwd = |entry: fs::DirEntry| fs::read_link(entry.path().join("cwd")).ok();
     let all = fs::read_dir("/proc").unwrap().flatten().filter_map(cwd);
     all.filter(|cwd| cwd != folder && cwd.starts_with(folder)).count()
-}
-
-fn wait_until(what: &str, met: impl Fn() -> bool) {
-    let since = Instant::now();
-    while !met() {
-        assert!(since.elapsed() < PATIENCE, "waited for {what}");
-        thread::sleep(Duration::from_millis(5));
-    }
 }
 
 #[track_caller]
@@ -261,7 +251,7 @@ fn a_signal_ends_the_bench_early_with_a_report_that_says_so() {
         let arguments =
             format!("--arms {arms} --pace 1000 --values 1 --seconds 60 --turn 0.1 --json");
         let bench = Bench::start(&arguments);
-        wait_until("the peer", || processes_in(bench.folder.path()) > 0);
+        wait_until("the peer runs", || processes_in(bench.folder.path()) > 0);
         assert!(!bench.shared_memory().is_empty());
         // Some turns; were there none, the report would have no arms and still be valid.
         thread::sleep(Duration::from_millis(500));
@@ -278,12 +268,12 @@ fn a_signal_ends_the_bench_early_with_a_report_that_says_so() {
 #[test]
 fn a_bench_that_is_killed_takes_its_peer_along() {
     for arms in ["--arms ports", "--arms pipe --wait block"] {
-        let bench = Bench::start(&format!("{arms} --pace 1000 --values 1 --seconds 60"));
-        wait_until("the peer", || processes_in(bench.folder.path()) > 0);
+        let bench = Bench::start(&format!("{arms} --pace 1000 --values 1 --seconds 600"));
+        wait_until("the peer runs", || processes_in(bench.folder.path()) > 0);
         thread::sleep(Duration::from_millis(300));
         let prefix = format!("isobench{}_", bench.process.id());
         bench.process.kill();
-        wait_until("the peer's end", || processes_in(bench.folder.path()) == 0);
+        wait_until("the peer has ended", || processes_in(bench.folder.path()) == 0);
         // What the killed process itself had stays: it could not clean up.
         shared_memory(&prefix).iter().for_each(|file| fs::remove_file(file).unwrap());
     }

@@ -1,9 +1,9 @@
 //! `bench jitter` under load. In a file of its own, so that the load starves no other test.
 
 use std::process::Command;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use isochrone_testing::{Domain, Process};
+use isochrone_testing::{Domain, Process, wait_until};
 use rustix::process::{Signal, geteuid};
 use serde_json::Value;
 
@@ -97,9 +97,7 @@ fn bench_under_load(domain: &Domain) -> (Process, Vec<u32>) {
 }
 
 fn expect_end(load: &[u32]) {
-    let since = Instant::now();
-    while load.iter().any(|process| runs(*process)) {
-        assert!(since.elapsed() < Duration::from_secs(60), "{load:?} outlived the bench");
-        std::thread::sleep(Duration::from_millis(10));
-    }
+    wait_until(&format!("{load:?} have ended with the bench"), || {
+        !load.iter().any(|process| runs(*process))
+    });
 }

@@ -1,23 +1,15 @@
 //! `chain`: how long values take through nodes.
 
-use isochrone_testing::plants::{RELAY, relay_with};
+use isochrone_testing::plants::{RELAY, relay_with, second_relay};
 use isochrone_testing::{Domain, Process};
 use serde_json::Value;
 
-/// A second relay behind the first.
-fn second() -> String {
-    RELAY
-        .replace("\"relay\"", "\"second\"")
-        .replace("relay/out", "second/out")
-        .replace("relay/in", "relay/out")
-}
-
 /// A source and two nodes behind it, all of them sending.
 fn three(domain: &Domain) -> Vec<Process> {
-    domain.write("relay.toml", RELAY);
-    domain.write("second.toml", &second());
-    let mut processes = vec![domain.start("run relay.toml"), domain.start("run second.toml")];
-    processes.iter_mut().for_each(|node| node.wait_for("is running"));
+    let mut processes = vec![
+        domain.start_node("relay.toml", RELAY, ""),
+        domain.start_node("second.toml", &second_relay(), ""),
+    ];
     let mut source = domain.start("publish relay/in --value 4 --rate 200");
     source.wait_for("publishing");
     processes.push(source);
@@ -120,9 +112,7 @@ fn two_inputs() -> String {
 #[test]
 fn a_node_that_reads_a_service_but_computes_nothing_from_it_leaves_too_little_to_judge() {
     let domain = Domain::new();
-    domain.write("relay.toml", &two_inputs());
-    let mut node = domain.start("run relay.toml");
-    node.wait_for("is running");
+    let node = domain.start_node("relay.toml", &two_inputs(), "");
     let mut source = domain.start("publish relay/in --value 4 --rate 200");
     source.wait_for("publishing");
     let ended = domain.run("chain relay/in relay/out --seconds 1").expect_code(4);

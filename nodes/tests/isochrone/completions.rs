@@ -4,7 +4,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use isochrone_testing::plants::RELAY;
+use isochrone_testing::plants::{RELAY, TANK};
 use isochrone_testing::{Domain, Process, not_tested};
 
 const CONFIG: &str = "--iceoryx2-config domain.toml";
@@ -152,47 +152,32 @@ fn completes_verbs_options_and_services(shell: Shell, domain: &Domain) {
 /// What every shell completes of a running node.
 fn completes_nodes_and_signals(shell: Shell) {
     let domain = Domain::new();
-    domain.write("node.toml", NODE);
-    let mut node = domain.start("run node.toml");
-    node.wait_for("is running");
+    let node = domain.start_node("tank.toml", TANK, "");
     let proposed = |words: &str| {
         let names = shell.proposes(&domain, words).into_iter();
         names.map(|name| name.trim_end_matches('=').to_owned()).collect::<Vec<_>>()
     };
     assert_eq!(proposed(&format!("show {CONFIG} ")), ["tank"]);
     assert_eq!(proposed(&format!("get {CONFIG} ta")), ["tank"]);
-    assert_eq!(proposed(&format!("get {CONFIG} tank r.set")), ["r.setChangeRate"]);
-    assert_eq!(proposed(&format!("watch {CONFIG} --rate 2 tank x.")), ["x.age", "x.ok"]);
-    assert_eq!(proposed(&format!("set {CONFIG} tank r.v")), [""; 0], "it is wired");
-    assert_eq!(proposed(&format!("set {CONFIG} tank r.set")), ["r.setChangeRate"]);
-    assert_eq!(proposed(&format!("force {CONFIG} tank r.value")), ["r.value"]);
-    assert_eq!(proposed(&format!("force {CONFIG} tank x.")), ["x.ok"], "an age cannot be forced");
+    assert_eq!(proposed(&format!("get {CONFIG} tank ramp.set")), ["ramp.setChangeRate"]);
+    assert_eq!(
+        proposed(&format!("watch {CONFIG} --rate 2 tank level.")),
+        ["level.age", "level.ok"]
+    );
+    assert_eq!(proposed(&format!("set {CONFIG} tank ramp.v")), [""; 0], "it is wired");
+    assert_eq!(proposed(&format!("set {CONFIG} tank ramp.set")), ["ramp.setChangeRate"]);
+    assert_eq!(proposed(&format!("force {CONFIG} tank ramp.value")), ["ramp.value"]);
+    assert_eq!(
+        proposed(&format!("force {CONFIG} tank level.")),
+        ["level.ok"],
+        "an age cannot be forced"
+    );
     assert_eq!(proposed(&format!("release {CONFIG} tank ")), [""; 0], "nothing is forced");
-    let forced = domain.run("force tank x=1 --hold").expect_code(0);
+    let forced = domain.run("force tank level=1 --hold").expect_code(0);
     assert_eq!(forced.complaints(), "");
-    assert_eq!(proposed(&format!("release {CONFIG} tank ")), ["x"]);
+    assert_eq!(proposed(&format!("release {CONFIG} tank ")), ["level"]);
     drop(node.stop().expect_code(0));
 }
-
-/// A node with an input, a wired pin and parameters.
-const NODE: &str = r#"
-[node]
-name = "tank"
-control = "force"
-[[task]]
-name = "t"
-period = "2ms"
-[[input]]
-name = "x"
-service = "tank/in"
-[[block]]
-name = "r"
-type = "LimRateOfChangeCI"
-in = { value = "x", setChangeRate = 1.0 }
-[[output]]
-service = "tank/out"
-signals = ["r.delayedValue"]
-"#;
 
 fn end(processes: [Process; 3]) {
     processes.into_iter().for_each(|process| drop(process.stop().expect_code(0)));

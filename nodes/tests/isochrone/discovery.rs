@@ -20,9 +20,7 @@ fn service<'a>(listed: &'a Value, name: &str) -> &'a Value {
 #[test]
 fn the_list_has_every_node_and_service_with_rate_publisher_and_signals() {
     let domain = Domain::new();
-    domain.write("relay.toml", RELAY);
-    let mut node = domain.start("run relay.toml");
-    node.wait_for("is running");
+    let node = domain.start_node("relay.toml", RELAY, "");
     let mut publisher =
         domain.start("publish relay/in --value 4,true --signals level,full --rate 250");
     publisher.wait_for("publishing");
@@ -142,9 +140,7 @@ fn a_service_that_another_program_made_is_told_with_what_it_lacks() {
 #[test]
 fn a_list_with_too_few_descriptors_says_so_and_takes_nothing_for_known_that_it_could_not_ask() {
     let domain = Domain::new();
-    domain.write("relay.toml", RELAY);
-    let mut node = domain.start("run relay.toml");
-    node.wait_for("is running");
+    let node = domain.start_node("relay.toml", RELAY, "");
     let mut told = 0;
     for limit in (8..=40).step_by(if is_full_volume() { 2 } else { 6 }) {
         let mut shell = Command::new("sh");

@@ -1,8 +1,7 @@
 //! A node that follows another one, which comes, is killed and comes back.
 
-use crate::counter;
-use crate::counter::counter;
 use crate::program::{Folder, assert_says, cells};
+use isochrone_testing::plants::{self, counter};
 use isochrone_testing::{Domain, Process};
 use serde_json::Value;
 
@@ -13,7 +12,7 @@ fn source(phase: &str) -> String {
 
 /// Follows the counter, and reads a service that nobody sends.
 fn follower() -> String {
-    counter::follower("saw", "8ms")
+    plants::follower("saw", "8ms")
         + r#"
 [[input]]
 name = "other"
@@ -53,9 +52,7 @@ fn a_follower_outlives_its_source_and_follows_the_next_one() {
     let domain = Domain::new();
     domain.write("source.toml", &source("1ms"));
     domain.write("other_phase.toml", &source("6ms"));
-    domain.write("follower.toml", &follower());
-    let mut follower = domain.start("run follower.toml --report report.json");
-    follower.wait_for("is running");
+    let follower = domain.start_node("follower.toml", &follower(), "--report report.json");
     let mut telemetry = domain.start("subscribe isochrone/follower/telemetry");
     wait_for_more(&mut telemetry, WITHOUT, 5);
     for configuration in ["source.toml", "other_phase.toml"] {
@@ -107,12 +104,8 @@ signals = ["other"]
 #[test]
 fn nodes_that_follow_each_other_both_run_and_the_one_that_is_left_runs_on() {
     let domain = Domain::new();
-    domain.write("a.toml", &one_of_a_loop("a", "b"));
-    domain.write("b.toml", &one_of_a_loop("b", "a"));
-    let nodes = ["a", "b"].map(|name| {
-        let mut node = domain.start(&format!("run {name}.toml"));
-        node.wait_for("is running");
-        node
+    let nodes = [("a", "b"), ("b", "a")].map(|(name, other)| {
+        domain.start_node(&format!("{name}.toml"), &one_of_a_loop(name, other), "")
     });
     let [mut a, mut b] =
         ["a", "b"].map(|name| domain.start(&format!("subscribe isochrone/{name}/telemetry")));

@@ -3,24 +3,10 @@
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{Depth, FrameSubscriber};
 use isochrone_runtime::epoch_after_ns;
+use isochrone_testing::plants::RELAY;
 use isochrone_testing::{Domain, wait_until};
 
 const PERIOD_NS: u64 = 2_000_000;
-
-const TASK: &str = r#"
-[node]
-name = "task"
-[[task]]
-name = "t"
-period = "2ms"
-phase = "300us"
-[[input]]
-name = "x"
-service = "plant/none"
-[[output]]
-service = "plant/task"
-signals = ["x"]
-"#;
 
 /// When so many frames of a service were due, after the grid that tasks without a phase have.
 fn phases(domain: &Domain, service: &str, frames: usize) -> Vec<u64> {
@@ -41,9 +27,9 @@ fn phases(domain: &Domain, service: &str, frames: usize) -> Vec<u64> {
 #[test]
 fn frames_at_a_rate_are_due_at_their_phase_on_the_grid_of_the_tasks_whenever_they_start() {
     let domain = Domain::new();
-    domain.write("task.toml", TASK);
-    let _task = domain.start("run task.toml");
-    assert!(phases(&domain, "plant/task", 20).iter().all(|phase| *phase == 300_000));
+    let with_phase = RELAY.replace("\"2ms\"", "\"2ms\"\nphase = \"300us\"");
+    let _node = domain.start_node("relay.toml", &with_phase, "");
+    assert!(phases(&domain, "relay/out", 20).iter().all(|phase| *phase == 300_000));
     for (phase, due_ns) in [("--phase 300us", 300_000), ("--phase 1.9ms", 1_900_000), ("", 150_000)]
     {
         for _ in 0..3 {

@@ -2,11 +2,11 @@
 
 use std::collections::HashMap;
 use std::process::Command;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use isochrone_runtime::control::{Client, ClientError, Code, JournalParams, SetParams, SetResult};
 use isochrone_runtime::journal::JournalFile;
-use isochrone_testing::{Domain, Ended, Process};
+use isochrone_testing::{Domain, Ended, PATIENCE, Process, wait_for_some, wait_until};
 use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
 
 /// A node that shows its inputs as it read them, and two tasks, one of which reads the other.
@@ -119,8 +119,7 @@ fn operated() -> Option<(Domain, Ended)> {
 
     let recorders =
         [record(&domain, "tank/inputs", "inputs.csv"), record(&domain, "tank/out", "out.csv")];
-    let mut node = domain.start("run tank.toml --journal tank.jsonl");
-    node.wait_for("is running");
+    let node = domain.start_node("tank.toml", TANK, "--journal tank.jsonl");
     let sensor = "publish tank/level --wave sine --amplitude 20 --frequency 1.7 --rate 200";
     let mut publisher = domain.start(sensor);
     publisher.wait_for("publishing");
@@ -171,13 +170,11 @@ fn a_run_with_sets_forces_undos_and_an_online_change_is_simulated_bit_for_bit() 
 #[test]
 fn a_node_that_is_killed_loses_nothing_that_it_acknowledged() {
     let domain = Domain::new();
-    domain.write("tank.toml", TANK);
     let mut numbers = Vec::new();
     for run in 1..=2 {
-        let mut node = domain.start("run tank.toml --journal tank.jsonl");
-        node.wait_for("is running");
+        let node = domain.start_node("tank.toml", TANK, "--journal tank.jsonl");
         let participant = domain.join("operator");
-        let mut client = Client::connect(&participant, "tank", Duration::from_secs(60)).unwrap();
+        let mut client = Client::connect(&participant, "tank", PATIENCE).unwrap();
         for rate in 1..=20 {
             let values = [("ramp.setChangeRate", f64::from(rate))].into_iter().collect();
             let set = client.call(&SetParams { values, ..SetParams::default() }).unwrap();
@@ -197,11 +194,9 @@ fn a_node_that_is_killed_loses_nothing_that_it_acknowledged() {
 #[test]
 fn a_journal_that_was_renamed_is_repeated_from_both_files_and_one_that_was_truncated_from_none() {
     let domain = Domain::new();
-    domain.write("tank.toml", TANK);
-    let mut node = domain.start("run tank.toml --journal tank.jsonl");
-    node.wait_for("is running");
+    let mut node = domain.start_node("tank.toml", TANK, "--journal tank.jsonl");
     let participant = domain.join("operator");
-    let mut client = Client::connect(&participant, "tank", Duration::from_secs(60)).unwrap();
+    let mut client = Client::connect(&participant, "tank", PATIENCE).unwrap();
     let mut set = |rate: f64| {
         let values = [("ramp.setChangeRate", rate)].into_iter().collect();
         client.call(&SetParams { values, ..SetParams::default() }).unwrap();
@@ -262,10 +257,7 @@ fn a_journal_whose_end_cannot_be_written_is_said_to_be_incomplete_and_repeated_a
     let length = std::fs::metadata(domain.path("tank.jsonl")).unwrap().len();
     limit_files(&node, Some(length));
     // Those that find out have happened, and are not in the file.
-    let since = Instant::now();
-    while domain.run("set tank ramp.setChangeRate=3").status.success() {
-        assert!(since.elapsed() < Duration::from_secs(60), "it is not refused");
-    }
+    wait_until("it is refused", || !domain.run("set tank ramp.setChangeRate=3").status.success());
     let ended = node.stop().expect_code(1);
     let told = "the journal tank.jsonl is incomplete: its end could not be written (File too large";
     assert!(ended.stderr.contains(told), "{}", ended.stderr);
@@ -291,7 +283,7 @@ fn while_the_journal_cannot_be_written_changes_are_refused_and_the_node_goes_on(
     domain.write("tank.toml", TANK);
     let mut node = start_limited(&domain, "");
     let participant = domain.join("operator");
-    let mut client = Client::connect(&participant, "tank", Duration::from_secs(60)).unwrap();
+    let mut client = Client::connect(&participant, "tank", PATIENCE).unwrap();
     let mut rate = 1.0;
     let mut set = || {
         rate += 1.0;
@@ -303,14 +295,11 @@ fn while_the_journal_cannot_be_written_changes_are_refused_and_the_node_goes_on(
     limit_files(&node, Some(1));
     let length = std::fs::metadata(domain.path("tank.jsonl")).unwrap().len();
     // The change that finds out has happened.
-    let since = Instant::now();
-    let refused = loop {
-        match set() {
-            Err(ClientError::Refused(failure)) => break failure,
-            Ok(_) => assert!(since.elapsed() < Duration::from_secs(60), "it is not refused"),
-            Err(error) => panic!("{error}"),
-        }
-    };
+    let refused = wait_for_some("it is refused", || match set() {
+        Err(ClientError::Refused(failure)) => Some(failure),
+        Ok(_) => None,
+        Err(error) => panic!("{error}"),
+    });
     assert_eq!(refused.code, Code::Forbidden);
     assert!(refused.message.contains("tank.jsonl cannot be written (File too large"), "{refused}");
     node.wait_for("changes are refused until it can be");
@@ -321,9 +310,7 @@ fn while_the_journal_cannot_be_written_changes_are_refused_and_the_node_goes_on(
     assert_eq!(std::fs::metadata(domain.path("tank.jsonl")).unwrap().len(), length);
 
     limit_files(&node, None);
-    while set().is_err() {
-        assert!(since.elapsed() < Duration::from_secs(60), "it is not written again");
-    }
+    wait_until("it is written again", || set().is_ok());
     assert!(!domain.run("alarms tank").expect_code(0).stdout.contains("journal "));
     let done = client.call(&JournalParams::default()).unwrap().entries;
     assert_eq!(node.stop().expect_code(0).stderr.matches("cannot be written").count(), 1);
@@ -342,18 +329,18 @@ fn what_the_journal_cannot_have_yet_is_answered_with_a_warning_and_a_force_can_a
     operate(&domain, "force tank level=7.25 --hold");
     limit_files(&node, Some(1));
     let participant = domain.join("operator");
-    let mut client = Client::connect(&participant, "tank", Duration::from_secs(60)).unwrap();
-    let (since, mut rate, mut done) = (Instant::now(), 1.0, Vec::new());
-    loop {
+    let mut client = Client::connect(&participant, "tank", PATIENCE).unwrap();
+    let (mut rate, mut done) = (1.0, Vec::new());
+    wait_until("it is refused", || {
         rate += 1.0;
         let values = [("ramp.setChangeRate", rate)].into_iter().collect();
         match client.call(&SetParams { values, ..SetParams::default() }) {
             Ok(set) => done.push(set),
-            Err(ClientError::Refused(_)) => break,
+            Err(ClientError::Refused(_)) => return true,
             Err(error) => panic!("{error}"),
         }
-        assert!(since.elapsed() < Duration::from_secs(60), "it is not refused");
-    }
+        false
+    });
     let text = domain.read("tank.jsonl");
     let told = |result: &SetResult| result.warnings.iter().any(|it| it.name == "journal");
     for result in &done {
@@ -370,7 +357,7 @@ fn what_the_journal_cannot_have_yet_is_answered_with_a_warning_and_a_force_can_a
     assert!(forces.contains("nothing is forced"), "{forces}");
 
     limit_files(&node, None);
-    isochrone_testing::wait_until("the release is written", || {
+    wait_until("the release is written", || {
         domain.read("tank.jsonl").contains("\"action\":\"release\"")
     });
     node.stop().expect_code(0);

@@ -4,24 +4,8 @@ use std::path::PathBuf;
 use std::thread;
 use std::time::Duration;
 
-use isochrone_testing::plants::RELAY;
+use isochrone_testing::plants::{RELAY, second_relay};
 use isochrone_testing::{Domain, Process, volume, wait_until};
-
-/// Reads the relay, so that its death leaves both kinds of ports.
-const NEXT: &str = r#"
-[node]
-name = "next"
-[[task]]
-name = "t"
-period = "2ms"
-[[input]]
-name = "y"
-service = "relay/out"
-signal = "x"
-[[output]]
-service = "next/out"
-signals = ["y"]
-"#;
 
 /// Milliseconds that look random and are the same every time.
 fn moments() -> impl FnMut() -> Duration {
@@ -47,16 +31,15 @@ fn a_node_whose_peers_are_killed_again_and_again_loses_nothing_and_grows_by_noth
     let domain = Domain::new();
     // Slow enough that the observer loses nothing on a machine that is busy with other tests: it has
     // 200 cycles to look.
-    domain.write("relay.toml", &RELAY.replace("2ms", "10ms"));
-    domain.write("next.toml", NEXT);
-    let mut node = domain.start("run relay.toml");
-    node.wait_for("is running");
+    let node = domain.start_node("relay.toml", &RELAY.replace("2ms", "10ms"), "");
+    // It reads the relay, so that its death leaves both kinds of ports.
+    domain.write("second.toml", &second_relay());
     let mut observer = domain.start("subscribe relay/out --every 50");
     observer.wait_for("x=");
     let mut moment = moments();
     let mut feed = |value: u64| {
         for arguments in
-            [&format!("publish relay/in --value {value}"), "subscribe relay/out", "run next.toml"]
+            [&format!("publish relay/in --value {value}"), "subscribe relay/out", "run second.toml"]
         {
             let victim = domain.start(arguments);
             thread::sleep(moment());

@@ -1,5 +1,6 @@
 //! Frames that explain themselves: inputs bound by names, layouts that change, readers that wait.
 
+use isochrone_testing::plants::relay_with;
 use isochrone_testing::{Domain, Process};
 use serde_json::Value;
 
@@ -23,33 +24,15 @@ service = "sender/out"
 signals = ["four.delayedValue", "seven.delayedValue"]
 "#;
 
-const READER: &str = r#"
-[node]
-name = "reader"
-[[task]]
-name = "t"
-period = "2ms"
-[[input]]
-name = "x"
-service = "sender/out"
-signal = "seven.delayedValue"
-default = -1.0
-[[output]]
-service = "reader/out"
-signals = ["x"]
-"#;
+/// The node `relay`, which reads the second of them by its name: `sender/out` to `relay/out`.
+fn reader() -> String {
+    relay_with("signal = \"seven.delayedValue\"\ndefault = -1.0").replace("relay/in", "sender/out")
+}
 
 const SIGNALS: &str = "[\"four.delayedValue\", \"seven.delayedValue\"]";
 
-fn start(domain: &Domain, file: &str, text: &str, arguments: &str) -> Process {
-    domain.write(file, text);
-    let mut node = domain.start(&format!("run {file} {arguments}"));
-    node.wait_for("is running");
-    node
-}
-
 fn observer(domain: &Domain) -> Process {
-    let mut observer = domain.start("subscribe reader/out");
+    let mut observer = domain.start("subscribe relay/out");
     observer.wait_for("x=");
     observer
 }
@@ -62,12 +45,12 @@ fn codes(report: &Value) -> Vec<&str> {
 #[test]
 fn a_node_comes_back_with_other_outputs_while_its_subscriber_waits() {
     let domain = Domain::new();
-    let sender = start(&domain, "sender.toml", SENDER, "");
+    let sender = domain.start_node("sender.toml", SENDER, "");
     let mut observer = domain.start("subscribe sender/out");
     observer.wait_for("four.delayedValue=4.0 seven.delayedValue=7.0");
     sender.stop().expect_code(0);
     let reordered = SENDER.replace(SIGNALS, "[\"seven.delayedValue\", \"four.delayedValue\"]");
-    let sender = start(&domain, "sender.toml", &reordered, "");
+    let sender = domain.start_node("sender.toml", &reordered, "");
     observer.wait_for("has changed, and now carries seven.delayedValue, four.delayedValue");
     observer.wait_for("seven.delayedValue=7.0 four.delayedValue=4.0");
     let printed = observer.stop().expect_code(0).stdout;
@@ -79,14 +62,14 @@ fn a_node_comes_back_with_other_outputs_while_its_subscriber_waits() {
 #[test]
 fn an_input_whose_channel_carries_another_signal_from_now_on_says_so() {
     let domain = Domain::new();
-    let by_channel = READER.replace("signal = \"seven.delayedValue\"", "channel = 0");
-    let mut reader = start(&domain, "reader.toml", &by_channel, "--report reader.json");
+    let by_channel = reader().replace("signal = \"seven.delayedValue\"", "channel = 0");
+    let mut reader = domain.start_node("reader.toml", &by_channel, "--report reader.json");
     let mut observer = observer(&domain);
-    let sender = start(&domain, "sender.toml", SENDER, "");
+    let sender = domain.start_node("sender.toml", SENDER, "");
     observer.wait_for("x=4.0");
     sender.stop().expect_code(0);
     let reordered = SENDER.replace(SIGNALS, "[\"seven.delayedValue\", \"four.delayedValue\"]");
-    let sender = start(&domain, "sender.toml", &reordered, "");
+    let sender = domain.start_node("sender.toml", &reordered, "");
     observer.wait_for("x=7.0");
     reader.wait_for("which was \"four.delayedValue\" and is \"seven.delayedValue\" now");
     observer.stop().expect_code(0);
@@ -98,12 +81,12 @@ fn an_input_whose_channel_carries_another_signal_from_now_on_says_so() {
 #[test]
 fn a_recording_goes_on_with_another_header_where_the_layout_changes() {
     let domain = Domain::new();
-    let sender = start(&domain, "sender.toml", SENDER, "");
+    let sender = domain.start_node("sender.toml", SENDER, "");
     let mut observer = domain.start("subscribe sender/out --csv out.csv");
     observer.wait_for("carries four.delayedValue, seven.delayedValue (from \"sender\")");
     sender.stop().expect_code(0);
     let more = SENDER.replace(SIGNALS, "[\"seven.delayedValue\", \"seven.error\", \"four.error\"]");
-    let sender = start(&domain, "sender.toml", &more, "");
+    let sender = domain.start_node("sender.toml", &more, "");
     observer.wait_for("has changed, and now carries seven.delayedValue, seven.error, four.error");
     observer.stop().expect_code(0);
     sender.stop().expect_code(0);
@@ -128,14 +111,14 @@ fn a_recording_goes_on_with_another_header_where_the_layout_changes() {
 #[test]
 fn a_reader_that_comes_first_finds_its_signal_by_name_wherever_that_moves() {
     let domain = Domain::new();
-    let reader = start(&domain, "reader.toml", READER, "--report reader.json");
+    let reader = domain.start_node("reader.toml", &reader(), "--report reader.json");
     let mut observer = observer(&domain);
     observer.wait_for("x=-1.0");
     let moved = "[\"seven.delayedValue\", \"four.delayedValue\", \"four.error\"]";
     // The second sender's value is another one, so that it is not taken for what the first one has sent.
     for (order, value) in [(SIGNALS, "7.0"), (moved, "8.0")] {
         let text = SENDER.replace(SIGNALS, order).replace("7.0", value);
-        let sender = start(&domain, "sender.toml", &text, "");
+        let sender = domain.start_node("sender.toml", &text, "");
         observer.wait_for(&format!("x={value}"));
         sender.stop().expect_code(0);
     }
@@ -155,9 +138,9 @@ fn what_does_not_fit_is_an_alarm_that_names_both_sides_and_not_the_end_of_the_no
         ("default = -1.0", "type = \"BOOL\"", ["carries LREAL", "BOOL is needed"]),
     ] {
         let domain = Domain::new();
-        let sender = start(&domain, "sender.toml", SENDER, "");
-        let text = READER.replace(from, to);
-        let mut reader = start(&domain, "reader.toml", &text, "--report reader.json");
+        let sender = domain.start_node("sender.toml", SENDER, "");
+        let text = reader().replace(from, to);
+        let mut reader = domain.start_node("reader.toml", &text, "--report reader.json");
         reader.wait_for("cannot read service \"sender/out\" of \"sender\"");
         let mut observer = observer(&domain);
         observer.wait_for("x=");
@@ -180,12 +163,12 @@ fn what_does_not_fit_is_an_alarm_that_names_both_sides_and_not_the_end_of_the_no
 #[test]
 fn an_input_that_did_not_fit_is_read_once_its_publisher_comes_back_with_what_it_wants() {
     let domain = Domain::new();
-    let mut reader = start(&domain, "reader.toml", READER, "");
+    let mut reader = domain.start_node("reader.toml", &reader(), "");
     let only = SENDER.replace(SIGNALS, "[\"four.delayedValue\"]");
-    let sender = start(&domain, "sender.toml", &only, "");
+    let sender = domain.start_node("sender.toml", &only, "");
     reader.wait_for("no signal \"seven.delayedValue\"");
     sender.stop().expect_code(0);
-    let sender = start(&domain, "sender.toml", SENDER, "");
+    let sender = domain.start_node("sender.toml", SENDER, "");
     reader.wait_for("reads service \"sender/out\" again");
     let mut observer = observer(&domain);
     observer.wait_for("x=7.0");
@@ -214,7 +197,7 @@ fn a_publisher_may_come_back_with_other_columns_while_its_subscriber_waits() {
 fn telemetry_has_names_for_an_observer_that_waited_for_the_node() {
     let domain = Domain::new();
     let mut observer = domain.start("subscribe isochrone/sender/telemetry");
-    let sender = start(&domain, "sender.toml", SENDER, "");
+    let sender = domain.start_node("sender.toml", SENDER, "");
     observer.wait_for("four.delayedValue=4.0");
     observer.wait_for("task.t.cycle=");
     observer.stop().expect_code(0);
@@ -226,18 +209,18 @@ fn telemetry_has_names_for_an_observer_that_waited_for_the_node() {
 fn a_chain_of_two_nodes_shows_the_whole_age_and_the_last_hop() {
     let domain = Domain::new();
     // The second node reads what the first one sends every 50 ms; the publisher sends once.
-    let first = READER
-        .replace("\"reader\"", "\"first\"")
+    let first = reader()
+        .replace("\"relay\"", "\"first\"")
         .replace("signal = \"seven.delayedValue\"", "signal = \"x\"")
         .replace("sender/out", "chain/in")
-        .replace("reader/out", "chain/middle");
+        .replace("relay/out", "chain/middle");
     let second = first
         .replace("\"first\"", "\"second\"")
         .replace("chain/middle", "chain/out")
         .replace("chain/in", "chain/middle");
     domain.write("in.csv", "x\n1\n");
-    let first = start(&domain, "first.toml", &first.replace("2ms", "50ms"), "");
-    let second = start(&domain, "second.toml", &second, "");
+    let first = domain.start_node("first.toml", &first.replace("2ms", "50ms"), "");
+    let second = domain.start_node("second.toml", &second, "");
     let mut observer = domain.start("subscribe chain/out --every 20");
     observer.wait_for("x=-1.0");
     domain.run("publish chain/in --csv in.csv --rate 20 --count 3").expect_code(0);

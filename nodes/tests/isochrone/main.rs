@@ -13,7 +13,6 @@ mod chain;
 mod check;
 mod command_line;
 mod completions;
-mod counter;
 mod demo;
 mod discovery;
 mod doctor;

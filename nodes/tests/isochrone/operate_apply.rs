@@ -3,7 +3,7 @@
 use std::fmt::Write as _;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crate::node::Node;
 use isochrone_ipc::{Depth, FrameSubscriber, ipc};
@@ -11,33 +11,8 @@ use isochrone_runtime::control::{
     Action, AlarmsParams, ApplyParams, ApplyResult, Client, ClientError, Code, DescribeParams,
     ForceParams, GetParams, Hold, JournalParams, ReleaseParams, SetParams, Value,
 };
-use isochrone_testing::{PATIENCE, wait_until};
-
-const NODE: &str = r#"
-[node]
-name = "level"
-control = "force"
-[[task]]
-name = "fast"
-period = "2ms"
-[[task]]
-name = "slow"
-period = "10ms"
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-task = "fast"
-in = { value = 1e9, setChangeRate = 1000.0 }
-[[block]]
-name = "late"
-type = "LimRateOfChangeCI"
-task = "slow"
-in = { value = "ramp.delayedValue", setChangeRate = 1e9 }
-[[output]]
-task = "fast"
-service = "level/out"
-signals = ["ramp.delayedValue"]
-"#;
+use isochrone_testing::plants::CLIMB;
+use isochrone_testing::{PATIENCE, wait_for_ok, wait_until};
 
 fn configuration(text: &str) -> ApplyParams {
     ApplyParams { configuration: text.to_owned(), ..ApplyParams::default() }
@@ -57,7 +32,7 @@ fn value(node: &mut Node, name: &str) -> Option<Value> {
 
 /// With more blocks.
 fn with_blocks(count: usize) -> String {
-    let mut text = NODE.to_owned();
+    let mut text = CLIMB.to_owned();
     write!(
         text,
         "[[block]]\nname = \"more\"\ntype = \"LimRateOfChangeCI\"\ntask = \"fast\"\n\
@@ -77,13 +52,13 @@ fn offsets(frames: &mut FrameSubscriber<ipc::Service>, seen: &mut Vec<f64>) {
 
 #[test]
 fn a_ramp_goes_on_without_a_bump_while_a_thousand_blocks_come_and_go() {
-    let mut node = Node::start(NODE);
+    let mut node = Node::start(CLIMB);
     let mut frames = FrameSubscriber::open(&node.participant, "level/out", 1, Depth::All).unwrap();
     let mut seen = Vec::new();
     for turn in 0..6 {
         let result = match turn % 2 {
             0 => apply(&mut node, &with_blocks(1000)),
-            _ => apply(&mut node, NODE),
+            _ => apply(&mut node, CLIMB),
         };
         let which = if turn % 2 == 0 { &result.added } else { &result.removed };
         assert_eq!(*which, ["more"]);
@@ -109,7 +84,7 @@ fn a_ramp_goes_on_without_a_bump_while_a_thousand_blocks_come_and_go() {
 
 #[test]
 fn a_dry_run_says_what_would_change_and_changes_nothing() {
-    let mut node = Node::start(NODE);
+    let mut node = Node::start(CLIMB);
     let dry_run = Some(true);
     let configuration = with_blocks(3).replace("value = 1e9", "value = 1e8");
     let result = node.call(&ApplyParams { configuration, dry_run, ..ApplyParams::default() });
@@ -122,17 +97,17 @@ fn a_dry_run_says_what_would_change_and_changes_nothing() {
 
 #[test]
 fn what_is_wrong_with_a_configuration_is_said_and_changes_nothing() {
-    let mut node = Node::start(NODE);
+    let mut node = Node::start(CLIMB);
     let failure = node.refused(&configuration("[node\nname = 3"));
     assert_eq!(failure.code, Code::Configuration);
     assert!(failure.findings[0].name.starts_with("1:"), "{failure:?}");
-    let wrong = NODE
+    let wrong = CLIMB
         .replace("value = 1e9", "valeu = 1e9")
         .replace("ramp.delayedValue\", set", "ramp.x\", set");
     let failure = node.refused(&configuration(&wrong));
     assert_eq!(failure.code, Code::Configuration);
     assert!(failure.findings.len() > 1, "{failure:?}");
-    let other = NODE.replace("\"10ms\"", "\"20ms\"").replace("level/out", "level/other");
+    let other = CLIMB.replace("\"20ms\"", "\"40ms\"").replace("level/out", "level/other");
     let failure = node.refused(&configuration(&other));
     assert_eq!(failure.code, Code::CannotChange);
     let names: Vec<&str> = failure.findings.iter().map(|finding| &*finding.name).collect();
@@ -140,7 +115,7 @@ fn what_is_wrong_with_a_configuration_is_said_and_changes_nothing() {
     let values = [("late.delayedValue", 3.0)].into_iter().collect();
     let seconds = Hold::UntilReleased;
     node.call(&ForceParams { values, seconds, ..ForceParams::default() });
-    let failure = node.refused(&configuration(&NODE.replace("\"late\"", "\"later\"")));
+    let failure = node.refused(&configuration(&CLIMB.replace("\"late\"", "\"later\"")));
     assert_eq!(
         (failure.code, &*failure.findings[0].name),
         (Code::CannotChange, "late.delayedValue")
@@ -148,14 +123,14 @@ fn what_is_wrong_with_a_configuration_is_said_and_changes_nothing() {
     node.call(&ReleaseParams { names: vec!["late.*".into()], client: None });
     let entries = node.call(&JournalParams::default()).entries;
     assert!(entries.iter().all(|entry| entry.action != Action::Apply));
-    let result = apply(&mut node, &NODE.replace("\"late\"", "\"later\""));
+    let result = apply(&mut node, &CLIMB.replace("\"late\"", "\"later\""));
     assert_eq!((result.added, result.removed), (vec!["later".into()], vec!["late".into()]));
     node.process.stop().expect_code(0);
 }
 
 #[test]
 fn what_is_read_while_blocks_go_is_answered_whole_or_not_at_all() {
-    let mut node = Node::start(NODE);
+    let mut node = Node::start(CLIMB);
     let participant = node.domain.join("reader");
     let (whole, refused, is_over) = (AtomicU64::new(0), AtomicU64::new(0), AtomicBool::new(false));
     let read = || {
@@ -180,7 +155,7 @@ fn what_is_read_while_blocks_go_is_answered_whole_or_not_at_all() {
     thread::scope(|scope| {
         let reader = scope.spawn(read);
         for _ in 0..8 {
-            for (text, count) in [(with_blocks(3), &whole), (NODE.to_owned(), &refused)] {
+            for (text, count) in [(with_blocks(3), &whole), (CLIMB.to_owned(), &refused)] {
                 apply(&mut node, &text);
                 let before = count.load(Ordering::Relaxed);
                 wait_until("the reader has asked again", || {
@@ -196,10 +171,10 @@ fn what_is_read_while_blocks_go_is_answered_whole_or_not_at_all() {
 
 #[test]
 fn what_was_set_stays_and_what_differs_between_the_files_is_taken() {
-    let mut node = Node::start(NODE);
+    let mut node = Node::start(CLIMB);
     let values = [("ramp.value", 2e9), ("late.setChangeRate", 2e9)].into_iter().collect();
     node.call(&SetParams { values, ..SetParams::default() });
-    let result = apply(&mut node, &NODE.replace("setChangeRate = 1e9", "setChangeRate = 3e9"));
+    let result = apply(&mut node, &CLIMB.replace("setChangeRate = 1e9", "setChangeRate = 3e9"));
     assert_eq!(result.changed, ["late.setChangeRate"]);
     assert_eq!(value(&mut node, "ramp.value"), Some(Value::Number(2e9)));
     assert_eq!(value(&mut node, "late.setChangeRate"), Some(Value::Number(3e9)));
@@ -212,7 +187,7 @@ fn what_was_set_stays_and_what_differs_between_the_files_is_taken() {
 
 #[test]
 fn a_configuration_that_nobody_waits_for_any_more_is_not_applied() {
-    let mut node = Node::start(NODE);
+    let mut node = Node::start(CLIMB);
     node.client.wait_for(Duration::from_millis(1));
     let params = |configuration: String, dry_run: bool| ApplyParams {
         configuration,
@@ -223,16 +198,15 @@ fn a_configuration_that_nobody_waits_for_any_more_is_not_applied() {
     let error = node.client.call(&params(with_blocks(20_000), false)).unwrap_err();
     assert!(matches!(error, ClientError::NoAnswer { .. }), "{error}");
     node.client.wait_for(PATIENCE);
-    let since = Instant::now();
-    loop {
-        match node.client.call(&params(NODE.to_owned(), true)) {
-            Ok(_) => break,
-            Err(ClientError::Refused(failure)) => assert_eq!(failure.code, Code::Busy),
-            Err(error) => panic!("{error}"),
+    wait_for_ok("it has been checked", || {
+        let tried = node.client.call(&params(CLIMB.to_owned(), true));
+        if let Err(error) = &tried {
+            let is_busy =
+                matches!(error, ClientError::Refused(failure) if failure.code == Code::Busy);
+            assert!(is_busy, "{error}");
         }
-        assert!(since.elapsed() < PATIENCE, "it is checked for ever");
-        thread::sleep(Duration::from_millis(20));
-    }
+        tried
+    });
     assert!(node.call(&JournalParams::default()).entries.is_empty());
     node.process.stop().expect_code(0);
 }
@@ -242,33 +216,27 @@ fn a_dry_run_says_that_a_task_has_no_time_for_the_change() {
     // Ten thousand blocks in 200 us are too much for any machine.
     let busy = with_blocks(10_000).replace("2ms", "200us");
     let mut node = Node::start(&busy);
-    let since = Instant::now();
-    let refused = loop {
+    let refused = wait_for_ok("it has no time for the change", || {
         let configuration = busy.replace("value = 1e9", "value = 1e8");
         let params = ApplyParams { configuration, dry_run: Some(true), ..ApplyParams::default() };
         match node.call(&params).refused {
-            Some(refused) if refused.contains("--allow-missed") => break refused,
-            other => assert!(since.elapsed() < PATIENCE, "{other:?}"),
+            Some(refused) if refused.contains("--allow-missed") => Ok(refused),
+            other => Err(format!("{other:?}")),
         }
-    };
+    });
     assert!(refused.contains("task \"fast\" has 0 ns left"), "{refused}");
     node.process.stop();
 }
 
 #[test]
 fn telemetry_follows_to_the_names_of_the_new_configuration() {
-    let mut node = Node::start(NODE);
+    let mut node = Node::start(CLIMB);
     apply(&mut node, &with_blocks(2));
-    let since = Instant::now();
-    loop {
+    wait_for_ok("telemetry has the new names", || {
         let subscribe = "subscribe isochrone/level/telemetry --csv seen.csv --count 3";
         node.domain.run(subscribe).expect_code(0);
         let seen = node.domain.read("seen.csv");
-        if seen.contains("more.1.delayedValue") {
-            break;
-        }
-        assert!(since.elapsed() < PATIENCE, "{}", seen);
-        thread::sleep(Duration::from_millis(20));
-    }
+        if seen.contains("more.1.delayedValue") { Ok(()) } else { Err(seen) }
+    });
     node.process.stop().expect_code(0);
 }

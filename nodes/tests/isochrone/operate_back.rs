@@ -1,33 +1,14 @@
 //! Going back in a running node, and asking one that many ask or that is slow.
 
 use std::process::Command;
-use std::time::Instant;
 
 use crate::program::assert_says;
 use isochrone_runtime::control::{
     Client, ClientError, Code, DescribeParams, GetParams, JournalParams, SetParams,
 };
-use isochrone_testing::plants::tank;
-use isochrone_testing::{Domain, Ended, PATIENCE, Process};
+use isochrone_testing::plants::{RAMP, tank};
+use isochrone_testing::{Domain, Ended, PATIENCE, Process, wait_for_ok};
 use serde_json::{Value, json};
-
-const TANK: &str = r#"
-[node]
-name = "tank"
-control = "force"
-[limits]
-"ramp.value" = [0.0, 100.0]
-[[task]]
-name = "fast"
-period = "5ms"
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-in = { value = 1.0, setChangeRate = 10.0 }
-[[output]]
-service = "tank/out"
-signals = ["ramp.delayedValue"]
-"#;
 
 fn undo(domain: &Domain, arguments: &str) -> Ended {
     domain.run(&format!("undo tank {arguments}"))
@@ -42,12 +23,12 @@ fn run_as(domain: &Domain, user: &str, arguments: &[&str]) -> Ended {
 
 #[test]
 fn an_undo_under_a_force_prints_what_it_stores_and_not_what_the_force_holds() {
-    let (domain, node) = tank(TANK);
+    let (domain, node) = tank(RAMP);
     domain.stdout("force tank ramp.value=99 --hold");
     let set = domain.run("set tank ramp.value=20").expect_code(0);
     assert_says(&set.stderr, &["\"ramp.value\" is forced"]);
     let undone = undo(&domain, "").expect_code(0);
-    assert_says(&undone.stdout, &["ramp.value  20  -> 1"]);
+    assert_says(&undone.stdout, &["ramp.value  20  -> 25"]);
     let again = undo(&domain, "2").expect_code(1);
     assert_says(&again.stderr, &["transaction 2 is already undone, by transaction 3"]);
     node.stop().expect_code(0);
@@ -55,7 +36,7 @@ fn an_undo_under_a_force_prints_what_it_stores_and_not_what_the_force_holds() {
 
 #[test]
 fn an_undo_says_whose_transaction_it_takes_back() {
-    let (domain, node) = tank(TANK);
+    let (domain, node) = tank(RAMP);
     for (number, value) in [(1, 20), (2, 30)] {
         run_as(&domain, "anna", &["set", "tank", &format!("ramp.value={value}")]);
         let named: &[&str] = if number == 1 { &["undo", "tank", "1"] } else { &["undo", "tank"] };
@@ -72,10 +53,8 @@ fn an_undo_says_whose_transaction_it_takes_back() {
 #[test]
 fn a_transaction_of_an_earlier_run_is_told_from_one_that_never_was() {
     let domain = Domain::new();
-    domain.write("tank.toml", TANK);
     for _ in 0..2 {
-        let mut node = domain.start("run tank.toml --journal tank.jsonl");
-        node.wait_for("is running");
+        let node = domain.start_node("tank.toml", RAMP, "--journal tank.jsonl");
         domain.stdout("set tank ramp.value=20");
         let unknown = undo(&domain, "99").expect_code(1);
         assert_says(&unknown.stderr, &["there is no transaction 99"]);
@@ -93,7 +72,7 @@ fn a_transaction_of_an_earlier_run_is_told_from_one_that_never_was() {
 
 #[test]
 fn an_error_is_a_sentence_with_json_too_and_leaves_stdout_empty() {
-    let (domain, node) = tank(TANK);
+    let (domain, node) = tank(RAMP);
     for (verb, code) in [
         ("get tank nope --json", 1),
         ("set tank ramp.value=1000 --json", 1),
@@ -111,7 +90,7 @@ fn an_error_is_a_sentence_with_json_too_and_leaves_stdout_empty() {
 #[test]
 fn what_a_star_leaves_out_is_counted() {
     let many = "[[block]]\nname = \"saw\"\ntype = \"SawTooth\"\ncount = 5\n[[input]]\nname = \"level\"\nservice = \"tank/in\"\n";
-    let (domain, node) = tank(&TANK.replace("[[output]]", &format!("{many}[[output]]")));
+    let (domain, node) = tank(&RAMP.replace("[[output]]", &format!("{many}[[output]]")));
     let shown = domain.run("show tank *").expect_code(0);
     assert_says(&shown.stdout, &["level"]);
     let pins = domain.stdout("show tank *.* --names").lines().count();
@@ -128,9 +107,9 @@ fn what_a_star_leaves_out_is_counted() {
 
 #[test]
 fn an_apply_has_a_number_and_a_reason_and_is_not_taken_for_the_set_before_it() {
-    let (domain, node) = tank(TANK);
+    let (domain, node) = tank(RAMP);
     domain.stdout("set tank ramp.value=20");
-    let narrower = TANK.replace("[0.0, 100.0]", "[0.0, 50.0]");
+    let narrower = RAMP.replace("[0.0, 100.0]", "[0.0, 50.0]");
     domain.write("narrow.toml", &narrower);
     let tried = domain.stdout("apply tank narrow.toml --dry-run --allow-missed");
     assert_says(
@@ -171,22 +150,23 @@ fn an_apply_has_a_number_and_a_reason_and_is_not_taken_for_the_set_before_it() {
 
 #[test]
 fn who_schedules_values_ahead_keeps_nobody_from_looking_and_all_see_them_coming() {
-    let (domain, node) = tank(TANK);
+    let (domain, node) = tank(RAMP);
     let participant = domain.join("operator");
     let mut client = Client::connect(&participant, "tank", PATIENCE).unwrap();
     let mut pending = Vec::new();
-    let since = Instant::now();
-    let busy = loop {
-        assert!(since.elapsed() < PATIENCE, "{} are to come", pending.len());
+    let busy = wait_for_ok("no more may be to come", || {
         let cycle = client.call(&DescribeParams {}).unwrap().tasks[0].cycle;
         let values = [("ramp.value", 5.0)].into_iter().collect();
         let at = Some(cycle + 1900);
         match client.call(&SetParams { values, at, ..SetParams::default() }) {
-            Ok(done) => pending.push(done.transaction),
-            Err(ClientError::Refused(failure)) => break failure,
+            Ok(done) => {
+                pending.push(done.transaction);
+                Err(format!("{} are to come", pending.len()))
+            }
+            Err(ClientError::Refused(failure)) => Ok(failure),
             Err(error) => panic!("{error}"),
         }
-    };
+    });
     assert_eq!(busy.code, Code::Busy, "{busy}");
     let names = vec!["ramp.*".to_owned()];
     client.call(&GetParams { names, ..GetParams::default() }).unwrap();
@@ -201,7 +181,7 @@ fn who_schedules_values_ahead_keeps_nobody_from_looking_and_all_see_them_coming(
 
 #[test]
 fn the_ninth_client_is_told_who_asks_already() {
-    let (domain, node) = tank(TANK);
+    let (domain, node) = tank(RAMP);
     let participant = domain.join("operator");
     let connect = || Client::connect(&participant, "tank", PATIENCE);
     let mut clients: Vec<_> = (0..8).map(|_| connect().unwrap()).collect();
@@ -212,7 +192,7 @@ fn the_ninth_client_is_told_who_asks_already() {
     );
     assert!(!refused.stderr.contains("let a node of isochrone create"), "{}", refused.stderr);
     clients.pop();
-    assert_eq!(domain.stdout("get tank ramp.value"), "1\n");
+    assert_eq!(domain.stdout("get tank ramp.value"), "25\n");
     drop((clients, participant));
     node.stop().expect_code(0);
 }

@@ -5,27 +5,13 @@ use std::os::unix::fs::PermissionsExt;
 use std::process::Command;
 
 use crate::program::assert_says;
-use isochrone_testing::plants::tank;
+use isochrone_testing::plants::{TANK, tank};
 use isochrone_testing::{Domain, Process, not_tested};
 
-const TANK: &str = r#"
-[node]
-name = "tank"
-control = "force"
-[[task]]
-name = "fast"
-period = "2ms"
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-[block.in]
-value = 1.0
-setChangeRate = 10.0      # per second
-[[block]]
-name = "beat"
-type = "SawTooth"
-in = { timeRange = "1500ms", incrementRange = 1, numberSteps = 3 }
-"#;
+/// The tank without its sensor: its ramp is between constants.
+fn tank_alone() -> String {
+    TANK.replace("value = \"level\"", "value = 1.0")
+}
 
 /// Another block and another constant.
 const OTHER: &str = r#"
@@ -37,11 +23,11 @@ in = { value = "ramp.delayedValue", setChangeRate = 1.0 }
 
 #[test]
 fn an_online_change_is_shown_before_it_is_made_and_then_made() {
-    let (domain, node) = tank(TANK);
-    domain.write("new.toml", &(TANK.replace("10.0 ", "20.0 ") + OTHER));
+    let (domain, node) = tank(&tank_alone());
+    domain.write("new.toml", &(tank_alone().replace("10.0 ", "20.0 ") + OTHER));
     // A busy machine may have no time to spare between two cycles.
     let dry = domain.stdout("apply tank new.toml --dry-run");
-    let changes = "\n  added    more\n  removed  nothing\n  changed  ramp.setChangeRate: 10 -> 20\n  kept     beat\n           ramp\n";
+    let changes = "\n  added    more\n  removed  nothing\n  changed  ramp.setChangeRate: 10 -> 20\n  kept     beat\n           guard\n           ramp\n";
     assert_says(&dry, &["nothing was changed; it would be", changes, "  cost     ", " us\n"]);
     assert_eq!(domain.stdout("get tank ramp.setChangeRate"), "10\n");
     assert_says(&domain.run("get tank more.value").expect_code(1).stderr, &["more.value"]);
@@ -56,9 +42,12 @@ fn an_online_change_is_shown_before_it_is_made_and_then_made() {
 
 #[test]
 fn a_dry_run_tells_values_that_were_set_as_they_are_and_will_be() {
-    let (domain, node) = tank(TANK);
+    let (domain, node) = tank(&tank_alone());
     domain.stdout("set tank ramp.setChangeRate=12.5 ramp.value=0.25");
-    domain.write("new.toml", &TANK.replace("10.0 ", "20.0 ").replace("incrementRange = 1,", ""));
+    domain.write(
+        "new.toml",
+        &tank_alone().replace("10.0 ", "20.0 ").replace("incrementRange = 1,", ""),
+    );
     let dry = domain.stdout("apply tank new.toml --dry-run");
     let told = [
         "ramp.setChangeRate: 12.5 -> 20\n",
@@ -67,7 +56,7 @@ fn a_dry_run_tells_values_that_were_set_as_they_are_and_will_be() {
     ];
     assert_says(&dry, &told);
     assert_eq!(domain.stdout("get tank ramp.setChangeRate ramp.value"), "12.5\n0.25\n");
-    let wired = TANK.replace("value = 1.0\n", "value = \"beat.value@prev\"\n");
+    let wired = tank_alone().replace("value = 1.0\n", "value = \"beat.value@prev\"\n");
     domain.write("new.toml", &wired.replace("\"beat.value@prev\"", "\"ramp.delayedValue@prev\""));
     let dry = domain.stdout("apply tank new.toml --dry-run");
     assert_says(
@@ -79,21 +68,23 @@ fn a_dry_run_tells_values_that_were_set_as_they_are_and_will_be() {
 
 #[test]
 fn errors_of_a_new_configuration_are_shown_as_check_shows_them() {
-    let (domain, node) = tank(TANK);
-    let wrong = TANK
-        .replace("setChangeRate", "setChangeRat")
+    let (domain, node) = tank(&tank_alone());
+    let wrong = tank_alone()
+        .replace("setChangeRate = ", "setChangeRat = ")
         .replace("\"1500ms\"", "\"soon\"")
         .replace("name = \"beat\"", "name = \"ramp\"");
     domain.write("new.toml", &wrong);
     let checked = domain.run("check new.toml").expect_code(2).stderr;
-    assert_says(&checked, &["3 errors", "new.toml:13:", "new.toml:15:", "new.toml:17:"]);
+    // Two of them are those of the blocks and the output that read the ramp, which is the saw tooth here.
+    assert_says(&checked, &["5 errors", "new.toml:22:", "new.toml:28:", "new.toml:30:"]);
+    assert_says(&checked, &["new.toml:26:", "new.toml:33:"]);
     for more in ["", " --dry-run"] {
         let refused = domain.run(&format!("apply tank new.toml{more}")).expect_code(2);
         assert_eq!(refused.stdout, "");
         let shown = refused.stderr.strip_prefix("the node refuses, and nothing was changed:\n");
         assert_eq!(shown, Some(&*checked), "{}", refused.stderr);
     }
-    domain.write("long.toml", &(TANK.to_owned() + &"# long\n".repeat(40_000)));
+    domain.write("long.toml", &(tank_alone() + &"# long\n".repeat(40_000)));
     let refused = domain.run("apply tank long.toml").expect_code(2);
     assert_says(&refused.stderr, &["long.toml has 280", "256 KiB", "start the node again"]);
     assert_says(&domain.run("apply tank none.toml").expect_code(2).stderr, &["none.toml"]);
@@ -103,12 +94,12 @@ fn errors_of_a_new_configuration_are_shown_as_check_shows_them() {
 
 #[test]
 fn what_cannot_be_changed_online_is_named_with_the_way_out() {
-    let (domain, node) = tank(TANK);
-    domain.write("new.toml", &TANK.replace("2ms", "4ms"));
+    let (domain, node) = tank(&tank_alone());
+    domain.write("new.toml", &tank_alone().replace("5ms", "10ms"));
     let refused = domain.run("apply tank new.toml").expect_code(1);
     assert_says(&refused.stderr, &["task \"fast\" cannot be changed", "start it with the new"]);
     domain.stdout("force tank beat.value=7 --hold");
-    domain.write("new.toml", &TANK.replace("\"beat\"", "\"other\""));
+    domain.write("new.toml", &tank_alone().replace("\"beat\"", "\"other\""));
     let refused = domain.run("apply tank new.toml --allow-missed").expect_code(1);
     assert_says(&refused.stderr, &["\"beat.value\" is forced", "release it first"]);
     domain.stdout("release tank --all");
@@ -155,7 +146,7 @@ fn an_apply_that_waits_says_for_what_and_is_ended_by_a_signal() {
 
 #[test]
 fn a_comment_behind_a_saved_value_stays_in_its_column() {
-    let (domain, node) = tank(TANK);
+    let (domain, node) = tank(&tank_alone());
     for value in ["2.5", "12.125", "0.1234567890123", "7.0"] {
         domain.stdout(&format!("set tank ramp.setChangeRate={value}"));
         domain.run("save tank -o saved.toml").expect_code(0);
@@ -171,14 +162,14 @@ fn a_comment_behind_a_saved_value_stays_in_its_column() {
 
 #[test]
 fn a_file_that_is_read_only_is_not_saved_over() {
-    let (domain, node) = tank(TANK);
+    let (domain, node) = tank(&tank_alone());
     domain.stdout("set tank ramp.setChangeRate=2.5");
     fs::set_permissions(domain.path("tank.toml"), Permissions::from_mode(0o444)).unwrap();
     for to in ["--in-place", "-o tank.toml"] {
         let failed = domain.run(&format!("save tank {to}")).expect_code(1);
         assert_says(&failed.stderr, &["cannot write ", "tank.toml: Permission denied"]);
         assert_says(&failed.stderr, &["it is as it was", "`save -o FILE`"]);
-        assert_eq!(domain.read("tank.toml"), TANK);
+        assert_eq!(domain.read("tank.toml"), tank_alone());
         assert!(!domain.path("tank.toml.bak").exists());
     }
     node.stop().expect_code(0);
@@ -225,7 +216,7 @@ fn a_file_stays_as_it_is_when_its_disk_is_full_or_read_only() {
         return not_tested("a full disk", "no mount namespace can be had");
     }
     let domain = Domain::new();
-    domain.write("tank.toml", TANK);
+    domain.write("tank.toml", &tank_alone());
     let mut scene = Command::new("unshare");
     scene.args(["-rm", "sh", "-c", DISKS, env!("CARGO_BIN_EXE_isochrone")]);
     scene.current_dir(domain.folder());

@@ -7,23 +7,10 @@ use isochrone_runtime::control::{
     SetParams, SignalsParams, TraceParams, UndoParams, Value,
 };
 use isochrone_testing::PATIENCE;
-use isochrone_testing::plants::tank;
-
-const NODE: &str = r#"
-[node]
-name = "level"
-control = "read"
-[[task]]
-name = "fast"
-period = "2ms"
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-in = { value = 25.0, setChangeRate = 10.0 }
-"#;
+use isochrone_testing::plants::{RAMP, tank};
 
 fn with_control(control: &str) -> String {
-    NODE.replace("\"read\"", &format!("\"{control}\""))
+    RAMP.replace("\"tank\"", "\"level\"").replace("\"force\"", &format!("\"{control}\""))
 }
 
 /// What a method needs, least first.

@@ -7,21 +7,9 @@ use std::time::Duration;
 use crate::program::assert_says;
 use isochrone_ipc::RequestServer;
 use isochrone_testing::Domain;
-use isochrone_testing::plants::tank;
+use isochrone_testing::plants::{RAMP, tank};
 use rustix::process::Signal;
 use serde_json::{Value, json};
-
-const TANK: &str = r#"
-[node]
-name = "tank"
-[[task]]
-name = "fast"
-period = "5ms"
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-in = { value = 25.0, setChangeRate = 10.0 }
-"#;
 
 /// Serves the node's service while `work` runs, and lies to whoever asks.
 fn beside_a_liar(domain: &Domain, work: impl FnOnce()) {
@@ -62,7 +50,7 @@ impl Drop for End<'_> {
 
 #[test]
 fn answers_of_another_process_are_not_taken_for_the_nodes_and_it_is_named() {
-    let (domain, mut node) = tank(TANK);
+    let (domain, mut node) = tank(RAMP);
     let liar = format!("pid {}", std::process::id());
     beside_a_liar(&domain, || {
         node.wait_for("has a second server: node \"liar\"");
@@ -96,7 +84,7 @@ fn answers_of_another_process_are_not_taken_for_the_nodes_and_it_is_named() {
 
 #[test]
 fn a_node_that_takes_no_requests_is_not_answered_for_by_another_process() {
-    let (domain, node) = tank(&TANK.replace("[[task]]", "control = \"off\"\n[[task]]"));
+    let (domain, node) = tank(&RAMP.replace("\"force\"", "\"off\""));
     beside_a_liar(&domain, || {
         for verb in ["get tank ramp.setChangeRate", "set tank ramp.setChangeRate=1"] {
             let asked = domain.run(verb).expect_code(3);

@@ -11,7 +11,9 @@ use isochrone_runtime::control::{
     Client, ClientError, Code, DescribeParams, GetParams, JournalParams, SetParams, Value,
     service_name,
 };
-use isochrone_testing::{Domain, PATIENCE, Process, volume, wait_until};
+use isochrone_testing::{
+    Domain, PATIENCE, Process, volume, wait_for_ok, wait_for_some, wait_until,
+};
 use rustix::process::Signal;
 use serde_json::json;
 
@@ -44,10 +46,7 @@ signals = ["one.y", "other.y"]
 "#;
 
 fn start(domain: &Domain) -> Process {
-    domain.write("node.toml", NODE);
-    let mut process = domain.start("run node.toml");
-    process.wait_for("is running");
-    process
+    domain.start_node("node.toml", NODE, "")
 }
 
 fn connect(participant: &Participant<ipc::Service>) -> Client<ipc::Service> {
@@ -157,15 +156,9 @@ fn waits_for_its_answer() {
 
 /// All other clients that a node has places for, once those who were killed are cleared.
 fn others(participant: &Participant<ipc::Service>) -> Vec<Client<ipc::Service>> {
-    let since = Instant::now();
-    let mut others = Vec::new();
-    while others.len() < isochrone_ipc::MAX_CLIENTS - 1 {
-        match Client::connect(participant, "level", PATIENCE) {
-            Ok(other) => others.push(other),
-            Err(error) => assert!(since.elapsed() < PATIENCE, "{error}"),
-        }
-        thread::sleep(Duration::from_millis(5));
-    }
+    let connected =
+        |_| wait_for_ok("there is a place", || Client::connect(participant, "level", PATIENCE));
+    let mut others: Vec<_> = (1..isochrone_ipc::MAX_CLIENTS).map(connected).collect();
     for other in &mut others {
         assert!(other.call(&both(2.0)).is_ok());
     }
@@ -240,14 +233,8 @@ fn what_is_no_request_is_answered_with_what_is_wrong_and_the_node_goes_on() {
     let mut raw = RequestClient::open(&participant, &service_name("level")).unwrap().unwrap();
     let mut ask = |bytes: &[u8]| -> serde_json::Value {
         raw.send(bytes).unwrap();
-        let since = Instant::now();
-        loop {
-            if let Some(answer) = raw.receive().unwrap() {
-                return serde_json::from_slice(&answer).unwrap();
-            }
-            assert!(since.elapsed() < PATIENCE, "no answer");
-            thread::sleep(Duration::from_millis(1));
-        }
+        let answer = wait_for_some("there is an answer", || raw.receive().unwrap());
+        serde_json::from_slice(&answer).unwrap()
     };
     let request = |method: &str, params: serde_json::Value| {
         json!({"jsonrpc": "2.0", "id": "7", "method": method, "params": params}).to_string()

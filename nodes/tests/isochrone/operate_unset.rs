@@ -1,7 +1,7 @@
 //! A pin that can be without a value, set and set back by a user.
 
 use crate::program::assert_says;
-use isochrone_testing::plants::tank;
+use isochrone_testing::Domain;
 
 const TANK: &str = r#"
 [node]
@@ -28,10 +28,8 @@ signals = ["ramp.delayedValue"]
 
 #[test]
 fn a_call_ob_is_set_back_as_it_is_shown_and_saved_and_replayed_so() {
-    let (domain, node) = tank(TANK);
-    node.stop().expect_code(0);
-    let mut node = domain.start("run tank.toml --journal tank.jsonl");
-    node.wait_for("is running");
+    let domain = Domain::new();
+    let node = domain.start_node("tank.toml", TANK, "--journal tank.jsonl");
     domain.run("set tank free.callOB=35").expect_code(0);
     let back = ["set", "tank", "free.callOB=calling task", "ramp.callOB=NaN"];
     let back = domain.start_with(&back).finish().expect_code(0);

@@ -1,46 +1,10 @@
 //! Operating a running node from the command line.
 
 use crate::program::assert_says;
-use isochrone_testing::plants::tank;
+use isochrone_testing::plants::{TANK, tank};
 use isochrone_testing::{Domain, Ended, wait_until};
 use rustix::process::Signal;
 use serde_json::{Value, json};
-
-/// An input that nobody writes, a ramp that follows it, and one more whose parameters are protected.
-const TANK: &str = r#"
-[node]
-name = "tank"
-control = "force"
-[[protect]]
-names = ["guard.*"]
-[limits]
-"ramp.setChangeRate" = [0.0, 50.0]
-[[task]]
-name = "fast"
-period = "2ms"
-[[input]]
-name = "level"
-service = "tank/in"
-max_age = "50ms"
-# How fast the level may change.
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-[block.in]
-value = "level"
-setChangeRate = 10.0      # per second
-[[block]]
-name = "guard"
-type = "ScaleLinear"
-in = { x = "ramp.delayedValue", x1 = 0.0, y1 = 0.0, x2 = 100.0, y2 = 1.0, yMin = 0.0, yMax = 1.0 }
-[[block]]
-name = "beat"
-type = "SawTooth"
-in = { timeRange = "1500ms", incrementRange = 1, numberSteps = 3 }
-[[output]]
-service = "tank/out"
-signals = ["ramp.delayedValue", "guard.y"]
-"#;
 
 fn json(ended: Ended) -> Value {
     serde_json::from_str(&ended.expect_code(0).stdout).unwrap()
@@ -132,7 +96,7 @@ fn a_set_that_names_a_cycle_acts_from_that_cycle_on() {
     let (at, done) = (0..20)
         .find_map(|_| {
             let got = json(domain.run("get tank ramp.setChangeRate --json"));
-            let at = got["tasks"]["fast"]["cycle"].as_u64().unwrap() + 2_000;
+            let at = got["tasks"]["fast"]["cycle"].as_u64().unwrap() + 800;
             let done = domain.run(&format!("set tank ramp.setChangeRate=2 --at {at}"));
             done.status.success().then_some((at, done.stdout))
         })
@@ -193,7 +157,7 @@ fn who_asks_for_a_node_that_does_not_run_is_told_those_that_do() {
     (0..20).map(|_| json(domain.run("list --json"))).find(is_answered).unwrap();
     let is_answered = |listed: &String| listed.contains("control force");
     let listed = (0..20).map(|_| domain.run("list").stdout).find(is_answered).unwrap();
-    assert_says(&listed, &["1 control node", "500 Hz", "missed"]);
+    assert_says(&listed, &["1 control node", "200 Hz", "missed"]);
     node.stop().expect_code(0);
     let absent = domain.run("show tank").expect_code(3);
     let here = format!("No node runs in this domain, {}", domain.join("reader").domain());
@@ -206,9 +170,7 @@ fn a_node_that_takes_no_requests_says_why() {
     let closed = domain.run("get tank level").expect_code(3);
     assert_says(&closed.stderr, &["takes no requests", "control = \"off\""]);
     node.stop().expect_code(0);
-    domain.write("tank.toml", &TANK.replace("\"force\"", "\"read\""));
-    let mut node = domain.start("run tank.toml");
-    node.wait_for("is running");
+    let node = domain.start_node("tank.toml", &TANK.replace("\"force\"", "\"read\""), "");
     domain.run("get tank level").expect_code(0);
     let refused = domain.run("set tank ramp.setChangeRate=1").expect_code(1);
     assert_says(&refused.stderr, &["control"]);
@@ -429,10 +391,8 @@ fn an_alarm_tells_why_an_input_does_not_fit_and_what_it_is_now() {
 #[test]
 fn a_journal_file_is_printed_run_after_run() {
     let domain = Domain::new();
-    domain.write("tank.toml", TANK);
     for rate in [3, 4] {
-        let mut node = domain.start("run tank.toml --journal tank.jsonl");
-        node.wait_for("is running");
+        let node = domain.start_node("tank.toml", TANK, "--journal tank.jsonl");
         domain.stdout(&format!("set tank ramp.setChangeRate={rate}"));
         node.stop().expect_code(0);
     }

@@ -6,22 +6,8 @@ use std::time::Duration;
 use isochrone_ipc::{Depth, FrameSubscriber};
 use isochrone_machine::Environment;
 use isochrone_testing::Domain;
+use isochrone_testing::plants::SAW;
 use rustix::process::Signal;
-
-const NODE: &str = r#"
-[node]
-name = "grid"
-[[task]]
-name = "t"
-period = "1ms"
-[[block]]
-name = "saw"
-type = "SawTooth"
-in = { incrementRange = 1, endlessSteps = true }
-[[output]]
-service = "grid/out"
-signals = ["saw.value"]
-"#;
 
 /// Freezes a process as a stall of the machine would.
 fn freeze(process: &isochrone_testing::Process, time: Duration) {
@@ -35,12 +21,12 @@ fn every_release_missed_while_the_process_was_frozen_is_counted_and_told_on_the_
     let domain = Domain::new();
     // 200 frames fit into the buffer, so they are all there in the end. They take four seconds, so
     // that the freeze is over before even where the machine is busy.
-    domain.write("node.toml", &NODE.replace("\"1ms\"", "\"20ms\""));
+    let slow = SAW.replace("2ms", "20ms");
     let observer = domain.join("observer");
-    let frames = FrameSubscriber::open(&observer, "grid/out", 1, Depth::All);
+    let frames = FrameSubscriber::open(&observer, "plant/saw", 1, Depth::All);
     let frames = RefCell::new(frames.unwrap());
-    let mut node = domain.start("run node.toml --cycles 200 --report node.json");
-    node.wait_for("is running");
+    let arguments = "--cycles 200 --report node.json";
+    let mut node = domain.start_node("node.toml", &slow, arguments);
     // A freeze before the first release would leave no frame to compare with.
     let first = Cell::new(None);
     node.wait_until("a frame", |_, _| {
@@ -82,10 +68,9 @@ fn every_release_missed_while_the_process_was_frozen_is_counted_and_told_on_the_
 fn ended_by_a_freeze(policy: &str) -> Option<Vec<u64>> {
     let domain = Domain::new();
     // Slow enough that only the freeze makes it miss releases.
-    domain.write("node.toml", &NODE.replace("\"1ms\"", &format!("\"50ms\"\n{policy}")));
-    let mut node = domain.start("run node.toml --report node.json --seconds 50");
-    node.wait_for("is running");
-    let mut observer = domain.start("subscribe grid/out --csv out.csv");
+    let slow = SAW.replace("\"2ms\"", &format!("\"50ms\"\n{policy}"));
+    let node = domain.start_node("node.toml", &slow, "--report node.json --seconds 50");
+    let mut observer = domain.start("subscribe plant/saw --csv out.csv");
     observer.wait_for("subscribed");
     domain.wait_for_rows("out.csv", 3);
     freeze(&node, Duration::from_millis(1500));
@@ -121,8 +106,8 @@ fn a_node_that_misses_more_than_its_limit_ends_with_a_last_frame_and_status_1() 
 fn a_cycle_that_takes_too_long_stops_the_node_although_no_release_was_missed() {
     let domain = Domain::new();
     // No machine steps so many blocks in a period.
-    let node = NODE
-        .replace("\"1ms\"", "\"50us\"\nwake = \"spin\"\noverrun = \"stop\"")
+    let node = SAW
+        .replace("\"2ms\"", "\"50us\"\nwake = \"spin\"\noverrun = \"stop\"")
         .replace("\"SawTooth\"", "\"SawTooth\"\ncount = 50000")
         .replace("saw.value", "saw.0.value");
     domain.write("node.toml", &node);

@@ -53,11 +53,9 @@ fn a_node_runs_on_its_defaults_until_a_publisher_comes() {
 #[test]
 fn peers_may_start_in_any_order() {
     let domain = Domain::new();
-    domain.write("node.toml", &configuration());
     let mut observer = domain.start("subscribe relay/out");
     let publisher = publisher(&domain, "7");
-    let mut node = domain.start("run node.toml");
-    node.wait_for("is running");
+    let node = domain.start_node("node.toml", &configuration(), "");
     observer.wait_for("x=7.0");
     for process in [observer, node, publisher] {
         process.stop().expect_code(0);
@@ -123,9 +121,7 @@ fn subscribers_that_are_killed_neither_hold_up_the_node_nor_use_up_its_places() 
 #[test]
 fn a_connection_that_failed_comes_about_once_its_cause_has_passed() {
     let domain = Domain::new();
-    domain.write("node.toml", &configuration());
-    let mut node = domain.start("run node.toml --report node.json");
-    node.wait_for("is running");
+    let mut node = domain.start_node("node.toml", &configuration(), "--report node.json");
     let pid = Pid::from_raw(node.id().cast_signed());
     let usual = prlimit(pid, Resource::Nofile, getrlimit(Resource::Nofile)).unwrap();
     // Without a free file descriptor a port can open no shared memory.
@@ -198,8 +194,7 @@ fn a_node_that_was_killed_starts_again_and_its_peers_carry_on() {
     let mut observer = observer(&domain);
     observer.wait_for("x=3.0");
     node.kill();
-    let mut node = domain.start("run node.toml --report node.json");
-    node.wait_for("is running");
+    let node = domain.start_node("node.toml", &configuration(), "--report node.json");
     let seen = std::cell::Cell::new(0);
     observer.wait_until("frames of the second node", |stdout, _| {
         // The second node's sequence begins anew.
@@ -251,9 +246,7 @@ fn a_service_of_another_type_is_refused_with_both_sides_named() {
 fn samples_that_the_type_cannot_hold_are_rejected_counted_and_leave_the_last_good_value() {
     let domain = Domain::new();
     let node = configuration().replace("default = -1.0", "default = -1\ntype = \"INT\"");
-    domain.write("node.toml", &node);
-    let mut node = domain.start("run node.toml --report node.json");
-    node.wait_for("is running");
+    let node = domain.start_node("node.toml", &node, "--report node.json");
     let mut observer = Observer::of(&domain, "relay/out");
     let mut source = Source::open(&domain, "relay/in", &["x"]);
     let is_good = |frame: &Frame| (frame.values[0], frame.flags()) == (5.0, Flags::NONE);
@@ -279,9 +272,8 @@ fn a_stale_input_holds_or_falls_back_as_configured() {
     for (on_stale, last) in [("hold", "x=9.0"), ("default", "x=-1.0")] {
         let domain = Domain::new();
         let stale = format!("default = -1.0\nmax_age = \"100ms\"\non_stale = \"{on_stale}\"");
-        domain.write("node.toml", &configuration().replace("default = -1.0", &stale));
-        let mut node = domain.start("run node.toml");
-        node.wait_for("is running");
+        let text = configuration().replace("default = -1.0", &stale);
+        let node = domain.start_node("node.toml", &text, "");
         let mut observer = observer(&domain);
         let publisher = publisher(&domain, "9");
         observer.wait_for("x=9.0");

@@ -97,9 +97,8 @@ fn compare(domain: &Domain, page: &str, shown: &[Shown]) {
 fn plant(domain: &Domain) -> [Process; 2] {
     let example = Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/level.toml");
     let text = std::fs::read_to_string(example).unwrap();
-    domain.write("level.toml", &text.replace("[node]\n", "[node]\ncontrol = \"force\"\n"));
-    let mut node = domain.start("run level.toml");
-    node.wait_for("is running");
+    let text = text.replace("[node]\n", "[node]\ncontrol = \"force\"\n");
+    let node = domain.start_node("level.toml", &text, "");
     let mut sensor = domain.start("publish plant/analog --value 13824");
     sensor.wait_for("publishing");
     let mut ready = domain.start("watch level ramp.delayedValue");

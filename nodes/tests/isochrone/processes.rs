@@ -3,10 +3,9 @@
 use std::io::{BufRead, BufReader};
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
-use std::time::Duration;
 
 use isochrone_processes::Child;
-use isochrone_testing::{Domain, wait_until};
+use isochrone_testing::{Domain, PATIENCE, wait_until};
 use rustix::process::Signal;
 use serde_json::Value;
 
@@ -54,9 +53,8 @@ fn domain() -> Domain {
 #[test]
 fn sigint_and_sigterm_end_every_verb_with_its_summary() {
     for signal in [Signal::INT, Signal::TERM] {
-        let domain = domain();
-        let mut node = domain.start("run node.toml");
-        node.wait_for("is running");
+        let domain = Domain::new();
+        let node = domain.start_node("node.toml", NODE, "");
         let mut publisher = domain.start("publish clock/in --wave sine,step");
         publisher.wait_for("publishing");
         let stats = domain.start("subscribe clock/fast --stats --csv stats.csv");
@@ -99,7 +97,7 @@ fn a_node_whose_log_nobody_reads_any_more_goes_on_and_reports() {
     observer.wait_for("x=7.0");
     publisher.stop().expect_code(0);
     node.signal(Signal::TERM);
-    let ended = node.wait_within(Duration::from_secs(60)).unwrap().expect("the node does not end");
+    let ended = node.wait_within(PATIENCE).unwrap().expect("the node does not end");
     assert_eq!(ended.code(), Some(0));
     observer.stop().expect_code(0);
     assert!(domain.json("node.json")["tasks"][0]["cycles"].as_u64() > Some(0));
@@ -121,21 +119,18 @@ fn a_simulation_that_is_stopped_keeps_the_rows_it_has() {
 
 #[test]
 fn a_node_with_an_hour_long_period_ends_on_a_signal_too() {
-    let domain = domain();
-    domain.write(
-        "hour.toml",
-        "[node]\nname = \"h\"\n[[task]]\nname = \"t\"\nperiod = \"1h\"\nphase = \"59min\"\n",
-    );
-    let mut node = domain.start("run hour.toml");
-    node.wait_for("is running");
+    let domain = Domain::new();
+    let hourly =
+        "[node]\nname = \"h\"\n[[task]]\nname = \"t\"\nperiod = \"1h\"\nphase = \"59min\"\n";
+    let node = domain.start_node("hour.toml", hourly, "");
     node.stop().expect_code(0);
 }
 
 #[test]
 fn run_reports_every_task_and_link() {
-    let domain = domain();
-    let mut node = domain.start("run node.toml --cycles 400 --report node.json --json");
-    node.wait_for("is running");
+    let domain = Domain::new();
+    let arguments = "--cycles 400 --report node.json --json";
+    let node = domain.start_node("node.toml", NODE, arguments);
     let publisher = domain.start("publish clock/in --value 1");
     let ended = node.finish().expect_code(0);
     publisher.stop().expect_code(0);
@@ -160,10 +155,9 @@ fn run_reports_every_task_and_link() {
 
 #[test]
 fn frames_that_newer_ones_pushed_out_are_reported_as_lost() {
-    let domain = domain();
-    domain.write("slow.toml", &NODE.replace("period = \"1ms\"", "period = \"50ms\""));
-    let mut node = domain.start("run slow.toml --report node.json");
-    node.wait_for("is running");
+    let domain = Domain::new();
+    let slow = NODE.replace("period = \"1ms\"", "period = \"50ms\"");
+    let node = domain.start_node("slow.toml", &slow, "--report node.json");
     let ended = domain.run("publish clock/in --value 1 --rate 1000 --count 500 --json");
     let sent: Value = serde_json::from_str(&ended.expect_code(0).stdout).unwrap();
     node.stop().expect_code(0);
@@ -184,9 +178,8 @@ fn a_report_does_not_overwrite_the_configuration() {
 
 #[test]
 fn stats_tell_rate_loss_and_latency_and_the_age_of_the_input_behind_a_frame() {
-    let domain = domain();
-    let mut node = domain.start("run node.toml");
-    node.wait_for("is running");
+    let domain = Domain::new();
+    let node = domain.start_node("node.toml", NODE, "");
     let mut publisher = domain.start("publish clock/in --value 1");
     publisher.wait_for("publishing");
     let ended = domain.run("subscribe clock/fast --stats --json --count 500 --report link.json");
@@ -205,9 +198,8 @@ fn stats_tell_rate_loss_and_latency_and_the_age_of_the_input_behind_a_frame() {
 
 #[test]
 fn a_wire_between_tasks_carries_values_of_one_finished_cycle() {
-    let domain = domain();
-    let mut node = domain.start("run node.toml");
-    node.wait_for("is running");
+    let domain = Domain::new();
+    let node = domain.start_node("node.toml", NODE, "");
     domain.run("subscribe clock/slow --csv slow.csv --count 300").expect_code(0);
     node.stop().expect_code(0);
     let recorded = domain.read("slow.csv");
@@ -220,11 +212,10 @@ fn a_wire_between_tasks_carries_values_of_one_finished_cycle() {
 
 #[test]
 fn where_there_is_nothing_to_talk_to_the_exit_status_is_3() {
-    let domain = domain();
+    let domain = Domain::new();
     let ended = domain.run("subscribe no/body --seconds 0.2").expect_code(3);
     assert!(ended.stderr.contains("there is no service \"no/body\""), "{}", ended.stderr);
-    let mut node = domain.start("run node.toml");
-    node.wait_for("is running");
+    let node = domain.start_node("node.toml", NODE, "");
     let ended = domain.run("subscribe clock/in --seconds 0.2").expect_code(3);
     assert!(ended.stderr.contains("has no publisher"), "{}", ended.stderr);
     node.stop().expect_code(0);

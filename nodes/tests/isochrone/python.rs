@@ -50,9 +50,7 @@ fn start(domain: &Domain, python: &Path, program: &str, arguments: &[&str]) -> P
 fn a_reader_in_python_prints_the_names_and_values_of_a_node() {
     let Some(python) = python() else { return };
     let domain = Domain::new();
-    domain.write("node.toml", NODE);
-    let mut node = domain.start("run node.toml");
-    node.wait_for("is running");
+    let node = domain.start_node("node.toml", NODE, "");
     let ended = start(&domain, &python, "reader.py", &["plant/level", "3"]).finish();
     let printed = ended.expect_code(0).stdout;
     let mut lines = printed.lines();
@@ -73,10 +71,8 @@ fn a_reader_in_python_prints_the_names_and_values_of_a_node() {
 fn a_node_reads_by_name_what_a_writer_in_python_publishes() {
     let Some(python) = python() else { return };
     let domain = Domain::new();
-    domain.write("node.toml", NODE);
     // The reader comes first, and makes both services.
-    let mut node = domain.start("run node.toml --report node.json");
-    node.wait_for("is running");
+    let node = domain.start_node("node.toml", NODE, "--report node.json");
     let mut observer = domain.start("subscribe plant/level");
     observer.wait_for("wave=-9.0 n=0");
     let mut direct = domain.start("subscribe plant/python");
@@ -139,9 +135,7 @@ fn a_client_in_python_lists_reads_sets_at_a_cycle_and_forces_and_is_refused_in_w
     let domain = Domain::new();
     let ramp = "[[block]]\nname = \"ramp\"\ntype = \"LimRateOfChangeCI\"\nin = { value = \"wave\", setChangeRate = 10.0 }\n";
     let force = NODE.replace("[node]", "[node]\ncontrol = \"force\"") + ramp;
-    domain.write("node.toml", &force);
-    let mut node = domain.start("run node.toml");
-    node.wait_for("is running");
+    let node = domain.start_node("node.toml", &force, "");
     let run = |arguments: &str| {
         let arguments: Vec<&str> = arguments.split(' ').collect();
         start(&domain, &python, "operate.py", &arguments).finish()

@@ -3,9 +3,10 @@
 
 use std::time::Instant;
 
-use crate::plant::{Frame, GUARD, Observer, Source, run, sensor};
+use crate::plant::{Frame, Observer, Source, sensor};
 use isochrone_ipc::{Flags, FrameHeader};
-use isochrone_testing::{Domain, PATIENCE};
+use isochrone_testing::plants::GUARD;
+use isochrone_testing::{Domain, PATIENCE, wait_for_ok};
 use rustix::process::Signal;
 
 /// What holds of every frame of the guard: value, flags, `ok` and `age` are of one cycle.
@@ -26,7 +27,7 @@ fn agrees(frame: &Frame) {
 fn a_sensor_that_hangs_is_stale_in_the_first_frame_after_its_max_age_and_good_again_when_it_goes_on()
  {
     let domain = Domain::new();
-    let node = run(&domain, "guard.toml", GUARD);
+    let node = domain.start_node("guard.toml", GUARD, "--report guard.json");
     let mut observer = Observer::of(&domain, "guard/out");
     let sensor = sensor(&domain, "7.5");
     let is_good = |frame: &Frame| frame.values[1] == 1.0;
@@ -62,7 +63,7 @@ fn a_sensor_that_hangs_is_stale_in_the_first_frame_after_its_max_age_and_good_ag
     let is_fall = |cycle: &u64| falls.iter().any(|fall| fall.contains(cycle));
     assert!(told.iter().all(is_fall), "{falls:?}\n{}", ended.stderr);
     assert!(ended.stderr.contains("input \"x\" takes samples again (cycle "), "{}", ended.stderr);
-    let report = domain.json("guard.toml.json");
+    let report = domain.json("guard.json");
     let input = &report["tasks"][0]["inputs"][0];
     let is_ok = last.values[1] == 1.0;
     assert_eq!((&input["name"], &input["ok"]), (&"x".into(), &is_ok.into()), "{report}");
@@ -78,7 +79,7 @@ fn a_sensor_that_hangs_is_stale_in_the_first_frame_after_its_max_age_and_good_ag
 fn the_value_of_a_sensor_that_is_killed_goes_to_its_default_and_comes_back_with_the_next_one() {
     let domain = Domain::new();
     let ramp = GUARD.replace("max_age", "on_stale = { ramp = 100.0 }\nmax_age");
-    let node = run(&domain, "guard.toml", &ramp);
+    let node = domain.start_node("guard.toml", &ramp, "");
     let mut observer = Observer::of(&domain, "guard/out");
     let first = sensor(&domain, "7.5");
     observer.until("good", |_| {}, |frame| frame.values[..2] == [7.5, 1.0]);
@@ -103,7 +104,7 @@ fn the_value_of_a_sensor_that_is_killed_goes_to_its_default_and_comes_back_with_
 #[test]
 fn a_sensor_that_never_comes_is_said_and_the_frames_carry_a_substitute() {
     let domain = Domain::new();
-    let mut node = run(&domain, "guard.toml", GUARD);
+    let mut node = domain.start_node("guard.toml", GUARD, "--report guard.json");
     let mut observer = Observer::of(&domain, "guard/out");
     let frame = observer.until("one", agrees, |_| true);
     assert_eq!(frame.values, [-1.0, 0.0, f64::INFINITY]);
@@ -113,7 +114,7 @@ fn a_sensor_that_never_comes_is_said_and_the_frames_carry_a_substitute() {
     );
     let ended = node.stop().expect_code(0);
     assert_eq!(ended.stderr.matches("has no sample yet").count(), 1, "{}", ended.stderr);
-    let report = domain.json("guard.toml.json");
+    let report = domain.json("guard.json");
     let message = report["warnings"][0]["message"].as_str().unwrap();
     assert!(message.starts_with("input \"x\" was never ok, for "), "{report}");
     assert_eq!(report["tasks"][0]["inputs"][0]["falls"], 0, "{report}");
@@ -148,21 +149,19 @@ signals = ["count", "count.ok"]
 service = "guard/ramp"
 signals = ["ramp.delayedValue", "level.ok"]
 "#;
-    let node = run(&domain, "guard.toml", text);
+    let node = domain.start_node("guard.toml", text, "");
     let (mut count, mut ramp) =
         (Observer::of(&domain, "guard/count"), Observer::of(&domain, "guard/ramp"));
     let mut source = Source::open(&domain, "plant/sensor", &["a", "b"]);
     let mut expect = |values: [f64; 2], count_is: ([f64; 2], Flags), ramp_is: ([f64; 2], Flags)| {
         for (observer, expected) in [(&mut count, count_is), (&mut ramp, ramp_is)] {
-            let since = Instant::now();
-            loop {
+            wait_for_ok(&format!("a frame has {:?} {}", expected.0, expected.1), || {
                 source.send(&values);
                 let frame = observer.until("there", |_| {}, |_| true);
-                if (&frame.values[..], frame.flags()) == (&expected.0[..], expected.1) {
-                    break;
-                }
-                assert!(since.elapsed() < PATIENCE, "{:?} {}", frame.values, frame.flags());
-            }
+                let is_there = (&frame.values[..], frame.flags()) == (&expected.0[..], expected.1);
+                let seen = || format!("{:?} {}", frame.values, frame.flags());
+                is_there.then_some(()).ok_or_else(seen)
+            });
         }
     };
     expect([3.0, 2.5], ([3.0, 1.0], Flags::NONE), ([2.5, 1.0], Flags::NONE));
@@ -217,7 +216,7 @@ channel = 1
 service = "guard/out"
 signals = ["a", "b", "a.ok", "b.ok"]
 "#;
-    let node = run(&domain, "guard.toml", text);
+    let node = domain.start_node("guard.toml", text, "");
     let mut observer = Observer::of(&domain, "guard/out");
     let mut source = Source::open(&domain, "plant/sensor", &["a", "b"]);
     let mut seen = std::collections::HashSet::new();
@@ -241,7 +240,7 @@ signals = ["a", "b", "a.ok", "b.ok"]
 fn a_wired_ok_takes_the_example_to_its_safe_value_and_back() {
     let domain = Domain::new();
     let text = include_str!("../../../examples/dead_sensor.toml");
-    let node = run(&domain, "dead_sensor.toml", text);
+    let node = domain.start_node("dead_sensor.toml", text, "");
     let mut shown = domain.start("subscribe plant/safe_level");
     let first = sensor(&domain, "1.5");
     shown.wait_for("safe.outputValue=1.5 level=1.5 level.ok=TRUE");

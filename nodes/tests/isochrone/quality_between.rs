@@ -3,9 +3,10 @@
 
 use std::cell::Cell;
 
-use crate::plant::{Frame, GUARD, Observer, run, sensor};
+use crate::plant::{Frame, Observer, sensor};
 use isochrone_ipc::Flags;
 use isochrone_testing::Domain;
+use isochrone_testing::plants::GUARD;
 use rustix::process::Signal;
 use serde_json::Value;
 
@@ -36,8 +37,8 @@ signals = ["good", "good.ok"]
 #[test]
 fn the_second_node_of_a_chain_learns_from_the_frames_what_the_first_has_lost() {
     let domain = Domain::new();
-    let guard = run(&domain, "guard.toml", GUARD);
-    let mut second = run(&domain, "second.toml", SECOND);
+    let guard = domain.start_node("guard.toml", GUARD, "");
+    let mut second = domain.start_node("second.toml", SECOND, "");
     let sensor = sensor(&domain, "7.5");
     let mut any = Observer::of(&domain, "second/any");
     let mut good = Observer::of(&domain, "second/good");
@@ -77,8 +78,8 @@ fn looped(name: &str, other: &str, feedback: bool) -> String {
 #[test]
 fn what_goes_round_a_loop_of_nodes_ends_where_one_of_them_says_feedback() {
     let domain = Domain::new();
-    let a = run(&domain, "a.toml", &looped("a", "b", true));
-    let b = run(&domain, "b.toml", &looped("b", "a", false));
+    let a = domain.start_node("a.toml", &looped("a", "b", true), "");
+    let b = domain.start_node("b.toml", &looped("b", "a", false), "");
     let (mut of_a, mut of_b) = (Observer::of(&domain, "loop/a"), Observer::of(&domain, "loop/b"));
     let sensor = sensor(&domain, "7.5");
     of_a.flagged(Flags::NONE);
@@ -119,8 +120,8 @@ fn killed() -> Option<()> {
     const MAX_AGE_NS: u64 = 500_000_000;
     const PERIOD_NS: u64 = 5_000_000;
     let domain = Domain::new();
-    let guard = run(&domain, "guard.toml", GUARD);
-    let aged = run(&domain, "aged.toml", AGED);
+    let guard = domain.start_node("guard.toml", GUARD, "");
+    let aged = domain.start_node("aged.toml", AGED, "");
     let mut first = Observer::of(&domain, "guard/out");
     let mut second = Observer::of(&domain, "aged/out");
     let sensor = sensor(&domain, "7.5");
@@ -191,8 +192,8 @@ fn what_is_forced_in_one_node_is_flagged_in_the_frames_of_the_next_for_as_long_a
                 in = { incrementRange = 1, endlessSteps = true }\n\
                 [[output]]\nservice = \"guard/free\"\nsignals = [\"saw.value\"]\n";
     let forcing = GUARD.replace("[node]", "[node]\ncontrol = \"force\"") + free;
-    let guard = run(&domain, "guard.toml", &forcing);
-    let second = run(&domain, "second.toml", SECOND);
+    let guard = domain.start_node("guard.toml", &forcing, "");
+    let second = domain.start_node("second.toml", SECOND, "");
     let first_sensor = sensor(&domain, "7.5");
     let services = ["guard/out", "second/any", "second/good"];
     let mut observers = services.map(|service| Observer::of(&domain, service));

@@ -310,9 +310,7 @@ fn a_node_stands_for_its_services_and_without_a_name_all_are_recorded() {
     let domain = Domain::new();
     let (all, of_node) =
         (record(&domain, "-o all.mcap --json"), record(&domain, "relay -o node.mcap --json"));
-    domain.write("relay.toml", RELAY);
-    let mut node = domain.start("run relay.toml");
-    node.wait_for("is running");
+    let node = domain.start_node("relay.toml", RELAY, "");
     let publisher = domain.start("publish relay/in --value 5 --rate 500");
     let services = |recorder: Process, names: &[&str]| {
         let mut recorder = recorder;

@@ -11,31 +11,15 @@ use std::thread;
 use std::time::UNIX_EPOCH;
 
 use isochrone_recording::Reader;
+use isochrone_testing::plants::SAW;
 use isochrone_testing::{Domain, Process, wait_until};
 use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
 use serde_json::Value;
 
-const NODE: &str = r#"
-[node]
-name = "saw"
-[[task]]
-name = "fast"
-period = "2ms"
-[[block]]
-name = "saw"
-type = "SawTooth"
-in = { incrementRange = 3, numberSteps = 1000 }
-[[output]]
-service = "plant/saw"
-signals = ["saw.value"]
-"#;
-
 /// A domain with a node that runs.
 fn plant() -> (Domain, Process) {
     let domain = Domain::new();
-    domain.write("saw.toml", NODE);
-    let mut node = domain.start("run saw.toml");
-    node.wait_for("is running");
+    let node = domain.start_node("saw.toml", SAW, "");
     (domain, node)
 }
 
@@ -73,7 +57,7 @@ fn read(path: PathBuf) -> u64 {
 fn a_file_that_is_being_written_is_refused_to_others() {
     let (domain, node) = plant();
     let recorder = recording(&domain, "record plant/saw -o out.mcap --json", "out.mcap");
-    domain.write("other.toml", &NODE.replace("saw\"\n[[task", "other\"\n[[task"));
+    domain.write("other.toml", &SAW.replace("saw\"\n[[task", "other\"\n[[task"));
     for other in [
         "record plant/saw -o out.mcap --seconds 0.1",
         "run other.toml --record out.mcap --seconds 0.1",
@@ -144,7 +128,7 @@ fn a_series_of_files_is_not_mixed_with_an_older_one() {
 #[test]
 fn a_limit_of_file_sizes_ends_the_recording_and_not_the_node() {
     let domain = Domain::new();
-    domain.write("saw.toml", NODE);
+    domain.write("saw.toml", SAW);
     let mut node = recording(&domain, "run saw.toml --record own.mcap", "own.mcap");
     let length = fs::metadata(domain.path("own.mcap")).unwrap().len();
     let maximum = getrlimit(Resource::Fsize).maximum;
@@ -160,7 +144,7 @@ fn a_limit_of_file_sizes_ends_the_recording_and_not_the_node() {
 #[test]
 fn a_pipe_that_nobody_reads_is_waited_for_aloud_and_then_recorded_in() {
     let domain = Domain::new();
-    domain.write("saw.toml", NODE);
+    domain.write("saw.toml", SAW);
     let path = pipe(&domain, "pipe");
     let mut node = domain.start("run saw.toml --record pipe --seconds 0.5");
     node.wait_for("waiting until somebody reads the pipe pipe");
@@ -208,7 +192,7 @@ fn an_export_of_a_file_without_end_is_ended_by_a_signal() {
 #[test]
 fn a_recording_that_was_not_closed_is_kept_and_one_that_was_is_replaced() {
     let (domain, node) = plant();
-    let own = NODE.replace("plant/saw", "own/saw").replace("\"saw\"\n[[task", "\"own\"\n[[task");
+    let own = SAW.replace("plant/saw", "own/saw").replace("\"saw\"\n[[task", "\"own\"\n[[task");
     domain.write("own.toml", &own);
     let kept = |stem: &str| {
         let files = fs::read_dir(domain.path("")).unwrap().map(|it| it.unwrap().file_name());
@@ -260,7 +244,7 @@ fn a_recording_that_was_not_closed_is_kept_and_one_that_was_is_replaced() {
 #[test]
 fn a_file_may_have_a_name_that_is_no_unicode() {
     let domain = Domain::new();
-    domain.write("saw.toml", NODE);
+    domain.write("saw.toml", SAW);
     let name = OsStr::from_bytes(b"saw\xff.mcap");
     let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
     command.args(["run", "saw.toml", "--seconds", "0.3", "--report", "saw.json", "--record"]);

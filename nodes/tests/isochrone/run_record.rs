@@ -10,39 +10,9 @@ use isochrone_recording::{Entry, Item, Reader, RowHead};
 use isochrone_runtime::control::{
     ApplyParams, Client, ForceParams, Hold, Params, ReleaseParams, SetParams, UndoParams, Values,
 };
+use isochrone_testing::plants::GAUGE;
 use isochrone_testing::{Domain, wait_until};
 use serde_json::Value;
-
-const NODE: &str = r#"
-[node]
-name = "level"
-control = "force"
-[[task]]
-name = "fast"
-period = "2ms"
-[[task]]
-name = "slow"
-period = "20ms"
-[[input]]
-name = "x"
-service = "plant/sensor"
-task = "fast"
-max_age = "1s"
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-task = "fast"
-in = { value = "x", setChangeRate = 17.3 }
-[[block]]
-name = "late"
-type = "LimRateOfChangeCI"
-task = "slow"
-in = { value = "ramp.delayedValue", setChangeRate = 5.0 }
-[[output]]
-service = "level/out"
-task = "fast"
-signals = ["ramp.delayedValue", "x", "x.ok"]
-"#;
 
 /// A row with what belongs to it.
 struct Row {
@@ -115,11 +85,10 @@ fn values<const N: usize>(values: [(&str, f64); N]) -> Values {
 #[test]
 fn a_recording_has_every_cycle_of_every_task_as_a_subscriber_saw_it_and_all_that_was_done() {
     let domain = Domain::new();
-    domain.write("node.toml", NODE);
     let mut frames = Observer::before(&domain, "level/out", 3);
     let sensor = sensor(&domain, "25.5");
-    let mut process = domain.start("run node.toml --record out.mcap --report node.json");
-    process.wait_for("is running");
+    let arguments = "--record out.mcap --report node.json";
+    let process = domain.start_node("node.toml", GAUGE, arguments);
     let participant: Participant<_> = domain.join("operator");
     let mut client = Client::connect(&participant, "level", isochrone_testing::PATIENCE).unwrap();
     let mut seen = BTreeMap::new();
@@ -149,7 +118,7 @@ fn a_recording_has_every_cycle_of_every_task_as_a_subscriber_saw_it_and_all_that
     done(&mut client, &UndoParams { transaction: set.transaction, client: None });
     look(50);
     // Another task has a wire to the other one.
-    let configuration = NODE.replace(
+    let configuration = GAUGE.replace(
         "value = \"ramp.delayedValue\", setChangeRate = 5.0",
         "value = 3.0, setChangeRate = 5.0",
     );
@@ -163,7 +132,7 @@ fn a_recording_has_every_cycle_of_every_task_as_a_subscriber_saw_it_and_all_that
 
     let recorded = read(&domain.path("out.mcap"));
     assert!(recorded.is_closed && recorded.is_whole && recorded.marks == 0);
-    assert_eq!(recorded.configuration.as_deref(), Some(NODE));
+    assert_eq!(recorded.configuration.as_deref(), Some(GAUGE));
     let [fast, slow] = ["fast", "slow"].map(|task| &recorded.rows[task]);
     check_rows(fast);
     check_rows(slow);
@@ -219,9 +188,7 @@ fn a_recording_has_every_cycle_of_every_task_as_a_subscriber_saw_it_and_all_that
 #[test]
 fn the_recording_of_a_node_that_is_killed_can_be_read_up_to_its_last_second() {
     let domain = Domain::new();
-    domain.write("node.toml", NODE);
-    let mut process = domain.start("run node.toml --record out.mcap");
-    process.wait_for("is running");
+    let process = domain.start_node("node.toml", GAUGE, "--record out.mcap");
     let path = domain.path("out.mcap");
     let bytes = || std::fs::metadata(&path).map_or(0, |file| file.len());
     let begun = bytes();
@@ -235,7 +202,7 @@ fn the_recording_of_a_node_that_is_killed_can_be_read_up_to_its_last_second() {
 #[test]
 fn a_file_that_cannot_be_recorded_in_is_refused_before_the_node_starts() {
     let domain = Domain::new();
-    domain.write("node.toml", NODE);
+    domain.write("node.toml", GAUGE);
     for (file, said) in [
         ("node.toml", "node.toml"),
         ("/dev/full", "cannot write /dev/full"),
@@ -245,5 +212,5 @@ fn a_file_that_cannot_be_recorded_in_is_refused_before_the_node_starts() {
         let output = run.finish().expect_code(2);
         assert!(output.stderr.contains(said), "{}", output.stderr);
     }
-    assert_eq!(domain.read("node.toml"), NODE);
+    assert_eq!(domain.read("node.toml"), GAUGE);
 }

@@ -19,9 +19,7 @@ fn node(keys: &str) -> String {
 #[test]
 fn a_task_with_a_priority_runs_on_a_chosen_cpu_and_everybody_says_why() {
     let domain = Domain::new();
-    domain.write("rt.toml", &node("priority = 50"));
-    let mut node = domain.start("run rt.toml --report rt.json");
-    node.wait_for("is running");
+    let node = domain.start_node("rt.toml", &node("priority = 50"), "--report rt.json");
     // A node that does not answer in time is listed without its tasks.
     let placement = |_| {
         let list = domain.run("list --json").expect_code(0).stdout;

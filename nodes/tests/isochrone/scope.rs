@@ -4,51 +4,13 @@ use std::collections::BTreeMap;
 use std::process::Command;
 
 use crate::tmux::Tmux;
+use isochrone_testing::plants::LEVEL;
 use isochrone_testing::{Domain, Process, wait_until};
 use rustix::process::Signal;
 
-/// A task with a ramp and a BOOL that `lim.autoValue` decides, and a slow one that follows.
-const NODE: &str = r#"
-[node]
-name = "level"
-control = "set"
-[[task]]
-name = "fast"
-period = "2ms"
-[[task]]
-name = "slow"
-period = "20ms"
-[[block]]
-name = "saw"
-type = "SawTooth"
-task = "fast"
-in = { incrementRange = 1, numberSteps = 900 }
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-task = "fast"
-in = { value = "saw.value", setChangeRate = 333.3 }
-[[block]]
-name = "lim"
-type = "LimRateOfChangeAdvancedCI"
-task = "fast"
-in = { autoValue = 0.0, setPosUpRateLim = 1e6, setPosDownRateLim = 1e6, setHighLim = 100.0 }
-[[block]]
-name = "late"
-type = "LimRateOfChangeCI"
-task = "slow"
-in = { value = "ramp.delayedValue", setChangeRate = 77.7 }
-[[output]]
-service = "level/out"
-task = "fast"
-signals = ["ramp.delayedValue", "lim.highLim"]
-"#;
-
 fn node() -> (Domain, Process) {
     let domain = Domain::new();
-    domain.write("node.toml", NODE);
-    let mut node = domain.start("run node.toml");
-    node.wait_for("is running");
+    let node = domain.start_node("node.toml", LEVEL, "");
     (domain, node)
 }
 
@@ -88,7 +50,7 @@ fn a_shot_has_the_cycles_around_the_first_in_which_the_condition_is_true_to_the_
     let (domain, node) = node();
     let mut subscriber = domain.start("subscribe level/out --csv sent.csv");
     subscriber.wait_for("subscribed to");
-    let shown = ["ramp.delayedValue", "lim.highLim"];
+    let shown = ["saw.value", "ramp.delayedValue", "lim.highLim"];
     let window = ["--pre", "200ms", "--post", "600ms", "-o", "shot.csv"];
     let scope = armed(&domain, &[&shown[..], &window[..]].concat());
     // The history is whole by then.

@@ -6,29 +6,13 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
+use isochrone_testing::plants::SAW;
 use isochrone_testing::{Domain, PATIENCE, Process, not_tested, wait_until};
 use rustix::process::Signal;
 
-const NODE: &str = r#"
-[node]
-name = "plant"
-[[task]]
-name = "fast"
-period = "5ms"
-[[block]]
-name = "saw"
-type = "SawTooth"
-task = "fast"
-in = { incrementRange = 1, endlessSteps = true }
-[[output]]
-service = "plant/fast"
-task = "fast"
-signals = ["saw.value"]
-"#;
-
-/// A task beside the fast one.
+/// A task beside that of the saw.
 fn with_task(period: &str, phase: &str) -> String {
-    format!("{NODE}\n[[task]]\nname = \"slow\"\nperiod = \"{period}\"\nphase = \"{phase}\"\n")
+    format!("{SAW}\n[[task]]\nname = \"slow\"\nperiod = \"{period}\"\nphase = \"{phase}\"\n")
 }
 
 /// The watchdog is fed every 50 ms.
@@ -106,7 +90,7 @@ fn domain(node: &str) -> Domain {
 
 #[test]
 fn a_node_tells_that_it_is_ready_how_it_fares_and_that_it_stops() {
-    let domain = domain(NODE);
+    let domain = domain(SAW);
     let manager = Manager::new(&domain);
     let node = manager.start(&domain);
     let ready = manager.wait_for("READY=1").pop().unwrap();
@@ -121,7 +105,7 @@ fn a_node_tells_that_it_is_ready_how_it_fares_and_that_it_stops() {
 
 #[test]
 fn a_node_that_ends_by_itself_was_ready_and_tells_that_it_stops() {
-    let domain = domain(NODE);
+    let domain = domain(SAW);
     let manager = Manager::new(&domain);
     Process::start(manager.command(&domain, "run node.toml --cycles 1")).finish().expect_code(0);
     manager.wait_for("READY=1");
@@ -145,7 +129,7 @@ fn readiness_waits_for_the_first_cycle_of_the_last_task_and_asks_for_the_time() 
 
 #[test]
 fn a_node_that_does_not_come_to_run_is_never_ready() {
-    let refused = NODE.replacen("period", "cpu = 1000\nperiod", 1);
+    let refused = SAW.replacen("period", "cpu = 1000\nperiod", 1);
     let domain = domain(&refused);
     let manager = Manager::new(&domain);
     Process::start(manager.command(&domain, "run node.toml --strict")).finish().expect_code(1);
@@ -154,7 +138,7 @@ fn a_node_that_does_not_come_to_run_is_never_ready() {
 
 #[test]
 fn the_watchdog_starves_while_the_process_is_halted_and_is_fed_when_it_goes_on() {
-    let domain = domain(NODE);
+    let domain = domain(SAW);
     let manager = Manager::new(&domain);
     let node = manager.start(&domain);
     manager.wait_for("READY=1");
@@ -184,7 +168,7 @@ fn a_task_with_a_period_of_an_hour_does_not_starve_the_watchdog() {
 
 #[test]
 fn the_watchdog_is_only_fed_by_the_process_that_it_is_for() {
-    let domain = domain(NODE);
+    let domain = domain(SAW);
     let manager = Manager::new(&domain);
     // The shell's process becomes the node's.
     for (script, is_fed) in [
@@ -193,7 +177,7 @@ fn the_watchdog_is_only_fed_by_the_process_that_it_is_for() {
         ("unset WATCHDOG_USEC; exec \"$0\" \"$@\"", false),
     ] {
         // One that is fed is so for as long as it runs; the others have a second.
-        let cycles = if is_fed { "" } else { "--cycles 200" };
+        let cycles = if is_fed { "" } else { "--cycles 500" };
         let command = manager.command(&domain, &format!("run node.toml {cycles}"));
         let mut shell = Command::new("sh");
         shell.args(["-c", script]).arg(command.get_program()).args(command.get_args());
@@ -215,7 +199,7 @@ fn the_watchdog_is_only_fed_by_the_process_that_it_is_for() {
 
 #[test]
 fn a_manager_may_listen_in_the_abstract_namespace() {
-    let domain = domain(NODE);
+    let domain = domain(SAW);
     let name = format!("isochrone-test-{}", std::process::id());
     let address = SocketAddr::from_abstract_name(&name).unwrap();
     let socket = UnixDatagram::bind_addr(&address).unwrap();
@@ -227,9 +211,9 @@ fn a_manager_may_listen_in_the_abstract_namespace() {
 
 #[test]
 fn a_manager_that_does_not_listen_holds_nothing_up() {
-    let domain = domain(NODE);
+    let domain = domain(SAW);
     let manager = Manager::new(&domain);
-    let mut command = manager.command(&domain, "run node.toml --cycles 400");
+    let mut command = manager.command(&domain, "run node.toml --cycles 1000");
     // Fed at every look: the socket is soon full.
     command.env("WATCHDOG_USEC", "1000");
     let ended = Process::start(command).finish().expect_code(0);
@@ -241,9 +225,9 @@ fn a_manager_that_does_not_listen_holds_nothing_up() {
 
 #[test]
 fn without_a_manager_a_node_runs_and_says_nothing_of_it() {
-    let domain = domain(NODE);
+    let domain = domain(SAW);
     for socket in [None, Some("")] {
-        let mut command = command(&domain, "run node.toml --cycles 20");
+        let mut command = command(&domain, "run node.toml --cycles 50");
         command.envs(socket.map(|name| ("NOTIFY_SOCKET", name)));
         let ended = Process::start(command).finish().expect_code(0);
         assert!(!ended.stderr.contains("warning"), "{}", ended.stderr);
@@ -252,9 +236,9 @@ fn without_a_manager_a_node_runs_and_says_nothing_of_it() {
 
 #[test]
 fn a_manager_that_is_not_there_is_one_warning_and_no_failure() {
-    let domain = domain(NODE);
+    let domain = domain(SAW);
     for socket in ["/no/where/notify", "vsock:2:1", "relative"] {
-        let mut command = command(&domain, "run node.toml --strict --cycles 60");
+        let mut command = command(&domain, "run node.toml --strict --cycles 150");
         command.env("NOTIFY_SOCKET", socket).env("WATCHDOG_USEC", WATCHDOG_US);
         let ended = Process::start(command).finish().expect_code(0);
         assert_eq!(ended.stderr.matches("warning").count(), 1, "{}", ended.stderr);
@@ -281,7 +265,7 @@ fn unit_value(key: &str) -> String {
 
 #[test]
 fn the_command_of_the_unit_runs_a_node_that_becomes_ready() {
-    let domain = domain(NODE);
+    let domain = domain(SAW);
     let manager = Manager::new(&domain);
     let line = unit_value("ExecStart")
         .replace(PROGRAM, env!("CARGO_BIN_EXE_isochrone"))

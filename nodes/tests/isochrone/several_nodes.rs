@@ -36,11 +36,9 @@ fn meetings(domain: &Domain) -> Vec<Value> {
 fn whoever_starts_a_node_that_meets_another_on_its_cpu_is_warned_with_the_remedy() {
     let domain = Domain::new();
     let cpu = allowed_cpu();
-    domain.write("a.toml", &node("a", "0ms", cpu));
     domain.write("b.toml", &node("b", "0ms", cpu));
     domain.write("clear.toml", &node("clear", "5ms", cpu));
-    let mut first = domain.start("run a.toml");
-    first.wait_for("is running");
+    let first = domain.start_node("a.toml", &node("a", "0ms", cpu), "");
 
     let said = format!("warning: b.t and a.t share CPU {cpu} and meet at each release of b.t");
     let ended = run_beside(&domain, "b.toml", |ended| ended.stderr.contains(&said)).expect_code(0);
@@ -62,10 +60,8 @@ fn whoever_starts_a_node_that_meets_another_on_its_cpu_is_warned_with_the_remedy
 fn an_automatic_phase_keeps_clear_of_the_node_that_runs_and_says_so() {
     let domain = Domain::new();
     let cpu = allowed_cpu();
-    domain.write("a.toml", &node("a", "0ms", cpu));
     domain.write("auto.toml", &node("auto", "auto", cpu));
-    let mut first = domain.start("run a.toml");
-    first.wait_for("is running");
+    let first = domain.start_node("a.toml", &node("a", "0ms", cpu), "");
 
     let said = format!("clear of a.t on CPU {cpu} and of the kernel's ticks");
     let is_told = |ended: &Ended| ended.stderr.contains(&said);
@@ -95,12 +91,9 @@ fn an_automatic_phase_keeps_clear_of_the_node_that_runs_and_says_so() {
 fn the_list_has_the_tasks_that_meet_and_no_others() {
     let domain = Domain::new();
     let cpu = allowed_cpu();
-    for (name, phase) in [("a", "0ms"), ("b", "0ms"), ("c", "5ms")] {
-        domain.write(&format!("{name}.toml"), &node(name, phase, cpu));
-    }
-    let mut nodes: Vec<_> =
-        ["a", "b", "c"].iter().map(|name| domain.start(&format!("run {name}.toml"))).collect();
-    nodes.iter_mut().for_each(|node| node.wait_for("is running"));
+    let nodes = [("a", "0ms"), ("b", "0ms"), ("c", "5ms")].map(|(name, phase)| {
+        domain.start_node(&format!("{name}.toml"), &node(name, phase, cpu), "")
+    });
 
     let found = (0..20).map(|_| meetings(&domain)).find(|found| !found.is_empty()).unwrap();
     let [meeting] = &found[..] else { panic!("{found:?}") };
@@ -125,13 +118,11 @@ fn whoever_starts_a_task_that_would_keep_its_source_from_sending_is_warned() {
     let cpu = allowed_cpu();
     let block = "[[block]]\nname = \"saw\"\ntype = \"SawTooth\"\nin = { incrementRange = 1 }\n\
                  [[output]]\nservice = \"plant/saw\"\nsignals = [\"saw.value\"]\n";
-    domain.write("source.toml", &(node("source", "5ms", cpu) + block));
     let follow = "priority = 5\nfollow = { service = \"plant/saw\", within = \"1ms\" }\n\
                   [[input]]\nname = \"saw\"\ntype = \"INT\"\nservice = \"plant/saw\"\nsignal = \"saw.value\"\n\
                   [[output]]\nservice = \"plant/after\"\nsignals = [\"saw\"]\n";
     domain.write("follower.toml", &(node("follower", "0ms", cpu) + follow));
-    let mut source = domain.start("run source.toml");
-    source.wait_for("is running");
+    let source = domain.start_node("source.toml", &(node("source", "5ms", cpu) + block), "");
 
     let said = format!(
         "warning: follower.t (fifo:5) follows \"plant/saw\" of source.t (other) on the same CPU {cpu}"
@@ -147,12 +138,9 @@ fn a_node_starts_beside_nodes_that_are_stopped_and_names_each() {
     let domain = Domain::new();
     let cpu = allowed_cpu();
     let names = ["a", "b", "c"];
-    for name in names {
-        domain.write(&format!("{name}.toml"), &node(name, "0ms", cpu));
-    }
+    let nodes =
+        names.map(|name| domain.start_node(&format!("{name}.toml"), &node(name, "0ms", cpu), ""));
     domain.write("next.toml", &node("next", "0ms", cpu));
-    let mut nodes = names.map(|name| domain.start(&format!("run {name}.toml")));
-    nodes.iter_mut().for_each(|node| node.wait_for("is running"));
     // Once they answer, they have started: none is stopped while it holds up the domain.
     let is_answered = |listed: &Ended| listed.stdout.matches("  cycle ").count() == names.len();
     assert!((0..20).any(|_| is_answered(&domain.run("list"))));

@@ -5,35 +5,22 @@ use std::io::PipeReader;
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use isochrone_testing::{Domain, PATIENCE, Process, not_tested, shared_memory, volume, wait_until};
+use isochrone_testing::plants::RELAY;
+use isochrone_testing::{
+    Domain, Process, not_tested, shared_memory, volume, wait_for_some, wait_until,
+};
 use rustix::process::{Pid, Signal, kill_process};
-
-const NODE: &str = r#"
-[node]
-name = "ends"
-[[task]]
-name = "t"
-period = "1ms"
-[[input]]
-name = "x"
-service = "ends/in"
-[[output]]
-service = "ends/out"
-signals = ["x"]
-"#;
 
 /// A publisher, a node and a subscriber are ended at the same time, each with these signals: the
 /// pause follows the first.
 fn end_all_in_order(signals: &[Signal], pause: impl Fn(u64) -> Duration) {
     let domain = Domain::new();
-    domain.write("node.toml", NODE);
     for round in 0..volume(100) as u64 {
-        let mut node = domain.start("run node.toml");
-        node.wait_for("is running");
-        let mut publisher = domain.start("publish ends/in --value 1");
-        let mut subscriber = domain.start("subscribe ends/out");
+        let node = domain.start_node("relay.toml", RELAY, "");
+        let mut publisher = domain.start("publish relay/in --value 1");
+        let mut subscriber = domain.start("subscribe relay/out");
         subscriber.wait_for("x=");
         publisher.wait_for("publishing");
         let processes = [subscriber, node, publisher];
@@ -75,7 +62,7 @@ fn a_sigterm_and_a_sigint_at_the_same_instant_are_one_request() {
 fn a_signal_when_the_time_is_up_already_does_not_end_a_process_at_once() {
     let domain = Domain::new();
     for after_ms in (190..230).step_by(40 / volume(40)) {
-        let mut publisher = domain.start("publish ends/in --value 1 --seconds 0.2");
+        let mut publisher = domain.start("publish relay/in --value 1 --seconds 0.2");
         publisher.wait_for("publishing");
         thread::sleep(Duration::from_millis(after_ms));
         // Unless it has ended: it is not waited for yet, so its id is nobody else's.
@@ -87,7 +74,7 @@ fn a_signal_when_the_time_is_up_already_does_not_end_a_process_at_once() {
 
 /// The node in this domain, started by another program, whose words come first.
 fn start_by(domain: &Domain, program: &[&str], arguments: &str) -> Process {
-    domain.write("node.toml", NODE);
+    domain.write("relay.toml", RELAY);
     let mut command = Command::new(program[0]);
     command.args(&program[1..]).arg(env!("CARGO_BIN_EXE_isochrone"));
     command.args(arguments.split_whitespace()).arg("--iceoryx2-config").arg(domain.config_file());
@@ -101,7 +88,7 @@ fn signals_that_a_process_was_started_to_ignore_do_not_end_it() {
     for (signal, name) in [(Signal::HUP, "HUP"), (Signal::INT, "INT")] {
         let ignoring = format!("trap '' {name}; exec \"$0\" \"$@\"");
         let by = ["sh", "-c", ignoring.as_str()];
-        let mut node = start_by(&domain, &by, "run node.toml --cycles 500 --json");
+        let mut node = start_by(&domain, &by, "run relay.toml --cycles 500 --json");
         node.wait_for("is running");
         node.signal(signal);
         let ended = node.finish().expect_code(0);
@@ -117,7 +104,7 @@ fn a_sigterm_that_was_blocked_by_the_parent_ends_in_order() {
         return not_tested("a blocked SIGTERM", "env has no --block-signal");
     }
     let domain = Domain::new();
-    let mut node = start_by(&domain, &by, "run node.toml");
+    let mut node = start_by(&domain, &by, "run relay.toml");
     node.wait_for("is running");
     let ended = node.stop().expect_code(0);
     assert!(ended.stdout.contains("release jitter"), "{}", ended.stdout);
@@ -127,10 +114,8 @@ fn a_sigterm_that_was_blocked_by_the_parent_ends_in_order() {
 #[test]
 fn a_list_that_is_ended_early_prints_what_it_has_and_leaves_nothing() {
     let domain = Domain::new();
-    domain.write("node.toml", NODE);
     for signal in [Signal::INT, Signal::TERM, Signal::HUP] {
-        let mut node = domain.start("run node.toml");
-        node.wait_for("is running");
+        let node = domain.start_node("relay.toml", RELAY, "");
         // It counts the frames of telemetry for half a second. On a busy machine that may be over before
         // this test looks; then again.
         let ended = (0..20).find_map(|_| {
@@ -145,7 +130,7 @@ fn a_list_that_is_ended_early_prints_what_it_has_and_leaves_nothing() {
             Some(list.finish().expect_code(0))
         });
         let ended = ended.unwrap();
-        assert!(ended.stdout.contains("ends/out"), "{signal:?}: {}", ended.stdout);
+        assert!(ended.stdout.contains("relay/out"), "{signal:?}: {}", ended.stdout);
         node.stop().expect_code(0);
         assert_eq!(domain.leftovers(), Vec::<PathBuf>::new(), "{signal:?}");
     }
@@ -166,7 +151,7 @@ fn waits_to_write(pid: Pid, reader: &PipeReader) -> bool {
 /// A subscriber that hangs because nobody reads what it prints, and its process id.
 fn hang(domain: &Domain) -> (std::process::Child, Pid) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
-    command.args(["subscribe", "ends/in", "--iceoryx2-config"]).arg(domain.config_file());
+    command.args(["subscribe", "relay/in", "--iceoryx2-config"]).arg(domain.config_file());
     let (reader, writer) = std::io::pipe().unwrap();
     command.stdin(Stdio::null()).stdout(writer.try_clone().unwrap()).stderr(writer);
     let child = command.spawn().unwrap();
@@ -180,22 +165,18 @@ fn hang(domain: &Domain) -> (std::process::Child, Pid) {
 #[test]
 fn another_signal_ends_a_process_that_hangs_with_exit_status_1() {
     let domain = Domain::new();
-    let mut publisher = domain.start("publish ends/in --value 1 --rate 20000");
+    let mut publisher = domain.start("publish relay/in --value 1 --rate 20000");
     publisher.wait_for("publishing");
     let (mut hanging, pid) = hang(&domain);
     kill_process(pid, Signal::TERM).unwrap();
     thread::sleep(Duration::from_millis(600));
     assert_eq!(hanging.try_wait().unwrap(), None, "it hangs");
     // Where the machine is busy, the process may take two signals for one request: it sees them late.
-    let since = Instant::now();
-    let ended = loop {
-        assert!(since.elapsed() < PATIENCE, "it goes on");
+    let ended = wait_for_some("it has ended", || {
         kill_process(pid, Signal::INT).unwrap();
         thread::sleep(Duration::from_millis(600));
-        if let Some(status) = hanging.try_wait().unwrap() {
-            break status;
-        }
-    };
+        hanging.try_wait().unwrap()
+    });
     assert_eq!(ended.code(), Some(1));
     publisher.stop().expect_code(0);
 }
@@ -203,7 +184,7 @@ fn another_signal_ends_a_process_that_hangs_with_exit_status_1() {
 /// A demo at work, and its processes.
 fn demo(folder: &tempfile::TempDir) -> (Process, Vec<i32>) {
     let mut command = Command::new(env!("CARGO_BIN_EXE_isochrone"));
-    command.args(["demo", "--seconds", "60"]).env("TMPDIR", folder.path());
+    command.args(["demo", "--seconds", "600"]).env("TMPDIR", folder.path());
     let mut demo = Process::start(command);
     demo.wait_for("level.y=");
     let children = children(demo.id());
@@ -239,12 +220,11 @@ fn a_demo_that_is_ended_at_once_ends_its_processes_too() {
     let node = Pid::from_raw(children[0]).unwrap();
     kill_process(node, Signal::STOP).unwrap();
     // Where the machine is busy, the demo may take two signals for one request: it sees them late.
-    let since = Instant::now();
-    while !demo.is_over() {
-        assert!(since.elapsed() < PATIENCE, "it goes on");
+    wait_until("it has ended", || {
         demo.signal(Signal::INT);
         thread::sleep(Duration::from_millis(600));
-    }
+        demo.is_over()
+    });
     let ended = demo.finish().expect_code(1);
     assert!(ended.stderr.contains("ended at once"), "{}", ended.stderr);
     kill_process(node, Signal::CONT).unwrap();
@@ -262,6 +242,6 @@ fn children(parent: u32) -> Vec<i32> {
 #[test]
 fn seconds_end_a_publisher_that_waits_for_a_long_period() {
     let domain = Domain::new();
-    let ended = domain.run("publish ends/in --value 1 --rate 0.001 --seconds 1").expect_code(0);
+    let ended = domain.run("publish relay/in --value 1 --rate 0.001 --seconds 1").expect_code(0);
     assert!(ended.stdout.contains("published 1 frame "), "{}", ended.stdout);
 }

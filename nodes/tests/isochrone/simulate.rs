@@ -2,9 +2,10 @@
 
 use std::io::{BufRead, BufReader, Read};
 use std::process::Stdio;
-use std::time::{Duration, Instant};
 
 use crate::program::{Folder, Ran, assert_says, cells};
+use isochrone_processes::Child;
+use isochrone_testing::PATIENCE;
 
 /// What goes in comes out.
 const WIRE: &str = r#"
@@ -305,20 +306,14 @@ fn a_reader_that_goes_away_ends_the_run_in_silence() {
     let folder = wire("");
     let cycles = u64::MAX.to_string();
     let args = ["simulate", "wire.toml", "--cycles", &cycles];
-    let mut child =
-        folder.command(&args).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let mut command = folder.command(&args);
+    command.stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = Child::start("the simulation", &mut command).unwrap();
     let mut line = String::new();
-    BufReader::new(child.stdout.take().unwrap()).read_line(&mut line).unwrap();
+    BufReader::new(child.stdout().unwrap()).read_line(&mut line).unwrap();
     assert_eq!(line, HEADER);
-    let since = Instant::now();
-    while child.try_wait().unwrap().is_none() {
-        if since.elapsed() > Duration::from_secs(60) {
-            child.kill().unwrap();
-            panic!("it runs on, though nobody reads");
-        }
-        std::thread::sleep(Duration::from_millis(2));
-    }
+    let ended = child.wait_within(PATIENCE).unwrap().expect("it runs on, though nobody reads");
     let mut error = String::new();
-    child.stderr.take().unwrap().read_to_string(&mut error).unwrap();
-    assert_eq!((child.wait().unwrap().code(), error.as_str()), (Some(0), ""));
+    child.stderr().unwrap().read_to_string(&mut error).unwrap();
+    assert_eq!((ended.code(), error.as_str()), (Some(0), ""));
 }

@@ -110,20 +110,13 @@ fn of_loop(name: &str, other: &str, keys: &str) -> String {
 #[test]
 fn a_loop_of_nodes_that_hands_a_flag_round_for_ever_is_an_alarm_until_it_is_closed_by_feedback() {
     let domain = Domain::new();
-    domain.write("a.toml", &of_loop("a", "b", ""));
-    domain.write("b.toml", &of_loop("b", "a", ""));
-    domain.write("closed.toml", &of_loop("b", "a", "feedback = true"));
-    let start = |file: &str| {
-        let mut node = domain.start(&format!("run {file}"));
-        node.wait_for("is running");
-        node
-    };
-    let (first, second) = (start("a.toml"), start("b.toml"));
+    let first = domain.start_node("a.toml", &of_loop("a", "b", ""), "");
+    let second = domain.start_node("b.toml", &of_loop("b", "a", ""), "");
     let alarm = wait_for_alarm(&domain, "a", "old_source");
     let meaning = alarm["meaning"].as_str().unwrap();
     assert!(meaning.contains("service \"loop/b\" say UPSTREAM"), "{alarm}");
     second.stop().expect_code(0);
-    let second = start("closed.toml");
+    let second = domain.start_node("closed.toml", &of_loop("b", "a", "feedback = true"), "");
     wait_until("it is over", || alarms(&domain, "a", "old_source").is_empty());
     for node in [first, second] {
         node.stop().expect_code(0);
@@ -135,9 +128,7 @@ fn frames_that_a_task_follows_are_an_alarm_while_they_come_after_it_has_given_up
     let follow = "follow = { service = \"relay/in\", within = \"4ms\" }";
     let text = RELAY.replace("period = \"2ms\"", &format!("period = \"20ms\"\n{follow}"));
     let domain = Domain::new();
-    domain.write("relay.toml", &text);
-    let mut node = domain.start("run relay.toml --report report.json");
-    node.wait_for("is running");
+    let mut node = domain.start_node("relay.toml", &text, "--report report.json");
     let publish = |phase: &str| {
         let rate = "--value 1 --signals x --rate 50";
         domain.start(&format!("publish relay/in {rate} --phase {phase}"))

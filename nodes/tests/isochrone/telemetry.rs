@@ -40,9 +40,7 @@ fn columns(recording: &str) -> HashMap<&str, Vec<f64>> {
 #[test]
 fn an_observer_sees_the_signals_of_a_task_and_the_timing_of_its_cycles() {
     let domain = Domain::new();
-    domain.write("node.toml", NODE);
-    let mut node = domain.start("run node.toml --report node.json");
-    node.wait_for("is running");
+    let node = domain.start_node("node.toml", NODE, "--report node.json");
     let mut observer = domain.start("subscribe isochrone/seen/telemetry");
     observer.wait_for("double.y=-2.0");
     let publisher = domain.start("publish seen/in --value 7.5 --rate 100");
@@ -70,9 +68,7 @@ fn an_observer_sees_the_signals_of_a_task_and_the_timing_of_its_cycles() {
 fn a_task_with_more_signals_than_telemetry_shows_is_told_so_and_runs() {
     let domain = Domain::new();
     let many = NODE.replace("type = \"SawTooth\"", "type = \"SawTooth\"\ncount = 2000");
-    domain.write("node.toml", &many);
-    let mut node = domain.start("run node.toml --strict --report node.json");
-    node.wait_for("is running");
+    let node = domain.start_node("node.toml", &many, "--strict --report node.json");
     domain.run("subscribe isochrone/seen/telemetry --csv seen.csv --count 3").expect_code(0);
     let ended = node.stop().expect_code(0);
     // One input with its ok and age, three outputs of the scale, and the saws.

@@ -3,8 +3,6 @@
 use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::rc::Rc;
-use std::thread;
-use std::time::{Duration, Instant};
 
 use crate::node::Node;
 use crate::plant::Observer;
@@ -12,46 +10,18 @@ use isochrone_ipc::{Participant, ipc};
 use isochrone_runtime::control::{
     ApplyParams, Client, ClientError, Code, Failure, Trace, TraceParams, TraceRow, signals_by_task,
 };
-use isochrone_testing::{Domain, PATIENCE};
+use isochrone_testing::plants::LEVEL;
+use isochrone_testing::{Domain, PATIENCE, wait_for_some, wait_until};
 
-const NODE: &str = r#"
-[node]
-name = "level"
-control = "force"
-[[task]]
-name = "fast"
-period = "1ms"
-[[task]]
-name = "slow"
-period = "20ms"
-[[block]]
-name = "saw"
-type = "SawTooth"
-task = "fast"
-in = { incrementRange = 3, numberSteps = 1000 }
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-task = "fast"
-in = { value = "saw.value", setChangeRate = 17.3 }
-[[block]]
-name = "many"
-count = 70
-type = "LimRateOfChangeCI"
-task = "fast"
-in = { value = 3.0, setChangeRate = 1.0 }
-[[block]]
-name = "late"
-type = "LimRateOfChangeCI"
-task = "slow"
-in = { value = "ramp.delayedValue", setChangeRate = 5.0 }
-[[output]]
-service = "level/out"
-task = "fast"
-signals = ["saw.value", "ramp.delayedValue"]
-"#;
+/// Those that the node sends.
+const SIGNALS: [&str; 3] = ["saw.value", "ramp.delayedValue", "lim.highLim"];
 
-const SIGNALS: [&str; 2] = ["saw.value", "ramp.delayedValue"];
+/// The level at 1 kHz, with more signals than a trace has.
+fn level() -> String {
+    LEVEL.replace("\"2ms\"", "\"1ms\"")
+        + "[[block]]\nname = \"many\"\ncount = 70\ntype = \"LimRateOfChangeCI\"\ntask = \"fast\"\n\
+           in = { value = 3.0, setChangeRate = 1.0 }\n"
+}
 
 type Shared = Rc<RefCell<Client<ipc::Service>>>;
 
@@ -64,18 +34,16 @@ fn connect(domain: &Domain) -> (Participant<ipc::Service>, Shared) {
 /// Takes rows until `is_enough`.
 #[track_caller]
 fn rows_until(trace: &mut Trace, mut is_enough: impl FnMut(&TraceRow<'_>) -> bool) {
-    let since = Instant::now();
-    loop {
+    wait_until("enough rows have come", || {
         trace.renew().unwrap();
         trace.maintain();
         while let Some(row) = trace.next_row() {
             if is_enough(&row) {
-                return;
+                return true;
             }
         }
-        assert!(since.elapsed() < PATIENCE, "the rows that were waited for did not come");
-        thread::sleep(Duration::from_millis(5));
-    }
+        false
+    });
 }
 
 fn refused(error: ClientError) -> Failure {
@@ -87,7 +55,7 @@ fn refused(error: ClientError) -> Failure {
 fn every_cycle_comes_in_order_and_to_the_bit_as_in_the_frames_that_the_node_sends() {
     /// In a row, and without a loss.
     const ROWS: usize = 3000;
-    let node = Node::start(NODE);
+    let node = Node::start(&level());
     let (participant, client) = connect(&node.domain);
     let mut frames = Observer::of(&node.domain, "level/out");
     let mut trace = Trace::open(&participant, &client, SIGNALS).unwrap();
@@ -122,7 +90,7 @@ fn every_cycle_comes_in_order_and_to_the_bit_as_in_the_frames_that_the_node_send
 #[test]
 fn a_trace_goes_on_through_a_change_of_the_configuration_that_keeps_its_signals_and_ends_with_another()
  {
-    let mut node = Node::start(NODE);
+    let mut node = Node::start(&level());
     let (participant, client) = connect(&node.domain);
     let mut trace = Trace::open(&participant, &client, ["many.1.*", "saw.value"]).unwrap();
     let mut apply = |text: String| {
@@ -133,7 +101,7 @@ fn a_trace_goes_on_through_a_change_of_the_configuration_that_keeps_its_signals_
     // What stands before the signals in the image grows.
     let grown = "[[block]]\nname = \"fresh\"\ncount = 5\ntype = \"SawTooth\"\ntask = \"fast\"\n\
                  in = { incrementRange = 1, numberSteps = 10 }\n[[block]]\nname = \"saw\"";
-    let grown = NODE.replacen("[[block]]\nname = \"saw\"", grown, 1);
+    let grown = level().replacen("[[block]]\nname = \"saw\"", grown, 1);
     let changed = apply(grown.replace("value = 3.0", "value = 4.0"));
     let values = [0, 1, 2].map(|at| trace.signals()[at].name.clone());
     assert_eq!(values[0], "many.1.value", "{values:?}");
@@ -142,25 +110,18 @@ fn a_trace_goes_on_through_a_change_of_the_configuration_that_keeps_its_signals_
         assert_eq!(row.values[0], value, "in cycle {}", row.cycle);
         row.cycle > changed + 100
     });
-    apply(NODE.replace("count = 70", "count = 1"));
-    let since = Instant::now();
-    let failure = loop {
-        if let Err(error) = trace.renew() {
-            break refused(error);
-        }
-        assert!(since.elapsed() < PATIENCE);
-        thread::sleep(Duration::from_millis(5));
-    };
+    apply(level().replace("count = 70", "count = 1"));
+    let failure = refused(wait_for_some("it is not renewed any more", || trace.renew().err()));
     assert_eq!(failure.code, Code::UnknownName);
     assert!(failure.message.contains("a change of the configuration took away"), "{failure}");
     while trace.next_row().is_some() {}
-    isochrone_testing::wait_until("its service is closed", || trace.has_ended());
+    wait_until("its service is closed", || trace.has_ended());
     node.process.stop().expect_code(0);
 }
 
 #[test]
 fn a_task_has_four_traces_and_one_that_is_not_renewed_gives_its_place_back() {
-    let node = Node::start(NODE);
+    let node = Node::start(&level());
     let (participant, client) = connect(&node.domain);
     let open = || Trace::open(&participant, &client, SIGNALS);
     // As of a client that dies at once.
@@ -179,16 +140,16 @@ fn a_task_has_four_traces_and_one_that_is_not_renewed_gives_its_place_back() {
     rows_until(first, |_| true);
     drop(others);
     let mut others = [open().unwrap(), open().unwrap(), open().unwrap()];
-    let since = Instant::now();
-    let mut fifth = loop {
+    let mut fifth = wait_for_some("there is a place for another one", || {
         others.iter_mut().for_each(|other| other.renew().unwrap());
-        match open() {
-            Ok(fifth) => break fifth,
-            Err(error) => assert_eq!(refused(error).code, Code::Busy),
+        let opened = open();
+        if let Err(error) = &opened {
+            let is_busy =
+                matches!(error, ClientError::Refused(failure) if failure.code == Code::Busy);
+            assert!(is_busy, "{error}");
         }
-        assert!(since.elapsed() < PATIENCE);
-        thread::sleep(Duration::from_millis(100));
-    };
+        opened.ok()
+    });
     rows_until(&mut fifth, |_| true);
     let renewal = TraceParams { id: Some(forgotten.id), ..TraceParams::default() };
     let failure = refused(client.borrow_mut().call(&renewal).unwrap_err());
@@ -199,7 +160,7 @@ fn a_task_has_four_traces_and_one_that_is_not_renewed_gives_its_place_back() {
 
 #[test]
 fn what_cannot_be_traced_is_refused_with_the_way_out() {
-    let node = Node::start(NODE);
+    let node = Node::start(&level());
     let (participant, client) = connect(&node.domain);
     let refusal = |names: &[&str]| {
         let names = names.iter().copied();
@@ -238,13 +199,11 @@ fn what_cannot_be_traced_is_refused_with_the_way_out() {
 #[test]
 fn the_last_cycles_of_a_node_that_ends_are_there_to_be_read() {
     let domain = Domain::new();
-    domain.write("node.toml", NODE);
-    let mut process = domain.start("run node.toml --cycles 1500 --report node.json");
-    process.wait_for("is running");
+    let process = domain.start_node("node.toml", &level(), "--cycles 1500 --report node.json");
     let (participant, client) = connect(&domain);
     let mut trace = Trace::open(&participant, &client, SIGNALS).unwrap();
     let mut last = 0;
-    isochrone_testing::wait_until("the node has ended", || {
+    wait_until("the node has ended", || {
         // Cycles that a busy machine misses make the run longer than a trace is kept.
         let _ = trace.renew();
         while let Some(row) = trace.next_row() {

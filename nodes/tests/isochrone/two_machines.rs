@@ -3,9 +3,8 @@
 use std::ops::RangeInclusive;
 use std::time::{Duration, Instant};
 
-use crate::counter;
-use crate::counter::counter;
 use crate::machines::{Boot, Machine, Machines};
+use isochrone_testing::plants::{counter, follower};
 use isochrone_testing::{Process, wait_until};
 use serde_json::{Value, json};
 
@@ -138,7 +137,7 @@ fn values_cross_both_ways_at_1_khz() {
 
 /// Follows the counter there, and shows what its input is worth.
 fn reader_node() -> String {
-    counter::follower("there", "5ms")
+    follower("there", "5ms")
         + r#"max_age = "10s"
 [[output]]
 service = "plant/seen"

@@ -1,10 +1,10 @@
 //! The page of a running node: what it says, and what it sets.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
-use crate::served::{Served, TANK};
+use crate::served::{Served, served_tank};
 use isochrone_testing::plants::tank;
-use isochrone_testing::{Domain, PATIENCE};
+use isochrone_testing::{Domain, wait_until};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
@@ -14,7 +14,7 @@ fn value(domain: &Domain, name: &str) -> String {
 
 #[test]
 fn a_parameter_is_set_with_the_token_alone_and_taken_back_and_the_journal_says_by_what() {
-    let (domain, node) = tank(TANK);
+    let (domain, node) = tank(&served_tank());
     let set = |rate: &str| json!({ "name": "ramp.setChangeRate", "value": rate });
     let readable = Served::start(&domain, "tank");
     let reply = readable.post("/set", &set("5"));
@@ -71,7 +71,7 @@ fn a_parameter_is_set_with_the_token_alone_and_taken_back_and_the_journal_says_b
 
 #[test]
 fn a_curve_has_the_spike_of_a_single_cycle() {
-    let (domain, node) = tank(TANK);
+    let (domain, node) = tank(&served_tank());
     let served = Served::start(&domain, "tank");
     let mut page = served.page(&[], &["scale.y", "trim.value"]);
     page.until("curves", |news| news["curves"]["scale.y"].is_array());
@@ -94,17 +94,13 @@ fn a_curve_has_the_spike_of_a_single_cycle() {
         let end = set("scale.x=9", "+600") + 1;
         let ended = set(&format!("scale.x=1 trim.value={attempt}"), &end.to_string());
         let mut found = None;
-        let since = Instant::now();
-        loop {
-            assert!(since.elapsed() < PATIENCE, "the curve ends before cycle {end}");
+        wait_until(&format!("the curve comes to cycle {end}"), || {
             let news = page.next("curves");
-            found = found.or(intervals(&news, "scale.y")
-                .into_iter()
-                .find(|it| it[1] == 1.0 && it[2] == 9.0));
-            if intervals(&news, "trim.value").iter().any(|it| it[3] == f64::from(attempt)) {
-                return found.filter(|_| ended == end);
-            }
-        }
+            let mut new = intervals(&news, "scale.y").into_iter();
+            found = found.take().or_else(|| new.find(|it| it[1] == 1.0 && it[2] == 9.0));
+            intervals(&news, "trim.value").iter().any(|it| it[3] == f64::from(attempt))
+        });
+        found.filter(|_| ended == end)
     });
     let spike = spike.expect("an interval with the spike");
     // On a busy machine the task itself misses cycles, which is another flag.
@@ -117,7 +113,7 @@ fn a_curve_has_the_spike_of_a_single_cycle() {
 #[test]
 fn a_curve_for_which_no_room_is_left_is_said_to_have_none_until_another_page_is_closed() {
     let many = "[[block]]\nname = \"many\"\ntype = \"SawTooth\"\ncount = 80\nin = { incrementRange = 1 }\n";
-    let (domain, node) = tank(&format!("{TANK}{many}"));
+    let (domain, node) = tank(&(served_tank() + many));
     let served = Served::start(&domain, "tank");
     let page = |first: usize| {
         let names: Vec<_> = (first..first + 16).map(|n| format!("many.{n}.value")).collect();
@@ -143,7 +139,7 @@ fn a_curve_for_which_no_room_is_left_is_said_to_have_none_until_another_page_is_
 
 #[test]
 fn the_jitter_is_of_every_cycle_while_a_page_is_open() {
-    let (domain, node) = tank(TANK);
+    let (domain, node) = tank(&served_tank());
     let served = Served::start(&domain, "tank");
     let mut page = served.events();
     let is_whole = |jitter: &Value| {
@@ -160,7 +156,7 @@ fn the_jitter_is_of_every_cycle_while_a_page_is_open() {
 
 #[test]
 fn a_node_that_is_killed_is_said_to_be_gone_and_its_curves_go_on_when_it_is_back() {
-    let (domain, first) = tank(TANK);
+    let (domain, first) = tank(&served_tank());
     let served = Served::start(&domain, "tank");
     let mut page = served.page(&["scale.y"], &["scale.y"]);
     page.until("rows", |rows| rows["scale.y"]["value"] == "1");
@@ -169,8 +165,7 @@ fn a_node_that_is_killed_is_said_to_be_gone_and_its_curves_go_on_when_it_is_back
     let gone = page.until("state", |state| state["state"] != "runs");
     assert!(gone["why"].as_str().is_some_and(|why| why.contains("\"tank\"")), "{gone}");
     page.until("rows", |rows| rows["scale.y"]["value"].is_null());
-    let mut second = domain.start("run tank.toml");
-    second.wait_for("is running");
+    let second = domain.start_node("tank.toml", &served_tank(), "");
     page.until("state", |state| state["state"] == "runs");
     page.until("rows", |rows| rows["scale.y"]["value"] == "1");
     // The gap is a gap.
@@ -185,7 +180,7 @@ fn a_node_that_is_killed_is_said_to_be_gone_and_its_curves_go_on_when_it_is_back
 #[test]
 fn a_node_that_is_stopped_is_said_to_be_silent_and_how_to_go_on_and_its_curves_show_what_it_missed()
 {
-    let (domain, node) = tank(TANK);
+    let (domain, node) = tank(&served_tank());
     let served = Served::start(&domain, "tank");
     let mut page = served.page(&["scale.y"], &["scale.y"]);
     let missed = |news: &Value| {
@@ -214,7 +209,7 @@ fn a_node_that_is_stopped_is_said_to_be_silent_and_how_to_go_on_and_its_curves_s
 #[test]
 fn a_value_for_which_no_room_is_left_says_why_it_is_missing_until_another_page_is_closed() {
     let many = "[[block]]\nname = \"many\"\ntype = \"SawTooth\"\ncount = 400\nin = { incrementRange = 1 }\n";
-    let (domain, node) = tank(&format!("{TANK}{many}"));
+    let (domain, node) = tank(&(served_tank() + many));
     let served = Served::start(&domain, "tank");
     let pins = ["value", "incrementRange", "numberSteps"];
     let names = pins.iter().flat_map(|pin| (0..400).map(move |n| format!("many.{n}.{pin}")));
@@ -239,9 +234,7 @@ fn without_a_name_the_only_node_is_shown_and_ctrl_c_ends_it_though_pages_are_ope
     let domain = Domain::new();
     let nobody = domain.run("view --port 0").expect_code(3);
     assert!(nobody.stderr.contains("no node runs in this domain"), "{}", nobody.stderr);
-    domain.write("tank.toml", TANK);
-    let mut tank = domain.start("run tank.toml");
-    tank.wait_for("is running");
+    let tank = domain.start_node("tank.toml", &served_tank(), "");
     let absent = domain.run("view tnak --port 0").expect_code(3);
     assert!(absent.stderr.contains("did you mean \"tank\"?"), "{}", absent.stderr);
     let served = Served::start(&domain, "");
@@ -253,9 +246,7 @@ fn without_a_name_the_only_node_is_shown_and_ctrl_c_ends_it_though_pages_are_ope
     let says = format!("port {port} is in use; give another one with --port");
     assert!(busy.stderr.contains(&says), "{}", busy.stderr);
 
-    domain.write("other.toml", &TANK.replace("\"tank\"", "\"other\""));
-    let mut other = domain.start("run other.toml");
-    other.wait_for("is running");
+    let other = domain.start_node("other.toml", &served_tank().replace("tank", "other"), "");
     let several = domain.run("view --port 0").expect_code(2);
     assert!(several.stderr.contains("name one: other, tank"), "{}", several.stderr);
 

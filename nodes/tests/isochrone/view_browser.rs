@@ -2,14 +2,14 @@
 
 use crate::browser;
 use crate::browser::Browser;
-use crate::served::{Served, TANK};
+use crate::served::{Served, served_tank};
 use isochrone_testing::plants::tank;
 use isochrone_testing::{Domain, wait_until};
 use serde_json::{Value, json};
 
 #[test]
 fn curves_move_a_parameter_is_set_and_a_node_that_went_away_comes_back() {
-    let (domain, node) = tank(TANK);
+    let (domain, node) = tank(&served_tank());
     let Some(browser) = Browser::start(&domain) else { return };
     let served = Served::start(&domain, "tank --allow-write");
     browser.resize(1400, 1000);
@@ -74,8 +74,7 @@ fn curves_move_a_parameter_is_set_and_a_node_that_went_away_comes_back() {
         "no value stays",
         "return document.querySelector('#table tr.signal .value').innerText === '–'",
     );
-    let mut second = domain.start("run tank.toml");
-    second.wait_for("is running");
+    let second = domain.start_node("tank.toml", &served_tank(), "");
     browser.wait_for_text("#notice", "The node came back");
     browser.wait_for_text("#table tr.signal .value", "10");
     let before = browser.run(drawn);
@@ -98,7 +97,7 @@ fn curves_move_a_parameter_is_set_and_a_node_that_went_away_comes_back() {
 
 #[test]
 fn the_page_fits_a_screen_and_a_phone_and_a_reader_cannot_set() {
-    let (domain, node) = tank(TANK);
+    let (domain, node) = tank(&served_tank());
     let Some(browser) = Browser::start(&domain) else { return };
     let served = Served::start(&domain, "tank");
     for (width, height) in [(1400, 1000), (390, 844)] {

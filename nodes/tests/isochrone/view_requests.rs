@@ -2,13 +2,13 @@
 
 use std::io::Write;
 
-use crate::served::{Reply, Served, TANK};
+use crate::served::{Reply, Served, served_tank};
 use isochrone_testing::plants::tank;
 use serde_json::json;
 
 #[test]
 fn a_name_of_the_internet_that_leads_here_and_a_page_of_another_server_get_nothing() {
-    let (domain, node) = tank(TANK);
+    let (domain, node) = tank(&served_tank());
     let served = Served::start(&domain, "tank");
     let port = served.port;
     let with = |headers: &str| served.ask(format!("GET / HTTP/1.1\r\n{headers}\r\n").as_bytes());
@@ -52,7 +52,7 @@ fn a_name_of_the_internet_that_leads_here_and_a_page_of_another_server_get_nothi
 
 #[test]
 fn what_is_no_request_is_refused_in_a_sentence_and_a_slow_one_given_up_while_others_are_served() {
-    let (domain, node) = tank(TANK);
+    let (domain, node) = tank(&served_tank());
     let served = Served::start(&domain, "tank");
     // It never ends what it began.
     let mut slow = served.connect();
@@ -90,7 +90,7 @@ fn what_is_no_request_is_refused_in_a_sentence_and_a_slow_one_given_up_while_oth
 #[test]
 fn twenty_pages_see_values_and_curves_one_that_never_reads_hinders_none_and_whoever_comes_after_64_is_told_so()
  {
-    let (domain, node) = tank(TANK);
+    let (domain, node) = tank(&served_tank());
     let publisher = domain.start("publish tank/in --value 1.5 --rate 100");
     let served = Served::start(&domain, "tank");
     let standing = served.page(&["saw.value"], &["saw.value"]);

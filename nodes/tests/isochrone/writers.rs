@@ -16,9 +16,7 @@ fn configuration() -> String {
 }
 
 fn relay(domain: &Domain) -> (Process, Process) {
-    domain.write("node.toml", &configuration());
-    let mut node = domain.start("run node.toml --report node.json");
-    node.wait_for("is running");
+    let node = domain.start_node("node.toml", &configuration(), "--report node.json");
     let mut observer = domain.start("subscribe relay/out");
     observer.wait_for("x=-1.0");
     (node, observer)

@@ -1,7 +1,5 @@
 //! How readers learn what frames are.
 
-use std::time::{Duration, Instant};
-
 use crate::variants::{NOW_NS, layout, send};
 use iceoryx2::prelude::{NodeBuilder, ServiceName};
 use iceoryx2::service::port_factory::PortFactory as _;
@@ -9,7 +7,7 @@ use isochrone_ipc::{
     Announcement, Binding, Depth, FrameLayout, FramePublisher, FrameSubscriber, LayoutAnnouncer,
     LayoutWatcher, Participant, SenderClock, Service, SignalSpec, Wanted, layout_service_name,
 };
-use isochrone_testing::Domain;
+use isochrone_testing::{Domain, wait_until};
 
 for_both_variants! {
     a_reader_that_waits_learns_the_layout_when_the_writer_comes
@@ -27,12 +25,13 @@ fn learn<S: Service>(
     announcer: &mut LayoutAnnouncer<S>,
     watcher: &mut LayoutWatcher<S>,
 ) -> Announcement {
-    let since = Instant::now();
-    while !watcher.look(node) {
-        assert!(since.elapsed() < Duration::from_secs(20), "nothing is announced");
-        announcer.tend(node);
-        std::thread::sleep(Duration::from_millis(1));
-    }
+    wait_until("something is announced", || {
+        let is_new = watcher.look(node);
+        if !is_new {
+            announcer.tend(node);
+        }
+        is_new
+    });
     watcher.newest().unwrap().clone()
 }
 

@@ -4,44 +4,23 @@ use crate::polling::poll_until;
 use isochrone_engine::operate::{Action, Client, Entry, Hold, RefusalKind};
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_runtime::{ApplyError, End, IfMissed, Node, PreparedApply, RequestError, Running};
+use isochrone_testing::plants::CLIMB;
 
-const RAMP: &str = r#"
-[node]
-name = "ramp"
-control = "force"
-[[task]]
-name = "fast"
-period = "1ms"
-[[task]]
-name = "slow"
-period = "20ms"
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-task = "fast"
-count = 4
-in = { value = 1e9, setChangeRate = 1000 }
-[[block]]
-name = "late"
-type = "LimRateOfChangeCI"
-task = "slow"
-in = { value = "ramp.0.delayedValue", setChangeRate = 1e9 }
-[[output]]
-service = "test/out"
-task = "fast"
-signals = ["ramp.0.delayedValue"]
-"#;
+/// So many ramps that climb, the first of which another task reads.
+fn ramps(count: usize) -> String {
+    let ramps = format!("name = \"ramp\"\ncount = {count}");
+    CLIMB.replace("name = \"ramp\"", &ramps).replace("ramp.delayedValue", "ramp.0.delayedValue")
+}
 
-/// With more instances, and a block more.
+/// With a block more.
 fn grown(count: usize) -> String {
-    let count = format!("count = {count}");
     let fresh = "[[block]]\nname = \"fresh\"\ntype = \"LimRateOfChangeCI\"\ntask = \"fast\"\n\
                  in = { value = 5.0, setChangeRate = 1000 }\n[[output]]";
-    RAMP.replace("count = 4", &count).replace("[[output]]", fresh)
+    ramps(count).replace("[[output]]", fresh)
 }
 
 fn start() -> Running<isochrone_ipc::local::Service> {
-    let plan = Plan::new(Source::new("test.toml", RAMP), &Rules::default()).unwrap();
+    let plan = Plan::new(Source::new("test.toml", ramps(4)), &Rules::default()).unwrap();
     let mut node = Node::prepare_alone(&plan).unwrap().start();
     poll_until(&mut node, |node| {
         node.poll();
@@ -90,7 +69,7 @@ fn blocks_come_and_go_while_the_others_run_on_and_no_cycle_allocates() {
         last = value;
         assert!(node.value(&format!("ramp.{}.delayedValue", 3 + turn)).is_some());
         assert!(node.signals().find(&format!("ramp.{}.value", 4 + turn)).is_err());
-        apply(&mut node, RAMP);
+        apply(&mut node, &ramps(4));
         poll_until(&mut node, |node| {
             node.poll();
             node.value("late.delayedValue").is_some_and(|value| value > last)
@@ -122,7 +101,7 @@ fn values_and_forces_stay_and_a_constant_that_differs_is_taken() {
         applied += node.poll().applied().len();
         applied == 2 && node.value("ramp.3.delayedValue") == Some(42.0)
     });
-    let text = RAMP.replace("setChangeRate = 1000 }", "setChangeRate = 1500 }");
+    let text = ramps(4).replace("setChangeRate = 1000.0", "setChangeRate = 1500.0");
     let entries = apply(&mut node, &text);
     let changed: Vec<&str> = entries[0].changes.iter().map(|change| &*change.name).collect();
     let rates = [0, 1, 2, 3].map(|ramp| format!("ramp.{ramp}.setChangeRate"));
@@ -145,15 +124,15 @@ fn what_cannot_be_changed_is_refused_and_nothing_happens() {
     let mut node = start();
     node.force([("ramp.3.delayedValue", 42.0)], Hold::UntilReleased).unwrap();
     poll_until(&mut node, |node| !node.poll().applied().is_empty());
-    let broken = RAMP.replace("LimRateOfChangeCI", "LimRateOfChangeC");
+    let broken = ramps(4).replace("LimRateOfChangeCI", "LimRateOfChangeC");
     let Err(ApplyError::Configuration(findings)) = prepare(&node, &broken) else { panic!() };
     assert_eq!(findings.findings.len(), 2);
     let kind = |text: &str| match prepare(&node, text) {
         Err(ApplyError::Refused(refusals)) => refusals.kind(),
         other => panic!("{other:?}"),
     };
-    assert_eq!(kind(&RAMP.replace("\"20ms\"", "\"40ms\"")), RefusalKind::CannotChange);
-    assert_eq!(kind(&RAMP.replace("count = 4", "count = 3")), RefusalKind::CannotChange);
+    assert_eq!(kind(&ramps(4).replace("\"20ms\"", "\"40ms\"")), RefusalKind::CannotChange);
+    assert_eq!(kind(&ramps(3)), RefusalKind::CannotChange);
     let stale = prepare(&node, &grown(4)).unwrap();
     assert_eq!(stale.summary().added, ["fresh"]);
     node.set([("ramp.0.value", 3.0)]).unwrap();
@@ -165,7 +144,7 @@ fn what_cannot_be_changed_is_refused_and_nothing_happens() {
 
 /// As [`start`], with a slow task of this period.
 fn start_with_slow(period: &str) -> (Running<isochrone_ipc::local::Service>, String) {
-    let text = RAMP.replace("\"20ms\"", &format!("\"{period}\""));
+    let text = ramps(4).replace("\"20ms\"", &format!("\"{period}\""));
     let plan = Plan::new(Source::new("test.toml", &*text), &Rules::default()).unwrap();
     let mut node = Node::prepare_alone(&plan).unwrap().start();
     poll_until(&mut node, |node| {

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use crate::operated;
 use crate::operated::{PARAMETERS, Parameters, Running, join, name, telemetry};
@@ -12,9 +12,8 @@ use isochrone_runtime::control::{
     Client, ClientError, Code, DescribeParams, Desk, GetParams, Part, SetParams, Value, Values,
     running_nodes, service_name,
 };
+use isochrone_testing::{PATIENCE, wait_for_some, wait_until};
 use serde_json::json;
-
-const PATIENCE: Duration = Duration::from_secs(30);
 
 #[test]
 #[ignore = "is run by the tests that ask it"]
@@ -118,11 +117,7 @@ fn a_node_that_is_stopped_does_not_answer_in_time_and_its_late_answer_is_dropped
     assert!(client.call(&DescribeParams {}).is_ok());
     level.signal("-STOP");
     let stat = format!("/proc/{}/stat", level.process());
-    let since = Instant::now();
-    while !std::fs::read_to_string(&stat).unwrap().contains(") T ") {
-        assert!(since.elapsed() < PATIENCE, "it is not stopped");
-        thread::sleep(Duration::from_millis(1));
-    }
+    wait_until("it is stopped", || std::fs::read_to_string(&stat).unwrap().contains(") T "));
     let error = client.call(&DescribeParams {}).unwrap_err();
     assert!(matches!(error, ClientError::NoAnswer { is_stopped: true, .. }), "{error}");
     let remedy = format!("(kill -CONT {})", level.process());
@@ -221,11 +216,10 @@ fn answers_that_are_not_ours_are_passed_over() {
         });
         is_open.recv().unwrap();
         let mut client = Client::connect(participant, "level", PATIENCE).unwrap();
-        let since = Instant::now();
-        while client.late_answers() == 0 {
+        wait_until("an answer comes late", || {
             assert_eq!(client.call(&DescribeParams {}).unwrap().version, "right");
-            assert!(since.elapsed() < PATIENCE, "no answer comes late");
-        }
+            client.late_answers() > 0
+        });
         stop.store(true, Ordering::Relaxed);
     });
 }
@@ -282,18 +276,9 @@ fn what_is_no_request_is_answered_by_a_running_node_and_it_goes_on() {
     let mut raw = RequestClient::open(&participant, &service_name("level")).unwrap().unwrap();
     let mut ask = |bytes: &[u8]| -> serde_json::Value {
         raw.send(bytes).unwrap();
-        let begin = Instant::now();
-        loop {
-            if let Some(answer) = raw.receive().unwrap() {
-                return serde_json::from_slice(&answer).unwrap();
-            }
-            assert!(
-                begin.elapsed() < PATIENCE,
-                "no answer to {:?}",
-                String::from_utf8_lossy(bytes)
-            );
-            thread::sleep(Duration::from_millis(1));
-        }
+        let what = format!("there is an answer to {:?}", String::from_utf8_lossy(bytes));
+        let answer = wait_for_some(&what, || raw.receive().unwrap());
+        serde_json::from_slice(&answer).unwrap()
     };
     for (bytes, id, code) in [
         (&b""[..], json!(null), -32700),

@@ -1,18 +1,14 @@
 //! Tasks that follow their data, over services of one process.
 
-use std::thread;
-use std::time::{Duration, Instant};
-
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_ipc::{
     Depth, FrameLayout, FramePublisher, FrameSubscriber, IsolatedDomain, Participant, SignalSpec,
     Stamp, local,
 };
-use isochrone_runtime::{Alarm, Link, Node, Outcome, POLL_INTERVAL, Running};
+use isochrone_runtime::{Alarm, Link, Node, Outcome, Running};
+use isochrone_testing::wait_until;
 use isochrone_timing::TaskReport;
-
-const LIMIT: Duration = Duration::from_secs(30);
 
 /// Hands on what it follows, and a value beside it.
 const RELAY: &str = r#"
@@ -47,13 +43,10 @@ fn start(domain: &IsolatedDomain, text: &str) -> Running<Local> {
 
 /// Polls until something holds.
 fn poll_until(node: &mut Running<Local>, mut holds: impl FnMut(&mut Running<Local>) -> bool) {
-    let since = Instant::now();
-    node.poll();
-    while !holds(node) {
-        assert!(since.elapsed() < LIMIT, "it does not come to that");
-        thread::sleep(POLL_INTERVAL / 10);
+    wait_until("it comes to that", || {
         node.poll();
-    }
+        holds(node)
+    });
 }
 
 /// What telemetry shows of the task's counts.

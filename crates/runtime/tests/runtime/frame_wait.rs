@@ -10,16 +10,16 @@ use isochrone_ipc::{
     Stamp, ipc,
 };
 use isochrone_runtime::FrameWait;
+use isochrone_testing::PATIENCE;
 
 type Ipc = ipc::Service;
 
-/// How long a test waits for what must come.
-const PATIENCE_NS: u64 = 30_000_000_000;
 /// Fewer than a buffer holds, so that a test that gets no CPU loses none.
 const FRAMES: u64 = 100;
 
+/// Until when a test waits for what must come.
 fn patience_ns() -> u64 {
-    Monotonic.now_ns() + PATIENCE_NS
+    Monotonic.now_ns() + PATIENCE.as_nanos() as u64
 }
 
 fn layout() -> FrameLayout {

@@ -3,12 +3,12 @@
 use std::fs;
 use std::io::Write;
 use std::path::Path;
-use std::time::{Duration, Instant};
 
 use isochrone_engine::operate::{Action, Client, Entry, Hold};
 use isochrone_ipc::local;
 use isochrone_runtime::journal::{Journal, JournalError, JournalFile};
 use isochrone_runtime::{Alarm, IfMissed, Node, Running};
+use isochrone_testing::{wait_for_ok, wait_for_some, wait_until};
 
 use crate::journalled::{NODE, plan, start};
 
@@ -18,15 +18,10 @@ fn folder() -> tempfile::TempDir {
 
 /// Waits until something is in the journal of a running node.
 fn await_entry(node: &mut Running<local::Service>, is_it: impl Fn(&Entry) -> bool) -> Entry {
-    let since = Instant::now();
-    loop {
+    wait_for_some("it is in the journal", || {
         node.poll();
-        if let Some(entry) = node.journal(0).find(&is_it) {
-            return entry;
-        }
-        assert!(since.elapsed() < Duration::from_secs(60), "it does not happen");
-        std::thread::sleep(Duration::from_millis(1));
-    }
+        node.journal(0).find(&is_it)
+    })
 }
 
 /// Runs a node that is set once; returns the transaction's number.
@@ -230,12 +225,10 @@ fn a_change_of_the_configuration_is_written_with_its_text_and_can_be_repeated() 
 /// Waits until a file has the entry of a transaction.
 fn await_line(node: &mut Running<local::Service>, path: &Path, transaction: u64) {
     let line = format!("\"transaction\":{transaction},");
-    let since = Instant::now();
-    while !fs::read_to_string(path).is_ok_and(|text| text.contains(&line)) {
+    wait_until(&format!("{} has {line}", path.display()), || {
         node.poll();
-        assert!(since.elapsed() < Duration::from_secs(60), "{}", path.display());
-        std::thread::sleep(Duration::from_millis(1));
-    }
+        fs::read_to_string(path).is_ok_and(|text| text.contains(&line))
+    });
 }
 
 fn transactions(path: &Path) -> Vec<u64> {
@@ -303,19 +296,13 @@ fn what_is_truncated_away_is_lost_and_the_run_is_not_repeated_without_it() {
 
 /// Waits until a node refuses changes for a reason.
 fn await_refusal(node: &mut Running<local::Service>, reason: &str) {
-    let since = Instant::now();
     let mut rate = 3.0;
-    loop {
+    wait_until(&format!("it is refused: {reason}"), || {
         node.poll();
         rate += 1.0;
-        if let Err(refused) = node.set([("ramp.setChangeRate", rate)])
-            && refused.to_string().contains(reason)
-        {
-            return;
-        }
-        assert!(since.elapsed() < Duration::from_secs(60), "it is not refused: {reason}");
-        std::thread::sleep(Duration::from_millis(1));
-    }
+        let set = node.set([("ramp.setChangeRate", rate)]);
+        set.is_err_and(|refused| refused.to_string().contains(reason))
+    });
 }
 
 #[test]
@@ -372,32 +359,13 @@ fn a_place_where_the_file_cannot_be_written_anew_has_changes_refused_until_it_ca
     let first = node.set([("ramp.setChangeRate", 2.0)]).unwrap().number;
     await_line(&mut node, &path, first);
     fs::rename(&inner, &away).unwrap();
-    let since = Instant::now();
-    let mut rate = 3.0;
-    let mut is_refused = |node: &mut Running<local::Service>| {
-        node.poll();
-        rate += 1.0;
-        std::thread::sleep(Duration::from_millis(1));
-        match node.set([("ramp.setChangeRate", rate)]) {
-            Ok(_) => false,
-            Err(refused) => refused.to_string().contains("cannot be written (No such file"),
-        }
-    };
-    while !is_refused(&mut node) {
-        assert!(since.elapsed() < Duration::from_secs(60), "it is not refused");
-    }
+    await_refusal(&mut node, "cannot be written (No such file");
     fs::rename(&away, &inner).unwrap();
-    while is_refused(&mut node) {
-        assert!(since.elapsed() < Duration::from_secs(60), "it is refused for ever");
-    }
-    let last = loop {
+    let last = wait_for_ok("it is not refused any more", || {
         node.poll();
-        if let Ok(sent) = node.set([("ramp.setChangeRate", 2.0)]) {
-            break sent.number;
-        }
-        assert!(since.elapsed() < Duration::from_secs(60), "there is no room");
-        std::thread::sleep(Duration::from_millis(1));
-    };
+        node.set([("ramp.setChangeRate", 2.0)])
+    });
+    let last = last.number;
     await_line(&mut node, &path, last);
     node.finish().unwrap();
     let numbers = transactions(&path);
@@ -406,15 +374,11 @@ fn a_place_where_the_file_cannot_be_written_anew_has_changes_refused_until_it_ca
 
 /// Waits until a release is told; whether its entry was in the file then.
 fn await_told(node: &mut Running<local::Service>, transaction: u64) -> bool {
-    let since = Instant::now();
-    loop {
+    wait_for_some("it is told", || {
         let news = node.poll();
-        if news.applied().iter().any(|entry| entry.transaction == transaction) {
-            return !news.unwritten().contains(&transaction);
-        }
-        assert!(since.elapsed() < Duration::from_secs(60), "it is not told");
-        std::thread::sleep(Duration::from_millis(1));
-    }
+        let is_told = news.applied().iter().any(|entry| entry.transaction == transaction);
+        is_told.then(|| !news.unwritten().contains(&transaction))
+    })
 }
 
 #[test]

@@ -5,20 +5,17 @@ use std::fs;
 use std::path::Path;
 use std::sync::{Condvar, Mutex, Once};
 use std::thread;
-use std::time::{Duration, Instant};
 
 use crate::journalled;
 use isochrone_engine::operate::{Hold, RefusalKind};
 use isochrone_ipc::local;
 use isochrone_runtime::journal::JournalFile;
 use isochrone_runtime::{Alarm, Outcome, RequestError, Running};
+use isochrone_testing::{wait_for_some, wait_until};
 use tracing::field::{Field, Visit};
 use tracing::span::{Attributes, Id, Record};
 use tracing::subscriber::Interest;
 use tracing::{Event, Metadata, Subscriber};
-
-/// How long anything may take.
-const LIMIT: Duration = Duration::from_secs(60);
 
 /// The log of the program: where the thread of a journal has something to say, the log hangs or panics, as the
 /// name of the file says.
@@ -102,12 +99,10 @@ impl Told {
 
     /// Waits until a transaction is told.
     fn wait(&mut self, node: &mut Running<local::Service>, transaction: u64) {
-        let since = Instant::now();
-        while !self.applied.contains(&transaction) {
-            assert!(since.elapsed() < LIMIT, "{transaction} is not told");
+        wait_until(&format!("{transaction} is told"), || {
             self.poll(node);
-            thread::sleep(Duration::from_millis(1));
-        }
+            self.applied.contains(&transaction)
+        });
     }
 
     /// Releases the force, which is done though the journal does not have it.
@@ -120,24 +115,25 @@ impl Told {
 
     /// Sets a parameter until that is refused; returns the last that was done, and why it is refused.
     fn set_until_refused(&mut self, node: &mut Running<local::Service>) -> (u64, String) {
-        let (since, mut rate, mut last) = (Instant::now(), 3.0, 0);
-        loop {
-            assert!(since.elapsed() < LIMIT, "it is not refused");
+        let (mut rate, mut last) = (3.0, 0);
+        let refused = wait_for_some("it is refused", || {
+            self.poll(node);
             rate += 1.0;
             match node.set([("ramp.setChangeRate", rate)]) {
                 Ok(sent) => {
                     last = sent.number;
                     // One is on its way at a time: the thread is behind with it where it hangs.
                     self.wait(node, last);
+                    None
                 }
                 Err(RequestError::Refused(refused)) => {
                     assert_eq!(refused.kind(), RefusalKind::Forbidden);
-                    return (last, refused.to_string());
+                    Some(refused.to_string())
                 }
                 Err(error) => panic!("{error}"),
             }
-            self.poll(node);
-        }
+        });
+        (last, refused)
     }
 }
 

@@ -1,15 +1,12 @@
 //! A node whose ordinary thread gets no time to poll it.
 
 use std::sync::atomic::Ordering;
-use std::thread;
-use std::time::{Duration, Instant};
 
 use isochrone_blocks::{Block, BlockType, CATALOGUE, Cycle};
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_ipc::local;
 use isochrone_runtime::{End, Node, Running};
-
-const LIMIT: Duration = Duration::from_secs(60);
+use isochrone_testing::wait_until;
 
 isochrone_blocks::block! {
     /// Counts its own cycles.
@@ -47,11 +44,8 @@ fn node(period: &str, more: &str, cycles: Option<u64>) -> Running<local::Service
 
 /// Waits, without a poll, until a task has ended.
 fn await_end(node: &Running<local::Service>) {
-    let (ended, since) = (node.stop_flag(), Instant::now());
-    while !ended.load(Ordering::Relaxed) {
-        assert!(since.elapsed() < LIMIT, "no task ends");
-        thread::sleep(Duration::from_millis(1));
-    }
+    let ended = node.stop_flag();
+    wait_until("a task has ended", || ended.load(Ordering::Relaxed));
 }
 
 #[test]

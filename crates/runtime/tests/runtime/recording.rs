@@ -7,21 +7,7 @@ use crate::polling::poll_until;
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_recording::{Item, Mark, Reader};
 use isochrone_runtime::{Alarm, Node, Outcome, Prepared, RecordingFile, RecordingOutcome, Running};
-
-const NODE: &str = r#"
-[node]
-name = "ramp"
-[[task]]
-name = "fast"
-period = "1ms"
-[[block]]
-name = "saw"
-type = "SawTooth"
-in = { incrementRange = 3, numberSteps = 1000 }
-[[output]]
-service = "test/out"
-signals = ["saw.value"]
-"#;
+use isochrone_testing::plants::SAW;
 
 /// A file in memory, on a disk that the test has in its hand.
 #[derive(Clone, Default)]
@@ -76,14 +62,15 @@ impl RecordingFile for Disk {
 }
 
 fn prepared() -> Prepared<isochrone_ipc::local::Service> {
-    let plan = Plan::new(Source::new("test.toml", NODE), &Rules::default()).unwrap();
+    let plan =
+        Plan::new(Source::new("test.toml", SAW.replace("2ms", "1ms")), &Rules::default()).unwrap();
     Node::prepare_alone(&plan).unwrap()
 }
 
 fn run_to(node: &mut Running<isochrone_ipc::local::Service>, cycle: f64) {
     poll_until(node, |node| {
         node.poll();
-        node.value("task.fast.cycle").is_some_and(|value| value >= cycle)
+        node.value("task.t.cycle").is_some_and(|value| value >= cycle)
     });
 }
 
@@ -148,7 +135,7 @@ fn a_disk_that_is_full_ends_the_recording_with_a_whole_file_and_the_node_runs_on
         node.poll();
         disk.0.0.lock().unwrap().is_cut
     });
-    let since = node.value("task.fast.cycle").unwrap();
+    let since = node.value("task.t.cycle").unwrap();
     run_to(&mut node, since + 200.0);
     let (recording, cycles, told) = ended(node.finish().unwrap());
     let (rows, lost) = read(&disk, false);

@@ -2,15 +2,14 @@
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use isochrone_blocks::{Block, BlockType, CATALOGUE, Cycle};
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_ipc::{IsolatedDomain, Participant, local};
 use isochrone_runtime::control::{Client, DescribeParams, TaskDescription};
 use isochrone_runtime::{Node, Running};
-
-const LIMIT: Duration = Duration::from_secs(60);
+use isochrone_testing::{PATIENCE, wait_for_ok};
 
 /// Whether the block does not return from its step.
 static IS_HELD: AtomicBool = AtomicBool::new(false);
@@ -57,16 +56,11 @@ fn described(
     client: &mut Client<local::Service>,
     is_wanted: impl Fn(&TaskDescription) -> bool,
 ) -> TaskDescription {
-    let since = Instant::now();
-    loop {
+    wait_for_ok("it describes its task so", || {
         node.poll();
         let task = client.call(&DescribeParams {}).unwrap().tasks.remove(0);
-        if is_wanted(&task) {
-            return task;
-        }
-        assert!(since.elapsed() < LIMIT, "it does not come to that: {task:?}");
-        thread::sleep(Duration::from_millis(1));
-    }
+        if is_wanted(&task) { Ok(task) } else { Err(format!("{task:?}")) }
+    })
 }
 
 #[test]
@@ -78,7 +72,7 @@ fn a_task_whose_block_does_not_return_stands_from_its_next_release_on_until_it_r
     let participant = Participant::join_local(&plan.node, &domain).unwrap();
     let mut node = Node::prepare(&plan, participant).unwrap().start();
     let operator = Participant::join_local("operator", &domain).unwrap();
-    let mut client = Client::connect(&operator, "gate", LIMIT).unwrap();
+    let mut client = Client::connect(&operator, "gate", PATIENCE).unwrap();
 
     let runs = |task: &TaskDescription| task.last_cycle.is_some() && task.stands_ns.is_none();
     described(&mut node, &mut client, runs);

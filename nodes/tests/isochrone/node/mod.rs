@@ -19,9 +19,7 @@ impl Node {
     /// Runs a configuration whose node is called `level`.
     pub(crate) fn start(text: &str) -> Self {
         let domain = Domain::new();
-        domain.write("node.toml", text);
-        let mut process = domain.start("run node.toml");
-        process.wait_for("is running");
+        let process = domain.start_node("node.toml", text, "");
         let participant = domain.join("operator");
         let client = Client::connect(&participant, "level", PATIENCE).unwrap();
         Self { client, participant, process, domain }

@@ -1,38 +1,11 @@
 //! A sensor, the node that guards it, and what sees each of their frames.
 
-use std::thread;
-use std::time::{Duration, Instant};
-
 use isochrone_ipc::{
     Depth, Flags, FrameHeader, FrameLayout, FramePublisher, FrameSubscriber, Participant,
     SignalSpec, Stamp, ipc,
 };
 
-use isochrone_testing::{Domain, PATIENCE, Process};
-
-/// Reads one value of a sensor, and publishes it with what it is worth.
-pub(crate) const GUARD: &str = r#"
-[node]
-name = "guard"
-[[task]]
-name = "t"
-period = "5ms"
-[[input]]
-name = "x"
-service = "plant/sensor"
-default = -1.0
-max_age = "500ms"
-[[output]]
-service = "guard/out"
-signals = ["x", "x.ok", "x.age"]
-"#;
-
-pub(crate) fn run(domain: &Domain, file: &str, text: &str) -> Process {
-    domain.write(file, text);
-    let mut node = domain.start(&format!("run {file} --report {file}.json"));
-    node.wait_for("is running");
-    node
-}
+use isochrone_testing::{Domain, Process, wait_for_some};
 
 pub(crate) fn sensor(domain: &Domain, value: &str) -> Process {
     let value = format!("--value={value}");
@@ -68,15 +41,10 @@ impl Observer {
 
     pub(crate) fn of(domain: &Domain, service: &str) -> Self {
         let participant = domain.join("observer");
-        let since = Instant::now();
-        loop {
-            let found = FrameSubscriber::open_existing(&participant, service, Depth::All).unwrap();
-            if let Some(subscriber) = found {
-                return Self { subscriber, participant };
-            }
-            assert!(since.elapsed() < PATIENCE, "there is no {service}");
-            thread::sleep(Duration::from_millis(5));
-        }
+        let subscriber = wait_for_some(&format!("there is {service}"), || {
+            FrameSubscriber::open_existing(&participant, service, Depth::All).unwrap()
+        });
+        Self { subscriber, participant }
     }
 
     pub(crate) fn next(&mut self) -> Option<Frame> {
@@ -93,19 +61,15 @@ impl Observer {
         mut check: impl FnMut(&Frame),
         fits: impl Fn(&Frame) -> bool,
     ) -> Frame {
-        let since = Instant::now();
-        loop {
-            match self.next() {
-                Some(frame) => {
-                    check(&frame);
-                    if fits(&frame) {
-                        return frame;
-                    }
+        wait_for_some(&format!("there is a frame that is {what}"), || {
+            while let Some(frame) = self.next() {
+                check(&frame);
+                if fits(&frame) {
+                    return Some(frame);
                 }
-                None => thread::sleep(Duration::from_millis(1)),
             }
-            assert!(since.elapsed() < PATIENCE, "no frame that is {what}");
-        }
+            None
+        })
     }
 
     #[track_caller]

@@ -6,39 +6,17 @@ use std::time::Instant;
 
 use serde_json::Value;
 
+use isochrone_testing::plants::TANK;
 use isochrone_testing::{Domain, PATIENCE, Process};
 
-/// A tank with a parameter that is an output at once, and a ramp with a limit.
-pub(crate) const TANK: &str = r#"
-[node]
-name = "tank"
-control = "force"
-[limits]
-"ramp.setChangeRate" = [0.0, 50.0]
-[[task]]
-name = "fast"
-period = "5ms"
-[[input]]
-name = "level"
-service = "tank/in"
-max_age = "2s"
-[[block]]
-name = "ramp"
-type = "LimRateOfChangeCI"
-in = { value = "level", setChangeRate = 10.0 }
-[[block]]
-name = "saw"
-type = "SawTooth"
-in = { incrementRange = 1, numberSteps = 30 }
-[[block]]
-name = "trim"
-type = "LimRateOfChangeCI"
-in = { setChangeRate = 10.0 }
-[[block]]
-name = "scale"
-type = "ScaleLinear"
-in = { x = 1.0, x1 = 0.0, y1 = 0.0, x2 = 1.0, y2 = 1.0, yMin = -100.0, yMax = 100.0 }
-"#;
+/// The tank with more to look at: a saw tooth, and `scale`, whose input is a parameter. Its level may be late.
+pub(crate) fn served_tank() -> String {
+    let more = "[[block]]\nname = \"saw\"\ntype = \"SawTooth\"\nin = { incrementRange = 1, numberSteps = 30 }\n\
+                [[block]]\nname = \"trim\"\ntype = \"LimRateOfChangeCI\"\nin = { setChangeRate = 10.0 }\n\
+                [[block]]\nname = \"scale\"\ntype = \"ScaleLinear\"\n\
+                in = { x = 1.0, x1 = 0.0, y1 = 0.0, x2 = 1.0, y2 = 1.0, yMin = -100.0, yMax = 100.0 }\n";
+    TANK.replace("200ms", "2s") + more
+}
 
 /// A view that serves.
 pub(crate) struct Served {

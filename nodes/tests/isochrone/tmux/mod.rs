@@ -2,10 +2,8 @@
 
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
-use std::thread;
-use std::time::{Duration, Instant};
 
-use isochrone_testing::{Domain, PATIENCE, not_tested};
+use isochrone_testing::{Domain, not_tested, wait_for_ok};
 
 /// A terminal of 80 columns and 24 lines, which ends with the test.
 pub(crate) struct Tmux {
@@ -68,15 +66,10 @@ impl Tmux {
 
     #[track_caller]
     pub(crate) fn wait_until(&self, what: &str, met: impl Fn(&str) -> bool) {
-        let since = Instant::now();
-        loop {
+        wait_for_ok(&format!("the screen shows {what}"), || {
             let shown = self.shown();
-            if met(&shown) {
-                return;
-            }
-            assert!(since.elapsed() < PATIENCE, "waited for {what}\n{shown}");
-            thread::sleep(Duration::from_millis(20));
-        }
+            if met(&shown) { Ok(()) } else { Err(shown) }
+        });
     }
 
     /// The process of the program.

@@ -1,13 +1,11 @@
 //! Waiting for what a running node does.
 
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use isochrone_ipc::Service;
 use isochrone_runtime::{POLL_INTERVAL, Running};
-
-/// Longer than anything here takes on a machine that is busy with other tests.
-const PATIENCE: Duration = Duration::from_secs(30);
+use isochrone_testing::PATIENCE;
 
 /// Waits, in the intervals that a node is polled in, until something holds.
 #[track_caller]
