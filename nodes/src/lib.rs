@@ -157,8 +157,7 @@ pub fn command() -> clap::Command {
 /// its `#[global_allocator]`, and `null` otherwise.
 pub fn main(blocks: &[BlockType]) -> ExitCode {
     end_with_parent();
-    // Refused, a limit of file sizes ends the program, as it does most others.
-    let _ = outlive_file_limit();
+    outlive_file_limit();
     let cli = Cli::from_arg_matches(&program::command().get_matches())
         .unwrap_or_else(|error| error.format(&mut program::command()).exit());
     terminal::set_up_reports();

@@ -19,6 +19,7 @@
 
 mod child;
 mod company;
+mod dispositions;
 mod document;
 mod ending;
 mod orphan;

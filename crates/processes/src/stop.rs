@@ -7,10 +7,7 @@ use std::sync::{Arc, OnceLock};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use nix::sys::signal::{SigSet, Signal};
-use signal_hook::iterator::Signals;
-
-use crate::running;
+use crate::{dispositions, running};
 
 /// Signals within this time are one request to end: `timeout` sends two, one to its program and one
 /// to the group. To end at once on the second would kill the program while it removes its files.
@@ -32,12 +29,6 @@ pub enum StopError {
     /// The program has such a [`Stop`] already.
     #[error("signals are handled already: call Stop::on_signal once and clone what it gives")]
     Taken,
-    /// The handler of signals is refused.
-    #[error("cannot handle signals: {cause}; raise the limit of open files (ulimit -n)")]
-    Signals {
-        /// The system's error.
-        cause: io::Error,
-    },
     /// There is no thread that waits for signals or keeps the time.
     #[error("cannot start a thread: {cause}; raise the limit of processes (ulimit -u)")]
     Thread {
@@ -56,12 +47,8 @@ pub fn is_asked_to_end() -> bool {
 
 /// Lets the program outlive a limit of file sizes (`ulimit -f`): what it writes beyond fails as on a full disk,
 /// where SIGXFSZ would kill it. Programs that it starts have the signal as it is by default.
-///
-/// # Errors
-/// The handler of the signal is refused.
-pub fn outlive_file_limit() -> io::Result<()> {
-    // A handler, since an ignored signal stays ignored in programs that this one starts.
-    signal_hook::flag::register(Signal::SIGXFSZ as i32, Arc::default()).map(drop)
+pub fn outlive_file_limit() {
+    dispositions::handle_file_limit();
 }
 
 /// The flag that ends the program, and the time at which it ends by itself.
@@ -92,22 +79,22 @@ impl Stop {
         if SIGNALLED.set(flag.clone()).is_err() {
             return Err(StopError::Taken);
         }
-        let refused = |cause| StopError::Signals { cause };
-        let terminate = SigSet::from_iter([Signal::SIGTERM]);
-        terminate.thread_unblock().map_err(|cause| refused(cause.into()))?;
-        let mut signals = Signals::new(awaited()).map_err(refused)?;
         let signalled = flag.clone();
         let last_words = Arc::new(last_words);
-        let wait = move || {
-            let mut first = None;
-            for _ in signals.forever() {
-                signalled.store(true, Ordering::Relaxed);
-                if first.get_or_insert_with(Instant::now).elapsed() >= ONE_REQUEST {
-                    end_at_once(last_words.clone());
-                }
+        let mut first = None;
+        // Called in a thread of its own for each signal.
+        let request = move || {
+            signalled.store(true, Ordering::Relaxed);
+            if first.get_or_insert_with(Instant::now).elapsed() >= ONE_REQUEST {
+                end_at_once(last_words.clone());
             }
         };
-        start_thread("signals", wait)?;
+        dispositions::with_ignored_kept(|| ctrlc::set_handler(request)).map_err(
+            |error| match error {
+                ctrlc::Error::System(cause) => StopError::Thread { cause },
+                ctrlc::Error::NoSuchSignal(_) | ctrlc::Error::MultipleHandlers => StopError::Taken,
+            },
+        )?;
         isochrone_ipc::interrupt_waiting_by(flag.clone());
         Ok(Self { flag, end: None, whole: None })
     }
@@ -160,22 +147,6 @@ impl Stop {
     pub fn request(&self) {
         self.flag.store(true, Ordering::Relaxed);
     }
-}
-
-/// The signals that are a request to end.
-fn awaited() -> impl Iterator<Item = i32> {
-    let ignored = std::fs::read_to_string("/proc/self/status").map_or(0, |text| ignored(&text));
-    let is_heeded = move |signal: &Signal| {
-        *signal == Signal::SIGTERM || ignored >> (*signal as u32 - 1) & 1 == 0
-    };
-    let signals = [Signal::SIGTERM, Signal::SIGINT, Signal::SIGHUP].into_iter().filter(is_heeded);
-    signals.map(|signal| signal as i32)
-}
-
-/// The mask of ignored signals in the kernel's description of a process.
-fn ignored(status: &str) -> u64 {
-    let mask = status.lines().find_map(|line| line.strip_prefix("SigIgn:"));
-    mask.and_then(|mask| u64::from_str_radix(mask.trim(), 16).ok()).unwrap_or_default()
 }
 
 fn start_thread(name: &str, run: impl FnOnce() + Send + 'static) -> Result<(), StopError> {
