@@ -1,4 +1,4 @@
-//! What each workload may cost, from a file.
+//! What each workload may cost, from a file: the half of the guard that counts nothing itself.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -6,7 +6,8 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use crate::Failure;
+/// A failure that ends the guard, as a sentence.
+pub type Failure = Box<dyn std::error::Error + Send + Sync>;
 
 /// Part of a number by which it may grow or shrink before somebody should look: another compiler
 /// moves it as much.
@@ -14,7 +15,7 @@ const TOLERANCE: f64 = 0.05;
 
 const HEAD: &str = "\
 # Instructions per instance and cycle, counted by callgrind at 1000 instances. Rewritten by
-# `cargo bench -p isochrone-benches --bench instructions -- --write`.
+# `cargo bench -p isochrone-instructions -- --write`.
 ";
 
 /// Instructions per instance and cycle, by architecture and workload.

@@ -1,8 +1,8 @@
 //! Instructions per instance and cycle, counted by callgrind: the guard against a slower engine that
-//! no noise can hide, held against `instructions.toml`.
+//! no noise can hide, held against `baseline.toml`.
 //!
 //! ```text
-//! cargo bench -p isochrone-benches --bench instructions
+//! cargo bench -p isochrone-instructions
 //! ```
 //!
 //! This program runs itself under `valgrind`, once for so many cycles and once for twice as many. The
@@ -12,9 +12,9 @@ use std::path::Path;
 use std::process::{Command, ExitCode};
 
 use clap::Parser;
-use isochrone_benches::{Baseline, Failure, Verdict, engine};
 use isochrone_blocks::CATALOGUE;
-use isochrone_engine::Workload;
+use isochrone_engine::{Plan, Rules, TaskEngine, Workload};
+use isochrone_instructions::{Baseline, Failure, Verdict};
 
 #[derive(Parser)]
 struct Args {
@@ -66,7 +66,7 @@ fn run(args: &Args) -> Result<bool, Failure> {
         eprintln!("nothing is counted: there is no valgrind here; apt-get install valgrind");
         return Ok(true);
     }
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("instructions.toml");
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("baseline.toml");
     let mut baseline = Baseline::read(&path)?;
     let count = |workload: &Workload| {
         let counted = count(workload)?;
@@ -87,7 +87,8 @@ fn run(args: &Args) -> Result<bool, Failure> {
 
 /// Steps a workload; this is what is counted.
 fn step(workload: &Workload, cycles: u64) -> Result<(), Failure> {
-    let mut engine = engine(workload, INSTANCES)?;
+    let plan = Plan::new(workload.source(INSTANCES), &Rules::default())?;
+    let mut engine = TaskEngine::build(&plan)?.pop().ok_or("the workload has no task")?;
     (0..cycles).for_each(|cycle| engine.step(std::hint::black_box(cycle)));
     match engine.block_errors() {
         0 => Ok(()),

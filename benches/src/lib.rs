@@ -3,7 +3,6 @@
 //!
 //! The benches are in `benches/`: `cargo bench -p isochrone-benches --bench NAME`.
 
-mod baseline;
 pub mod crash_points;
 mod program;
 
@@ -16,7 +15,6 @@ use isochrone_ipc::IsolatedDomain;
 use isochrone_processes::Child;
 use isochrone_report::{Report, turn_order};
 
-pub use baseline::{Baseline, Verdict};
 pub use program::{Profile, build, find};
 
 /// A failure that ends a bench, as a sentence.
