@@ -34,7 +34,7 @@ impl Bench {
     /// # Errors
     /// It cannot be built, or there is no place for the folder.
     pub fn new() -> Result<Self, Failure> {
-        Ok(Self { program: build(Profile::Release)?, domain: IsolatedDomain::new("bench")? })
+        Ok(Self { program: build(Profile::own())?, domain: IsolatedDomain::new("bench")? })
     }
 
     /// The domain of the bench.
