@@ -15,7 +15,7 @@ const TOLERANCE: f64 = 0.05;
 
 const HEAD: &str = "\
 # Instructions per instance and cycle, counted by callgrind at 1000 instances. Rewritten by
-# `cargo bench -p isochrone-instructions -- --write`.
+# `cargo bench --profile release -p isochrone-instructions -- --write`.
 ";
 
 /// Instructions per instance and cycle, by architecture and workload.
@@ -239,7 +239,7 @@ mod tests {
     #[test]
     fn a_written_baseline_reads_back_and_keeps_other_architectures() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("instructions.toml");
+        let path = folder.path().join("baseline.toml");
         let other = "[abacus]\ncompiler = \"hand\"\n[abacus.instructions]\nmixed = 900.5\n";
         std::fs::write(&path, other).unwrap();
         let mut baseline = Baseline::read(&path).unwrap();
@@ -252,10 +252,10 @@ mod tests {
     #[test]
     fn a_file_that_is_none_is_empty_and_one_that_cannot_be_read_is_an_error() {
         let folder = tempfile::tempdir().unwrap();
-        let path = folder.path().join("instructions.toml");
+        let path = folder.path().join("baseline.toml");
         assert_eq!(Baseline::read(&path).unwrap(), Baseline::default());
         std::fs::write(&path, "mixed = 4").unwrap();
         let error = Baseline::read(&path).unwrap_err().to_string();
-        assert!(error.contains("instructions.toml"), "{error}");
+        assert!(error.contains("baseline.toml"), "{error}");
     }
 }

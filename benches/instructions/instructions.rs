@@ -2,7 +2,7 @@
 //! no noise can hide, held against `baseline.toml`.
 //!
 //! ```text
-//! cargo bench -p isochrone-instructions
+//! cargo bench --profile release -p isochrone-instructions
 //! ```
 //!
 //! This program runs itself under `valgrind`, once for so many cycles and once for twice as many. The

@@ -51,12 +51,9 @@ fn assert_harmless(stage: &Stage, points: &[Point], blow: Blow) {
         points.len(),
         failed.join("\n")
     );
-    // Where a process calls depends on the instant, but not by much. One of a few may be missed.
-    assert!(
-        struck + 1 >= points.len() * 9 / 10,
-        "{struck} of {} points were reached",
-        points.len()
-    );
+    // System calls vary a little between runs: a tenth of the points may be missed, or one of a few.
+    let missed = points.len() - struck;
+    assert!(missed <= (points.len() / 10).max(1), "{missed} of {} points", points.len());
 }
 
 #[test]

@@ -25,15 +25,9 @@ pub(crate) fn set_up(verbosity: u8) {
         2 => LevelFilter::DEBUG,
         _ => LevelFilter::TRACE,
     };
-    let chosen = std::env::var("RUST_LOG").ok().filter(|text| !text.is_empty());
+    let chosen = std::env::var("RUST_LOG").ok().and_then(|text| chosen(&text));
     let is_ours_alone = verbosity < 3 && chosen.is_none();
-    let filter = match chosen {
-        Some(text) => text.parse().unwrap_or_else(|error| {
-            terminal::note(&format!("RUST_LOG={text:?} is not used: {error}"));
-            Targets::new().with_default(level)
-        }),
-        None => ours(level, verbosity),
-    };
+    let filter = chosen.unwrap_or_else(|| ours(level, verbosity));
     // iceoryx2 asks its own level before it hands a message on.
     set_log_level(match highest(&filter) {
         LevelFilter::OFF | LevelFilter::ERROR => LogLevel::Error,
@@ -49,6 +43,21 @@ pub(crate) fn set_up(verbosity: u8) {
         .with_target(!is_ours_alone)
         .with_ansi(terminal::stderr_has_colour());
     tracing_subscriber::registry().with(lines).with(filter).init();
+}
+
+/// What `RUST_LOG` chooses, if it can be read: levels and `target=level`, separated by commas.
+fn chosen(text: &str) -> Option<Targets> {
+    let parts: Vec<&str> = text.split(',').map(str::trim).filter(|part| !part.is_empty()).collect();
+    if parts.is_empty() {
+        return None;
+    }
+    let filter = parts.join(",").parse();
+    if let Err(error) = &filter {
+        terminal::note(&format!(
+            "RUST_LOG={text:?} is ignored: {error}; write levels, or targets with levels: warn,isochrone_ipc=debug"
+        ));
+    }
+    filter.ok()
 }
 
 /// What is logged unless somebody chooses.
@@ -67,4 +76,27 @@ fn ours(level: LevelFilter, verbosity: u8) -> Targets {
 fn highest(filter: &Targets) -> LevelFilter {
     let targets = filter.iter().map(|(_, level)| level);
     targets.chain(filter.default_level()).max().unwrap_or(LevelFilter::OFF)
+}
+
+#[cfg(test)]
+mod tests {
+    use tracing::Level;
+
+    use super::*;
+
+    #[test]
+    fn levels_are_chosen_for_all_and_for_targets_with_spaces_and_empty_parts_between() {
+        let filter = chosen(" warn , isochrone_ipc=debug,").unwrap();
+        assert!(filter.would_enable("isochrone_ipc::domain", &Level::DEBUG));
+        assert!(filter.would_enable("isochrone_runtime", &Level::WARN));
+        assert!(!filter.would_enable("isochrone_runtime", &Level::INFO));
+        assert_eq!(highest(&filter), LevelFilter::DEBUG);
+    }
+
+    #[test]
+    fn what_chooses_nothing_or_cannot_be_read_leaves_the_programs_own_filter() {
+        for text in ["", " ", ",", "isochrone_ipc=loud"] {
+            assert!(chosen(text).is_none(), "{text}");
+        }
+    }
 }

@@ -8,15 +8,16 @@ use std::ptr;
 use libc::{c_int, sighandler_t, sigset_t};
 
 /// Runs `handle`, which sets handlers of SIGINT, SIGTERM and SIGHUP. Afterwards SIGINT and SIGHUP are ignored if they
-/// were before, as `nohup` has it, and this thread takes SIGTERM.
+/// were before, as under `nohup`, and SIGTERM is unblocked in this thread.
 pub(crate) fn with_ignored_kept<R>(handle: impl FnOnce() -> R) -> R {
     let ignored: Vec<c_int> = [libc::SIGINT, libc::SIGHUP].into_iter().filter(is_ignored).collect();
-    change_mask(libc::SIG_UNBLOCK, &[libc::SIGTERM]);
-    // Meanwhile they wait; to ignore them again discards what has come.
+    // Blocked until they are ignored again, which discards any that arrived.
     change_mask(libc::SIG_BLOCK, &ignored);
     let handled = handle();
     ignored.iter().for_each(|signal| set(*signal, libc::SIG_IGN));
     change_mask(libc::SIG_UNBLOCK, &ignored);
+    // One that was sent while it was blocked comes now that it has a handler.
+    change_mask(libc::SIG_UNBLOCK, &[libc::SIGTERM]);
     handled
 }
 

@@ -20,7 +20,7 @@ pub fn in_own_process<F: FnOnce()>(body: F) {
     if std::env::var_os(ALONE).is_some() {
         return body();
     }
-    // program::module::test::{{closure}}, possibly of an instance for a type.
+    // program::module::test::{{closure}}
     let test = type_name::<F>().trim_end_matches("::{{closure}}");
     let test = test.split_once("::").map_or(test, |(_program, test)| test);
     let mut command = this_test(test);

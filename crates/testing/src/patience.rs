@@ -8,23 +8,23 @@ use std::time::{Duration, Instant};
 /// Longer than anything that a test waits for takes on a machine that is busy with other things.
 pub const PATIENCE: Duration = Duration::from_secs(180);
 
-/// Between two looks, at least.
+/// Between two looks.
 const LOOK_INTERVAL: Duration = Duration::from_millis(2);
+const LONGEST_PAUSE: Duration = Duration::from_secs(1);
 
-/// Waits until something is so, and leaves the CPU to others in between.
+/// Polls a condition, sleeping between attempts.
 #[track_caller]
 pub fn wait_until(what: &str, mut is_so: impl FnMut() -> bool) {
     wait_for_some(what, || is_so().then_some(()));
 }
 
-/// Waits until there is something, and leaves the CPU to others in between.
+/// Polls for a value, sleeping between attempts.
 #[track_caller]
 pub fn wait_for_some<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
-    wait_for_ok(what, || look().ok_or("it is not so"))
+    wait_for_ok(what, || look().ok_or("timed out"))
 }
 
-/// As [`wait_for_some`] where each look that finds nothing says what it saw instead: the last one is told if
-/// the wait is in vain.
+/// As [`wait_for_some`]. Each failed attempt returns what it saw; a timeout reports the last.
 #[track_caller]
 pub fn wait_for_ok<T, E: Display>(what: &str, mut look: impl FnMut() -> Result<T, E>) -> T {
     let since = Instant::now();
@@ -34,8 +34,8 @@ pub fn wait_for_ok<T, E: Display>(what: &str, mut look: impl FnMut() -> Result<T
             Ok(found) => return found,
             Err(seen) => assert!(since.elapsed() < PATIENCE, "waited until {what}: {seen}"),
         }
-        // Looks that cost something, as those at another program do, take half of a CPU at most.
-        thread::sleep(looked.elapsed().max(LOOK_INTERVAL));
+        // Expensive checks, such as running a program, use at most half a CPU.
+        thread::sleep(looked.elapsed().clamp(LOOK_INTERVAL, LONGEST_PAUSE));
     }
 }
 

@@ -6,7 +6,7 @@
 /// The variable has another value.
 pub fn is_full_volume() -> bool {
     match std::env::var("ISOCHRONE_TEST_VOLUME").as_deref() {
-        Err(_) => false,
+        Err(_) | Ok("") => false,
         Ok("full") => true,
         Ok(other) => {
             panic!("ISOCHRONE_TEST_VOLUME={other} means nothing; it is \"full\" or not set")

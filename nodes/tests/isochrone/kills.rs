@@ -52,7 +52,8 @@ fn a_node_whose_peers_are_killed_again_and_again_loses_nothing_and_grows_by_noth
     };
     feed(1_000);
     let before = (descriptors(&node), domain.leftovers().len(), resident_kib(&node));
-    (2..=volume(40) as u64).for_each(|round| feed(round * 1_000));
+    let rounds = volume(200) as u64;
+    (2..=rounds).for_each(|round| feed(round * 1_000));
     // On a busy machine the node has not let go of the last ones yet, and they left more or less behind. A
     // joiner sweeps: what they left is gone with the next one.
     wait_until(&format!("there are no more than {before:?} descriptors and files"), || {

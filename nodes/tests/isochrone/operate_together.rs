@@ -1,7 +1,5 @@
 //! Many programs that ask one running node, at once and one after the other, well and badly.
 
-use std::path::Path;
-use std::process::Command;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
@@ -12,7 +10,7 @@ use isochrone_runtime::control::{
     service_name,
 };
 use isochrone_testing::{
-    Domain, PATIENCE, Process, volume, wait_for_ok, wait_for_some, wait_until,
+    Domain, PATIENCE, Process, role, role_domain, volume, wait_for_ok, wait_for_some, wait_until,
 };
 use rustix::process::Signal;
 use serde_json::json;
@@ -60,7 +58,7 @@ fn both(value: f64) -> SetParams {
 }
 
 #[test]
-fn of_thousands_of_transactions_no_reader_of_frames_or_values_sees_a_half() {
+fn of_many_transactions_no_reader_of_frames_or_values_sees_a_half() {
     const WRITERS: u64 = 6;
     let transactions = volume(10_000) as u64;
     /// That many frames and values are read, at least, while transactions are written.
@@ -145,8 +143,7 @@ fn of_thousands_of_transactions_no_reader_of_frames_or_values_sees_a_half() {
 #[test]
 #[ignore = "is run by the test that kills it"]
 fn waits_for_its_answer() {
-    let Ok(file) = std::env::var("ISOCHRONE_TEST_DOMAIN") else { return };
-    let domain = isochrone_ipc::Domain::from_file(Path::new(&file)).unwrap();
+    let Some(domain) = role_domain() else { return };
     let participant = Participant::join("victim", domain).unwrap();
     let mut client = connect(&participant);
     let tasks = client.call(&DescribeParams {}).unwrap().tasks;
@@ -184,14 +181,7 @@ fn a_client_that_is_killed_between_request_and_answer_holds_nothing_and_what_it_
     let mut before = None;
     // More than a service has places for, twice.
     while asked.len() < 24 {
-        let mut command = Command::new(std::env::current_exe().unwrap());
-        command.args([
-            "--exact",
-            "operate_together::waits_for_its_answer",
-            "--ignored",
-            "--nocapture",
-        ]);
-        command.env("ISOCHRONE_TEST_DOMAIN", domain.config_file());
+        let command = role("operate_together::waits_for_its_answer", &domain.config_file());
         let mut victim = Process::start(command);
         // On a busy machine the victim may ask too late, or have its answer before it is killed.
         let mut received = None;

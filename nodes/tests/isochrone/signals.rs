@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use isochrone_testing::plants::RELAY;
 use isochrone_testing::{
-    Domain, Process, not_tested, shared_memory, volume, wait_for_some, wait_until,
+    Domain, Process, afresh, not_tested, shared_memory, volume, wait_for_some, wait_until,
 };
 use rustix::process::{Pid, Signal, kill_process};
 
@@ -154,7 +154,7 @@ fn hang(domain: &Domain) -> (std::process::Child, Pid) {
     command.args(["subscribe", "relay/in", "--iceoryx2-config"]).arg(domain.config_file());
     let (reader, writer) = std::io::pipe().unwrap();
     command.stdin(Stdio::null()).stdout(writer.try_clone().unwrap()).stderr(writer);
-    let child = command.spawn().unwrap();
+    let child = afresh(&mut command).spawn().unwrap();
     let pid = Pid::from_child(&child);
     wait_until("nobody reads what it prints", || waits_to_write(pid, &reader));
     // Kept open, unread, until the test ends.

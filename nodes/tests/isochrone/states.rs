@@ -59,8 +59,13 @@ fn a_second_writer_and_stamps_of_another_clock_are_alarms_until_they_are_over() 
     wait_until("a good frame came", || {
         domain.run("get relay x").expect_code(0).stdout.trim() == "1"
     });
-    send_until(&domain, 0, || is_there("other_writer"));
-    let alarm = wait_for_alarm(&domain, "relay", "other_writer");
+    // It is over soon after the last frame.
+    let mut seen = Vec::new();
+    send_until(&domain, 0, || {
+        seen = alarms(&domain, "relay", "other_writer");
+        !seen.is_empty()
+    });
+    let alarm = &seen[0];
     assert_eq!((&alarm["name"], &alarm["task"]), (&"relay/in".into(), &"t".into()), "{alarm}");
     assert!(alarm["meaning"].as_str().unwrap().contains("second publisher"), "{alarm}");
     node.wait_for("service \"relay/in\" has one publisher again");
@@ -150,5 +155,7 @@ fn frames_that_a_task_follows_are_an_alarm_while_they_come_after_it_has_given_up
     let ended = node.stop().expect_code(0);
     assert!(ended.stdout.contains("warning [late_frames]"), "the report keeps it");
     let task = &domain.json("report.json")["tasks"][0];
-    assert!(task["followed"].as_u64() > Some(50), "cycles of a stretch began with them: {task}");
+    // On a busy machine frames may lie ready when the node comes to its CPU.
+    let began_with_them = ["followed", "found_ready"].map(|count| task[count].as_u64().unwrap());
+    assert!(began_with_them.iter().sum::<u64>() > 50, "cycles of a stretch: {task}");
 }

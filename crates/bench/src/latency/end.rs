@@ -9,6 +9,7 @@ use thiserror::Error;
 
 use super::arms::{Arm, Wait};
 use super::message::{Header, Message};
+use super::node_path::START_NS;
 
 /// How long an end waits for the other one before it gives up.
 pub(super) const PATIENCE: Duration = Duration::from_secs(2);
@@ -42,7 +43,7 @@ pub(super) enum EndError {
     Full,
     #[error("nothing came from the other end for {} s", PATIENCE.as_secs())]
     Silent,
-    #[error("the node sent nothing for 10 s")]
+    #[error("the node sent nothing for {} s", START_NS / 1_000_000_000)]
     NoNode,
     #[error("message {sequence} is damaged: its values add up to {sum}, and {expected} was sent")]
     Damaged { sequence: u64, sum: f64, expected: f64 },

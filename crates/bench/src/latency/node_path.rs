@@ -19,7 +19,7 @@ pub(super) const RATE_HZ: f64 = 1e9 / PERIOD_NS as f64;
 const INPUT: &str = "node/in";
 const OUTPUT: &str = "node/out";
 /// How long a node may take to start.
-pub(super) const START_NS: u64 = 10_000_000_000;
+pub(super) const START_NS: u64 = 30_000_000_000;
 /// Looks for a frame between two readings of the clock.
 const LOOKS: u32 = 256;
 

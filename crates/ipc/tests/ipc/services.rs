@@ -224,8 +224,7 @@ fn a_service_without_overflow_never_blocks_the_writer<S: Service>() {
         done.send(()).unwrap();
     });
     // A writer that waits for its reader would do so for ever.
-    let timeout = std::time::Duration::from_secs(20);
-    let outcome = finished.recv_timeout(timeout);
+    let outcome = finished.recv_timeout(isochrone_testing::PATIENCE);
     assert_ne!(outcome, Err(RecvTimeoutError::Timeout), "the writer is blocked");
     scenario.join().unwrap();
 }

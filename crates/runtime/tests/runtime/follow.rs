@@ -43,7 +43,7 @@ fn start(domain: &IsolatedDomain, text: &str) -> Running<Local> {
 
 /// Polls until something holds.
 fn poll_until(node: &mut Running<Local>, mut holds: impl FnMut(&mut Running<Local>) -> bool) {
-    wait_until("it comes to that", || {
+    wait_until("the frames that are wanted came", || {
         node.poll();
         holds(node)
     });

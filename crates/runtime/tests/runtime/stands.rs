@@ -56,7 +56,7 @@ fn described(
     client: &mut Client<local::Service>,
     is_wanted: impl Fn(&TaskDescription) -> bool,
 ) -> TaskDescription {
-    wait_for_ok("it describes its task so", || {
+    wait_for_ok("the node describes its task as expected", || {
         node.poll();
         let task = client.call(&DescribeParams {}).unwrap().tasks.remove(0);
         if is_wanted(&task) { Ok(task) } else { Err(format!("{task:?}")) }

@@ -16,7 +16,8 @@ pub(crate) fn python(modules: &str, packages: &str) -> Option<PathBuf> {
     });
     let why = format!("no python3 has {modules}; pip install {packages}");
     if found.is_none() {
-        assert!(std::env::var_os("CI").is_none(), "{why}");
+        let may_lack = std::env::var("ISOCHRONE_TEST_WITHOUT").is_ok_and(|lacks| lacks == "python");
+        assert!(may_lack || std::env::var_os("CI").is_none(), "{why}");
         not_tested("what Python reads and writes", &why);
     }
     found

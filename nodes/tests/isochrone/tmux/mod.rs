@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
 
-use isochrone_testing::{Domain, not_tested, wait_for_ok};
+use isochrone_testing::{Domain, afresh, not_tested, wait_for_ok};
 
 /// A terminal of 80 columns and 24 lines, which ends with the test.
 pub(crate) struct Tmux {
@@ -39,7 +39,7 @@ impl Tmux {
         let mut command = Command::new("tmux");
         command.args(["-u", "-f", "/dev/null", "-S"]).arg(&self.socket);
         command.env("LC_ALL", "C.UTF-8").env("SHELL", "/bin/sh").env_remove("TMUX");
-        command.stdin(Stdio::null());
+        afresh(command.stdin(Stdio::null()));
         command
     }
 

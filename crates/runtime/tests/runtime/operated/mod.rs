@@ -2,7 +2,6 @@
 
 use std::collections::HashMap;
 use std::io::{BufRead, BufReader};
-use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::sync::Arc;
 use std::thread;
@@ -168,9 +167,7 @@ pub(crate) struct Running(Child);
 
 impl Running {
     pub(crate) fn start(domain: &IsolatedDomain, role: &str, node: &str) -> Self {
-        let mut child = Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", role, "--ignored", "--nocapture"])
-            .env("ISOCHRONE_TEST_DOMAIN", domain.file())
+        let mut child = isochrone_testing::role(role, &domain.file())
             .env("ISOCHRONE_TEST_NODE", node)
             .stdout(Stdio::piped())
             .spawn()
@@ -205,9 +202,8 @@ pub(crate) fn telemetry(participant: &Node, node: &str) -> FramePublisher<ipc::S
 
 /// A node that takes requests until it is killed; nothing in a process that no test started.
 pub(crate) fn take_requests() {
-    let Ok(file) = std::env::var("ISOCHRONE_TEST_DOMAIN") else { return };
+    let Some(domain) = isochrone_testing::role_domain() else { return };
     let node = std::env::var("ISOCHRONE_TEST_NODE").unwrap();
-    let domain = Domain::from_file(Path::new(&file)).unwrap();
     let participant = Arc::new(join(&domain));
     let _telemetry = telemetry(&participant, &node);
     let mut desk = Desk::open(&participant, &node).unwrap();
