@@ -198,23 +198,31 @@ fn what_cannot_be_traced_is_refused_with_the_way_out() {
 
 #[test]
 fn the_last_cycles_of_a_node_that_ends_are_there_to_be_read() {
+    // On a busy machine the node may have ended before the trace begins.
+    assert!((0..10).any(|_| are_read_to_the_last()), "no trace of ten had a row");
+}
+
+/// Whether a trace of a node that ends had rows; if it had, the last is that of the last cycle.
+fn are_read_to_the_last() -> bool {
     let domain = Domain::new();
     let process = domain.start_node("node.toml", &level(), "--cycles 1500 --report node.json");
     let (participant, client) = connect(&domain);
-    let mut trace = Trace::open(&participant, &client, SIGNALS).unwrap();
-    let mut last = 0;
+    let Ok(mut trace) = Trace::open(&participant, &client, SIGNALS) else { return false };
+    let mut last = None;
     wait_until("the node has ended", || {
         // Cycles that a busy machine misses make the run longer than a trace is kept.
         let _ = trace.renew();
         while let Some(row) = trace.next_row() {
-            last = row.cycle;
+            last = Some(row.cycle);
         }
         trace.has_ended()
     });
     while let Some(row) = trace.next_row() {
-        last = row.cycle;
+        last = Some(row.cycle);
     }
     process.finish().expect_code(0);
+    let Some(last) = last else { return false };
     let task = &domain.json("node.json")["tasks"][0];
     assert_eq!(last + 1, task["cycles"].as_u64().unwrap() + task["missed"].as_u64().unwrap());
+    true
 }
