@@ -11,14 +11,14 @@ use crate::Failure;
 pub enum Profile {
     /// Without optimisation, as tests are.
     Debug,
-    /// As packages and published figures have it.
-    Dist,
+    /// As `cargo run --release` has it.
+    Release,
 }
 
 impl Profile {
     /// The profile of this very program.
     pub fn own() -> Self {
-        if cfg!(debug_assertions) { Self::Debug } else { Self::Dist }
+        if cfg!(debug_assertions) { Self::Debug } else { Self::Release }
     }
 }
 
@@ -41,7 +41,7 @@ pub fn build(profile: Profile) -> Result<PathBuf, Failure> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut build = Command::new(cargo);
     build.args(["build", "--quiet", "--package", "isochrone-cli", "--bin", "isochrone"]);
-    if profile == Profile::Dist {
+    if profile == Profile::Release {
         build.arg("--release");
     }
     if !build.status()?.success() {
