@@ -30,7 +30,6 @@ mod logging;
 mod meant;
 mod numbers;
 mod operate;
-mod operations;
 mod program;
 mod publish;
 mod record;

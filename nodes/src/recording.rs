@@ -4,5 +4,4 @@ mod error;
 mod read;
 mod values;
 
-pub(crate) use read::RowsAre;
 pub(crate) use values::Recording;

@@ -3,6 +3,7 @@
 mod comparison;
 mod document;
 mod missing;
+mod operations;
 mod output;
 mod recorded;
 mod rerun;

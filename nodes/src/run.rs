@@ -49,9 +49,8 @@ pub(crate) struct Args {
     /// Write the report (JSON) to this file at the end
     #[arg(long, value_name = "FILE.json")]
     report: Option<PathBuf>,
-    /// Add to this file what is set, forced, released and undone, with the values before and after, and
-    /// which cycles were missed: `simulate --journal` repeats the run. While it cannot be written, changes
-    /// are refused
+    /// Add to this file what is set, forced, released, undone and applied, with the values before and after.
+    /// While it cannot be written, changes are refused
     #[arg(long, value_name = "FILE.jsonl")]
     journal: Option<PathBuf>,
     /// Record every cycle of every task in this file, with its inputs and outputs and what is done to the node:

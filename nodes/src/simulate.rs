@@ -1,7 +1,5 @@
 //! `simulate`: the same engine with no clock and no IPC, as fast as it goes.
 
-mod entering;
-mod past;
 mod recorded_input;
 
 use std::path::PathBuf;
@@ -12,12 +10,11 @@ use isochrone_runtime::{Panic, TaskPanicked, catch_panic, hold_panic_messages};
 use isochrone_timing::units::counted;
 
 use crate::failure::Failure;
-use crate::recording::{Recording, RowsAre};
+use crate::recording::Recording;
 use crate::rows::{CYCLE, Rows, TIME};
-use crate::simulate::past::Past;
 use crate::simulate::recorded_input::{RecordedInput, columns};
 use crate::stop;
-use crate::{configuration, meant, numbers, terminal};
+use crate::{configuration, meant, terminal};
 
 /// Run a configuration without a clock or IPC, from CSV to CSV
 ///
@@ -25,13 +22,12 @@ use crate::{configuration, meant, numbers, terminal};
 /// descending priority, then in file order.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone simulate examples/level.toml --cycles 1000\n  \
-    isochrone simulate level.toml --cycles 5000 --inputs in.csv --output out.csv\n  \
-    isochrone simulate level.toml --inputs in.csv --journal level.jsonl --run 3")]
+    isochrone simulate level.toml --cycles 5000 --inputs in.csv --output out.csv")]
 pub(crate) struct Args {
     /// Configuration file (TOML)
     file: PathBuf,
     /// Number of cycles; default: up to the last row of --inputs
-    #[arg(long, required_unless_present_any = ["inputs", "journal"], allow_negative_numbers = true)]
+    #[arg(long, required_unless_present = "inputs", allow_negative_numbers = true)]
     cycles: Option<u64>,
     /// CSV with one column per input, by name. Row k applies at cycle k and the last row holds; an
     /// input without a column keeps its default and is not ok. A column NAME.ok or NAME.age says what
@@ -46,34 +42,13 @@ pub(crate) struct Args {
     /// then replays the file at the simulated pace
     #[arg(long)]
     times: bool,
-    /// Repeat a run: do what this journal of `run --journal` says was done, in the same cycles, and skip
-    /// the cycles that were missed. Given the inputs of the run in each cycle, the outputs of every task
-    /// that no other task's wire enters are those of the run, bit for bit. A column `cycle` of --inputs
-    /// then says which cycle a row is for
-    #[arg(long, value_name = "FILE.jsonl")]
-    journal: Option<PathBuf>,
-    /// Run of the journal, from 1; default: the last
-    #[arg(long, value_name = "N", requires = "journal", value_parser = numbers::parse_count, allow_negative_numbers = true)]
-    run: Option<u64>,
-    /// Simulate the configuration that the journal keeps of the run, in place of what FILE holds now
-    #[arg(long, requires = "journal")]
-    recorded: bool,
     /// Task whose cycles are the rows; default: the first
     #[arg(long)]
     task: Option<String>,
 }
 
 pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
-    if args.cycles.is_none() && args.inputs.is_none() {
-        return Err(Failure::usage(
-            "--journal needs what the inputs read in the run: give --inputs IN.csv, or --cycles for a node \
-             without inputs",
-        ));
-    }
-    let plan = match args.journal.as_deref().filter(|_| args.recorded) {
-        Some(journal) => configuration::plan_of(past::recorded(journal, args)?, catalogue)?,
-        None => configuration::plan(&args.file, catalogue)?,
-    };
+    let plan = configuration::plan(&args.file, catalogue)?;
     configuration::note_warnings(&plan);
     let reference = match &args.task {
         None => 0,
@@ -85,9 +60,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
             Failure::usage(format!("{file} has no task \"{name}\"; it has: {names}{question}"))
         })?,
     };
-    for source in
-        [Some(&args.file), args.inputs.as_ref(), args.journal.as_ref()].into_iter().flatten()
-    {
+    for source in [Some(&args.file), args.inputs.as_ref()].into_iter().flatten() {
         configuration::keep(source, &args.output)?;
     }
     let inputs: Vec<_> = plan.tasks.iter().flat_map(|task| &task.inputs).collect();
@@ -96,8 +69,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         Some(path) => {
             let names: Vec<_> = inputs.iter().flat_map(|input| columns(input)).collect();
             let columns: Vec<_> = names.iter().map(|(name, t)| (name.as_str(), *t)).collect();
-            let rows = args.journal.as_ref().map_or(RowsAre::Numbered, |_| RowsAre::OfCycles);
-            let recording = Recording::of_inputs(path, &columns, rows).map_err(Failure::usage)?;
+            let recording = Recording::of_inputs(path, &columns).map_err(Failure::usage)?;
             let missing = inputs.iter().filter(|input| recording.column(&input.name).is_none());
             for input in missing {
                 terminal::note(&format!(
@@ -109,10 +81,8 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
             recording
         }
     };
-    let past = args.journal.as_deref().map(|file| Past::read(file, args.run, &plan)).transpose()?;
-    let cycles = args.cycles.unwrap_or(recording.end());
-    let mut simulation =
-        Simulation::new(&plan, reference, recording, past).map_err(Failure::found)?;
+    let cycles = args.cycles.unwrap_or(recording.len() as u64);
+    let mut simulation = Simulation::new(&plan, reference, recording).map_err(Failure::found)?;
     let stop = stop::on_signal(None)?;
     hold_panic_messages();
     let mut output = Output::create(args, &plan)?;
@@ -121,14 +91,11 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
             terminal::note(&format!("note: stopped after {cycle} of {}", counted(cycles, "cycle")));
             break;
         }
-        match simulation.advance(cycle) {
-            Ok(Advance::Stepped) => output.write(cycle, &simulation)?,
-            Ok(Advance::Missed) => {}
-            Err(panicked) => {
-                output.rows.flush()?;
-                return Err(Failure::found(panicked));
-            }
+        if let Err(panicked) = simulation.advance(cycle) {
+            output.rows.flush()?;
+            return Err(Failure::found(panicked));
         }
+        output.write(cycle, &simulation)?;
     }
     output.rows.flush()?;
     if let Some(first) = &simulation.first_reject {
@@ -140,17 +107,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
             "note: {samples} rejected, and the input kept its value; the first: {first}"
         ));
     }
-    if let Some(past) = &simulation.past {
-        past.note_end();
-    }
     Ok(())
-}
-
-/// What became of a cycle of the reference task.
-enum Advance {
-    Stepped,
-    /// It was missed in the run that is repeated.
-    Missed,
 }
 
 /// All tasks of a plan on their common grid.
@@ -165,20 +122,13 @@ struct Simulation<'a> {
     recording: Recording,
     /// Of each task those of its inputs that have columns.
     inputs: Vec<Vec<RecordedInput>>,
-    /// The run that is repeated.
-    past: Option<Past>,
     /// Samples that their input's type cannot hold, each counted once.
     rejects: u64,
     first_reject: Option<String>,
 }
 
 impl<'a> Simulation<'a> {
-    fn new(
-        plan: &'a Plan,
-        reference: usize,
-        recording: Recording,
-        past: Option<Past>,
-    ) -> Result<Self, BuildError> {
+    fn new(plan: &'a Plan, reference: usize, recording: Recording) -> Result<Self, BuildError> {
         let engines = TaskEngine::build(plan)?;
         let mut order: Vec<usize> = (0..plan.tasks.len()).collect();
         order.sort_by_key(|task| std::cmp::Reverse(plan.tasks[*task].priority.unwrap_or(0)));
@@ -197,14 +147,13 @@ impl<'a> Simulation<'a> {
             reference,
             inputs,
             recording,
-            past,
             rejects: 0,
             first_reject: None,
         })
     }
 
     /// Runs everything up to and including cycle `cycle` of the reference task.
-    fn advance(&mut self, cycle: u64) -> Result<Advance, TaskPanicked> {
+    fn advance(&mut self, cycle: u64) -> Result<(), TaskPanicked> {
         let until_ns = self.due_ns(self.reference);
         // Everything before this instant ran on the rows before.
         self.run_before(until_ns)?;
@@ -217,9 +166,7 @@ impl<'a> Simulation<'a> {
                 break;
             }
         }
-        let is_missed = |past: &Past| past.is_missed(self.reference, cycle);
-        let is_missed = self.past.as_ref().is_some_and(is_missed);
-        Ok(if is_missed { Advance::Missed } else { Advance::Stepped })
+        Ok(())
     }
 
     /// Runs every task that is due before an instant, in the order of time.
@@ -249,16 +196,6 @@ impl<'a> Simulation<'a> {
     fn step(&mut self, task: usize) -> Result<(), TaskPanicked> {
         let (engine, cycle) = (&mut self.engines[task], self.next[task]);
         self.next[task] += 1;
-        if let Some(past) = &mut self.past {
-            if past.is_missed(task, cycle) {
-                return Ok(());
-            }
-            // As in a node: first what was sent, then the inputs.
-            past.apply(task, cycle, engine);
-            for input in &self.inputs[task] {
-                engine.read_input(input.index, &input.reading);
-            }
-        }
         catch_panic(|| engine.step(cycle)).map_err(|Panic { message, place }| {
             let plan = &self.plan.tasks[task];
             let block = engine.stepping().map(|bank| plan.banks[bank].any_block());
@@ -268,12 +205,10 @@ impl<'a> Simulation<'a> {
 
     /// Reads the row of a cycle; what has none holds.
     fn read(&mut self, cycle: u64) {
-        let Some(row) = self.recording.row_of(cycle) else {
-            if let (true, Some(past)) = (self.recording.has_cycles(), &mut self.past) {
-                past.note_unrecorded(self.reference, cycle);
-            }
+        if cycle >= self.recording.len() as u64 {
             return;
-        };
+        }
+        let row = self.recording.row(cycle);
         for (task, inputs) in self.inputs.iter_mut().enumerate() {
             for input in inputs {
                 let plan = &self.plan.tasks[task].inputs[input.index];
@@ -281,9 +216,7 @@ impl<'a> Simulation<'a> {
                     self.rejects += 1;
                     self.first_reject.get_or_insert_with(|| format!("{reject} (cycle {cycle})"));
                 }
-                if self.past.is_none() {
-                    self.engines[task].read_input(input.index, &input.reading);
-                }
+                self.engines[task].read_input(input.index, &input.reading);
             }
         }
     }

@@ -276,7 +276,7 @@ impl Operating {
     /// Writes what is done from now on into a journal that has begun.
     pub(crate) fn keep(&mut self, journal: Journal) -> Result<(), JournalError> {
         self.operator.continue_after(journal.last_transaction());
-        self.keeping.start(journal, self.lanes.len())
+        self.keeping.start(journal)
     }
 
     /// Takes note of a cycle of a task.
@@ -284,7 +284,6 @@ impl Operating {
         let Some(lane) = self.lanes.get_mut(task) else { return };
         lane.last = Some(*record);
         lane.responses.note(record);
-        self.keeping.note_cycle(task, &lane.name, record);
     }
 
     /// That the journal cannot be written, while it cannot.

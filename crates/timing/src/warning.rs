@@ -121,7 +121,7 @@ codes! {
         "publish what else is to be seen with an [[output]], or move a part of the blocks to another task";
     /// The journal lacks what was done last.
     JournalIncomplete = "journal_incomplete",
-        "make room where the journal is before the node ends; simulate repeats the run up to where the file ends";
+        "make room where the journal is before the node ends";
     /// The node's recording lacks cycles, or what was done.
     RecordingIncomplete = "recording_incomplete",
         "record to a faster disk with more room, or have the tasks publish less; replay compares what is there";

@@ -63,7 +63,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 
 /// The file that is meant by what looks like a path; nodes have other names.
 fn path(name: &str) -> Option<&Path> {
-    let is_path = name.ends_with(".jsonl") || name.contains('/');
+    let is_path = name.contains(".jsonl") || name.contains('/');
     is_path.then_some(Path::new(name))
 }
 

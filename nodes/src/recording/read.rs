@@ -44,15 +44,14 @@ impl Recording {
     pub(crate) fn of_inputs(
         path: &Path,
         inputs: &[(&str, PinType)],
-        rows: RowsAre,
     ) -> Result<Self, RecordingError> {
-        read(path, Some(inputs), rows)
+        read(path, Some(inputs), RowsAre::Numbered)
     }
 }
 
 /// Which cycle a row is for.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(crate) enum RowsAre {
+enum RowsAre {
     /// Row k is for cycle k.
     Numbered,
     /// The cycle that the column `cycle` says, if there is one.

@@ -12,8 +12,8 @@ use isochrone_runtime::journal::entry_of_line;
 use isochrone_timing::units::counted;
 
 use crate::failure::Failure;
-use crate::operations::{Operations, Tally};
 use crate::recording_file::{open, unreadable, warn_of_damage};
+use crate::replay::operations::{Operations, Tally};
 use crate::terminal;
 
 /// A recording of a node, but for its rows.

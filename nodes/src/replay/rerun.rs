@@ -22,8 +22,8 @@ use super::recorded::{Lost, Recorded};
 use super::task::{Row, Task};
 use crate::failure::Failure;
 use crate::numbers;
-use crate::operations::{Operations, Tally};
 use crate::recording_file::{open, unreadable};
+use crate::replay::operations::{Operations, Tally};
 use crate::rows::Rows;
 
 /// Most bytes of rows that wait for values of other tasks.

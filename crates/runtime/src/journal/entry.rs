@@ -2,9 +2,28 @@
 
 use std::sync::Arc;
 
+use isochrone_engine::Plan;
 use isochrone_engine::operate::{self, Client, Entry};
 
+use super::line::Line;
+use super::lines::without_place;
 use crate::control::{Action, AppliedChange, AskedBy, Change, JournalEntry};
+
+/// What one line of a journal says was done to a task of a plan.
+///
+/// # Errors
+/// It is no line that a node of this version can have written of an entry of this plan; why, as part of a
+/// sentence.
+pub fn entry_of_line(line: &str, plan: &Plan) -> Result<Entry, String> {
+    match serde_json::from_str(line) {
+        Ok(Line::Entry(content)) => {
+            let task = plan.task_index(&content.task);
+            content.to_entry(task.ok_or_else(|| format!("there is no task \"{}\"", content.task))?)
+        }
+        Ok(_) => Err("a line that is no entry".into()),
+        Err(error) => Err(without_place(&error.to_string())),
+    }
+}
 
 impl JournalEntry {
     /// What was done to a task of this name.
@@ -43,7 +62,7 @@ impl JournalEntry {
     ///
     /// # Errors
     /// It is none that a node of this version can have written; why, as part of a sentence.
-    pub(super) fn to_entry(&self, task: usize) -> Result<Entry, String> {
+    fn to_entry(&self, task: usize) -> Result<Entry, String> {
         let action = match self.action {
             Action::Set => operate::Action::Set,
             Action::Force => operate::Action::Force { until: self.until_cycle },

@@ -2,9 +2,7 @@
 
 use std::io;
 
-use isochrone_engine::operate::Refusals;
-
-use super::line::{FORMAT, RunHeader};
+use super::line::FORMAT;
 
 /// Why a journal file cannot be written or read. `Display` names the file, the line and the way out.
 #[derive(Debug, thiserror::Error)]
@@ -78,60 +76,4 @@ pub enum JournalError {
         /// The file.
         path: String,
     },
-    /// It has no run of this number.
-    #[error("{path} has no run {run}; its runs are {first} to {last}")]
-    NoRun {
-        /// The file.
-        path: String,
-        /// The run that was asked for.
-        run: u64,
-        /// The first that there is.
-        first: u64,
-        /// The last that there is.
-        last: u64,
-    },
-    /// A run is of another configuration.
-    #[error(
-        "{path}:{line}: run {run} is of another configuration than {found}: of {file} as it was then (sha256 {expected}…, and this is {sha256}…); give that one, simulate the text that the journal keeps (--recorded), or choose another run by --run",
-        run = .header.run, file = .header.file, expected = start(&.header.sha256), sha256 = start(.sha256)
-    )]
-    OtherConfiguration {
-        /// The journal.
-        path: String,
-        /// The line of the run, from 1.
-        line: usize,
-        /// The run.
-        header: Box<RunHeader>,
-        /// The configuration that was given.
-        found: String,
-        /// Its hash.
-        sha256: String,
-    },
-    /// The beginning of a run is lost.
-    #[error(
-        "{path}:{line}: what was done first in run {run} is lost, as the file was truncated while the node ran; it cannot be repeated. Rename a journal rather than truncate it (logrotate: `create` rather than `copytruncate`)"
-    )]
-    Cut {
-        /// The file.
-        path: String,
-        /// The line of the run, from 1.
-        line: usize,
-        /// The run.
-        run: u64,
-    },
-    /// An entry does not fit the configuration, so somebody has edited it.
-    #[error("{path}:{line}: {refusals}")]
-    Unfit {
-        /// The file.
-        path: String,
-        /// The line, from 1.
-        line: usize,
-        /// All that is wrong with the entry.
-        refusals: Refusals,
-    },
-}
-
-/// Enough of a hash to tell it from others.
-fn start(hash: &str) -> String {
-    hash.chars().take(12).collect()
 }

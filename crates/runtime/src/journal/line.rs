@@ -1,6 +1,7 @@
 //! The lines of a journal file.
 
 use isochrone_engine::operate::Entry;
+use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
 
 use crate::control::JournalEntry;
@@ -16,12 +17,11 @@ pub enum Line {
     Run(RunHeader),
     /// Something was done to a task's values.
     Entry(JournalEntry),
-    /// Cycles did not run.
-    Missed(Missed),
-    /// Cycles did not run, and it is not known which.
-    Unclear(Unclear),
     /// A run has ended, and all of it was written.
     End(RunEnd),
+    /// Cycles did not run: earlier versions wrote this.
+    #[serde(alias = "unclear", skip_serializing)]
+    Missed(IgnoredAny),
 }
 
 impl Line {
@@ -70,13 +70,6 @@ pub struct RunHeader {
     /// The last transaction of the runs before it in the file; `None` in what versions wrote that did not say so.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub after_transaction: Option<u64>,
-    /// Whether its first lines are lost: the file was truncated while the node ran. It cannot be repeated.
-    #[serde(default, skip_serializing_if = "is_whole")]
-    pub is_cut: bool,
-}
-
-fn is_whole(is_cut: &bool) -> bool {
-    !*is_cut
 }
 
 /// The end of a run.
@@ -89,29 +82,4 @@ pub struct RunEnd {
     /// The last transaction of all runs up to it; `None` in what versions wrote that did not say so.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub last_transaction: Option<u64>,
-}
-
-/// Cycles of a task that did not run.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Missed {
-    /// The task.
-    pub task: String,
-    /// The first.
-    pub first: u64,
-    /// The last.
-    pub last: u64,
-}
-
-/// Cycles of a task of which some did not run, and nobody took note which: the node's ordinary thread
-/// stood still for so long that records of cycles were lost, or the journal could not be written.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Unclear {
-    /// The task.
-    pub task: String,
-    /// The first that may have been missed.
-    pub first: u64,
-    /// The last that may have been missed.
-    pub last: u64,
-    /// How many were missed.
-    pub missed: u64,
 }

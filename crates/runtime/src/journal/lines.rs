@@ -20,6 +20,9 @@ pub struct JournalLines {
     reader: BufReader<File>,
     bytes: Vec<u8>,
     line: usize,
+    /// Length of the complete lines, and whether the last of them lacks its end of line.
+    whole_bytes: u64,
+    is_open: bool,
     has_run: bool,
     is_over: bool,
     cut_line: Option<usize>,
@@ -38,6 +41,8 @@ impl JournalLines {
             reader: BufReader::new(file),
             bytes: Vec::new(),
             line: 0,
+            whole_bytes: 0,
+            is_open: false,
             has_run: false,
             is_over: false,
             cut_line: None,
@@ -49,6 +54,16 @@ impl JournalLines {
         self.cut_line
     }
 
+    /// Length of the complete lines that were read, in bytes.
+    pub(super) fn whole_bytes(&self) -> u64 {
+        self.whole_bytes
+    }
+
+    /// Whether the last of them lacks its end of line.
+    pub(super) fn is_open(&self) -> bool {
+        self.is_open
+    }
+
     fn read(&mut self) -> Result<Option<Line>, JournalError> {
         self.bytes.clear();
         let length = self.reader.read_until(b'\n', &mut self.bytes);
@@ -58,11 +73,12 @@ impl JournalLines {
         }
         self.line += 1;
         match parse(&self.path, self.line, &self.bytes) {
-            Ok(Line::Run(header)) => {
+            Ok(line) if self.has_run || matches!(line, Line::Run(_)) => {
                 self.has_run = true;
-                Ok(Some(Line::Run(header)))
+                self.whole_bytes += self.bytes.len() as u64;
+                self.is_open = !self.bytes.ends_with(b"\n");
+                Ok(Some(line))
             }
-            Ok(line) if self.has_run => Ok(Some(line)),
             Ok(_) => {
                 let reason = "the first line must be that of a run".into();
                 Err(JournalError::BadLine { path: self.path.clone(), line: self.line, reason })
@@ -90,7 +106,7 @@ impl Iterator for JournalLines {
 }
 
 /// A line, and what is wrong with it otherwise.
-pub(super) fn parse(path: &str, line: usize, bytes: &[u8]) -> Result<Line, JournalError> {
+fn parse(path: &str, line: usize, bytes: &[u8]) -> Result<Line, JournalError> {
     let bad = |reason| JournalError::BadLine { path: path.to_owned(), line, reason };
     match serde_json::from_slice(bytes) {
         Ok(Line::Run(header)) if header.format != FORMAT => {

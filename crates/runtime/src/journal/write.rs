@@ -1,65 +1,55 @@
 //! Writing a journal file.
 
-use std::fs::{self, File, OpenOptions};
+use std::fs::{self, File, OpenOptions, Permissions};
 use std::io::{self, ErrorKind, Write};
-use std::os::unix::fs::OpenOptionsExt;
+use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
 
 use isochrone_engine::Plan;
-use rustix::fs::{FallocateFlags, OFlags, fallocate};
-use rustix::io::Errno;
+use rustix::fs::OFlags;
 
 use super::error::JournalError;
 use super::line::{FORMAT, Line, RunEnd, RunHeader};
-use super::tail::Tail;
+use super::lines::JournalLines;
 use crate::operating::unix_ns;
 
-/// What a file system keeps free for the journal, so that what is allowed to happen can be written.
-const RESERVE_BYTES: u64 = 1 << 20;
-/// Between two attempts to write what could not be written.
-pub(super) const RETRY_PAUSE: Duration = Duration::from_millis(100);
-/// Longest pause, where an attempt takes long.
-const MOST_RETRY_PAUSE: Duration = Duration::from_secs(10);
+/// A file that is longer is kept beside the next one. The text of the configuration does not count, which may be
+/// longer by itself.
+const LARGEST_BYTES: u64 = 16 << 20;
+/// So many files are kept, as `FILE.1` (the latest) to `FILE.8`.
+const KEPT: u32 = 8;
 
 /// The journal of a node, as it is written: lines are added to a file, for an ordinary thread.
 ///
 /// Each line is with the operating system before what it tells is acknowledged, so a process that is
-/// killed loses nothing that was; a power failure may cost what the system had not written to the disk. On
-/// file systems that can, 1 MiB is reserved beyond the end of the file, so that a change is refused before
-/// it happens if the disk has no room for its entry. What cannot be written is kept and tried again, and
-/// changes are refused until it is written.
+/// killed loses nothing that was; a power failure may cost what the system had not written to the disk. What
+/// cannot be written is kept and tried again, and changes are refused until it is written.
 ///
-/// Where the file is renamed or removed while the node runs, another one of its name goes on within a second,
-/// with all that the run has written so far.
+/// A file that has grown to 16 MiB is renamed to `FILE.1`, an older one of that name to `FILE.2`, and so on up to
+/// `FILE.8`. The next file begins with the run again. A file that somebody else has renamed or removed is
+/// followed by another one in the same way.
 #[derive(Debug)]
 pub struct Journal {
-    pub(super) path: PathBuf,
-    pub(super) file: File,
+    path: PathBuf,
+    file: File,
     /// A regular file, which has a length; pipes and devices have none.
-    pub(super) is_regular: bool,
+    is_regular: bool,
     is_new: bool,
-    pub(super) header: RunHeader,
+    header: RunHeader,
     has_begun: bool,
-    pub(super) has_ended: bool,
-    pub(super) last_transaction: u64,
+    has_ended: bool,
+    last_transaction: u64,
     has_cut_line: bool,
-    /// Length of the file, in bytes.
-    pub(super) written: u64,
-    /// Where the run begins in the file, and its first line after the header.
-    pub(super) run_begins: u64,
-    pub(super) lines_begin: u64,
-    /// Up to where room is reserved; `None`: the file system cannot.
-    reserved: Option<u64>,
-    pub(super) waiting: Vec<u8>,
-    /// Whether the beginning of its first line is in the file.
-    pub(super) has_begun_line: bool,
-    /// How much of that is the line of the end, which comes last.
-    end_bytes: usize,
+    /// Length of the file, in bytes, and how much of that is the line of the run.
+    written: u64,
+    header_bytes: u64,
+    /// Whether a file that is full is kept beside another; not where it cannot be renamed.
+    can_rotate: bool,
+    waiting: Vec<u8>,
+    /// The last transaction of what waits.
+    waiting_transaction: u64,
     unwritten: Option<Arc<str>>,
-    /// When it is tried again, while it cannot be written.
-    tried_again: Option<Instant>,
 }
 
 impl Journal {
@@ -69,8 +59,7 @@ impl Journal {
     /// # Errors
     /// It cannot be written, another process writes it, or it holds something else than a journal.
     pub fn open(path: &Path, plan: &Plan) -> Result<Self, JournalError> {
-        let name = || path.display().to_string();
-        let write = |source| JournalError::Write { path: name(), source };
+        let write = |source| JournalError::Write { path: path.display().to_string(), source };
         let (file, is_new) = open(path).map_err(write)?;
         let is_regular = file.metadata().map_err(write)?.is_file();
         let mut journal = Self {
@@ -78,7 +67,6 @@ impl Journal {
             is_regular,
             is_new,
             header: RunHeader {
-                is_cut: false,
                 format: FORMAT,
                 run: 1,
                 node: plan.node.clone(),
@@ -94,65 +82,21 @@ impl Journal {
             last_transaction: 0,
             has_cut_line: false,
             written: 0,
-            run_begins: 0,
-            lines_begin: 0,
-            reserved: is_regular.then_some(0),
+            header_bytes: 0,
+            can_rotate: is_regular,
             waiting: Vec::new(),
-            has_begun_line: false,
-            end_bytes: 0,
+            waiting_transaction: 0,
             unwritten: None,
-            tried_again: None,
             file,
         };
-        if is_regular {
-            journal.lock()?;
-            journal.follow().map_err(|error| match error {
-                FollowError::Journal(error) => error,
-                FollowError::Io(source) => write(source),
-            })?;
+        if journal.is_regular {
+            let tail = Tail::take(&journal.file, path)?;
+            journal.header.run = tail.run + 1;
+            journal.last_transaction = tail.transaction;
+            journal.has_cut_line = tail.is_cut;
+            journal.written = tail.trim(&journal.file).map_err(write)?;
         }
         Ok(journal)
-    }
-
-    /// The same run in another file, which is to be followed. Until it goes on there, dropping it writes nothing:
-    /// the file may be another's.
-    ///
-    /// # Errors
-    /// It is no regular file, or another process writes it.
-    pub(super) fn successor(&self, file: File) -> io::Result<Self> {
-        if !file.metadata()?.is_file() {
-            return Err(io::Error::other("there is something else than a file of this name now"));
-        }
-        let new = Self {
-            path: self.path.clone(),
-            file,
-            is_regular: true,
-            is_new: false,
-            header: self.header.clone(),
-            has_begun: true,
-            has_ended: true,
-            last_transaction: self.last_transaction,
-            has_cut_line: false,
-            written: 0,
-            run_begins: 0,
-            lines_begin: 0,
-            reserved: Some(0),
-            waiting: Vec::new(),
-            has_begun_line: false,
-            end_bytes: 0,
-            unwritten: self.unwritten.clone(),
-            tried_again: None,
-        };
-        Ok(new)
-    }
-
-    /// Keeps other processes from writing it.
-    pub(super) fn lock(&self) -> Result<(), JournalError> {
-        let path = || self.path.display().to_string();
-        self.file.try_lock().map_err(|error| match error {
-            fs::TryLockError::WouldBlock => JournalError::InUse { path: path() },
-            fs::TryLockError::Error(source) => JournalError::Write { path: path(), source },
-        })
     }
 
     /// Its path, as it was given.
@@ -176,41 +120,26 @@ impl Journal {
         self.last_transaction
     }
 
-    /// Goes to the end of what there is.
-    pub(super) fn follow(&mut self) -> Result<(), FollowError> {
-        let tail = Tail::read(&self.path)?;
-        self.header.run = tail.run + 1;
-        self.last_transaction = tail.transaction;
-        self.has_cut_line = tail.is_cut;
-        self.file.set_len(tail.bytes)?;
-        if tail.is_open {
-            self.file.write_all(b"\n")?;
-        }
-        self.written = tail.bytes + u64::from(tail.is_open);
-        Ok(())
-    }
-
     /// Writes that a run begins.
     pub(crate) fn begin(&mut self, started_unix_ns: u64) -> Result<(), JournalError> {
         self.header.started_unix_ns = started_unix_ns;
-        self.header.after_transaction = Some(self.last_transaction);
-        if let Err(source) = self.write_header().and_then(|()| self.reserve()) {
-            self.truncate(self.run_begins);
-            return Err(JournalError::Write { path: self.name(), source });
-        }
+        let begun =
+            if self.is_full() && self.rotate() { self.go_on() } else { self.write_header() };
+        let path = || self.path.display().to_string();
+        begun.map_err(|source| JournalError::Write { path: path(), source })?;
         self.has_begun = true;
         Ok(())
     }
 
     /// Adds a line, with its end, and the transaction that it is of.
-    pub(super) fn add(&mut self, line: &[u8], transaction: Option<u64>) {
+    pub(super) fn add(&mut self, line: &[u8], transaction: u64) {
         self.waiting.extend_from_slice(line);
-        self.last_transaction = self.last_transaction.max(transaction.unwrap_or_default());
+        self.waiting_transaction = transaction;
     }
 
     /// How much of what was added waits to be written.
     pub(super) fn waiting_bytes(&self) -> u64 {
-        self.waiting.len().saturating_sub(self.end_bytes) as u64
+        self.waiting.len() as u64
     }
 
     /// Leaves it as it is: lines are lost that belong before an end.
@@ -218,26 +147,9 @@ impl Journal {
         self.has_ended = true;
     }
 
-    /// Leaves out the rest of a line whose beginning was cut away with the file.
-    pub(super) fn drop_begun_line(&mut self) {
-        if std::mem::take(&mut self.has_begun_line) {
-            let end = self.waiting.iter().position(|byte| *byte == b'\n');
-            self.waiting.drain(..end.map_or(self.waiting.len(), |end| end + 1));
-        }
-    }
-
-    /// Writes what waits, and sees to it that there is room for more. Whether it was tried: a full disk is
-    /// asked again now and then, not each time that somebody looks.
-    pub(crate) fn flush(&mut self) -> bool {
-        let now = Instant::now();
-        if self.tried_again.is_some_and(|due| now < due) {
-            return false;
-        }
-        self.tried_again = None;
-        let kept = self.keep_place();
-        // What is not at its place is complete all the same; what is left of one that was cut may be another's.
-        let written = if self.is_cut() { Ok(()) } else { self.write_waiting() };
-        let written = kept.and(written).and_then(|()| self.reserve());
+    /// Writes what waits.
+    pub(crate) fn flush(&mut self) {
+        let written = self.write_waiting();
         let path = self.path.display();
         match written {
             Ok(()) if self.unwritten.take().is_some() => {
@@ -251,45 +163,26 @@ impl Journal {
                     tracing::error!("{reason}; changes are refused until it can be");
                 }
                 self.unwritten = Some(reason);
-                // What takes long, as to write all of a long run anew, is tried less often.
-                let pause = (now.elapsed() * 10).clamp(RETRY_PAUSE, MOST_RETRY_PAUSE);
-                self.tried_again = Some(Instant::now() + pause);
             }
         }
-        true
     }
 
-    /// Writes that the run has ended, and gives back the room that is reserved. Returns why the file lacks
-    /// something at its end, if it does: that is lost.
+    /// Writes that the run has ended. Returns why the file lacks something at its end, if it does: that is lost.
     pub(crate) fn end(&mut self, ended_unix_ns: u64) -> Option<Arc<str>> {
         if !self.has_begun || self.has_ended {
             return None;
         }
-        let kept = self.keep_place();
         self.has_ended = true;
-        let (run, last_transaction) = (self.header.run, Some(self.last_transaction));
-        let end = Line::End(RunEnd { run, ended_unix_ns, last_transaction });
-        let end = end.text().unwrap_or_default();
-        self.end_bytes = end.len();
-        self.waiting.extend(end);
-        let written = if self.is_cut() {
-            kept
-        } else {
-            // What is not at its place is complete all the same.
-            let written = self.write_waiting();
-            self.truncate(self.written);
-            written
-        };
+        let written = self.write_waiting().and_then(|()| {
+            let (run, last_transaction) = (self.header.run, Some(self.last_transaction));
+            let end = Line::End(RunEnd { run, ended_unix_ns, last_transaction });
+            self.write(&mut end.text().unwrap_or_default())
+        });
         let path = self.path.display();
         written.err().map(|error| {
             format!("the journal {path} is incomplete: its end could not be written ({error})")
                 .into()
         })
-    }
-
-    /// What the file lacks for good, as a sentence without its end.
-    pub(super) fn lost(&self) -> Option<Arc<str>> {
-        self.header.is_cut.then(|| self.lost_words().into())
     }
 
     /// Why changes are refused, as part of a sentence; `None`: all is written.
@@ -298,53 +191,130 @@ impl Journal {
     }
 
     fn write_waiting(&mut self) -> io::Result<()> {
-        let mut done = 0;
-        let result = loop {
-            let Some(rest) = self.waiting.get(done..).filter(|rest| !rest.is_empty()) else {
-                break Ok(());
-            };
-            match self.file.write(rest) {
-                Ok(0) => break Err(ErrorKind::WriteZero.into()),
-                Ok(bytes) => done += bytes,
-                Err(error) if error.kind() == ErrorKind::Interrupted => {}
-                Err(error) => break Err(error),
+        if !self.is_at_its_place()? {
+            self.go_on()?;
+            tracing::warn!(
+                "the journal {} was renamed, removed or truncated; what is done from now on is in another file of \
+                 this name",
+                self.path.display()
+            );
+        }
+        if self.is_full() && !self.waiting.is_empty() && self.rotate() {
+            self.go_on()?;
+        }
+        let mut waiting = std::mem::take(&mut self.waiting);
+        let written = self.write(&mut waiting);
+        self.waiting = waiting;
+        if written.is_ok() {
+            self.last_transaction = self.last_transaction.max(self.waiting_transaction);
+        }
+        written
+    }
+
+    /// Whether the file that is written is still the one of its path, with all that was written.
+    fn is_at_its_place(&self) -> io::Result<bool> {
+        if !self.is_regular {
+            return Ok(true);
+        }
+        let own = self.file.metadata()?;
+        Ok(own.len() >= self.written
+            && match fs::metadata(&self.path) {
+                Ok(there) => (there.dev(), there.ino()) == (own.dev(), own.ino()),
+                Err(error) => error.kind() != ErrorKind::NotFound,
+            })
+    }
+
+    fn is_full(&self) -> bool {
+        self.can_rotate && self.written - self.header_bytes >= LARGEST_BYTES
+    }
+
+    /// Keeps the file under another name; whether that could be.
+    fn rotate(&mut self) -> bool {
+        let kept = |number: u32| {
+            let mut name = self.path.clone().into_os_string();
+            if number > 0 {
+                name.push(format!(".{number}"));
             }
+            name
         };
-        let last = done.checked_sub(1).and_then(|last| self.waiting.get(last));
-        self.has_begun_line = last.map_or(self.has_begun_line, |last| *last != b'\n');
-        self.waiting.drain(..done);
-        self.written += done as u64;
-        result
+        let renamed = (0..KEPT).rev().try_for_each(|number| {
+            match fs::rename(kept(number), kept(number + 1)) {
+                Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+                renamed => renamed,
+            }
+        });
+        if let Err(error) = renamed {
+            self.can_rotate = false;
+            let path = self.path.display();
+            tracing::warn!(
+                "the journal {path} cannot be renamed ({error}), and grows beyond 16 MiB"
+            );
+            return false;
+        }
+        true
     }
 
-    fn has_reserve(&self) -> bool {
-        self.reserved.is_none_or(|reserved| reserved >= self.written + RESERVE_BYTES)
+    /// Goes on in the file that is at the path now, or in a new one.
+    fn go_on(&mut self) -> io::Result<()> {
+        let (file, is_new) = open(&self.path)?;
+        let metadata = file.metadata()?;
+        if !metadata.is_file() {
+            return Err(io::Error::other("there is something else than a file of this name now"));
+        }
+        if is_new {
+            let mode = self.file.metadata()?.permissions().mode();
+            file.set_permissions(Permissions::from_mode(mode))?;
+        }
+        // The file that was only truncated is locked already, by this journal.
+        let own = self.file.metadata()?;
+        let is_own = (metadata.dev(), metadata.ino()) == (own.dev(), own.ino());
+        let tail = if is_own { Tail::read(&self.path) } else { Tail::take(&file, &self.path) };
+        let tail = tail.map_err(io::Error::other)?;
+        let written = tail.trim(&file)?;
+        self.header.run = self.header.run.max(tail.run);
+        self.last_transaction = self.last_transaction.max(tail.transaction);
+        if !is_own {
+            self.file = file;
+        }
+        self.written = written;
+        self.write_header()
     }
 
-    fn reserve(&mut self) -> io::Result<()> {
-        if self.has_reserve() {
-            return Ok(());
-        }
-        let (from, length) = (self.written, 2 * RESERVE_BYTES);
-        match fallocate(&self.file, FallocateFlags::KEEP_SIZE, from, length) {
-            Ok(()) => self.reserved = Some(from + length),
-            Err(Errno::INTR) => {}
-            Err(error @ (Errno::NOSPC | Errno::DQUOT | Errno::IO)) => return Err(error.into()),
-            Err(_) => self.reserved = None,
-        }
+    /// Writes that the run begins, at the end of what there is.
+    fn write_header(&mut self) -> io::Result<()> {
+        self.header.after_transaction = Some(self.last_transaction);
+        let mut line = Line::Run(self.header.clone()).text().unwrap_or_default();
+        let length = line.len() as u64;
+        self.write(&mut line)?;
+        self.header_bytes = length;
         Ok(())
     }
 
-    /// Gives back what is beyond a length, reserved room included.
-    pub(super) fn truncate(&mut self, length: u64) {
-        if self.is_regular && self.file.set_len(length).is_ok() {
-            self.written = length;
+    /// Writes bytes and takes away what is written: all of them or, in a file, none.
+    fn write(&mut self, bytes: &mut Vec<u8>) -> io::Result<()> {
+        let mut done = 0;
+        let written = loop {
+            match self.file.write(bytes.get(done..).unwrap_or_default()) {
+                Ok(0) if done < bytes.len() => break Err(ErrorKind::WriteZero.into()),
+                Ok(more) => done += more,
+                Err(error) if error.kind() == ErrorKind::Interrupted => {}
+                Err(error) => break Err(error),
+            }
+            if done == bytes.len() {
+                break Ok(());
+            }
+        };
+        if written.is_err() && self.is_regular && self.file.set_len(self.written).is_ok() {
+            done = 0;
         }
+        bytes.drain(..done);
+        self.written += done as u64;
+        written
     }
 }
 
 /// Opens a file that is added to; whether it is new.
-pub(super) fn open(path: &Path) -> io::Result<(File, bool)> {
+fn open(path: &Path) -> io::Result<(File, bool)> {
     let open = |is_new: bool| {
         let mut options = OpenOptions::new();
         // A pipe that nobody reads must hold up nothing.
@@ -357,13 +327,62 @@ pub(super) fn open(path: &Path) -> io::Result<(File, bool)> {
     }
 }
 
-/// Why what there is cannot be followed.
-#[derive(Debug, thiserror::Error)]
-pub(super) enum FollowError {
-    #[error(transparent)]
-    Journal(#[from] JournalError),
-    #[error(transparent)]
-    Io(#[from] io::Error),
+/// What a file ends with, which the next run in it goes on from.
+#[derive(Debug, Default)]
+struct Tail {
+    /// Number of its last run; 0: it has none.
+    run: u64,
+    /// The last transaction of all its runs; 0: there is none.
+    transaction: u64,
+    /// Length of its complete lines, in bytes.
+    bytes: u64,
+    /// Whether the last of them lacks its end of line.
+    is_open: bool,
+    /// Whether an incomplete line comes after them.
+    is_cut: bool,
+}
+
+impl Tail {
+    /// Keeps other processes from writing a file, and reads it.
+    fn take(file: &File, path: &Path) -> Result<Self, JournalError> {
+        let name = || path.display().to_string();
+        file.try_lock().map_err(|error| match error {
+            fs::TryLockError::WouldBlock => JournalError::InUse { path: name() },
+            fs::TryLockError::Error(source) => JournalError::Write { path: name(), source },
+        })?;
+        Self::read(path)
+    }
+
+    fn read(path: &Path) -> Result<Self, JournalError> {
+        let mut lines = JournalLines::open(path)?;
+        let mut tail = Self::default();
+        for line in &mut lines {
+            let (run, transaction) = match line {
+                Ok((_, Line::Run(header))) => (header.run, header.after_transaction),
+                Ok((_, Line::Entry(entry))) => (0, Some(entry.transaction)),
+                Ok((_, Line::End(end))) => (end.run, end.last_transaction),
+                Ok((_, Line::Missed(_))) => (0, None),
+                // One that was created and not begun.
+                Err(JournalError::Empty { .. }) => (0, None),
+                Err(error) => return Err(error),
+            };
+            tail.run = tail.run.max(run);
+            tail.transaction = tail.transaction.max(transaction.unwrap_or_default());
+        }
+        tail.bytes = lines.whole_bytes();
+        tail.is_open = lines.is_open();
+        tail.is_cut = lines.cut_line().is_some();
+        Ok(tail)
+    }
+
+    /// Takes an incomplete line away, and ends one that lacks only that; the length of the file then.
+    fn trim(&self, mut file: &File) -> io::Result<u64> {
+        file.set_len(self.bytes)?;
+        if self.is_open {
+            file.write_all(b"\n")?;
+        }
+        Ok(self.bytes + u64::from(self.is_open))
+    }
 }
 
 impl Drop for Journal {

@@ -8,20 +8,15 @@ use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use isochrone_engine::operate::{Entry, Unwritten};
-use isochrone_timing::CycleRecord;
 
 use super::error::JournalError;
 use super::line::Line;
-use super::missed::Progress;
-use super::write::{Journal, RETRY_PAUSE};
+use super::write::Journal;
 use crate::operating::unix_ns;
 use crate::panics;
 
-/// Most bytes that wait to be written. While there are more, no missed cycles are added; they are
-/// unclear then.
-const MOST_WAITING_BYTES: u64 = 1 << 20;
-/// Between two looks whether the file is still at its place.
-const LOOK_PAUSE: Duration = Duration::from_secs(1);
+/// Between two attempts to write what could not be written.
+const RETRY_PAUSE: Duration = Duration::from_millis(100);
 /// What takes longer is told, and changes are refused until it is over.
 const PATIENCE: Duration = Duration::from_secs(1);
 /// How long a node's end waits for the disk, in all.
@@ -40,7 +35,6 @@ pub(crate) struct Writing {
     behind_since: Option<(u64, Instant)>,
     /// Up to when the end is waited for that the thread was asked for.
     ends_until: Option<Instant>,
-    progress: Vec<Progress>,
 }
 
 /// Where a line ends among those that the thread is given.
@@ -52,7 +46,7 @@ pub(crate) struct Mark {
 
 /// What the thread is to do.
 enum Job {
-    Write { line: Vec<u8>, transaction: Option<u64> },
+    Write { line: Vec<u8>, transaction: u64 },
     End { ended_unix_ns: u64 },
 }
 
@@ -69,7 +63,6 @@ struct Told {
     tried: u64,
     written_bytes: u64,
     unwritten: Option<Unwritten>,
-    lost: Option<Arc<str>>,
     /// It writes no more.
     end: Option<End>,
 }
@@ -90,8 +83,6 @@ pub(crate) struct Standing {
     is_given_up: bool,
     /// Why changes are refused; `None`: all is written, or it is not known yet.
     pub(crate) unwritten: Option<Unwritten>,
-    /// What the file lacks for good, as a sentence without its end.
-    pub(crate) lost: Option<Arc<str>>,
 }
 
 /// What has become of a line.
@@ -125,24 +116,17 @@ impl Desk {
 }
 
 impl Writing {
-    /// Begins to write for a node of so many tasks.
+    /// Begins to write.
     ///
     /// # Errors
     /// There is no thread for it.
-    pub(crate) fn start(journal: Journal, tasks: usize) -> Result<Self, JournalError> {
-        Self::with_thread(journal.name(), tasks, move |jobs, desk| work(journal, jobs, desk))
-    }
-
-    fn with_thread(
-        name: String,
-        tasks: usize,
-        work: impl FnOnce(&Receiver<Job>, &Desk) + Send + 'static,
-    ) -> Result<Self, JournalError> {
+    pub(crate) fn start(journal: Journal) -> Result<Self, JournalError> {
+        let name = journal.name();
         let (jobs, taken) = channel();
         let desk = Arc::new(Desk::default());
         let told = Arc::clone(&desk);
         let thread = thread::Builder::new().name("journal".to_owned());
-        let thread = thread.spawn(move || work(&taken, &told));
+        let thread = thread.spawn(move || work(journal, &taken, &told));
         let path = name.clone();
         let thread = thread.map_err(|source| JournalError::Thread { path, source })?;
         Ok(Self {
@@ -153,33 +137,23 @@ impl Writing {
             sent: Mark::default(),
             behind_since: None,
             ends_until: None,
-            progress: (0..tasks).map(|_| Progress::default()).collect(),
         })
     }
 
     /// Adds what was done to a task of this name. Returns where its line ends, whose [fate](Standing::fate)
     /// is told when it is acknowledged; `None`: it is in no journal.
     pub(crate) fn note(&mut self, entry: &Entry, task: &str) -> Option<Mark> {
-        self.send(&Line::of_entry(entry, task)?);
+        let line = Line::of_entry(entry, task)?.text()?;
+        self.sent.lines += 1;
+        self.sent.bytes += line.len() as u64;
+        // A thread that panicked never comes to it, and has told so.
+        let _ = self.jobs.send(Job::Write { line, transaction: entry.transaction });
         Some(self.sent)
-    }
-
-    /// Takes note of a cycle, and adds those before it that were missed.
-    pub(crate) fn note_cycle(&mut self, task: usize, name: &str, record: &CycleRecord) {
-        let Some(progress) = self.progress.get_mut(task) else { return };
-        // While there is nothing to tell, nobody is asked.
-        if !progress.is_next(record) && self.waiting_bytes() > MOST_WAITING_BYTES {
-            return;
-        }
-        let progress = self.progress.get_mut(task);
-        if let Some(line) = progress.and_then(|progress| progress.note(name, record)) {
-            self.send(&line);
-        }
     }
 
     /// How far the thread has come, without waiting for it.
     pub(crate) fn standing(&mut self) -> Standing {
-        let Told { tried, written_bytes, unwritten, lost, end } = self.desk.lock().clone();
+        let Told { tried, written_bytes, unwritten, end } = self.desk.lock().clone();
         let began = self.behind_since.filter(|(at, _)| *at == tried).map(|(_, began)| began);
         let began = (tried < self.sent.lines).then(|| began.unwrap_or_else(Instant::now));
         self.behind_since = began.map(|began| (tried, began));
@@ -190,7 +164,7 @@ impl Writing {
         };
         let is_given_up = is_slow || end.is_some();
         let unwritten = unwritten.or_else(|| is_slow.then(slow));
-        Standing { tried, written_bytes, is_given_up, unwritten, lost }
+        Standing { tried, written_bytes, is_given_up, unwritten }
     }
 
     /// Has the thread write that the run has ended, after all that was added. Once is enough.
@@ -225,22 +199,6 @@ impl Writing {
         // What it has told last is the last that it does.
         let _ = thread.join();
         incomplete
-    }
-
-    fn waiting_bytes(&self) -> u64 {
-        self.sent.bytes - self.desk.lock().written_bytes
-    }
-
-    fn send(&mut self, line: &Line) {
-        let Some(text) = line.text() else { return };
-        let transaction = match line {
-            Line::Entry(entry) => Some(entry.transaction),
-            _ => None,
-        };
-        self.sent.lines += 1;
-        self.sent.bytes += text.len() as u64;
-        // A thread that panicked never comes to it, and has told so.
-        let _ = self.jobs.send(Job::Write { line: text, transaction });
     }
 }
 
@@ -278,8 +236,11 @@ fn work(mut journal: Journal, jobs: &Receiver<Job>, desk: &Desk) {
 fn write(journal: &mut Journal, jobs: &Receiver<Job>, desk: &Desk) -> Option<Arc<str>> {
     let mut taken = Mark::default();
     loop {
-        let pause = if journal.unwritten().is_some() { RETRY_PAUSE } else { LOOK_PAUSE };
-        let first = match jobs.recv_timeout(pause) {
+        let next = match journal.unwritten() {
+            Some(_) => jobs.recv_timeout(RETRY_PAUSE),
+            None => jobs.recv().map_err(|_| RecvTimeoutError::Disconnected),
+        };
+        let first = match next {
             Ok(job) => Some(job),
             Err(RecvTimeoutError::Timeout) => None,
             Err(RecvTimeoutError::Disconnected) => return journal.end(unix_ns()),
@@ -296,17 +257,16 @@ fn write(journal: &mut Journal, jobs: &Receiver<Job>, desk: &Desk) -> Option<Arc
             }
         }
         let incomplete = end.map(|ended_unix_ns| journal.end(ended_unix_ns));
-        let is_tried = incomplete.is_some() || journal.flush();
-        let mut told = desk.lock();
-        if is_tried {
-            told.tried = taken.lines;
+        if incomplete.is_none() {
+            journal.flush();
         }
+        let mut told = desk.lock();
+        told.tried = taken.lines;
         told.written_bytes = taken.bytes.saturating_sub(journal.waiting_bytes());
         told.unwritten = match &incomplete {
             Some(incomplete) => incomplete.clone().map(Unwritten::ForGood),
             None => journal.unwritten().cloned().map(Unwritten::ForNow),
         };
-        told.lost = journal.lost();
         drop(told);
         if let Some(incomplete) = incomplete {
             return incomplete;

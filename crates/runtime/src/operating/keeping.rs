@@ -1,10 +1,8 @@
 //! The journal of a running node: what was done is acknowledged when it is known what has become of its line.
 
 use std::collections::VecDeque;
-use std::sync::Arc;
 
 use isochrone_engine::operate::{Done, Unwritten};
-use isochrone_timing::CycleRecord;
 
 use super::{Told, unix_ns};
 use crate::faults::Active;
@@ -18,21 +16,13 @@ pub(super) struct Keeping {
     /// How often the journal could not be written, and since which cycle of the first task it cannot be.
     failures: u64,
     unwritten_since: Option<u64>,
-    /// What the journal lacks for good, and since which cycle of the first task.
-    lost: Option<(Arc<str>, u64)>,
 }
 
 impl Keeping {
     /// Writes into a journal that has begun.
-    pub(super) fn start(&mut self, journal: Journal, tasks: usize) -> Result<(), JournalError> {
-        self.journal = Some(Writing::start(journal, tasks)?);
+    pub(super) fn start(&mut self, journal: Journal) -> Result<(), JournalError> {
+        self.journal = Some(Writing::start(journal)?);
         Ok(())
-    }
-
-    pub(super) fn note_cycle(&mut self, task: usize, name: &str, record: &CycleRecord) {
-        if let Some(journal) = &mut self.journal {
-            journal.note_cycle(task, name, record);
-        }
     }
 
     /// Writes what was done to a task of this name, and keeps it until its fate is known; returns what needs no
@@ -55,9 +45,6 @@ impl Keeping {
     /// How the journal stands, in a cycle of the first task; `None`: there is none.
     pub(super) fn look(&mut self, cycle: u64) -> Option<Standing> {
         let standing = self.journal.as_mut()?.standing();
-        if self.lost.is_none() {
-            self.lost = standing.lost.clone().map(|lost| (lost, cycle));
-        }
         match (&standing.unwritten, self.unwritten_since) {
             (Some(_), None) => {
                 self.unwritten_since = Some(cycle);
@@ -82,19 +69,13 @@ impl Keeping {
 
     /// That the journal cannot be written, while it cannot.
     pub(super) fn alarm(&self, unwritten: Option<&Unwritten>) -> Option<Active> {
-        let (meaning, since_cycle, count) = match (unwritten, &self.lost) {
-            (Some(why), _) => {
-                let until = match why {
-                    Unwritten::ForNow(_) => "it can be",
-                    Unwritten::ForGood(_) => "the node is started again",
-                };
-                let meaning = format!("{}; changes are refused until {until}", why.reason());
-                (meaning, self.unwritten_since?, self.failures)
-            }
-            // It is told until the node ends.
-            (None, Some((lost, since))) => (lost.to_string(), *since, 1),
-            (None, None) => return None,
+        let why = unwritten?;
+        let until = match why {
+            Unwritten::ForNow(_) => "it can be",
+            Unwritten::ForGood(_) => "the node is started again",
         };
+        let meaning = format!("{}; changes are refused until {until}", why.reason());
+        let (since_cycle, count) = (self.unwritten_since?, self.failures);
         let name = "journal".to_owned();
         Some(Active { name, code: None, status: None, meaning, since_cycle, count })
     }

@@ -1,16 +1,51 @@
 //! A journal file: what a node writes, and what is read again.
 
-use std::fs;
+use std::fs::{self, OpenOptions};
 use std::io::Write;
 use std::path::Path;
 
 use isochrone_engine::operate::{Action, Client, Entry, Hold};
 use isochrone_ipc::local;
-use isochrone_runtime::journal::{Journal, JournalError, JournalFile};
+use isochrone_runtime::control::JournalEntry;
+use isochrone_runtime::journal::{Journal, JournalError, JournalLines, Line, RunHeader};
 use isochrone_runtime::{Alarm, IfMissed, Node, Running};
 use isochrone_testing::{wait_for_ok, wait_for_some, wait_until};
 
 use crate::journalled::{NODE, plan, start};
+
+/// What a file has of a run.
+struct Run {
+    header: RunHeader,
+    entries: Vec<JournalEntry>,
+    has_end: bool,
+}
+
+impl Run {
+    fn transactions(&self) -> Vec<u64> {
+        self.entries.iter().map(|entry| entry.transaction).collect()
+    }
+}
+
+/// The runs of a file, and the number of a last line that is incomplete.
+fn read(path: &Path) -> Result<(Vec<Run>, Option<usize>), JournalError> {
+    let mut lines = JournalLines::open(path)?;
+    let mut runs: Vec<Run> = Vec::new();
+    for line in &mut lines {
+        match (line?.1, runs.last_mut()) {
+            (Line::Run(header), _) => {
+                runs.push(Run { header, entries: Vec::new(), has_end: false });
+            }
+            (Line::Entry(entry), Some(run)) => run.entries.push(entry),
+            (Line::End(_), Some(run)) => run.has_end = true,
+            (line, _) => panic!("{line:?}"),
+        }
+    }
+    Ok((runs, lines.cut_line()))
+}
+
+fn runs(path: &Path) -> Vec<Run> {
+    read(path).unwrap().0
+}
 
 fn folder() -> tempfile::TempDir {
     tempfile::tempdir().unwrap()
@@ -33,11 +68,6 @@ fn run_once(path: &Path) -> u64 {
     number
 }
 
-/// The line of the first entry, from 1: missed cycles may come before it.
-fn entry_line(text: &str) -> usize {
-    1 + text.lines().position(|line| line.starts_with("{\"entry\"")).unwrap()
-}
-
 fn refused(path: &Path) -> String {
     Journal::open(path, &plan(NODE)).unwrap_err().to_string()
 }
@@ -56,18 +86,19 @@ fn what_is_done_is_read_again_as_it_was_with_who_and_when() {
     let written: Vec<Entry> = node.journal(0).collect();
     node.finish().unwrap();
 
-    let file = JournalFile::read(&path).unwrap();
-    let run = file.run(None).unwrap();
-    assert_eq!((file.runs.len(), run.header.content.run, file.cut_line), (1, 1, None));
-    assert_eq!(run.header.content.sha256, plan(NODE).source.sha256());
-    let read = file.entries(run, &plan(NODE)).unwrap();
-    let read: Vec<Entry> = read.into_values().flatten().collect();
-    assert_eq!(read.len(), written.len());
-    for entry in &written {
-        assert!(read.contains(entry), "{entry:?}\nis not in\n{read:?}");
-    }
-    let actions: Vec<_> = run.entries.iter().map(|entry| entry.content.transaction).collect();
+    let (runs, cut_line) = read(&path).unwrap();
+    let [run] = &runs[..] else { panic!("{} runs", runs.len()) };
+    assert_eq!((run.header.run, run.has_end, cut_line), (1, true, None));
+    assert_eq!(run.header.sha256, plan(NODE).source.sha256());
+    let actions = run.transactions();
     assert_eq!(actions, [set, force, force, undo], "what the program feeds is no operation");
+    for entry in &run.entries {
+        let is_it = |it: &&Entry| (it.sequence, it.cycle) == (entry.sequence, entry.cycle);
+        let known = written.iter().find(is_it).unwrap();
+        let names = known.changes.iter().map(|change| &change.name);
+        assert!(entry.changes.iter().map(|change| &change.name).eq(names), "{entry:?}");
+        assert_eq!((entry.unix_ns, &*entry.task), (known.unix_ns, "fast"));
+    }
 }
 
 #[test]
@@ -76,15 +107,9 @@ fn runs_follow_each_other_in_a_file_and_transactions_are_counted_on() {
     let path = folder.path().join("j.jsonl");
     let numbers = [run_once(&path), run_once(&path), run_once(&path)];
     assert!(numbers.is_sorted_by(|a, b| a < b), "{numbers:?}");
-    let file = JournalFile::read(&path).unwrap();
-    let of_run = |run: u64| {
-        let run = file.run(Some(run)).unwrap();
-        run.entries.iter().map(|entry| entry.content.transaction).collect::<Vec<_>>()
-    };
-    assert_eq!([of_run(1), of_run(2), of_run(3)], numbers.map(|number| vec![number]));
-    assert_eq!(file.run(None).unwrap().header.content.run, 3);
-    let told = file.run(Some(4)).unwrap_err().to_string();
-    assert!(told.ends_with("has no run 4; its runs are 1 to 3"), "{told}");
+    let runs = runs(&path);
+    assert_eq!(runs.iter().flat_map(Run::transactions).collect::<Vec<_>>(), numbers);
+    assert_eq!(runs.iter().map(|run| run.header.run).collect::<Vec<_>>(), [1, 2, 3]);
 }
 
 #[test]
@@ -97,25 +122,23 @@ fn a_line_that_a_killed_node_has_not_finished_is_left_out_and_taken_away() {
     let whole = whole.split_once("{\"end\"").unwrap().0.to_owned();
     fs::write(&path, &whole).unwrap();
     let add = |text: &[u8]| {
-        fs::OpenOptions::new().append(true).open(&path).unwrap().write_all(text).unwrap();
+        OpenOptions::new().append(true).open(&path).unwrap().write_all(text).unwrap();
     };
     add(b"{\"entry\":{\"sequence\":2,\"transa");
-    let file = JournalFile::read(&path).unwrap();
-    // The node may have missed cycles, which has a line of its own.
-    let cut = whole.lines().count() + 1;
-    assert_eq!((file.cut_line, file.runs[0].entries.len()), (Some(cut), 1));
+    let (before, cut_line) = read(&path).unwrap();
+    assert_eq!((cut_line, before[0].entries.len()), (Some(3), 1));
     let journal = Journal::open(&path, &plan(NODE)).unwrap();
     assert!(journal.had_cut_line());
     assert_eq!(journal.run(), 2);
     drop(journal);
     assert_eq!(fs::read_to_string(&path).unwrap(), whole);
     run_once(&path);
-    assert_eq!(JournalFile::read(&path).unwrap().runs.len(), 2);
+    assert_eq!(runs(&path).len(), 2);
     // A last line that lacks nothing but its end is a line.
     let text = fs::read_to_string(&path).unwrap();
     fs::write(&path, text.trim_end()).unwrap();
     run_once(&path);
-    assert_eq!(JournalFile::read(&path).unwrap().runs.len(), 3);
+    assert_eq!(runs(&path).len(), 3);
 }
 
 #[test]
@@ -134,14 +157,28 @@ fn a_file_that_is_no_journal_is_neither_read_nor_written_to() {
         ),
     ] {
         fs::write(&path, text).unwrap();
-        let read = JournalFile::read(&path).unwrap_err().to_string();
+        let read = read(&path).err().unwrap().to_string();
         assert!(read.contains(told), "{read}");
         assert_eq!(refused(&path), read);
         assert_eq!(fs::read_to_string(&path).unwrap(), text);
     }
     fs::write(&path, "").unwrap();
-    let told = JournalFile::read(&path).unwrap_err().to_string();
+    let told = read(&path).err().unwrap().to_string();
     assert!(told.contains("has no runs"), "{told}");
+}
+
+#[test]
+fn what_earlier_versions_wrote_of_missed_cycles_is_passed_over() {
+    let folder = folder();
+    let path = folder.path().join("j.jsonl");
+    run_once(&path);
+    let text = fs::read_to_string(&path).unwrap();
+    let missed = r#"{"missed":{"task":"fast","first":1,"last":2}}"#;
+    let unclear = r#"{"unclear":{"task":"fast","first":1,"last":2,"missed":1}}"#;
+    fs::write(&path, text.replace("{\"end\"", &format!("{missed}\n{unclear}\n{{\"end\""))).unwrap();
+    let lines = JournalLines::open(&path).unwrap().map(|line| line.unwrap().1);
+    assert_eq!(lines.filter(|line| matches!(line, Line::Missed(_))).count(), 2);
+    assert_eq!(Journal::open(&path, &plan(NODE)).unwrap().run(), 2);
 }
 
 #[test]
@@ -151,27 +188,8 @@ fn a_line_in_the_middle_that_is_broken_is_named() {
     run_once(&path);
     let text = fs::read_to_string(&path).unwrap();
     fs::write(&path, text.replace("{\"entry\"", "{\"enrty\"")).unwrap();
-    let told = JournalFile::read(&path).unwrap_err().to_string();
-    let line = entry_line(&text);
-    let expected = format!("j.jsonl:{line}: no line of a journal: unknown variant `enrty`");
-    assert!(told.contains(&expected), "{told}");
-}
-
-#[test]
-fn a_run_of_another_configuration_or_with_edited_entries_is_not_repeated() {
-    let folder = folder();
-    let path = folder.path().join("j.jsonl");
-    run_once(&path);
-    let file = JournalFile::read(&path).unwrap();
-    let other = plan(&NODE.replace("10.0", "11.0"));
-    let told = file.entries(&file.runs[0], &other).unwrap_err();
-    assert!(matches!(told, JournalError::OtherConfiguration { line: 1, .. }), "{told}");
-    let text = fs::read_to_string(&path).unwrap();
-    fs::write(&path, text.replace("ramp.setChangeRate", "ramp.setChangeRat")).unwrap();
-    let file = JournalFile::read(&path).unwrap();
-    let told = file.entries(&file.runs[0], &plan(NODE)).unwrap_err().to_string();
-    let place = format!("j.jsonl:{}: ", entry_line(&text));
-    assert!(told.contains(&place) && told.contains("did you mean"), "{told}");
+    let told = read(&path).err().unwrap().to_string();
+    assert!(told.contains("j.jsonl:2: no line of a journal: unknown variant `enrty`"), "{told}");
 }
 
 #[test]
@@ -204,7 +222,7 @@ fn a_place_that_cannot_be_written_is_refused_before_the_node_starts() {
 }
 
 #[test]
-fn a_change_of_the_configuration_is_written_with_its_text_and_can_be_repeated() {
+fn a_change_of_the_configuration_is_written_with_its_text() {
     let folder = folder();
     let path = folder.path().join("j.jsonl");
     let mut node = start(&path);
@@ -213,13 +231,9 @@ fn a_change_of_the_configuration_is_written_with_its_text_and_can_be_repeated() 
     node.apply(prepared, IfMissed::Allow).unwrap();
     await_entry(&mut node, |entry| entry.action == Action::Apply);
     node.finish().unwrap();
-    let file = JournalFile::read(&path).unwrap();
-    let entries = &file.runs[0].entries;
-    assert_eq!(entries.len(), 1);
-    assert_eq!(entries[0].content.configuration.as_deref(), Some(next.as_str()));
-    let repeated = file.entries(&file.runs[0], &plan(NODE)).unwrap();
-    let actions: Vec<_> = repeated.values().flatten().map(|entry| entry.action).collect();
-    assert_eq!(actions, [Action::Apply]);
+    let [run] = &runs(&path)[..] else { panic!() };
+    let configurations = run.entries.iter().map(|entry| entry.configuration.as_deref());
+    assert_eq!(configurations.collect::<Vec<_>>(), [Some(next.as_str())]);
 }
 
 /// Waits until a file has the entry of a transaction.
@@ -231,67 +245,73 @@ fn await_line(node: &mut Running<local::Service>, path: &Path, transaction: u64)
     });
 }
 
-fn transactions(path: &Path) -> Vec<u64> {
-    let file = JournalFile::read(path).unwrap();
-    let run = file.run(None).unwrap();
-    assert!(file.entries(run, &plan(NODE)).is_ok(), "it can be repeated");
-    run.entries.iter().map(|entry| entry.content.transaction).collect()
+/// Sets a parameter, and waits until that is in the file.
+fn set(node: &mut Running<local::Service>, path: &Path, rate: f64) -> u64 {
+    let number = node.set([("ramp.setChangeRate", rate)]).unwrap().number;
+    await_line(node, path, number);
+    number
+}
+
+fn truncate(path: &Path, length: u64) {
+    OpenOptions::new().write(true).open(path).unwrap().set_len(length).unwrap();
 }
 
 #[test]
-fn a_file_that_is_renamed_or_removed_is_written_anew_with_all_of_the_run() {
+fn a_file_that_is_renamed_removed_or_emptied_is_followed_by_another() {
     let folder = folder();
     let path = folder.path().join("j.jsonl");
     run_once(&path);
     let mut node = start(&path);
-    let set = |node: &mut Running<local::Service>, rate: f64| {
-        let number = node.set([("ramp.setChangeRate", rate)]).unwrap().number;
-        await_line(node, &path, number);
-        number
-    };
-    let first = set(&mut node, 2.0);
-    let renamed = folder.path().join("j.jsonl.1");
+    let first = set(&mut node, &path, 2.0);
+    let renamed = folder.path().join("renamed");
     fs::rename(&path, &renamed).unwrap();
-    // What is done from now on stands in both where it comes before the look at the file.
-    let second = set(&mut node, 3.0);
+    let second = set(&mut node, &path, 3.0);
+    assert_eq!(runs(&path)[0].transactions(), [second]);
     // What a rotation has made already is taken as it is.
-    fs::rename(&path, folder.path().join("j.jsonl.2")).unwrap();
+    fs::rename(&path, folder.path().join("renamed.2")).unwrap();
     fs::write(&path, "").unwrap();
-    let third = set(&mut node, 4.0);
+    let third = set(&mut node, &path, 4.0);
+    assert_eq!(runs(&path)[0].transactions(), [third]);
     fs::remove_file(&path).unwrap();
-    let fourth = set(&mut node, 5.0);
+    let fourth = set(&mut node, &path, 5.0);
+    truncate(&path, 0);
+    let fifth = set(&mut node, &path, 6.0);
     node.finish().unwrap();
-    assert_eq!(transactions(&path), [first, second, third, fourth]);
-    let old = JournalFile::read(&renamed).unwrap();
-    assert_eq!(old.runs.len(), 2);
-    assert!(old.runs[1].end.is_none());
-    assert_eq!(transactions(&renamed)[0], first);
-    let new = JournalFile::read(&path).unwrap();
-    assert_eq!((new.runs.len(), new.runs[0].header.content.run), (1, 2));
-    assert!(new.runs[0].end.is_some());
-    assert_eq!(new.runs[0].header.content, old.runs[1].header.content);
+    let [old, run] = &runs(&renamed)[..] else { panic!() };
+    assert_eq!((old.header.run, run.transactions(), run.has_end), (1, vec![first], false));
+    let [new] = &runs(&path)[..] else { panic!() };
+    assert_eq!((new.transactions(), new.has_end), (vec![fifth], true));
+    assert_eq!(new.header, RunHeader { after_transaction: Some(fourth), ..run.header.clone() });
     run_once(&path);
-    assert_eq!(JournalFile::read(&path).unwrap().runs[1].header.content.run, 3);
+    assert_eq!(runs(&path)[1].header.run, 3);
 }
 
 #[test]
-fn what_is_truncated_away_is_lost_and_the_run_is_not_repeated_without_it() {
+fn a_full_file_is_kept_and_eight_of_them_at_most() {
     let folder = folder();
     let path = folder.path().join("j.jsonl");
+    let first = run_once(&path);
+    let kept = |number: u32| folder.path().join(format!("j.jsonl.{number}"));
+    for number in 1..=8 {
+        fs::write(kept(number), number.to_string()).unwrap();
+    }
+    // Ten entries short of full: a comment may be of any length here.
+    let text = fs::read_to_string(&path).unwrap();
+    let comment = format!("\"comment\":\"{}\",\"action\"", "x".repeat((16 << 20) - 2500));
+    fs::write(&path, text.replace("\"action\"", &comment)).unwrap();
     let mut node = start(&path);
-    let first = node.set([("ramp.setChangeRate", 2.0)]).unwrap().number;
-    await_line(&mut node, &path, first);
-    fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(0).unwrap();
-    let second = node.set([("ramp.setChangeRate", 3.0)]).unwrap().number;
-    await_line(&mut node, &path, second);
+    let sets: Vec<_> = (1..=20).map(|rate| set(&mut node, &path, f64::from(rate))).collect();
     node.finish().unwrap();
-    let file = JournalFile::read(&path).unwrap();
-    let run = file.run(None).unwrap();
-    assert!(run.header.content.is_cut && run.end.is_some());
-    let numbers: Vec<_> = run.entries.iter().map(|entry| entry.content.transaction).collect();
-    assert_eq!(numbers, [second]);
-    let refused = file.entries(run, &plan(NODE)).unwrap_err();
-    assert!(matches!(refused, JournalError::Cut { line: 1, run: 1, .. }), "{refused}");
+    let [old, before] = &runs(&kept(1))[..] else { panic!() };
+    assert_eq!((old.transactions(), before.header.run), (vec![first], 2));
+    let [after] = &runs(&path)[..] else { panic!() };
+    let last = before.transactions().last().copied();
+    assert_eq!(after.header, RunHeader { after_transaction: last, ..before.header.clone() });
+    assert_eq!([before.transactions(), after.transactions()].concat(), sets);
+    assert!(!before.has_end && after.has_end);
+    let older: Vec<_> = (2..=8).map(|number| fs::read_to_string(kept(number)).unwrap()).collect();
+    assert_eq!(older, ["1", "2", "3", "4", "5", "6", "7"]);
+    assert!(!kept(9).exists());
 }
 
 /// Waits until a node refuses changes for a reason.
@@ -339,7 +359,7 @@ fn what_is_left_of_a_cut_file_and_is_no_journal_stays_as_it_is() {
     let folder = folder();
     let path = folder.path().join("j.jsonl");
     let mut node = start(&path);
-    fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(20).unwrap();
+    truncate(&path, 20);
     let left = fs::read(&path).unwrap();
     await_refusal(&mut node, ":1: no line of a journal");
     assert_eq!(fs::read(&path).unwrap(), left);
@@ -368,7 +388,7 @@ fn a_place_where_the_file_cannot_be_written_anew_has_changes_refused_until_it_ca
     let last = last.number;
     await_line(&mut node, &path, last);
     node.finish().unwrap();
-    let numbers = transactions(&path);
+    let numbers: Vec<_> = runs(&path).iter().flat_map(Run::transactions).collect();
     assert!(numbers.first() == Some(&first) && numbers.last() == Some(&last), "{numbers:?}");
 }
 
@@ -382,33 +402,13 @@ fn await_told(node: &mut Running<local::Service>, transaction: u64) -> bool {
 }
 
 #[test]
-fn what_happens_while_the_file_is_not_at_its_place_is_written_to_where_it_is() {
-    let folder = folder();
-    let (inner, away) = (folder.path().join("inner"), folder.path().join("away"));
-    fs::create_dir(&inner).unwrap();
-    let path = inner.join("j.jsonl");
-    let mut node = start(&path);
-    node.force([("raw", 7.0)], Hold::UntilReleased).unwrap();
-    fs::rename(&inner, &away).unwrap();
-    await_refusal(&mut node, "cannot be written (No such file");
-    let release = node.release(["raw"]).unwrap().number;
-    let is_written = await_told(&mut node, release);
-    let line = format!("\"transaction\":{release},");
-    let text = fs::read_to_string(away.join("j.jsonl")).unwrap();
-    // A disk that takes longer than a second is a reason of its own.
-    assert!(text.contains(&line) || !is_written, "{text}");
-    await_line(&mut node, &away.join("j.jsonl"), release);
-    node.finish().unwrap();
-}
-
-#[test]
 fn what_happens_while_the_file_cannot_be_written_is_told_with_that_and_written_when_it_can_be() {
     let folder = folder();
     let path = folder.path().join("j.jsonl");
     let mut node = start(&path);
     let force = node.force([("raw", 7.0)], Hold::UntilReleased).unwrap().number;
     await_line(&mut node, &path, force);
-    fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(20).unwrap();
+    truncate(&path, 20);
     await_refusal(&mut node, ":1: no line of a journal");
     let release = node.release(["raw"]).unwrap().number;
     assert!(!await_told(&mut node, release));
@@ -416,25 +416,7 @@ fn what_happens_while_the_file_cannot_be_written_is_told_with_that_and_written_w
     fs::remove_file(&path).unwrap();
     await_line(&mut node, &path, release);
     node.finish().unwrap();
-    let file = JournalFile::read(&path).unwrap();
-    let run = file.run(None).unwrap();
-    assert!(run.header.content.is_cut && run.end.is_some());
-    assert!(run.entries.iter().is_sorted_by_key(|entry| entry.content.sequence));
-}
-
-#[test]
-fn one_run_is_read_without_the_others() {
-    let folder = folder();
-    let path = folder.path().join("j.jsonl");
-    let _ = [run_once(&path), run_once(&path), run_once(&path)];
-    let whole = JournalFile::read(&path).unwrap();
-    for (number, index) in [(None, 2), (Some(1), 0), (Some(2), 1), (Some(3), 2)] {
-        let file = JournalFile::read_run(&path, number).unwrap();
-        assert_eq!(file.runs.len(), 1);
-        assert_eq!(file.runs[0].header, whole.runs[index].header);
-        assert_eq!(file.runs[0].entries, whole.runs[index].entries);
-        assert_eq!(file.runs[0].end, whole.runs[index].end);
-    }
-    let told = JournalFile::read_run(&path, Some(4)).unwrap_err().to_string();
-    assert!(told.ends_with("has no run 4; its runs are 1 to 3"), "{told}");
+    let [run] = &runs(&path)[..] else { panic!() };
+    assert!(run.has_end);
+    assert!(run.entries.iter().is_sorted_by_key(|entry| entry.sequence));
 }

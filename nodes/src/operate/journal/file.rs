@@ -42,7 +42,7 @@ fn print_text(lines: &mut JournalLines, out: &mut Printer) -> Result<(), Failure
         let text = match line.map_err(Failure::usage)?.1 {
             Line::Run(run) => head(&run),
             Line::Entry(entry) => text(&entry, &Known::default()),
-            Line::Missed(_) | Line::Unclear(_) | Line::End(_) => continue,
+            Line::Missed(_) | Line::End(_) => continue,
         };
         out.print(text.as_bytes())?;
     }
@@ -50,10 +50,9 @@ fn print_text(lines: &mut JournalLines, out: &mut Printer) -> Result<(), Failure
 }
 
 fn head(run: &RunHeader) -> String {
-    let RunHeader { run, node, file, started_unix_ns, is_cut, .. } = run;
+    let RunHeader { run, node, file, started_unix_ns, .. } = run;
     let (node, file, started) = (escaped(node), escaped(file), time(*started_unix_ns));
-    let cut = if *is_cut { "; what was done first is lost: the file was truncated" } else { "" };
-    format!("run {run} of node \"{node}\", {file}, started {started}{cut}\n")
+    format!("run {run} of node \"{node}\", {file}, started {started}\n")
 }
 
 fn print_json(lines: &mut JournalLines, out: &mut Printer) -> Result<(), Failure> {

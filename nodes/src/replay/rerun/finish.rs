@@ -3,8 +3,8 @@
 use isochrone_timing::units::counted;
 
 use super::Rerun;
-use crate::operations::Tally;
 use crate::replay::document::{Outcome, TaskOutcome};
+use crate::replay::operations::Tally;
 
 impl Rerun<'_> {
     /// What came of it.

@@ -1,7 +1,7 @@
 //! Whether a cycle can be repeated: what it read of other tasks must be there.
 
 use super::Rerun;
-use crate::operations::Operations;
+use crate::replay::operations::Operations;
 use crate::replay::task::{Found, Places, Row, Task};
 
 /// What has to be handed to a task before a cycle: whose values, where they stand, and what they are of.

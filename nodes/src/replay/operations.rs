@@ -7,23 +7,23 @@ use isochrone_engine::operate::{Action, Applied, Entry, Replay};
 use isochrone_engine::{Plan, TaskEngine, Wires};
 
 /// What was done in a run.
-pub(crate) struct Operations {
+pub(super) struct Operations {
     replay: Replay,
     /// By task and cycle.
     entries: BTreeMap<(usize, u64), Vec<Entry>>,
     /// Values that were not what the journal says they were.
-    pub(crate) differences: Tally,
+    pub(super) differences: Tally,
 }
 
 /// How often something happened, and the first time in words.
 #[derive(Default)]
-pub(crate) struct Tally {
-    pub(crate) count: u64,
-    pub(crate) first: String,
+pub(super) struct Tally {
+    pub(super) count: u64,
+    pub(super) first: String,
 }
 
 impl Tally {
-    pub(crate) fn add(&mut self, what: impl FnOnce() -> String) {
+    pub(super) fn add(&mut self, what: impl FnOnce() -> String) {
         if self.count == 0 {
             self.first = what();
         }
@@ -33,13 +33,13 @@ impl Tally {
 
 impl Operations {
     /// Those of a run of a plan, each of which was found to [fit](Replay::check) it.
-    pub(crate) fn new(plan: &Plan, entries: BTreeMap<(usize, u64), Vec<Entry>>) -> Self {
+    pub(super) fn new(plan: &Plan, entries: BTreeMap<(usize, u64), Vec<Entry>>) -> Self {
         Self { replay: Replay::new(plan), entries, differences: Tally::default() }
     }
 
     /// The configuration that a task gets with a cycle, if it gets another one: number of its transaction,
     /// and the configuration.
-    pub(crate) fn change(&self, task: usize, cycle: u64) -> Option<(u64, Arc<Applied>)> {
+    pub(super) fn change(&self, task: usize, cycle: u64) -> Option<(u64, Arc<Applied>)> {
         let entries = self.entries.get(&(task, cycle))?.iter();
         let changed = |entry: &Entry| Some((entry.transaction, entry.configuration.clone()?));
         entries.rev().find_map(changed)
@@ -47,7 +47,7 @@ impl Operations {
 
     /// Hands a task over to the next configuration that it gets after a cycle, as a node does ahead of it;
     /// the ends of its new wires. `None`: it gets no other.
-    pub(crate) fn hand_over(
+    pub(super) fn hand_over(
         &mut self,
         task: usize,
         after_cycle: Option<u64>,
@@ -62,7 +62,7 @@ impl Operations {
 
     /// Does what was done before a cycle, in the order of a node: another configuration, then the ends of
     /// forces, then everything else.
-    pub(crate) fn apply(&mut self, task: usize, cycle: u64, engine: &mut TaskEngine) {
+    pub(super) fn apply(&mut self, task: usize, cycle: u64, engine: &mut TaskEngine) {
         let entries = self.entries.remove(&(task, cycle)).unwrap_or_default();
         let (changes, others): (Vec<Entry>, Vec<Entry>) = entries.into_iter().partition(is_change);
         self.repeat(&changes, engine);
@@ -80,7 +80,7 @@ impl Operations {
     }
 
     /// How many entries no cycle has come to.
-    pub(crate) fn left(&self) -> usize {
+    pub(super) fn left(&self) -> usize {
         self.entries.values().map(Vec::len).sum()
     }
 }
