@@ -70,10 +70,10 @@ crate::block! {
             "The first mode in this list whose condition holds is active:",
             "Restart (`reset`): 0.0, or `defaultOutValue` within the limits if `enDefaultOutValue`; all flags are FALSE.",
             "Manual (`manOp`): `manualValue`, without limits; all flags are FALSE.",
-            "Preset (`enDefaultOutValue`): `defaultOutValue` within the limits.",
-            "Tracking (`track`): `autoValue` within the limits.",
+            "Preset (`enDefaultOutValue`): `defaultOutValue`, within the limits while they are on.",
+            "Tracking (`track`): `autoValue`, within the limits while they are on.",
             "Disabled (all four rates are 0.0): 0.0; all flags are FALSE.",
-            "Automatic: from the last output toward `autoValue` by at most rate times `T`, landing on it exactly, within the limits. `T` is the period, in seconds, of the task at `callOB`; range (above or below 0.0) and direction select the rate.",
+            "Automatic: from the last output toward `autoValue` by at most rate times `T`, landing on it exactly, within the limits while they are on. `T` is the period, in seconds, of the task at `callOB`; range (above or below 0.0) and direction select the rate.",
             "A rate flag is TRUE if its rate stopped the output short of the target; a limit flag is TRUE if the value before limiting is at or beyond the limit.",
             "Manual mode switches the limits off. They are switched on again as soon as the output reaches the range between them. Until then automatic mode is not limited, and moves further away if `autoValue` lies there; `reset` switches the limits on at once.",
         }
@@ -87,6 +87,25 @@ crate::block! {
                 "a rate or limit is NaN, or the active mode's signal is NaN or infinite",
         }
         decisions {
+            Decision {
+                silent_on: "several modes at once",
+                chosen: "the order of the list above: `reset` precedes manual mode, and \
+                         `enDefaultOutValue` precedes `track`; LGF says only that manual mode precedes \
+                         `enDefaultOutValue`",
+            },
+            Decision {
+                silent_on: "other modes than automatic while all four rates are 0.0",
+                chosen: "restart, manual, preset and tracking need no rate and still act",
+            },
+            Decision {
+                silent_on: "equal limits",
+                chosen: "valid: the output stands at that value",
+            },
+            Decision {
+                silent_on: "a limit flag while the limits are off",
+                chosen: "TRUE as always where the value before limiting is at or beyond the limit, \
+                         though nothing is cut",
+            },
             Decision {
                 silent_on: "a step that passes 0.0",
                 chosen: "it is split: the time to 0.0 uses the first rate, the remaining time the \

@@ -75,6 +75,10 @@ crate::block! {
                 chosen: "treated as 0: `value` stays at `startValue`",
             },
             Decision {
+                silent_on: "the value behind 32767",
+                chosen: "that of INT arithmetic: the excess is kept, so 32760 + 10 is -32766, not -32768",
+            },
+            Decision {
                 silent_on: "a finite sawtooth that leaves the range of INT",
                 chosen: "it wraps from 32767 to -32768 and back, like an endless one",
             },

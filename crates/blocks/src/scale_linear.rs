@@ -33,7 +33,9 @@ crate::block! {
         }
         state { y: f64 }
         computes {
-            "`y = (y2 - y1) / (x2 - x1) * (x - x1) + y1`, or `y1` if `x1` equals `x2`; the result is limited to `yMin` and `yMax`.",
+            "`y = (y2 - y1) / (x2 - x1) * (x - x1) + y1`, or `y1` if `x1` equals `x2`.",
+            "At the two points it is exact: `x1` gives `y1`, and `x2` gives `y2`.",
+            "The result is limited to `yMin` and `yMax`.",
         }
         status {
             status::OK => "STATUS_FINISHED_NO_ERROR": "no error",
@@ -41,12 +43,17 @@ crate::block! {
             status::LIMITED_HIGH => "WARN_Y_LIMITED_TO_YMAX": "y is limited to yMax",
             status::RANGE => "ERR_LOW_LIM_OVER_UP_LIM": "yMin is greater than yMax; y holds",
             status::NOT_FINITE => "ERR_NOT_FINITE" (ours):
-                "an input, or y itself, is NaN or infinite; y holds",
+                "an input, a difference of inputs, or y itself, is NaN or infinite; y holds",
         }
         decisions {
             Decision {
                 silent_on: "the order of the operations",
                 chosen: "the slope first, multiplied by the distance, plus `y1`; each result is rounded to LREAL",
+            },
+            Decision {
+                silent_on: "rounding at the two points",
+                chosen: "none: `x` equal to `x1` gives `y1`, equal to `x2` `y2`, so full scale with \
+                         `yMax` equal to `y2` is not reported as limited",
             },
             Decision {
                 silent_on: "`x1` equal to `x2`",
@@ -59,8 +66,13 @@ crate::block! {
             Decision {
                 silent_on: "NaN and infinity",
                 chosen: "16#8F00 for an `x`, `x1`, `y1`, `x2` or `y2` that is not finite, a limit that \
-                         is NaN, an intermediate NaN and a `y` that no limit keeps finite; an \
-                         infinite limit means no limit",
+                         is NaN and a `y` that no limit keeps finite; an infinite limit means no \
+                         limit",
+            },
+            Decision {
+                silent_on: "points or signals too far apart for LREAL",
+                chosen: "16#8F00 if `x2 - x1`, `y2 - y1` or `x - x1` overflows; at the two points \
+                         themselves, and with `x1` equal to `x2`, no difference is needed",
             },
             Decision {
                 silent_on: "several errors at once",
@@ -94,12 +106,20 @@ fn scale(&Inputs { x, x1, y1, x2, y2, y_min, y_max }: &Inputs) -> Result<(f64, u
     if y_min > y_max {
         return Err(status::RANGE);
     }
-    // The sum of finite numbers may overflow, but a NaN or an infinity times zero is NaN.
-    let finite = x * 0.0 + x1 * 0.0 + y1 * 0.0 + x2 * 0.0 + y2 * 0.0 == 0.0;
-    if !finite || y_min.is_nan() || y_max.is_nan() {
+    if y_min.is_nan() || y_max.is_nan() {
         return Err(status::NOT_FINITE);
     }
-    let y = if x1 == x2 { y1 } else { (y2 - y1) / (x2 - x1) * (x - x1) + y1 };
+    let (is_finite, y) = if x1 == x2 || x == x1 || x == x2 {
+        let y = if x1 == x2 || x == x1 { y1 } else { y2 };
+        (all_finite([x, x1, y1, x2, y2]), y)
+    } else {
+        let (dx, dy, distance) = (x2 - x1, y2 - y1, x - x1);
+        // A difference is finite only between finite numbers.
+        (all_finite([dx, dy, distance]), dy / dx * distance + y1)
+    };
+    if !is_finite {
+        return Err(status::NOT_FINITE);
+    }
     let (y, status) = if y < y_min {
         (y_min, status::LIMITED_LOW)
     } else if y > y_max {
@@ -108,4 +128,10 @@ fn scale(&Inputs { x, x1, y1, x2, y2, y_min, y_max }: &Inputs) -> Result<(f64, u
         (y, status::OK)
     };
     if y.is_finite() { Ok((y, status)) } else { Err(status::NOT_FINITE) }
+}
+
+#[inline]
+fn all_finite<const N: usize>(values: [f64; N]) -> bool {
+    // The sum of finite numbers may overflow, but a NaN or an infinity times zero is NaN.
+    values.into_iter().map(|value| value * 0.0).sum::<f64>() == 0.0
 }

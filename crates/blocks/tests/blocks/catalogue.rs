@@ -137,9 +137,15 @@ fn every_block_says_how_it_computes_and_what_was_chosen_where_its_document_is_si
     for (block, what) in [
         ("LimRateOfChangeCI", "overrun"),
         ("LimRateOfChangeAdvancedCI", "passes 0.0"),
+        ("LimRateOfChangeAdvancedCI", "several modes"),
+        ("LimRateOfChangeAdvancedCI", "all four rates are 0.0"),
+        ("LimRateOfChangeAdvancedCI", "equal limits"),
+        ("LimRateOfChangeAdvancedCI", "limits are off"),
         ("ScaleLinear", "order"),
+        ("ScaleLinear", "two points"),
         ("SawTooth", "shorter than the period"),
         ("SawTooth", "overrun"),
+        ("SawTooth", "behind 32767"),
     ] {
         let known = CATALOGUE.iter().find(|known| known.name == block).unwrap();
         assert!(known.decisions.iter().any(|d| d.silent_on.contains(what)), "{block}: {what}");

@@ -197,9 +197,14 @@ fn advanced(s: &mut Advanced, i: &lim_rate_of_change_advanced::Inputs, period_ns
 /// ScaleLinear; `held` is the last output.
 fn scale(held: &mut f64, i: &scale_linear::Inputs) -> Vec<f64> {
     let mut status = 0;
-    let mut y = if i.x1 == i.x2 {
+    let mut overflows = false;
+    let mut y = if i.x1 == i.x2 || i.x == i.x1 {
         i.y1
+    } else if i.x == i.x2 {
+        i.y2
     } else {
+        let differences = [i.x2 - i.x1, i.y2 - i.y1, i.x - i.x1];
+        overflows = differences.iter().any(|difference| !difference.is_finite());
         let m = (i.y2 - i.y1) / (i.x2 - i.x1);
         m * (i.x - i.x1) + i.y1
     };
@@ -209,7 +214,8 @@ fn scale(held: &mut f64, i: &scale_linear::Inputs) -> Vec<f64> {
         (y, status) = (i.y_max, 0x6002);
     }
     let signals_finite = [i.x, i.x1, i.y1, i.x2, i.y2].iter().all(|signal| signal.is_finite());
-    if !signals_finite || i.y_min.is_nan() || i.y_max.is_nan() || !y.is_finite() {
+    let limits_nan = i.y_min.is_nan() || i.y_max.is_nan();
+    if !signals_finite || overflows || limits_nan || !y.is_finite() {
         status = 0x8F00;
     }
     if i.y_min > i.y_max {

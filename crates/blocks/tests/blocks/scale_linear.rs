@@ -32,9 +32,22 @@ fn after_good(inputs: Inputs) -> (f64, u16) {
 #[test]
 fn the_seeds_example_scales_the_ends_and_the_middle() {
     assert_eq!(once(level(0.0)), (0.0, 0));
-    // Not 0.85 and 1.7: the slope is rounded before it is multiplied.
+    // Not 0.85: the slope is rounded before it is multiplied.
     assert_eq!(once(level(13824.0)), (0.8499999999999999, 0));
-    assert_eq!(once(level(27648.0)), (1.6999999999999997, 0));
+    assert_eq!(once(level(27648.0)), (1.7, 0));
+}
+
+#[test]
+fn the_two_points_are_exact_so_that_full_scale_is_not_reported_as_limited() {
+    // The rounded line passes 6.9 and would be cut there, and misses 1.7 and 2.1.
+    for top in [6.9, 1.7, 2.1] {
+        assert_eq!(once(Inputs { y2: top, y_max: top, ..level(27648.0) }), (top, 0));
+    }
+    let inputs = Inputs { x1: 0.1, y1: 0.7, x2: 0.3, y2: 0.9, ..level(0.1) };
+    assert_eq!(once(inputs), (0.7, 0));
+    assert_eq!(once(Inputs { x: 0.3, ..inputs }), (0.9, 0));
+    let (y, _) = once(Inputs { y1: -0.0, ..level(0.0) });
+    assert_eq!(y.to_bits(), (-0.0f64).to_bits());
 }
 
 #[test]
@@ -117,10 +130,24 @@ fn an_overflow_that_no_limit_catches_is_8f00_and_holds() {
 }
 
 #[test]
-fn an_intermediate_nan_is_8f00_in_spite_of_limits() {
-    // An infinite slope times no distance.
-    let inputs = Inputs { x: 0.0, x1: 0.0, x2: 5e-324, y2: 1e300, ..level(0.0) };
-    assert_eq!(after_good(inputs), (HELD, 0x8F00));
+fn a_slope_that_overflows_is_exact_at_the_points_and_limited_elsewhere() {
+    let steep = Inputs { x: 0.0, x2: 5e-324, y2: 1e300, ..level(0.0) };
+    assert_eq!(once(steep), (0.0, 0));
+    assert_eq!(once(Inputs { x: 5e-324, y_max: 1e301, ..steep }), (1e300, 0));
+    assert_eq!(once(Inputs { x: 1e300, y1: -1e300, ..steep }), (1.7, 0x6002));
+}
+
+#[test]
+fn a_difference_that_overflows_is_8f00_and_not_a_slope_of_zero() {
+    let wide = Inputs { x1: -1.7e308, x2: 1.7e308, y2: 10.0, y_max: 1e9, ..level(0.0) };
+    assert_eq!(after_good(wide), (HELD, 0x8F00));
+    let tall = Inputs { x: 0.5, y1: -1.7e308, x2: 1.0, y2: 1.7e308, ..level(0.0) };
+    assert_eq!(after_good(tall), (HELD, 0x8F00));
+    let far = Inputs { x: 1.7e308, x1: -1e308, x2: 1.0, y2: 1.0, ..level(0.0) };
+    assert_eq!(after_good(far), (HELD, 0x8F00));
+    // At the points no difference is needed.
+    assert_eq!(once(Inputs { x: -1.7e308, ..wide }), (0.0, 0));
+    assert_eq!(once(Inputs { x: 1.7e308, ..wide }), (10.0, 0));
 }
 
 #[test]
