@@ -81,5 +81,28 @@ fn may_be_near(a: &str, b: &str) -> bool {
 /// How alike two names are, from 0 to 1. Jaro-Winkler finds long names that begin alike, and the
 /// edit distance short ones with a slip.
 fn nearness(a: &str, b: &str) -> f64 {
-    strsim::jaro_winkler(a, b).max(strsim::normalized_damerau_levenshtein(a, b) + 0.1)
+    let edits = strsim::normalized_damerau_levenshtein(a, b) + 0.1;
+    // To Jaro-Winkler, a letter or two are like every long name that begins with them.
+    let (short, long) = (a.len().min(b.len()), a.len().max(b.len()));
+    if short < 3 && long > 2 * short { edits } else { edits.max(strsim::jaro_winkler(a, b)) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_letter_is_not_near_to_a_word_that_begins_with_it() {
+        for (written, known, near) in [
+            ("nope", "n", None),
+            ("n", "nope", None),
+            ("y1", "y", Some("y")),
+            ("SP1", "SP", Some("SP")),
+            ("raw", "raw_level", Some("raw_level")),
+            ("setchangerate", "setChangeRate", Some("setChangeRate")),
+            ("valeu", "value", Some("value")),
+        ] {
+            assert_eq!(nearest_name(written, [known]), near, "{written}");
+        }
+    }
 }

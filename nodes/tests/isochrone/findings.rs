@@ -119,7 +119,7 @@ const CASES: &[Case] = &[
     case("missing_key", &[("service = \"plant/saw\"\ntask = \"slow\"", "service = §\"plant/saw\"")], &["which task", "fast, slow"]),
     case("unknown_pin", &[("value = \"raw\"", "§valeu = \"raw\"")], &["LimRateOfChangeCI has no input pin \"valeu\"", "did you mean \"value\"?"]),
     case("unknown_pin", &[("value = \"raw\"", "§delayedValue = 1.0")], &["delayedValue is an output pin"]),
-    case("unknown_pin", &[("\"saw.value\"", "§\"saw.valeu\"")], &["block \"saw\" (SawTooth) has no output pin \"valeu\"", "did you mean \"value\"?"]),
+    case("unknown_pin", &[("\"saw.value\"", "§\"saw.valeu\"")], &["block \"saw\" (SawTooth) has no output pin \"valeu\"", "did you mean \"saw.value\"?"]),
     case("unknown_pin", &[("\"saw.value\"", "§\"saw.reset\"")], &["reset is an input pin"]),
     case("unknown_pin", &[("\"saw.value\"", "§\"rate.0.Ret_Val\"")], &["(ScaleLinear) has no output pin \"Ret_Val\"", "what LGF calls Ret_Val is pin \"y\" here"]),
     case("unknown_pin", &[("\"saw.value\"", "§\"ramp.0.subFunctionStatus\"")], &["what LGF calls subFunctionStatus is pin \"subfunctionStatus\" here"]),

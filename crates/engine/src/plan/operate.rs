@@ -21,10 +21,7 @@ pub(super) fn check(
 ) {
     for protected in &config.protected {
         let pattern = Pattern::new(protected.get_ref());
-        let parts = |input: &&str| InputPart::ALL.map(|part| format!("{input}{}", part.suffix()));
-        let mut inputs = names.inputs.keys().flat_map(parts);
-        let matches_input = inputs.any(|input| pattern.matches(&input));
-        let matches = matches_input || !pins(names, wiring, &pattern).is_empty();
+        let matches = is_of_input(names, &pattern) || !pins(names, wiring, &pattern).is_empty();
         if !matches && !is_unclear(names, &pattern) {
             findings.push(unknown(names, protected));
         }
@@ -54,7 +51,7 @@ fn check_limit(names: &Names<'_>, wiring: &Wiring, limit: &Limit) -> Option<Find
         })
     };
     let mut parameters = pins.iter().filter_map(constant).peekable();
-    if pins.is_empty() {
+    if pins.is_empty() && !is_of_input(names, &pattern) {
         return Some(unknown(names, &limit.names));
     }
     if parameters.peek().is_none() {
@@ -69,6 +66,12 @@ fn check_limit(names: &Names<'_>, wiring: &Wiring, limit: &Limit) -> Option<Find
     let message = format!("{name} is {constant:?}, outside of its limits {min:?} to {max:?}");
     let help = "change the value in [block.in], or the limits";
     Some(finding(Problem::OutOfRange, message).help(help))
+}
+
+/// Whether a pattern stands for an input, or for what that is worth.
+fn is_of_input(names: &Names<'_>, pattern: &Pattern) -> bool {
+    let parts = |input: &&str| InputPart::ALL.map(|part| format!("{input}{}", part.suffix()));
+    names.inputs.keys().flat_map(parts).any(|input| pattern.matches(&input))
 }
 
 /// Whether a pattern may stand for pins of a block whose type does not exist, which is another finding.
@@ -139,7 +142,13 @@ fn unknown(names: &Names<'_>, written: &Spanned<String>) -> Finding {
     let pin = rest.rsplit('.').next().unwrap_or_default();
     let mut pins = block_type.inputs.iter().chain(block_type.outputs).map(|pin| pin.name);
     if !pins.clone().any(|name| part_matches(pin, name)) {
-        return finding.help(Known::new(pins).suggestion(pin));
+        let known = Known::new(pins);
+        return finding.help(match (known.nearest(pin), rest.rsplit_once('.')) {
+            (None, _) => known.listing(),
+            (Some(near), Some((number, _))) => format!("did you mean \"{base}.{number}.{near}\"?"),
+            (Some(near), None) if entry.count == 1 => format!("did you mean \"{base}.{near}\"?"),
+            (Some(near), None) => format!("did you mean \"{base}.*.{near}\"?"),
+        });
     }
     let first = pins.find(|name| part_matches(pin, name)).unwrap_or_default();
     finding.help(match entry.count {

@@ -8,7 +8,7 @@ use toml::Spanned;
 use super::InputPart;
 use crate::Finding;
 use crate::finding::Problem;
-use crate::nearest::nearest_name;
+use crate::nearest::{Known, nearest_name};
 
 pub(super) fn unknown_input(block_type: &BlockType, name: &Spanned<String>) -> Finding {
     let message = format!("{} has no input pin \"{}\"", block_type.name, name.get_ref());
@@ -16,13 +16,14 @@ pub(super) fn unknown_input(block_type: &BlockType, name: &Spanned<String>) -> F
     if block_type.outputs.iter().any(|pin| pin.name == name.get_ref()) {
         return finding.help(format!("{} is an output pin; it cannot be set", name.get_ref()));
     }
-    which_pin(finding, name.get_ref(), block_type.inputs)
+    which_pin(finding, "", name.get_ref(), block_type.inputs)
 }
 
+/// `owner` is the instance as it is written before the pin, with its dot.
 pub(super) fn unknown_output(
     block_type: &BlockType,
     block: &str,
-    pin: &str,
+    (owner, pin): (&str, &str),
     span: Range<usize>,
 ) -> Finding {
     let message = format!("block \"{block}\" ({}) has no output pin \"{pin}\"", block_type.name);
@@ -30,7 +31,7 @@ pub(super) fn unknown_output(
     if block_type.inputs.iter().any(|input| input.name == pin) {
         return finding.help(format!("{pin} is an input pin; a wire starts at an output pin"));
     }
-    which_pin(finding, pin, block_type.outputs)
+    which_pin(finding, owner, pin, block_type.outputs)
 }
 
 /// What an input does not have beside its value.
@@ -56,10 +57,14 @@ pub(super) fn meant_pin<'a>(written: &str, pins: &'a [Pin]) -> Option<&'a Pin> {
     })
 }
 
-/// Says which pin was meant.
-fn which_pin(finding: Finding, written: &str, pins: &[Pin]) -> Finding {
-    match pin_by_alias(written, pins) {
-        Some(pin) => finding.help(format!("what LGF calls {written} is pin \"{}\" here", pin.name)),
-        None => finding.did_you_mean(written, pins.iter().map(|pin| pin.name)),
+/// Says which pin was meant, with what stands before it, so that it can be copied.
+fn which_pin(finding: Finding, owner: &str, written: &str, pins: &[Pin]) -> Finding {
+    if let Some(pin) = pin_by_alias(written, pins) {
+        return finding.help(format!("what LGF calls {written} is pin \"{}\" here", pin.name));
     }
+    let known = Known::new(pins.iter().map(|pin| pin.name));
+    finding.help(match known.nearest(written) {
+        Some(near) => format!("did you mean \"{owner}{near}\"?"),
+        None => known.listing(),
+    })
 }

@@ -140,7 +140,8 @@ impl Resolver<'_, '_> {
             None => (0, rest),
         };
         let Some(pin) = block_type.outputs.iter().position(|pin| pin.name == pin_name) else {
-            self.report(unknown_output(&block_type, name, pin_name, span));
+            let pin = text.split_at(text.len() - pin_name.len());
+            self.report(unknown_output(&block_type, name, pin, span));
             return None;
         };
         let value_type = block_type.outputs.get(pin)?.pin_type;

@@ -269,7 +269,7 @@ fn a_pin_that_does_not_exist_or_is_of_the_other_direction_is_refused() {
             "«\"scale.statsu\", \"ramp",
             UnknownPin,
             "no output pin \"statsu\"",
-            "did you mean \"status\"?",
+            "did you mean \"scale.status\"?",
         ),
         (
             "previous signal",
