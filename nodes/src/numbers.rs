@@ -1,6 +1,7 @@
 //! Values as files, programs and people have them.
 
 use isochrone_blocks::PinType;
+use isochrone_engine::format_time_ms;
 
 /// The shortest decimal that reads back to the same value; `NaN`, `inf`, `-inf`.
 pub(crate) fn format(value: f64) -> String {
@@ -33,7 +34,7 @@ pub(crate) fn shown(value: f64, value_type: PinType, digits: Digits) -> String {
         PinType::Bool if value == 0.0 => "FALSE".into(),
         PinType::Bool if value == 1.0 => "TRUE".into(),
         PinType::Int if value_type.holds(value) => format!("{}", value as i64),
-        PinType::Time if value_type.holds(value) => time(value as i64),
+        PinType::Time if value_type.holds(value) => format_time_ms(value as i64),
         PinType::Word if value_type.holds(value) => format!("16#{:04X}", value as u16),
         _ if digits == Digits::Six => six_digits(value),
         _ if digits == Digits::Exact => {
@@ -136,22 +137,6 @@ fn without_zeros(digits: &str) -> &str {
         return digits;
     }
     digits.trim_end_matches('0').trim_end_matches('.')
-}
-
-/// A TIME of so many milliseconds.
-fn time(ms: i64) -> String {
-    const UNITS: [(&str, u64); 5] =
-        [("d", 86_400_000), ("h", 3_600_000), ("m", 60_000), ("s", 1_000), ("ms", 1)];
-    let mut rest = ms.unsigned_abs();
-    let mut text = String::from(if ms < 0 { "T#-" } else { "T#" });
-    for (unit, unit_ms) in UNITS {
-        let amount = rest / unit_ms;
-        rest %= unit_ms;
-        if amount > 0 || (ms == 0 && unit == "ms") {
-            text += &format!("{amount}{unit}");
-        }
-    }
-    text
 }
 
 #[cfg(test)]

@@ -1,4 +1,6 @@
-//! Durations as people write them: `50us`, `2.5ms`, `1h`.
+//! Durations as people write them: `50us`, `2.5ms`, `1h`, `T#100ms`.
+
+use crate::time::parse_time_ns;
 
 /// Units of durations, from short to long.
 pub(crate) const UNITS: [(&str, u64); 7] = [
@@ -11,7 +13,7 @@ pub(crate) const UNITS: [(&str, u64); 7] = [
     ("h", 3_600_000_000_000),
 ];
 
-/// Parses a duration into whole nanoseconds. `Err` says what is wrong with it.
+/// Parses a duration, also as a TIME literal such as `T#1s500ms`, into whole nanoseconds. `Err` says what is wrong with it.
 pub fn parse_duration_ns(text: &str) -> Result<u64, String> {
     let text = text.trim();
     // Two of them begin an option.
@@ -21,8 +23,11 @@ pub fn parse_duration_ns(text: &str) -> Result<u64, String> {
     if text.contains(',') {
         return Err(format!("decimals have a point, not a comma: \"{}\"", text.replace(',', ".")));
     }
-    if let Some((prefix @ ("T" | "t" | "TIME" | "time"), _)) = text.split_once('#') {
-        return Err(format!("a duration has no {prefix}# before it"));
+    if text.contains('#') {
+        return match parse_time_ns(text)? {
+            (true, 1..) => Err("a duration cannot be negative".into()),
+            (_, duration_ns) => Ok(duration_ns),
+        };
     }
     let split = text.find(|c: char| !c.is_ascii_digit() && c != '.').unwrap_or(text.len());
     let (number, unit) = (&text[..split], text[split..].trim());
@@ -172,13 +177,23 @@ mod tests {
     }
 
     #[test]
+    fn a_time_literal_is_a_duration() {
+        assert_eq!(parse_duration_ns("T#100ms"), Ok(100_000_000));
+        assert_eq!(parse_duration_ns("time#1s_500ms"), Ok(1_500_000_000));
+        assert_eq!(parse_duration_ns("T#1m"), Ok(60_000_000_000));
+        assert_eq!(parse_duration_ns("t#250us"), Ok(250_000));
+    }
+
+    #[test]
     fn what_is_no_duration_is_refused_with_the_reason() {
         for (text, reason) in [
             ("-1ms", "negative"),
             ("1", "unit is missing"),
             ("1,5ms", "a point, not a comma: \"1.5ms\""),
             ("1 parsec", "no unit \"parsec\""),
-            ("T#2ms", "no T# before it"),
+            ("T#-2ms", "negative"),
+            ("T#0,5s", "a point, not a comma: \"T#0.5s\""),
+            ("S5T#2s", "T# or TIME#, not S5T#"),
             ("ms", "a number and a unit"),
             ("1.ms", "a number and a unit"),
             ("1.2.3ms", "a number and a unit"),

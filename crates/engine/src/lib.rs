@@ -55,6 +55,7 @@ mod finding;
 mod findings;
 pub mod keys;
 mod nearest;
+mod number;
 pub mod operate;
 mod parse;
 mod plan;
@@ -72,11 +73,12 @@ pub use finding::{Finding, Problem};
 pub use findings::Findings;
 pub use isochrone_quality::Flags;
 pub use nearest::nearest_name;
+pub use number::{Based, parse_based};
 pub use plan::{
     BankPlan, InputPart, InputPlan, Instances, LimitPlan, LinkPlan, OutputPlan, OwnedRules, Plan,
     PlanError, Rules, SignalPlan, TaskPlan, Upstream, WirePlan,
 };
 pub use printable::{escaped, escaped_lines};
 pub use source::{FileKind, MAX_BYTES, ReadError, Source, read_text};
-pub use time::parse_time_ms;
+pub use time::{format_time_ms, parse_time_ms};
 pub use workload::{Workload, WorkloadSize};

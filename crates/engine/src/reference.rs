@@ -50,7 +50,7 @@ fn kind(key: &Key) -> &'static str {
         Form::Number(_) => "number with decimals",
         Form::Duration(_) => "duration",
         Form::Value => {
-            "number; `true` or `false` for BOOL, also a time such as `\"T#100ms\"` for TIME"
+            "number; `true` or `false` for BOOL, also a time such as `\"T#100ms\"` for TIME, or `\"16#64\"` for INT and WORD"
         }
         Form::Table => "table",
         Form::Tables => "array of tables",

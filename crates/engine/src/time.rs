@@ -18,15 +18,26 @@ pub(crate) fn is_time(text: &str) -> bool {
 
 /// Parses a TIME constant, with or without `T#`, into milliseconds. `Err` says what is wrong.
 pub fn parse_time_ms(text: &str) -> Result<i32, String> {
+    let (is_negative, total_ns) = parse_time_ns(text)?;
+    if !total_ns.is_multiple_of(MILLISECOND_NS) {
+        return Err("there are fractions of a millisecond".into());
+    }
+    let ms = i128::from(total_ns / MILLISECOND_NS) * if is_negative { -1 } else { 1 };
+    i32::try_from(ms).map_err(|_| "TIME holds -2147483648 to 2147483647 ms".into())
+}
+
+/// Parses a time, with or without `T#`: whether it is negative, and its nanoseconds.
+pub(crate) fn parse_time_ns(text: &str) -> Result<(bool, u64), String> {
     let written = text.trim();
     let text = written.to_lowercase();
     let body = match text.split_once('#') {
-        None | Some(("t" | "time", _)) => text.split_once('#').map_or(&*text, |(_, body)| body),
+        None => &*text,
+        Some(("t" | "time", body)) => body,
         Some((prefix, _)) => {
             return Err(format!("a TIME begins with T# or TIME#, not {}#", prefix.to_uppercase()));
         }
     };
-    let (negative, body) = match body.strip_prefix('-') {
+    let (is_negative, body) = match body.strip_prefix('-') {
         Some(rest) => (true, rest),
         None => (false, body.strip_prefix('+').unwrap_or(body)),
     };
@@ -39,12 +50,41 @@ pub fn parse_time_ms(text: &str) -> Result<i32, String> {
             written.replace(',', ".")
         ));
     }
-    let total_ns = sum_ns(&body.replace('_', ""))?;
-    if !total_ns.is_multiple_of(MILLISECOND_NS) {
-        return Err("there are fractions of a millisecond".into());
+    Ok((is_negative, sum_ns(&body.replace('_', ""))?))
+}
+
+/// What to write at `key` for a text that is no TIME: the time that was meant, or the forms that there are.
+pub(crate) fn time_help(key: &str, written: &str) -> String {
+    let plain = written.trim().replace(',', ".");
+    match [plain.clone(), plain + "ms"].into_iter().find(|plain| parse_time_ms(plain).is_ok()) {
+        Some(plain) => format!("write {key} = \"{plain}\""),
+        None => TIME_FORMS.into(),
     }
-    let ms = i128::from(total_ns / MILLISECOND_NS) * if negative { -1 } else { 1 };
-    i32::try_from(ms).map_err(|_| "TIME holds -2147483648 to 2147483647 ms".into())
+}
+
+/// A TIME of so many milliseconds, as PLC programmers write it: `T#1s500ms`.
+pub fn format_time_ms(ms: i64) -> String {
+    const PARTS: [(&str, u64); 5] =
+        [("d", 86_400_000), ("h", 3_600_000), ("m", 60_000), ("s", 1_000), ("ms", 1)];
+    let mut rest = ms.unsigned_abs();
+    let mut text = String::from(if ms < 0 { "T#-" } else { "T#" });
+    for (unit, unit_ms) in PARTS {
+        let amount = rest / unit_ms;
+        rest %= unit_ms;
+        if amount > 0 || (ms == 0 && unit == "ms") {
+            text += &format!("{amount}{unit}");
+        }
+    }
+    text
+}
+
+/// Another TIME in the notation of one: with or without its prefix. `None`: that is none.
+pub(crate) fn in_form_of(written: &str, ms: i64) -> Option<String> {
+    parse_time_ms(written).ok()?;
+    let time = format_time_ms(ms);
+    let amounts = time.strip_prefix("T#")?;
+    let prefix = written.trim().split_once('#').map_or(String::new(), |(it, _)| format!("{it}#"));
+    Some(format!("{prefix}{amounts}"))
 }
 
 /// The sum of parts such as `1m` and `30s`, from long to short.
@@ -155,6 +195,35 @@ mod tests {
             let error = parse_time_ms(text).unwrap_err();
             assert!(error.contains(reason), "{text}: {error}");
         }
+    }
+
+    #[test]
+    fn a_slip_in_a_time_is_answered_with_the_time_that_was_meant() {
+        for (text, help) in [
+            ("T#0,5s", "write timeRange = \"T#0.5s\""),
+            ("100", "write timeRange = \"100ms\""),
+            ("T#100", "write timeRange = \"T#100ms\""),
+            ("T#0.5ms", TIME_FORMS),
+            ("S5T#1s", TIME_FORMS),
+        ] {
+            assert!(parse_time_ms(text).is_err());
+            assert_eq!(time_help("timeRange", text), help, "{text}");
+        }
+    }
+
+    #[test]
+    fn another_time_keeps_the_notation_and_reads_back() {
+        for (written, ms, expected) in [
+            ("T#100ms", 500, "T#500ms"),
+            ("t#100MS", 1_500, "t#1s500ms"),
+            ("TIME#1s", -90_061_001, "TIME#-1d1h1m1s1ms"),
+            ("100ms", 90_000, "1m30s"),
+            ("1.5s", 0, "0ms"),
+        ] {
+            assert_eq!(in_form_of(written, ms).as_deref(), Some(expected));
+            assert_eq!(parse_time_ms(expected).map(i64::from), Ok(ms));
+        }
+        assert_eq!(in_form_of("fast", 5), None);
     }
 
     #[test]

@@ -14,8 +14,8 @@ fused multiply-add. Status words from 16#8000 are errors; `error` is TRUE for ex
 counts such steps as block errors.
 
 A pin takes a number, true or false, or a wire: `\"input\"` or `\"block.pin\"`. A TIME is a whole number of
-milliseconds, `100`, or text: `\"100ms\"`, `\"T#100ms\"`, `\"T#1m30s\"`. `callOB` takes an OB number or the
-name of a task, which needs no number.
+milliseconds, `100`, or text: `\"100ms\"`, `\"T#100ms\"`, `\"T#1m30s\"`. An INT or WORD can also be written with a
+base, in quotes: `\"16#64\"`. `callOB` takes an OB number or the name of a task, which needs no number.
 ";
 
 const OF_LGF: &str = "

@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use isochrone_blocks::PinType;
-use isochrone_engine::parse_time_ms;
+use isochrone_engine::{parse_based, parse_time_ms};
 use isochrone_runtime::control::{Value, Values};
 
 use super::known::{CALLING_TASK, Known};
@@ -82,14 +82,8 @@ impl Written {
         if text.eq_ignore_ascii_case(CALLING_TASK) {
             return Ok(Self::CallingTask);
         }
-        if let Some((base, digits)) = text.split_once('#')
-            && let Some(base) =
-                [("2", 2), ("8", 8), ("16", 16)].iter().find(|(name, _)| *name == base)
-        {
-            let value = i64::from_str_radix(&digits.replace('_', ""), base.1);
-            return value.map(|value| Self::Plain(Value::Integer(value))).map_err(|_| {
-                format!("after {}# come digits of base {}, such as 16#8F00", base.0, base.1)
-            });
+        if let Some(based) = parse_based(text) {
+            return based.map(|based| Self::Plain(Value::Integer(based.number)));
         }
         if let Ok(value) = text.parse() {
             return Ok(Self::Plain(Value::Integer(value)));
@@ -161,7 +155,7 @@ fn other_base(text: &str) -> Option<(u32, String)> {
         .into_iter()
         .find_map(|(prefix, base)| Some((base, number.strip_prefix(prefix)?)))?;
     i64::from_str_radix(&digits.replace('_', ""), base).ok()?;
-    Some((base, format!("{base}#{sign}{}", digits.to_ascii_uppercase())))
+    Some((base, format!("{sign}{base}#{}", digits.to_ascii_uppercase())))
 }
 
 /// Whether a text that is no number begins with one, or with the `T#` of a time.
@@ -241,7 +235,7 @@ mod tests {
             ("16#XY", "digits of base 16"),
             ("1e400", "1.8e308"),
             ("0x8f00", "as 16#8F00, not 0x8f00"),
-            ("-0b1_01", "as 2#-1_01, not"),
+            ("-0b1_01", "as -2#1_01, not"),
             ("0o17", "as 8#17, not"),
         ] {
             let error = written(text).unwrap_err();

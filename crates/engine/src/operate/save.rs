@@ -5,6 +5,8 @@ use toml_edit::{DocumentMut, Item, Table, TableLike};
 use super::operator::Operator;
 use super::signals::Signal;
 use super::value::Value;
+use crate::number::in_base_of;
+use crate::time::in_form_of;
 
 /// Why the running values cannot be written into a configuration.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -84,10 +86,21 @@ fn write(document: &mut DocumentMut, name: &str, value: Value) -> Option<()> {
         Value::Number(value) => toml_edit::Value::from(value),
     };
     match pins.get_mut(pin) {
-        Some(item) => exchange(item.as_value_mut()?, new),
+        Some(item) => {
+            let old = item.as_value_mut()?;
+            let new = in_notation_of(old, value).map_or(new, toml_edit::Value::from);
+            exchange(old, new);
+        }
         None => append(pins, pin, Item::Value(new)),
     }
     Some(())
+}
+
+/// A whole number in the notation of the text that it replaces: a time such as `T#500ms`, or a number with a
+/// base.
+fn in_notation_of(old: &toml_edit::Value, new: Value) -> Option<String> {
+    let (old, Value::Integer(new)) = (old.as_str()?, new) else { return None };
+    in_base_of(old, new).or_else(|| in_form_of(old, new))
 }
 
 /// Puts a value in the place of another. Blanks and comments around it belong to the place: a comment

@@ -9,7 +9,8 @@ use crate::Finding;
 use crate::config::{Bad, Binding, Connection, Input, OnStale};
 use crate::finding::Problem;
 use crate::keys::{INPUT_TYPES, input as keys, on_stale};
-use crate::time::{TIME_FORMS, parse_time_ms};
+use crate::number::parse_based;
+use crate::time::{parse_time_ms, time_help};
 
 pub(super) fn input(section: Section<'_>) -> Input {
     let value_type = section.choice(&keys::TYPE, &INPUT_TYPES);
@@ -71,19 +72,31 @@ fn binding(section: &Section<'_>) -> Binding {
     }
 }
 
-/// An input's default: a number, for a BOOL also true or false, for a TIME also `"T#100ms"`.
+/// An input's default: a number, for a BOOL also true or false, for a TIME also `"T#100ms"`, for an INT or
+/// WORD also `"16#64"`.
 fn default_of(section: &Section<'_>, value_type: Option<PinType>) -> Option<Spanned<f64>> {
     section.read(&keys::DEFAULT, |value| {
         let number = match (connection(value), value_type) {
             (Some(Connection::Integer(integer)), _) => integer as f64,
             (Some(Connection::Float(float)), _) => float,
             (Some(Connection::Bool(bool)), Some(PinType::Bool) | None) => f64::from(u8::from(bool)),
+            (Some(Connection::Wire(text)), Some(PinType::Int | PinType::Word))
+                if let Some(based) = parse_based(&text) =>
+            {
+                match based {
+                    Ok(based) => based.number as f64,
+                    Err(reason) => {
+                        let message = format!("[[input]] default \"{text}\": {reason}");
+                        return Err(Some(Finding::new(Problem::OutOfRange, 0..0, message)));
+                    }
+                }
+            }
             (Some(Connection::Wire(text)), Some(PinType::Time)) => match parse_time_ms(&text) {
                 Ok(ms) => f64::from(ms),
                 Err(reason) => {
                     let message = format!("[[input]] default \"{text}\": {reason}");
                     let finding = Finding::new(Problem::OutOfRange, 0..0, message);
-                    return Err(Some(finding.help(TIME_FORMS)));
+                    return Err(Some(finding.help(time_help("default", &text))));
                 }
             },
             _ => return Err(None),

@@ -5,18 +5,14 @@ use toml::de::DeValue;
 use super::section::parse_integer;
 use crate::duration::{parse_duration_ns, respelled};
 use crate::keys::{Form, Key, Range};
+use crate::number::plain_number;
 
-/// The duration that was meant by one without a unit, or by a TIME literal such as `T#2ms`.
+/// The duration that was meant by one without a unit, or with a comma.
 pub(super) fn plain_duration(text: &str, range: &Range<u64>) -> Option<String> {
-    let text = text.trim();
-    let plain = match text.split_once('#') {
-        Some((prefix, rest)) if ["t", "time"].contains(&&*prefix.to_lowercase()) => {
-            rest.to_lowercase().replace('_', "")
-        }
-        Some(_) => return None,
-        None => respelled(text).unwrap_or_else(|| format!("{text}ms")),
-    };
-    parse_duration_ns(&plain).is_ok_and(range.accepts).then_some(plain)
+    let text = text.trim().replace(',', ".");
+    let respelled = respelled(&text);
+    let mut forms = [Some(text.clone()), respelled, Some(text + "ms")].into_iter().flatten();
+    forms.find(|plain| parse_duration_ns(plain).is_ok_and(range.accepts))
 }
 
 /// What was meant by a value of another type, as it is written.
@@ -38,11 +34,13 @@ pub(super) fn meant_value(key: &Key, value: &DeValue<'_>) -> Option<String> {
             text.trim().parse::<i64>().ok().map(|number| number.to_string())
         }
         (Form::Number(_) | Form::Value, DeValue::String(text)) => {
-            let plain = text.trim().to_ascii_lowercase();
+            let plain = text.trim().to_ascii_lowercase().replace(',', ".");
             let is_number = || plain.starts_with(|c: char| c.is_ascii_digit() || "+-".contains(c));
             let is_value = matches!(&*plain, "true" | "false")
                 || (is_number() && plain.parse::<f64>().is_ok());
-            is_value.then_some(plain)
+            is_value
+                .then_some(plain)
+                .or_else(|| plain_number(text).filter(|_| matches!(key.form, Form::Value)))
         }
         _ => None,
     }

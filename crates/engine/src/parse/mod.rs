@@ -1,5 +1,6 @@
 //! From TOML to [`Config`].
 
+mod cut;
 mod input;
 mod limits;
 mod meant;
@@ -25,9 +26,16 @@ const LAYOUT: &str = "layout";
 pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<Finding>) {
     let (document, syntax_errors) = DeTable::parse_recoverable(&source.text);
     if !syntax_errors.is_empty() {
-        // What a broken file seems to say would only add errors that are none.
+        // What a broken file seems to say would only add errors that are none. So would what follows a
+        // comment that swallows the end of a table.
+        let cut = cut::first_in_broken(&source.text);
+        let end = cut.as_ref().map_or(usize::MAX, |cut| cut.span.start);
         let errors = syntax_errors.iter().map(|e| (e.span().unwrap_or_default(), e.message()));
-        return (Config::default(), syntax::findings(&source.text, errors.collect()));
+        let errors = errors.filter(|(span, _)| span.start < end).collect();
+        return (
+            Config::default(),
+            syntax::findings(&source.text, errors).into_iter().chain(cut).collect(),
+        );
     }
     let errors = Errors::default();
     let file = Section::new(&keys::file::TABLE, document.get_ref(), 0..0, &errors);
@@ -57,7 +65,14 @@ pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<Fi
             "a task gives the blocks their period: [[task]] name = \"main\", period = \"1ms\"",
         ));
     }
-    (config, errors.into_findings())
+    let mut findings = cut::findings(&source.text, document.get_ref());
+    // What the rest of a number seems to be is no mistake of its own.
+    let is_cut =
+        |finding: &Finding| findings.iter().any(|cut| cut.span.start == finding.span.start);
+    let others: Vec<_> =
+        errors.into_findings().into_iter().filter(|finding| !is_cut(finding)).collect();
+    findings.extend(others);
+    (config, findings)
 }
 
 fn node(file: &Section<'_>) -> (Option<Spanned<String>>, Control) {

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::Finding;
+use crate::duration::parse_duration_ns;
 use crate::finding::Problem;
 use crate::keys::TABLES;
 
@@ -63,8 +64,9 @@ fn has_header(text: &str, before: usize) -> bool {
 }
 
 fn finding(text: &str, (span, message): SyntaxError<'_>) -> Finding {
-    let comma = decimal_comma(text, span.start);
-    let help = comma.or_else(|| value(text, span.start).and_then(quoted));
+    let help = decimal_comma(text, span.start)
+        .or_else(|| number_with_unit(text, span.start))
+        .or_else(|| value(text, span.start).and_then(quoted));
     let finding = Finding::new(Problem::Syntax, span, format!("this is not TOML: {message}"));
     match help {
         Some(help) => finding.help(help),
@@ -93,6 +95,19 @@ fn decimal_comma(text: &str, byte: usize) -> Option<String> {
     let ends = after.is_empty() || after.starts_with([' ', '\t', '\r', ',', '}', '#']);
     (is_number(digits) && is_number(decimals) && ends)
         .then(|| format!("decimals have a point, not a comma: {whole}.{decimals}"))
+}
+
+/// How a number with a unit behind it is written; a time has one, in quotes.
+fn number_with_unit(text: &str, byte: usize) -> Option<String> {
+    let line = line(text, byte);
+    let start = line.start + text.get(line.start..byte)?.rfind('=')? + 1;
+    let value = text.get(start..line.end)?.split([',', ']', '}', '#']).next()?.trim();
+    let (number, _) = value.split_once(' ')?;
+    number.parse::<f64>().ok()?;
+    Some(match parse_duration_ns(value) {
+        Ok(_) => format!("a text needs quotes: \"{value}\""),
+        Err(_) => format!("a number stands alone, without a unit: {number}"),
+    })
 }
 
 /// How a value that lacks its quotes is written.

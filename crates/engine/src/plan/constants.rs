@@ -6,7 +6,11 @@ use super::names::Names;
 use crate::Finding;
 use crate::config::Connection;
 use crate::finding::{Among, Problem};
-use crate::time::{TIME_FORMS, is_time, parse_time_ms};
+use crate::number::{Based, parse_based, plain_number};
+use crate::time::{TIME_FORMS, is_time, parse_time_ms, time_help};
+
+/// How a constant of type INT or WORD is written.
+const WHOLE_NUMBER: &str = "write a whole number, such as 100 or \"16#64\"";
 
 /// The slot of what stands at a pin; `None` if that is a wire.
 pub(super) fn constant_slot(
@@ -14,6 +18,11 @@ pub(super) fn constant_slot(
     pin: &Pin,
     names: &Names<'_>,
 ) -> Option<Result<f64, Finding>> {
+    if let (Connection::Wire(text), PinType::Int | PinType::Word) = (connection, pin.pin_type)
+        && let Some(based) = parse_based(text)
+    {
+        return Some(based_slot(text, based, pin));
+    }
     match connection {
         Connection::Wire(text) if pin.names_task => task_slot(text, pin, names),
         Connection::Wire(text) if is_quoted(text, pin, names) => {
@@ -26,6 +35,17 @@ pub(super) fn constant_slot(
         Connection::Wire(text) if is_time(text) => time_slot(connection, text, pin),
         Connection::Wire(_) => None,
         value => Some(value_slot(value, pin)),
+    }
+}
+
+/// The slot of a number with a base, such as `"16#8F00"`.
+fn based_slot(text: &str, based: Result<Based, String>, pin: &Pin) -> Result<f64, Finding> {
+    match based {
+        Ok(Based { number, .. }) => value_slot(&Connection::Integer(number), pin),
+        Err(reason) => {
+            let message = format!("pin {} \"{text}\": {reason}", pin.name);
+            Err(Finding::new(Problem::OutOfRange, 0..0, message).help(WHOLE_NUMBER))
+        }
     }
 }
 
@@ -51,7 +71,8 @@ fn time_slot(connection: &Connection, text: &str, pin: &Pin) -> Option<Result<f6
         (Ok(ms), PinType::Time) => Some(Ok(f64::from(ms))),
         (Err(reason), PinType::Time) => {
             let message = format!("pin {} \"{text}\": {reason}", pin.name);
-            Some(Err(Finding::new(Problem::OutOfRange, 0..0, message).help(TIME_FORMS)))
+            let help = time_help(pin.name, text);
+            Some(Err(Finding::new(Problem::OutOfRange, 0..0, message).help(help)))
         }
         (Ok(_), _) => Some(value_slot(connection, pin)),
         // A number with a unit.
@@ -84,7 +105,12 @@ fn task_slot(text: &str, pin: &Pin, names: &Names<'_>) -> Option<Result<f64, Fin
         (None, None) => {
             let message = format!("there is no task or input \"{text}\"");
             let finding = Finding::new(Problem::UnknownTask, 0..0, message);
-            Some(Err(match text.parse::<i64>() {
+            // TIA Portal calls the OB with number 35 OB35.
+            let number = match text.get(..2) {
+                Some(ob) if ob.eq_ignore_ascii_case("ob") => text.get(2..).unwrap_or_default(),
+                _ => text,
+            };
+            Some(Err(match number.trim_start_matches(['_', ' ']).parse::<i64>() {
                 Ok(number) => {
                     finding.help(format!("write {} = {number}, without quotes", pin.name))
                 }
@@ -125,12 +151,35 @@ fn value_slot(constant: &Connection, pin: &Pin) -> Result<f64, Finding> {
         }
         None => {
             let message = format!("{written} is no {}, which pin {} takes", pin.pin_type, pin.name);
-            Err(Finding::new(Problem::TypeMismatch, 0..0, message).help(match pin.pin_type {
+            let finding = Finding::new(Problem::TypeMismatch, 0..0, message);
+            if let Connection::Wire(text) = constant
+                && let Some(help) = number_help(text, pin)
+            {
+                return Err(finding.help(help));
+            }
+            Err(finding.help(match pin.pin_type {
                 PinType::Lreal => "write a number such as 1.0",
                 PinType::Bool => "write true or false",
                 PinType::Time => TIME_FORMS,
-                PinType::Int | PinType::Word => "write a whole number",
+                PinType::Int | PinType::Word => WHOLE_NUMBER,
             }))
         }
     }
+}
+
+/// What to write at a pin for a text that is a number with a decimal comma or a unit.
+fn number_help(text: &str, pin: &Pin) -> Option<String> {
+    if !matches!(pin.pin_type, PinType::Lreal | PinType::Int | PinType::Word) {
+        return None;
+    }
+    let plain = plain_number(text)?;
+    let number: f64 = plain.parse().ok().filter(|number| pin.pin_type.holds(*number))?;
+    let plain = if pin.pin_type == PinType::Lreal { plain } else { number.to_string() };
+    let has_unit = text.trim().replace(',', ".").parse::<f64>().is_err();
+    let why = match (has_unit, pin.unit) {
+        (false, _) => ": decimals have a point, not a comma".into(),
+        (true, "") => ", the number alone".into(),
+        (true, unit) => format!(", the number alone, in {unit}"),
+    };
+    Some(format!("write {} = {plain}{why}", pin.name))
 }

@@ -112,7 +112,7 @@ fn constants_of_another_type_or_out_of_range_are_refused() {
             "timeRange = «\"50\"",
             OutOfRange,
             "pin timeRange \"50\": the unit is missing: \"50ms\"?",
-            "100, \"100ms\" or \"T#100ms\"",
+            "write timeRange = \"50ms\"",
         ),
         (
             "fractions for TIME",
@@ -169,6 +169,54 @@ fn constants_of_another_type_or_out_of_range_are_refused() {
             "timeRange = «\"T#1,5s\"",
             OutOfRange,
             "decimals have a point, not a comma: \"T#1.5s\"",
+            "write timeRange = \"T#1.5s\"",
+        ),
+        (
+            "a quoted number with a comma",
+            rate,
+            "setChangeRate = «\"0,5\"",
+            TypeMismatch,
+            "\"0,5\" is no LREAL",
+            "write setChangeRate = 0.5: decimals have a point, not a comma",
+        ),
+        (
+            "a quoted number with a unit",
+            rate,
+            "setChangeRate = «\"10 m/s\"",
+            TypeMismatch,
+            "\"10 m/s\" is no LREAL",
+            "write setChangeRate = 10, the number alone, in 1/s",
+        ),
+        (
+            "a quoted whole number with a comma",
+            "endlessSteps = true",
+            "numberSteps = «\"5,0\"",
+            TypeMismatch,
+            "\"5,0\" is no INT",
+            "write numberSteps = 5: decimals",
+        ),
+        (
+            "a base beyond INT",
+            start,
+            "startValue = «\"16#8000\"",
+            OutOfRange,
+            "32768 does not fit",
+            "INT holds",
+        ),
+        (
+            "a base and other digits",
+            start,
+            "startValue = «\"16#XY\"",
+            OutOfRange,
+            "pin startValue \"16#XY\": after 16# come digits of base 16, such as 16#8F00",
+            "write a whole number",
+        ),
+        (
+            "a base for LREAL",
+            rate,
+            "setChangeRate = «\"16#64\"",
+            TypeMismatch,
+            "\"16#64\" is no LREAL",
             "",
         ),
         ("1 for BOOL", endless, "endlessSteps = «1", TypeMismatch, "1 is no BOOL", "true or false"),
@@ -211,6 +259,59 @@ fn times_are_read_as_plc_programmers_write_them() {
         let slot = (0..).find(|slot| plan.slot_name(0, *slot) == "saw.timeRange").unwrap();
         assert_eq!(plan.tasks[0].image[slot], 1_500.0, "{written}");
     }
+}
+
+#[test]
+fn whole_numbers_are_read_with_the_bases_of_plc_programmers() {
+    let bases =
+        [("16#64", 100.0), ("2#0110_0100", 100.0), ("8#144", 100.0), ("-16#8000", -32768.0)];
+    for (written, value) in bases {
+        let text = VALID.replace("endlessSteps = true", &format!("numberSteps = \"{written}\""));
+        let plan = plan(&text).unwrap();
+        let slot = (0..).find(|slot| plan.slot_name(0, *slot) == "saw.numberSteps").unwrap();
+        assert_eq!(plan.tasks[0].image[slot], value, "{written}");
+    }
+    let input = |default: &str| {
+        let to = format!("type = \"INT\"\ndefault = {default}");
+        VALID.replace("type = \"INT\"", &to)
+    };
+    assert_eq!(plan(&input("\"16#64\"")).unwrap().tasks[0].image[1], 100.0);
+    let reason = "[[input]] default \"16#\": after 16# come digits of base 16";
+    assert_one("digits", &input("«\"16#\""), OutOfRange, reason, "");
+}
+
+#[test]
+fn a_number_that_a_comment_cuts_short_is_refused() {
+    let written = |from: &str, to: &str| {
+        assert_eq!(VALID.matches(from).count(), 1);
+        VALID.replace(from, to)
+    };
+    for (text, message, help) in [
+        (
+            written("endlessSteps = true", "numberSteps = «16#64"),
+            "16#64 is read as 16: in TOML, # begins a comment",
+            "write 100; a pin of type INT or WORD also takes \"16#64\", in quotes",
+        ),
+        (written("ob = 35", "ob = «16#23"), "16#23 is read as 16", "write 35"),
+        (written("ob = 35", "ob = «35#Main"), "35#Main is read as 35", "a blank before a comment"),
+        (
+            written(
+                "\n[[task]]",
+                "\n[limits]\n\"ramp.*.setChangeRate\" = [\n0.5, «16#64\n]\n[[task]]",
+            ),
+            "16#64 is read as 16",
+            "write 100",
+        ),
+    ] {
+        assert_one(message, &text, OutOfRange, message, help);
+    }
+    // There the comment swallows the end of the table.
+    let inline = VALID.replace(
+        "[block.in]\nstartValue = \"start\"\ntimeRange = 50\nendlessSteps = true",
+        "in = { timeRange = 50, numberSteps = «16#64 }",
+    );
+    assert_one("inline", &inline, Syntax, "16#64 is read as 16", "write 100");
+    assert!(plan(&VALID.replace("ob = 35", "ob = 35 # main")).is_ok());
 }
 
 #[test]
@@ -264,6 +365,8 @@ fn what_call_ob_cannot_mean_is_refused_with_the_way_out() {
         ("\"slwo\"", UnknownTask, "there is no task or input \"slwo\"", "did you mean \"slow\"?"),
         ("\"OB_Cyclic\"", UnknownTask, "no task or input \"OB_Cyclic\"", "fast, slow, number, raw"),
         ("\"35\"", UnknownTask, "no task or input \"35\"", "callOB = 35, without quotes"),
+        ("\"OB35\"", UnknownTask, "no task or input \"OB35\"", "callOB = 35, without quotes"),
+        ("\"ob_38\"", UnknownTask, "no task or input \"ob_38\"", "callOB = 38, without quotes"),
         ("\"raw\"", TypeMismatch, "\"raw\" is LREAL, but pin callOB takes INT", ""),
         ("\"ramp\"", UnknownSource, "no input \"ramp\"", "such as \"ramp.delayedValue\""),
         ("\"slow.y\"", UnknownSource, "no block \"slow\"", ""),

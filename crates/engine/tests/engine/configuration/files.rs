@@ -92,6 +92,8 @@ fn what_lacks_its_quotes_is_said_to_and_how_it_is_written() {
         ("1ms", "a text needs quotes: \"1ms\""),
         ("fast # the first", "a text needs quotes: \"fast\""),
         ("TRUE", "write true, in lowercase letters"),
+        ("10 ms", "a text needs quotes: \"10 ms\""),
+        ("10 m/s # or so", "a number stands alone, without a unit: 10"),
     ] {
         assert_one(value, &text(value), Problem::Syntax, "this is not TOML", help);
     }

@@ -73,6 +73,22 @@ fn values_of_inputs_that_are_out_of_range_are_refused_with_the_range() {
             "write default = 1.5",
         ),
         (
+            "default with a comma",
+            "default = 0.5",
+            "default = «\"0,5\"",
+            WrongType,
+            "a number, not a text",
+            "write default = 0.5",
+        ),
+        (
+            "default with a unit",
+            "default = 0.5",
+            "default = «\"10 m\"",
+            WrongType,
+            "a number, not a text",
+            "write default = 10",
+        ),
+        (
             "default word",
             "default = 0.5",
             "default = «\"inf\"",

@@ -32,14 +32,26 @@ fn a_period_that_needs_only_another_form_is_refused_with_that_form() {
     let help = |period: &str| format!("write period = \"{period}\"");
     for (written, message, right) in [
         ("\"1\"", "the unit is missing: \"1ms\"?", "1ms"),
-        ("\"T#2ms\"", "a duration has no T# before it", "2ms"),
-        ("\"TIME#2_000US\"", "a duration has no TIME# before it", "2000us"),
+        ("\"T#0,5s\"", "decimals have a point, not a comma", "T#0.5s"),
+        ("\"T#2\"", "the unit is missing", "T#2ms"),
         ("2", "is a duration such as \"1ms\", not an integer", "2ms"),
     ] {
         let text = VALID.replace("period = \"1ms\"", &format!("period = «{written}"));
         let problem = if written.starts_with('"') { OutOfRange } else { WrongType };
         assert_one(written, &text, problem, message, &help(right));
     }
+}
+
+#[test]
+fn a_period_may_be_written_as_a_time_literal() {
+    for (period, period_ns) in
+        [("T#100ms", 100_000_000), ("time#1s_500ms", 1_500_000_000), ("T#0.5s", 500_000_000)]
+    {
+        let text = VALID.replace("period = \"1ms\"", &format!("period = \"{period}\""));
+        assert_eq!(plan(&text).unwrap().tasks[0].schedule.period_ns, period_ns, "{period}");
+    }
+    let negative = VALID.replace("period = \"1ms\"", "period = «\"T#-1ms\"");
+    assert_one("negative", &negative, OutOfRange, "a duration cannot be negative", "");
 }
 
 #[test]

@@ -39,6 +39,26 @@ fn the_running_values_are_saved_in_place_of_the_constants_and_all_else_stays() {
 }
 
 #[test]
+fn saved_times_and_numbers_with_a_base_keep_their_notation() {
+    let saw = |time_range: &str, steps: &str| {
+        let saw = "[[block]]\nname = \"saw\"\ntype = \"SawTooth\"\ntask = \"fast\"";
+        format!("{NODE}\n{saw}\nin = {{ timeRange = {time_range}, numberSteps = {steps} }}\n")
+    };
+    for (before, after) in [
+        (("\"T#100ms\"", "\"16#0A\""), ("\"T#500ms\"", "\"16#14\"")),
+        (("\"100ms\"", "\"2#1010\""), ("\"500ms\"", "\"2#10100\"")),
+        (("100", "10"), ("500", "20")),
+    ] {
+        let text = saw(before.0, before.1);
+        let mut hand = Hand::new(&text);
+        hand.set([("saw.timeRange", 500.into()), ("saw.numberSteps", 20.into())]);
+        hand.step(0);
+        hand.step(1);
+        assert_eq!(hand.operator.save(&text).unwrap(), saw(after.0, after.1));
+    }
+}
+
+#[test]
 fn running_values_are_not_saved_into_a_configuration_of_another_node() {
     let mut hand = Hand::new(NODE);
     hand.set([("free.value", 7.5.into())]);

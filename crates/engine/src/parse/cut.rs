@@ -1,0 +1,62 @@
+//! Numbers that a comment cuts short: in TOML, `16#64` is 16 and a comment.
+
+use std::ops::Range;
+
+use toml::Spanned;
+use toml::de::{DeTable, DeValue};
+
+use crate::Finding;
+use crate::finding::Problem;
+use crate::number::parse_based;
+
+/// A finding for each number of a document that `#` follows directly.
+pub(super) fn findings(text: &str, document: &DeTable<'_>) -> Vec<Finding> {
+    let mut findings = Vec::new();
+    let mut values: Vec<&Spanned<DeValue<'_>>> = document.values().collect();
+    while let Some(value) = values.pop() {
+        match value.get_ref() {
+            DeValue::Table(table) => values.extend(table.values()),
+            DeValue::Array(array) => values.extend(array.iter()),
+            DeValue::Integer(_) | DeValue::Float(_) => {
+                findings.extend(finding(text, value.span(), Problem::OutOfRange));
+            }
+            _ => {}
+        }
+    }
+    findings.sort_by_key(|finding| finding.span.start);
+    findings
+}
+
+/// The first such number of a text that is not TOML, perhaps because its comment swallows the end of a table.
+pub(super) fn first_in_broken(text: &str) -> Option<Finding> {
+    let mut next = 0;
+    text.split_inclusive('\n').find_map(|line| {
+        let start = next;
+        next += line.len();
+        let before = line.get(..line.find('#')?)?;
+        let number = before.rfind(|c: char| !c.is_ascii_digit() && !"+-_.".contains(c))? + 1;
+        let is_value = before.get(..number)?.trim_end().ends_with(['=', ',', '[']);
+        let is_quoted = ['"', '\''].iter().any(|mark| before.matches(*mark).count() % 2 == 1);
+        let has_digits = before.ends_with(|c: char| c.is_ascii_digit());
+        (is_value && !is_quoted && has_digits)
+            .then(|| finding(text, start + number..start + before.len(), Problem::Syntax))?
+    })
+}
+
+/// What to say of the number that stands at a place.
+fn finding(text: &str, span: Range<usize>, problem: Problem) -> Option<Finding> {
+    let number = text.get(span.clone())?;
+    let comment = text.get(span.end..)?.strip_prefix('#')?;
+    let end = comment.find(|c: char| !c.is_alphanumeric() && c != '_').unwrap_or(comment.len());
+    let written = format!("{number}#{}", comment.get(..end)?);
+    let message = format!("{written} is read as {number}: in TOML, # begins a comment");
+    let help = meant(&written).unwrap_or_else(|| "leave a blank before a comment".into());
+    let span = span.start..span.end + 1 + end;
+    Some(Finding::new(problem, span, message).help(help))
+}
+
+/// What to write for a number with a base.
+fn meant(written: &str) -> Option<String> {
+    let number = parse_based(written)?.ok()?.number;
+    Some(format!("write {number}; a pin of type INT or WORD also takes \"{written}\", in quotes"))
+}
