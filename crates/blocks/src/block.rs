@@ -62,6 +62,15 @@ pub trait Block: Declaration {
     /// One cycle. Depends on nothing but its arguments.
     fn step(state: &mut Self::State, inputs: &Self::Inputs, cycle: &Cycle<'_>) -> Self::Outputs;
 
+    /// What people should know while [`needs_caution`](Block::needs_caution) says so.
+    const CAUTION: Option<&'static Caution> = None;
+
+    /// Whether an instance that reports no error is, after a step, in the state that [`Block::CAUTION`]
+    /// tells of.
+    fn needs_caution(_inputs: &Self::Inputs, _outputs: &Self::Outputs) -> bool {
+        false
+    }
+
     /// Inputs that keep an instance at its usual work for as long as it is stepped: not in error,
     /// not at a limit, not arrived. What it costs is measured with these.
     fn typical() -> Self::Inputs {
@@ -158,6 +167,20 @@ pub struct Decision {
     pub chosen: &'static str,
 }
 
+/// What people should know of an instance while it lasts, though it is no error: an alarm of a node, and
+/// where constants lead to it, a note of `check`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Caution {
+    /// Its code among alarms, such as `limits_off`.
+    pub code: &'static str,
+    /// What is so, as part of a sentence about the block.
+    pub meaning: &'static str,
+    /// What is so when it is over, likewise.
+    pub over: &'static str,
+    /// What to do about it.
+    pub remedy: &'static str,
+}
+
 /// A block type with its Rust type erased: what plan and engine work with.
 ///
 /// An instance owns [`slots`](Self::slots) consecutive slots of the process image, its inputs then
@@ -181,9 +204,12 @@ pub struct BlockType {
     pub decisions: &'static [Decision],
     /// Words of private state of an instance, at least 1. All zero is the initial state.
     pub state_words: usize,
+    /// What people should know while [`needs_caution`](Self::needs_caution) says so.
+    pub caution: Option<&'static Caution>,
     is_of_library: bool,
     step_bank: fn(&mut [f64], &mut [u64], &Cycle<'_>) -> u64,
     typical: fn(&mut [f64]),
+    needs_caution: fn(&[f64]) -> bool,
 }
 
 /// The output by which an instance says that something is wrong, with its place: among the slots of
@@ -282,9 +308,11 @@ impl BlockType {
             status: B::STATUS,
             decisions: B::DECISIONS,
             state_words: state_words::<B>(),
+            caution: B::CAUTION,
             is_of_library: false,
             step_bank: step_bank::<B>,
             typical: typical::<B>,
+            needs_caution: needs_caution::<B>,
         }
     }
 
@@ -326,6 +354,13 @@ impl BlockType {
             Some(Indication::Error(output)) => Some(Indication::Error(self.inputs.len() + output)),
             None => None,
         }
+    }
+
+    /// Whether an instance, seen by its slots after a step, is in the state that [`caution`](Self::caution)
+    /// tells of.
+    #[inline]
+    pub fn needs_caution(&self, slots: &[f64]) -> bool {
+        self.caution.is_some() && (self.needs_caution)(slots)
     }
 
     /// Steps every instance of a bank once and returns how many reported an error.
@@ -373,4 +408,12 @@ fn step_bank<B: Block>(image: &mut [f64], state: &mut [u64], cycle: &Cycle<'_>) 
 
 fn typical<B: Block>(slots: &mut [f64]) {
     B::typical().write(slots);
+}
+
+fn needs_caution<B: Block>(slots: &[f64]) -> bool {
+    let pins = slots.split_at_checked(B::Inputs::LEN);
+    pins.is_some_and(|(inputs, outputs)| {
+        let outputs = B::Outputs::read(outputs);
+        !B::is_error(&outputs) && B::needs_caution(&B::Inputs::read(inputs), &outputs)
+    })
 }

@@ -46,7 +46,7 @@ pub mod scale_linear;
 pub mod status;
 
 pub use block::{
-    Block, BlockType, Decision, Declaration, Indication, Origin, Pin, PinDefault, Slots,
+    Block, BlockType, Caution, Decision, Declaration, Indication, Origin, Pin, PinDefault, Slots,
     StatusWord, Words,
 };
 pub use cycle::{Cycle, is_cyclic_ob};

@@ -1,7 +1,7 @@
 //! LimRateOfChangeAdvancedCI: a ramp with four rates, limits and operating modes.
 
 use crate::lim_rate_of_change::toward;
-use crate::{Block, Cycle, Decision, Ob, decisions, status};
+use crate::{Block, Caution, Cycle, Decision, Ob, decisions, status};
 
 crate::block! {
     /// Limits the rate of change of a signal with separate rates for each range and direction, limits
@@ -75,7 +75,7 @@ crate::block! {
             "Disabled (all four rates are 0.0): 0.0; all flags are FALSE.",
             "Automatic: from the last output toward `autoValue` by at most rate times `T`, landing on it exactly, within the limits while they are on. `T` is the period, in seconds, of the task at `callOB`; range (above or below 0.0) and direction select the rate.",
             "A rate flag is TRUE if its rate stopped the output short of the target; a limit flag is TRUE if the value before limiting is at or beyond the limit.",
-            "Manual mode switches the limits off. They are switched on again as soon as the output reaches the range between them. Until then automatic mode is not limited, and moves further away if `autoValue` lies there; `reset` switches the limits on at once.",
+            "Manual mode switches the limits off. They are switched on again as soon as the output reaches the range between them. Until then automatic mode is not limited, and moves further away if `autoValue` lies there; `reset` switches the limits on at once. As long as the output stays beyond a limit that is off, a node has the alarm `limits_off`.",
         }
         status {
             status::OK => "STATUS_FINISHED_NO_ERROR": "no error",
@@ -212,6 +212,19 @@ impl Block for LimRateOfChangeAdvancedCI {
             status,
             subfunction_status: status::subfunction(status),
         }
+    }
+
+    const CAUTION: Option<&'static Caution> = Some(&Caution {
+        code: "limits_off",
+        meaning: "its limits are off after manual mode, until the output reaches the range between them",
+        over: "its limits are on",
+        remedy: "leave manual mode with a manualValue between the limits, or set reset, which restarts it",
+    });
+
+    /// The output stands beyond a limit that says so: with the limits on, it would stand on it.
+    fn needs_caution(inputs: &Inputs, outputs: &Outputs) -> bool {
+        let (y, high, low) = (outputs.output_value, inputs.set_high_lim, inputs.set_low_lim);
+        outputs.high_lim && y > high || outputs.low_lim && y < low
     }
 
     /// In automatic mode, on a way that takes three thousand years.

@@ -54,6 +54,8 @@ pub enum Problem {
     Latched,
     /// An input that is never stale (a note).
     NoMaxAge,
+    /// Constants lead a block to where people should know of it, though it reports no error (a note).
+    Caution,
 }
 
 impl Problem {
@@ -81,12 +83,13 @@ impl Problem {
             Self::FollowsItself => "follows_itself",
             Self::Latched => "latched",
             Self::NoMaxAge => "no_max_age",
+            Self::Caution => "caution",
         }
     }
 
     pub(crate) fn severity(self) -> Severity {
         match self {
-            Self::Latched | Self::NoMaxAge => Severity::Advice,
+            Self::Latched | Self::NoMaxAge | Self::Caution => Severity::Advice,
             Self::ConstantError | Self::NoEffect | Self::StarvedSource | Self::FollowsItself => {
                 Severity::Warning
             }

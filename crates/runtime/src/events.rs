@@ -5,14 +5,14 @@ use std::collections::{BTreeSet, HashMap};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
-use isochrone_blocks::{Indication, status};
+use isochrone_blocks::{BlockType, Indication, status};
 use isochrone_engine::{TaskEngine, TaskPlan};
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use crate::event::Event;
 use crate::freshness::InputState;
 use crate::limiter::{Allowed, Limiter};
-use crate::words::{ERROR_WITHOUT_WORD, Moved, Said, Words};
+use crate::words::{CAUTION, ERROR_WITHOUT_WORD, Moved, Said, Words, is_watched};
 
 /// Events that fit between the cycle and the ordinary thread. What finds no room is told later, if it
 /// still holds then.
@@ -22,6 +22,10 @@ const ROOM: usize = 256;
 pub(crate) struct Events {
     ring: Producer<Event>,
     watched: Box<[Watched]>,
+    /// The place of the one that is looked at next of those that may need a caution.
+    next_cautioned: usize,
+    /// Places of those among the watched ones.
+    cautioned: Box<[usize]>,
     errors: u64,
     in_error: bool,
     /// Another configuration is in place, which has not been told.
@@ -32,6 +36,7 @@ pub(crate) struct Events {
 #[derive(Debug)]
 pub(crate) struct Watch {
     watched: Box<[Watched]>,
+    cautioned: Box<[usize]>,
     /// Places among those that were watched, and among these.
     kept: Box<[(usize, usize)]>,
 }
@@ -46,50 +51,68 @@ impl Watch {
             .watched()
             .enumerate()
             .filter_map(|(place, instance)| Some((place, *places.get(&moved.place(instance)?)?)));
-        Self { kept: kept.collect(), watched }
+        Self { kept: kept.collect(), cautioned: cautioned(&watched), watched }
     }
 }
 
-/// An instance that can report errors.
+/// An instance that can report errors, or need a caution.
 #[derive(Debug)]
 struct Watched {
     instance: usize,
-    slot: usize,
-    indication: Indication,
+    first_slot: usize,
+    indication: Option<Indication>,
+    block_type: Arc<BlockType>,
     told: u16,
 }
 
 impl Watched {
-    fn error(&self, image: &[f64]) -> u16 {
-        let value = image.get(self.slot).copied().unwrap_or_default();
-        if self.indication.is_error(value) {
-            self.indication.status_word(value).unwrap_or(ERROR_WITHOUT_WORD)
-        } else {
-            status::OK
-        }
+    /// Its error, or whether it needs a caution.
+    fn state(&self, image: &[f64]) -> u16 {
+        let last = self.first_slot + self.block_type.slots();
+        let slots = image.get(self.first_slot..last).unwrap_or_default();
+        let error = self.indication.and_then(|indication| {
+            let value = slots.get(indication.place()).copied().unwrap_or_default();
+            let word = || indication.status_word(value).unwrap_or(ERROR_WITHOUT_WORD);
+            indication.is_error(value).then(word)
+        });
+        let caution = || if self.block_type.needs_caution(slots) { CAUTION } else { status::OK };
+        error.unwrap_or_else(caution)
     }
 }
 
 impl Events {
     /// Looks for blocks that came into an error or out of one; for the slack. While no block reports
-    /// an error, it is a comparison.
+    /// an error, it is a comparison, and a look at a few of those that may need a caution.
     pub(crate) fn look(&mut self, engine: &TaskEngine, cycle: u64) {
         if !self.tells_change() {
             return;
         }
         let errors = engine.block_errors();
-        if errors == std::mem::replace(&mut self.errors, errors) && !self.in_error {
+        let is_same = errors == std::mem::replace(&mut self.errors, errors);
+        if is_same && !self.in_error && !self.meets_caution(engine.image()) {
             return;
         }
         self.in_error = false;
         for watched in &mut self.watched {
-            let error = watched.error(engine.image());
+            let error = watched.state(engine.image());
             let event = Event::Block { instance: watched.instance, status: error, cycle };
             if error != watched.told && self.ring.push(event).is_ok() {
                 watched.told = error;
             }
             self.in_error |= watched.told != status::OK || error != watched.told;
         }
+    }
+
+    /// Whether one of a few blocks needs a caution, others in each cycle: that lasts, and is in no hurry.
+    fn meets_caution(&mut self, image: &[f64]) -> bool {
+        const LOOKED: usize = 8;
+        let count = self.cautioned.len();
+        (0..count.min(LOOKED)).any(|_| {
+            self.next_cautioned = (self.next_cautioned + 1) % count;
+            let place = self.cautioned.get(self.next_cautioned);
+            let watched = place.and_then(|place| self.watched.get(*place));
+            watched.is_some_and(|watched| watched.state(image) != watched.told)
+        })
     }
 
     /// Tells what has become of an input; `false` where there is no room.
@@ -105,6 +128,7 @@ impl Events {
             }
         }
         std::mem::swap(&mut self.watched, &mut watch.watched);
+        std::mem::swap(&mut self.cautioned, &mut watch.cautioned);
         self.has_changed = true;
     }
 
@@ -133,17 +157,18 @@ pub(crate) struct Log {
     holding: BTreeSet<usize>,
 }
 
-/// The instances of a task that can report errors.
+/// The instances of a task that can report errors, or need a caution.
 fn watched(task: &TaskPlan) -> Box<[Watched]> {
     let mut watched = Vec::new();
     let mut first = 0;
     for bank in &task.banks {
-        if let Some(indication) = bank.block_type.indication() {
-            let slot = bank.first_slot + indication.place();
+        if is_watched(&bank.block_type) {
+            let block_type = Arc::new(bank.block_type);
             watched.extend((0..bank.instances.len()).map(|index| Watched {
                 instance: first + index,
-                slot: slot + index * bank.block_type.slots(),
-                indication,
+                first_slot: bank.first_slot + index * bank.block_type.slots(),
+                indication: bank.block_type.indication(),
+                block_type: Arc::clone(&block_type),
                 told: status::OK,
             }));
         }
@@ -152,12 +177,26 @@ fn watched(task: &TaskPlan) -> Box<[Watched]> {
     watched.into()
 }
 
+/// Places of those that may need a caution.
+fn cautioned(watched: &[Watched]) -> Box<[usize]> {
+    let watched = watched.iter().enumerate();
+    watched.filter(|(_, it)| it.block_type.caution.is_some()).map(|(place, _)| place).collect()
+}
+
 /// Makes both ends for a task, and the end that the words of other configurations are sent by.
 pub(crate) fn ends(task: &TaskPlan) -> (Events, Log, Sender<Arc<Words>>) {
     let (producer, consumer) = RingBuffer::new(ROOM);
     let (send_words, next_words) = channel();
-    let (watched, has_changed) = (watched(task), false);
-    let events = Events { ring: producer, watched, errors: 0, in_error: false, has_changed };
+    let watched = watched(task);
+    let events = Events {
+        ring: producer,
+        next_cautioned: 0,
+        cautioned: cautioned(&watched),
+        watched,
+        errors: 0,
+        in_error: false,
+        has_changed: false,
+    };
     let words = Arc::new(Words::of(task));
     let log = Log {
         limiters: limiters(&words),

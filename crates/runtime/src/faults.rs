@@ -3,7 +3,7 @@
 use std::collections::{BTreeMap, HashMap, VecDeque};
 use std::sync::Arc;
 
-use isochrone_blocks::status;
+use isochrone_blocks::{Caution, status};
 use isochrone_timing::WarningCode;
 
 use crate::event::Event;
@@ -48,8 +48,8 @@ struct State {
 /// Something that is wrong.
 pub(crate) struct Active {
     pub(crate) name: String,
-    /// As what it stands in reports, if it is neither a block nor whether an input is ok.
-    pub(crate) code: Option<WarningCode>,
+    /// What kind it is of, if it is neither a block nor whether an input is ok.
+    pub(crate) code: Option<String>,
     /// A block's status word, if it has one.
     pub(crate) status: Option<u16>,
     pub(crate) meaning: String,
@@ -155,12 +155,19 @@ impl Faults {
     pub(crate) fn active(&self) -> impl Iterator<Item = Active> {
         let active = self.known.values().filter(|fault| fault.is_active);
         let states = self.states.iter().filter_map(|state| {
-            let (name, code) = (state.name.clone(), Some(state.code.clone()));
+            let (name, code) = (state.name.clone(), Some(state.code.as_str().to_owned()));
             let (meaning, status) = (state.meaning.clone()?, None);
             let State { since_cycle, count, .. } = *state;
             Some(Active { name, code, status, meaning, since_cycle, count })
         });
         let faults = active.filter_map(|fault| {
+            let Fault { since_cycle, count, .. } = *fault;
+            if let Some((name, Caution { code, meaning, remedy, .. })) =
+                self.words.caution(&fault.event)
+            {
+                let (code, meaning) = (Some(code.to_string()), format!("{meaning}; {remedy}"));
+                return Some(Active { name, code, status: None, meaning, since_cycle, count });
+            }
             let (name, status, meaning) = self.words.explain(&fault.event)?;
             let meaning = match (&fault.event, self.reasons.get(&name)) {
                 (Event::Input { state: InputState::Missing, .. }, Some(reason)) => {
@@ -168,7 +175,6 @@ impl Faults {
                 }
                 _ => meaning,
             };
-            let Fault { since_cycle, count, .. } = *fault;
             Some(Active { name, code: None, status, meaning, since_cycle, count })
         });
         faults.chain(states)

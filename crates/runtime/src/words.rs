@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use isochrone_blocks::{BlockType, PinType, status};
+use isochrone_blocks::{BlockType, Caution, PinType, status};
 use isochrone_engine::config::OnStale;
 use isochrone_engine::{BankPlan, InputPlan, TaskPlan};
 
@@ -12,6 +12,14 @@ use crate::freshness::InputState;
 
 /// Stands for a status word where a block has none.
 pub(crate) const ERROR_WITHOUT_WORD: u16 = u16::MAX;
+
+/// Stands for a status word where a block reports no error and needs a caution.
+pub(crate) const CAUTION: u16 = u16::MAX - 1;
+
+/// Whether blocks of a type can report errors, or need a caution.
+pub(crate) fn is_watched(block_type: &BlockType) -> bool {
+    block_type.indication().is_some() || block_type.caution.is_some()
+}
 
 /// Names and types of a task's blocks and inputs.
 pub(crate) struct Words {
@@ -115,6 +123,13 @@ impl Words {
         }
     }
 
+    /// The caution that an event is about: which block, and what of it.
+    pub(crate) fn caution(&self, event: &Event) -> Option<(String, &'static Caution)> {
+        let Event::Block { instance, status: CAUTION, .. } = *event else { return None };
+        let (bank, name) = self.instance(instance)?;
+        Some((name.to_owned(), bank.block_type.caution?))
+    }
+
     /// What is wrong after an event: who, its status word and what that means.
     pub(crate) fn explain(&self, event: &Event) -> Option<(String, Option<u16>, String)> {
         match *event {
@@ -145,10 +160,10 @@ impl Words {
         })
     }
 
-    /// The blocks that can report errors: their places in the order of the image.
+    /// The blocks that can report errors, or need a caution: their places in the order of the image.
     pub(crate) fn watched(&self) -> impl Iterator<Item = usize> {
         let blocks = self.blocks().enumerate();
-        blocks.filter(|(_, (_, block_type))| block_type.indication().is_some()).map(|(at, _)| at)
+        blocks.filter(|(_, (_, block_type))| is_watched(block_type)).map(|(at, _)| at)
     }
 
     fn instance(&self, mut instance: usize) -> Option<(&Bank, &str)> {
@@ -164,8 +179,16 @@ impl Words {
 
 fn block_sentence(block_type: &BlockType, name: &str, word: u16) -> String {
     let kind = block_type.name;
+    if let (CAUTION, Some(Caution { meaning, remedy, .. })) = (word, block_type.caution) {
+        return format!("block \"{name}\" ({kind}): {meaning}; {remedy}");
+    }
     match block_type.status.iter().find(|known| known.code == word) {
-        _ if word == status::OK => format!("block \"{name}\" ({kind}) reports no error any more"),
+        _ if word == status::OK => match block_type.caution {
+            None => format!("block \"{name}\" ({kind}) reports no error any more"),
+            Some(Caution { over, .. }) => {
+                format!("block \"{name}\" ({kind}) reports no error any more, and {over}")
+            }
+        },
         Some(known) => format!(
             "block \"{name}\" ({kind}) reports 16#{word:04X} {}: {}",
             known.name, known.meaning

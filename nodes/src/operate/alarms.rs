@@ -12,7 +12,7 @@ use crate::terminal;
 
 /// List what is wrong in a running node now
 ///
-/// Blocks that report an error, with their status word, inputs that are not ok, and what is wrong with the frames of a
+/// Blocks that report an error, with their status word, blocks whose limits are off after manual mode, inputs that are not ok, and what is wrong with the frames of a
 /// service (a second publisher, stamps of another clock, another machine that sends what a task follows, a channel
 /// that carries another signal, samples that go round in a loop): the task, since when (UTC) and since which cycle of it, how often, and why. --follow says when an alarm goes to a tenth
 /// of a second; the log of `run` has the cycle.

@@ -159,3 +159,47 @@ fn frames_that_a_task_follows_are_an_alarm_while_they_come_after_it_has_given_up
     let began_with_them = ["followed", "found_ready"].map(|count| task[count].as_u64().unwrap());
     assert!(began_with_them.iter().sum::<u64>() > 50, "cycles of a stretch: {task}");
 }
+
+#[test]
+fn limits_that_manual_mode_has_switched_off_are_an_alarm_until_the_range_is_reached() {
+    let (domain, mut node) = tank(
+        r#"
+[node]
+name = "tank"
+[[task]]
+name = "t"
+period = "2ms"
+[[block]]
+name = "valve"
+count = 20
+type = "LimRateOfChangeAdvancedCI"
+[block.in]
+autoValue = 100.0
+setPosUpRateLim = 0.001
+setHighLim = 10.0
+[block.in.17]
+manualValue = 20.0
+manOp = true
+[[output]]
+service = "tank/valve"
+signals = ["valve.17.outputValue", "valve.17.highLim"]
+"#,
+    );
+    let checked = domain.run("check tank.toml").expect_code(0).stdout;
+    assert!(
+        checked.contains("block \"valve.17\" (LimRateOfChangeAdvancedCI): when manOp"),
+        "{checked}"
+    );
+    wait_until("manual mode", || domain.stdout("get tank valve.17.outputValue") == "20\n");
+    assert!(alarms(&domain, "tank", "limits_off").is_empty());
+    domain.run("set tank valve.17.manOp=false").expect_code(0);
+    let alarm = wait_for_alarm(&domain, "tank", "limits_off");
+    assert_eq!((&alarm["name"], &alarm["status"]), (&"valve.17".into(), &Value::Null), "{alarm}");
+    let meaning = alarm["meaning"].as_str().unwrap();
+    assert!(meaning.contains("limits are off after manual mode"), "{alarm}");
+    node.wait_for("block \"valve.17\" (LimRateOfChangeAdvancedCI): its limits are off");
+    domain.run("set tank valve.17.manualValue=5 valve.17.manOp=true").expect_code(0);
+    wait_until("it is over", || alarms(&domain, "tank", "limits_off").is_empty());
+    node.wait_for("and its limits are on");
+    node.stop().expect_code(0);
+}

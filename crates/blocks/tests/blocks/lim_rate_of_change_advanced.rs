@@ -3,7 +3,7 @@
 use isochrone_blocks::lim_rate_of_change_advanced::{
     Inputs, LimRateOfChangeAdvancedCI, Outputs, State,
 };
-use isochrone_blocks::{Block, Cycle, Ob};
+use isochrone_blocks::{Block, BlockType, Cycle, Ob, Slots};
 
 const PERIOD_NS: u64 = 100_000_000;
 const NOT_FINITE: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
@@ -417,4 +417,29 @@ fn of_several_errors_the_ob_comes_first_then_limits_then_rates_then_values() {
     {
         assert_step(&mut at(3.0), inputs, 3.0, &[], status);
     }
+}
+
+#[test]
+fn a_caution_is_needed_as_long_as_the_output_is_beyond_a_limit_that_is_off() {
+    const TYPE: BlockType = BlockType::of::<LimRateOfChangeAdvancedCI>();
+    let mut slots = vec![0.0; TYPE.slots()];
+    let mut state = vec![0; TYPE.state_words];
+    let mut needs_caution = |inputs: Inputs| {
+        let count = TYPE.inputs.len();
+        Slots::write(inputs, &mut slots[..count]);
+        TYPE.step_bank(&mut slots, &mut state, &Cycle::new(0, PERIOD_NS, &[]));
+        TYPE.needs_caution(&slots)
+    };
+    let limited = Inputs { set_high_lim: 10.0, set_low_lim: -10.0, ..auto(100.0) };
+    let manual = |y| Inputs { man_op: true, manual_value: y, ..limited };
+    assert!(!needs_caution(limited), "on the way");
+    assert!(!needs_caution(manual(20.0)), "manual mode has no limits");
+    assert!(needs_caution(limited), "ramps away");
+    assert!(needs_caution(Inputs { auto_value: 0.0, ..limited }), "and back");
+    assert!(!needs_caution(Inputs { set_high_lim: -20.0, ..limited }), "an error says more");
+    assert!(!needs_caution(Inputs { reset: true, ..limited }));
+    assert!(!needs_caution(manual(10.0)));
+    assert!(!needs_caution(limited), "at the limit, which holds");
+    assert!(!needs_caution(manual(-20.0)));
+    assert!(needs_caution(Inputs { auto_value: -100.0, ..limited }));
 }

@@ -154,6 +154,7 @@ impl Plan {
             notes: advice::without_max_age(&config)
                 .into_iter()
                 .chain(wiring.latched(&names))
+                .chain(probe::cautions(&names, &wiring))
                 .collect(),
             source,
             rules: OwnedRules::of(rules),

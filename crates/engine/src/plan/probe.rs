@@ -1,4 +1,4 @@
-//! Finds constants that make a block of the library report an error from its first call.
+//! Finds constants that make a block of the library report an error from its first call, or need a caution.
 //!
 //! Blocks from elsewhere are not stepped before the node runs: nothing is known of what they do with
 //! values that their wires may never bring.
@@ -57,6 +57,65 @@ pub(crate) fn first_error(
     let first = status(0)?;
     let is_wired = constants.iter().any(Option::is_none);
     (!is_wired || (1..TRIES).all(|attempt| status(attempt).is_some())).then_some(first)
+}
+
+/// Notes on blocks of the library that need a caution once a BOOL pin, which may become TRUE, is FALSE again,
+/// whatever their wires bring.
+pub(super) fn cautions(names: &Names<'_>, wiring: &Wiring) -> Vec<Finding> {
+    let obs = names.obs();
+    let mut findings = Vec::new();
+    for (entry, constants) in names.entries.iter().zip(&wiring.constants) {
+        let (Some(block_type), Some(task)) = (&entry.block_type, entry.task) else { continue };
+        let cycle = Cycle::new(0, names.tasks[task].period_ns, &obs);
+        let own = wiring.exceptions.range(entry.first..entry.first + entry.count);
+        let own = own.map(|(instance, own)| (entry.instance_name(instance - entry.first), own));
+        let mut instances = std::iter::once((entry.name.to_owned(), constants)).chain(own);
+        let found =
+            instances.find_map(|(name, of)| Some((name, cautioned_pin(block_type, of, &cycle)?)));
+        let Some(((name, pin), caution)) = found.zip(block_type.caution) else { continue };
+        let message = format!(
+            "block \"{name}\" ({}): when {pin} becomes FALSE, {}",
+            block_type.name, caution.meaning
+        );
+        let finding = Finding::new(Problem::Caution, entry.span.clone(), message);
+        findings.push(finding.help(caution.remedy));
+    }
+    findings
+}
+
+/// The BOOL input of an instance with these constants whose fall leads to where it needs a caution.
+fn cautioned_pin(
+    block_type: &BlockType,
+    constants: &[Option<f64>],
+    cycle: &Cycle<'_>,
+) -> Option<&'static str> {
+    if !block_type.is_of_library() || block_type.caution.is_none() {
+        return None;
+    }
+    let needs_caution = |switch: usize, attempt: u64| {
+        let slot = |(index, (pin, constant)): (usize, (&Pin, &Option<f64>))| match constant {
+            // Other wires are at rest.
+            None if pin.pin_type == PinType::Bool => 0.0,
+            constant => constant.unwrap_or_else(|| wired_slot(pin, index, attempt)),
+        };
+        let pins = block_type.inputs.iter().zip(constants).enumerate();
+        let mut slots: Vec<f64> = pins.map(slot).collect();
+        slots.resize(block_type.slots(), 0.0);
+        let mut state = vec![0; block_type.state_words];
+        for value in [1.0, 0.0] {
+            if let Some(slot) = slots.get_mut(switch) {
+                *slot = value;
+            }
+            block_type.step_bank(&mut slots, &mut state, cycle);
+        }
+        block_type.needs_caution(&slots)
+    };
+    let pins = block_type.inputs.iter().zip(constants).enumerate();
+    let mut switches =
+        pins.filter(|(_, (pin, it))| pin.pin_type == PinType::Bool && **it != Some(0.0));
+    switches
+        .find(|(switch, _)| (0..TRIES).all(|attempt| needs_caution(*switch, attempt)))
+        .map(|(_, (pin, _))| pin.name)
 }
 
 /// What a wire brings to a pin in one of the attempts: the same to all pins in the first ones, then

@@ -165,7 +165,7 @@ impl Attendant {
             let lane = task.and_then(|task| operating.lanes.get(task));
             ActiveAlarm {
                 name: active.name,
-                code: active.code.map(|code| code.as_str().to_owned()),
+                code: active.code,
                 status: active.status,
                 meaning: active.meaning,
                 task: lane.map_or_else(String::new, |lane| lane.name.clone()),

@@ -128,6 +128,40 @@ fn what_is_wired_to_a_latched_pin_is_a_note_and_no_warning() {
 }
 
 #[test]
+fn a_manual_value_beyond_a_limit_is_a_note_where_manual_mode_can_end() {
+    let notes = |pins: &str| {
+        let text = format!(
+            "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"1ms\"\n\
+             [[input]]\nname = \"r\"\n[[input]]\nname = \"b\"\ntype = \"BOOL\"\n\
+             [[output]]\nservice = \"o\"\nsignals = [\"r\", \"b\"]\n\
+             [[block]]\nname = \"x\"\ntype = \"{ADVANCED}\"\n\
+             in = {{ setPosUpRateLim = 1, setPosDownRateLim = 1, setHighLim = 10, {pins} }}\n"
+        );
+        let notes = plan(&text).unwrap().notes;
+        let notes = notes.into_iter().filter(|note| note.problem == Problem::Caution);
+        notes.map(|note| (note.message, note.help.unwrap())).collect::<Vec<_>>()
+    };
+    for pins in [
+        "manualValue = 20, manOp = true, autoValue = 50",
+        "manualValue = 20, manOp = \"b\", autoValue = \"r\"",
+    ] {
+        let [(message, help)] = &notes(pins)[..] else { panic!("{pins}") };
+        let expected =
+            "block \"x\" (LimRateOfChangeAdvancedCI): when manOp becomes FALSE, its limits are off";
+        assert!(message.starts_with(expected), "{message}");
+        assert!(help.contains("a manualValue between the limits"), "{help}");
+    }
+    for pins in [
+        "manualValue = 20",
+        "manualValue = 10, manOp = \"b\"",
+        "manualValue = \"r\", manOp = \"b\"",
+        "manualValue = 20, manOp = \"b\", track = true",
+    ] {
+        assert_eq!(notes(pins), [], "{pins}");
+    }
+}
+
+#[test]
 fn many_instances_are_one_warning() {
     let text = "[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"1ms\"\n\
         [[block]]\nname = \"x\"\ncount = 1000\ntype = \"LimRateOfChangeCI\"\nin.setChangeRate = -1.0\n";

@@ -11,12 +11,13 @@ pub struct AlarmsResult {
     pub alarms: Vec<ActiveAlarm>,
 }
 
-/// A block that reports an error, an input that is not ok, or what is wrong with the frames of a service.
+/// A block that reports an error or needs a caution, an input that is not ok, or what is wrong with the frames of
+/// a service.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ActiveAlarm {
     /// The block, input or service.
     pub name: String,
-    /// As what it stands in reports, such as `other_writer`; `None`: a block's error, or an input that is not ok.
+    /// What kind it is of, such as `other_writer` or `limits_off`; `None`: a block's error, or an input that is not ok.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub code: Option<String>,
     /// The block's status word; an input has none.
