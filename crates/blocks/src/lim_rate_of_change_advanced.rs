@@ -75,11 +75,12 @@ crate::block! {
             "Disabled (all four rates are 0.0): 0.0; all flags are FALSE.",
             "Automatic: from the last output toward `autoValue` by at most rate times `T`, landing on it exactly, within the limits while they are on. `T` is the period, in seconds, of the task at `callOB`; range (above or below 0.0) and direction select the rate.",
             "A rate flag is TRUE if its rate stopped the output short of the target; a limit flag is TRUE if the value before limiting is at or beyond the limit.",
+            "`setHighLim` below `setLowLim` is the error `ERR_NEG_RATE_LIM`: LGF calls it so, although it is not about a rate.",
             "Manual mode switches the limits off. They are switched on again as soon as the output reaches the range between them. Until then automatic mode is not limited, and moves further away if `autoValue` lies there; `reset` switches the limits on at once. As long as the output stays beyond a limit that is off, a node has the alarm `limits_off`.",
         }
         status {
             status::OK => "STATUS_FINISHED_NO_ERROR": "no error",
-            status::RANGE => "ERR_NEG_RATE_LIM": "setHighLim is less than setLowLim; the name is LGF's",
+            status::RANGE => "ERR_NEG_RATE_LIM": "setHighLim is less than setLowLim",
             status::NEGATIVE_RATE => "ERR_NEG_RATE_OF_CHANGE": "a rate of change is negative",
             status::QRY_CINT => "ERR_QRY_CINT": status::QRY_CINT_DOC,
             status::OB_UNAVAILABLE => "ERR_OB_UNAVAILABLE": status::OB_UNAVAILABLE_DOC,

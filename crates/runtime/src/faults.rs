@@ -7,7 +7,6 @@ use isochrone_blocks::{Caution, status};
 use isochrone_timing::WarningCode;
 
 use crate::event::Event;
-use crate::freshness::InputState;
 use crate::lasting::StateChange;
 use crate::words::{Moved, Words};
 
@@ -168,13 +167,7 @@ impl Faults {
                 let (code, meaning) = (Some(code.to_string()), format!("{meaning}; {remedy}"));
                 return Some(Active { name, code, status: None, meaning, since_cycle, count });
             }
-            let (name, status, meaning) = self.words.explain(&fault.event)?;
-            let meaning = match (&fault.event, self.reasons.get(&name)) {
-                (Event::Input { state: InputState::Missing, .. }, Some(reason)) => {
-                    format!("takes no sample: {reason}; it keeps its value")
-                }
-                _ => meaning,
-            };
+            let (name, status, meaning) = self.words.explain(&fault.event, &self.reasons)?;
             Some(Active { name, code: None, status, meaning, since_cycle, count })
         });
         faults.chain(states)

@@ -211,6 +211,9 @@ impl Freshness {
     pub(crate) fn state(&self) -> InputState {
         match self.newest {
             _ if self.was_ok => InputState::Good,
+            Newest::Rejected(_) | Newest::Missing if self.has_stopped && self.last.is_some() => {
+                InputState::Stopped
+            }
             // What came last was refused, but nothing comes any more.
             Newest::Rejected(_) if self.is_silent => InputState::Stale,
             Newest::Rejected(sample) => InputState::Rejected(sample),

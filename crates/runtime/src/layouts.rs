@@ -1,5 +1,6 @@
 //! The layouts of others' frames, by which a node's inputs are resolved in its ordinary thread.
 
+use std::fmt;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
@@ -38,9 +39,9 @@ pub(crate) struct Resolver<S: Service> {
     reasons: Vec<Option<String>>,
     has_reasons: bool,
     /// Of each input, for a publisher that changes its layout again and again.
-    limiters: Vec<Limiter>,
+    limiters: Vec<Limiter<News>>,
     /// Of what concerns the whole service.
-    limiter: Limiter,
+    limiter: Limiter<News>,
 }
 
 impl<S: Service> Resolver<S> {
@@ -82,7 +83,7 @@ impl<S: Service> Resolver<S> {
         self.note_unknown(unknown);
         self.note_observed();
         for limiter in self.limiters.iter_mut().chain([&mut self.limiter]) {
-            warn(limiter.held());
+            say(limiter.held());
         }
     }
 
@@ -156,7 +157,7 @@ impl<S: Service> Resolver<S> {
                 }
                 None => {
                     let sentence = format!("input \"{input}\" reads service \"{service}\" again");
-                    self.log(Some(index), sentence);
+                    self.log(Some(index), News::Good(sentence));
                 }
             }
         }
@@ -234,7 +235,7 @@ impl<S: Service> Resolver<S> {
         // Long enough for a frame in which it would have been seen again.
         let longest_ns = longest_silence_ns(period_ns.unwrap_or_default()).saturating_mul(2);
         for over in self.lasting.expire(Duration::from_nanos(longest_ns)) {
-            self.log(None, over.end());
+            self.log(None, News::Good(over.end()));
         }
         if observed.is_plain.load(Ordering::Relaxed)
             && let Some(input) = self.desk.by_signal().map(str::to_owned)
@@ -270,26 +271,27 @@ impl<S: Service> Resolver<S> {
 
     /// Says that a state has come; the report has the first of its kind.
     fn raise_or_log(&mut self, alarm: Alarm) {
-        match self.has_raised(&alarm.code()) {
-            true => self.log(None, alarm.sentence()),
-            false => self.raise(None, alarm),
+        if self.has_raised(&alarm.code()) {
+            self.log(None, News::Bad(alarm.sentence()));
+        } else {
+            self.raise(None, alarm);
         }
     }
 
     fn end(&mut self, input: Option<usize>, code: &WarningCode, subject: &str) {
         if let Some(over) = self.lasting.end(code, subject) {
-            self.log(input, over.end());
+            self.log(input, News::Good(over.end()));
         }
     }
 
     /// Says something of an input, or of the whole service.
-    fn log(&mut self, input: Option<usize>, sentence: String) {
+    fn log(&mut self, input: Option<usize>, news: News) {
         let limiter = input.and_then(|input| self.limiters.get_mut(input));
-        warn(limiter.unwrap_or(&mut self.limiter).pass(sentence));
+        say(limiter.unwrap_or(&mut self.limiter).pass(news));
     }
 
     fn raise(&mut self, input: Option<usize>, alarm: Alarm) {
-        self.log(input, alarm.sentence());
+        self.log(input, News::Bad(alarm.sentence()));
         /// A publisher that changes its layout again and again does not fill the memory.
         const MOST: usize = 100;
         if self.raised.len() < MOST && !self.raised.contains(&alarm) {
@@ -298,8 +300,26 @@ impl<S: Service> Resolver<S> {
     }
 }
 
-fn warn(sentence: Option<Allowed>) {
-    if let Some(sentence) = sentence {
-        tracing::warn!("{sentence}");
+/// What is said of a service, or an input of it.
+#[derive(Debug)]
+enum News {
+    /// Something is wrong.
+    Bad(String),
+    /// It is well again.
+    Good(String),
+}
+
+impl fmt::Display for News {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (Self::Bad(sentence) | Self::Good(sentence)) = self;
+        f.write_str(sentence)
+    }
+}
+
+fn say(news: Option<Allowed<News>>) {
+    match news {
+        Some(news @ Allowed { message: News::Bad(_), .. }) => tracing::warn!("{news}"),
+        Some(news) => tracing::info!("{news}"),
+        None => {}
     }
 }

@@ -66,6 +66,8 @@ pub(crate) struct Told {
 pub(crate) struct Configuration {
     pub(crate) source: Source,
     pub(crate) sha256: String,
+    /// Of the text that the node was started with.
+    pub(crate) started_sha256: String,
     /// What it was checked against.
     pub(crate) rules: OwnedRules,
     /// Whether it is another one than at the start.
@@ -101,9 +103,10 @@ impl Shared {
     pub(crate) fn new(operator: Operator, plan: &Plan) -> Self {
         let Plan { source, rules, .. } = plan;
         let (source, sha256, rules) = (source.clone(), source.sha256(), rules.clone());
+        let (started_sha256, is_changed) = (sha256.clone(), false);
         Self(Arc::new(Mutex::new(Operating {
             operator,
-            configuration: Configuration { source, sha256, rules, is_changed: false },
+            configuration: Configuration { source, sha256, started_sha256, rules, is_changed },
             lanes: Vec::new(),
             keeping: Keeping::default(),
             recording: None,

@@ -37,6 +37,7 @@ struct InputWords {
     name: String,
     service: Option<String>,
     value_type: PinType,
+    max_age_ns: Option<u64>,
     on_stale: OnStale,
 }
 
@@ -90,6 +91,7 @@ impl Words {
             name: input.name.clone(),
             service: input.service.clone(),
             value_type: input.value_type,
+            max_age_ns: input.max_age_ns,
             on_stale: input.on_stale,
         };
         Self {
@@ -130,8 +132,13 @@ impl Words {
         Some((name.to_owned(), bank.block_type.caution?))
     }
 
-    /// What is wrong after an event: who, its status word and what that means.
-    pub(crate) fn explain(&self, event: &Event) -> Option<(String, Option<u16>, String)> {
+    /// What is wrong after an event: who, its status word and what that means. `reasons` say of inputs why they
+    /// take no sample.
+    pub(crate) fn explain(
+        &self,
+        event: &Event,
+        reasons: &HashMap<String, String>,
+    ) -> Option<(String, Option<u16>, String)> {
         match *event {
             Event::Block { instance, status, .. } => {
                 let (bank, name) = self.instance(instance)?;
@@ -142,7 +149,11 @@ impl Words {
             }
             Event::Input { input, state, .. } => {
                 let input = self.inputs.get(input)?;
-                Some((input.name.clone(), None, input.meaning(state)))
+                let meaning = match (state, reasons.get(&input.name)) {
+                    (InputState::Missing, Some(reason)) => input.takes_none(reason),
+                    _ => input.meaning(state),
+                };
+                Some((input.name.clone(), None, meaning))
             }
             Event::Changed => None,
         }
@@ -237,15 +248,68 @@ impl InputWords {
             InputState::Stopped => format!("stale: its publisher{of} has ended; it {reads}"),
             InputState::Doubted(flags) => format!("stale: its frames{of} say {flags}; it {reads}"),
             InputState::Rejected(sample) => format!(
-                "rejects {sample:?}, which {} cannot hold; it keeps its value",
-                self.value_type
+                "rejects {sample:?}, which {} cannot hold; it {}",
+                self.value_type,
+                self.reads_without_sample()
             ),
-            InputState::Missing => {
-                format!(
-                    "takes no sample: the frames{of} have no value for it, or have a layout that is not \
-                     known yet; it keeps its value"
-                )
+            InputState::Missing => self.takes_none(&format!(
+                "the frames{of} have no value for it, or have a layout that is not known yet"
+            )),
+        }
+    }
+
+    /// That frames come and it takes no sample of them.
+    fn takes_none(&self, reason: &str) -> String {
+        format!("takes no sample: {reason}; it {}", self.reads_without_sample())
+    }
+
+    /// What it reads while frames come of which it takes no sample: its last one grows old meanwhile.
+    fn reads_without_sample(&self) -> String {
+        match (self.max_age_ns, self.on_stale) {
+            (None, _) | (_, OnStale::Hold) => "keeps its value".into(),
+            (Some(_), OnStale::Default) => {
+                "keeps its value until that is older than max_age, and reads its default then"
+                    .into()
             }
+            (Some(_), OnStale::Ramp(_)) => {
+                "keeps its value until that is older than max_age, and goes to its default then"
+                    .into()
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_input_that_takes_no_sample_says_what_it_reads_until_then_and_from_then_on() {
+        let reads = |max_age_ns, on_stale| {
+            let name = "level".to_owned();
+            let input =
+                InputWords { name, service: None, value_type: PinType::Int, max_age_ns, on_stale };
+            [InputState::Rejected(0.5), InputState::Missing].map(|state| {
+                let meaning = input.meaning(state);
+                meaning.rsplit_once("; it ").unwrap().1.to_owned()
+            })
+        };
+        let ramp = OnStale::Ramp(5.0);
+        for (max_age_ns, on_stale, expected) in [
+            (None, ramp, "keeps its value"),
+            (Some(7), OnStale::Hold, "keeps its value"),
+            (
+                Some(7),
+                ramp,
+                "keeps its value until that is older than max_age, and goes to its default then",
+            ),
+            (
+                Some(7),
+                OnStale::Default,
+                "keeps its value until that is older than max_age, and reads its default then",
+            ),
+        ] {
+            assert_eq!(reads(max_age_ns, on_stale), [expected, expected]);
         }
     }
 }

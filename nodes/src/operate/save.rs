@@ -83,7 +83,8 @@ fn own_file(node: &mut Node, text: &str) -> Result<PathBuf, Failure> {
     let found = Source::read(&file).map_err(|error| {
         Failure::found(format!("{error}; `save -o FILE` writes to a file of your choice"))
     })?;
-    if found.sha256() != origin.sha256 && *found.text != *text {
+    let (sha256, started) = (found.sha256(), origin.started_sha256.unwrap_or_default());
+    if ![origin.sha256, started].contains(&sha256) && *found.text != *text {
         let file = file.display();
         terminal::note(&format!(
             "note: {file} was changed since the node started, by hand or by a save; its present text is \

@@ -80,6 +80,7 @@ pub(super) fn node(started_unix_ns: u64) -> DescribeResult {
         parameters: 7,
         forces: 1,
         alarms: 0,
+        last_second: (name == "fast").then(a_second),
     };
     DescribeResult {
         node: "tank".into(),
@@ -88,11 +89,24 @@ pub(super) fn node(started_unix_ns: u64) -> DescribeResult {
         configuration: ConfigurationOrigin {
             file: "tank.toml".into(),
             sha256: "00".into(),
+            started_sha256: None,
             changed: false,
         },
         started_unix_ns,
         tasks: vec![task("fast", 1_000_000), task("slow", 100_000_000)],
     }
+}
+
+/// All thousand cycles of a second.
+fn a_second() -> LastSecond {
+    let release_jitter_ns = Summary {
+        count: 1000,
+        p50: Some(1_500),
+        p99: Some(9_500),
+        max: Some(12_000),
+        ..Summary::default()
+    };
+    LastSecond { cycles: 1000, release_jitter_ns, execution_ns: 250_000.0 }
 }
 
 /// Every twentieth cycle of "fast" within the last minute before `now_ns`.

@@ -172,9 +172,12 @@ fn an_input_that_did_not_fit_is_read_once_its_publisher_comes_back_with_what_it_
     reader.wait_for("reads service \"sender/out\" again");
     let mut observer = observer(&domain);
     observer.wait_for("x=7.0");
-    for process in [observer, reader, sender] {
+    for process in [observer, sender] {
         process.stop().expect_code(0);
     }
+    let told = reader.stop().expect_code(0).stderr;
+    let again = told.lines().find(|line| line.contains("reads service")).unwrap();
+    assert!(again.contains("INFO"), "what is well again is no warning: {told}");
 }
 
 #[test]

@@ -316,6 +316,23 @@ fn running_values_are_saved_and_the_old_file_is_kept() {
 }
 
 #[test]
+fn a_save_over_the_file_that_the_node_was_started_with_is_no_news_after_an_apply() {
+    let (domain, node) = tank(TANK);
+    let other = TANK.replace("setChangeRate = 10.0", "setChangeRate = 20.0");
+    domain.write("other.toml", &other);
+    domain.stdout("apply tank other.toml");
+    domain.stdout("set tank ramp.setChangeRate=2.5");
+    let saved = domain.run("save tank --in-place").expect_code(0);
+    assert_says(&saved.stderr, &["saved to ", "tank.toml.bak"]);
+    assert!(!saved.stderr.contains("was changed"), "nobody changed it: {}", saved.stderr);
+    assert_eq!(domain.read("tank.toml.bak"), TANK);
+    domain.stdout("set tank ramp.setChangeRate=3");
+    let noted = domain.run("save tank --in-place").expect_code(0);
+    assert_says(&noted.stderr, &["was changed since the node started, by hand or by a save"]);
+    node.stop().expect_code(0);
+}
+
+#[test]
 fn only_a_time_is_given_with_a_unit() {
     let (domain, node) = tank(TANK);
     for wrong in ["ramp.defaultOutValue=1.0m", "ramp.setChangeRate=0.5h", "beat.numberSteps=5s"] {

@@ -57,6 +57,7 @@ impl Attendant {
             configuration: ConfigurationOrigin {
                 file: operating.configuration.source.name.clone(),
                 sha256: operating.configuration.sha256.clone(),
+                started_sha256: Some(operating.configuration.started_sha256.clone()),
                 changed: operating.configuration.is_changed || operating.operator.has_changed(),
             },
             started_unix_ns: self.started_unix_ns,

@@ -57,6 +57,7 @@ fn described() -> DescribeResult {
         configuration: ConfigurationOrigin {
             file: String::new(),
             sha256: String::new(),
+            started_sha256: None,
             changed: false,
         },
         started_unix_ns: 0,

@@ -40,6 +40,9 @@ pub struct ConfigurationOrigin {
     pub file: String,
     /// SHA-256 of its text, hexadecimal.
     pub sha256: String,
+    /// The same of the text that the node was started with, before any `apply`; `None`: the node does not say.
+    #[serde(default)]
+    pub started_sha256: Option<String>,
     /// Whether a value or the configuration was changed since.
     pub changed: bool,
 }

@@ -81,6 +81,7 @@ impl Operated for Parameters {
                 configuration: ConfigurationOrigin {
                     file: "level.toml".to_owned(),
                     sha256: String::new(),
+                    started_sha256: None,
                     changed: self.transactions > 0,
                 },
                 started_unix_ns: u64::MAX,
