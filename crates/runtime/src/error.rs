@@ -143,10 +143,14 @@ pub enum RequestError {
     Refused(#[from] Refusals),
     /// A task has not yet applied the requests before. Try again after the next
     /// [`poll`](crate::Running::poll).
-    #[error("task \"{task}\" has not applied the requests before this one; send fewer at a time")]
+    #[error(
+        "task \"{task}\" has not come to the requests before this one ({by}); send fewer at a time"
+    )]
     Busy {
         /// The task.
         task: String,
+        /// Whose requests it has not come to: `64 of "anna"`.
+        by: String,
     },
     /// The node has ended.
     #[error("the node has ended")]

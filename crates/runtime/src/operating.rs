@@ -180,14 +180,26 @@ impl Operating {
         if self.has_ended {
             return Err(RequestError::Ended);
         }
-        let lanes = prepared.tasks().filter_map(|task| self.lanes.get(task));
-        let is_reading = prepared.is_reading();
-        let has_room = |lane: &Lane| match is_reading {
-            true => lane.orders.has_room_to_read(),
-            false => lane.orders.has_room(),
+        let has_room = |lane: &Lane| {
+            if prepared.is_reading() {
+                lane.orders.has_room_to_read()
+            } else if prepared.is_release() {
+                lane.orders.has_room_to_release()
+            } else {
+                lane.orders.has_room()
+            }
         };
-        if let Some(full) = lanes.into_iter().find(|lane| !has_room(lane)) {
-            return Err(RequestError::Busy { task: full.name.clone() });
+        let full = prepared.tasks().find_map(|task| {
+            let lane = self.lanes.get(task).filter(|lane| !has_room(lane))?;
+            Some((task, lane))
+        });
+        if let Some((task, full)) = full {
+            let by = if prepared.is_reading() {
+                "readings".to_owned()
+            } else {
+                self.operator.waiting_for(task)
+            };
+            return Err(RequestError::Busy { task: full.name.clone(), by });
         }
         let warnings = prepared.warnings.clone();
         let (number, orders) = self.operator.send(prepared);

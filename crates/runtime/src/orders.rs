@@ -15,11 +15,15 @@ use crate::traces::{MAX_TRACES, NewSlots, Tracer, Traces};
 /// Orders that write and may be on their way to a task, and as many that read: who schedules values
 /// ahead keeps nobody from looking.
 const ROOM: usize = 64;
+/// Releases that find room beside them: whoever fills the room keeps nobody from ending a force.
+const ROOM_TO_RELEASE: usize = 8;
+/// Orders of both kinds.
+const ORDERS: usize = 2 * ROOM + ROOM_TO_RELEASE;
 /// What is on its way at most: those, the beginning and the end of each trace, and that of a recording.
-const ROOM_THERE: usize = 2 * ROOM + 2 * MAX_TRACES + 1;
+const ROOM_THERE: usize = ORDERS + 2 * MAX_TRACES + 1;
 /// What comes back at most, until the ordinary thread has looked: all orders and traces, and all forces that
 /// may end by themselves, each of which may have taken the place of another.
-const ROOM_BACK: usize = 2 * ROOM + MAX_TRACES + 2 * MAX_FORCES;
+const ROOM_BACK: usize = ORDERS + MAX_TRACES + 2 * MAX_FORCES;
 
 /// What a cycle is given.
 enum Given {
@@ -76,7 +80,7 @@ pub(crate) struct Sender {
 pub(crate) fn ends() -> (Applier, Sender) {
     let (send, new) = RingBuffer::new(ROOM_THERE);
     let (back, receive) = RingBuffer::new(ROOM_BACK);
-    let (inbox, traces) = (Inbox::new(ROOM), Traces::default());
+    let (inbox, traces) = (Inbox::new(ROOM + ROOM_TO_RELEASE), Traces::default());
     let applier = Applier { new, back, inbox, changeover: None, traces, recorder: None };
     (applier, Sender { new: send, back: receive, writing: 0, reading: 0 })
 }
@@ -196,6 +200,11 @@ impl Sender {
     /// Whether another order that writes may be sent.
     pub(crate) fn has_room(&self) -> bool {
         self.writing < ROOM
+    }
+
+    /// Whether another order that lets go of forces may be sent.
+    pub(crate) fn has_room_to_release(&self) -> bool {
+        self.writing < ROOM + ROOM_TO_RELEASE
     }
 
     /// Whether another order that reads may be sent.

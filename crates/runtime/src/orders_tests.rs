@@ -1,6 +1,6 @@
 //! Orders on their way to a cycle and back, without a thread.
 
-use isochrone_engine::operate::{Feeds, Operator, OrderState, Request};
+use isochrone_engine::operate::{Feeds, Hold, Operator, OrderState, Request};
 use isochrone_engine::{Plan, Rules, Source};
 
 use super::*;
@@ -8,6 +8,7 @@ use super::*;
 const CONFIGURATION: &str = r#"
     [node]
     name = "n"
+    control = "force"
     [[task]]
     name = "t"
     period = "100ms"
@@ -25,6 +26,13 @@ fn release(cycle: u64) -> Release {
 fn set(operator: &mut Operator, at: Option<u64>) -> Box<Order> {
     let request = Request { at, ..Request::default() };
     let prepared = operator.set([("ramp.value", 3.0.into())], request, &[0]).unwrap();
+    operator.send(prepared).1.remove(0).1
+}
+
+/// Lets go of a force, which may have come to its end before it is applied.
+fn release_all(operator: &mut Operator) -> Box<Order> {
+    let prepared = operator.release(["ramp.value"], Request::default(), &[0]).unwrap();
+    assert!(prepared.is_release());
     operator.send(prepared).1.remove(0).1
 }
 
@@ -74,13 +82,20 @@ fn what_is_sent_between_two_cycles_is_read_there_and_applied_in_the_next() {
 }
 
 #[test]
-fn a_cycle_that_stands_still_is_sent_no_more_than_it_can_give_back() {
+fn a_cycle_that_stands_still_is_sent_no_more_than_it_can_give_back_and_releases_last() {
     let plan = Plan::new(Source::new("n.toml", CONFIGURATION), &Rules::default()).unwrap();
     let mut engine = TaskEngine::build(&plan).unwrap().pop().unwrap();
     let mut operator = Operator::new(&plan, Feeds::Program);
     let (mut applier, mut sender) = ends();
+    let hold = operator
+        .force([("ramp.value", 3.0.into())], Hold::UntilReleased, Request::default(), &[0])
+        .unwrap();
+    sender.send(operator.send(hold).1.remove(0).1);
     while sender.has_room() {
         sender.send(set(&mut operator, None));
+    }
+    while sender.has_room_to_release() {
+        sender.send(release_all(&mut operator));
     }
     while sender.has_room_to_read() {
         let reading = operator.get(["ramp.value"], 0, 1).unwrap().0;
@@ -88,7 +103,10 @@ fn a_cycle_that_stands_still_is_sent_no_more_than_it_can_give_back() {
     }
     applier.apply(&mut engine, &release(0));
     applier.read(&engine, 0);
-    assert!(!sender.has_room() && !sender.has_room_to_read(), "they have not come back yet");
-    assert_eq!(std::iter::from_fn(|| returned(&mut sender)).count(), 2 * ROOM);
+    assert!(
+        !sender.has_room_to_release() && !sender.has_room_to_read(),
+        "they have not come back yet"
+    );
+    assert_eq!(std::iter::from_fn(|| returned(&mut sender)).count(), ORDERS);
     assert!(sender.has_room() && sender.has_room_to_read());
 }

@@ -134,6 +134,23 @@ pub enum Refusal {
         /// What is wrong with it.
         why: AtRefusal,
     },
+    /// As many requests as may name later cycles of a task do.
+    #[error(
+        "task \"{task}\" keeps at most {most} requests{} for later cycles, and has {by}",
+        if *.of_client_alone { " of one client" } else { "" }
+    )]
+    Scheduled {
+        /// The task.
+        task: String,
+        /// The most that it keeps.
+        most: usize,
+        /// Whether that is the most of one client; otherwise of all.
+        of_client_alone: bool,
+        /// Whose they are: `32 of "anna"`.
+        by: String,
+        /// The cycle that the first of them waits for.
+        first: u64,
+    },
     /// A force must last longer than 0 s, and at most as long as cycles can be counted.
     #[error("a force cannot last {seconds:?} s")]
     Duration {
@@ -278,6 +295,7 @@ impl Refusal {
             | Self::Journal { .. }
             | Self::Empty
             | Self::At { .. }
+            | Self::Scheduled { .. }
             | Self::Duration { .. }
             | Self::TooMany { .. }
             | Self::NotRepeated { .. }
@@ -335,6 +353,9 @@ impl Refusal {
                 AtRefusal::SeveralTasks => "make one request for each task",
             }
             .into(),
+            Self::Scheduled { first, .. } => {
+                format!("ask without a cycle, or again after cycle {first}, when the first of them has come")
+            }
             Self::Duration { .. } => "write seconds greater than 0 that cycles can count, or hold it until its release".into(),
             Self::TooMany { .. } => "release some of them first".into(),
             Self::Fixed { .. } => {

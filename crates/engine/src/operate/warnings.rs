@@ -46,6 +46,67 @@ impl Warning {
             Self::Forced { name } | Self::Replaced { name } | Self::Latched { name, .. } => name,
         }
     }
+
+    /// The warnings as people read them: one sentence for all that say the same of different blocks or
+    /// parameters, with the name of the first.
+    pub fn sentences(warnings: &[Self]) -> Vec<(&str, String)> {
+        // A first one, and the names of all that are like it.
+        let mut kinds: Vec<(&Self, Vec<&str>)> = Vec::new();
+        for warning in warnings {
+            match kinds.iter_mut().find(|(first, _)| first.is_like(warning)) {
+                Some((_, names)) => names.push(warning.name()),
+                None => kinds.push((warning, vec![warning.name()])),
+            }
+        }
+        kinds.into_iter().map(|(first, names)| (first.name(), first.sentence_of(&names))).collect()
+    }
+
+    /// Whether both say the same, of whatever block or parameter.
+    fn is_like(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Error { status, meaning, .. }, Self::Error { status: of, meaning: is, .. }) => {
+                (status, meaning) == (of, is)
+            }
+            (Self::Latched { latch, .. }, Self::Latched { latch: other, .. }) => {
+                pin(latch) == pin(other)
+            }
+            _ => std::mem::discriminant(self) == std::mem::discriminant(other),
+        }
+    }
+
+    /// What it and others like it say.
+    fn sentence_of(&self, names: &[&str]) -> String {
+        /// So many are named.
+        const NAMED: usize = 3;
+        let count = names.len();
+        if count == 1 {
+            return self.to_string();
+        }
+        let named: Vec<String> =
+            names.iter().take(NAMED).map(|name| format!("\"{name}\"")).collect();
+        let more = (count > NAMED).then(|| format!(" and {} more", count - NAMED));
+        let names = named.join(", ") + &more.unwrap_or_default();
+        match self {
+            Self::Error { status, meaning, .. } => {
+                format!("{count} blocks ({names}) will report 16#{status:04X}: {meaning}")
+            }
+            Self::Forced { .. } => format!(
+                "{count} parameters ({names}) are forced: their blocks read the new values after the release"
+            ),
+            Self::Replaced { .. } => format!(
+                "{count} signals ({names}) were forced already: the new forces, with their end, replace those"
+            ),
+            Self::Latched { latch, .. } => format!(
+                "{count} parameters ({names}) are read only in their block's first call and while its \"{}\" is TRUE",
+                pin(latch)
+            ),
+        }
+    }
+}
+
+/// The pin in `block.pin`.
+fn pin(name: &str) -> &str {
+    name.rsplit_once('.').map_or(name, |(_, pin)| pin)
 }
 
 impl fmt::Display for Warning {

@@ -183,9 +183,9 @@ impl Change {
             Finding::new("", format!("of {values} values before, {left_out} do not fit in here"))
                 .with_help("the journal has them")
         });
-        let words = |warning: Warning| Finding::new(warning.name(), warning.to_string());
         let notes = notes.into_iter().chain(long);
-        let warnings = notes.chain(warnings.into_iter().map(words));
+        let warnings = Warning::sentences(&warnings).into_iter();
+        let warnings = notes.chain(warnings.map(|(name, sentence)| Finding::new(name, sentence)));
         let warnings = warnings.take_while(|finding| room.takes(finding)).collect();
         match until {
             Some(until) => {

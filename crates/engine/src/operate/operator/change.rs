@@ -267,7 +267,9 @@ impl Operator {
         let Request { client, comment, .. } = request;
         let (kind, tasks, parts) = (Kind::Change, replacements.len(), replacements.len());
         let (due, writes, releases) = Default::default();
-        let sent = Sent { kind, client, comment, due, tasks, parts, writes, releases };
+        let is_scheduled = false;
+        let sent =
+            Sent { kind, client, comment, is_scheduled, due, tasks, parts, writes, releases };
         self.sent.insert(number, sent);
         self.next_plan = Some(next);
         Ok((number, replacements))

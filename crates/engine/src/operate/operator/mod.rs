@@ -5,6 +5,7 @@ mod check;
 mod pending;
 mod requests;
 mod returned;
+mod scheduled;
 mod selection;
 mod sending;
 mod undo;
@@ -83,6 +84,11 @@ impl Prepared {
     pub fn is_reading(&self) -> bool {
         matches!(self.kind, Kind::Read)
     }
+
+    /// Whether its orders let go of forces.
+    pub fn is_release(&self) -> bool {
+        matches!(self.kind, Kind::Release)
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -101,6 +107,8 @@ struct Sent {
     kind: Kind,
     client: Client,
     comment: Option<Arc<str>>,
+    /// Whether it names the cycle that it is for.
+    is_scheduled: bool,
     /// The tasks that have not come to it, and the cycle that each waits for.
     due: BTreeMap<usize, u64>,
     tasks: usize,

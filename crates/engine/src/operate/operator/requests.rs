@@ -289,6 +289,7 @@ impl Operator {
         } else if ahead_ns > MAX_AHEAD_NS {
             AtRefusal::TooFar
         } else {
+            check.note(self.check_scheduled(&request.client, task));
             return;
         };
         check.findings.push(Refusal::At { at, why });

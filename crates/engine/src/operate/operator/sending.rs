@@ -63,9 +63,10 @@ impl Operator {
         };
         self.writes += u64::from(is_write);
         let parts = writes.keys().map(|(task, _)| task).collect::<HashSet<_>>().len();
-        let Request { client, comment, .. } = request;
-        let tasks = orders.len();
-        let sent = Sent { kind, client, comment, due, tasks, parts, writes, releases };
+        let Request { client, comment, at } = request;
+        let (is_scheduled, tasks) = (at.is_some(), orders.len());
+        let sent =
+            Sent { kind, client, comment, is_scheduled, due, tasks, parts, writes, releases };
         if sent.tasks > 0 {
             self.sent.insert(number, sent);
         }

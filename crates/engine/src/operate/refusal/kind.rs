@@ -45,9 +45,10 @@ impl Refusal {
             | Self::NotSearched { .. }
             | Self::Duration { .. } => RefusalKind::WrongValue,
             Self::At { .. } => RefusalKind::TooLate,
-            Self::TooMany { .. } | Self::Changing { .. } | Self::Waiting { .. } => {
-                RefusalKind::Busy
-            }
+            Self::TooMany { .. }
+            | Self::Scheduled { .. }
+            | Self::Changing { .. }
+            | Self::Waiting { .. } => RefusalKind::Busy,
             Self::Fixed { .. } | Self::ForcedGone { .. } | Self::NotRepeated { .. } => {
                 RefusalKind::CannotChange
             }

@@ -97,3 +97,52 @@ fn a_cycle_that_nothing_can_wait_for_is_refused() {
     let request = Request { at: Some(600), ..Request::default() };
     assert!(hand.operator.set([fast], request, &next).is_ok());
 }
+
+/// A request of a client for a later cycle.
+fn later(client: &str, process: u32, at: u64) -> Request {
+    let client = Client::Other { name: Some(client.into()), process: Some(process) };
+    Request { at: Some(at), client, comment: None }
+}
+
+#[test]
+fn requests_of_one_client_for_later_cycles_leave_others_some_room() {
+    let mut hand = Hand::new(NODE);
+    let value = [("scale.y1", Value::from(1.0))];
+    // Each run of a verb is a process of its own.
+    for process in 0..32 {
+        let request = later("anna", process, 50 + u64::from(process));
+        let prepared = hand.operator.set(value, request, &hand.next);
+        hand.send(prepared);
+    }
+    let refused = hand.operator.set(value, later("anna", 99, 90), &hand.next);
+    assert_eq!(refused.as_ref().unwrap_err().kind(), RefusalKind::Busy);
+    assert_eq!(
+        messages(refused),
+        [
+            "task \"fast\" keeps at most 32 requests of one client for later cycles, and has 32 of \"anna\"; \
+          ask without a cycle, or again after cycle 50, when the first of them has come"
+        ]
+    );
+    let now = Request { at: None, ..later("anna", 99, 0) };
+    assert!(
+        hand.operator.set(value, now, &hand.next).is_ok(),
+        "what is to happen at once has room"
+    );
+    for at in 60..76 {
+        let prepared = hand.operator.set(value, later("ben", 7, at), &hand.next);
+        hand.send(prepared);
+    }
+    let full = messages(hand.operator.set(value, later("carl", 8, 90), &hand.next));
+    assert!(
+        full[0].starts_with(
+            "task \"fast\" keeps at most 48 requests for later cycles, and has 32 of \"anna\" and 16 of \"ben\""
+        ),
+        "{full:?}"
+    );
+    assert_eq!(hand.operator.waiting_for(0), "32 of \"anna\" and 16 of \"ben\"");
+    while hand.next[0] <= 50 {
+        hand.step(0);
+    }
+    let request = later("anna", 99, 90);
+    assert!(hand.operator.set(value, request, &hand.next).is_ok(), "the first has come");
+}

@@ -82,6 +82,25 @@ fn a_value_that_a_block_refuses_from_then_on_is_warned_of_and_set() {
 }
 
 #[test]
+fn what_many_blocks_will_report_is_told_once_with_their_number_and_the_first_names() {
+    let ramps = "[[block]]\nname = \"many\"\ntype = \"LimRateOfChangeCI\"\ntask = \"slow\"\n\
+                 count = 300\n[[block]]\nname = \"free\"";
+    let hand = Hand::new(&NODE.replace("[[block]]\nname = \"free\"", ramps));
+    let names: Vec<String> = (0..300).map(|n| format!("many.{n}.setChangeRate")).collect();
+    let values = names.iter().map(|name| (name.as_str(), Value::from(-1.0)));
+    let prepared = hand.operator.set(values, Request::default(), &hand.next).unwrap();
+    let told = Warning::sentences(&prepared.warnings);
+    let [(name, sentence)] = &told[..] else { panic!("{told:?}") };
+    assert_eq!(*name, "many.0");
+    assert!(
+        sentence.starts_with(
+            "300 blocks (\"many.0\", \"many.1\", \"many.2\" and 297 more) will report 16#"
+        ),
+        "{sentence}"
+    );
+}
+
+#[test]
 fn a_set_that_its_block_does_not_read_now_is_warned_of() {
     let text = NODE.replace(
         "[[block]]\nname = \"free\"",
