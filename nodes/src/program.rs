@@ -27,9 +27,9 @@ pub(crate) fn command() -> Command {
 /// A verb and those below it, whose options that take a negative number take one with a unit too (`-5ms`): what is
 /// wrong with it is then said in the words of the option.
 fn lenient(command: Command) -> Command {
-    let takes_hyphens = |arg: Arg| match arg.is_allow_negative_numbers_set() {
-        true => arg.allow_hyphen_values(true),
-        false => arg,
+    let takes_hyphens = |arg: Arg| {
+        let is_lenient = arg.is_allow_negative_numbers_set();
+        if is_lenient { arg.allow_hyphen_values(true) } else { arg }
     };
     command.mut_args(takes_hyphens).mut_subcommands(lenient)
 }

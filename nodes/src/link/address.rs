@@ -40,13 +40,8 @@ impl FromStr for HostPort {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let (host, port) = split(text)?;
-        if let Some(address) = host.address() {
-            return match address.is_unspecified() {
-                true => {
-                    Err("this is every address of a machine; name the one to connect to".into())
-                }
-                false => Ok(Self { host, port }),
-            };
+        if host.address().is_some_and(|address| address.is_unspecified()) {
+            return Err("this is every address of a machine; name the one to connect to".into());
         }
         Ok(Self { host, port })
     }

@@ -152,9 +152,12 @@ fn unanswered<'n>(names: &'n [String], values: &Values) -> Option<&'n str> {
     let told: BTreeSet<&str> = values.iter().map(|(name, _)| name).collect();
     let owners: BTreeSet<_> = told.iter().filter_map(|name| owner(name)).collect();
     let mut names = names.iter().map(String::as_str);
-    names.find(|name| match name.contains('*') {
-        true => told.is_empty(),
-        false => !told.contains(name) && !owner(name).is_some_and(|of| owners.contains(&of)),
+    names.find(|name| {
+        if name.contains('*') {
+            told.is_empty()
+        } else {
+            !told.contains(name) && !owner(name).is_some_and(|of| owners.contains(&of))
+        }
     })
 }
 

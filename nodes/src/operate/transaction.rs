@@ -56,9 +56,12 @@ pub(super) fn warn(warnings: &[Finding]) {
 
 /// From which cycle of each task on it acts.
 pub(super) fn since(tasks: &ByTask<Part>) -> String {
-    let parts = tasks.iter().map(|(task, part)| match part.pending {
-        false => format!(", from cycle {} of task \"{task}\" on", part.cycle),
-        true => format!(", due in cycle {} of task \"{task}\", which is still to come", part.cycle),
+    let parts = tasks.iter().map(|(task, Part { cycle, pending })| {
+        if *pending {
+            format!(", due in cycle {cycle} of task \"{task}\", which is still to come")
+        } else {
+            format!(", from cycle {cycle} of task \"{task}\" on")
+        }
     });
     parts.collect()
 }

@@ -52,9 +52,10 @@ pub(super) fn publish<S: Service>(
     let mut open: Vec<Ports<S>> = Vec::new();
     let mut turn = TURN;
     loop {
-        let job = match open.is_empty() {
-            true => jobs.recv().map_err(RecvTimeoutError::from),
-            false => jobs.recv_timeout(turn),
+        let job = if open.is_empty() {
+            jobs.recv().map_err(RecvTimeoutError::from)
+        } else {
+            jobs.recv_timeout(turn)
         };
         match job {
             Ok(opening) => {

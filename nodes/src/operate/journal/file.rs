@@ -21,10 +21,8 @@ const BLOCK: usize = 64 * 1024;
 pub(super) fn print(path: &Path, json: bool) -> Result<(), Failure> {
     let mut lines = JournalLines::open(path).map_err(Failure::usage)?;
     let mut out = Printer::default();
-    let printed = match json {
-        true => print_json(&mut lines, &mut out),
-        false => print_text(&mut lines, &mut out),
-    };
+    let printed =
+        if json { print_json(&mut lines, &mut out) } else { print_text(&mut lines, &mut out) };
     // What came before an error is worth printing.
     out.print_all()?;
     printed?;

@@ -27,9 +27,10 @@ impl<'a> Band<'a> {
     pub(super) fn of(shot: &Shot, track: &'a Track, place: usize) -> Option<Self> {
         let signal = track.signals.get(place)?;
         let all = columns(shot, track, place, Span::of(shot, 1));
-        let extremes = match signal.is_digital() {
-            true => Some(Extremes { low: 0.0, high: 1.0 }),
-            false => Extremes::of(all.iter().filter_map(|column| column.values)),
+        let extremes = if signal.is_digital() {
+            Some(Extremes { low: 0.0, high: 1.0 })
+        } else {
+            Extremes::of(all.iter().filter_map(|column| column.values))
         };
         let undrawable = track.undrawable(place);
         Some(Self { track, place, signal, extremes, undrawable })

@@ -136,25 +136,22 @@ impl Operator {
         let mut slots: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
         for name in names {
             check.is_empty = false;
-            let found: Vec<(usize, u32)> = match Pattern::is_glob(name) {
-                true => {
-                    let pattern = Pattern::new(name);
-                    check.searched += self.forces.iter().map(BTreeMap::len).sum::<usize>();
-                    let forced = self.forces.iter().enumerate();
-                    let forced = forced.flat_map(|(task, of)| of.iter().map(move |f| (task, f)));
-                    let matches = |forces: &[Forced]| {
-                        forces.first().is_some_and(|forced| pattern.matches(&forced.name))
-                    };
-                    let forced = forced.filter(|(_, (_, forces))| matches(forces));
-                    forced.map(|(task, (slot, _))| (task, *slot)).collect()
-                }
-                false => {
-                    let Some(signal) = check.find(name) else { continue };
-                    let slot = signal.slot as u32;
-                    let of_task = self.forces.get(signal.task);
-                    let is_forced = of_task.is_some_and(|of| of.contains_key(&slot));
-                    is_forced.then_some((signal.task, slot)).into_iter().collect()
-                }
+            let found: Vec<(usize, u32)> = if Pattern::is_glob(name) {
+                let pattern = Pattern::new(name);
+                check.searched += self.forces.iter().map(BTreeMap::len).sum::<usize>();
+                let forced = self.forces.iter().enumerate();
+                let forced = forced.flat_map(|(task, of)| of.iter().map(move |f| (task, f)));
+                let matches = |forces: &[Forced]| {
+                    forces.first().is_some_and(|forced| pattern.matches(&forced.name))
+                };
+                let forced = forced.filter(|(_, (_, forces))| matches(forces));
+                forced.map(|(task, (slot, _))| (task, *slot)).collect()
+            } else {
+                let Some(signal) = check.find(name) else { continue };
+                let slot = signal.slot as u32;
+                let of_task = self.forces.get(signal.task);
+                let is_forced = of_task.is_some_and(|of| of.contains_key(&slot));
+                is_forced.then_some((signal.task, slot)).into_iter().collect()
             };
             if found.is_empty() && !Pattern::is_glob(name) {
                 check.findings.push(Refusal::NotForced { name: name.to_owned() });

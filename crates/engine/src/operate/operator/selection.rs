@@ -101,10 +101,12 @@ impl Selection {
     pub fn takes_long<'n>(signals: &Signals, names: impl IntoIterator<Item = &'n str>) -> bool {
         let mut looked_at = 0;
         names.into_iter().any(|name| {
-            looked_at += match Pattern::is_glob(name) {
-                true => signals.slots(),
-                false if signals.locate(name).is_some() => 1,
-                false => signals.comparisons(),
+            looked_at += if Pattern::is_glob(name) {
+                signals.slots()
+            } else if signals.locate(name).is_some() {
+                1
+            } else {
+                signals.comparisons()
             };
             looked_at > AT_ONCE
         })

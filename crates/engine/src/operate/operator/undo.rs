@@ -56,10 +56,8 @@ impl Operator {
         let mut records = self.journal.changes_of(transaction);
         if let Some(record) = records.next() {
             // The journal forgets entry by entry.
-            return match record.parts == records.count() + 1 {
-                true => Ok(()),
-                false => Err(Refusal::UnknownTransaction { transaction }),
-            };
+            let is_whole = record.parts == records.count() + 1;
+            return is_whole.then_some(()).ok_or(Refusal::UnknownTransaction { transaction });
         }
         Err(match self.journal.action_of(transaction) {
             Some(action) => Refusal::NoSet { transaction, action: action.as_str() },

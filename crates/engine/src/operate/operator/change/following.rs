@@ -115,9 +115,9 @@ impl Operator {
             *forces = known.filter_map(|(slot, f)| Some((next.slot(task, slot)?, f))).collect();
         }
         for sent in sent.values_mut() {
-            let follow = |(of, slot): (usize, u32)| match of == task {
-                true => Some((task, next.slot(task, slot)?)),
-                false => Some((of, slot)),
+            let follow = |(of, slot): (usize, u32)| {
+                let slot = if of == task { next.slot(task, slot)? } else { slot };
+                Some((of, slot))
             };
             let writes = std::mem::take(&mut sent.writes).into_iter();
             sent.writes = writes.filter_map(|(at, value)| Some((follow(at)?, value))).collect();

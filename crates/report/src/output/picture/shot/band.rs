@@ -57,9 +57,10 @@ pub(super) fn bands(shot: &Shot) -> (Vec<Band<'_>>, i32) {
         for (place, signal) in track.signals.iter().enumerate() {
             let columns = columns(shot, track, place, span);
             let is_digital = signal.is_digital();
-            let extremes = match is_digital {
-                true => Some(Extremes { low: 0.0, high: 1.0 }),
-                false => Extremes::of(columns.iter().filter_map(|column| column.values)),
+            let extremes = if is_digital {
+                Some(Extremes { low: 0.0, high: 1.0 })
+            } else {
+                Extremes::of(columns.iter().filter_map(|column| column.values))
             };
             let top = y + NAME;
             let bottom = top + if is_digital { DIGITAL } else { height };
