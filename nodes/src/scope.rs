@@ -4,6 +4,7 @@ mod chart;
 mod chosen;
 mod display;
 mod file;
+mod level;
 mod live;
 mod output;
 mod probes;
@@ -31,7 +32,7 @@ use crate::{configuration, domain, terminal};
 /// and nothing else.
 ///
 /// With a FILE that scope or `record` wrote, or CSV as `subscribe` and `export` write it, draws that one.
-#[derive(clap::Args)]
+#[derive(Clone, clap::Args)]
 #[command(
     after_help = "Examples:\n  isochrone scope level 'ramp.*' --trigger 'ramp.delayedValue > 1.0'\n  \
     isochrone scope level ramp.delayedValue --trigger 'rising ramp.error' --pre 50ms --post 200ms\n  \
@@ -39,7 +40,8 @@ use crate::{configuration, domain, terminal};
     isochrone scope level level.y --auto\n  \
     isochrone scope shot.mcap\n  isochrone scope shift.mcap level.y --trigger 'falling level.y 0.5' -o dip.svg\n\n\
     Triggers: X > 1, X < 1, X >= 1, X <= 1, X == 1, X != 1, `rising X` and `falling X` of a BOOL, \
-    `rising X 1.5` and `falling X 1.5` of a number, which has to come from the other side, and `changed X`.\n\n\
+    `rising X 1.5` and `falling X 1.5` of a number, which has to come from the other side, and `changed X`. \
+    A number that rises or falls without a level crosses half of what is seen of it: for a second, or in the FILE.\n\n\
     With --repeat and --auto on a terminal, the chart is drawn anew until q or Ctrl-C.\n\n\
     Exit status: 0 captured, or left with q or Ctrl-C after a shot; 1 the node or the FILE ended within the shot, which \
     is shown as far as it goes, the FILE is damaged, or the node refuses (no such signal, or four scopes look \

@@ -8,11 +8,11 @@ use std::path::Path;
 
 use isochrone_engine::operate::Pattern;
 use isochrone_scope::{
-    Capture, Head, Observed, Rows, Shot, Signal, Track, Trigger, Triggered, Window,
+    Capture, Extremes, Head, Observed, Rows, Shot, Signal, Track, Trigger, Triggered, Window,
 };
 
-use super::Captured;
 use super::chosen::{check_count, edge};
+use super::{Captured, level};
 use crate::failure::Failure;
 use crate::meant;
 
@@ -258,6 +258,11 @@ impl Look<'_> {
         let Some((track_of_trigger, place, signal)) = of_trigger else {
             return Err(self.unknown(&trigger.signal, contents));
         };
+        let trigger = &if level::is_missing(trigger, &signal.value_type) {
+            level::between(trigger, seen(file, track_of_trigger, place)?)?
+        } else {
+            trigger.clone()
+        };
         let edge = edge(trigger, &signal.value_type, &signal.unit)?;
         let text = trigger.to_string();
         let at = (track_of_trigger, places.get(track_of_trigger).map_or(0, Vec::len));
@@ -282,6 +287,17 @@ impl Look<'_> {
             Failure::inconclusive(format!("{path}: the trigger did not come: {why}"))
         })
     }
+}
+
+/// The least and the greatest value of a signal.
+fn seen(file: &dyn Readable, track: usize, place: usize) -> Result<Option<Extremes>, Failure> {
+    let mut seen = None;
+    file.rows(&mut |of, _, row| {
+        let value = row.get(place).filter(|value| of == track && value.is_finite());
+        seen = value.map_or(seen, |value| Some(Extremes::with(seen, *value)));
+        Ok(Enough::No)
+    })?;
+    Ok(seen)
 }
 
 /// The tracks with the signals that are wanted.

@@ -15,7 +15,7 @@ use super::display::Display;
 use super::output::{self, Output};
 use super::probes::Probes;
 use super::wanted::Wanted;
-use super::{Args, Mode};
+use super::{Args, Mode, level};
 use crate::failure::Failure;
 use crate::operate::{Asked, NodeArgs, failure};
 use crate::top::{Screen, restore};
@@ -26,11 +26,14 @@ const MOST_BYTES: u64 = 1 << 30;
 
 pub(super) fn capture(args: &Args, node: &NodeArgs, output: Option<Output>) -> Result<(), Failure> {
     let stop = stop::on_signal_after(None, restore)?;
-    let (mut client, participant) = node.connect_until(stop.clone())?.into_parts();
-    let wanted = Wanted::find(&mut client, &args.names, args.trigger.as_ref())?;
+    let (client, participant) = node.connect_until(stop.clone())?.into_parts();
+    let client = Rc::new(RefCell::new(client));
+    let with_level = |trigger| level::of_node(trigger, &participant, &client, &stop);
+    let trigger = args.trigger.as_ref().map(with_level).transpose()?;
+    let args = &Args { trigger, ..args.clone() };
+    let wanted = Wanted::find(&mut client.borrow_mut(), &args.names, args.trigger.as_ref())?;
     let tasks = wanted.shown_tasks();
     output::check_tasks(output.as_ref(), tasks.iter().copied())?;
-    let client = Rc::new(RefCell::new(client));
     let probes = Probes::open(&participant, &client, &wanted)
         .map_err(|error| failure(error, Asked::ToLook))?;
     let capture = armed(args, &node.node, &wanted, &probes)?;

@@ -124,6 +124,20 @@ fn signals_of_two_tasks_lie_on_one_axis_and_a_file_of_them_is_shown_again() {
 }
 
 #[test]
+fn a_number_that_rises_without_a_level_crosses_half_of_what_is_seen_of_it() {
+    let (domain, node) = node();
+    domain.write("saw.csv", "time_s,saw\n0.0,0.0\n0.1,1.0\n0.2,5.0\n0.3,20.0\n0.4,0.0\n");
+    let found = domain.start_with(&["scope", "saw.csv", "-t", "rising saw"]).finish();
+    assert!(found.stderr.contains("names no level; it is 10.0"), "{}", found.stderr);
+    assert!(found.stdout.contains("rising saw 10.0"), "{}", found.stdout);
+    let arguments = ["scope", "level", "-t", "falling saw.value", "-o", "shot.csv"];
+    let shot = domain.start_with(&[&arguments[..], &["--pre", "0", "--post", "10ms"]].concat());
+    let told = shot.finish().expect_code(0).stderr;
+    assert!(told.contains("armed: waiting for falling saw.value"), "{told}");
+    node.stop().expect_code(0);
+}
+
+#[test]
 fn what_cannot_be_shown_is_refused_with_the_way_out() {
     let (domain, node) = node();
     domain.write("no.mcap", "nothing");
@@ -139,7 +153,11 @@ fn what_cannot_be_shown_is_refused_with_the_way_out() {
         (&["lvel", "ramp.status"], 3, "did you mean \"level\"?"),
         (&["level", "-t", "ramp.status"], 2, "does not say what to wait for"),
         (&["level", "-t", "ramp.status = 1"], 2, "= is no comparison; write =="),
-        (&["level", "-t", "rising ramp.delayedValue"], 2, "needs the level to cross"),
+        (
+            &["level", "-t", "rising ramp.setChangeRate"],
+            2,
+            "write the one to cross, such as 'rising",
+        ),
         (&["level", "-t", "ramp.* > 1"], 2, "stands for several signals; name one"),
         (&["level", "-t", "ramp.status > high"], 2, "a value is true, false, a number"),
         (&["level", "ramp.status", "-o", "shot.png"], 2, "end the name with .mcap, .csv or .svg"),
