@@ -10,6 +10,8 @@ use serde::ser::{SerializeTuple, Serializer};
 pub(super) const INTERVAL_NS: u64 = 33_333_333;
 /// Intervals of a curve that are kept: somewhat more than a minute.
 const KEPT: usize = 1_900;
+/// Curves of a task that no page shows any more and that are kept as long: as many as one is traced for.
+const MAX_RESTING: usize = 64;
 
 /// What a signal did in an interval. In JSON `[index, least, greatest, last, flags]`, with `null` where no
 /// value was a number.
@@ -78,6 +80,8 @@ struct Curve {
 struct TaskCurves {
     names: Vec<String>,
     curves: Vec<Curve>,
+    /// Those whose signals are not traced at the moment. A page that is opened again finds them.
+    resting: BTreeMap<String, Curve>,
 }
 
 /// All curves.
@@ -89,13 +93,23 @@ pub(super) struct Curves {
 }
 
 impl Curves {
-    /// From now on the rows of a task have the values of these signals. Curves of other signals end.
+    /// From now on the rows of a task have the values of these signals. Curves of other signals rest.
     pub(super) fn set_signals(&mut self, task: &str, names: Vec<String>) {
-        let known = self.tasks.entry(task.to_owned()).or_default();
+        let Self { tasks, newest } = self;
+        let known = tasks.entry(task.to_owned()).or_default();
         let before = std::mem::take(&mut known.names).into_iter();
         let mut before: BTreeMap<_, _> = before.zip(std::mem::take(&mut known.curves)).collect();
-        known.curves = names.iter().map(|name| before.remove(name).unwrap_or_default()).collect();
+        let curve = |name: &String| {
+            before.remove(name).or_else(|| known.resting.remove(name)).unwrap_or_default()
+        };
+        known.curves = names.iter().map(curve).collect();
         known.names = names;
+        for (name, mut curve) in before {
+            curve.close(newest);
+            curve.is_broken = true;
+            known.resting.insert(name, curve);
+        }
+        known.forget_oldest();
     }
 
     /// Cycles that ran were not received before the next row of a task.
@@ -129,6 +143,10 @@ impl Curves {
 
     /// Closes the intervals that are over at that time, whether a later row has come or not.
     pub(super) fn close(&mut self, now_ns: u64) {
+        let last_kept = (now_ns / INTERVAL_NS).saturating_sub(KEPT as u64);
+        for task in self.tasks.values_mut() {
+            task.resting.retain(|_, curve| curve.last_index() >= Some(last_kept));
+        }
         let curves = self.tasks.values_mut().flat_map(|task| &mut task.curves);
         for curve in curves {
             if curve.open.is_some_and(|open| (open.index + 1) * INTERVAL_NS <= now_ns) {
@@ -145,8 +163,8 @@ impl Curves {
     /// The intervals of a signal that were closed after that number.
     pub(super) fn since(&self, name: &str, number: u64) -> Vec<Interval> {
         let found = self.tasks.values().find_map(|task| {
-            let place = task.names.iter().position(|known| known == name)?;
-            task.curves.get(place)
+            let place = task.names.iter().position(|known| known == name);
+            place.and_then(|place| task.curves.get(place)).or_else(|| task.resting.get(name))
         });
         let Some(curve) = found else { return Vec::new() };
         let first = curve.closed.partition_point(|(of, _)| *of <= number);
@@ -154,7 +172,23 @@ impl Curves {
     }
 }
 
+impl TaskCurves {
+    /// Those that have rested longest make room.
+    fn forget_oldest(&mut self) {
+        while self.resting.len() > MAX_RESTING {
+            let oldest = self.resting.iter().min_by_key(|(_, curve)| curve.last_index());
+            let Some(name) = oldest.map(|(name, _)| name.clone()) else { return };
+            self.resting.remove(&name);
+        }
+    }
+}
+
 impl Curve {
+    /// The last interval that was closed.
+    fn last_index(&self) -> Option<u64> {
+        self.closed.back().map(|(_, interval)| interval.index)
+    }
+
     fn close(&mut self, newest: &mut u64) {
         let Some(interval) = self.open.take() else { return };
         *newest += 1;
@@ -241,6 +275,37 @@ mod tests {
         curves.close(INTERVAL_NS);
         assert_eq!(json(&curves.since("b", 0)[0]), "[0,2.0,3.0,3.0,0]");
         assert_eq!(json(&curves.since("c", 0)[0]), "[0,7.0,7.0,7.0,0]");
-        assert!(curves.since("a", 0).is_empty());
+    }
+
+    #[test]
+    fn a_curve_that_was_not_shown_for_less_than_a_minute_goes_on_behind_a_gap() {
+        let mut curves = curves();
+        curves.add("fast", 0, &[1.0, 2.0]);
+        // As a task is traced while no page says what it shows.
+        curves.set_signals("fast", vec!["b".into()]);
+        curves.add("fast", 10 * INTERVAL_NS, &[3.0]);
+        curves.close(11 * INTERVAL_NS);
+        let shown = |curves: &Curves| curves.since("a", 0).iter().map(json).collect::<Vec<_>>();
+        assert_eq!(shown(&curves), ["[0,1.0,1.0,1.0,0]"]);
+        curves.set_signals("fast", vec!["a".into(), "b".into()]);
+        curves.add("fast", 20 * INTERVAL_NS, &[4.0, 5.0]);
+        curves.close(21 * INTERVAL_NS);
+        assert_eq!(shown(&curves), ["[0,1.0,1.0,1.0,0]", "[20,4.0,4.0,4.0,1]"]);
+
+        curves.set_signals("fast", vec!["b".into()]);
+        curves.close((KEPT as u64 + 21) * INTERVAL_NS);
+        assert!(curves.since("a", 0).is_empty(), "it is older than anything that is shown");
+    }
+
+    #[test]
+    fn curves_that_rest_are_no_more_than_a_task_is_traced_for() {
+        let mut curves = Curves::default();
+        for number in 0..1000 {
+            curves.set_signals("fast", vec![number.to_string()]);
+            curves.add("fast", number * INTERVAL_NS, &[0.0]);
+        }
+        let kept = (0..1000).filter(|number| !curves.since(&number.to_string(), 0).is_empty());
+        // The last one is open.
+        assert_eq!(kept.collect::<Vec<_>>(), (935..999).collect::<Vec<_>>());
     }
 }

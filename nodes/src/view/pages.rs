@@ -2,10 +2,17 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex};
+use std::time::{Duration, Instant};
 
 use serde::Deserialize;
 
 use super::{access, locked};
+
+/// Most pages that are open at a time.
+pub(super) const MAX_PAGES: usize = 48;
+/// A page that is open says what it looks at every 10 s, news or not. One that is not heard for so long reads nothing
+/// any more: what it is told can lie between here and there for hours, and its place is free for another.
+const LIFE: Duration = Duration::from_secs(30);
 
 /// Most signals in the lines of a table that a page shows at a time.
 const MAX_ROWS: usize = 120;
@@ -36,7 +43,14 @@ pub(super) struct Wanted {
 /// All pages that are open.
 #[derive(Default)]
 pub(super) struct Pages {
-    looks: Mutex<BTreeMap<String, Arc<Look>>>,
+    looks: Mutex<BTreeMap<String, Known>>,
+}
+
+/// What is known of a page.
+struct Known {
+    look: Arc<Look>,
+    /// When it said so.
+    heard: Instant,
 }
 
 /// A page that is open, until this is dropped.
@@ -47,11 +61,15 @@ pub(super) struct Open<'a> {
 }
 
 impl Pages {
-    /// Opens one.
-    pub(super) fn open(&self) -> std::io::Result<Open<'_>> {
+    /// Opens one; `None` if there are as many as there can be.
+    pub(super) fn open(&self) -> std::io::Result<Option<Open<'_>>> {
         let id = access::token()?;
-        locked(&self.looks).insert(id.clone(), Arc::default());
-        Ok(Open { pages: self, id })
+        let mut looks = locked(&self.looks);
+        if looks.len() >= MAX_PAGES {
+            return Ok(None);
+        }
+        looks.insert(id.clone(), Known { look: Arc::default(), heard: Instant::now() });
+        Ok(Some(Open { pages: self, id }))
     }
 
     /// Whether one is open.
@@ -69,7 +87,7 @@ impl Pages {
             }
         }
         match locked(&self.looks).get_mut(id) {
-            Some(known) => *known = Arc::new(look),
+            Some(known) => *known = Known { look: Arc::new(look), heard: Instant::now() },
             None => return Err("this page is not open any more; load it again".into()),
         }
         Ok(())
@@ -78,13 +96,13 @@ impl Pages {
     /// The signals whose curves the pages show, each once.
     pub(super) fn curves(&self) -> BTreeSet<String> {
         let looks = locked(&self.looks);
-        looks.values().flat_map(|look| look.curves.iter().cloned()).collect()
+        looks.values().flat_map(|known| known.look.curves.iter().cloned()).collect()
     }
 
     /// The signals whose values the node is asked for. `expand` gives those that a line needs, none for one
     /// that does not exist.
     pub(super) fn values(&self, expand: impl Fn(&str) -> Vec<String>) -> Wanted {
-        let looks: Vec<_> = locked(&self.looks).values().cloned().collect();
+        let looks: Vec<_> = locked(&self.looks).values().map(|known| known.look.clone()).collect();
         let (mut names, mut left_out) = (Vec::new(), BTreeSet::new());
         let (mut asked, mut bytes) = (BTreeSet::new(), 0);
         // The first line of each page before the second of any.
@@ -112,7 +130,15 @@ impl Pages {
 impl Open<'_> {
     /// What it looks at.
     pub(super) fn now(&self) -> Arc<Look> {
-        locked(&self.pages.looks).get(&self.id).cloned().unwrap_or_default()
+        let looks = locked(&self.pages.looks);
+        looks.get(&self.id).map(|known| known.look.clone()).unwrap_or_default()
+    }
+
+    /// Whether it was heard of not long ago.
+    pub(super) fn is_alive(&self, now: Instant) -> bool {
+        let looks = locked(&self.pages.looks);
+        let heard = looks.get(&self.id).map(|known| known.heard);
+        heard.is_some_and(|heard| now.saturating_duration_since(heard) < LIFE)
     }
 }
 
@@ -139,7 +165,7 @@ mod tests {
     #[test]
     fn however_many_pages_there_are_the_node_is_asked_for_a_value_once_and_for_so_many_at_most() {
         let pages = Pages::default();
-        let open: Vec<_> = (0..20).map(|_| pages.open().unwrap()).collect();
+        let open: Vec<_> = (0..20).map(|_| pages.open().unwrap().unwrap()).collect();
         for page in &open {
             pages.look(&page.id, look(["a".to_owned(), "b".to_owned()])).unwrap();
         }
@@ -161,11 +187,26 @@ mod tests {
     #[test]
     fn a_page_cannot_look_at_more_than_it_shows_and_not_after_its_end() {
         let pages = Pages::default();
-        let page = pages.open().unwrap();
+        let page = pages.open().unwrap().unwrap();
         let rows = (0..=MAX_ROWS).map(|row| row.to_string());
         assert!(pages.look(&page.id, look(rows)).unwrap_err().contains("at most 120 signals"));
         let id = page.id.clone();
         drop(page);
         assert!(pages.look(&id, Look::default()).unwrap_err().contains("load it again"));
+    }
+
+    #[test]
+    fn a_page_that_is_not_heard_of_gives_its_place_to_another() {
+        let pages = Pages::default();
+        let mut open: Vec<_> = (0..MAX_PAGES).map(|_| pages.open().unwrap().unwrap()).collect();
+        assert!(pages.open().unwrap().is_none(), "there are as many as there can be");
+        let page = open.pop().unwrap();
+        let later = Instant::now() + LIFE;
+        assert!(page.is_alive(Instant::now()) && !page.is_alive(later));
+        std::thread::sleep(Duration::from_millis(1));
+        pages.look(&page.id, Look::default()).unwrap();
+        assert!(page.is_alive(later), "it said that it looks");
+        drop(page);
+        assert!(pages.open().unwrap().is_some());
     }
 }

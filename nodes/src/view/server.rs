@@ -14,7 +14,7 @@ use super::routes::{Answer, answer};
 use super::{View, http, refusals, stream};
 use crate::failure::Failure;
 
-/// Most connections at a time. An open page takes one, and others for moments.
+/// Most connections at a time. An open page takes one, and others for moments: there are fewer pages than connections.
 const MAX_CONNECTIONS: usize = 64;
 /// How long a request may take to come.
 const PATIENCE: Duration = Duration::from_secs(5);

@@ -1,7 +1,7 @@
 //! What a page is told, as server-sent events, for as long as it is open.
 //!
 //! Nothing waits for a page: each has a thread that looks at what is known, tells what is new since its last
-//! look, and gives up if nobody takes it.
+//! look, and gives up if nobody takes it, or if the page is not heard of any more.
 
 use std::collections::HashMap;
 use std::io::{self, ErrorKind, Write};
@@ -14,9 +14,10 @@ use isochrone_cyclic::{Clock, Monotonic};
 use serde_json::{Map, Value, json};
 
 use super::curves::INTERVAL_NS;
-use super::pages::Open;
+use super::pages::{MAX_PAGES, Open};
 use super::plant::{Line, Text};
-use super::{View, locked, response};
+use super::response::{self, Response};
+use super::{View, locked};
 
 /// Between two looks at what is new: thirty a second.
 const LOOK_INTERVAL: Duration = Duration::from_nanos(INTERVAL_NS);
@@ -27,13 +28,17 @@ const SILENCE: Duration = Duration::from_secs(1);
 
 /// Tells a page what is new until it is closed.
 pub(super) fn serve(view: &View, stream: &TcpStream) -> io::Result<()> {
-    let page = view.pages.open()?;
+    let Some(page) = view.pages.open()? else {
+        let full =
+            format!("{MAX_PAGES} pages are open, which is as many as there can be; close one");
+        return send(stream, Response::sentence(503, full).bytes(false));
+    };
     let head = response::head(200, "text/event-stream; charset=utf-8") + "\r\n";
     let hello = json!({ "page": page.id, "writable": view.access.is_writable() });
     send(stream, &(head + &event("hello", &super::json(&hello))))?;
     let mut told = Told::default();
     let mut spoke = Instant::now();
-    while !view.is_over.load(Ordering::Relaxed) {
+    while !view.is_over.load(Ordering::Relaxed) && page.is_alive(Instant::now()) {
         let mut news = told.news(view, &page);
         if news.is_empty() && spoke.elapsed() >= SILENCE {
             // A comment.

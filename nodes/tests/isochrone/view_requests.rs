@@ -1,6 +1,6 @@
 //! The server of a node's page: who may ask for what, and how many at a time.
 
-use std::io::Write;
+use std::io::{Read, Write};
 
 use crate::served::{Reply, Served, served_tank};
 use isochrone_testing::plants::tank;
@@ -88,7 +88,7 @@ fn what_is_no_request_is_refused_in_a_sentence_and_a_slow_one_given_up_while_oth
 }
 
 #[test]
-fn twenty_pages_see_values_and_curves_one_that_never_reads_hinders_none_and_whoever_comes_after_64_is_told_so()
+fn twenty_pages_see_values_and_curves_one_that_never_reads_hinders_none_and_whoever_comes_after_48_is_told_so()
  {
     let (domain, node) = tank(&served_tank());
     let publisher = domain.start("publish tank/in --value 1.5 --rate 100");
@@ -107,19 +107,26 @@ fn twenty_pages_see_values_and_curves_one_that_never_reads_hinders_none_and_whoe
         });
         page.until("alarms", |alarms| alarms[0]["name"] == "level");
     }
-    let mut more: Vec<_> = (0..64 - 21).map(|_| served.events()).collect();
+    let mut more: Vec<_> = (0..48 - 21).map(|_| served.events()).collect();
     more.iter_mut().for_each(|page| drop(page.next("hello")));
-    let refused = served.get("/");
+    let refused = served.get("/events");
     assert_eq!(refused.status, 503, "{refused:?}");
-    assert!(refused.body.contains("close a page"), "{refused:?}");
+    assert!(refused.body.contains("48 pages are open"), "{refused:?}");
+    assert_eq!(served.get("/").status, 200, "whoever comes is told what to do on a page");
     let many: Vec<_> = (0..100).map(|_| served.connect()).collect();
     for mut stream in &many {
-        write!(stream, "GET / HTTP/1.1\r\nHost: localhost:{}\r\n\r\n", served.port).unwrap();
+        write!(stream, "GET /events HTTP/1.1\r\nHost: localhost:{}\r\n\r\n", served.port).unwrap();
     }
     assert!(many.into_iter().all(|stream| Reply::of(stream).status == 503), "none is reset");
     pages[0].next("curves");
     drop((more, pages));
-    isochrone_testing::wait_until("places are free again", || served.get("/").status == 200);
+    isochrone_testing::wait_until("places are free again", || {
+        let mut stream = served.connect();
+        write!(stream, "GET /events HTTP/1.1\r\nHost: localhost:{}\r\n\r\n", served.port).unwrap();
+        let mut status = [0; 12];
+        stream.read_exact(&mut status).unwrap();
+        status.ends_with(b"200")
+    });
     drop(standing);
     served.process.stop().expect_code(0);
     node.stop().expect_code(0);

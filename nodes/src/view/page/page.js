@@ -10,6 +10,8 @@ import { showAlarms, showForces, showUnknown } from "./lists.js";
 // Before a look is told: scrolling changes it often.
 const LOOK_DELAY_MS = 80;
 const RETRY_MS = 2000;
+// The server takes a page for gone that does not say what it looks at for some such times.
+const ALIVE_MS = 10000;
 // A tab that nobody sees is told nothing after that time.
 const HIDDEN_MS = 5000;
 const FIRST_CURVES = 3;
@@ -17,7 +19,7 @@ const FIRST_CURVES = 3;
 const NEWS_MS = 10000;
 
 const signals = new Map();
-const told = { look: "", list: -1 };
+const told = { look: "", at: 0, list: -1 };
 const known = { alarms: [], forces: [] };
 let page = null;
 let state = { state: "", node: null };
@@ -46,7 +48,7 @@ table.isShown = name => curves.has(name);
 const setting = new Setting(() => table.mark(null));
 const tasks = new Tasks();
 
-/** Says what the page looks at, if that is news. */
+/** Says what the page looks at, if that is news or was not said for a while. */
 function look() {
   clearTimeout(lookTimer);
   lookTimer = setTimeout(async () => {
@@ -54,8 +56,8 @@ function look() {
     const chosen = setting.signal ? [setting.signal.name] : [];
     const rows = [...new Set([...curves.names(), ...chosen, ...(table.inSight ?? [])])];
     const body = JSON.stringify({ page, look: { rows, curves: curves.names() } });
-    if (body === told.look) return;
-    told.look = body;
+    if (body === told.look && performance.now() - told.at < ALIVE_MS / 2) return;
+    [told.look, told.at] = [body, performance.now()];
     try {
       await fetch("/look", { method: "POST", headers: { "Content-Type": "application/json" }, body });
     } catch {
@@ -232,4 +234,5 @@ document.addEventListener("keydown", event => {
   byId("search").focus();
 });
 setInterval(showState, 1000);
+setInterval(look, ALIVE_MS);
 connect();

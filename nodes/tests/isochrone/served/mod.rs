@@ -2,9 +2,9 @@
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::{Shutdown, TcpStream};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use isochrone_testing::plants::TANK;
 use isochrone_testing::{Domain, PATIENCE, Process};
@@ -91,8 +91,8 @@ impl Served {
     pub(crate) fn page(&self, rows: &[&str], curves: &[&str]) -> Page {
         let mut page = self.events();
         let hello = page.next("hello");
-        let look = serde_json::json!({ "page": hello["page"], "look": { "rows": rows, "curves": curves } });
-        let reply = self.post("/look", &look);
+        page.look = json!({ "page": hello["page"], "look": { "rows": rows, "curves": curves } });
+        let reply = page.tell_look();
         assert_eq!(reply.status, 200, "{reply:?}");
         page
     }
@@ -101,7 +101,12 @@ impl Served {
     pub(crate) fn events(&self) -> Page {
         let mut stream = self.connect();
         write!(stream, "GET /events HTTP/1.1\r\nHost: localhost:{}\r\n\r\n", self.port).unwrap();
-        Page { lines: BufReader::new(stream) }
+        Page {
+            lines: BufReader::new(stream),
+            port: self.port,
+            look: Value::Null,
+            told: Instant::now(),
+        }
     }
 }
 
@@ -127,9 +132,29 @@ impl Reply {
 /// An open page.
 pub(crate) struct Page {
     lines: BufReader<TcpStream>,
+    port: u16,
+    /// What it posts of itself; null before it knows its name.
+    look: Value,
+    told: Instant,
 }
 
 impl Page {
+    /// Says what it looks at.
+    fn tell_look(&mut self) -> Reply {
+        self.told = Instant::now();
+        let (port, body) = (self.port, self.look.to_string());
+        let mut stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
+        stream.set_read_timeout(Some(PATIENCE)).unwrap();
+        let length = body.len();
+        write!(
+            stream,
+            "POST /look HTTP/1.1\r\nHost: 127.0.0.1:{port}\r\nContent-Type: application/json\r\n\
+             Content-Length: {length}\r\n\r\n{body}"
+        )
+        .unwrap();
+        Reply::read(stream)
+    }
+
     /// The data of the next event of a kind.
     #[track_caller]
     pub(crate) fn next(&mut self, kind: &str) -> Value {
@@ -149,10 +174,18 @@ impl Page {
                 panic!("no event \"{kind}\" as it is wanted: {error}");
             });
             assert!(count > 0, "the page ended before an event \"{kind}\" as it is wanted");
+            // As a page says that it is there.
+            if !self.look.is_null() && self.told.elapsed() > Duration::from_secs(5) {
+                self.tell_look();
+            }
             let line = line.trim_end();
             match line.strip_prefix("data: ") {
                 Some(data) if is_of_kind => {
-                    let data = serde_json::from_str(data).unwrap();
+                    let data: Value = serde_json::from_str(data).unwrap();
+                    if kind == "hello" {
+                        self.look =
+                            json!({ "page": data["page"], "look": { "rows": [], "curves": [] } });
+                    }
                     if is_wanted(&data) {
                         return data;
                     }
