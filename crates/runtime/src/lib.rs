@@ -62,6 +62,7 @@ mod frame_wait;
 mod freshness;
 mod inputs;
 pub mod journal;
+mod last_second;
 mod lasting;
 mod late_frames;
 mod layouts;

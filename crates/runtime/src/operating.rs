@@ -12,7 +12,6 @@ use isochrone_engine::operate::{
     Action, Done, Entry, Operator, Prepared, Reading, Unwritten, Warning,
 };
 use isochrone_engine::{OwnedRules, Plan, Source};
-use isochrone_timing::CycleRecord;
 
 use self::keeping::Keeping;
 pub(crate) use self::lane::Lane;
@@ -23,6 +22,7 @@ use crate::journal::{Journal, JournalError, Writing};
 use crate::new_parts::NewParts;
 use crate::orders::{Changeover, Returned};
 use crate::recorder::Recording;
+use crate::records::Cycle;
 use crate::snapshots::Snapshots;
 
 /// A request that is on its way to its tasks.
@@ -295,9 +295,11 @@ impl Operating {
     }
 
     /// Takes note of a cycle of a task.
-    pub(crate) fn note_cycle(&mut self, task: usize, record: &CycleRecord) {
+    pub(crate) fn note_cycle(&mut self, task: usize, cycle: &Cycle) {
         let Some(lane) = self.lanes.get_mut(task) else { return };
+        let record = &cycle.record;
         lane.last = Some(*record);
+        lane.seconds.note(cycle);
         lane.responses.note(record);
     }
 

@@ -271,7 +271,7 @@ impl<S: Service> Running<S> {
             while let Some(cycle) = task.records.pop() {
                 cycle.add_to(&mut task.timing);
                 task.followed.iter_mut().for_each(|followed| followed.note(&cycle));
-                operating.note_cycle(index, &cycle.record);
+                operating.note_cycle(index, &cycle);
                 self.news.records.push((index, cycle.record));
                 self.news.follows.push(cycle.follow);
             }

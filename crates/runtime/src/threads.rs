@@ -13,6 +13,7 @@ use isochrone_timing::TaskTiming;
 use crate::error::{PrepareError, TaskPanicked};
 use crate::faults::Faults;
 use crate::inputs::TaskInputs;
+use crate::last_second::Seconds;
 use crate::late_frames::FollowedFrames;
 use crate::operating::Lane;
 use crate::panics;
@@ -96,6 +97,7 @@ impl Threads {
             last: None,
             cpu_reason: None,
             responses: Responses::default(),
+            seconds: Seconds::default(),
             grant: None,
         };
         parts.operating.lock().lanes.push(lane);

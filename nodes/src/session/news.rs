@@ -59,7 +59,6 @@ pub(crate) struct Sample {
     /// When it was received, ns of `CLOCK_MONOTONIC`.
     pub(crate) at_ns: u64,
     pub(crate) release_jitter_ns: u64,
-    pub(crate) execution_ns: u64,
     /// Of a task that follows its data.
     pub(crate) follow: Option<FollowSample>,
 }

@@ -25,7 +25,6 @@ struct TaskChannels {
     task: String,
     cycle: usize,
     release_jitter_ns: usize,
-    execution_ns: usize,
     /// Of a task that follows its data.
     follow: Option<FollowChannels>,
 }
@@ -85,7 +84,6 @@ impl TaskChannels {
             cycle: value(self.cycle)?,
             at_ns,
             release_jitter_ns: value(self.release_jitter_ns)?,
-            execution_ns: value(self.execution_ns)?,
             follow: self.follow.as_ref().and_then(|follow| {
                 Some(FollowSample {
                     followed: value(follow.followed)?,
@@ -120,7 +118,6 @@ fn channels(layout: &FrameLayout) -> Vec<TaskChannels> {
             task: task.to_owned(),
             cycle: place("cycle")?,
             release_jitter_ns: place("release_jitter_ns")?,
-            execution_ns: place("execution_ns")?,
             follow: follow(),
         })
     });
@@ -161,9 +158,9 @@ mod tests {
         ];
         let channels = channels(&layout);
         let samples: Vec<_> = channels.iter().filter_map(|it| it.sample(&values, 9)).collect();
-        let sample = |task: &str, cycle, release_jitter_ns, execution_ns, follow| {
+        let sample = |task: &str, cycle, release_jitter_ns, follow| {
             let task = task.to_owned();
-            Sample { task, cycle, at_ns: 9, release_jitter_ns, execution_ns, follow }
+            Sample { task, cycle, at_ns: 9, release_jitter_ns, follow }
         };
         let follow = FollowSample {
             followed: 4,
@@ -172,8 +169,7 @@ mod tests {
             wait_ns: 90,
             latency_ns: None,
         };
-        let expected =
-            [sample("fast", 7, 1500, 250, None), sample("late", 8, 20, 300, Some(follow))];
+        let expected = [sample("fast", 7, 1500, None), sample("late", 8, 20, Some(follow))];
         assert_eq!(samples, expected);
         assert!(channels.iter().all(|it| it.sample(&[], 9).is_none()), "a shorter frame");
     }

@@ -61,8 +61,6 @@ pub(crate) struct Window {
     pub(crate) cycles: u64,
     /// Release jitter of those that were shown, ns.
     pub(crate) jitter: Summary,
-    /// Mean execution time of those that were shown, ns; `None` where none was.
-    pub(crate) execution_ns: Option<f64>,
     /// Of a task that follows its data.
     pub(crate) follow: Option<FollowWindow>,
 }
@@ -120,19 +118,12 @@ impl TaskSamples {
             _ => 0,
         };
         let shown = samples.len() as u64;
-        let execution_ns: u64 = samples.clone().map(|sample| sample.execution_ns).sum();
         let jitter = summary(scratch, samples.clone().map(|sample| sample.release_jitter_ns));
         // What was counted until the first of them is told by the one before.
         let counted = self.samples.range(first.saturating_sub(1)..);
         let counted = counted.filter_map(|sample| sample.follow);
         let follows = samples.filter_map(|sample| sample.follow);
-        Window {
-            shown,
-            cycles,
-            jitter,
-            execution_ns: (shown > 0).then(|| execution_ns as f64 / shown as f64),
-            follow: FollowWindow::of(counted, follows, scratch),
-        }
+        Window { shown, cycles, jitter, follow: FollowWindow::of(counted, follows, scratch) }
     }
 }
 
@@ -166,7 +157,7 @@ mod tests {
 
     fn sample(cycle: u64, at_ns: u64, release_jitter_ns: u64) -> Sample {
         let (task, follow) = ("t".into(), None);
-        Sample { task, cycle, at_ns, release_jitter_ns, execution_ns: 500, follow }
+        Sample { task, cycle, at_ns, release_jitter_ns, follow }
     }
 
     /// One of twenty cycles of 1 ms is shown, for ninety seconds; its jitter is its number.
@@ -190,7 +181,6 @@ mod tests {
         );
         assert_eq!((windows.minute.shown, windows.minute.cycles), (3000, 59_981));
         assert_eq!(windows.minute.jitter.min, Some(1500));
-        assert_eq!(windows.second.execution_ns, Some(500.0));
     }
 
     #[test]

@@ -2,8 +2,9 @@
 
 use isochrone_runtime::control::{
     Access, Action, ActiveAlarm, AskedBy, Change, ConfigurationOrigin, DescribeResult, Force,
-    JournalEntry, Role, SignalDescription, TaskDescription, Value,
+    JournalEntry, LastSecond, Role, SignalDescription, TaskDescription, Value,
 };
+use isochrone_timing::Summary;
 
 use crate::session::{Read, Sample};
 
@@ -116,7 +117,6 @@ pub(super) fn a_minute_of_samples(now_ns: u64) -> Vec<Sample> {
         cycle: number * 20,
         at_ns: now_ns - 60_000_000_000 + number * 20_000_000,
         release_jitter_ns: 1_000 + number,
-        execution_ns: 250_000,
         follow: None,
     };
     (0..3000).map(sample).collect()

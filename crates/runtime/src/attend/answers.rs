@@ -42,6 +42,7 @@ impl Attendant {
                 parameters: operating.operator.parameters(index) as u64,
                 forces: forces.count() as u64,
                 alarms: lane.faults.total() as u64,
+                last_second: lane.seconds.last(now_ns, lane.schedule.period_ns),
                 placement: operating.placement(index),
             })
         };

@@ -44,9 +44,9 @@ pub use params::{
 pub use results::{
     Access, Action, ActiveAlarm, AlarmsResult, AppliedChange, ApplyResult, AskedBy, ByTask, Change,
     ChangedValue, ConfigurationOrigin, DescribeResult, Followed, Force, ForceResult, ForcesResult,
-    GetResult, Given, JournalEntry, JournalResult, Part, PendingEntry, Placement, ReadAt, Role,
-    SaveResult, SetResult, SignalDescription, SignalsResult, TaskDescription, TraceResult,
-    TracedSignal, Tuned,
+    GetResult, Given, JournalEntry, JournalResult, LastSecond, Part, PendingEntry, Placement,
+    ReadAt, Role, SaveResult, SetResult, SignalDescription, SignalsResult, TaskDescription,
+    TraceResult, TracedSignal, Tuned,
 };
 pub use texts::{Room, answer, request};
 pub use trace::{Trace, TraceRow, signals_by_task};

@@ -9,6 +9,7 @@ use isochrone_timing::CycleRecord;
 
 use crate::control::{Followed, Placement};
 use crate::faults::Faults;
+use crate::last_second::Seconds;
 use crate::lasting::StateChange;
 use crate::orders;
 use crate::responses::Responses;
@@ -36,6 +37,7 @@ pub(crate) struct Lane {
     /// Why its CPU was chosen, if the configuration leaves it open.
     pub(crate) cpu_reason: Option<String>,
     pub(crate) responses: Responses,
+    pub(crate) seconds: Seconds,
     /// What the machine granted its thread; `None` while that is set up.
     pub(crate) grant: Option<ThreadGrant>,
 }

@@ -5,10 +5,11 @@ use std::collections::BTreeSet;
 use isochrone_runtime::control::{
     Access, Action, ActiveAlarm, AlarmsResult, AppliedChange, ApplyResult, AskedBy, ByTask, Change,
     ChangedValue, Code, ConfigurationOrigin, DescribeResult, Finding, Followed, Force, ForceResult,
-    ForcesResult, GetResult, Given, JournalEntry, JournalResult, Method, Part, PendingEntry,
-    Placement, ReadAt, Reply, Role, SaveResult, SetResult, SignalDescription, SignalsResult,
-    TaskDescription, TraceResult, TracedSignal, Tuned, Value, Values,
+    ForcesResult, GetResult, Given, JournalEntry, JournalResult, LastSecond, Method, Part,
+    PendingEntry, Placement, ReadAt, Reply, Role, SaveResult, SetResult, SignalDescription,
+    SignalsResult, TaskDescription, TraceResult, TracedSignal, Tuned, Value, Values,
 };
+use isochrone_timing::Summary;
 
 fn page() -> String {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/control.md");
@@ -48,6 +49,11 @@ fn described() -> DescribeResult {
         parameters: 0,
         forces: 0,
         alarms: 0,
+        last_second: Some(LastSecond {
+            cycles: 0,
+            release_jitter_ns: Summary::default(),
+            execution_ns: 0.0,
+        }),
         placement: Some(placement),
     };
     DescribeResult {

@@ -1,6 +1,6 @@
 //! Tasks and the timing of their cycles.
 
-use isochrone_runtime::control::{Followed, TaskDescription};
+use isochrone_runtime::control::{Followed, LastSecond, TaskDescription};
 use isochrone_timing::Summary;
 use isochrone_timing::units::{duration, period, three_digits};
 use ratatui::Frame;
@@ -32,8 +32,8 @@ const FOLLOW_LINES: u16 = 3;
 
 /// What the timing is of, and what it is not.
 const EXPLANATION: [&str; 2] = [
-    "Jitter and CPU are of the shown cycles: telemetry shows at most 50 a second of",
-    "each task, and nothing of those between. \"-\": too few cycles, or none so far.",
+    "CPU and the jitter of the last second are of all cycles, that of the minute of those",
+    "which telemetry shows, at most 50 a second. \"-\": too few cycles, or none so far.",
 ];
 
 /// Lines of tasks on their page, which has each task twice.
@@ -90,7 +90,7 @@ fn shown(model: &Model) -> &[TaskDescription] {
 
 fn draw_counts(frame: &mut Frame<'_>, area: Rect, model: &Model, palette: Palette) {
     let rows = shown(model).iter().map(|task| {
-        let window = model.windows(&task.name).second;
+        let second = task.last_second.as_ref();
         let count = |count: u64| {
             let cell = right(count.to_string());
             if count > 0 { cell.style(palette.bad()) } else { cell }
@@ -106,8 +106,8 @@ fn draw_counts(frame: &mut Frame<'_>, area: Rect, model: &Model, palette: Palett
             count(task.missed),
             count(task.overruns),
             right(task.forces.to_string()),
-            right(cpu(&window, task.period_ns)),
-            right(shown_of(&window)),
+            right(cpu(second, task.period_ns)),
+            right(second.map_or(NONE.into(), |second| second.cycles.to_string())),
         ])
     });
     let heading = [
@@ -118,7 +118,7 @@ fn draw_counts(frame: &mut Frame<'_>, area: Rect, model: &Model, palette: Palett
         right("overruns"),
         right("forces"),
         right("CPU"),
-        right("shown, 1 s"),
+        right("cycles, 1 s"),
     ];
     let widths = [NAME_WIDTH, TIME_WIDTH, 12, 7, 8, 6, 6, SHOWN_WIDTH].map(Constraint::Length);
     frame.render_widget(table(heading, rows, widths, palette), area);
@@ -128,7 +128,7 @@ fn draw_counts(frame: &mut Frame<'_>, area: Rect, model: &Model, palette: Palett
 pub(super) fn draw_jitter(frame: &mut Frame<'_>, area: Rect, model: &Model, palette: Palette) {
     let [title, list] = Layout::vertical([Constraint::Length(1), Constraint::Min(0)]).areas(area);
     let columns = usize::from(TIME_WIDTH) * 3 + 2;
-    let (second, minute) = ("1 s of shown cycles", "1 min of shown cycles");
+    let (second, minute) = ("1 s of all cycles", "1 min of shown cycles");
     let text = format!(
         "{:<width$} {second:^columns$} {minute:^columns$}",
         "jitter",
@@ -136,15 +136,16 @@ pub(super) fn draw_jitter(frame: &mut Frame<'_>, area: Rect, model: &Model, pale
     );
     frame.render_widget(Line::styled(text, palette.heading()), title);
     let rows = shown(model).iter().map(|task| {
-        let windows = model.windows(&task.name);
+        let minute = model.windows(&task.name).minute;
+        let second = task.last_second.as_ref().map(|second| second.release_jitter_ns);
         let times = |jitter: Summary| {
             [jitter.p50, jitter.p99, jitter.max]
                 .map(|ns| right(ns.map_or(NONE.into(), |ns| duration(ns as f64))))
         };
         let name = Cell::from(plain(&task.name));
-        let cells = [name].into_iter().chain(times(windows.second.jitter));
-        let cells = cells.chain(times(windows.minute.jitter));
-        Row::new(cells.chain([right(shown_of(&windows.minute))]))
+        let cells = [name].into_iter().chain(times(second.unwrap_or_default()));
+        let cells = cells.chain(times(minute.jitter));
+        Row::new(cells.chain([right(shown_of(&minute))]))
     });
     let heading = [
         "task".into(),
@@ -208,8 +209,9 @@ fn draw_follow(frame: &mut Frame<'_>, area: Rect, model: &Model, palette: Palett
 }
 
 /// The part of its period that a task's cycles take.
-fn cpu(window: &Window, period_ns: u64) -> String {
-    let part = window.execution_ns.filter(|_| period_ns > 0).map(|ns| ns / period_ns as f64);
+fn cpu(second: Option<&LastSecond>, period_ns: u64) -> String {
+    let second = second.filter(|_| period_ns > 0);
+    let part = second.map(|second| second.execution_ns / period_ns as f64);
     part.map_or(NONE.into(), |part| format!("{}%", three_digits(part * 100.0)))
 }
 

@@ -1,5 +1,6 @@
 //! What a node says of itself and its tasks.
 
+use isochrone_timing::Summary;
 use serde::{Deserialize, Serialize};
 
 /// What operators may do, as `[node] control` says.
@@ -17,7 +18,7 @@ pub enum Access {
 }
 
 /// Of `describe`: what the node is.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DescribeResult {
     /// Its name.
     pub node: String,
@@ -48,7 +49,7 @@ pub struct ConfigurationOrigin {
 }
 
 /// A task of `describe`.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct TaskDescription {
     /// Its name.
     pub name: String,
@@ -75,9 +76,24 @@ pub struct TaskDescription {
     /// How many of its alarms stand.
     #[serde(default)]
     pub alarms: u64,
+    /// The timing of all of its cycles in the last second; `None`: the first second is not over, it stands, or the
+    /// node's version does not say.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub last_second: Option<LastSecond>,
     /// When it needs which CPU; `None`: the node's version does not say.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub placement: Option<Placement>,
+}
+
+/// The timing of all cycles that began within a second. Times in ns.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct LastSecond {
+    /// How many these are.
+    pub cycles: u64,
+    /// How late they began.
+    pub release_jitter_ns: Summary,
+    /// How long they took, mean.
+    pub execution_ns: f64,
 }
 
 /// When a task needs which CPU. Times in ns.

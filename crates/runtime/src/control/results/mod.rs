@@ -14,7 +14,7 @@ pub use alarms::{ActiveAlarm, AlarmsResult};
 pub use changes::{Force, ForceResult, ForcesResult, Part, SetResult};
 pub use configurations::{ApplyResult, ChangedValue, Given, SaveResult, Tuned};
 pub use describing::{
-    Access, ConfigurationOrigin, DescribeResult, Followed, Placement, TaskDescription,
+    Access, ConfigurationOrigin, DescribeResult, Followed, LastSecond, Placement, TaskDescription,
 };
 pub use journal::{
     Action, AppliedChange, AskedBy, Change, JournalEntry, JournalResult, PendingEntry,
