@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 use clap::Parser;
-use isochrone_benches::{Bench, Failure, take_turns, us};
+use isochrone_benches::{Bench, Failure, Profile, take_turns, us};
 use isochrone_processes::Child;
 use isochrone_report::{Report, Series, histogram_svg, percentiles_svg, ratio_in_words};
 use isochrone_timing::Distribution;
@@ -123,7 +123,7 @@ fn main() -> Result<(), Failure> {
     if args.test {
         (args.rounds, args.seconds) = (1, 0.3);
     }
-    let bench = Bench::new()?;
+    let bench = Bench::new(Profile::of_bench(args.test))?;
     let mut arms = Vec::new();
     for name in &args.arms {
         if name == "cyclictest" && Command::new("cyclictest").arg("--help").output().is_err() {

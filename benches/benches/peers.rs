@@ -19,7 +19,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 use clap::Parser;
-use isochrone_benches::{Bench, Failure, take_turns, us};
+use isochrone_benches::{Bench, Failure, Profile, take_turns, us};
 use isochrone_ipc::Participant;
 use isochrone_machine::CpuList;
 use isochrone_processes::Child;
@@ -130,7 +130,7 @@ fn main() -> Result<(), Failure> {
     if args.test {
         (args.rounds, args.seconds) = (1, 1.0);
     }
-    let bench = Bench::new()?;
+    let bench = Bench::new(Profile::of_bench(args.test))?;
     let named = |name: &String| Arm { name: name.clone(), ..Arm::default() };
     let mut arms: Vec<Arm> = args.arms.iter().map(named).collect();
     take_turns(args.rounds, &mut arms, |arm| {

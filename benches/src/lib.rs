@@ -29,12 +29,12 @@ pub struct Bench {
 }
 
 impl Bench {
-    /// Builds the program as the bench itself is built.
+    /// Builds the program in this profile.
     ///
     /// # Errors
     /// It cannot be built, or there is no place for the folder.
-    pub fn new() -> Result<Self, Failure> {
-        Ok(Self { program: build(Profile::own())?, domain: IsolatedDomain::new("bench")? })
+    pub fn new(profile: Profile) -> Result<Self, Failure> {
+        Ok(Self { program: build(profile)?, domain: IsolatedDomain::new("bench")? })
     }
 
     /// The domain of the bench.

@@ -1,4 +1,4 @@
-//! The program, built as whoever runs it is built.
+//! The program, built for tests or for figures.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -13,12 +13,37 @@ pub enum Profile {
     Debug,
     /// As `cargo run --release` has it.
     Release,
+    /// As packages have it, optimised as one unit: what figures are published of.
+    Dist,
 }
 
 impl Profile {
     /// The profile of this very program.
     pub fn own() -> Self {
         if cfg!(debug_assertions) { Self::Debug } else { Self::Release }
+    }
+
+    /// The profile for a bench: [`Dist`](Self::Dist), or [`own`](Self::own) where nothing is measured, so that a
+    /// test of the bench builds nothing more.
+    pub fn of_bench(is_test: bool) -> Self {
+        if is_test { Self::own() } else { Self::Dist }
+    }
+
+    /// Its name for cargo.
+    const fn name(self) -> &'static str {
+        match self {
+            Self::Debug => "dev",
+            Self::Release => "release",
+            Self::Dist => "dist",
+        }
+    }
+
+    /// Its folder in the target folder.
+    const fn folder(self) -> &'static str {
+        match self {
+            Self::Debug => "debug",
+            Self::Release | Self::Dist => self.name(),
+        }
     }
 }
 
@@ -28,7 +53,7 @@ impl Profile {
 /// # Errors
 /// It cannot be built.
 pub fn find(profile: Profile) -> Result<PathBuf, Failure> {
-    let program = place()?;
+    let program = place(&std::env::current_exe()?, profile)?;
     if is_current(&program) { Ok(program) } else { build(profile) }
 }
 
@@ -37,12 +62,14 @@ pub fn find(profile: Profile) -> Result<PathBuf, Failure> {
 /// # Errors
 /// It cannot be built.
 pub fn build(profile: Profile) -> Result<PathBuf, Failure> {
-    let program = place()?;
+    let program = place(&std::env::current_exe()?, profile)?;
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut build = Command::new(cargo);
-    build.args(["build", "--quiet", "--package", "isochrone-cli", "--bin", "isochrone"]);
-    if profile == Profile::Release {
-        build.arg("--release");
+    build.args(["build", "--package", "isochrone-cli", "--bin", "isochrone"]);
+    build.args(["--profile", profile.name()]);
+    // This one takes minutes; cargo shows how far it is.
+    if profile != Profile::Dist {
+        build.arg("--quiet");
     }
     if !build.status()?.success() {
         return Err("cannot build the program; run this with cargo".into());
@@ -50,19 +77,74 @@ pub fn build(profile: Profile) -> Result<PathBuf, Failure> {
     Ok(program)
 }
 
-/// Beside the program that runs: target/<profile>/<program>, or target/<profile>/deps/<test or bench>.
-fn place() -> Result<PathBuf, Failure> {
-    let own = std::env::current_exe()?;
-    let folder = own.ancestors().skip(1).find(|folder| !folder.ends_with("deps"));
-    Ok(folder.ok_or("this program has no target folder")?.join("isochrone"))
+/// Where cargo builds the program, in the target folder of a test or a bench: `own` is
+/// target/<profile>/<program>, or target/<profile>/deps/<test or bench>.
+fn place(own: &Path, profile: Profile) -> Result<PathBuf, Failure> {
+    let of_own = own.ancestors().skip(1).find(|folder| !folder.ends_with("deps"));
+    let target = of_own.and_then(Path::parent).ok_or("this program has no target folder")?;
+    Ok(target.join(profile.folder()).join("isochrone"))
 }
 
 /// Whether the program is younger than every source that cargo noted beside it.
 fn is_current(program: &Path) -> bool {
     let age = |path: &Path| fs::metadata(path).and_then(|file| file.modified());
     let Ok(built) = age(program) else { return false };
-    let sources = fs::read_to_string(program.with_extension("d")).unwrap_or_default();
-    let mut sources = sources.split_whitespace().skip(1).peekable();
-    sources.peek().is_some()
-        && sources.all(|source| age(Path::new(source)).is_ok_and(|changed| changed < built))
+    let sources = sources(&fs::read_to_string(program.with_extension("d")).unwrap_or_default());
+    !sources.is_empty()
+        && sources.iter().all(|source| age(source).is_ok_and(|changed| changed < built))
+}
+
+/// The sources in what cargo notes, a rule of make: `program: source source`. A space in a path is written `\ `.
+fn sources(rule: &str) -> Vec<PathBuf> {
+    // No path holds a NUL.
+    let rule = rule.replace("\\ ", "\0");
+    rule.split_whitespace().skip(1).map(|path| path.replace('\0', " ").into()).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs::File;
+    use std::time::{Duration, SystemTime};
+
+    use super::*;
+
+    #[test]
+    fn the_program_of_a_profile_is_in_that_profiles_folder_whatever_this_one_is_built_as() {
+        for own in ["/t/release/deps/cyclictest-1f", "/t/debug/crash-points", "/t/dist/deps/x"] {
+            let program = |profile| place(Path::new(own), profile).unwrap();
+            assert_eq!(program(Profile::Debug), Path::new("/t/debug/isochrone"));
+            assert_eq!(program(Profile::Release), Path::new("/t/release/isochrone"));
+            assert_eq!(program(Profile::Dist), Path::new("/t/dist/isochrone"));
+        }
+        assert_eq!(Profile::of_bench(false), Profile::Dist);
+        assert_eq!(Profile::of_bench(true), Profile::own());
+    }
+
+    #[test]
+    fn a_program_is_current_until_a_source_of_it_changes_wherever_they_are() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = folder.path().join("my own  folder");
+        fs::create_dir(&place).unwrap();
+        let [program, first, second] = ["isochrone", "first.rs", "a second.rs"].map(|name| {
+            let path = place.join(name);
+            fs::write(&path, "").unwrap();
+            path
+        });
+        let built = SystemTime::now();
+        let change = |path: &Path, at| File::options().write(true).open(path)?.set_modified(at);
+        change(&program, built).unwrap();
+        assert!(!is_current(&program), "nothing is known of its sources");
+        let paths = [&program, &first, &second].map(|path| path.to_str().unwrap());
+        let [program_noted, sources_noted @ ..] = paths.map(|path| path.replace(' ', "\\ "));
+        let rule = format!("{program_noted}: {}\n", sources_noted.join(" "));
+        fs::write(program.with_extension("d"), rule).unwrap();
+        let (before, after) = (built - Duration::from_secs(1), built + Duration::from_secs(1));
+        change(&first, before).unwrap();
+        for (changed, is_older) in [(before, true), (after, false)] {
+            change(&second, changed).unwrap();
+            assert_eq!(is_current(&program), is_older, "{changed:?}");
+        }
+        fs::remove_file(&first).unwrap();
+        assert!(!is_current(&program), "a source is gone");
+    }
 }
