@@ -26,9 +26,17 @@ const FOR_EVER: Duration = Duration::from_secs(u32::MAX as u64);
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum StopError {
-    /// The program has such a [`Stop`] already.
-    #[error("signals are handled already: call Stop::on_signal once and clone what it gives")]
+    /// The program has such a [`Stop`] already, or has called `ctrlc` itself.
+    #[error(
+        "signals are handled already: call Stop::on_signal once, without ctrlc::set_handler, and clone what it gives"
+    )]
     Taken,
+    /// The kernel does not take the handlers.
+    #[error("cannot handle SIGINT, SIGTERM and SIGHUP: {cause}")]
+    Handlers {
+        /// The system's error.
+        cause: io::Error,
+    },
     /// There is no thread that waits for signals or keeps the time.
     #[error("cannot start a thread: {cause}; raise the limit of processes (ulimit -u)")]
     Thread {
@@ -72,8 +80,13 @@ impl Stop {
     /// rather than being blocked and waited for: a program that this one starts has them back as they
     /// are by default, and a tracer sees them. Also ends whatever waits for a domain's lock.
     ///
+    /// **It replaces the handlers** of SIGINT, SIGTERM and SIGHUP that the program has by then: they are not called any
+    /// more. Do not call it in a program that handles these signals itself; let its own handler end what it runs,
+    /// nodes and every [`Child`](crate::Child).
+    ///
     /// # Errors
-    /// There is no thread to be had, or signals are already handled.
+    /// The kernel refuses a handler, there is no thread to be had, or signals are handled by an earlier call or
+    /// by `ctrlc`.
     pub fn on_signal(last_words: impl Fn() + Send + Sync + 'static) -> Result<Self, StopError> {
         let flag = Arc::new(AtomicBool::new(false));
         if SIGNALLED.set(flag.clone()).is_err() {
@@ -89,12 +102,7 @@ impl Stop {
                 end_at_once(last_words.clone());
             }
         };
-        dispositions::with_ignored_kept(|| ctrlc::set_handler(request)).map_err(
-            |error| match error {
-                ctrlc::Error::System(cause) => StopError::Thread { cause },
-                ctrlc::Error::NoSuchSignal(_) | ctrlc::Error::MultipleHandlers => StopError::Taken,
-            },
-        )?;
+        dispositions::with_ignored_kept(|| ctrlc::set_handler(request)).map_err(refused)?;
         isochrone_ipc::interrupt_waiting_by(flag.clone());
         Ok(Self { flag, end: None, whole: None })
     }
@@ -149,6 +157,19 @@ impl Stop {
     }
 }
 
+/// What `ctrlc` says. Its one kind for the system's errors has an errno where there is no thread, and one in words
+/// where there is no handler.
+fn refused(error: ctrlc::Error) -> StopError {
+    match error {
+        ctrlc::Error::MultipleHandlers => StopError::Taken,
+        ctrlc::Error::System(cause) if cause.raw_os_error().is_some() => {
+            StopError::Thread { cause }
+        }
+        ctrlc::Error::System(cause) => StopError::Handlers { cause },
+        ctrlc::Error::NoSuchSignal(_) => StopError::Handlers { cause: io::Error::other(error) },
+    }
+}
+
 fn start_thread(name: &str, run: impl FnOnce() + Send + 'static) -> Result<(), StopError> {
     match thread::Builder::new().name(name.into()).spawn(run) {
         Ok(_) => Ok(()),
@@ -166,4 +187,21 @@ fn end_at_once(last_words: Arc<impl Fn() + Send + Sync + 'static>) -> ! {
         thread::sleep(Duration::from_millis(1));
     }
     std::process::exit(NOT_IN_ORDER);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_error_says_whether_a_thread_or_a_handler_is_refused() {
+        let said = |error| refused(error).to_string();
+        let no_thread = io::Error::from_raw_os_error(libc::EAGAIN);
+        let no_thread = said(ctrlc::Error::System(no_thread));
+        assert!(no_thread.starts_with("cannot start a thread: "), "{no_thread}");
+        let no_handler = said(ctrlc::Error::System(io::Error::other("EINVAL: Invalid argument")));
+        let expected = "cannot handle SIGINT, SIGTERM and SIGHUP: EINVAL: Invalid argument";
+        assert_eq!(no_handler, expected);
+        assert!(said(ctrlc::Error::MultipleHandlers).starts_with("signals are handled already"));
+    }
 }
