@@ -51,8 +51,8 @@ impl Places {
     ///
     /// Tasks of higher priority choose first, then those of shorter period. Each takes the CPU that
     /// [`choose_off`](isochrone_machine::Observation::choose_off) names, where the tasks that have a CPU before
-    /// it count as threads that run there. A task that follows another one at its priority or a higher one
-    /// keeps off its CPU where there is another, and so does its source. One that follows a task of a higher priority
+    /// it count as threads that run there. A task that follows one of its own priority or a lower one keeps off
+    /// that one's CPU where there is another, and so does its source. One that follows a task of a higher priority
     /// shares its CPU rather than that of a task that it would meet there.
     pub fn of(plan: &Plan) -> Self {
         Self::beside(plan, &Machine::here(), &[])

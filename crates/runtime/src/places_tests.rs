@@ -106,7 +106,7 @@ fn a_task_is_kept_off_the_cpu_of_the_one_that_it_would_keep_from_sending() {
     assert_eq!(
         places.reason(2).as_deref(),
         Some(
-            "CPU 1 has n.a, which it follows; no CPU is without a task; though n.other runs there too"
+            "CPU 1 is left to n.a, which the task follows; every CPU has a task already; n.other runs there too"
         )
     );
     // One of lower priority lets its source run.
@@ -123,7 +123,8 @@ fn behind_its_source_a_task_of_lower_priority_runs_on_its_cpu_rather_than_beside
     assert_eq!(
         places.reason(2).as_deref(),
         Some(
-            "CPU 1 has n.a, which needs it at the same time; no CPU is without a task; though n.b runs there too"
+            "CPU 1 is left to n.a, which needs it at the same time as the task; every CPU has a task already; n.b runs \
+             there too"
         )
     );
     assert_eq!(placed_following(&chain, "0-2", &[]).0, [Some(2), Some(1), Some(0)], "each its own");
@@ -163,8 +164,8 @@ fn a_task_is_kept_off_the_cpu_of_a_source_in_another_node_and_of_one_that_follow
     let other = plan(&following(&[("a", 80, "z")]).replace("1ms\"", "1ms\"\ncpu = 1"));
     let running = [Neighbour::planned("m", &other.tasks[0])];
     for (task, reason) in [
-        (("b", 80, "a"), "CPU 1 has m.a, which it follows"),
-        (("z", 80, ""), "CPU 1 has m.a, which follows it"),
+        (("b", 80, "a"), "CPU 1 is left to m.a, which the task follows"),
+        (("z", 80, ""), "CPU 1 is left to m.a, which follows the task"),
     ] {
         let (cpus, places) = placed_following(&[task], "0-1", &running);
         assert_eq!(cpus, [Some(0)]);

@@ -5,7 +5,8 @@ use std::{fmt, iter};
 use crate::machine::BoundThread;
 use crate::quiet::{Observation, ObservedCpu};
 
-/// A chosen CPU. Displayed as its reasons: `isolated; no task is bound to its core`.
+/// A chosen CPU. Displayed as its reasons, a plain sentence each: `it is isolated; CPU 1 is as good, and the last
+/// is taken`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Choice {
     /// The CPU.
@@ -103,14 +104,14 @@ const LIKE: f64 = 2.0;
 const NAMED: usize = 3;
 
 impl Observation {
-    /// Chooses the CPU for one more thread: with the fewest threads bound to it, isolated, with the fewest
-    /// threads on its core, with the fewest device interrupts per second, with the fewest since the machine
-    /// started, and of CPUs that are alike in all this the last. `None` if there is none.
+    /// Chooses the CPU for one more thread by these rules, each among the CPUs that those before it have left: the
+    /// fewest threads bound to it, isolated, the fewest threads bound to the rest of its core, the fewest device
+    /// interrupts per second, the fewest since the machine started, the last. `None` if there is none.
     pub fn choose(&self) -> Option<Choice> {
         self.choose_off(&[])
     }
 
-    /// As [`choose`](Self::choose), among the CPUs that are not to be avoided, if there are any.
+    /// As [`choose`](Self::choose), first of all among the CPUs that are not to be avoided, if there are any.
     pub fn choose_off(&self, avoided: &[Avoided]) -> Option<Choice> {
         let mut left: Vec<&ObservedCpu> = self.cpus.iter().collect();
         let mut reasons = Vec::new();
@@ -267,44 +268,51 @@ impl fmt::Display for Choice {
 impl fmt::Display for Reason {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Only => f.write_str("the only CPU that this process may use"),
-            Self::Off { avoided } => write!(f, "CPU {} has {}", avoided.cpu, avoided.has),
-            Self::Despite { avoided } => write!(f, "though it has {}", avoided.has),
-            Self::NoneFree => f.write_str("no CPU is without a task"),
+            Self::Only => f.write_str("it is the only CPU that this process may use"),
+            Self::Off { avoided } => write!(f, "CPU {} is left to {}", avoided.cpu, avoided.has),
+            Self::Despite { avoided } => {
+                write!(f, "it has {}, because no CPU is without such a task", avoided.has)
+            }
+            Self::NoneFree => f.write_str("every CPU has a task already"),
             Self::Apart { bound: 0, other } => {
-                write!(f, "no task is bound to it, CPU {} has {}", other.cpu, Named(other))
+                write!(f, "no task is pinned to it, and CPU {} has {}", other.cpu, Named(other))
             }
             Self::Apart { bound, other } => {
-                write!(f, "only {} bound to it, CPU {} has more", tasks(*bound), other.cpu)
+                write!(f, "only {} pinned to it, and more to CPU {}", tasks(*bound), other.cpu)
             }
             Self::Shared { with } => {
                 let named: Vec<_> =
                     with.iter().take(NAMED).map(|thread| Named(thread).to_string()).collect();
                 let named = named.join(", ");
                 match with.len().saturating_sub(NAMED) {
-                    0 if with.len() == 1 => write!(f, "though {named} runs there too"),
-                    0 => write!(f, "though {named} run there too"),
-                    more => write!(f, "though {named} and {more} more run there too"),
+                    0 if with.len() == 1 => write!(f, "{named} runs there too"),
+                    0 => write!(f, "{named} run there too"),
+                    more => write!(f, "{named} and {more} more run there too"),
                 }
             }
-            Self::Isolated => f.write_str("isolated"),
-            Self::OwnCore => f.write_str("fewer tasks on its core"),
+            Self::Isolated => f.write_str("it is isolated"),
+            Self::OwnCore => f.write_str("fewer tasks are pinned to its core than to others"),
             Self::Interrupts { per_second, worst, worst_per_second } => write!(
                 f,
-                "{per_second:.0} device interrupts per second, CPU {worst} has {worst_per_second:.0}"
+                "devices interrupt it {per_second:.0} times per second, and CPU {worst} {worst_per_second:.0} times"
             ),
             Self::InterruptsSinceBoot { count, worst, worst_count } => write!(
                 f,
-                "{count} device interrupts since the machine started, CPU {worst} had {worst_count}"
+                "devices have interrupted it {count} times since the machine started, and CPU {worst} {worst_count} times"
             ),
             Self::Noisy { per_second, best, best_per_second } => write!(
                 f,
-                "though devices interrupt it {per_second:.0} times per second, and CPU {best} {best_per_second:.0} \
-                 times"
+                "devices interrupt it {per_second:.0} times per second, and CPU {best} only {best_per_second:.0} \
+                 times, which counts less"
             ),
             Self::Last { alike } => {
                 let alike: Vec<String> = alike.iter().map(usize::to_string).collect();
-                write!(f, "the last of those like it ({})", alike.join(", "))
+                match alike.as_slice() {
+                    [one] => write!(f, "CPU {one} is as good, and the last is taken"),
+                    many => {
+                        write!(f, "CPUs {} are as good, and the last is taken", many.join(", "))
+                    }
+                }
             }
         }
     }

@@ -311,7 +311,7 @@ fn the_cpu_that_auto_would_choose_is_examined_if_none_is_named() {
     assert_eq!(finding.severity, Fine);
     assert_eq!(
         finding.value,
-        "CPU 0: 7 device interrupts since the machine started, CPU 1 had 4374"
+        "CPU 0: devices have interrupted it 7 times since the machine started, and CPU 1 4374 times"
     );
     let other = quiet(&examine(&guest, Some(1)).unwrap());
     assert_eq!((other.severity, other.value), (Note, finding.value));

@@ -104,10 +104,10 @@ impl<'a> Chooser<'a> {
         let avoided = |other: &Neighbour| {
             let (cpu, name) = (other.placement.cpu? as usize, other.full_name());
             let has = if task.watched_in_the_way_of(other).is_some() {
-                format!("{name}, which it follows")
+                format!("{name}, which the task follows")
             } else {
                 other.watched_in_the_way_of(task)?;
-                format!("{name}, which follows it")
+                format!("{name}, which follows the task")
             };
             Some(Avoided { cpu, has })
         };
@@ -133,7 +133,10 @@ impl<'a> Chooser<'a> {
         }
         let crowded = |other: &Neighbour| {
             let cpu = other.placement.cpu?;
-            let has = format!("{}, which needs it at the same time", met(Some(cpu))?.full_name());
+            let has = format!(
+                "{}, which needs it at the same time as the task",
+                met(Some(cpu))?.full_name()
+            );
             Some(Avoided { cpu: cpu as usize, has })
         };
         others().filter_map(crowded).collect()

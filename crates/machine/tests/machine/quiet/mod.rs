@@ -30,16 +30,18 @@ fn plain(cpus: &str) -> Fake {
 fn a_cpu_that_is_to_be_avoided_is_chosen_only_if_all_are() {
     let observation = observed(&plain("0-2"));
     let avoid = |cpus: &[usize]| {
-        let avoided = |cpu: &usize| Avoided { cpu: *cpu, has: "a.t, which it follows".into() };
+        let avoided =
+            |cpu: &usize| Avoided { cpu: *cpu, has: "a.t, which the task follows".into() };
         observation.choose_off(&cpus.iter().map(avoided).collect::<Vec<_>>()).unwrap()
     };
     assert_eq!(avoid(&[2]).cpu, 1);
-    assert_eq!(avoid(&[1, 2]).to_string(), "CPU 2 has a.t, which it follows");
+    assert_eq!(avoid(&[1, 2]).to_string(), "CPU 2 is left to a.t, which the task follows");
     let all = avoid(&[0, 1, 2]);
     assert_eq!(all.cpu, observation.choose().unwrap().cpu);
     assert_eq!(
         all.to_string(),
-        "the last of those like it (0, 1); though it has a.t, which it follows"
+        "CPUs 0, 1 are as good, and the last is taken; it has a.t, which the task follows, because no CPU is without \
+         such a task"
     );
     assert_eq!(avoid(&[7]), observation.choose().unwrap());
 }
@@ -73,7 +75,7 @@ fn interrupts(counts: [u64; 2]) -> String {
 fn of_cpus_that_are_alike_the_last_is_chosen() {
     let choice = chosen(&plain("0-3"));
     assert_eq!(choice, Choice { cpu: 3, reasons: vec![Reason::Last { alike: vec![0, 1, 2] }] });
-    assert_eq!(choice.to_string(), "the last of those like it (0, 1, 2)");
+    assert_eq!(choice.to_string(), "CPUs 0, 1, 2 are as good, and the last is taken");
 }
 
 #[test]
@@ -99,7 +101,7 @@ fn an_isolated_cpu_goes_before_the_others() {
     let choice = chosen(&fake);
     assert_eq!(
         (choice.cpu, choice.to_string()),
-        (2, "isolated; the last of those like it (1)".into())
+        (2, "it is isolated; CPU 1 is as good, and the last is taken".into())
     );
 }
 
@@ -138,21 +140,21 @@ fn what_devices_do_now_goes_before_what_they_did_since_the_start() {
     };
     let choice = observe(1_200).unwrap().choose().unwrap();
     assert_eq!(choice.cpu, 0);
-    assert_eq!(choice.to_string(), "0 device interrupts per second, CPU 1 has 2400");
+    assert_eq!(choice.to_string(), "devices interrupt it 0 times per second, and CPU 1 2400 times");
     fake.write("proc/interrupts", interrupts([50_000_000, 10]));
     let mut shared = observe(1_200).unwrap();
     shared.bind(BoundThread { process: None, name: "level.fast".into(), cpu: 0 });
     assert_eq!(
         shared.choose().unwrap().to_string(),
-        "no task is bound to it, CPU 0 has level.fast; though devices interrupt it 2400 times per second, and \
-         CPU 0 0 times"
+        "no task is pinned to it, and CPU 0 has level.fast; devices interrupt it 2400 times per second, and CPU 0 \
+         only 0 times, which counts less"
     );
     fake.write("proc/interrupts", interrupts([50_000_000, 10]));
     let choice = observe(40).unwrap().choose().unwrap();
     assert_eq!(choice.cpu, 1, "80 a second make no difference");
     assert_eq!(
         choice.to_string(),
-        "50 device interrupts since the machine started, CPU 0 had 50000000"
+        "devices have interrupted it 50 times since the machine started, and CPU 0 50000000 times"
     );
 }
 
@@ -169,7 +171,7 @@ fn tasks_and_nodes_that_run_are_kept_apart() {
     run(&fake, 700, [("isochrone", "0-1"), ("fast) x", "1")], 1);
     let choice = chosen(&fake);
     assert_eq!(choice.cpu, 0);
-    assert_eq!(choice.to_string(), "no task is bound to it, CPU 1 has fast) x (pid 700)");
+    assert_eq!(choice.to_string(), "no task is pinned to it, and CPU 1 has fast) x (pid 700)");
 
     let mut observation = observed(&fake);
     for expected in [0, 1, 0, 1] {
@@ -187,16 +189,16 @@ fn a_cpu_that_is_shared_is_said_to_be_with_what() {
     let mut observation = observed(&plain("0-1"));
     let why = |observation: &Observation| observation.choose().unwrap().to_string();
     bind(&mut observation, "fast", 1);
-    assert_eq!(why(&observation), "no task is bound to it, CPU 1 has fast");
+    assert_eq!(why(&observation), "no task is pinned to it, and CPU 1 has fast");
     bind(&mut observation, "slow", 0);
     assert_eq!(
         why(&observation),
-        "no CPU is without a task; though fast runs there too; the last of those like it (0)"
+        "every CPU has a task already; fast runs there too; CPU 0 is as good, and the last is taken"
     );
     bind(&mut observation, "other", 1);
     assert_eq!(
         why(&observation),
-        "only one task is bound to it, CPU 1 has more; though slow runs there too"
+        "only one task is pinned to it, and more to CPU 1; slow runs there too"
     );
 
     let one = plain("0");
@@ -207,11 +209,11 @@ fn a_cpu_that_is_shared_is_said_to_be_with_what() {
     }
     assert_eq!(
         why(&observation),
-        "the only CPU that this process may use; though fast (pid 700), a, b and 1 more run there too"
+        "it is the only CPU that this process may use; fast (pid 700), a, b and 1 more run there too"
     );
     observation.name(0, "other", "level.other");
     observation.name(0, "fast", "level.fast");
-    assert!(why(&observation).contains("though level.fast, a, b and"), "{}", why(&observation));
+    assert!(why(&observation).contains("; level.fast, a, b and"), "{}", why(&observation));
 }
 
 #[test]
