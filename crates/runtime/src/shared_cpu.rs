@@ -159,7 +159,10 @@ impl SharedCpu {
         let grid = Need { release_ns: EPOCH_OFFSET_NS, ..first.need() };
         let has_room = clear_phase_ns(&grid, &[second.need()]).clear_ns.is_some();
         if has_room && first.placement.phase_reason.is_none() {
-            return WarningCode::SharedCpu.remedy().to_owned();
+            let task = first.full_name();
+            return format!(
+                "give {task} phase = \"auto\", which keeps clear of what runs, or another cpu"
+            );
         }
         let watches = |task: &Neighbour| task.placement.follow.is_some();
         let within = if watches(first) || watches(second) { " or a shorter within" } else { "" };
@@ -281,7 +284,9 @@ mod tests {
         let remedy = |plan: &Plan, other: &Neighbour| {
             SharedCpu::of_plan(plan, std::slice::from_ref(other))[0].remedy()
         };
-        assert_eq!(remedy(&plan(FAST), &running(0)), WarningCode::SharedCpu.remedy());
+        let automatic =
+            "give b.fast phase = \"auto\", which keeps clear of what runs, or another cpu";
+        assert_eq!(remedy(&plan(FAST), &running(0)), automatic);
         let follows = plan(&following().replace("600us", "500us"));
         let other = Neighbour::planned("a", &follows.tasks[0]);
         let expected = "give b.fast another cpu, or a smaller margin or a shorter within";

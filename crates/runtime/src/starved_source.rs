@@ -85,7 +85,16 @@ impl fmt::Display for StarvedSource {
 
 impl From<&StarvedSource> for Warning {
     fn from(starved: &StarvedSource) -> Self {
-        Self::new(WarningCode::StarvedSource, starved.to_string())
+        let (code, message) = (WarningCode::StarvedSource, starved.to_string());
+        let [follower, source] = [&starved.follower, &starved.source].map(Neighbour::full_name);
+        // No priority is lower than none.
+        let remedy = match starved.source.priority() {
+            Some(_) => {
+                format!("give {follower} a lower priority than {source} has, or another cpu")
+            }
+            None => format!("give {source} a higher priority than {follower} has, or another cpu"),
+        };
+        Self { code, message, remedy }
     }
 }
 

@@ -130,7 +130,7 @@ codes! {
         "fix the block that the message names; what was measured ends with the panic";
     /// Tasks share a CPU and need it at the same time.
     SharedCpu = "shared_cpu",
-        "write phase = \"auto\" in its [[task]], which keeps clear of what runs, or give it another cpu";
+        "give one of them phase = \"auto\", which keeps clear of what runs, or another cpu";
     /// A task that watches for a frame keeps the task that sends it from running.
     StarvedSource = "starved_source",
         "give the task that follows a lower priority than its source has, or another cpu";

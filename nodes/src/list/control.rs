@@ -178,17 +178,12 @@ fn conflict_text<C: Display>(conflicts: &[C], what: &str) -> String
 where
     for<'a> Warning: From<&'a C>,
 {
-    let mut warnings = conflicts.iter().map(Warning::from).peekable();
-    if warnings.peek().is_none() {
+    if conflicts.is_empty() {
         return String::new();
     }
     let mut text = format!("{} on one CPU\n", counted(conflicts.len(), what));
-    while let Some(Warning { message, remedy, .. }) = warnings.next() {
-        text += &format!("  {message}\n");
-        // One that goes for the next, too, is said behind that.
-        if warnings.peek().is_none_or(|next| next.remedy != remedy) {
-            text += &format!("  remedy: {remedy}\n");
-        }
+    for Warning { message, remedy, .. } in conflicts.iter().map(Warning::from) {
+        text += &format!("  {message}\n  remedy: {remedy}\n");
     }
     text + "\n"
 }
@@ -284,6 +279,19 @@ mod tests {
     }
 
     #[test]
+    fn each_of_several_meetings_has_a_remedy_that_names_its_task() {
+        let text = conflicts_text(&["a", "b", "c"].map(|node| task(node, 0)));
+        let lines: Vec<&str> = text.trim_end().lines().collect();
+        assert_eq!((lines.len(), lines[0]), (7, "3 meetings on one CPU"), "{text}");
+        for (pair, (one, other)) in lines[1..].chunks(2).zip([("a", "b"), ("a", "c"), ("b", "c")]) {
+            let met = format!("  {one}.fast and {other}.fast share CPU 1 and meet at each release");
+            assert!(pair[0].starts_with(&met), "{text}");
+            let remedy = format!("  remedy: give {one}.fast phase = \"auto\", which keeps clear");
+            assert!(pair[1].starts_with(&remedy), "{text}");
+        }
+    }
+
+    #[test]
     fn a_task_that_keeps_its_source_from_sending_is_marked() {
         let (source, mut follower) = (task("a", 200_000), task("b", 0));
         assert_eq!(conflicts_text(&[source.clone(), follower.clone()]), "");
@@ -292,8 +300,8 @@ mod tests {
         assert_eq!(
             conflicts_text(&tasks),
             "1 starved source on one CPU\n  b.fast (fifo:80) follows \"a/out\" of a.fast (fifo:80) on the \
-             same CPU 1: while the one watches, the other cannot send\n  remedy: give the task that \
-             follows a lower priority than its source has, or another cpu\n\n"
+             same CPU 1: while the one watches, the other cannot send\n  remedy: give b.fast a lower \
+             priority than a.fast has, or another cpu\n\n"
         );
         let expected = json!([{
             "cpu": 1,

@@ -42,7 +42,7 @@ fn whoever_starts_a_node_that_meets_another_on_its_cpu_is_warned_with_the_remedy
 
     let said = format!("warning: b.t and a.t share CPU {cpu} and meet at each release of b.t");
     let ended = run_beside(&domain, "b.toml", |ended| ended.stderr.contains(&said)).expect_code(0);
-    assert!(ended.stderr.contains("remedy: write phase = \"auto\""), "{}", ended.stderr);
+    assert!(ended.stderr.contains("remedy: give b.t phase = \"auto\""), "{}", ended.stderr);
     let clear = domain.run("run clear.toml --cycles 1").expect_code(0);
     assert!(!clear.stderr.contains("share CPU"), "{}", clear.stderr);
     let report = run_beside(&domain, "b.toml --json", |ended| ended.stdout.contains("shared_cpu"));
@@ -91,9 +91,12 @@ fn an_automatic_phase_keeps_clear_of_the_node_that_runs_and_says_so() {
 fn the_list_has_the_tasks_that_meet_and_no_others() {
     let domain = Domain::new();
     let cpu = allowed_cpu();
-    let nodes = [("a", "0ms"), ("b", "0ms"), ("c", "5ms")].map(|(name, phase)| {
-        domain.start_node(&format!("{name}.toml"), &node(name, phase, cpu), "")
+    // All at once: each joins while the others do.
+    let mut nodes = [("a", "0ms"), ("b", "0ms"), ("c", "5ms")].map(|(name, phase)| {
+        domain.write(&format!("{name}.toml"), &node(name, phase, cpu));
+        domain.start(&format!("run {name}.toml"))
     });
+    nodes.iter_mut().for_each(|node| node.wait_for("is running"));
 
     let found = (0..20).map(|_| meetings(&domain)).find(|found| !found.is_empty()).unwrap();
     let [meeting] = &found[..] else { panic!("{found:?}") };
@@ -128,7 +131,7 @@ fn whoever_starts_a_task_that_would_keep_its_source_from_sending_is_warned() {
         "warning: follower.t (fifo:5) follows \"plant/saw\" of source.t (other) on the same CPU {cpu}"
     );
     let ended = run_beside(&domain, "follower.toml", |ended| ended.stderr.contains(&said));
-    let remedy = "remedy: give the task that follows a lower priority than its source has";
+    let remedy = "remedy: give source.t a higher priority than follower.t has, or another cpu";
     assert!(ended.expect_code(0).stderr.contains(remedy));
     source.stop().expect_code(0);
 }
