@@ -25,4 +25,4 @@ pub use samples::TurnSamples;
 pub use turns::{TurnReport, Turns};
 pub use two_reports::{Compared, NotCompared, compare_reports, overall};
 pub use wording::ratio_in_words;
-pub(crate) use wording::{comparison_in_words, interval_in_words};
+pub(crate) use wording::{interval_in_words, verdict_in_words};

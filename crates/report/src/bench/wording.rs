@@ -2,6 +2,8 @@
 
 use isochrone_timing::units::three_digits;
 
+use crate::bench::{Comparison, Verdict};
+
 /// Which side of its reference a candidate is on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Side {
@@ -55,6 +57,15 @@ pub(crate) fn comparison_in_words(ratio: f64, reference: &str) -> String {
     match Worded::new(ratio).side {
         Side::Equal => format!("equal to {reference}"),
         Side::Lower | Side::Higher => format!("{} than {reference}", ratio_in_words(ratio)),
+    }
+}
+
+/// Words what a comparison shows: `3.85 times higher`, or `no demonstrable difference` where the verdict is that the
+/// samples show none, however far apart the two are.
+pub(crate) fn verdict_in_words(comparison: &Comparison) -> String {
+    match comparison.verdict {
+        Verdict::Same => "no demonstrable difference".to_owned(),
+        Verdict::Better | Verdict::Worse => ratio_in_words(comparison.ratio),
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::made_up;
 use isochrone_machine::{Cause, Finding, Severity};
-use isochrone_report::{LinkArm, Outlier, Report, TaskArm, TurnReport, hlog, html};
+use isochrone_report::{LinkArm, Outlier, Report, TaskArm, TurnReport, Verdict, hlog, html};
 use isochrone_timing::{LinkReport, Summary, TaskReport, Warning};
 
 /// The names of the elements that are open at the end, or what closes something else.
@@ -169,6 +169,25 @@ fn the_verdict_and_a_picture_come_before_everything_that_explains_them() {
         let (id, _) = link.split_once('"').unwrap();
         assert!(page.contains(&format!("id=\"{id}\"")), "{id}");
     }
+}
+
+#[test]
+fn what_the_verdict_calls_the_same_is_not_said_to_be_so_many_times_lower() {
+    let mut report = made_up::report();
+    for (number, found) in report.comparisons.iter_mut().enumerate() {
+        (found.ratio, found.low, found.high) = (13.0, 0.8, 170.0);
+        let is_first = found.percentile == "p50";
+        found.verdict = if is_first && number > 0 { Verdict::Better } else { Verdict::Same };
+    }
+    let page = html(&report);
+    let (_, verdict) = page.split_once("<ul id=\"verdict\"").unwrap();
+    let (verdict, _) = verdict.split_once("</ul>").unwrap();
+    let lines: Vec<&str> = verdict.lines().filter(|line| line.starts_with("<li>")).collect();
+    let both =
+        "</b>: no demonstrable difference from sleep at p50; no demonstrable difference at p99";
+    assert!(lines[0].contains(both), "{verdict}");
+    let one = "</b>: 13.0 times lower than sleep at p50; no demonstrable difference at p99";
+    assert!(lines[1].contains(one), "{verdict}");
 }
 
 #[test]

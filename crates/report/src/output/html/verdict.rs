@@ -3,7 +3,7 @@
 use isochrone_timing::units::duration;
 
 use super::page::Page;
-use crate::bench::{Comparison, Reported, comparison_in_words, ratio_in_words};
+use crate::bench::{Comparison, Reported, Verdict, verdict_in_words};
 use crate::output::groups::{arm_of, groups, percentile_name};
 use crate::report::{LinkArm, Report, TaskArm};
 
@@ -67,9 +67,13 @@ fn of<R: Reported>(
             let (Some(first), Some(last)) = (same.first(), same.last()) else { continue };
             let arm = arm_of(&first.candidate, &group.circumstances);
             let than = arm_of(&first.reference, &group.circumstances);
-            let mut says = format!("{} at {}", comparison_in_words(first.ratio, than), at(first));
+            let from = if first.verdict == Verdict::Same { "from" } else { "than" };
+            let shown = verdict_in_words(first);
+            let mut says =
+                format!("{shown} {from} {than} at {}", percentile_name(&first.percentile));
             if last.percentile != first.percentile {
-                says += &format!("; {} at {}", ratio_in_words(last.ratio), at(last));
+                let at = percentile_name(&last.percentile);
+                says += &format!("; {} at {at}", verdict_in_words(last));
             }
             lines.push(Line { about: about(arm), says });
         }
@@ -80,10 +84,6 @@ fn of<R: Reported>(
         }
     }
     lines
-}
-
-fn at(comparison: &Comparison) -> String {
-    format!("{} ({})", percentile_name(&comparison.percentile), comparison.verdict.as_str())
 }
 
 fn times<const N: usize>(times: [(&str, Option<u64>); N]) -> String {
