@@ -8,7 +8,7 @@ use isochrone_ipc::{IsolatedDomain, Participant, Service, ipc};
 use serde_json::Value;
 
 use crate::process::{Ended, Process, program};
-use crate::wait_until;
+use crate::wait_for_ok;
 
 /// An iceoryx2 domain and a folder that nobody else uses, and of which nothing is left when it is dropped.
 pub struct Domain(IsolatedDomain);
@@ -60,19 +60,26 @@ impl Domain {
     #[track_caller]
     pub fn wait_for_cycle(&self, name: &str, cycle: u64) {
         let is_of_cycle = |row: &str| row.split(',').nth(1) == Some(&cycle.to_string());
-        self.wait_for_recording(name, |text| text.lines().any(is_of_cycle));
+        let what = format!("{name} has the row of cycle {cycle}");
+        self.wait_for_recording(name, &what, |text| text.lines().any(is_of_cycle));
     }
 
     /// Waits until a recording holds so many rows.
     #[track_caller]
     pub fn wait_for_rows(&self, name: &str, rows: usize) {
-        self.wait_for_recording(name, |text| text.lines().count() > rows);
+        let what = format!("{name} has {rows} rows");
+        self.wait_for_recording(name, &what, |text| text.lines().count() > rows);
     }
 
     #[track_caller]
-    fn wait_for_recording(&self, name: &str, is_complete: impl Fn(&str) -> bool) {
-        wait_until(&format!("{name} is complete"), || {
-            std::fs::read_to_string(self.path(name)).is_ok_and(|text| is_complete(&text))
+    fn wait_for_recording(&self, name: &str, what: &str, is_complete: impl Fn(&str) -> bool) {
+        wait_for_ok(what, || match std::fs::read_to_string(self.path(name)) {
+            Ok(text) if is_complete(&text) => Ok(()),
+            Ok(text) => {
+                let last = text.lines().last().unwrap_or_default();
+                Err(format!("it has {} lines, the last is {last:?}", text.lines().count()))
+            }
+            Err(error) => Err(error.to_string()),
         });
     }
 

@@ -237,7 +237,7 @@ period = "20ms"
 name = "x"
 service = "plant/sensor"
 task = "fast"
-max_age = "500ms"
+max_age = "1s"
 [[block]]
 name = "ramp"
 type = "LimRateOfChangeCI"

@@ -5,12 +5,12 @@ use std::path::PathBuf;
 use std::process::{Command, ExitStatus, Stdio};
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use isochrone_processes::Child;
 use rustix::process::Signal;
 
-use crate::{PATIENCE, afresh};
+use crate::{PATIENCE, afresh, wait_for_ok};
 
 /// The program `isochrone`, as cargo built it beside the test program that runs.
 pub fn program() -> PathBuf {
@@ -71,32 +71,28 @@ impl Process {
         self.wait_until(text, |stdout, stderr| stdout.contains(text) || stderr.contains(text));
     }
 
-    /// Waits until something is so of the process.
-    #[track_caller]
-    pub fn wait_until_it(&mut self, does: &str, mut met: impl FnMut(&Self) -> bool) {
-        let since = Instant::now();
-        while !met(self) {
-            let waits = !self.is_over() && since.elapsed() < PATIENCE;
-            assert!(waits, "waited until it {does}\n{}\n{}", self.stdout.get(), self.stderr.get());
-            thread::sleep(Duration::from_millis(2));
-        }
-    }
-
     /// Waits until something is so of what the process printed to standard output and standard error.
     #[track_caller]
     pub fn wait_until(&mut self, what: &str, mut met: impl FnMut(&str, &str) -> bool) {
-        let since = Instant::now();
-        loop {
+        let what = format!("prints {what}");
+        self.wait_until_it(&what, |process| met(&process.stdout.get(), &process.stderr.get()));
+    }
+
+    /// Waits until something is so of the process. One that has ended does nothing more.
+    #[track_caller]
+    pub fn wait_until_it(&mut self, does: &str, mut met: impl FnMut(&Self) -> bool) {
+        let is_met = wait_for_ok(&format!("it {does}"), || {
             // Asked first: what it said last is there by the time that it is over.
             let is_over = self.is_over();
-            let (stdout, stderr) = (self.stdout.get(), self.stderr.get());
-            if met(&stdout, &stderr) {
-                break;
-            }
-            let waits = !is_over && since.elapsed() < PATIENCE;
-            assert!(waits, "waited for {what}\n{stdout}\n{stderr}");
-            thread::sleep(Duration::from_millis(2));
-        }
+            let is_met = met(self);
+            if is_met || is_over { Ok(is_met) } else { Err(self.printed()) }
+        });
+        assert!(is_met, "it ended before it {does}: {}", self.printed());
+    }
+
+    /// All that it has printed so far.
+    fn printed(&self) -> String {
+        format!("\n{}\n{}", self.stdout.get(), self.stderr.get())
     }
 
     /// Whether it has ended, and all that it printed was read.
@@ -142,9 +138,8 @@ impl Process {
 
     /// Waits for the end.
     pub fn finish(mut self) -> Ended {
-        self.ended_within(PATIENCE).unwrap_or_else(|| {
-            panic!("the process does not end\n{}\n{}", self.stdout.get(), self.stderr.get())
-        })
+        self.ended_within(PATIENCE)
+            .unwrap_or_else(|| panic!("the process does not end{}", self.printed()))
     }
 
     /// Waits for the end, so long.

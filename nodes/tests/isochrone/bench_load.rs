@@ -91,8 +91,9 @@ fn bench_under_load(domain: &Domain) -> (Process, Vec<u32>) {
     let long = "bench jitter --arms sleep --priority 0 --seconds 600 --turn 60 --load vm";
     let mut process = domain.start(long);
     let id = process.id();
-    process
-        .wait_until("the load", |_, _| children(id).iter().any(|load| !children(*load).is_empty()));
+    process.wait_until_it("has started the load", |_| {
+        children(id).iter().any(|load| !children(*load).is_empty())
+    });
     (process, children(id))
 }
 

@@ -220,7 +220,7 @@ fn a_link_that_ends_at_once_is_no_link_and_its_words_are_shown() {
 fn given_up(script: &Script) -> Ended {
     let try_once = |_| {
         let mut verb = script.start("--connect 127.0.0.1:1 plant/a");
-        verb.wait_until("it gives up or starts a fifth time", |_, stderr| {
+        verb.wait_until("that it gives up or starts a fifth time", |_, stderr| {
             stderr.contains("4 times in a row") || stderr.matches("it is started again").count() > 3
         });
         let is_given_up = verb.ended_within(Duration::from_secs(1));

@@ -248,7 +248,7 @@ fn alarms_name_what_is_wrong_and_follow_it() {
     publisher.wait_for("publishing");
     follow.wait_for("went   level");
     publisher.kill();
-    follow.wait_until("it comes again", |out, _| out.matches("came   level").count() >= 2);
+    follow.wait_until("that it comes again", |out, _| out.matches("came   level").count() >= 2);
     follow.stop().expect_code(0);
     let told = domain.stdout("alarms tank");
     assert_says(

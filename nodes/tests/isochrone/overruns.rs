@@ -29,7 +29,7 @@ fn every_release_missed_while_the_process_was_frozen_is_counted_and_told_on_the_
     let mut node = domain.start_node("node.toml", &slow, arguments);
     // A freeze before the first release would leave no frame to compare with.
     let first = Cell::new(None);
-    node.wait_until("a frame", |_, _| {
+    node.wait_until_it("sends a frame", |_| {
         first.set(frames.borrow_mut().next(0).map(|frame| *frame.header()));
         first.get().is_some()
     });

@@ -3,8 +3,8 @@
 use std::time::Duration;
 
 use crate::served::{Served, served_tank};
+use isochrone_testing::Domain;
 use isochrone_testing::plants::tank;
-use isochrone_testing::{Domain, wait_until};
 use rustix::process::Signal;
 use serde_json::{Value, json};
 
@@ -94,11 +94,10 @@ fn a_curve_has_the_spike_of_a_single_cycle() {
         let end = set("scale.x=9", "+600") + 1;
         let ended = set(&format!("scale.x=1 trim.value={attempt}"), &end.to_string());
         let mut found = None;
-        wait_until(&format!("the curve comes to cycle {end}"), || {
-            let news = page.next("curves");
-            let mut new = intervals(&news, "scale.y").into_iter();
+        page.until("curves", |news| {
+            let mut new = intervals(news, "scale.y").into_iter();
             found = found.take().or_else(|| new.find(|it| it[1] == 1.0 && it[2] == 9.0));
-            intervals(&news, "trim.value").iter().any(|it| it[3] == f64::from(attempt))
+            intervals(news, "trim.value").iter().any(|it| it[3] == f64::from(attempt))
         });
         found.filter(|_| ended == end)
     });

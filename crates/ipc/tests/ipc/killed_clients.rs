@@ -10,7 +10,7 @@ use std::time::Duration;
 use isochrone_ipc::{
     Delivery, MAX_CLIENTS, Participant, RequestClient, RequestServer, RequestUpkeep, ipc,
 };
-use isochrone_testing::{Domain, role, role_domain, volume, wait_until};
+use isochrone_testing::{Domain, role, role_domain, volume, wait_for_ok, wait_until};
 
 type Client = RequestClient<ipc::Service>;
 type Server = RequestServer<ipc::Service>;
@@ -43,11 +43,17 @@ fn clients_that_are_killed_one_after_the_other_hold_nothing() {
     }
     ask(&node, b"after all");
     // Nobody joins meanwhile: the upkeep alone clears the rest.
-    wait_until("no client is left", || served.clients() == 0);
+    wait_for_ok("no client is left", || match served.clients() {
+        0 => Ok(()),
+        left => Err(format!("{left} are")),
+    });
     // Whoever was killed before he came to the service is for the next who joins.
     drop(domain.join_variant::<ipc::Service>("tester"));
     // The server lets go of a connection at its next look.
-    wait_until(&format!("no more than {before} files are left"), || domain.files().len() <= before);
+    wait_for_ok(&format!("no more than {before} files are left"), || {
+        let left = domain.files();
+        if left.len() <= before { Ok(()) } else { Err(format!("{} are: {left:?}", left.len())) }
+    });
     served.stop();
 }
 

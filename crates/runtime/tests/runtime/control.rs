@@ -1,6 +1,7 @@
 //! Clients that ask a node in another process.
 
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
@@ -113,11 +114,13 @@ fn a_node_that_is_stopped_does_not_answer_in_time_and_its_late_answer_is_dropped
     let domain = IsolatedDomain::new("isotest").unwrap();
     let level = Running::start(&domain, "control::takes_requests", "level");
     let participant = join(&domain);
-    let mut client = Client::connect(&participant, "level", Duration::from_secs(2)).unwrap();
+    let mut client = Client::connect(&participant, "level", PATIENCE).unwrap();
     assert!(client.call(&DescribeParams {}).is_ok());
     level.signal("-STOP");
     let stat = format!("/proc/{}/stat", level.process());
     wait_until("it is stopped", || std::fs::read_to_string(&stat).unwrap().contains(") T "));
+    // However short: no answer comes.
+    client.wait_for(Duration::from_millis(100));
     let error = client.call(&DescribeParams {}).unwrap_err();
     assert!(matches!(error, ClientError::NoAnswer { is_stopped: true, .. }), "{error}");
     let remedy = format!("(kill -CONT {})", level.process());
@@ -137,16 +140,26 @@ fn a_request_that_takes_long_and_was_given_up_holds_up_nobody() {
     let domain = IsolatedDomain::new("isotest").unwrap();
     let _level = Running::start(&domain, "control::takes_requests", "level");
     let participant = join(&domain);
-    // On a busy machine the request is not received at once; one that is given up before is not done.
-    let mut hasty = Client::connect(&participant, "level", Duration::from_secs(5)).unwrap();
     let mut other = Client::connect(&participant, "level", PATIENCE).unwrap();
     let values: Values = [(name(0), 1.0)].into_iter().collect();
     let at = |at| SetParams { values: values.clone(), at: Some(at), ..SetParams::default() };
-    let error = hasty.call(&at(60_000)).unwrap_err();
-    assert!(matches!(error, ClientError::NoAnswer { .. }), "{error}");
+    let gives_up = Arc::new(AtomicBool::new(false));
+    thread::scope(|scope| {
+        let hasty = scope.spawn(|| {
+            let client = Client::connect(&participant, "level", PATIENCE).unwrap();
+            let mut client = client.interrupted_by(gives_up.clone());
+            client.call(&at(3_600_000)).unwrap_err()
+        });
+        // One that is given up before the node has received it is not done.
+        wait_until("the node has received it", || {
+            other.call(&DescribeParams {}).unwrap().configuration.changed
+        });
+        gives_up.store(true, Ordering::Relaxed);
+        let error = hasty.join().unwrap();
+        assert!(matches!(error, ClientError::Interrupted { .. }), "{error}");
+    });
     assert_eq!(other.call(&at(0)).unwrap().transaction, 2);
-    // Its own next request is received as well, although the first is still under way.
-    drop(hasty);
+    // The next request of a client in its place is received as well, although the first is still under way.
     let mut patient = Client::connect(&participant, "level", PATIENCE).unwrap();
     assert_eq!(patient.call(&at(0)).unwrap().transaction, 3);
 }

@@ -163,7 +163,7 @@ impl Page {
 
     /// The data of the first event of a kind that is as wanted.
     #[track_caller]
-    pub(crate) fn until(&mut self, kind: &str, is_wanted: impl Fn(&Value) -> bool) -> Value {
+    pub(crate) fn until(&mut self, kind: &str, mut is_wanted: impl FnMut(&Value) -> bool) -> Value {
         let wanted = format!("event: {kind}");
         let mut is_of_kind = false;
         let since = Instant::now();
