@@ -17,6 +17,24 @@ pub(crate) struct Args {
     pub(crate) iceoryx2_config: Option<PathBuf>,
 }
 
+/// From whom services are taken
+#[derive(Clone, Debug, clap::Args)]
+#[group(skip)]
+pub(crate) struct TakeOver {
+    /// Take services over from living writers that are not of isochrone, such as a program in Python. Readers
+    /// change over at once, and raise an alarm until the other one ends. Another isochrone publisher, or a writer
+    /// of another machine, is no such writer: end it first
+    #[arg(long)]
+    take_over: bool,
+}
+
+impl TakeOver {
+    /// A participant that does so if it was asked for.
+    pub(crate) fn of(&self, participant: Participant<ipc::Service>) -> Participant<ipc::Service> {
+        participant.taking_over(self.take_over)
+    }
+}
+
 impl Args {
     /// Finds the domain.
     pub(crate) fn find(&self) -> Result<Domain, Failure> {

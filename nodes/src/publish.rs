@@ -26,8 +26,9 @@ use crate::{configuration, terminal};
 /// Publish frames of values: constants, waves, a CSV file or a recording
 ///
 /// Each value, wave or CSV column is one channel. A recording is published as it is, with all of its
-/// services or those that are named. A service has one writer: a second isochrone publisher on the same
-/// service is refused, also where the first is on another machine and its frames arrive through a link.
+/// services or those that are named. A service has one writer: where another one lives, `publish` is refused,
+/// also where that is on another machine and its frames arrive through a link. From a program that is not of
+/// isochrone, `--take-over` takes the service over.
 ///
 /// Frames at a rate are due on the grid that the tasks of all nodes share, if 20 ms are a multiple of the time
 /// between two of them; --phase puts them before or after the releases of the tasks that read or
@@ -82,6 +83,8 @@ pub(crate) struct Args {
     #[arg(long)]
     json: bool,
     #[command(flatten)]
+    take_over: domain::TakeOver,
+    #[command(flatten)]
     domain: domain::Args,
 }
 
@@ -111,7 +114,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let layout = FrameLayout { signals: signals.specs().to_vec(), period_ns: pace.period_ns() };
     layout.check().map_err(Failure::usage)?;
     let stop = stop::on_signal(None)?;
-    let participant = args.domain.join("isochrone/publish")?;
+    let participant = args.take_over.of(args.domain.join("isochrone/publish")?);
     participant.refuse_far_writers(&[service]).map_err(Failure::found)?;
     let mut publisher = FramePublisher::<ipc::Service>::open(&participant, service, &layout)
         .map_err(Failure::found)?;

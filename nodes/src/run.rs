@@ -10,7 +10,6 @@ use std::thread;
 use isochrone_blocks::BlockType;
 use isochrone_cyclic::{Clock, Monotonic, give_back_large_blocks, prepare_process};
 use isochrone_engine::{Finding, Findings, Plan, Problem, parse_seconds};
-use isochrone_ipc::Participant;
 use isochrone_machine::Environment;
 use isochrone_processes::Stop;
 use isochrone_report::Report;
@@ -67,6 +66,8 @@ pub(crate) struct Args {
     #[arg(long)]
     fail_on_block_errors: bool,
     #[command(flatten)]
+    take_over: domain::TakeOver,
+    #[command(flatten)]
     domain: domain::Args,
 }
 
@@ -95,7 +96,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
         give_back_large_blocks();
     }
     let name = format!("isochrone/{}", plan.node);
-    let participant = Participant::join(&name, args.domain.find()?).map_err(Failure::found)?;
+    let participant = args.take_over.of(args.domain.join(&name)?);
     let running = beside::find(&plan, &participant)?;
     let places = beside::choose_cpus(&mut plan, &running);
     throttling::refuse(&plan, &places, &report.environment)?;

@@ -1,6 +1,8 @@
 //! The nodes and services in a domain.
 
-use iceoryx2::node::{Node, NodeState, NodeView};
+use std::fmt;
+
+use iceoryx2::node::{Node, NodeDetails, NodeState, NodeView};
 use iceoryx2::prelude::CallbackProgression;
 use iceoryx2::service::port_factory::PortFactory as _;
 use iceoryx2::service::static_config::StaticConfig;
@@ -19,6 +21,27 @@ pub struct ListedNode {
     pub pid: u32,
     /// The file name of its program.
     pub program: String,
+}
+
+impl ListedNode {
+    pub(crate) fn of(details: &NodeDetails) -> Self {
+        Self {
+            name: details.name().to_string(),
+            pid: details.process_id().value().cast_unsigned(),
+            program: details.executable().to_string(),
+        }
+    }
+}
+
+/// `node "plant" (python3, pid 7)`; of one without a name, `python3 (pid 7)`.
+impl fmt::Display for ListedNode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { name, pid, program } = self;
+        match name.as_str() {
+            "" => write!(f, "{program} (pid {pid})"),
+            name => write!(f, "node \"{name}\" ({program}, pid {pid})"),
+        }
+    }
 }
 
 /// A service that carries frames.
@@ -119,6 +142,27 @@ impl<S: Service> Participant<S> {
         Ok(processes)
     }
 
+    /// The nodes of a service's publishers, as far as iceoryx2 tells them; `None` where another process starts
+    /// or ends at this moment, so that nobody can tell yet.
+    ///
+    /// Briefly opens the service, but no port. For the ordinary threads of processes that run: never waits
+    /// for others that start.
+    pub fn publishers_at_once(&self, service: &str) -> Option<Vec<ListedNode>> {
+        let opened = match service::open_existing_at_once(self, service) {
+            Ok(Some(opened)) => opened,
+            Err(OpenError::Locked { .. }) => return None,
+            Ok(None) | Err(_) => return Some(Vec::new()),
+        };
+        let mut owners = Vec::new();
+        opened.dynamic_config().list_publishers(|port| {
+            owners.push(port.node_id);
+            CallbackProgression::Continue
+        });
+        let _given_up = give_up_file_override();
+        let details = |owner| service::holders::details(&*opened, owner);
+        Some(owners.into_iter().filter_map(details).collect())
+    }
+
     /// The nodes that live, each with its identity.
     fn living(&self) -> Result<Vec<(u128, ListedNode)>, OpenError> {
         let mut nodes = Vec::new();
@@ -128,12 +172,7 @@ impl<S: Service> Participant<S> {
             if let NodeState::Alive(view) = &state
                 && let Some(details) = view.details()
             {
-                let node = ListedNode {
-                    name: details.name().to_string(),
-                    pid: details.process_id().value().cast_unsigned(),
-                    program: details.executable().to_string(),
-                };
-                nodes.push((view.id().value(), node));
+                nodes.push((view.id().value(), ListedNode::of(details)));
             }
             CallbackProgression::Continue
         });

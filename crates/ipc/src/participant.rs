@@ -32,6 +32,8 @@ pub struct Participant<S: Service> {
     node: EndsLocked<Node<S>>,
     membership: Membership,
     repairs: Repairs,
+    /// Whether it takes services over from writers of another make.
+    takes_over: bool,
 }
 
 impl Participant<ipc::Service> {
@@ -74,7 +76,8 @@ impl<S: Service> Participant<S> {
 
     /// Joins again under the same name, with peers that are half-made refused at once.
     pub(crate) fn rejoin_without_waiting(&self) -> Result<Self, JoinError> {
-        Self::join_with(self.name(), self.membership.domain(), Duration::ZERO)
+        let again = Self::join_with(self.name(), self.membership.domain(), Duration::ZERO)?;
+        Ok(again.taking_over(self.takes_over))
     }
 
     fn join_with(
@@ -124,7 +127,24 @@ impl<S: Service> Participant<S> {
                 Err(cause) => return Err(failed(cause.to_string())),
             }
         };
-        Ok(Self { node: membership.keep(node), membership, repairs: Repairs::default() })
+        Ok(Self {
+            node: membership.keep(node),
+            membership,
+            repairs: Repairs::default(),
+            takes_over: false,
+        })
+    }
+
+    /// Whether its publishers take a service over from a living writer that is not of this crate, such as a
+    /// program in Python, instead of being refused. Readers follow them at once, and count the frames of the
+    /// other as those of a second writer until it ends.
+    #[must_use]
+    pub fn taking_over(self, takes_over: bool) -> Self {
+        Self { takes_over, ..self }
+    }
+
+    pub(crate) fn takes_over(&self) -> bool {
+        self.takes_over
     }
 
     /// The name under which this participant joined.

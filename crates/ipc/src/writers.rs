@@ -34,9 +34,34 @@ pub(crate) fn list<S: Service>(
     may_be_link
 }
 
+/// The node that keeps a publisher of ours from being the only writer, other than `own`.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Rival {
+    /// It has another publisher of ours.
+    Ours(UniqueNodeId),
+    /// It has a publisher of another make, which is no link.
+    Plain(UniqueNodeId),
+}
+
+/// Who writes the service beside `own`, one of ours first.
+pub(crate) fn rival<S: Service>(
+    opened: &PortFactory<S, [f64], FrameHeader>,
+    own: Option<u128>,
+) -> Option<Rival> {
+    let mut rival = None;
+    each(opened, |writer| match rival {
+        _ if Some(writer.id) == own || writer.link.is_some() => {}
+        _ if writer.is_ours => rival = Some(Rival::Ours(writer.node)),
+        None => rival = Some(Rival::Plain(writer.node)),
+        Some(_) => {}
+    });
+    rival
+}
+
 /// A publisher of a service.
 struct Found {
     id: u128,
+    node: UniqueNodeId,
     is_ours: bool,
     /// The node, if it is a link.
     link: Option<UniqueNodeId>,
@@ -55,7 +80,7 @@ fn each<S: Service>(opened: &PortFactory<S, [f64], FrameHeader>, mut note: impl 
             });
         }
         let link = has_both.then_some(publisher.node_id);
-        note(Found { id: publisher.publisher_id.value(), is_ours, link });
+        note(Found { id: publisher.publisher_id.value(), node: publisher.node_id, is_ours, link });
         CallbackProgression::Continue
     });
 }

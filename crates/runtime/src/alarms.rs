@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use isochrone_ipc::Flags;
+use isochrone_ipc::{Flags, ListedNode};
 use isochrone_timing::units::duration;
 use isochrone_timing::{LateFrames, WarningCode};
 
@@ -15,6 +15,8 @@ pub enum Alarm {
     OtherWriter {
         /// The service.
         service: String,
+        /// All its publishers, as far as they are known.
+        publishers: Vec<ListedNode>,
     },
     /// The stamps of a publisher lie in the future.
     FutureStamps {
@@ -171,7 +173,7 @@ impl Alarm {
     /// What it is about: an input, or else a service; empty for others.
     pub(crate) fn subject(&self) -> &str {
         match self {
-            Self::OtherWriter { service }
+            Self::OtherWriter { service, .. }
             | Self::FutureStamps { service, .. }
             | Self::PastStamps { service, .. }
             | Self::FarFollow { service, .. }
@@ -222,11 +224,12 @@ impl Alarm {
 impl fmt::Display for Alarm {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::OtherWriter { service } => write!(
+            Self::OtherWriter { service, publishers } => write!(
                 f,
-                "service \"{service}\" has a second publisher; the frames of one are read, those of \
+                "service \"{service}\" has a second publisher{}; the frames of one are read, those of \
                  the other are counted only (one of isochrone is followed at once, any other when the \
-                 first falls silent)"
+                 first falls silent)",
+                of(publishers)
             ),
             Self::FutureStamps { service, ahead_ns } => write!(
                 f,
@@ -310,6 +313,15 @@ impl fmt::Display for Alarm {
                 f.write_str(reason)
             }
         }
+    }
+}
+
+/// Two publishers or more, behind what they are called.
+fn of(publishers: &[ListedNode]) -> String {
+    let names: Vec<_> = publishers.iter().map(ListedNode::to_string).collect();
+    match &names[..] {
+        [] | [_] => String::new(),
+        names => format!(": {}", names.join(" and ")),
     }
 }
 

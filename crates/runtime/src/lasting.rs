@@ -20,6 +20,12 @@ struct Held {
     observed: Option<Instant>,
 }
 
+impl Held {
+    fn is(&self, code: &WarningCode, subject: &str) -> bool {
+        self.alarm.code() == *code && self.alarm.subject() == subject
+    }
+}
+
 /// A state that came or went.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct StateChange {
@@ -31,6 +37,11 @@ pub(crate) struct StateChange {
 }
 
 impl Lasting {
+    /// Whether a state lasts.
+    pub(crate) fn has(&self, code: &WarningCode, subject: &str) -> bool {
+        self.held.iter().any(|held| held.is(code, subject))
+    }
+
     /// Takes note of a state that was observed just now; whether that is news.
     pub(crate) fn observe(&mut self, alarm: &Alarm) -> bool {
         self.hold(alarm, Some(Instant::now()))
@@ -43,9 +54,8 @@ impl Lasting {
     }
 
     fn hold(&mut self, alarm: &Alarm, observed: Option<Instant>) -> bool {
-        let key = (alarm.code(), alarm.subject());
-        let mut held = self.held.iter_mut();
-        if let Some(known) = held.find(|it| (it.alarm.code(), it.alarm.subject()) == key) {
+        let (code, subject) = (alarm.code(), alarm.subject());
+        if let Some(known) = self.held.iter_mut().find(|held| held.is(&code, subject)) {
             known.observed = observed;
             if observed.is_some() || known.alarm == *alarm {
                 return false;
@@ -61,8 +71,7 @@ impl Lasting {
 
     /// Ends a state; returns what it was.
     pub(crate) fn end(&mut self, code: &WarningCode, subject: &str) -> Option<Alarm> {
-        let is_it = |held: &Held| held.alarm.code() == *code && held.alarm.subject() == subject;
-        let place = self.held.iter().position(is_it)?;
+        let place = self.held.iter().position(|held| held.is(code, subject))?;
         let alarm = self.held.remove(place).alarm;
         self.note(&alarm, None);
         Some(alarm)
@@ -92,7 +101,7 @@ mod tests {
     use super::*;
 
     fn other_writer(service: &str) -> Alarm {
-        Alarm::OtherWriter { service: service.to_owned() }
+        Alarm::OtherWriter { service: service.to_owned(), publishers: Vec::new() }
     }
 
     fn told(lasting: &mut Lasting) -> Vec<(String, bool)> {

@@ -31,6 +31,8 @@ pub(crate) struct Resolver<S: Service> {
     lasting: Lasting,
     /// Frames of other writers, as last seen.
     other_writers: u64,
+    /// Since when others write whose names cannot be learned yet.
+    unnamed_since: Option<Instant>,
     /// Of each input, the signal that its channel carried first.
     first_signals: Vec<Option<String>>,
     /// Of each input, why it does not fit.
@@ -57,6 +59,7 @@ impl<S: Service> Resolver<S> {
             raised: Vec::new(),
             lasting: Lasting::default(),
             other_writers: 0,
+            unnamed_since: None,
             first_signals: vec![None; inputs],
             conflicts: vec![None; inputs],
             reasons: vec![None; inputs],
@@ -81,6 +84,7 @@ impl<S: Service> Resolver<S> {
             _ => {}
         }
         self.note_unknown(unknown);
+        self.note_other_writers(participant);
         self.note_observed();
         for limiter in self.limiters.iter_mut().chain([&mut self.limiter]) {
             say(limiter.held());
@@ -209,13 +213,29 @@ impl<S: Service> Resolver<S> {
         }
     }
 
+    fn note_other_writers(&mut self, participant: &Participant<S>) {
+        let other_writers = self.desk.observed.other_writers.load(Ordering::Relaxed);
+        if other_writers == self.other_writers {
+            return;
+        }
+        let service = self.desk.service.clone();
+        let publishers = match self.lasting.has(&WarningCode::OtherWriter, &service) {
+            true => Some(Vec::new()),
+            false => participant.publishers_at_once(&service),
+        };
+        let since = *self.unnamed_since.get_or_insert_with(Instant::now);
+        if publishers.is_none() && since.elapsed() < PATIENCE {
+            return;
+        }
+        self.unnamed_since = None;
+        self.other_writers = other_writers;
+        let publishers = publishers.unwrap_or_default();
+        self.observe(Alarm::OtherWriter { service, publishers });
+    }
+
     fn note_observed(&mut self) {
         let service = self.desk.service.clone();
         let observed = self.desk.observed.clone();
-        let other_writers = observed.other_writers.load(Ordering::Relaxed);
-        if std::mem::replace(&mut self.other_writers, other_writers) != other_writers {
-            self.observe(Alarm::OtherWriter { service: service.clone() });
-        }
         match observed.ahead_ns.swap(0, Ordering::Relaxed) {
             0 => {}
             ahead_ns => self.observe(Alarm::FutureStamps { service: service.clone(), ahead_ns }),

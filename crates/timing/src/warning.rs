@@ -82,7 +82,7 @@ codes! {
         "run as root, or grant the program CAP_IPC_LOCK, or set memlock unlimited in /etc/security/limits.conf";
     /// A second publisher sends on the service.
     OtherWriter = "other_writer",
-        "end one of the two publishers; `iox2 service details` lists those of a service";
+        "end one of the two publishers; `isochrone list` shows those of each service";
     /// Time stamps are in the receiver's future.
     FutureStamps = "future_stamps",
         "run both processes in one time namespace, and have publish_ns read from CLOCK_MONOTONIC";

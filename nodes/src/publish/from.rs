@@ -105,7 +105,7 @@ pub(super) fn run(args: &Args, file: &Path) -> Result<(), Failure> {
     let services = chosen(&layouts, &args.services, file)
         .inspect_err(|_| warn_of_damage(file, &layouts.condition))?;
     let layouts = layouts.only(&services, args.from.speed.times())?;
-    let participant = args.domain.join("isochrone/publish")?;
+    let participant = args.take_over.of(args.domain.join("isochrone/publish")?);
     let names: Vec<_> = services.iter().map(String::as_str).collect();
     participant.refuse_far_writers(&names).map_err(Failure::found)?;
     let (mut lateness, mut condition) = (Lateness::default(), Default::default());

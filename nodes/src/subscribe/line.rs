@@ -11,7 +11,7 @@ use isochrone_ipc::{
 };
 use isochrone_processes::Stop;
 use isochrone_runtime::{Alarm, FrameWait};
-use isochrone_timing::{FrameRecord, LinkReport, LinkTiming};
+use isochrone_timing::{FrameRecord, LinkReport, LinkTiming, WarningCode};
 
 use super::silence::{Listener, Silence};
 use super::taken::{self, Taken};
@@ -216,8 +216,11 @@ impl<'a> Line<'a> {
         if let Some(ceased) = ceased {
             self.news = Some(format!("\"{}\" {ceased}", self.service));
         }
-        if self.subscriber.counters().other_writers > 0 {
-            self.raise(Alarm::OtherWriter { service: self.service.to_owned() });
+        if self.subscriber.counters().other_writers > 0
+            && !self.has_raised(&WarningCode::OtherWriter)
+            && let Some(publishers) = self.participant.publishers_at_once(self.service)
+        {
+            self.raise(Alarm::OtherWriter { service: self.service.to_owned(), publishers });
         }
     }
 
@@ -260,10 +263,14 @@ impl<'a> Line<'a> {
 
     /// Raises an alarm, the first of its kind.
     fn raise(&mut self, alarm: Alarm) {
-        if self.alarms.iter().all(|raised| raised.code() != alarm.code()) {
+        if !self.has_raised(&alarm.code()) {
             tracing::warn!("{}", alarm.sentence());
             self.alarms.push(alarm);
         }
+    }
+
+    fn has_raised(&self, code: &WarningCode) -> bool {
+        self.alarms.iter().any(|raised| raised.code() == *code)
     }
 
     pub(super) fn report(&self) -> LinkReport {

@@ -67,7 +67,12 @@ fn a_second_writer_and_stamps_of_another_clock_are_alarms_until_they_are_over() 
     });
     let alarm = &seen[0];
     assert_eq!((&alarm["name"], &alarm["task"]), (&"relay/in".into(), &"t".into()), "{alarm}");
-    assert!(alarm["meaning"].as_str().unwrap().contains("second publisher"), "{alarm}");
+    let meaning = alarm["meaning"].as_str().unwrap();
+    let (publisher_is, own_is) =
+        (format!("(isochrone, pid {})", publisher.id()), format!("pid {})", std::process::id()));
+    for part in ["second publisher: ", &publisher_is, &own_is, "`isochrone list`"] {
+        assert!(meaning.contains(part), "{part}: {meaning}");
+    }
     node.wait_for("service \"relay/in\" has one publisher again");
     wait_until("the second publisher is forgotten", || !is_there("other_writer"));
     publisher.stop().expect_code(0);

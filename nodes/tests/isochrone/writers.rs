@@ -4,6 +4,7 @@ use std::process::Command;
 use std::thread;
 use std::time::Duration;
 
+use iceoryx2::port::publisher::Publisher;
 use iceoryx2::prelude::{NodeBuilder, ServiceName, ipc};
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::FrameHeader;
@@ -31,8 +32,8 @@ fn start_limited(domain: &Domain, descriptors: u32, arguments: &str) -> Process 
     Process::start(command)
 }
 
-/// Lets a writer that knows nothing but iceoryx2 send frames of one value, a millisecond apart.
-fn send_plain(domain: &Domain, frames: u64, mut frame: impl FnMut(u64) -> (FrameHeader, f64)) {
+/// A writer of `relay/in` that knows nothing but iceoryx2.
+fn plain_writer(domain: &Domain) -> Publisher<ipc::Service, [f64], FrameHeader> {
     let node = NodeBuilder::new().config(domain.config()).create::<ipc::Service>().unwrap();
     let service = node
         .service_builder(&ServiceName::new("relay/in").unwrap())
@@ -40,7 +41,12 @@ fn send_plain(domain: &Domain, frames: u64, mut frame: impl FnMut(u64) -> (Frame
         .user_header::<FrameHeader>()
         .open()
         .unwrap();
-    let port = service.publisher_builder().initial_max_slice_len(1).create().unwrap();
+    service.publisher_builder().initial_max_slice_len(1).create().unwrap()
+}
+
+/// Lets one send frames of one value, a millisecond apart.
+fn send_plain(domain: &Domain, frames: u64, mut frame: impl FnMut(u64) -> (FrameHeader, f64)) {
+    let port = plain_writer(domain);
     for index in 0..frames {
         let mut sample = port.loan_slice(1).unwrap();
         (*sample.user_header_mut(), sample.payload_mut()[0]) = frame(index);
@@ -157,6 +163,29 @@ fn a_second_writer_is_told_and_counted_and_its_frames_are_no_loss() {
     // Whoever comes first is followed, but nobody goes back from the node with a term.
     let last_other = printed.rfind("x=2.0").unwrap_or_default();
     assert!(last_other < printed.rfind("x=1.0").unwrap(), "{printed}");
+}
+
+#[test]
+fn a_service_is_taken_from_a_living_plain_writer_only_where_that_is_asked_for() {
+    let domain = Domain::new();
+    let (node, observer) = relay(&domain);
+    domain.write("sender.toml", &counter("sender", "2ms").replace("plant/sender", "relay/in"));
+    let plain = plain_writer(&domain);
+    let own = format!("pid {}", std::process::id());
+    let starts = ["publish relay/in --value 1 --count 1", "run sender.toml --cycles 5"];
+    for start in starts {
+        let refused = domain.run(start).expect_code(1).stderr;
+        for part in ["\"relay/in\" is written by", &own, "end that one", "(--take-over)"] {
+            assert!(refused.contains(part), "{part}: {refused}");
+        }
+        domain.run(&format!("{start} --take-over")).expect_code(0);
+    }
+    drop(plain);
+    for start in starts {
+        domain.run(start).expect_code(0);
+    }
+    observer.stop().expect_code(0);
+    node.stop().expect_code(0);
 }
 
 #[test]

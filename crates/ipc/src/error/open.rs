@@ -51,6 +51,16 @@ pub enum OpenError {
         /// Node name, executable and process id of the other publisher.
         other: String,
     },
+    /// A living program that is not of isochrone writes the service.
+    #[error(
+        "service {service:?} is written by {other} already; a service has one writer: end that one, use another service name, or take the service over from it (--take-over)"
+    )]
+    PlainWriter {
+        /// Name of the service.
+        service: String,
+        /// Node name, executable and process id of the writer.
+        other: String,
+    },
     /// A writer of another machine reaches this one through a link.
     #[error(
         "service {service:?} is written on another machine already{}, whose frames arrive through {through}; a service has one writer: end that one, or use another service name",

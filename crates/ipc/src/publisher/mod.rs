@@ -93,9 +93,9 @@ impl<S: Service> FramePublisher<S> {
     /// it stands for: announce it with a [`LayoutAnnouncer`](crate::LayoutAnnouncer), or make the
     /// publisher [plain](Self::plain).
     ///
-    /// The publisher of a killed process is removed; a live one is an error. Only publishers of this
-    /// crate count, which have the port name [`PUBLISHER_PORT_NAME`]: a link between machines may
-    /// mirror its peer's frames into the service.
+    /// The publisher of a killed process is removed; a live one is an error. From one of another make, which
+    /// lacks the port name [`PUBLISHER_PORT_NAME`], the service is taken over if the participant is told
+    /// [to](Participant::taking_over). A link between machines may mirror its peer's frames into the service.
     ///
     /// All memory for the frames is allocated here, so filling up shared memory afterwards cannot kill
     /// the publisher at a page it has not touched yet. The segment of a connection is created when a

@@ -1,16 +1,16 @@
 //! The port of a publisher, of which a service has one.
 
-use iceoryx2::identifiers::UniquePublisherId;
 use iceoryx2::port::publisher::{Publisher, PublisherCreateError};
-use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, CallbackProgression, PortName};
+use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy, PortName};
 use iceoryx2::service::port_factory::PortFactory as _;
 
 use super::{MAX_LOANED, PUBLISHER_PORT_NAME};
 use crate::peers::Peers;
 use crate::service::{self, FrameService, holders};
+use crate::writers::{self, Rival};
 use crate::{FrameHeader, OpenError, Participant, Service, give_up_file_override};
 
-/// Creates the port, and makes sure that it is the only one of ours.
+/// Creates the port, and makes sure that nobody else writes the service.
 pub(super) fn sole_port<S: Service>(
     participant: &Participant<S>,
     service: &str,
@@ -30,7 +30,7 @@ pub(super) fn sole_port<S: Service>(
     service::open_port(participant, opened, || {
         let _given_up = give_up_file_override();
         // Looking first spares the readers a connection to a port that must go at once.
-        refuse_second(opened, service, None)?;
+        refuse_second(participant, opened, service, None)?;
         if opened.dynamic_config().number_of_publishers() >= places {
             return Err(full());
         }
@@ -51,29 +51,26 @@ pub(super) fn sole_port<S: Service>(
             cause => service::failed(participant, service, cause),
         })?;
         // A program of another make may have opened at the same time, and knows no lock.
-        refuse_second(opened, service, Some(port.id()))?;
+        refuse_second(participant, opened, service, Some(port.id().value()))?;
         Ok(port)
     })
 }
 
-/// Fails when a publisher of ours other than `own` is on the service.
+/// Fails when somebody other than `own` writes the service: a publisher of ours, or one of another make from
+/// which `participant` does not take services over.
 fn refuse_second<S: Service>(
+    participant: &Participant<S>,
     opened: &FrameService<S>,
     service: &str,
-    own: Option<UniquePublisherId>,
+    own: Option<u128>,
 ) -> Result<(), OpenError> {
-    let mut other = None;
-    opened.dynamic_config().list_publishers(|publisher| {
-        let ours = publisher.publisher_name.as_str() == PUBLISHER_PORT_NAME;
-        if ours && Some(publisher.publisher_id) != own {
-            other = Some(publisher.node_id);
-            return CallbackProgression::Stop;
+    let name = |node| holders::node(&**opened, node);
+    let service = service.to_owned();
+    match writers::rival(opened, own) {
+        Some(Rival::Ours(node)) => Err(OpenError::SecondPublisher { service, other: name(node) }),
+        Some(Rival::Plain(node)) if !participant.takes_over() => {
+            Err(OpenError::PlainWriter { service, other: name(node) })
         }
-        CallbackProgression::Continue
-    });
-    let Some(node_id) = other else {
-        return Ok(());
-    };
-    let other = holders::node(&**opened, node_id);
-    Err(OpenError::SecondPublisher { service: service.to_owned(), other })
+        _ => Ok(()),
+    }
 }

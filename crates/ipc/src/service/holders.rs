@@ -6,25 +6,24 @@ use iceoryx2::prelude::CallbackProgression;
 use iceoryx2::service::port_factory::PortFactory;
 
 use super::{Element, Header, Opened};
-use crate::Service;
+use crate::{ListedNode, Service};
 
-/// A node that has the service open: its name, program and process id.
+/// A node that has the service open, for people.
 pub(crate) fn node(opened: &impl PortFactory, id: UniqueNodeId) -> String {
-    let mut found = format!("a node that does not tell its name (id {id})");
-    // When the nodes cannot be listed, the id must do.
+    let unknown = || format!("a node that does not tell its name (id {id})");
+    details(opened, id).map_or_else(unknown, |node| node.to_string())
+}
+
+/// A node that has the service open; `None` if it does not tell its name, or the nodes cannot be listed.
+pub(crate) fn details(opened: &impl PortFactory, id: UniqueNodeId) -> Option<ListedNode> {
+    let mut found = None;
     let _ = opened.nodes(|state| {
         let details = match &state {
             NodeState::Alive(node) if *node.id() == id => node.details(),
             NodeState::Dead(node) if *node.id() == id => node.details(),
             _ => return CallbackProgression::Continue,
         };
-        if let Some(node) = details {
-            let (name, program, pid) = (node.name(), node.executable(), node.process_id());
-            found = match name.as_str() {
-                "" => format!("{program} (pid {pid})"),
-                name => format!("node \"{name}\" ({program}, pid {pid})"),
-            };
-        }
+        found = details.as_ref().map(ListedNode::of);
         CallbackProgression::Stop
     });
     found

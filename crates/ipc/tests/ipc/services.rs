@@ -253,6 +253,7 @@ fn the_publisher_of_a_link_is_no_second_writer<S: Service>() {
     let _reader = FrameSubscriber::open(&node, "x", shape.signals.len(), Depth::All).unwrap();
     let link = stranger::<S>(&domain);
     let service = frames::<S, [f64], FrameHeader>(&link).open().unwrap();
+    let _away = service.subscriber_builder().create().unwrap();
     let mirror = service.publisher_builder().create().unwrap();
     let writer = FramePublisher::open(&node, "x", &shape).unwrap();
     drop(writer);

@@ -3,7 +3,7 @@
 use crate::variants::{NOW_NS, layout, send};
 use iceoryx2::port::publisher::Publisher;
 use iceoryx2::prelude::{NodeBuilder, ServiceName};
-use isochrone_ipc::{Depth, FrameHeader, FramePublisher, FrameSubscriber, Service};
+use isochrone_ipc::{Depth, FrameHeader, FramePublisher, FrameSubscriber, OpenError, Service};
 use isochrone_testing::Domain;
 
 const MS: u64 = 1_000_000;
@@ -18,6 +18,7 @@ for_both_variants! {
     a_reader_of_all_frames_follows_one_writer_too
     a_sequence_that_alternates_between_its_ends_is_restarts_and_never_a_loss
     publishers_of_ours_have_rising_terms
+    a_service_is_taken_from_a_plain_writer_only_by_a_participant_that_is_told_to
 }
 
 /// A writer that knows nothing of this crate but the types.
@@ -207,4 +208,24 @@ fn publishers_of_ours_have_rising_terms<S: Service>() {
         last = frame.header().term;
     }
     assert_eq!((reader.counters().restarts, reader.counters().other_writers), (9, 0));
+}
+
+fn a_service_is_taken_from_a_plain_writer_only_by_a_participant_that_is_told_to<S: Service>() {
+    let domain = Domain::new();
+    let _reader = reader::<S>(&domain, Depth::Newest);
+    let plain = Plain::<S>::open(&domain);
+    let node = domain.join_variant::<S>("tester");
+    let shape = layout(&["a:LREAL"]);
+    let refused = FramePublisher::open(&node, "x", &shape).map(drop).unwrap_err();
+    assert!(matches!(refused, OpenError::PlainWriter { .. }), "{refused}");
+    let own = format!("pid {}", std::process::id());
+    for part in ["\"x\" is written by", &own, "--take-over"] {
+        assert!(refused.to_string().contains(part), "{part}: {refused}");
+    }
+    let node = node.taking_over(true);
+    let first = FramePublisher::open(&node, "x", &shape).unwrap();
+    let second = FramePublisher::open(&node, "x", &shape).map(drop).unwrap_err();
+    assert!(matches!(second, OpenError::SecondPublisher { .. }), "{second}");
+    drop((first, plain));
+    FramePublisher::open(&node.taking_over(false), "x", &shape).unwrap();
 }
