@@ -2,8 +2,9 @@
 
     python3 reader.py [SERVICE] [FRAMES]
 
-Defaults: SERVICE plant/level, FRAMES 5. ICEORYX2_CONFIG=FILE selects the domain. Exit status: 0
-done, 3 no frame arrived for five seconds.
+Defaults: SERVICE plant/level, FRAMES 5. ICEORYX2_CONFIG=FILE selects the domain. Behind the values stands what they
+are worth: their age, and in brackets why they are not to be relied on. Exit status: 0 done, 3 no frame arrived for
+five seconds.
 """
 
 import ctypes
@@ -14,6 +15,8 @@ import time
 import wire
 
 PATIENCE_S = 5.0
+# Values that are older are not to be relied on, nor is what came last once nothing has come for so long.
+MAX_AGE_NS = 500_000_000
 SHORTEST_NAP_NS = 100_000
 LONGEST_NAP_NS = 5_000_000
 
@@ -38,6 +41,16 @@ class Rhythm:
         return min(max(nap_ns, SHORTEST_NAP_NS), LONGEST_NAP_NS) / 1e9
 
 
+def doubts(header, age_ns):
+    """Why the values of a frame are not to be relied on."""
+    reasons = wire.flag_words(header.flags)
+    if age_ns is None:
+        reasons.append("of another clock")
+    elif age_ns > MAX_AGE_NS:
+        reasons.append("old")
+    return f"  [{', '.join(reasons)}]" if reasons else ""
+
+
 def main(service="plant/level", count="5"):
     left = int(count)
     node = wire.join("python/reader")
@@ -48,6 +61,7 @@ def main(service="plant/level", count="5"):
     known = {}  # announcements by layout number
     shown = None
     rhythm = Rhythm()
+    heard_ns = None  # when the newest frame came, until its silence is told
     deadline = time.monotonic() + PATIENCE_S
     while left > 0:
         message = watcher.receive()
@@ -60,11 +74,15 @@ def main(service="plant/level", count="5"):
             if time.monotonic() > deadline:
                 print(f"no frames on {service}; start its publisher in this domain")
                 return 3
+            if heard_ns and time.monotonic_ns() - heard_ns > MAX_AGE_NS:
+                print(f"no frame for {MAX_AGE_NS / 1e9} s: the values above are old", flush=True)
+                heard_ns = None
             time.sleep(rhythm.nap_s())
             continue
-        header, values = frame.user_header().contents, wire.elements(frame, ctypes.c_double)
-        sequence, layout = header.sequence, header.layout
-        rhythm.note(sequence, header.publish_ns)
+        header = wire.FrameHeader.from_buffer_copy(frame.user_header().contents)
+        values, layout = wire.elements(frame, ctypes.c_double), header.layout
+        heard_ns = time.monotonic_ns()
+        rhythm.note(header.sequence, header.publish_ns)
         frame.delete()
         # A publisher announces its layout when a reader joins. Frames with layout 0 have no names.
         if layout != 0 and layout not in known and time.monotonic() < deadline:
@@ -76,7 +94,9 @@ def main(service="plant/level", count="5"):
             print(f"{service} from {announced['publisher']}: {', '.join(names)}")
             shown = layout
         values = " ".join(f"{name}={value}" for name, value in zip(names, values))
-        print(f"{sequence} {values}", flush=True)
+        age_ns = wire.age_ns(header, announced, heard_ns)
+        age = "-" if age_ns is None else f"{age_ns / 1e6:.3f}"
+        print(f"{header.sequence} {values}  age {age} ms{doubts(header, age_ns)}", flush=True)
         left -= 1
         deadline = time.monotonic() + PATIENCE_S
     return 0

@@ -1,13 +1,23 @@
-"""Frames and layouts of isochrone (docs/wire.md) for Python: the header, and opening services.
+"""Frames and layouts of isochrone (docs/wire.md) for Python: the header, the grid, and opening services.
 
 Requires iceoryx2 in the version that isochrone uses: pip install iceoryx2==0.10.0
 """
 
 import ctypes
+import functools
 import os
 import time
 
 import iceoryx2 as iox2
+
+# What the bits of a header's word `flags` stand for (docs/quality.md).
+FLAGS = ["STALE", "SUBSTITUTE", "REJECTED", "FORCED", "UPSTREAM", "ERROR", "STOPPED"]
+STOPPED = 1 << FLAGS.index("STOPPED")
+
+# The grid on which nodes release their tasks begins anew at each multiple of 20 ms, half a millisecond
+# off the kernel's ticks.
+GRID_NS = 20_000_000
+GRID_OFFSET_NS = 500_000
 
 
 class FrameHeader(ctypes.Structure):
@@ -91,6 +101,25 @@ def _open_or_create(builder, buffer, borrowed):
     return builder().open()
 
 
+def next_epoch_ns(earliest_ns):
+    """The first instant from earliest_ns on, on CLOCK_MONOTONIC, at which the grid of a node may begin. Whoever
+    begins there, with a period that divides 20 ms, shares the grid of all nodes."""
+    return -(-earliest_ns // GRID_NS) * GRID_NS + GRID_OFFSET_NS
+
+
+def flag_words(flags):
+    """The names of the flags that are set, and BIT7 and so on for those that have none yet."""
+    bits = (bit for bit in range(64) if flags >> bit & 1)
+    return [FLAGS[bit] if bit < len(FLAGS) else f"BIT{bit}" for bit in bits]
+
+
+def age_ns(header, announced, now_ns):
+    """How old a frame is, or None if its stamps are of another clock."""
+    is_far = announced.get("host", host()) != host()
+    return None if is_far or header.publish_ns > now_ns else now_ns - header.publish_ns
+
+
+@functools.cache
 def host():
     """Identifies this boot of this machine, so that a reader knows whether it shares the clock."""
     with open("/proc/sys/kernel/random/boot_id", encoding="ascii") as boot_id:
