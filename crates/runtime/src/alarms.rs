@@ -6,6 +6,8 @@ use isochrone_ipc::{Flags, ListedNode};
 use isochrone_timing::units::duration;
 use isochrone_timing::{LateFrames, WarningCode};
 
+use crate::sources::Sources;
+
 /// Something that people are to know about a running node: it is logged when it comes up, and stands
 /// in the [`Outcome`](crate::Outcome). `Display` says what happened and why.
 #[derive(Debug, Clone, PartialEq)]
@@ -56,7 +58,9 @@ pub enum Alarm {
         within_ns: u64,
         /// When they come instead.
         late: LateFrames,
-        /// What to write in the configuration.
+        /// Who sends them, as far as that is known.
+        sources: Vec<ListedNode>,
+        /// What to do about it.
         remedy: String,
     },
     /// An input does not fit the frames of its service.
@@ -253,6 +257,22 @@ impl fmt::Display for Alarm {
                 f,
                 "task \"{task}\" follows service \"{service}\", which another machine sends: its frames come \
                  when the link delivers them, so cycles begin anywhere within the time that follow allows"
+            ),
+            Self::LateFrames {
+                task,
+                service,
+                within_ns,
+                late: LateFrames { in_vain: Some(in_vain), .. },
+                sources,
+                ..
+            } => write!(
+                f,
+                "{} of {} cycles of task \"{task}\" timed out although frames of service \"{service}\" were \
+                 sent for them: {} sends now within the {} for which the task waits, and now later",
+                in_vain.timed_out,
+                in_vain.cycles,
+                Sources::names(sources),
+                duration(*within_ns as f64),
             ),
             Self::LateFrames { task, service, within_ns, late, .. } => write!(
                 f,

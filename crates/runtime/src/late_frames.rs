@@ -1,16 +1,18 @@
 //! Frames that come after the cycles that follow them gave up: while the node runs, and in its report.
 
 use isochrone_engine::format_duration_ns;
+use isochrone_ipc::ListedNode;
 use isochrone_schedule::Schedule;
-use isochrone_timing::{Arrivals, LateFrames, Punctuality, WarningCode};
+use isochrone_timing::{Arrivals, InVain, LateFrames, Punctuality, WarningCode};
 
 use crate::alarms::Alarm;
 use crate::lasting::{Lasting, StateChange};
 use crate::records::Cycle;
+use crate::sources::Sources;
 
 /// The stretch of a run by which it is judged when frames come: so long, and at least so many periods.
 const STRETCH_NS: u64 = 5_000_000_000;
-const STRETCH_PERIODS: u64 = 50;
+const STRETCH_PERIODS: u64 = 25;
 /// A slow source may take so many times as long to be judged.
 const MOST_STRETCHES: u64 = 12;
 /// Two stretches in which frames come this part of a period apart, or more, are of a source that drifts.
@@ -70,7 +72,11 @@ impl FollowedFrames {
     }
 
     /// At the end of a stretch, logs when frames begin to come late, or no longer do; returns what has changed.
-    pub(crate) fn judge(&mut self) -> Vec<StateChange> {
+    /// `publishers` tells who publishes a service.
+    pub(crate) fn judge(
+        &mut self,
+        publishers: impl FnOnce(&str) -> Vec<ListedNode>,
+    ) -> Vec<StateChange> {
         let stretch_ns = self.schedule.period_ns.saturating_mul(STRETCH_PERIODS).max(STRETCH_NS);
         let since_ns = self.since_ns.unwrap_or(self.until_ns);
         let passed_ns = self.until_ns.saturating_sub(since_ns);
@@ -79,7 +85,7 @@ impl FollowedFrames {
         }
         match self.arrivals.punctuality(self.schedule.period_ns) {
             Punctuality::TooFew if passed_ns / MOST_STRETCHES < stretch_ns => return Vec::new(),
-            Punctuality::Late(late) => self.take_late(late),
+            Punctuality::Late(late) => self.take_late(late, publishers),
             Punctuality::Between => self.before = None,
             Punctuality::InTime | Punctuality::TooFew => {
                 (self.before, self.told) = (None, None);
@@ -93,21 +99,21 @@ impl FollowedFrames {
         self.lasting.changes()
     }
 
-    fn take_late(&mut self, late: LateFrames) {
+    fn take_late(&mut self, late: LateFrames, publishers: impl FnOnce(&str) -> Vec<ListedNode>) {
         let is_near = |other: Option<LateFrames>, part: u64| {
             let apart_ns = other.map(|other| other.median_ns.abs_diff(late.median_ns));
             apart_ns.is_some_and(|apart_ns| apart_ns <= self.schedule.period_ns / part)
         };
         let before = self.before.replace(late);
-        let is_held_up = |late: LateFrames| late.alternate;
-        let is_certain =
-            is_near(before, STEADY) || late.alternate && before.is_some_and(is_held_up);
-        let is_known =
-            is_near(self.told, NEWS) || late.alternate && self.told.is_some_and(is_held_up);
-        if !is_certain || is_known {
+        // What comes now in time and now too late has no certain time.
+        let is_like = |other: Option<LateFrames>, part: u64| match (late.in_vain, other) {
+            (Some(_), Some(other)) => other.in_vain.is_some(),
+            _ => is_near(other.filter(|other| other.in_vain.is_none()), part),
+        };
+        if !is_like(before, STEADY) || is_like(self.told, NEWS) {
             return;
         }
-        let alarm = self.alarm(late);
+        let alarm = self.alarm(late, publishers);
         if self.lasting.begin(&alarm) {
             tracing::warn!("{}", alarm.sentence());
         }
@@ -116,34 +122,70 @@ impl FollowedFrames {
     }
 
     /// What the report says, if frames were late over the whole run, or for a while.
-    pub(crate) fn end(self, late: Option<LateFrames>) -> Option<Alarm> {
-        late.map(|late| self.alarm(late)).or(self.first)
+    pub(crate) fn end(
+        self,
+        late: Option<LateFrames>,
+        publishers: impl FnOnce(&str) -> Vec<ListedNode>,
+    ) -> Option<Alarm> {
+        late.map(|late| self.alarm(late, publishers)).or(self.first)
     }
 
-    fn alarm(&self, late: LateFrames) -> Alarm {
+    fn alarm(&self, late: LateFrames, publishers: impl FnOnce(&str) -> Vec<ListedNode>) -> Alarm {
+        let sources = Sources::of(publishers(&self.service));
         Alarm::LateFrames {
             task: self.task.clone(),
             service: self.service.clone(),
             within_ns: self.schedule.follow_within_ns.unwrap_or_default(),
             late,
-            remedy: self.remedy(late),
+            remedy: self.remedy(late, &sources),
+            sources: sources.nodes,
         }
     }
 
-    fn remedy(&self, late: LateFrames) -> String {
-        if !late.alternate {
-            return catch(&self.schedule, late)
-                .unwrap_or_else(|| WarningCode::LateFrames.remedy().to_owned());
-        }
+    fn remedy(&self, late: LateFrames, sources: &Sources) -> String {
+        let catch = || {
+            catch(&self.schedule, late)
+                .unwrap_or_else(|| WarningCode::LateFrames.remedy().to_owned())
+        };
+        let Some(InVain { scattered, .. }) = late.in_vain else { return catch() };
+        let mut ways = Vec::new();
         // Neither a phase nor a time catches what the task itself holds up.
-        let plain = "if the task and its source follow each other, let one of them be a plain task";
-        let Some(priority) = self.priority else { return plain.to_owned() };
-        let above = priority.saturating_add(1).min(99);
-        format!(
-            "if the task keeps its source from running, give that a higher priority (chrt -f {above} for a \
-             publisher) or another CPU; {plain}"
-        )
+        let may_wait = sources.may_wait_for(self.priority);
+        if let Some(priority) = self.priority.filter(|_| may_wait) {
+            ways.push(make_way(priority, sources));
+        }
+        if sources.may_be_control_nodes() {
+            ways.push(
+                "if the task and its source follow each other, let one of them be a plain task"
+                    .to_owned(),
+            );
+        }
+        if scattered {
+            ways.push(
+                "if the source is off the grid, align it with the releases of the task, as docs/wire.md says \
+                 (The grid)"
+                    .to_owned(),
+            );
+        } else if !may_wait {
+            ways.push(catch());
+        }
+        ways.join("; ")
     }
+}
+
+/// How the source gets the CPU on which a task of this priority watches for it.
+fn make_way(priority: u8, sources: &Sources) -> String {
+    if sources.may_be_control_nodes() {
+        return "if the task keeps its source from running, give the task a lower priority than its source has, or \
+                another CPU"
+            .to_owned();
+    }
+    let above = priority.saturating_add(1).min(99);
+    let commands = sources.nodes.iter().map(|node| format!("chrt -f -p {above} {}", node.pid));
+    let commands = commands.collect::<Vec<_>>().join(", ");
+    format!(
+        "if the task keeps its source from running, give that a higher priority ({commands}) or another CPU"
+    )
 }
 
 /// The configuration with which the frames would come in time, if there is one.
@@ -185,7 +227,7 @@ mod tests {
     fn late(median_us: u64, p99_us: u64) -> LateFrames {
         let age_ns = (1_000 - median_us) * US;
         let (median_ns, p99_ns) = (median_us * US, p99_us * US);
-        LateFrames { median_ns, p99_ns, age_ns, alternate: false }
+        LateFrames { median_ns, p99_ns, age_ns, in_vain: None }
     }
 
     fn followed(priority: Option<u8>) -> FollowedFrames {
@@ -194,7 +236,7 @@ mod tests {
 
     #[test]
     fn the_warning_says_when_the_frames_come_and_what_would_catch_them() {
-        let alarm = followed(Some(80)).end(Some(late(601, 610))).unwrap();
+        let alarm = followed(Some(80)).end(Some(late(601, 610)), |_| Vec::new()).unwrap();
         let Warning { code, message, remedy } = Warning::from(&alarm);
         assert_eq!(code, WarningCode::LateFrames);
         assert_eq!(
@@ -218,64 +260,181 @@ mod tests {
     }
 
     #[test]
-    fn nobody_is_to_wait_longer_for_frames_that_come_late_because_they_are_waited_for() {
-        let alternate = LateFrames { alternate: true, ..late(301, 310) };
-        let remedy = |priority| followed(priority).remedy(alternate);
-        assert!(remedy(Some(80)).contains("chrt -f 81") && remedy(Some(99)).contains("chrt -f 99"));
-        assert!(!remedy(None).contains("chrt") && remedy(None).contains("plain task"));
+    fn cycles_that_time_out_in_vain_name_the_source_and_what_may_keep_it() {
+        let in_vain = |scattered| {
+            let in_vain = Some(InVain { timed_out: 930, cycles: 2409, scattered });
+            LateFrames { in_vain, ..late(301, 310) }
+        };
+        let node = |name: &str| ListedNode {
+            name: name.into(),
+            pid: 4_000_001,
+            program: "python3".into(),
+        };
+        let said = |priority, node: &ListedNode, scattered| {
+            let nodes = vec![node.clone()];
+            let alarm = followed(priority).end(Some(in_vain(scattered)), |_| nodes).unwrap();
+            let Warning { message, remedy, .. } = Warning::from(&alarm);
+            assert_eq!(
+                message,
+                format!(
+                    "930 of 2409 cycles of task \"fast\" timed out although frames of service \"plant/saw\" \
+                     were sent for them: {node} sends now within the 300 us for which the task waits, and now \
+                     later"
+                )
+            );
+            remedy
+        };
+        let sensor = node("");
+        let starved = said(Some(80), &sensor, false);
+        assert!(starved.contains("(chrt -f -p 81 4000001) or another CPU"), "{starved}");
+        assert!(!starved.contains("within") && !starved.contains("grid"), "{starved}");
+        assert!(said(Some(99), &sensor, false).contains("chrt -f -p 99 "));
+        assert!(said(Some(80), &sensor, true).contains("chrt -f -p 81"));
+        let off_grid = said(None, &sensor, true);
+        assert!(off_grid.starts_with("if the source is off the grid, align it"), "{off_grid}");
+        let at_the_edge = said(None, &sensor, false);
+        assert_eq!(at_the_edge, "write phase = \"300us\" or within = \"350us\" in its [[task]]");
+        let of_node = said(Some(80), &node("isochrone/plant"), false);
+        assert!(
+            of_node.contains("a lower priority than its source") && !of_node.contains("chrt"),
+            "{of_node}"
+        );
+        assert!(of_node.contains("follow each other"), "{of_node}");
     }
 
-    /// Has a task run for so many seconds on frames that are so old at its releases; whether it says something new
-    /// of them, and whether they are late then.
-    fn run(
-        followed: &mut FollowedFrames,
-        seconds: u64,
-        age_us: impl Fn(u64) -> Option<u64>,
-    ) -> Option<bool> {
-        let first = followed.until_ns / followed.schedule.period_ns;
-        let mut changes = Vec::new();
-        for cycle in first..first + seconds * 1_000 {
-            let release_ns = cycle * followed.schedule.period_ns;
-            let record = CycleRecord { cycle, release_ns, ..CycleRecord::default() };
-            let frame_ns = age_us(cycle - first).map(|age| release_ns.saturating_sub(age * US));
-            let follow = FollowRecord { frame_ns, sent: cycle, ..FollowRecord::default() };
-            followed.note(&Cycle { record, follow: Some(follow) });
-            changes.extend(followed.judge());
+    /// How a cycle begins.
+    #[derive(Clone, Copy)]
+    enum Begins {
+        /// With a frame that is so old at the release, in us; below 0 it comes after that.
+        With(i64),
+        /// Without one, though one was sent for it.
+        InVain,
+        /// Without one, as none was sent.
+        Without,
+    }
+    use Begins::{InVain as Vain, With, Without};
+
+    struct Run {
+        followed: FollowedFrames,
+        counts: FollowRecord,
+    }
+
+    impl Run {
+        fn of(followed: FollowedFrames) -> Self {
+            Self { followed, counts: FollowRecord::default() }
         }
-        changes.pop().map(|change| change.meaning.is_some())
+
+        /// Goes on for so many seconds; whether it says something new of the frames, and whether they are late
+        /// then.
+        fn on(&mut self, seconds: u64, begins: impl Fn(u64) -> Begins) -> Option<bool> {
+            let period_ns = self.followed.schedule.period_ns;
+            let first = self.followed.until_ns / period_ns + 1;
+            let mut changes = Vec::new();
+            for cycle in first..first + seconds * 1_000_000_000 / period_ns {
+                let release_ns = cycle * period_ns;
+                let record = CycleRecord { cycle, release_ns, ..CycleRecord::default() };
+                let begins = begins(cycle - first);
+                self.counts.sent += u64::from(!matches!(begins, Without));
+                self.counts.timed_out += u64::from(!matches!(begins, With(_)));
+                let frame_ns = match begins {
+                    With(age_us) => Some(release_ns.wrapping_add_signed(-age_us * 1_000)),
+                    Vain | Without => None,
+                };
+                let follow = FollowRecord { frame_ns, ..self.counts };
+                self.followed.note(&Cycle { record, follow: Some(follow) });
+                changes.extend(self.followed.judge(|_| Vec::new()));
+            }
+            changes.pop().map(|change| change.meaning.is_some())
+        }
     }
 
     #[test]
     fn frames_that_are_late_for_two_stretches_are_an_alarm_until_they_come_in_time_or_not_at_all() {
-        let mut followed = followed(None);
-        assert_eq!(run(&mut followed, 9, |_| Some(399)), None, "it is early to say");
-        assert_eq!(run(&mut followed, 2, |_| Some(399)), Some(true));
-        assert_eq!(run(&mut followed, 20, |_| Some(410)), None, "that is known");
-        assert_eq!(run(&mut followed, 20, |_| Some(500)), Some(true), "that is news");
-        assert_eq!(run(&mut followed, 10, |_| Some(0)), Some(false));
-        assert_eq!(run(&mut followed, 20, |_| Some(399)), Some(true));
-        assert_eq!(run(&mut followed, 11, |_| None), Some(false), "the source has stopped");
-        let held_up = |cycle: u64| cycle.is_multiple_of(2).then_some(300 + cycle % 400);
-        assert_eq!(run(&mut followed, 21, held_up), Some(true), "whenever those come");
-        let said = followed.end(None).unwrap();
+        let mut run = Run::of(followed(None));
+        assert_eq!(run.on(9, |_| With(399)), None, "it is early to say");
+        assert_eq!(run.on(2, |_| With(399)), Some(true));
+        assert_eq!(run.on(20, |_| With(410)), None, "that is known");
+        assert_eq!(run.on(20, |_| With(500)), Some(true), "that is news");
+        assert_eq!(run.on(10, |_| With(0)), Some(false));
+        assert_eq!(run.on(20, |_| With(399)), Some(true));
+        assert_eq!(run.on(11, |_| Without), Some(false), "the source has stopped");
+        let held_up = |cycle: u64| match cycle.is_multiple_of(2) {
+            true => With(300 + cycle as i64 % 400),
+            false => Vain,
+        };
+        assert_eq!(run.on(21, held_up), Some(true), "whenever those come");
+        let said = run.followed.end(None, |_| Vec::new()).unwrap();
         assert!(said.to_string().contains("come 601 us after"), "the first is kept: {said}");
     }
 
     #[test]
+    fn more_than_one_cycle_in_ten_that_times_out_in_vain_is_an_alarm_whatever_the_pattern() {
+        let starved_at_times = |cycle: u64| match cycle % 13 {
+            0 | 2 | 4 | 6 | 8 => Vain,
+            1 | 3 | 5 | 7 | 9 => With(699),
+            _ => With(-20),
+        };
+        let in_turns = |cycle: u64| match cycle % 1_000 {
+            ..150 => Vain,
+            150..300 => With(650),
+            _ => With(-20),
+        };
+        let every_eighth = |cycle: u64| if cycle.is_multiple_of(8) { Vain } else { With(-20) };
+        let every_fifteenth = |cycle: u64| if cycle.is_multiple_of(15) { Vain } else { With(-20) };
+        let slower = |cycle: u64| if cycle.is_multiple_of(2) { Without } else { With(-20) };
+        let patterns: [(&dyn Fn(u64) -> Begins, _); 5] = [
+            (&starved_at_times, Some(true)),
+            (&in_turns, Some(true)),
+            (&every_eighth, Some(true)),
+            (&every_fifteenth, None),
+            (&slower, None),
+        ];
+        for (index, (begins, expected)) in patterns.into_iter().enumerate() {
+            let mut run = Run::of(followed(Some(80)));
+            assert_eq!(run.on(11, begins), expected, "{index}");
+            let over = expected.map(|_| false);
+            assert_eq!(run.on(20, |_| With(-20)), over, "{index}");
+        }
+    }
+
+    #[test]
+    fn frames_that_come_around_the_end_of_the_wait_of_a_slow_task_are_an_alarm_soon() {
+        let schedule = Schedule {
+            follow_within_ns: Some(80_000 * US),
+            phase_ns: 40_000 * US,
+            ..Schedule::every(200_000 * US, Wake::Sleep)
+        };
+        let mut run =
+            Run::of(FollowedFrames::new("slow".into(), None, "plant/saw".into(), schedule));
+        let around = |cycle: u64| match cycle % 4 {
+            0 => With(-79_900),
+            1 => Vain,
+            _ => With(119_950),
+        };
+        assert_eq!(run.on(11, around), Some(true));
+        let remedy = run.followed.end(None, |_| Vec::new()).unwrap().remedy();
+        let catch = "write phase = \"120ms\" or within = \"90ms\" in its [[task]]";
+        assert!(remedy.ends_with(catch), "{remedy}");
+    }
+
+    #[test]
     fn a_slow_source_takes_longer_to_judge() {
-        let mut followed = followed(None);
-        let once_a_second = |cycle: u64| cycle.is_multiple_of(1_000).then_some(399);
-        assert_eq!(run(&mut followed, 30, once_a_second), None);
-        assert_eq!(run(&mut followed, 30, once_a_second), Some(true));
-        let the_last = |cycle: u64| (cycle < 10_000).then(|| once_a_second(cycle)).flatten();
-        assert_eq!(run(&mut followed, 50, the_last), None);
-        assert_eq!(run(&mut followed, 30, |_| None), Some(false), "no more come");
+        let mut run = Run::of(followed(None));
+        let once_a_second = |cycle: u64| match cycle.is_multiple_of(1_000) {
+            true => With(399),
+            false => Without,
+        };
+        assert_eq!(run.on(30, once_a_second), None);
+        assert_eq!(run.on(30, once_a_second), Some(true));
+        let the_last = |cycle: u64| if cycle < 10_000 { once_a_second(cycle) } else { Without };
+        assert_eq!(run.on(50, the_last), None);
+        assert_eq!(run.on(30, |_| Without), Some(false), "no more come");
     }
 
     #[test]
     fn a_source_that_drifts_through_the_grid_is_no_alarm_while_it_is_late() {
-        let mut followed = followed(None);
+        let mut run = Run::of(followed(None));
         // Seven microseconds a second, through what counts as late and on.
-        assert_eq!(run(&mut followed, 90, |cycle| Some(700 - cycle * 7 / 1_000)), None);
+        assert_eq!(run.on(90, |cycle| With(700 - cycle as i64 * 7 / 1_000)), None);
     }
 }

@@ -88,6 +88,7 @@ mod rows;
 mod running;
 mod shared_cpu;
 mod snapshots;
+mod sources;
 mod starved_source;
 mod task;
 mod telemetry;

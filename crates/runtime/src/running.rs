@@ -6,13 +6,12 @@ use std::time::Duration;
 
 use isochrone_cyclic::{StopReason, ThreadGrant};
 use isochrone_engine::operate::{Entry, Reading};
-use isochrone_ipc::{Service, ipc};
+use isochrone_ipc::{ListedNode, RealTime, Service, ipc};
 use isochrone_timing::{CycleRecord, FollowRecord};
 
 use crate::alarms::Alarm;
 use crate::attend::Serving;
 use crate::error::{NodePanicked, TaskPanicked};
-use crate::late_frames::FollowedFrames;
 use crate::layouts::Resolver;
 use crate::new_parts::NewParts;
 use crate::operating::{Lane, Returns, unix_ns};
@@ -236,7 +235,9 @@ impl<S: Service> Running<S> {
                 *end = done.last.map(|last| Place::of(&last.record));
             }
             let followed = task.followed.take();
-            alarms.extend(followed.and_then(|followed| followed.end(task.timing.late_frames())));
+            let late = task.timing.late_frames();
+            let publishers = |service: &str| publishers(parts.participant.as_deref(), service);
+            alarms.extend(followed.and_then(|followed| followed.end(late, publishers)));
             tasks.push(outcome(task, grant, cpu_reason, done));
         }
         let recording = parts.operating.lock().recording.take();
@@ -325,7 +326,9 @@ impl<S: Service> Running<S> {
         for (index, task) in tasks.iter_mut().enumerate() {
             task.log.write();
             let happened = task.log.happened();
-            let changes = task.followed.as_mut().map(FollowedFrames::judge).unwrap_or_default();
+            let publishers = |service: &str| publishers(participant.as_deref(), service);
+            let followed = task.followed.as_mut();
+            let changes = followed.map(|it| it.judge(publishers)).unwrap_or_default();
             if happened.is_empty() && changes.is_empty() {
                 continue;
             }
@@ -356,6 +359,13 @@ impl<S: Service> Running<S> {
             telemetry.tend(participant);
         }
     }
+}
+
+/// Who publishes a service, as far as that can be told without waiting.
+fn publishers<S: Service>(participant: Option<&RealTime<S>>, service: &str) -> Vec<ListedNode> {
+    let nodes =
+        participant.and_then(|participant| participant.ordinary().publishers_at_once(service));
+    nodes.unwrap_or_default()
 }
 
 fn outcome<S: Service>(

@@ -27,7 +27,7 @@ pub struct FollowRecord {
     pub latency_ns: Option<u64>,
 }
 
-/// Frames that come after their cycles gave up, so that each waits for the next release.
+/// Frames that come after their cycles gave up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LateFrames {
     /// How long after a release the task gave up that they come, in ns: the median ...
@@ -36,9 +36,20 @@ pub struct LateFrames {
     pub p99_ns: u64,
     /// How old they are at the median when their cycle is released, in ns.
     pub age_ns: u64,
-    /// Whether the cycles between them time out, though a frame is sent for nearly each: the source sends late
-    /// because the task waits.
-    pub alternate: bool,
+    /// Where they come now in time and now too late; `None`: nearly all are late, and each waits for the next
+    /// release.
+    pub in_vain: Option<InVain>,
+}
+
+/// Cycles that timed out although a frame was sent for them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct InVain {
+    /// How many there were ...
+    pub timed_out: u64,
+    /// ... of so many.
+    pub cycles: u64,
+    /// Whether the frames come at any time of the period, and not always at about the same.
+    pub scattered: bool,
 }
 
 /// When the frames of a stretch of cycles came.
@@ -51,82 +62,123 @@ pub enum Punctuality {
     InTime,
     /// Neither that, nor late beyond doubt.
     Between,
-    /// Nine of ten lay there at the release, and were then a quarter of the period old or more at the median:
-    /// without `follow` they would hardly wait longer.
+    /// More than one cycle in ten timed out although a frame was sent for it. Or nine frames of ten lay there at
+    /// the release, and were then a quarter of the period old or more at the median: without `follow` they would
+    /// hardly wait longer.
     Late(LateFrames),
 }
 
 /// Tells of a stretch of cycles when the frames came that they were to begin with.
 #[derive(Debug, Clone, Default)]
 pub struct Arrivals {
-    /// Cycles with a frame whose publish time is known.
-    frames: u64,
+    cycles: u64,
     /// How long after the release before their own those frames came that lay there at a release.
-    came: Distribution,
-    first: Option<Progress>,
-    last: Progress,
+    ready: Distribution,
+    /// How long after the release those came that were waited for.
+    followed: Distribution,
+    timed_out: u64,
+    /// Cycles for which there was a frame.
+    due: u64,
+    /// Frames that were sent and are due to a cycle yet.
+    credit: u64,
+    sent: u64,
+    releases: u64,
+    last: Option<Progress>,
 }
 
 /// How far the cycles and their source were.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 struct Progress {
-    releases: u64,
+    release: u64,
     sent: u64,
+    timed_out: u64,
 }
+
+/// As many frames are due to the cycles to come at most: one that came after its cycle had given up, and the next
+/// one. So nothing that a faster source sent is due to cycles after its end.
+const MOST_CREDIT: u64 = 2;
 
 impl Arrivals {
     /// Adds the next cycle of a task with this period, in ns.
     pub fn record(&mut self, record: &CycleRecord, follow: &FollowRecord, period_ns: u64) {
-        self.last = Progress { releases: record.cycle, sent: follow.sent };
-        self.first.get_or_insert(self.last);
+        let FollowRecord { sent, timed_out, .. } = *follow;
+        let progress = Progress { release: record.cycle, sent, timed_out };
+        if let Some(last) = self.last.replace(progress) {
+            let sent = sent.saturating_sub(last.sent);
+            self.cycles += 1;
+            self.sent = self.sent.saturating_add(sent);
+            self.releases += record.cycle.saturating_sub(last.release);
+            // Of cycles whose records were lost nobody knows when their frames came.
+            self.timed_out += u64::from(timed_out > last.timed_out);
+            self.credit = self.credit.saturating_add(sent).min(MOST_CREDIT);
+            self.due += u64::from(self.credit > 0);
+            self.credit = self.credit.saturating_sub(1);
+        }
         let Some(frame_ns) = follow.frame_ns else { return };
-        self.frames += 1;
-        if let Some(age_ns) = record.release_ns.checked_sub(frame_ns).filter(|age| *age > 0) {
-            self.came.record(period_ns.saturating_sub(age_ns));
+        match record.release_ns.checked_sub(frame_ns).filter(|age_ns| *age_ns > 0) {
+            Some(age_ns) => self.ready.record(period_ns.saturating_sub(age_ns)),
+            None => self.followed.record(frame_ns.saturating_sub(record.release_ns)),
         }
     }
 
-    /// Begins anew.
+    /// Begins anew with the next cycle.
     pub fn clear(&mut self) {
-        self.came.clear();
-        (self.frames, self.first) = (0, None);
+        self.ready.clear();
+        self.followed.clear();
+        (self.cycles, self.timed_out, self.due) = (0, 0, 0);
+        (self.sent, self.releases) = (0, 0);
     }
 
     /// What they amount to for a task with this period, in ns.
     pub fn punctuality(&self, period_ns: u64) -> Punctuality {
-        let Progress { releases, sent } = self.passed();
-        let ready = self.came.count();
-        let of_frames = |tenths: u64| self.frames.saturating_mul(tenths) / 10;
-        let is_faster = sent > releases.saturating_add(releases / 50).saturating_add(1);
-        if self.frames == 0 || is_faster || ready < of_frames(8) {
+        let ready = self.ready.count();
+        let frames = ready + self.followed.count();
+        if frames == 0 {
             return Punctuality::InTime;
         }
-        if self.frames < FEWEST_FRAMES {
+        let without_frame = self.cycles.saturating_sub(self.due);
+        let in_vain = self.timed_out.saturating_sub(without_frame);
+        if in_vain > self.cycles / 10 {
+            return match self.cycles {
+                ..FEWEST_FRAMES => Punctuality::TooFew,
+                _ => Punctuality::Late(self.in_vain(in_vain, period_ns)),
+            };
+        }
+        let otherwise = match in_vain > self.cycles / 20 {
+            true => Punctuality::Between,
+            false => Punctuality::InTime,
+        };
+        let of_frames = |tenths: u64| frames.saturating_mul(tenths) / 10;
+        let is_faster = self.sent > self.releases.saturating_add(self.releases / 50) + 1;
+        if is_faster || ready < of_frames(8) {
+            return otherwise;
+        }
+        if frames < FEWEST_FRAMES {
             return Punctuality::TooFew;
         }
-        let came = |quantile| self.came.quantile(quantile);
+        let came = |quantile| self.ready.quantile(quantile);
         let (median_ns, p99_ns) = (came(0.5), came(0.99));
         let age_ns = period_ns.saturating_sub(median_ns);
-        let due = sent.min(releases);
-        // A source that the task holds up comes at no certain time.
-        let alternate = self.frames < due - due / 4;
         let is_scattered = came(0.9).saturating_sub(came(0.1)) > period_ns / 4;
-        if age_ns < period_ns / 5 || is_scattered && !alternate {
-            return Punctuality::InTime;
+        if age_ns < period_ns / 5 || is_scattered {
+            return otherwise;
         }
         if age_ns < period_ns / 4 || ready < of_frames(9) {
             return Punctuality::Between;
         }
-        Punctuality::Late(LateFrames { median_ns, p99_ns, age_ns, alternate })
+        Punctuality::Late(LateFrames { median_ns, p99_ns, age_ns, in_vain: None })
     }
 
-    /// Between its first cycle and its last.
-    fn passed(&self) -> Progress {
-        let Progress { releases, sent } = self.first.unwrap_or_default();
-        Progress {
-            releases: self.last.releases.saturating_sub(releases),
-            sent: self.last.sent.saturating_sub(sent),
-        }
+    /// Of a stretch in which so many cycles timed out in vain.
+    fn in_vain(&self, timed_out: u64, period_ns: u64) -> LateFrames {
+        // Those that came too late, if there are any, are what is to be caught.
+        let late = if self.ready.count() > 0 { &self.ready } else { &self.followed };
+        let early = if self.followed.count() > 0 { &self.followed } else { &self.ready };
+        let (median_ns, p99_ns) = (late.quantile(0.5), late.quantile(0.99));
+        let span_ns = late.quantile(0.95).saturating_sub(early.quantile(0.05));
+        let scattered = span_ns > period_ns / 4;
+        let in_vain = Some(InVain { timed_out, cycles: self.cycles, scattered });
+        LateFrames { median_ns, p99_ns, age_ns: period_ns.saturating_sub(median_ns), in_vain }
     }
 }
 

@@ -45,7 +45,7 @@ mod warning;
 pub use chain::{ChainFrame, ChainTiming};
 pub use chain_report::{ChainReport, HopReport};
 pub use distribution::{DecodeError, Distribution, HIGHEST, encoded};
-pub use follow::{Arrivals, FollowRecord, LateFrames, Punctuality};
+pub use follow::{Arrivals, FollowRecord, InVain, LateFrames, Punctuality};
 pub use link::{FrameRecord, LinkTiming};
 pub use link_report::{Direction, LinkReport};
 pub use metric::{Metric, Unit};

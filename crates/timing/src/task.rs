@@ -172,8 +172,8 @@ impl TaskTiming {
         self.cycles().saturating_sub(self.records)
     }
 
-    /// Of a task that follows its data: that its frames come after its cycles gave up, at least nine of ten of
-    /// them, and lay there for a quarter of the period or longer at the next release.
+    /// Of a task that follows its data: that its frames come after its cycles gave up, see
+    /// [`Punctuality::Late`].
     pub fn late_frames(&self) -> Option<LateFrames> {
         match self.follow.as_ref()?.arrivals.punctuality(self.period_ns) {
             Punctuality::Late(late) => Some(late),
@@ -219,6 +219,8 @@ impl TaskTiming {
 
 #[cfg(test)]
 mod tests {
+    use crate::follow::InVain;
+
     use super::*;
 
     const PERIOD_NS: u64 = 1_000_000;
@@ -290,10 +292,13 @@ mod tests {
         ages_ns: impl IntoIterator<Item = Option<i64>>,
     ) -> Option<LateFrames> {
         let mut timing = TaskTiming::new(PERIOD_NS).with_warm_up(0).following();
+        let mut timed_out = 0;
         for (age_ns, cycle) in ages_ns.into_iter().zip(0..) {
+            timed_out += u64::from(age_ns.is_none());
             let record = record(cycle, 0);
             let frame_ns = age_ns.map(|age_ns| record.release_ns.wrapping_add_signed(-age_ns));
-            let follow = FollowRecord { frame_ns, sent: sent(cycle), ..Default::default() };
+            let follow =
+                FollowRecord { frame_ns, sent: sent(cycle), timed_out, ..Default::default() };
             timing.record_following(&record, &follow);
         }
         timing.late_frames()
@@ -303,8 +308,8 @@ mod tests {
     fn frames_that_nearly_all_lie_there_with_an_old_age_at_the_release_are_late() {
         let ages = |age_ns| (0..100).map(move |_| Some(age_ns));
         let late = late_frames(ages(400_000)).unwrap();
-        let (median_ns, age_ns, alternate) = (600_000, 400_000, false);
-        let expected = LateFrames { median_ns, p99_ns: median_ns, age_ns, alternate };
+        let (median_ns, age_ns, in_vain) = (600_000, 400_000, None);
+        let expected = LateFrames { median_ns, p99_ns: median_ns, age_ns, in_vain };
         assert_eq!(late, expected);
         let jitters = (0..100).map(|n| Some(if n < 95 { 400_000 } else { 300_000 }));
         assert_eq!(late_frames(jitters).unwrap().p99_ns, 700_000);
@@ -312,10 +317,29 @@ mod tests {
         assert!(late_frames(mostly).is_some(), "most of them");
         let every_other = || (0..100).map(|n| (n % 2 == 0).then_some(400_000));
         let slower = late_frames_of(|cycle| cycle / 2, every_other()).unwrap();
-        assert!(!slower.alternate, "those there are");
-        assert!(late_frames(every_other()).unwrap().alternate, "those between were sent");
-        let scattered = (0..100).map(|n| (n % 2 == 0).then_some(300_000 + n * 4_000));
-        assert!(late_frames(scattered).unwrap().alternate, "whenever they come");
+        assert_eq!(slower.in_vain, None, "those there are");
+    }
+
+    #[test]
+    fn frames_for_which_cycles_time_out_are_late_whenever_they_come() {
+        let in_vain = |ages: &mut dyn Iterator<Item = Option<i64>>| late_frames(ages)?.in_vain;
+        let mut every_other = (0..100).map(|n| (n % 2 == 0).then_some(400_000));
+        let expected = InVain { timed_out: 50, cycles: 99, scattered: false };
+        assert_eq!(in_vain(&mut every_other), Some(expected));
+        let mut scattered = (0..100).map(|n| (n % 2 == 0).then_some(300_000 + n * 4_000));
+        assert!(in_vain(&mut scattered).unwrap().scattered, "at any time");
+        let mut some =
+            (0..100).map(|n| (n % 8 > 0).then_some(if n % 8 == 1 { 600_000 } else { -50_000 }));
+        let some = in_vain(&mut some).unwrap();
+        assert_eq!((some.timed_out, some.cycles), (12, 99));
+        let ends = (0..100).map(|n| (n < 50).then_some(400_000));
+        assert_eq!(
+            late_frames_of(|cycle| 10 * cycle.min(50), ends),
+            None,
+            "a faster source has ended"
+        );
+        let mut few = (0..100).map(|n| (n % 15 > 0).then_some(-50_000));
+        assert_eq!(in_vain(&mut few), None);
     }
 
     #[test]
