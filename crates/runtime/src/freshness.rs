@@ -32,14 +32,29 @@ pub(crate) enum InputState {
     Doubted(Flags),
     /// Its type cannot hold this sample.
     Rejected(f64),
-    /// Its newest frame has no value for it, or a layout that is not known yet.
-    Missing,
+    /// Its newest frame has no value for it.
+    Missing(Missing),
+}
+
+/// Why a frame has no value for an input.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Missing {
+    /// Its layout is not known yet.
+    Layout,
+    /// Its layout has no signal that fits the input, or it says of none which it is.
+    Signal,
+    /// It has so many values, and the input reads another channel.
+    Channel { channel: usize, values: usize },
 }
 
 impl InputState {
     /// Whether both are for the same reason, with whatever sample or flags.
     pub(crate) fn is_like(self, other: Self) -> bool {
-        std::mem::discriminant(&self) == std::mem::discriminant(&other)
+        let kind = std::mem::discriminant::<Self>;
+        match (self, other) {
+            (Self::Missing(own), Self::Missing(other)) => own == other,
+            _ => kind(&self) == kind(&other),
+        }
     }
 
     /// Whether the input is ok.
@@ -90,7 +105,7 @@ enum Newest {
     Taken,
     Doubted(Flags),
     Rejected(f64),
-    Missing,
+    Missing(Missing),
 }
 
 impl Freshness {
@@ -137,11 +152,10 @@ impl Freshness {
         !matches!(self.newest, Newest::Rejected(_))
     }
 
-    /// Takes note of a frame with these flags that has no value for the input, or a layout that is not
-    /// known yet.
-    pub(crate) fn miss(&mut self, flags: Flags) {
+    /// Takes note of a frame with these flags that has no value for the input.
+    pub(crate) fn miss(&mut self, flags: Flags, why: Missing) {
         self.has_stopped = flags.contains(Flags::STOPPED);
-        self.newest = Newest::Missing;
+        self.newest = Newest::Missing(why);
     }
 
     /// What the input reads in the cycle that began at `now_ns`. Once a cycle: a ramp goes one step.
@@ -192,7 +206,7 @@ impl Freshness {
         match self.newest {
             Newest::Taken => {}
             Newest::Doubted(of_frame) => flags |= of_frame.handed_on() & Flags::UPSTREAM,
-            Newest::Rejected(_) | Newest::Missing => flags |= Flags::REJECTED,
+            Newest::Rejected(_) | Newest::Missing(_) => flags |= Flags::REJECTED,
         }
         flags
     }
@@ -211,13 +225,13 @@ impl Freshness {
     pub(crate) fn state(&self) -> InputState {
         match self.newest {
             _ if self.was_ok => InputState::Good,
-            Newest::Rejected(_) | Newest::Missing if self.has_stopped && self.last.is_some() => {
+            Newest::Rejected(_) | Newest::Missing(_) if self.has_stopped && self.last.is_some() => {
                 InputState::Stopped
             }
             // What came last was refused, but nothing comes any more.
             Newest::Rejected(_) if self.is_silent => InputState::Stale,
             Newest::Rejected(sample) => InputState::Rejected(sample),
-            Newest::Missing => InputState::Missing,
+            Newest::Missing(why) => InputState::Missing(why),
             Newest::Doubted(flags) => InputState::Doubted(flags),
             Newest::Taken if self.last.is_none() => InputState::Waiting,
             Newest::Taken if self.has_stopped => InputState::Stopped,

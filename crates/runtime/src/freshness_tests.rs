@@ -73,9 +73,15 @@ fn a_sample_that_the_type_cannot_hold_leaves_the_one_before_and_is_told_until_a_
     let reading = input.read(3_000);
     assert_eq!((reading.value, reading.ok, reading.flags), (3.0, false, Flags::REJECTED));
     assert_eq!(input.state(), InputState::Rejected(0.5));
-    input.miss(Flags::NONE);
-    assert_eq!(input.read(3_000).flags, Flags::REJECTED);
-    assert_eq!(input.state(), InputState::Missing);
+    let short = Missing::Channel { channel: 1, values: 1 };
+    for why in [Missing::Layout, Missing::Signal, short] {
+        input.miss(Flags::NONE, why);
+        assert_eq!(input.read(3_000).flags, Flags::REJECTED);
+        assert_eq!(input.state(), InputState::Missing(why));
+        assert!(
+            !input.state().is_like(InputState::Missing(Missing::Channel { channel: 2, values: 1 }))
+        );
+    }
     input.offer(sample(4.0, 4_000));
     assert!(input.read(4_000).ok);
 }
@@ -183,7 +189,7 @@ proptest! {
             let flags = Flags::from_bits(bits);
             match what {
                 0 => drop(input.offer(Sample { value, sampled_ns, source_ns: sampled_ns, flags })),
-                1 => input.miss(flags),
+                1 => input.miss(flags, Missing::Layout),
                 _ => {}
             }
             let reading = input.read(now_ns);

@@ -6,9 +6,10 @@ use std::sync::Arc;
 use isochrone_blocks::{BlockType, Caution, PinType, status};
 use isochrone_engine::config::OnStale;
 use isochrone_engine::{BankPlan, InputPlan, TaskPlan};
+use isochrone_timing::units::counted;
 
 use crate::event::Event;
-use crate::freshness::InputState;
+use crate::freshness::{InputState, Missing};
 
 /// Stands for a status word where a block has none.
 pub(crate) const ERROR_WITHOUT_WORD: u16 = u16::MAX;
@@ -150,7 +151,11 @@ impl Words {
             Event::Input { input, state, .. } => {
                 let input = self.inputs.get(input)?;
                 let meaning = match (state, reasons.get(&input.name)) {
-                    (InputState::Missing, Some(reason)) => input.takes_none(reason),
+                    (InputState::Missing(why), Some(reason))
+                        if !matches!(why, Missing::Channel { .. }) =>
+                    {
+                        input.takes_none(reason)
+                    }
                     _ => input.meaning(state),
                 };
                 Some((input.name.clone(), None, meaning))
@@ -221,7 +226,9 @@ impl InputWords {
             InputState::Stale | InputState::Stopped | InputState::Doubted(_) => {
                 format!("input \"{name}\" is {meaning}")
             }
-            InputState::Rejected(_) | InputState::Missing => format!("input \"{name}\" {meaning}"),
+            InputState::Rejected(_) | InputState::Missing(_) => {
+                format!("input \"{name}\" {meaning}")
+            }
         }
     }
 
@@ -252,9 +259,20 @@ impl InputWords {
                 self.value_type,
                 self.reads_without_sample()
             ),
-            InputState::Missing => self.takes_none(&format!(
-                "the frames{of} have no value for it, or have a layout that is not known yet"
-            )),
+            InputState::Missing(why) => {
+                let why = match why {
+                    Missing::Layout => {
+                        format!("the frames{of} have a layout that is not known yet")
+                    }
+                    Missing::Signal => format!("the frames{of} have no signal that fits it"),
+                    Missing::Channel { channel, values } => format!(
+                        "it reads channel {channel}, counted from 0, and the frames{of} have {}; have their \
+                         publisher send as many values as it announces, or correct the input's channel",
+                        counted(values as u64, "value")
+                    ),
+                };
+                self.takes_none(&why)
+            }
         }
     }
 

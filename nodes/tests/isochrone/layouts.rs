@@ -1,7 +1,10 @@
 //! Frames that explain themselves: inputs bound by names, layouts that change, readers that wait.
 
+use iceoryx2::prelude::{NodeBuilder, ServiceName, ipc};
+use isochrone_cyclic::{Clock, Monotonic};
+use isochrone_ipc::{FrameHeader, FrameLayout, LayoutAnnouncer, SignalSpec};
 use isochrone_testing::plants::relay_with;
-use isochrone_testing::{Domain, Process};
+use isochrone_testing::{Domain, Process, wait_until};
 use serde_json::Value;
 
 /// Publishes two signals, in an order that a test chooses.
@@ -240,4 +243,42 @@ fn a_chain_of_two_nodes_shows_the_whole_age_and_the_last_hop() {
     for process in [observer, second, first] {
         process.stop().expect_code(0);
     }
+}
+
+#[test]
+fn a_frame_that_is_shorter_than_its_announced_layout_is_told_from_one_whose_layout_is_unknown() {
+    let domain = Domain::new();
+    let node = domain.start_node("node.toml", &relay_with("signal = \"b\""), "");
+    let participant = domain.join("short");
+    let signals = ["a", "b"].map(|name| SignalSpec::new(name, "LREAL")).to_vec();
+    let layout = FrameLayout { signals, period_ns: None };
+    let mut announcer = None;
+    let plain = NodeBuilder::new().config(domain.config()).create::<ipc::Service>().unwrap();
+    let service = plain
+        .service_builder(&ServiceName::new("relay/in").unwrap())
+        .publish_subscribe::<[f64]>()
+        .user_header::<FrameHeader>()
+        .open()
+        .unwrap();
+    let port = service.publisher_builder().initial_max_slice_len(1).create().unwrap();
+    let mut sequence = 0;
+    let mut wait_for_reason = |reason: &str, announcer: &mut Option<LayoutAnnouncer<_>>| {
+        wait_until(reason, || {
+            let mut frame = port.loan_slice(1).unwrap();
+            let (layout, publish_ns) = (layout.number(), Monotonic.now_ns());
+            *frame.user_header_mut() =
+                FrameHeader { sequence, publish_ns, layout, ..FrameHeader::default() };
+            frame.send().unwrap();
+            sequence += 1;
+            announcer.iter_mut().for_each(|it| it.tend(&participant));
+            // A look at the alarms takes long.
+            sequence % 50 == 0 && domain.run("alarms relay").expect_code(0).stdout.contains(reason)
+        });
+    };
+    wait_for_reason("have a layout that nobody announces", &mut announcer);
+    announcer = Some(LayoutAnnouncer::open(&participant, "relay/in", "short", &layout).unwrap());
+    let reason = "takes no sample: it reads channel 1, counted from 0, and the frames of service \"relay/in\" have \
+                  1 value; have their publisher send as many values as it announces";
+    wait_for_reason(reason, &mut announcer);
+    node.stop().expect_code(0);
 }

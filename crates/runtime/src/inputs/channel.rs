@@ -50,7 +50,7 @@ impl Channel {
         let first_ns = *self.first_ns.get_or_insert(release.start_ns);
         let is_start =
             self.told.is_none() && release.start_ns.saturating_sub(first_ns) < PATIENCE_NS;
-        let is_expected = is_start && matches!(to, InputState::Waiting | InputState::Missing);
+        let is_expected = is_start && matches!(to, InputState::Waiting | InputState::Missing(_));
         if is_expected || self.told.is_some_and(|told| told.is_like(to)) {
             self.changed = None;
         } else if self.changed.is_none_or(|changed| !changed.to.is_like(to)) {

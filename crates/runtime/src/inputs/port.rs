@@ -8,7 +8,7 @@ use isochrone_ipc::{Flags, FrameHeader, FrameSubscriber, Service, Stamps};
 use super::CREDIBLE_DELAY_NS;
 use super::channel::Channel;
 use crate::bindings::{Observed, Resolved};
-use crate::freshness::Sample;
+use crate::freshness::{Missing, Sample};
 
 /// How old the oldest sample behind a fresh frame may be before that is an alarm.
 const OLD_SOURCE_NS: u64 = 10_000_000_000;
@@ -54,7 +54,10 @@ impl<S: Service> InputPort<S> {
         let Some(bindings) = self.resolved.of(header.layout) else {
             self.unknown_layouts += 1;
             Observed::store(&observed.unknown_layout, header.layout);
-            self.channels.iter_mut().for_each(|channel| channel.freshness.miss(header.flags()));
+            let miss = |channel: &mut Channel| {
+                channel.freshness.miss(header.flags(), Missing::Layout);
+            };
+            self.channels.iter_mut().for_each(miss);
             return self.channels.len() as u64;
         };
         Observed::store(&observed.unknown_layout, 0);
@@ -78,18 +81,22 @@ impl<S: Service> InputPort<S> {
         }
         let mut rejects = 0;
         for (channel, place) in self.channels.iter_mut().zip(&bindings.places) {
-            let value = place.and_then(|place| frame.values().get(place));
-            let is_taken = value.is_some_and(|value| {
-                channel.freshness.offer(Sample {
+            let values = frame.values();
+            let short = |channel| Missing::Channel { channel, values: values.len() };
+            let value = place.ok_or(Missing::Signal);
+            let value = value.and_then(|place| values.get(place).ok_or_else(|| short(place)));
+            let is_taken = match value {
+                Ok(value) => channel.freshness.offer(Sample {
                     value: *value,
                     sampled_ns: credible.sampled_ns,
                     source_ns: credible.source_ns,
                     flags: header.flags(),
-                })
-            });
-            if value.is_none() {
-                channel.freshness.miss(header.flags());
-            }
+                }),
+                Err(why) => {
+                    channel.freshness.miss(header.flags(), why);
+                    false
+                }
+            };
             rejects += u64::from(!is_taken);
         }
         rejects
