@@ -1,9 +1,11 @@
 //! How a verb ends when it does not end well: an exit status and sentences on stderr.
 
+use std::io;
 use std::process::ExitCode;
 
 use isochrone_bench::BenchError;
 use isochrone_engine::{Findings, escaped_lines};
+use isochrone_ipc::thread_remedy;
 use isochrone_processes::{ChildError, CompanyError, Ending, StopError};
 use miette::{Diagnostic, Report};
 
@@ -19,6 +21,11 @@ impl Failure {
     /// It ran and found something wrong: exit status 1.
     pub(crate) fn found(what: impl std::fmt::Display) -> Self {
         Self { status: Ending::Found, report: Some(sentence(what)) }
+    }
+
+    /// There is no thread to be had: exit status 1.
+    pub(crate) fn thread(cause: io::Error) -> Self {
+        Self::found(format!("cannot start a thread: {cause}; {}", thread_remedy()))
     }
 
     /// The command line or a file is wrong: exit status 2.

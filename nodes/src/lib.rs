@@ -57,7 +57,7 @@ use std::process::ExitCode;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use isochrone_blocks::{BlockType, CATALOGUE};
-use isochrone_processes::{end_with_parent, outlive_file_limit};
+use isochrone_processes::{end_with_parent, outlive_file_limit, with_usual_stack};
 
 use crate::failure::Failure;
 
@@ -157,6 +157,15 @@ pub fn command() -> clap::Command {
 pub fn main(blocks: &[BlockType]) -> ExitCode {
     end_with_parent();
     outlive_file_limit();
+    with_usual_stack(|| dispatch(blocks)).unwrap_or_else(|cause| {
+        let failure = Failure::thread(cause);
+        terminal::note_failure(&failure);
+        failure.status()
+    })
+}
+
+/// Parses the command line and runs its verb.
+fn dispatch(blocks: &[BlockType]) -> ExitCode {
     let cli = Cli::from_arg_matches(&program::command().get_matches())
         .unwrap_or_else(|error| error.format(&mut program::command()).exit());
     terminal::set_up_reports();

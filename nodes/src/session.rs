@@ -106,12 +106,7 @@ impl Session {
 
     fn spawn(&mut self, name: &str, run: impl FnOnce() + Send + 'static) -> Result<(), Failure> {
         let thread = thread::Builder::new().name(name.into()).spawn(run);
-        let thread = thread.map_err(|cause| {
-            Failure::found(format!(
-                "cannot start a thread: {cause}; raise the limit of processes (ulimit -u)"
-            ))
-        })?;
-        self.threads.push(thread);
+        self.threads.push(thread.map_err(Failure::thread)?);
         Ok(())
     }
 

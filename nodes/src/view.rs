@@ -199,9 +199,5 @@ fn json(value: &impl Serialize) -> String {
 
 fn start_thread(name: &str, run: impl FnOnce() + Send + 'static) -> Result<(), Failure> {
     let thread = thread::Builder::new().name(name.into()).spawn(run);
-    thread.map(drop).map_err(|cause| {
-        Failure::found(format!(
-            "cannot start a thread: {cause}; raise the limit of processes (ulimit -u)"
-        ))
-    })
+    thread.map(drop).map_err(Failure::thread)
 }

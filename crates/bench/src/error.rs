@@ -99,7 +99,7 @@ pub enum BenchError {
         arguments: String,
     },
     /// A thread cannot be started.
-    #[error("cannot start a thread: {cause}; raise the limit of processes (ulimit -u)")]
+    #[error("cannot start a thread: {cause}; {}", isochrone_ipc::thread_remedy())]
     Thread {
         /// What the system says.
         cause: io::Error,

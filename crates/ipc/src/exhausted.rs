@@ -13,12 +13,20 @@ use crate::domain::segment::FOLDER;
 const SPARE_DESCRIPTORS: u64 = 6;
 /// Blocks that small files need.
 const SPARE_BLOCKS: u64 = 4;
+/// More than any file needs that iceoryx2 makes beside those of messages.
+const SMALL_FILE_BYTES: u64 = 1 << 20;
+/// Address space that opening one thing more may need, a thread and its memory included.
+const SPARE_ADDRESSES: u64 = 8 << 20;
+/// What /proc/self/status calls the address space in use, and the most that ever was: when a failure is explained,
+/// what was made before it is gone.
+const USED: &str = "VmSize:";
+const MOST_USED: &str = "VmPeak:";
 
 /// The reason for a failure and what to do about it, if something has run out or cannot be written, or
 /// else what iceoryx2 says, with what `remedy` says.
 pub(crate) fn or(config: &Config, cause: String, remedy: &str) -> String {
     let root = config.global.root_path().to_string();
-    let why = descriptors().or_else(|| {
+    let why = limit().or_else(|| {
         let folders = [FOLDER, &root];
         folders.into_iter().find_map(full).or_else(|| folders.into_iter().find_map(unwritable))
     });
@@ -26,6 +34,46 @@ pub(crate) fn or(config: &Config, cause: String, remedy: &str) -> String {
         Some(why) => format!("{why}; {cause}"),
         None => format!("{cause}; {remedy}"),
     }
+}
+
+/// Which limit of this process may be the reason for a failure, and how to raise it.
+pub(crate) fn limit() -> Option<String> {
+    let space = || address_space(SPARE_ADDRESSES, MOST_USED);
+    descriptors().or_else(|| file_size(SMALL_FILE_BYTES)).or_else(space)
+}
+
+/// Which limit forbids to make a segment of so many bytes and to map it, if one does.
+pub(crate) fn limit_of_segment(bytes: u64) -> Option<String> {
+    file_size(bytes).or_else(|| address_space(bytes, USED))
+}
+
+/// What to do where no thread can be started. The system says the same of two limits (EAGAIN).
+pub fn thread_remedy() -> String {
+    address_space(SPARE_ADDRESSES, MOST_USED)
+        .unwrap_or_else(|| "raise the limit of processes (ulimit -u)".to_owned())
+}
+
+/// That this process may make no file of so many bytes, if it is so.
+fn file_size(bytes: u64) -> Option<String> {
+    let limit = getrlimit(Resource::Fsize).current.filter(|limit| *limit < bytes)?;
+    Some(format!(
+        "the limit of file sizes is {limit} bytes, and shared memory needs files of up to {bytes}: raise it \
+         (ulimit -f)"
+    ))
+}
+
+/// That this process cannot map so many bytes more than it has in use, or had when something failed, if it is so.
+fn address_space(bytes: u64, key: &str) -> Option<String> {
+    let limit = getrlimit(Resource::As).current?;
+    let status = fs::read_to_string("/proc/self/status").ok()?;
+    let used = status.lines().find_map(|line| line.strip_prefix(key))?;
+    let used: u64 = used.trim().strip_suffix(" kB")?.parse().ok()?;
+    let used = used.saturating_mul(1024);
+    (used.saturating_add(bytes) > limit).then(|| {
+        format!(
+            "too little address space: {used} of {limit} bytes were in use, raise the limit (ulimit -v)"
+        )
+    })
 }
 
 /// That this process can hardly open any more files, if it is so.

@@ -20,38 +20,56 @@ use rustix::fs::{FallocateFlags, fallocate, statvfs};
 use rustix::io::{Errno, retry_on_intr};
 
 use crate::domain::segment::FOLDER;
-use crate::{JoinError, OpenError};
+use crate::{JoinError, OpenError, exhausted};
 
 /// For what iceoryx2 makes beside the frames: management, connections, the list of ports.
 const HEADROOM_BYTES: u64 = 512 << 10;
 
-/// Shared memory has less room than something needs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Shortage {
-    pub(crate) needed_bytes: u64,
-    pub(crate) free_bytes: u64,
+/// Why there is no room for something.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(crate) enum Shortage {
+    /// Shared memory has less room than it needs.
+    Full { needed_bytes: u64, free_bytes: u64 },
+    /// A limit of this process forbids it, which this names with the way out.
+    Limit(String),
 }
 
 impl Shortage {
     /// The error of whoever opens a port of `service`.
     pub(crate) fn of_service(self, service: &str) -> OpenError {
-        let Self { needed_bytes, free_bytes } = self;
-        OpenError::SharedMemoryFull { service: service.to_owned(), needed_bytes, free_bytes }
+        let service = service.to_owned();
+        match self {
+            Self::Full { needed_bytes, free_bytes } => {
+                OpenError::SharedMemoryFull { service, needed_bytes, free_bytes }
+            }
+            Self::Limit(cause) => OpenError::Limit { service, cause },
+        }
     }
 
     /// The error of whoever joins `domain`.
     pub(crate) fn of_domain(self, domain: String) -> JoinError {
-        let Self { needed_bytes, free_bytes } = self;
-        JoinError::SharedMemoryFull { domain, needed_bytes, free_bytes }
+        match self {
+            Self::Full { needed_bytes, free_bytes } => {
+                JoinError::SharedMemoryFull { domain, needed_bytes, free_bytes }
+            }
+            Self::Limit(cause) => JoinError::Failed { domain, cause },
+        }
     }
 }
 
-/// Fails if `needed_bytes`, and the headroom, do not fit.
+/// Fails if a segment of `needed_bytes`, and the headroom, do not fit into shared memory, or the segment is more
+/// than this process may make or map.
 pub(crate) fn require(needed_bytes: u64) -> Result<(), Shortage> {
+    if let Some(limit) = exhausted::limit_of_segment(needed_bytes) {
+        return Err(Shortage::Limit(limit));
+    }
     let needed_bytes = needed_bytes.saturating_add(HEADROOM_BYTES);
     // Where the folder cannot be asked, iceoryx2 will say what is wrong with it.
     let Some(free_bytes) = free_bytes() else { return Ok(()) };
-    if free_bytes < needed_bytes { Err(Shortage { needed_bytes, free_bytes }) } else { Ok(()) }
+    match free_bytes < needed_bytes {
+        true => Err(Shortage::Full { needed_bytes, free_bytes }),
+        false => Ok(()),
+    }
 }
 
 /// Claims every page of the segment whose name begins with `prefix` and ends with `suffix`, so that
@@ -65,7 +83,8 @@ pub(crate) fn reserve(prefix: &str, suffix: &str) -> Result<(), Shortage> {
     // The pages that were written keep what they have.
     match retry_on_intr(|| fallocate(&segment, FallocateFlags::empty(), 0, bytes)) {
         Err(Errno::NOSPC) => {
-            Err(Shortage { needed_bytes: bytes, free_bytes: free_bytes().unwrap_or_default() })
+            let free_bytes = free_bytes().unwrap_or_default();
+            Err(Shortage::Full { needed_bytes: bytes, free_bytes })
         }
         // A file system that cannot do it leaves things as they were.
         _ => Ok(()),
@@ -94,8 +113,10 @@ mod tests {
 
     #[test]
     fn what_no_machine_has_is_refused_with_both_numbers() {
-        let shortage = require(u64::MAX / 2).unwrap_err();
-        assert!(shortage.needed_bytes > shortage.free_bytes);
+        let Err(Shortage::Full { needed_bytes, free_bytes }) = require(u64::MAX / 2) else {
+            panic!("it fits")
+        };
+        assert!(needed_bytes > free_bytes);
         assert_eq!(require(0), Ok(()));
     }
 
@@ -110,9 +131,9 @@ mod tests {
         let refused = reserve(&prefix, "x.data");
         let other = reserve(&prefix, "y.data");
         fs::remove_file(&path).unwrap();
-        let shortage = refused.unwrap_err();
-        assert_eq!(shortage.needed_bytes, bytes);
-        assert!(shortage.free_bytes < bytes);
+        let Err(Shortage::Full { needed_bytes, free_bytes }) = refused else { panic!("it fits") };
+        assert_eq!(needed_bytes, bytes);
+        assert!(free_bytes < bytes);
         assert_eq!(other, Ok(()));
     }
 }

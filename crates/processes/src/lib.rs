@@ -24,10 +24,12 @@ mod document;
 mod ending;
 mod orphan;
 mod running;
+mod stack;
 mod stop;
 
 pub use child::{Child, ChildError};
 pub use company::{Company, CompanyError};
 pub use ending::Ending;
 pub use orphan::end_with_parent;
+pub use stack::with_usual_stack;
 pub use stop::{Stop, StopError, is_asked_to_end, outlive_file_limit};

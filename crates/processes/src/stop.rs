@@ -38,7 +38,7 @@ pub enum StopError {
         cause: io::Error,
     },
     /// There is no thread that waits for signals or keeps the time.
-    #[error("cannot start a thread: {cause}; raise the limit of processes (ulimit -u)")]
+    #[error("cannot start a thread: {cause}; {}", isochrone_ipc::thread_remedy())]
     Thread {
         /// The system's error.
         cause: io::Error,

@@ -34,7 +34,8 @@ pub enum PrepareError {
     },
     /// The system has no thread for a task.
     #[error(
-        "cannot start the thread of task \"{task}\": {source}; raise the limit of processes (ulimit -u)"
+        "cannot start the thread of task \"{task}\": {source}; {}",
+        isochrone_ipc::thread_remedy()
     )]
     Thread {
         /// The task.
@@ -44,7 +45,8 @@ pub enum PrepareError {
     },
     /// The system has no thread to serve the requests of other programs.
     #[error(
-        "cannot start the thread of service \"{service}\": {source}; raise the limit of processes (ulimit -u)"
+        "cannot start the thread of service \"{service}\": {source}; {}",
+        isochrone_ipc::thread_remedy()
     )]
     ServiceThread {
         /// The service.

@@ -31,7 +31,7 @@ impl<'scope> Announcing<'scope> {
         let is_over = Arc::new(AtomicBool::new(false));
         let over = is_over.clone();
         let (ready, is_ready) = channel::<Result<(), OpenError>>();
-        let thread = scope.spawn(move || {
+        let announce = move || {
             // A port belongs to the thread that opens it.
             let opened = LayoutAnnouncer::open(participant, service, "publish", layout);
             let mut announcer = match opened {
@@ -44,7 +44,9 @@ impl<'scope> Announcing<'scope> {
                 participant.tend();
                 thread::park_timeout(LOOK_INTERVAL);
             }
-        });
+        };
+        let thread = thread::Builder::new().name("announce".to_owned());
+        let thread = thread.spawn_scoped(scope, announce).map_err(Failure::thread)?;
         let announcing = Self { is_over, thread: Some(thread) };
         let gone = |_| Failure::found("the thread that announces the layout ended in its start");
         is_ready.recv().map_err(gone)?.map_err(Failure::found)?;

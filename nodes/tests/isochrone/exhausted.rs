@@ -1,4 +1,4 @@
-//! What a node says that finds too little of something to start with: descriptors, threads, inodes.
+//! What a node says that finds too little of something to start with: descriptors, threads, inodes, addresses.
 
 use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
@@ -54,6 +54,52 @@ fn a_node_with_too_few_descriptors_is_told_the_limit_and_how_to_raise_it() {
     };
     let enough = (8..).step_by(stride()).find(|limit| !is_too_low(limit)).unwrap();
     assert!((13..68).contains(&enough), "{enough} descriptors are enough");
+}
+
+/// Runs a node for a moment under a limit of the shell.
+fn run_limited(domain: &Domain, option: &str, limit: u64) -> Ended {
+    let mut shell = Command::new("sh");
+    shell.args(["-c", "ulimit $0 $1; shift; exec \"$@\"", option, &limit.to_string()]);
+    run(shell, program(), domain)
+}
+
+#[test]
+fn a_node_that_may_make_no_files_of_the_size_of_its_memory_is_told_which_limit_to_raise() {
+    let domain = domain();
+    // In blocks of 512 bytes; a page is what the smallest files need to hold a sentence.
+    let limits = (3..).map(|power| 1 << power);
+    let is_too_low =
+        |limit: &u64| is_told(&domain, run_limited(&domain, "-f", *limit), "raise it (ulimit -f)");
+    let enough = limits.into_iter().find(|limit| !is_too_low(limit)).unwrap();
+    assert!((64..1 << 24).contains(&enough), "{enough} blocks are enough");
+}
+
+#[test]
+fn a_node_with_too_few_addresses_is_told_which_limit_to_raise() {
+    let domain = domain();
+    let starts = |limit: &u64| {
+        let mut shell = Command::new("sh");
+        shell.args(["-c", "ulimit -v $0; exec \"$@\"", &limit.to_string()]);
+        shell.arg(program()).arg("--version").output().unwrap().status.success()
+    };
+    let least = (1..).map(|step| step * 4096).find(starts).unwrap();
+    let is_too_low = |limit: &u64| {
+        let ended = run_limited(&domain, "-v", *limit);
+        // Where an allocation of its own fails, the program ends at once, and the next one tidies up.
+        ended.stderr.contains("memory allocation of")
+            || is_told(&domain, ended, "raise the limit (ulimit -v)")
+    };
+    let enough = (0..).map(|step| least + step * 2048).find(|limit| !is_too_low(limit)).unwrap();
+    assert!(enough > least, "{enough} kB are enough, where {least} start the program");
+}
+
+#[test]
+fn a_program_runs_on_a_small_stack() {
+    let domain = domain();
+    for limit in [64, 512] {
+        let ended = run_limited(&domain, "-s", limit).expect_code(0);
+        assert!(ended.stdout.contains("relay/out"), "{}", ended.stdout);
+    }
 }
 
 #[test]

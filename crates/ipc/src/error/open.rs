@@ -121,6 +121,14 @@ pub enum OpenError {
         /// Free bytes.
         free_bytes: u64,
     },
+    /// A limit of this process leaves no room for them.
+    #[error("service {service:?}: {cause}")]
+    Limit {
+        /// Name of the service.
+        service: String,
+        /// The limit, and how to raise it.
+        cause: String,
+    },
     /// The service's files are damaged, or were removed while it was in use.
     #[error(
         "service {service:?} in {domain} is damaged; end all its processes, then remove its files in that place"

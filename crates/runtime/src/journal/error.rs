@@ -20,7 +20,8 @@ pub enum JournalError {
     },
     /// There is no thread to write it.
     #[error(
-        "cannot start the thread that writes the journal {path}: {source}; raise the limit of processes (ulimit -u)"
+        "cannot start the thread that writes the journal {path}: {source}; {}",
+        isochrone_ipc::thread_remedy()
     )]
     Thread {
         /// The file.
