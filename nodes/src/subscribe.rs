@@ -23,7 +23,7 @@ use isochrone_report::Report;
 use isochrone_runtime::FrameWait;
 use isochrone_timing::units::counted;
 
-pub(crate) use self::channel::{channels_of, listed};
+pub(crate) use self::channel::{channels_of, listed, unnamed};
 pub(crate) use self::taken::{Taken, is_settled, stamps};
 
 use self::column::Column;

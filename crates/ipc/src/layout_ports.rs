@@ -8,6 +8,7 @@ use iceoryx2::prelude::{AllocationStrategy, BackpressureStrategy};
 use iceoryx2::service::port_factory::PortFactory as _;
 
 use crate::announcement::Announcement;
+use crate::exhausted;
 use crate::peers::Peers;
 use crate::publisher::reserve;
 use crate::service::{self, LayoutService, holders};
@@ -171,6 +172,19 @@ impl<S: Service> LayoutWatcher<S> {
             }
         }
         is_new
+    }
+
+    /// What keeps it from hearing announcements, if a publisher's connection failed: what has run out, and the
+    /// way out.
+    pub fn obstacle(&self) -> Option<String> {
+        let is_deaf = self.port.is_none() || self.peers.failures() != self.retry.answered;
+        is_deaf.then(|| {
+            exhausted::limit().unwrap_or_else(|| {
+                "their announcement could not be connected to; see that the file descriptors (ulimit -n) and \
+                 the memory of both processes suffice"
+                    .to_owned()
+            })
+        })
     }
 
     /// The announcement of the frames with this number.

@@ -12,7 +12,7 @@ use isochrone_timing::units::counted;
 
 use super::Service;
 use super::output::{Broken, Output, Place};
-use crate::subscribe::{Taken, channels_of, is_settled, listed, stamps};
+use crate::subscribe::{Taken, channels_of, is_settled, listed, stamps, unnamed};
 use crate::terminal;
 
 /// Most layouts of one service that are kept in mind. A writer with more has them described again.
@@ -203,7 +203,7 @@ impl Source {
             let all = channels_of(signals, channels);
             let what = match announced {
                 Some(announced) => format!("{} (from \"{}\")", listed(&all), announced.publisher),
-                None => format!("{}, which nobody names", counted(channels, "value")),
+                None => unnamed(channels, number, &self.watcher),
             };
             let news = match before {
                 None => format!("recording \"{}\": {what}", self.service),

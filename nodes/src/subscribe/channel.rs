@@ -1,7 +1,8 @@
 //! The signals of a frame by the names that people read.
 
 use isochrone_engine::escaped;
-use isochrone_ipc::SignalSpec;
+use isochrone_ipc::{LayoutWatcher, SignalSpec, ipc};
+use isochrone_timing::units::counted;
 
 /// A signal that is shown.
 #[derive(Clone)]
@@ -24,6 +25,20 @@ pub(crate) fn listed(channels: &[Channel]) -> String {
     match more.len() {
         0 => names,
         more => format!("{names}, and {more} more"),
+    }
+}
+
+/// What frames are of which nobody has learned the names, and why: they have none, or `watcher` could not hear of
+/// them.
+pub(crate) fn unnamed(
+    channels: usize,
+    layout: u64,
+    watcher: &LayoutWatcher<ipc::Service>,
+) -> String {
+    let values = counted(channels as u64, "value");
+    match watcher.obstacle().filter(|_| layout != 0) {
+        Some(obstacle) => format!("{values}, whose names cannot be read: {obstacle}"),
+        None => format!("{values}, which nobody names"),
     }
 }
 

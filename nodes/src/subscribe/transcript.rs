@@ -2,11 +2,10 @@
 
 use std::collections::VecDeque;
 
-use isochrone_ipc::{Announcement, LayoutWatcher, ipc};
+use isochrone_ipc::{LayoutWatcher, ipc};
 use isochrone_runtime::Limiter;
-use isochrone_timing::units::counted;
 
-use super::channel::{Channel, NO_VALUE, channels_of, listed};
+use super::channel::{Channel, NO_VALUE, channels_of, listed, unnamed};
 use super::column::Column;
 use super::heading::Heading;
 use super::object::Object;
@@ -122,7 +121,7 @@ impl Transcript {
             }
             let Some(mut frame) = self.waiting.pop_front() else { break };
             frame.stamps = stamps(watcher, &frame.header, frame.received_ns);
-            self.head(&frame, watcher.find(layout))?;
+            self.head(&frame, watcher)?;
             if self.wants_values(frame.number) {
                 self.body(frame)?;
             }
@@ -134,8 +133,13 @@ impl Transcript {
     }
 
     /// Tells what the frames are, if that is news.
-    fn head(&mut self, frame: &Taken, announced: Option<&Announcement>) -> Result<(), Failure> {
+    fn head(
+        &mut self,
+        frame: &Taken,
+        watcher: &LayoutWatcher<ipc::Service>,
+    ) -> Result<(), Failure> {
         let (layout, channels) = (frame.header.layout, frame.channels);
+        let announced = watcher.find(layout);
         let shown = Shown { layout, is_announced: announced.is_some(), channels };
         let before = self.shown.replace(shown);
         if before == Some(shown) {
@@ -145,7 +149,7 @@ impl Transcript {
         let all = channels_of(signals, channels);
         let what = match announced {
             Some(announced) => format!("{} (from \"{}\")", listed(&all), announced.publisher),
-            None => format!("{}, which nobody names", counted(channels, "value")),
+            None => unnamed(channels, layout, watcher),
         };
         self.publisher = announced.map_or_else(String::new, |it| it.publisher.clone());
         self.channels = self.chosen(&all, before)?;

@@ -8,7 +8,7 @@ use iceoryx2::port::publisher::Publisher;
 use iceoryx2::prelude::{NodeBuilder, ServiceName, ipc};
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::FrameHeader;
-use isochrone_testing::plants::relay_with;
+use isochrone_testing::plants::{counter, relay_with};
 use isochrone_testing::{Domain, Process, not_tested};
 use serde_json::Value;
 
@@ -272,6 +272,27 @@ fn subscribers_that_a_publisher_cannot_connect_to_say_so_and_fail() {
     }
     assert!(failed > 0, "22 file descriptors were enough for fifteen subscribers");
     drop(publisher);
+}
+
+#[test]
+fn a_subscriber_that_cannot_hear_of_names_for_want_of_descriptors_says_so() {
+    let domain = Domain::new();
+    let publisher = domain.start("publish relay/in --value 1 --signals level");
+    let mut unnamed = 0;
+    for descriptors in 12..=26 {
+        let ended = start_limited(&domain, descriptors, "subscribe relay/in --count 3").finish();
+        if !ended.status.success() || ended.stdout.contains("level=1.0") {
+            continue;
+        }
+        let why = format!(
+            "carries 1 value, whose names cannot be read: too many open files: the limit is {descriptors}, raise \
+             it (ulimit -n)"
+        );
+        assert!(ended.stderr.contains(&why), "{why}: {}", ended.stderr);
+        unnamed += 1;
+    }
+    assert!(unnamed > 0, "no limit was high enough for the frames and too low for their names");
+    publisher.stop().expect_code(0);
 }
 
 #[test]
