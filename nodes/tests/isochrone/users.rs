@@ -1,7 +1,7 @@
 //! One domain that processes of several users use, one after the other.
 
 use std::fs::{self, Permissions};
-use std::os::unix::fs::{PermissionsExt, chown};
+use std::os::unix::fs::{PermissionsExt, chown, symlink};
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -12,6 +12,11 @@ const NOBODY: u32 = 65_534;
 
 /// Runs a node in the domain to its end, as `nobody` or as root.
 fn run(domain: &Domain, is_root: bool, file: &str) -> Ended {
+    start(domain, is_root, &["run", file, "--cycles", "20"]).finish()
+}
+
+/// Starts a verb in the domain, as `nobody` or as root.
+fn start(domain: &Domain, is_root: bool, arguments: &[&str]) -> Process {
     let program = domain.path("isochrone");
     let mut command = if is_root {
         Command::new(program)
@@ -21,9 +26,9 @@ fn run(domain: &Domain, is_root: bool, file: &str) -> Ended {
         command.args(["--reuid", &user, "--regid", &user, "--clear-groups"]).arg(program);
         command
     };
-    command.args(["run", file, "--cycles", "20", "--iceoryx2-config"]).arg(domain.config_file());
+    command.args(arguments).arg("--iceoryx2-config").arg(domain.config_file());
     command.current_dir(domain.path(""));
-    Process::start(command).finish()
+    Process::start(command)
 }
 
 #[test]
@@ -50,6 +55,47 @@ fn a_domain_of_another_user_is_refused_by_name_and_left_as_it_is() {
         assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
         run(&domain, owner_is_root, "node.toml").expect_code(0);
     }
+}
+
+#[test]
+fn names_in_shared_memory_that_another_user_takes_hinder_nobody_but_the_one_of_the_counter() {
+    if !rustix::process::getuid().is_root()
+        || Command::new("setpriv").arg("--version").output().is_err()
+    {
+        return not_tested("names that another user takes", "it takes root and setpriv");
+    }
+    let domain = Domain::new();
+    domain.write("node.toml", RELAY);
+    fs::set_permissions(domain.path(""), Permissions::from_mode(0o777)).unwrap();
+    fs::copy(env!("CARGO_BIN_EXE_isochrone"), domain.path("isochrone")).unwrap();
+    let mut first = start(&domain, false, &["run", "node.toml"]);
+    first.wait_for("is running");
+    let is_takeable = |path: &PathBuf| {
+        path.starts_with("/dev/shm") && !path.to_string_lossy().ends_with("global_mgmt")
+    };
+    let names: Vec<_> = domain.leftovers().into_iter().filter(is_takeable).collect();
+    let roots = domain.prefix().to_owned() + "isochrone.roots";
+    assert!(names.len() > 3 && names.iter().any(|name| name.ends_with(&roots)), "{names:?}");
+    first.stop().expect_code(0);
+    assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
+
+    // Of root, which nobody else can remove.
+    for mode in [0o600, 0o666] {
+        for name in &names {
+            fs::write(name, [0; 16]).unwrap();
+            fs::set_permissions(name, Permissions::from_mode(mode)).unwrap();
+        }
+        run(&domain, false, "node.toml").expect_code(0);
+        names.iter().for_each(|name| fs::remove_file(name).unwrap());
+        assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
+    }
+    let theirs = domain.write("theirs", "untouched");
+    fs::set_permissions(&theirs, Permissions::from_mode(0o666)).unwrap();
+    let link = PathBuf::from("/dev/shm").join(&roots);
+    symlink(&theirs, &link).unwrap();
+    run(&domain, false, "node.toml").expect_code(0);
+    fs::remove_file(&link).unwrap();
+    assert_eq!(domain.read("theirs"), "untouched");
 }
 
 #[test]
