@@ -3,15 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use isochrone_engine::escaped;
-use isochrone_ipc::{FrameHeader, SignalSpec};
+use isochrone_ipc::SignalSpec;
 use isochrone_processes::Stop;
-use isochrone_recording::{
-    Item, RecordedFrame, RecordedRow, RepairError, RowHead, WriteError, repair,
-};
+use isochrone_recording::{Item, RecordedFrame, RecordedRow, RepairError, WriteError, repair};
 use isochrone_timing::units::counted;
 
 use crate::failure::Failure;
-use crate::recording_file::{self, damage, judge, lacking, unreadable};
+use crate::recording_file::{self, Gaps, Place, accept, damage, lack, lacking, unreadable};
 use crate::result_file::ResultFile;
 use crate::rows::{CYCLE, Rows, TIME};
 use crate::subscribe::channels_of;
@@ -21,8 +19,10 @@ use crate::{configuration, meant, stop, terminal};
 ///
 /// The CSV is that of `subscribe --csv`: `time_s`, `cycle` and the signals, bit for bit; where the
 /// publisher changed its signals, a new header row follows. Of the recording of a node it has a row for each
-/// cycle of a task: what it read, and what it computed. A file that breaks off is read as far as it
-/// goes. What is damaged is left out; then the exit status is 1, and stderr says where it is.
+/// cycle of a task: what it read, and what it computed. A file that was not closed is read as far as it goes, and
+/// what is damaged is left out. Stderr then says what was not read, and the exit status is 4, unless --incomplete
+/// is given. To close a recording that was not closed and is not damaged ends with 0; the copy says of itself that
+/// it is a part.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone export level.mcap -o level.csv\n  \
     isochrone export shift_*.mcap --service plant/level -o - | head\n  \
@@ -41,6 +41,9 @@ pub(crate) struct Args {
     /// Task to export, if the recording is of a node with several
     #[arg(long, conflicts_with = "service")]
     task: Option<String>,
+    /// Accept recordings that were not closed, or of which parts are damaged. Without this, the exit status is then 4
+    #[arg(long)]
+    incomplete: bool,
 }
 
 /// What makes a CSV.
@@ -59,7 +62,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         return export_csv(args, &stop);
     }
     match (&args.files[..], args.service.as_ref().or(args.task.as_ref())) {
-        ([file], None) => close(file, &args.output, &stop),
+        ([file], None) => close(file, args, &stop),
         (_, Some(_)) => Err(Failure::usage(
             "--service is for CSV, and so is --task; a closed recording has everything",
         )),
@@ -67,7 +70,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
 }
 
-fn close(file: &Path, output: &Path, stop: &Stop) -> Result<(), Failure> {
+fn close(file: &Path, args: &Args, stop: &Stop) -> Result<(), Failure> {
+    let output = &*args.output;
     let source = recording_file::file_until(file, stop)?;
     let out = ResultFile::open(output)?;
     let (repaired, _) = repair(source, out).map_err(|error| match error {
@@ -82,7 +86,10 @@ fn close(file: &Path, output: &Path, stop: &Stop) -> Result<(), Failure> {
     if stop.is_due() {
         return Err(cut_short(output));
     }
-    judge(file, &repaired.condition)
+    let condition = &repaired.condition;
+    // What was not closed is what it is for.
+    let may_be_incomplete = args.incomplete || condition.damaged == 0;
+    accept(lack(file, condition, &Gaps::default()), may_be_incomplete)
 }
 
 /// The failure of an export that a signal ended.
@@ -114,29 +121,33 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
         lost: 0,
     };
     let mut found = Found::default();
-    let mut judged = Ok(());
+    let (mut judged, mut damaged) = (Ok(()), None);
     for file in &args.files {
         let mut reader = recording_file::open_until(file, stop)?;
+        let mut gaps = Gaps::default();
         (table.channel, table.begins_file) = (None, true);
         while !stop.is_due() {
-            match reader.next_item().map_err(|error| unreadable(file, &error))? {
-                Some(Item::Frame(frame))
-                    if kind == Kind::Service && frame.carried.service == name =>
-                {
-                    table.write_frame(&frame)?
+            let Some(item) = reader.next_item().map_err(|error| unreadable(file, &error))? else {
+                break;
+            };
+            match &item {
+                Item::Frame(frame) if kind == Kind::Service && frame.carried.service == name => {
+                    table.write_frame(frame)?;
+                    gaps.note(&item);
                 }
-                Some(Item::Row(row)) if kind == Kind::Task && row.layout.task == name => {
-                    table.write_row(&row)?
+                Item::Row(row) if kind == Kind::Task && row.layout.task == name => {
+                    table.write_row(row)?;
+                    gaps.note(&item);
                 }
-                Some(item) => found.note(&item),
-                None => break,
+                item => found.note(item),
             }
         }
         if stop.is_due() {
             judged = Err(cut_short(&args.output));
             break;
         }
-        judged = judged.and(judge(file, reader.condition()));
+        damaged = damaged.or(damage(file, reader.condition()));
+        judged = judged.and(accept(lack(file, reader.condition(), &gaps), args.incomplete));
         if std::mem::take(&mut table.goes_back) {
             judged = judged.and(Err(Failure::found(format!(
                 "{} does not begin after the end of the file before it; name each file once, in the order of recording",
@@ -152,8 +163,7 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
         let question = meant::question(&name, there.iter().map(String::as_str));
         let there = listed(there);
         let none = format!("the recording has no {what} \"{name}\"; it has: {there}{question}");
-        let damage = judged.err().and_then(|damaged| Some(damaged.report()?.to_string()));
-        return Err(lacking(damage, none));
+        return Err(lacking(damaged, none));
     }
     table.rows.flush()?;
     let word = match kind {
@@ -253,40 +263,15 @@ struct Csv {
     lost: u64,
 }
 
-/// Where a frame or a row is in what was sent.
-#[derive(Clone, Copy)]
-struct Place {
-    due_ns: u64,
-    /// Its sequence or cycle.
-    number: u64,
-    /// Cycles that were missed up to it.
-    missed: u64,
-    /// The term of its sender, whose numbers it has.
-    run: u64,
-}
-
-impl Place {
-    /// How many there were between this one and a later one; none is known of another run.
-    fn between(self, next: Self) -> u64 {
-        let missed = next.missed.saturating_sub(self.missed);
-        let numbers = next.number.saturating_sub(self.number).saturating_sub(1);
-        if self.run == next.run { numbers.saturating_sub(missed) } else { 0 }
-    }
-}
-
 impl Csv {
     fn write_frame(&mut self, frame: &RecordedFrame<'_>) -> Result<(), Failure> {
         self.head(frame.channel, || frame.carried.signals.clone())?;
-        let FrameHeader { cycle, sequence, term, .. } = frame.header;
-        let place = Place { due_ns: frame.due_ns, number: sequence, missed: 0, run: term };
-        self.write(cycle, place, frame.lost, frame.values)
+        self.write(frame.header.cycle, Place::of_frame(frame), frame.lost, frame.values)
     }
 
     fn write_row(&mut self, row: &RecordedRow<'_>) -> Result<(), Failure> {
         self.head(row.channel, || row.layout.columns())?;
-        let RowHead { cycle, release_ns, missed, lost, .. } = row.head;
-        let place = Place { due_ns: release_ns, number: cycle, missed, run: 0 };
-        self.write(cycle, place, lost, row.values)
+        self.write(row.head.cycle, Place::of_row(row), row.head.lost, row.values)
     }
 
     /// Writes the names of a channel's values where they are others than before.

@@ -1,5 +1,6 @@
 //! Recordings as files on the command line: opened, and judged once they were read.
 
+mod gaps;
 mod unclosed;
 
 use std::fs::File;
@@ -10,6 +11,7 @@ use isochrone_processes::Stop;
 use isochrone_recording::{Condition, Damage, ReadError, Reader};
 use isochrone_timing::units::counted;
 
+pub(crate) use self::gaps::{Gaps, Place};
 pub(crate) use self::unclosed::keep_unclosed;
 use crate::failure::Failure;
 use crate::terminal;
@@ -79,6 +81,47 @@ pub(crate) fn damage(path: &Path, condition: &Condition) -> Option<String> {
     let Damage { at, what } = condition.first_damage.as_ref()?;
     let (file, parts) = (path.display(), counted(condition.damaged, "part"));
     Some(format!("{file} is damaged: {parts} left out, the first at byte {at}: {what}"))
+}
+
+/// What was not read of a recording, or is not in it, as a sentence; nothing if it is whole.
+pub(crate) fn lack(path: &Path, condition: &Condition, gaps: &Gaps) -> Option<String> {
+    if condition.is_whole() {
+        return None;
+    }
+    let file = path.display();
+    let mut what: Vec<String> = damage(path, condition).into_iter().collect();
+    if condition.is_of_part {
+        what.push(format!(
+            "{file} is a copy of a recording that was not closed or is damaged, and has what could be read of it"
+        ));
+    }
+    if !condition.is_closed {
+        let after = gaps.newest().map_or(String::new(), |cycle| format!(" after {cycle}"));
+        what.push(format!(
+            "{file} was not closed (its recorder was killed, could not write, or is still at it): what came{after} \
+             is not known"
+        ));
+    }
+    let bytes = condition.unread_bytes;
+    let unread = [(bytes, "byte"), (gaps.cycles(), "cycle")];
+    let unread = unread.into_iter().filter(|(count, _)| *count > 0);
+    let unread: Vec<String> = unread.map(|(count, of)| counted(count, of).to_string()).collect();
+    if !unread.is_empty() {
+        what.push(format!("not read: {}", unread.join(" and ")));
+    }
+    Some(what.join("; "))
+}
+
+/// Says what a recording lacks where that is accepted; else it says too little.
+pub(crate) fn accept(lack: Option<String>, may_be_incomplete: bool) -> Result<(), Failure> {
+    match lack {
+        None => Ok(()),
+        Some(lack) if may_be_incomplete => {
+            terminal::note(&format!("note: {lack}"));
+            Ok(())
+        }
+        Some(lack) => Err(Failure::inconclusive(format!("{lack} (--incomplete accepts that)"))),
+    }
 }
 
 /// The failure of a file that does not have what is asked for; what is damaged may have had it.

@@ -31,7 +31,8 @@ use crate::{configuration, numbers, stop, terminal};
 /// tasks each cycle read, and everything that was done to the node go through the engine again, as fast as
 /// it goes. Every signal of every output is compared bit for bit. Cycles that were missed are missed again.
 /// The exit status is 0 if all values are the same, 1 if one is not, and 4 if none differs but not everything
-/// was compared, because rows were lost, the file is damaged, or the configuration lacks what was recorded.
+/// was compared, because rows were lost, the file was not closed or is damaged, or the configuration lacks what was
+/// recorded.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone replay level.mcap\n  \
     isochrone replay level.mcap --config new.toml --tolerance 0.001 --report differences.json\n  \
@@ -49,6 +50,10 @@ pub(crate) struct Args {
     /// the exit status is then 4, even if all else is the same
     #[arg(long, requires = "config")]
     allow_missing: bool,
+    /// Accept that the recording has only a part of the run: it was not closed, parts of it are damaged, or rows were
+    /// lost. What can be compared must still be the same. Without this, the exit status is then 4
+    #[arg(long)]
+    incomplete: bool,
     /// Take values for the same that differ by at most this much. Without it, all bits must be the same
     #[arg(long, value_name = "X", value_parser = parse_tolerance, allow_negative_numbers = true)]
     tolerance: Option<f64>,
@@ -78,7 +83,9 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let is_other = args.config.is_some();
     let mut rerun = Rerun::new(plan, &recorded, is_other, args.allow_missing, tolerance)?;
     rerun.run(&args.file, rows, &stop)?;
-    let outcome = rerun.finish();
+    let mut outcome = rerun.finish();
+    // What nobody has looked at is no part of the recording's fault.
+    outcome.may_be_incomplete = args.incomplete && !stop.is_due();
     if let Some(report) = &mut report {
         report.write_report(&outcome.json(args, &recorded))?;
     }
@@ -100,6 +107,9 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     if let Some(mut why) = outcome.uncompared() {
         if is_other && !outcome.missing.is_empty() && !args.allow_missing {
             why += " (if they are meant to be missing, give --allow-missing)";
+        }
+        if !args.incomplete && outcome.is_part() {
+            why += " (--incomplete accepts a part of a run)";
         }
         return Err(Failure::inconclusive(format!("{why}; {values} in {ran} are the same")));
     }

@@ -7,10 +7,14 @@ use mcap::records::Statistics;
 pub struct Condition {
     /// Whether its writer closed it. One that was killed did not.
     pub is_closed: bool,
+    /// Whether it is a closed copy of what could be read of another file.
+    pub is_of_part: bool,
     /// Records and chunks that were passed over because they are damaged.
     pub damaged: u64,
     /// The first of them.
     pub first_damage: Option<Damage>,
+    /// Bytes that were passed over: what is damaged, and a record at the end that was cut off.
+    pub unread_bytes: u64,
 }
 
 /// What is wrong with a part of a file.
@@ -23,6 +27,11 @@ pub struct Damage {
 }
 
 impl Condition {
+    /// Whether it has everything that its writer wrote, and all of it was read.
+    pub fn is_whole(&self) -> bool {
+        self.is_closed && !self.is_of_part && self.damaged == 0
+    }
+
     pub(crate) fn note(&mut self, at: u64, what: impl Into<String>) {
         self.damaged += 1;
         self.first_damage.get_or_insert_with(|| Damage { at, what: what.into() });

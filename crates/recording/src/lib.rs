@@ -26,7 +26,8 @@
 //!
 //! A [`Writer`] hands a chunk to the system whenever it is [flushed](Writer::flush), so a process that is
 //! killed loses what came after that. A [`Reader`] reads such a file to where it breaks off, and
-//! [`repair`] makes a closed one of it. Whatever a file claims, a reader's memory stays
+//! [`repair`] makes a closed one of it, with metadata `isochrone.part` that say so. Behind a record that cannot be
+//! what it says, both look for the next one. Whatever a file claims, a reader's memory stays
 //! [bounded](MAX_RECORD_BYTES).
 #![cfg_attr(
     not(test),
@@ -54,6 +55,7 @@ mod record;
 mod records;
 mod repair;
 mod row;
+mod source;
 mod spelling;
 mod writer;
 

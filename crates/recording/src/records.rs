@@ -1,6 +1,6 @@
 //! The records of a file, up to where it breaks off.
 
-use std::io::{BufReader, Read, Seek};
+use std::io::{Read, Seek};
 
 use mcap::MAGIC;
 use mcap::records::{Record, Statistics, op};
@@ -8,21 +8,16 @@ use mcap::records::{Record, Statistics, op};
 use crate::chunk::{may_hold, unpack};
 use crate::condition::Tally;
 use crate::index::{FOOTER_BYTES, FOOTER_CHECKED_BYTES, Index};
-use crate::record::{RECORD_HEAD, parse, record_head};
+use crate::record::{RECORD_HEAD, claimed_length, contradicts, parse, record_head};
+use crate::repair::PART;
+use crate::source::{PROBE_BYTES, Source};
 use crate::{Condition, MAX_RECORD_BYTES, ReadError};
-
-/// How much is read before it is known that there is more.
-const STEP_BYTES: u64 = 1 << 20;
 
 /// Reads a file record by record; chunks are opened.
 pub(crate) struct Records<R> {
-    file: BufReader<R>,
+    source: Source<R>,
     /// What its end says.
     index: Index,
-    /// Bytes that were read of the file.
-    at: u64,
-    /// The last of them.
-    newest: [u8; MAGIC.len()],
     /// Where the record in `body` begins.
     record_at: u64,
     body: Vec<u8>,
@@ -66,10 +61,8 @@ impl<R: Read + Seek> Records<R> {
 impl<R: Read> Records<R> {
     pub(crate) fn open(file: R) -> Result<Self, ReadError> {
         let mut records = Self {
-            file: BufReader::with_capacity(1 << 16, file),
+            source: Source::new(file),
             index: Index::default(),
-            at: 0,
-            newest: [0; MAGIC.len()],
             record_at: 0,
             body: Vec::new(),
             chunk: Vec::new(),
@@ -93,16 +86,21 @@ impl<R: Read> Records<R> {
         loop {
             let Some(found) = self.find()? else { return Ok(None) };
             // A borrow that is returned on one way only would last for the whole loop, so it is parsed twice.
-            match self.record(&found) {
-                Ok(record) => {
-                    let is_message = matches!(record, Record::Message { .. });
-                    self.tally.messages += u64::from(is_message);
+            let read = self.record(&found).map(|record| match record {
+                Record::Message { .. } => (1, false),
+                Record::Metadata(metadata) => (0, metadata.name == PART),
+                _ => (0, false),
+            });
+            match read {
+                Ok((messages, is_of_part)) => {
+                    self.tally.messages += messages;
+                    self.condition.is_of_part |= is_of_part;
                 }
                 Err(what) => {
                     if let Found::InChunk { .. } = found {
                         self.chunk_at = self.chunk.len();
                     }
-                    self.note(what);
+                    self.note_unread(what);
                     continue;
                 }
             }
@@ -127,6 +125,12 @@ impl<R: Read> Records<R> {
         self.condition.note(self.record_at, what);
     }
 
+    /// The same, for damage for which all of that record is passed over.
+    fn note_unread(&mut self, what: impl Into<String>) {
+        self.note(what);
+        self.condition.unread_bytes += self.source.at() - self.record_at;
+    }
+
     pub(crate) fn condition(&self) -> &Condition {
         &self.condition
     }
@@ -140,7 +144,7 @@ impl<R: Read> Records<R> {
                 return Ok(None);
             }
             let Some(opcode) = self.read_record()? else {
-                self.break_off();
+                self.break_off()?;
                 return Ok(None);
             };
             let is_all_read = self.index.next_after(self.record_at).is_none();
@@ -178,8 +182,8 @@ impl<R: Read> Records<R> {
                     }
                     self.open_chunk()?;
                 }
-                (0x80.., _) => {}
-                _ => self.note(format!("a record ({opcode:#04x}) that cannot stand there")),
+                (0x80.., _) if !is_chunk(&self.body) => {}
+                _ => self.note_unread(cannot_stand_there(opcode)),
             }
         }
     }
@@ -204,34 +208,48 @@ impl<R: Read> Records<R> {
         Some(Found::InChunk { opcode, start, end: start + length })
     }
 
-    /// Reads a record of the file into `body`; `None` where the file breaks off, or is so damaged that
-    /// nothing is known of what follows.
+    /// Reads a record of the file into `body`; `None` where the file ends or breaks off. What cannot be a record,
+    /// or not as long as it says, is passed over: to the next one that the end of the file knows, or that is found.
     fn read_record(&mut self) -> Result<Option<u8>, ReadError> {
+        const HEAD: u64 = RECORD_HEAD as u64;
         loop {
-            self.record_at = self.at;
-            let next = self.index.next_after(self.at);
-            let room = next.map_or(u64::MAX, |next| next - self.at);
-            if room < RECORD_HEAD as u64 {
-                self.note("what is no record");
-                self.read_body(room)?;
+            self.record_at = self.source.at();
+            let next = self.index.next_after(self.record_at);
+            let room = next.map_or(u64::MAX, |next| next - self.record_at);
+            if room < HEAD {
+                self.pass_over(next, "what is no record")?;
                 continue;
             }
-            if !self.read_body(RECORD_HEAD as u64)? {
+            let Some((opcode, length)) = record_head(self.source.peek(HEAD)?) else {
                 return Ok(None);
-            }
-            let Some((opcode, length)) = record_head(&self.body) else { return Ok(None) };
-            let room = room - RECORD_HEAD as u64;
-            if length > room.min(MAX_RECORD_BYTES as u64) {
-                let rest = if next.is_some() { "" } else { "; what follows it is not read" };
-                self.note(format!("a record of {length} bytes{rest}"));
-                self.skip(room)?;
+            };
+            let probed = self.source.peek(HEAD + length.min(PROBE_BYTES as u64))?;
+            let probed = probed.get(RECORD_HEAD..).unwrap_or_default();
+            let claimed = claimed_length(opcode, probed);
+            let is_contradicted = contradicts(opcode, length, probed);
+            if length > (room - HEAD).min(MAX_RECORD_BYTES as u64) {
+                self.pass_over(next, format!("a record of {length} bytes"))?;
                 continue;
+            }
+            if is_contradicted {
+                self.pass_over(next, "a record that cannot be as long as it says")?;
+                continue;
+            }
+            if matches!(opcode, 0 | 0x10..0x80) {
+                self.pass_over(next, cannot_stand_there(opcode))?;
+                continue;
+            }
+            if self.source.peek(HEAD + length)?.len() as u64 != HEAD + length {
+                // One of which the fields say the same was cut off. What other ones say of their length may be wrong.
+                if claimed.is_none() && self.passes_over_to_another()? {
+                    continue;
+                }
+                return Ok(None);
             }
             let before = self.crc.clone();
+            self.read_body(HEAD)?;
             self.crc.update(&self.body);
-            if !self.read_body(length)? {
-                return Ok(None);
-            }
+            self.read_body(length)?;
             match opcode {
                 // Its checksum is of what stands before it, and that of the footer of what follows it.
                 op::DATA_END => self.crc = before,
@@ -240,6 +258,30 @@ impl<R: Read> Records<R> {
             }
             return Ok(Some(opcode));
         }
+    }
+
+    /// Passes over what is damaged.
+    fn pass_over(&mut self, next: Option<u64>, what: impl Into<String>) -> Result<(), ReadError> {
+        match next {
+            Some(next) => self.source.skip(next - self.record_at)?,
+            None => {
+                self.source.skip(1)?;
+                self.source.find_record()?;
+            }
+        }
+        self.note_unread(what);
+        Ok(())
+    }
+
+    /// Passes over a record that seems to go on behind the end of the file, if another one stands before that end.
+    fn passes_over_to_another(&mut self) -> Result<bool, ReadError> {
+        self.source.skip(1)?;
+        self.source.find_record()?;
+        let is_found = !self.source.peek(1)?.is_empty();
+        if is_found {
+            self.note_unread("a record that would go on behind the end of the file");
+        }
+        Ok(is_found)
     }
 
     /// The checksum of what was read since the last one.
@@ -255,12 +297,14 @@ impl<R: Read> Records<R> {
             self.tally.is_checksum_wrong |= said != [0; 4] && said != sum.to_le_bytes();
         }
         let footer_at = self.record_at;
-        self.record_at = self.at;
+        self.record_at = self.source.at();
         self.condition.is_closed = self.read_body(MAGIC.len() as u64)?;
         if self.condition.is_closed && self.body != MAGIC {
             self.note("an end that is none of an MCAP file");
-        } else if self.condition.is_closed && self.read_body(1)? {
-            self.note("more behind the end of the file, which is not read");
+        } else if self.condition.is_closed && !self.source.peek(1)?.is_empty() {
+            self.record_at = self.source.at();
+            self.source.skip(u64::MAX)?;
+            self.note_unread("more behind the end of the file, which is not read");
         }
         if self.condition.is_closed
             && let Some(what) = self.tally.compare(self.statistics.as_ref())
@@ -272,13 +316,16 @@ impl<R: Read> Records<R> {
     }
 
     /// Where the file ends without a footer. If its writer came to its end, the way there was lost.
-    fn break_off(&mut self) {
-        self.condition.is_closed = self.newest == *MAGIC && self.at > MAGIC.len() as u64;
+    fn break_off(&mut self) -> Result<(), ReadError> {
+        self.source.skip(u64::MAX)?;
+        let (begin, end) = (self.record_at, self.source.at());
+        self.condition.unread_bytes += end - begin;
+        self.condition.is_closed = *self.source.newest() == *MAGIC && end > MAGIC.len() as u64;
         if self.condition.is_closed {
-            let what = "a record that does not end where it says";
-            self.condition.note_if_first(self.record_at, what);
+            self.condition.note_if_first(begin, "a record that does not end where it says");
         }
         self.section = Section::Over;
+        Ok(())
     }
 
     fn open_chunk(&mut self) -> Result<(), ReadError> {
@@ -289,10 +336,10 @@ impl<R: Read> Records<R> {
             Ok(Record::Chunk { header, data }) => {
                 if let Err(what) = unpack(&mut self.zstd, &header, &data, &mut self.chunk)? {
                     self.chunk.clear();
-                    self.note(what);
+                    self.note_unread(what);
                 }
             }
-            _ => self.note("a chunk without its header"),
+            _ => self.note_unread("a chunk without its header"),
         }
         Ok(())
     }
@@ -300,28 +347,16 @@ impl<R: Read> Records<R> {
     /// Reads so many bytes into `body`; `false` if the file ends before.
     fn read_body(&mut self, length: u64) -> Result<bool, ReadError> {
         self.body.clear();
-        // What a length claims is believed as far as the file goes.
-        while (self.body.len() as u64) < length {
-            let step = (length - self.body.len() as u64).min(STEP_BYTES);
-            let read = (&mut self.file).take(step).read_to_end(&mut self.body)?;
-            self.at += read as u64;
-            if read == 0 {
-                break;
-            }
-        }
-        let kept = self.body.len().min(MAGIC.len());
-        self.newest.rotate_left(kept);
-        for (kept, byte) in self.newest.iter_mut().rev().zip(self.body.iter().rev()) {
-            *kept = *byte;
-        }
+        self.source.take(length, &mut self.body)?;
         Ok(self.body.len() as u64 == length)
     }
+}
 
-    /// Passes over so many bytes, or what there is of them.
-    fn skip(&mut self, mut length: u64) -> Result<(), ReadError> {
-        while length > 0 && self.read_body(length.min(STEP_BYTES))? {
-            length -= length.min(STEP_BYTES);
-        }
-        Ok(())
-    }
+/// Whether what stands behind the head of a record is a chunk, whatever the record passes for.
+fn is_chunk(body: &[u8]) -> bool {
+    claimed_length(op::CHUNK, body) == Some(body.len() as u64)
+}
+
+fn cannot_stand_there(opcode: u8) -> String {
+    format!("a record ({opcode:#04x}) that cannot stand there")
 }

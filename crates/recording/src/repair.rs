@@ -2,13 +2,16 @@
 
 use std::io::{Read, Seek, Write};
 
-use mcap::records::Record;
+use mcap::records::{Metadata, Record};
 use mcap::write::NoSeek;
 use mcap::{Attachment, McapError};
 
 use crate::records::Records;
 use crate::writer::options;
 use crate::{Condition, MAX_RECORD_BYTES, ReadError, RepairError, WriteError};
+
+/// The metadata of a file that is a copy of what could be read of another one.
+pub(crate) const PART: &str = "isochrone.part";
 
 /// What a repair has found.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -21,7 +24,8 @@ pub struct Repaired {
 
 /// Copies what can be read of an MCAP file, whoever wrote it, into a new one, and closes that.
 ///
-/// Channels, schemas and times stay; chunks are made anew.
+/// Channels, schemas and times stay; chunks are made anew. If it was not all that there had been, the copy says
+/// so: nobody shall take it for the whole.
 ///
 /// # Errors
 /// One of the two cannot be read or written.
@@ -82,6 +86,20 @@ pub fn repair<W: Write>(file: impl Read + Seek, out: W) -> Result<(Repaired, W),
         }
     }
     let condition = records.condition().clone();
+    if !condition.is_whole() && !condition.is_of_part {
+        let is_closed = condition.is_closed.to_string();
+        let about = [
+            ("is_closed", is_closed),
+            ("damaged", condition.damaged.to_string()),
+            ("unread_bytes", condition.unread_bytes.to_string()),
+        ];
+        let metadata = about.map(|(key, value)| (key.to_owned(), value)).into();
+        let written = new.write_metadata(&Metadata { name: PART.into(), metadata });
+        if let Err(error) = written {
+            drop(new.into_inner());
+            return Err(WriteError::from(error).into());
+        }
+    }
     match new.finish() {
         Ok(_) => Ok((Repaired { messages, condition }, new.into_inner().into_inner())),
         Err(error) => Err(WriteError::from(error).into()),

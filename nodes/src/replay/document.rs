@@ -19,6 +19,10 @@ pub(super) struct Outcome {
     /// What is to be known of it.
     pub(super) notes: Vec<String>,
     pub(super) is_damaged: bool,
+    /// Whether the file has everything that was recorded, and all of it was read.
+    pub(super) is_whole: bool,
+    /// Whether what it lacks is accepted.
+    pub(super) may_be_incomplete: bool,
 }
 
 /// What came of a task.
@@ -44,7 +48,7 @@ impl Outcome {
         for note in &self.notes {
             terminal::note(&format!("note: {note}"));
         }
-        if self.comparison.first().is_some() {
+        if self.comparison.first().is_some() || self.may_be_incomplete {
             for why in self.broken() {
                 terminal::note(&format!("note: {why}"));
             }
@@ -53,15 +57,20 @@ impl Outcome {
 
     /// Why not everything was compared, as sentences in one.
     pub(super) fn uncompared(&self) -> Option<String> {
-        let mut why: Vec<String> = self.broken().collect();
+        let mut why: Vec<String> = self.broken().filter(|_| !self.may_be_incomplete).collect();
         why.extend(self.missing.summary().filter(|_| !self.may_miss));
-        if why.is_empty() && self.is_damaged {
-            why.push("the file is damaged, so not everything may have been compared".into());
+        if !self.is_whole && !self.may_be_incomplete {
+            why.push("the file has only a part of the run".into());
         }
         if why.is_empty() && self.comparison.compared == 0 {
             why.push("no value was compared".into());
         }
         (!why.is_empty()).then(|| why.join("; "))
+    }
+
+    /// Whether the recording has less than the run.
+    pub(super) fn is_part(&self) -> bool {
+        !self.is_whole || self.broken().next().is_some()
     }
 
     fn broken(&self) -> impl Iterator<Item = String> {
@@ -85,6 +94,9 @@ impl Outcome {
             "tolerance": args.tolerance,
             "is_same": comparison.different == 0 && self.uncompared().is_none(),
             "is_damaged": is_damaged,
+            "is_complete": !self.is_part(),
+            "unread_bytes": recorded.condition.unread_bytes,
+            "unread_cycles": recorded.gaps.cycles(),
             "missing": self.missing.json(),
             "allow_missing": self.may_miss,
             "compared_values": comparison.compared,

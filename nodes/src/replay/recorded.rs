@@ -12,7 +12,7 @@ use isochrone_runtime::journal::entry_of_line;
 use isochrone_timing::units::counted;
 
 use crate::failure::Failure;
-use crate::recording_file::{open, unreadable, warn_of_damage};
+use crate::recording_file::{Gaps, lack, open, unreadable, warn_of_damage};
 use crate::replay::operations::{Operations, Tally};
 use crate::terminal;
 
@@ -25,6 +25,7 @@ pub(super) struct Recorded {
     /// Of each task, by name, in the order of its appearance: the rows that were lost at its end.
     tasks: Vec<(String, Option<Lost>)>,
     pub(super) condition: Condition,
+    pub(super) gaps: Gaps,
 }
 
 /// Rows that were lost, and none came after them.
@@ -43,13 +44,14 @@ impl Recorded {
         let mut reader = open(path)?;
         let (mut configuration, mut lines, mut bytes) = (None, Vec::new(), 0);
         let mut tasks: Vec<(String, Option<Lost>)> = Vec::new();
-        let mut frames = 0_u64;
+        let (mut frames, mut gaps) = (0_u64, Gaps::default());
         while let Some(item) = reader.next_item().map_err(|error| unreadable(path, &error))? {
             if stop.is_due() {
                 return Err(Failure::inconclusive(format!(
                     "the replay was stopped while it first read {file}; nothing was compared"
                 )));
             }
+            gaps.note(&item);
             match item {
                 Item::Row(row) => {
                     let name = &row.layout.task;
@@ -109,7 +111,7 @@ impl Recorded {
         if tasks.is_empty() {
             return none(format!("{file} has no cycle of \"{}\"", node.name));
         }
-        Ok(Self { node, configuration, lines, tasks, condition })
+        Ok(Self { node, configuration, lines, tasks, condition, gaps })
     }
 
     /// What was done in the run, for a plan.
@@ -160,13 +162,9 @@ impl Recorded {
 
     /// Says what is to be known of the file.
     pub(super) fn note(&self, path: &Path) {
-        let file = path.display();
-        if !self.condition.is_closed {
-            terminal::note(&format!(
-                "note: {file} was not closed: its node was killed, or still runs; replayed as far as it goes"
-            ));
+        if let Some(lack) = lack(path, &self.condition, &self.gaps) {
+            terminal::note(&format!("note: {lack}"));
         }
-        warn_of_damage(path, &self.condition);
         let (version, own) = (&self.node.version, env!("CARGO_PKG_VERSION"));
         if version != own {
             terminal::note(&format!(

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::Command;
 
-use isochrone_ipc::SignalSpec;
+use isochrone_ipc::{FrameHeader, SignalSpec};
 use isochrone_recording::{Carried, ClockReading, Frame, Writer};
 
 /// A recording of `plant/level`, each frame in a chunk of its own.
@@ -61,7 +61,9 @@ fn a_chunk_with_the_signals_that_is_damaged_costs_its_own_frames_alone() {
     let mut bytes = recording(&[0; 5]).finish().map_err(|(error, _)| error).unwrap();
     damage(&mut bytes);
     let (code, csv, said) = run(&bytes, "export out.mcap -o -");
-    assert_eq!((code, csv.lines().count()), (1, 1 + 4), "{said}");
+    assert_eq!((code, csv.lines().count()), (4, 1 + 4), "{said}");
+    let (code, ..) = run(&bytes, "export out.mcap --incomplete -o -");
+    assert_eq!(code, 0);
 }
 
 #[test]
@@ -69,4 +71,53 @@ fn more_lost_frames_than_can_be_counted_are_the_most_that_can() {
     let bytes = recording(&[u64::MAX; 2]).finish().map_err(|(error, _)| error).unwrap();
     let (code, _, said) = run(&bytes, "export out.mcap -o out.csv");
     assert_eq!((code, said.trim()), (0, "2 frames, 18446744073709551615 lost"));
+}
+
+/// Frames in order, each in a chunk of its own, of a recorder that was killed.
+fn killed(frames: u64) -> Vec<u8> {
+    let mut writer = Writer::create(Vec::new(), ClockReading::default()).unwrap();
+    let signals = vec![SignalSpec::new("y", "LREAL")];
+    let carried = Carried { service: "plant/level".into(), signals, ..Carried::default() };
+    let channel = writer.add(&carried).unwrap();
+    for cycle in 0..frames {
+        let header = FrameHeader { cycle, sequence: cycle, ..FrameHeader::default() };
+        let due_ns = 1 + cycle;
+        let (received_ns, sent_ns) = (due_ns, due_ns);
+        let frame = Frame { header, values: &[0.5], received_ns, due_ns, sent_ns, lost: 0 };
+        writer.write(channel, &frame).unwrap();
+        writer.flush().unwrap();
+    }
+    writer.give_up().out
+}
+
+#[test]
+fn part_of_a_recording_is_no_success_unless_that_is_accepted_and_what_was_not_read_is_counted() {
+    let whole = killed(9);
+    let chunk = |number: usize| {
+        let zstd = whole.windows(4).enumerate().filter(|(_, it)| *it == [0x28, 0xb5, 0x2f, 0xfd]);
+        // Its head, its fields, and the name of its compression stand before what is compressed.
+        zstd.map(|(at, _)| at - 9 - 28 - 4 - 4 - 8).nth(number).unwrap()
+    };
+    let mut flipped = whole.clone();
+    // More than the file has.
+    flipped[chunk(4) + 4] ^= 0x40;
+    let cut = &whole[..chunk(8) + 30];
+    for (bytes, rows, says) in [
+        (&whole[..], 9, "what came after cycle 8 of \"plant/level\" is not known"),
+        (&flipped, 8, "out.mcap is damaged: 1 part left out, the first at byte"),
+        (&flipped, 8, " bytes and 1 cycle"),
+        (cut, 8, "what came after cycle 7 of \"plant/level\" is not known; not read: 30 bytes"),
+    ] {
+        let (code, csv, said) = run(bytes, "export out.mcap -o -");
+        assert_eq!((code, csv.lines().count()), (4, 1 + rows), "{said}");
+        assert!(said.contains(says) && said.contains("(--incomplete accepts that)"), "{said}");
+        let (code, csv, said) = run(bytes, "export out.mcap --incomplete -o -");
+        assert_eq!((code, csv.lines().count()), (0, 1 + rows), "{said}");
+        assert!(said.contains(says), "{said}");
+    }
+    // To close what was not closed is what it is for; what is damaged is another matter.
+    for (bytes, status) in [(&whole[..], 0), (cut, 0), (&flipped, 4)] {
+        let (code, _, said) = run(bytes, "export out.mcap -o closed.mcap");
+        assert_eq!(code, status, "{said}");
+    }
 }

@@ -86,11 +86,13 @@ fn a_chunk_that_passes_for_another_record_is_missed_and_the_rest_is_read() {
             assert_eq!(cycles, without(chunk), "chunk {chunk} as {opcode:#04x}: {condition:?}");
             assert!(condition.damaged > 0 && plain.unwrap().1.damaged > 0, "as {opcode:#04x}");
         }
-        // Another program's record, as far as one can see: only the end of the file knows better.
+        // It could be another program's record, if it were not a chunk in all but its kind.
         let mut bytes = whole.clone();
         bytes[at] = 0x86;
-        let damage = both(&bytes)[0].clone().unwrap().1.first_damage.unwrap();
-        assert_eq!(damage.what, "its end says that it has 40 messages, and 30 are there");
+        for (_, condition) in both(&bytes).into_iter().flatten() {
+            let what = condition.first_damage.unwrap().what;
+            assert_eq!(what, "a record (0x86) that cannot stand there");
+        }
     }
 }
 
@@ -110,6 +112,68 @@ fn a_length_that_was_flipped_costs_at_most_its_own_chunk() {
             let (_, condition) = plain.unwrap();
             assert!(condition.is_closed && condition.damaged > 0, "{condition:?}");
         }
+    }
+}
+
+/// The file as it is if its recorder is killed after its last chunk, and the chunks in it.
+fn unclosed() -> (Vec<u8>, Vec<(usize, usize)>) {
+    let whole = closed();
+    let chunks = chunks(&whole);
+    let end = mcap::Summary::read(&whole).unwrap().unwrap().chunk_indexes;
+    let last = end.iter().max_by_key(|it| it.chunk_start_offset).unwrap();
+    let indexes: u64 = last.message_index_length;
+    let (at, length) = *chunks.iter().max().unwrap();
+    (whole[..at + length + indexes as usize].to_vec(), chunks)
+}
+
+#[test]
+fn without_an_end_that_knows_where_they_are_chunks_are_found_behind_a_wrong_length() {
+    let (whole, chunks) = unclosed();
+    let (cycles, condition) = read(Reader::open(&whole[..])).unwrap();
+    assert_eq!((cycles, condition), ((0..FRAMES).collect(), Condition::default()));
+    // The first one describes the signals of all.
+    for (chunk, (at, length)) in (0..).zip(chunks).skip(1) {
+        for bit in 0..64 {
+            let mut bytes = whole.clone();
+            bytes[at + 1 + bit / 8] ^= 1 << (bit % 8);
+            for (cycles, condition) in both(&bytes).into_iter().flatten() {
+                assert_eq!(cycles, without(chunk), "chunk {chunk}, bit {bit}: {condition:?}");
+                assert_eq!((condition.damaged, condition.is_closed), (1, false), "bit {bit}");
+                assert_eq!(condition.first_damage.unwrap().at, at as u64);
+                assert_eq!(condition.unread_bytes, length as u64, "bit {bit}");
+            }
+        }
+        // Zeros in its place, as a disk has them that lost its power.
+        let mut bytes = whole.clone();
+        bytes[at..at + length].fill(0);
+        let (cycles, condition) = read(Reader::open(&bytes[..])).unwrap();
+        assert_eq!((cycles, condition.damaged), (without(chunk), 1));
+    }
+}
+
+#[test]
+fn a_record_at_the_end_that_was_cut_off_is_no_damage_and_its_bytes_are_counted() {
+    let (whole, chunks) = unclosed();
+    let (at, length) = *chunks.iter().max().unwrap();
+    for left in [1, 8, 9, 40, length / 2, length - 1] {
+        let (cycles, condition) = read(Reader::open(&whole[..at + left])).unwrap();
+        let expected = Condition { unread_bytes: left as u64, ..Condition::default() };
+        assert_eq!((cycles, condition), (without(3), expected), "{left} bytes of it are left");
+    }
+}
+
+#[test]
+fn a_copy_of_a_part_says_that_it_is_one_and_so_does_a_copy_of_that() {
+    let (unclosed, _) = unclosed();
+    let copy = |bytes: &[u8]| repair(Cursor::new(bytes), Vec::new()).unwrap().1;
+    let is_whole = |bytes: &[u8]| read(Reader::open(bytes)).unwrap().1.is_whole();
+    assert!(is_whole(&closed()) && is_whole(&copy(&closed())));
+    let mut bytes = unclosed;
+    for _ in 0..2 {
+        bytes = copy(&bytes);
+        let (cycles, condition) = read(Reader::open(&bytes[..])).unwrap();
+        assert_eq!(cycles.len() as u64, FRAMES);
+        assert!(condition.is_closed && condition.is_of_part && !condition.is_whole());
     }
 }
 

@@ -52,6 +52,8 @@ impl Rerun<'_> {
             may_miss: self.may_miss,
             notes,
             is_damaged: self.recorded.condition.damaged > 0,
+            is_whole: self.recorded.condition.is_whole(),
+            may_be_incomplete: false,
         }
     }
 }

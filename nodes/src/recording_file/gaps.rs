@@ -1,0 +1,80 @@
+//! Which cycles are not in a recording although nobody says that they were lost.
+
+use std::collections::HashMap;
+
+use isochrone_engine::escaped;
+use isochrone_ipc::FrameHeader;
+use isochrone_recording::{Item, RecordedFrame, RecordedRow, RowHead};
+
+/// Where a frame or a row is in what was sent.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Place {
+    pub(crate) due_ns: u64,
+    /// Its cycle.
+    cycle: u64,
+    /// What it is counted by: its sequence, or its cycle.
+    number: u64,
+    /// Cycles that were missed up to it.
+    missed: u64,
+    /// The term of its sender, whose numbers it has.
+    run: u64,
+}
+
+impl Place {
+    pub(crate) fn of_frame(frame: &RecordedFrame<'_>) -> Self {
+        let FrameHeader { cycle, sequence, term, .. } = frame.header;
+        Self { due_ns: frame.due_ns, cycle, number: sequence, missed: 0, run: term }
+    }
+
+    pub(crate) fn of_row(row: &RecordedRow<'_>) -> Self {
+        let RowHead { cycle, release_ns, missed, .. } = row.head;
+        Self { due_ns: release_ns, cycle, number: cycle, missed, run: 0 }
+    }
+
+    /// How many there were between this one and a later one; none is known of another run.
+    pub(crate) fn between(self, next: Self) -> u64 {
+        let missed = next.missed.saturating_sub(self.missed);
+        let numbers = next.number.saturating_sub(self.number).saturating_sub(1);
+        if self.run == next.run { numbers.saturating_sub(missed) } else { 0 }
+    }
+}
+
+/// Which cycles are not there.
+#[derive(Debug, Default)]
+pub(crate) struct Gaps {
+    /// The last cycle of each service or task.
+    last: HashMap<String, Place>,
+    cycles: u64,
+}
+
+impl Gaps {
+    /// Takes note of what comes next in a recording.
+    pub(crate) fn note(&mut self, item: &Item<'_>) {
+        let (name, place, lost) = match item {
+            Item::Frame(frame) => (&frame.carried.service, Place::of_frame(frame), frame.lost),
+            Item::Row(row) => (&row.layout.task, Place::of_row(row), row.head.lost),
+            _ => return,
+        };
+        let between = match self.last.get_mut(name) {
+            Some(last) => std::mem::replace(last, place).between(place),
+            None => {
+                self.last.insert(name.clone(), place);
+                // The recording of a node begins with its first cycle.
+                let is_row = matches!(item, Item::Row(_));
+                if is_row { place.number.saturating_sub(place.missed) } else { 0 }
+            }
+        };
+        self.cycles = self.cycles.saturating_add(between.saturating_sub(lost));
+    }
+
+    /// Cycles and frames that are not there, and that nobody says were lost.
+    pub(crate) fn cycles(&self) -> u64 {
+        self.cycles
+    }
+
+    /// The newest cycle that is there, in words.
+    pub(crate) fn newest(&self) -> Option<String> {
+        let (name, place) = self.last.iter().max_by_key(|(_, place)| place.due_ns)?;
+        Some(format!("cycle {} of \"{}\"", place.cycle, escaped(name)))
+    }
+}
