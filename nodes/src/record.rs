@@ -20,7 +20,7 @@ use self::output::{Broken, Output};
 use self::progress::Progress;
 use self::source::Source;
 use self::split::Split;
-use self::summary::Summary;
+use self::summary::{LeftOut, Summary};
 use self::wanted::Wanted;
 use crate::failure::Failure;
 use crate::{domain, stop, terminal};
@@ -30,7 +30,8 @@ use crate::{domain, stop, terminal};
 /// Foxglove, PlotJuggler, `ros2 bag` and Python's `mcap` read the file as it is; `export` makes CSV of it.
 /// A NODE stands for all services that it publishes. What does not exist yet is recorded as soon as it
 /// does. Lost frames are counted, and marked in the file where they are missing. What was recorded up to a
-/// second ago is in the file even if the recorder is killed.
+/// second ago is in the file even if the recorder is killed. The exit status is 1 if a frame that was received could
+/// not be written, or a service that was wanted was left out.
 #[derive(clap::Args)]
 #[command(after_help = "Examples:\n  isochrone record -o all.mcap\n  \
     isochrone record plant/level plant/analog -o level.mcap --seconds 60\n  \
@@ -74,7 +75,8 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let mut recorder = Recorder { participant: &participant, wanted, sources: Vec::new() };
     let ended = recorder.run(&mut output, &stop)?;
     let closed = ended.and_then(|()| output.close());
-    let summary = Summary::new(&recorder.sources, &output);
+    let left_out = recorder.wanted.left_out();
+    let summary = Summary::new(&recorder.sources, &output, &left_out);
     if args.json {
         terminal::print_json(&summary.document())?;
     } else {
@@ -82,7 +84,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     }
     match closed {
         Err(broken) => Err(broken.failure(summary.unwritten())),
-        Ok(()) => recorder.outcome(&output),
+        Ok(()) => recorder.outcome(&output, &left_out),
     }
 }
 
@@ -98,7 +100,7 @@ impl Recorder<'_> {
     fn run(&mut self, output: &mut Output, stop: &Stop) -> Result<Result<(), Broken>, Failure> {
         let wait = FrameWait::in_this_thread();
         let progress = Progress::default();
-        self.wanted.find(self.participant, &mut self.sources)?;
+        self.wanted.begin(self.participant, &mut self.sources)?;
         self.wanted.say_waiting(self.participant);
         let services = counted(self.sources.len(), "service");
         let file = output.next_file();
@@ -122,7 +124,7 @@ impl Recorder<'_> {
                 care_ns = now_ns + CARE_INTERVAL_NS;
                 self.participant.tend();
                 self.sources.iter_mut().for_each(|source| source.care(self.participant));
-                self.wanted.find(self.participant, &mut self.sources)?;
+                self.wanted.find(self.participant, &mut self.sources);
             }
             if now_ns >= flush_ns {
                 flush_ns = now_ns + FLUSH_INTERVAL_NS;
@@ -142,10 +144,15 @@ impl Recorder<'_> {
         }
     }
 
-    /// Nothing recorded is no success, whatever the reason.
-    fn outcome(&self, output: &Output) -> Result<(), Failure> {
+    /// Nothing recorded is no success, whatever the reason, and neither is what lacks a service.
+    fn outcome(&self, output: &Output, left_out: &[LeftOut]) -> Result<(), Failure> {
         if output.frames() > 0 {
-            return Ok(());
+            let each =
+                left_out.iter().map(|LeftOut { service, why }| format!("\"{service}\": {why}"));
+            return match each.collect::<Vec<_>>() {
+                none if none.is_empty() => Ok(()),
+                services => Err(Failure::found(format!("not recorded: {}", services.join("; ")))),
+            };
         }
         let way_out = "start what publishes them, or see `isochrone list` for what there is";
         Err(Failure::nobody(match &self.sources[..] {

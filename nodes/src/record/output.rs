@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 use std::fs::{self, DirEntry};
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -24,6 +25,10 @@ pub(super) struct Output {
     writer: Option<Writer<ResultFile>>,
     begun: Instant,
     pub(super) files: Vec<WrittenFile>,
+    /// The services of which frames were written, in the order of their first layout.
+    services: Vec<String>,
+    /// Of the newest frames, which the writer may still have, the places of their services.
+    newest: Vec<usize>,
 }
 
 /// A file, and what is in it so far.
@@ -32,6 +37,32 @@ pub(super) struct WrittenFile {
     pub(super) path: PathBuf,
     pub(super) bytes: u64,
     pub(super) frames: u64,
+    /// How many of them are of each service.
+    #[serde(skip)]
+    of_services: Vec<u64>,
+}
+
+impl WrittenFile {
+    /// Counts one more frame of a service.
+    fn count(&mut self, service: usize) {
+        self.frames += 1;
+        if self.of_services.len() <= service {
+            self.of_services.resize(service + 1, 0);
+        }
+        if let Some(frames) = self.of_services.get_mut(service) {
+            *frames += 1;
+        }
+    }
+
+    /// Frames of these services are not in it after all.
+    fn take_away(&mut self, services: &[usize]) {
+        self.frames = self.frames.saturating_sub(services.len() as u64);
+        for service in services {
+            if let Some(frames) = self.of_services.get_mut(*service) {
+                *frames = frames.saturating_sub(1);
+            }
+        }
+    }
 }
 
 /// A channel of one of the files.
@@ -39,6 +70,7 @@ pub(super) struct WrittenFile {
 pub(super) struct Place {
     file: usize,
     channel: ChannelId,
+    service: usize,
 }
 
 /// A file that could not be written any more.
@@ -47,20 +79,30 @@ pub(super) struct Broken {
     path: PathBuf,
     error: WriteError,
     frames: u64,
+    /// Whether it is a file that can be read again, and no pipe or device.
+    is_file: bool,
 }
 
 impl Broken {
     /// What to say; `unwritten` frames were received and are in no file.
     pub(super) fn failure(&self, unwritten: u64) -> Failure {
-        let Self { path, error, frames } = self;
+        let Self { path, error, frames, is_file } = self;
         let path = path.display();
-        let way_out = match frames {
-            0 => String::new(),
-            _ => format!(". To close the file, use `isochrone export {path} -o closed.mcap`"),
+        let has_reader_left =
+            matches!(error, WriteError::Io(cause) if cause.kind() == ErrorKind::BrokenPipe);
+        let (there, way_out) = if has_reader_left {
+            let way_out = ". Let its reader run until the recording has ended, or record in a file";
+            ("handed to its reader", way_out.to_owned())
+        } else if *is_file && *frames > 0 {
+            let way_out =
+                format!(". To close the file, use `isochrone export {path} -o closed.mcap`");
+            ("in this file", way_out)
+        } else {
+            ("in this file", String::new())
         };
         let (frames, unwritten) = (counted(*frames, "frame"), counted(unwritten, "frame"));
         Failure::found(format!(
-            "cannot write {path}: {error}; the recording ends here, with {frames} in this file, and {unwritten} \
+            "cannot write {path}: {error}; the recording ends here, with {frames} {there}, and {unwritten} \
              received since are lost{way_out}"
         ))
     }
@@ -76,6 +118,8 @@ impl Output {
             writer: None,
             begun: Instant::now(),
             files: Vec::new(),
+            services: Vec::new(),
+            newest: Vec::new(),
         };
         output.refuse_series()?;
         output.opened = Some(ResultFile::open(&output.path_of(1))?);
@@ -105,7 +149,12 @@ impl Output {
         let writer = self.writer()?;
         let added = writer.add(carried);
         let channel = self.checked(added)?;
-        Ok(Place { file: self.files.len(), channel })
+        let known = self.services.iter().position(|service| *service == carried.service);
+        let service = known.unwrap_or_else(|| {
+            self.services.push(carried.service.clone());
+            self.services.len() - 1
+        });
+        Ok(Place { file: self.files.len(), channel, service })
     }
 
     /// Whether frames can still go there.
@@ -116,8 +165,9 @@ impl Output {
     pub(super) fn write(&mut self, place: Place, frame: &Frame<'_>) -> Result<(), Broken> {
         let Some(writer) = &mut self.writer else { return Ok(()) };
         if let Some(file) = self.files.last_mut() {
-            file.frames += 1;
+            file.count(place.service);
         }
+        self.newest.push(place.service);
         let written = writer.write(place.channel, frame);
         self.checked(written)
     }
@@ -146,7 +196,9 @@ impl Output {
         if let Some(file) = self.files.last_mut() {
             file.bytes = bytes;
         }
-        self.checked(flushed)
+        self.checked(flushed)?;
+        self.newest.clear();
+        Ok(())
     }
 
     /// Closes the file.
@@ -168,6 +220,12 @@ impl Output {
     /// Frames in all files.
     pub(super) fn frames(&self) -> u64 {
         self.files.iter().map(|file| file.frames).sum()
+    }
+
+    /// Frames of a service in all files.
+    pub(super) fn frames_of(&self, service: &str) -> u64 {
+        let Some(place) = self.services.iter().position(|it| it == service) else { return 0 };
+        self.files.iter().filter_map(|file| file.of_services.get(place)).sum()
     }
 
     /// Bytes in all files.
@@ -195,10 +253,11 @@ impl Output {
         match begin(self.opened.take()) {
             Ok(writer) => {
                 self.begun = Instant::now();
-                self.files.push(WrittenFile { path, bytes: writer.bytes(), frames: 0 });
+                let (bytes, of_services) = (writer.bytes(), Vec::new());
+                self.files.push(WrittenFile { path, bytes, frames: 0, of_services });
                 Ok(writer)
             }
-            Err(error) => Err(Broken { path, error, frames: 0 }),
+            Err(error) => Err(Broken { path, error, frames: 0, is_file: true }),
         }
     }
 
@@ -208,20 +267,26 @@ impl Output {
                 let failed = writer.give_up();
                 self.broken(error, failed)
             }
-            None => Broken { path: self.path.clone(), error, frames: 0 },
+            None => Broken { path: self.path.clone(), error, frames: 0, is_file: true },
         })
     }
 
     /// Leaves what can be read of a file.
     fn broken(&mut self, error: WriteError, mut failed: Failed<ResultFile>) -> Broken {
+        let is_file = failed.out.is_watched();
         let left = failed.out.cut(failed.good_bytes);
         let (mut path, mut frames) = (self.path.clone(), 0);
         if let Some(file) = self.files.last_mut() {
-            let whole = file.frames.saturating_sub(failed.lost_frames);
-            (file.frames, file.bytes) = if left == 0 { (0, 0) } else { (whole, left) };
+            let lost = usize::try_from(failed.lost_frames).unwrap_or(usize::MAX);
+            let whole = self.newest.len().saturating_sub(lost);
+            file.take_away(self.newest.get(whole..).unwrap_or_default());
+            file.bytes = left;
+            if left == 0 {
+                (file.frames, file.of_services) = (0, Vec::new());
+            }
             (path, frames) = (file.path.clone(), file.frames);
         }
-        Broken { path, error, frames }
+        Broken { path, error, frames, is_file }
     }
 
     /// The name of a file, from 1.

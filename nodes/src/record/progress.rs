@@ -22,7 +22,11 @@ impl Default for Progress {
 impl Progress {
     pub(super) fn show(&self, sources: &[Source], output: &Output) {
         if !self.0.is_hidden() {
-            self.0.set_message(format!("{}, {}", sentence(sources), size(output.bytes())));
+            self.0.set_message(format!(
+                "{}, {}",
+                sentence(sources, output.frames(), 0),
+                size(output.bytes())
+            ));
         }
     }
 }

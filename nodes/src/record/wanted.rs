@@ -1,19 +1,26 @@
 //! Which services are recorded, and which of them are yet to be found.
 
-use std::collections::HashSet;
+use std::collections::{BTreeMap, HashSet};
 use std::time::{Duration, Instant};
 
-use isochrone_ipc::Participant;
+use isochrone_ipc::{OpenError, Participant};
 
 use super::Service;
 use super::source::Source;
+use super::summary::LeftOut;
 use crate::failure::Failure;
 use crate::{list, terminal};
 
+/// Stands for services that came while they could not be looked for.
+const EVERY: &str = "*";
 /// Names of services that isochrone's own nodes use begin so.
 const RESERVED: &str = "isochrone/";
 /// Between two looks at the names of all services.
 const NAMES_INTERVAL: Duration = Duration::from_millis(250);
+/// Between two tries where the last one failed.
+const RETRY_INTERVAL: Duration = Duration::from_secs(1);
+/// So many tries to open a service take longer than two looks at the names.
+const TRIES: u32 = 50;
 /// Between two looks at who publishes them. Each service is opened for that, so it takes longer.
 const PUBLISHERS_INTERVAL: Duration = Duration::from_secs(2);
 
@@ -23,8 +30,16 @@ pub(super) struct Wanted {
     names: Option<Vec<String>>,
     /// Nodes that were found. They stay wanted, as they may open further services.
     nodes: HashSet<String>,
-    /// Services that are recorded, or cannot be.
+    /// Services that are recorded.
     known: HashSet<String>,
+    /// Services that could not be opened, and why.
+    refused: BTreeMap<String, String>,
+    /// Services that are listed and are not there when they are opened, and how often that was so.
+    absent: BTreeMap<String, u32>,
+    /// When something failed last.
+    failed_at: Option<Instant>,
+    /// Why the names could not be looked at; said once.
+    failure: Option<String>,
     /// The names of all services, and when they were looked at.
     seen: Option<(Vec<String>, Instant)>,
     /// When it was looked at who publishes them.
@@ -38,31 +53,64 @@ impl Wanted {
             names,
             nodes: HashSet::new(),
             known: HashSet::new(),
+            refused: BTreeMap::new(),
+            absent: BTreeMap::new(),
+            failed_at: None,
+            failure: None,
             seen: None,
             publishers_seen: None,
         }
     }
 
-    /// Opens what has come to be.
-    pub(super) fn find(
+    /// Opens what there is.
+    ///
+    /// # Errors
+    /// The services cannot be looked at, or one that was named cannot be recorded.
+    pub(super) fn begin(
         &mut self,
         participant: &Participant<Service>,
         sources: &mut Vec<Source>,
     ) -> Result<(), Failure> {
+        self.look(participant, sources).map_err(Failure::found)?;
+        match self.refused.values().next() {
+            Some(why) if self.names.is_some() => Err(Failure::found(why)),
+            _ => Ok(()),
+        }
+    }
+
+    /// Opens what has come to be. What fails is said and tried again: it ends no recording.
+    pub(super) fn find(&mut self, participant: &Participant<Service>, sources: &mut Vec<Source>) {
+        let was_just_now = |failed: Instant| failed.elapsed() < RETRY_INTERVAL;
+        if self.failed_at.is_some_and(was_just_now) {
+            return;
+        }
+        self.failed_at = None;
+        if let Err(error) = self.look(participant, sources) {
+            self.failed_at = Some(Instant::now());
+            let why = error.to_string();
+            if self.failure.as_ref() != Some(&why) {
+                terminal::note(&format!(
+                    "warning: services that come now are not found: {why}; it is tried again each second"
+                ));
+                self.failure = Some(why);
+            }
+        } else if self.failure.take().is_some() {
+            terminal::note("note: services that come now are found again");
+        }
+    }
+
+    fn look(
+        &mut self,
+        participant: &Participant<Service>,
+        sources: &mut Vec<Source>,
+    ) -> Result<(), OpenError> {
         let has_changed = self.look_at_names(participant)?;
-        let mut found = match (&self.names, &self.seen) {
-            (Some(names), _) | (None, Some((names, _))) => names.clone(),
-            (None, None) => Vec::new(),
-        };
-        let takes_all = self.names.is_none();
-        found.retain(|name| {
-            let is_own = takes_all && name.starts_with(RESERVED);
-            !is_own && !self.known.contains(name) && !self.nodes.contains(name)
-        });
-        for name in &found {
-            let is_found = self.open(participant, name, sources)?;
-            if is_found && let Some(names) = &mut self.names {
-                names.retain(|wanted| wanted != name);
+        for name in self.missing() {
+            let is_found = self.open(participant, &name, sources);
+            match &mut self.names {
+                Some(names) if is_found => names.retain(|wanted| *wanted != name),
+                None if !is_found => *self.absent.entry(name).or_default() += 1,
+                _ => {}
             }
         }
         let was_long_ago = |looked: Instant| looked.elapsed() >= PUBLISHERS_INTERVAL;
@@ -74,14 +122,52 @@ impl Wanted {
         Ok(())
     }
 
+    /// What is wanted and not recorded.
+    fn missing(&self) -> Vec<String> {
+        let takes_all = self.names.is_none();
+        let seen = || self.seen.as_ref().map(|(names, _)| names);
+        let wanted = self.names.as_ref().or_else(seen).into_iter().flatten();
+        let is_missing = |name: &&String| {
+            let is_own = takes_all && name.starts_with(RESERVED);
+            !is_own && !self.known.contains(*name) && !self.nodes.contains(*name)
+        };
+        wanted.filter(is_missing).cloned().collect()
+    }
+
+    /// What was wanted and is not recorded, in the end.
+    pub(super) fn left_out(&self) -> Vec<LeftOut> {
+        let mut names = self.missing();
+        // What is listed may have ended since; what was listed twice has not.
+        let is_there = |name: &String| self.absent.get(name).is_some_and(|tries| *tries >= TRIES);
+        names.retain(|name| self.names.is_some() || is_there(name));
+        names.extend(self.refused.keys().cloned());
+        names.sort();
+        names.dedup();
+        let left_out = |service: String| {
+            let why = match (self.refused.get(&service), &self.failure) {
+                (Some(why), _) | (None, Some(why)) => why.clone(),
+                (None, None) if self.names.is_some() => {
+                    "no such service or node was found, or the limit of open files (ulimit -n) is too low".into()
+                }
+                (None, None) => "it could not be opened while it was there".into(),
+            };
+            LeftOut { service, why }
+        };
+        let mut left_out: Vec<_> = names.into_iter().map(left_out).collect();
+        if let (None, Some(why)) = (&self.names, &self.failure) {
+            left_out.push(LeftOut { service: EVERY.into(), why: why.clone() });
+        }
+        left_out
+    }
+
     /// Looks at the names of all services, if it is time; returns whether they have changed.
-    fn look_at_names(&mut self, participant: &Participant<Service>) -> Result<bool, Failure> {
+    fn look_at_names(&mut self, participant: &Participant<Service>) -> Result<bool, OpenError> {
         let is_wanted = self.names.as_ref().is_none_or(|names| !names.is_empty());
         let is_fresh = |(_, looked): &(_, Instant)| looked.elapsed() < NAMES_INTERVAL;
         if !is_wanted || self.seen.as_ref().is_some_and(is_fresh) {
             return Ok(false);
         }
-        let names = participant.frame_service_names().map_err(Failure::found)?;
+        let names = participant.frame_service_names()?;
         let has_changed = self.seen.as_ref().is_none_or(|(seen, _)| *seen != names);
         self.seen = Some((names, Instant::now()));
         Ok(has_changed)
@@ -106,8 +192,8 @@ impl Wanted {
         &mut self,
         participant: &Participant<Service>,
         sources: &mut Vec<Source>,
-    ) -> Result<(), Failure> {
-        let services = participant.frame_services().map_err(Failure::found)?;
+    ) -> Result<(), OpenError> {
+        let services = participant.frame_services()?;
         let wanted = self.names.clone().unwrap_or_default();
         for node in &wanted {
             let telemetry = format!("{RESERVED}{node}/telemetry");
@@ -120,7 +206,7 @@ impl Wanted {
                     && publishers.any(|publisher| telemetry.publishers.contains(publisher))
             });
             for service in of_node {
-                if self.open(participant, &service.name, sources)? {
+                if self.open(participant, &service.name, sources) {
                     self.nodes.insert(node.clone());
                 }
             }
@@ -128,26 +214,31 @@ impl Wanted {
         Ok(())
     }
 
-    /// Opens a service, unless it is recorded already; returns whether it exists. One that was named and
-    /// cannot be recorded is a failure; one that is there by chance is left out.
+    /// Opens a service, unless it is recorded already; returns whether it is now.
     fn open(
         &mut self,
         participant: &Participant<Service>,
         name: &str,
         sources: &mut Vec<Source>,
-    ) -> Result<bool, Failure> {
+    ) -> bool {
         if self.known.contains(name) {
-            return Ok(true);
+            return true;
         }
         match Source::open(participant, name) {
-            Ok(None) => return Ok(false),
+            Ok(None) => return false,
             Ok(Some(source)) => sources.push(source),
-            Err(error) if self.names.is_some() => return Err(Failure::found(error)),
             Err(error) => {
-                terminal::note(&format!("note: \"{name}\" is not recorded: {error}"));
+                self.failed_at = Some(Instant::now());
+                let why = error.to_string();
+                if self.refused.get(name) != Some(&why) {
+                    terminal::note(&format!("warning: \"{name}\" is not recorded: {why}"));
+                    self.refused.insert(name.to_owned(), why);
+                }
+                return false;
             }
         }
+        self.refused.remove(name);
         self.known.insert(name.to_owned());
-        Ok(true)
+        true
     }
 }

@@ -10,6 +10,7 @@ use std::process::Command;
 use std::thread;
 use std::time::UNIX_EPOCH;
 
+use isochrone_ipc::{Depth, FrameSubscriber, ipc};
 use isochrone_recording::Reader;
 use isochrone_testing::plants::SAW;
 use isochrone_testing::{Domain, Process, wait_until};
@@ -138,6 +139,113 @@ fn a_limit_of_file_sizes_ends_the_recording_and_not_the_node() {
     let ended = node.stop().expect_code(1);
     assert!(ended.stderr.contains("the node goes on without it"), "{}", ended.stderr);
     assert!(read(domain.path("own.mcap")) > 0);
+}
+
+#[test]
+fn a_recording_that_finds_no_room_counts_what_is_in_its_file_and_says_what_is_not() {
+    let (domain, node) = plant();
+    for json in ["--json", ""] {
+        let line = format!("record plant/saw -o out.mcap {json}");
+        let recorder = recording(&domain, line.trim(), "out.mcap");
+        let length = fs::metadata(domain.path("out.mcap")).unwrap().len();
+        let maximum = getrlimit(Resource::Fsize).maximum;
+        let limit = Rlimit { current: Some(length + 1000), maximum };
+        let id = Pid::from_raw(recorder.id() as i32).unwrap();
+        prlimit(Some(id), Resource::Fsize, limit).unwrap();
+        let ended = recorder.finish().expect_code(1);
+        let frames = read(domain.path("out.mcap"));
+        assert!(ended.stderr.contains("use `isochrone export out.mcap"), "{}", ended.stderr);
+        if json.is_empty() {
+            let counted = format!("{frames} frames of 1 service, ");
+            assert!(ended.stderr.contains(&counted), "{counted}: {}", ended.stderr);
+            assert!(!ended.stderr.contains(" 0 lost"), "{}", ended.stderr);
+            continue;
+        }
+        let summary: Value = serde_json::from_str(&ended.stdout).unwrap();
+        let service = &summary["services"][0];
+        assert_eq!((&summary["frames"], &service["frames"]), (&frames.into(), &frames.into()));
+        assert_eq!(summary["unwritten_frames"], service["unwritten"]);
+        assert!(service["unwritten"].as_u64() > Some(0), "{summary}");
+        assert_eq!(summary["is_complete"], false);
+    }
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn a_recording_that_lacks_a_service_which_was_named_is_not_complete_and_no_success() {
+    let (domain, node) = plant();
+    let line = "record plant/saw plant/none -o out.mcap --json";
+    let ended = recording(&domain, line, "out.mcap").stop().expect_code(1);
+    assert!(ended.stderr.contains("not recorded: \"plant/none\""), "{}", ended.stderr);
+    let summary: Value = serde_json::from_str(&ended.stdout).unwrap();
+    assert_eq!(summary["left_out"][0]["service"], "plant/none");
+    assert_eq!((&summary["is_complete"], &summary["unwritten_frames"]), (&false.into(), &0.into()));
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn with_too_few_descriptors_a_recording_lacks_no_service_unless_it_says_so() {
+    let (domain, node) = plant();
+    let participant = domain.join("holder");
+    let names: Vec<String> = (0..8).map(|number| format!("plant/s{number}")).collect();
+    let open =
+        |name| FrameSubscriber::<ipc::Service>::open(&participant, name, 1, Depth::Newest).unwrap();
+    let _held: Vec<_> = names.iter().map(|name| open(name)).collect();
+    for limit in [20, 30, 40, 60] {
+        let mut command = Command::new("sh");
+        command.args(["-c", "ulimit -n $0; exec \"$@\"", &limit.to_string()]);
+        command.arg(env!("CARGO_BIN_EXE_isochrone")).args(["record", "plant/saw"]).args(&names);
+        command.args(["-o", "out.mcap", "--json", "--seconds", "1", "--iceoryx2-config"]);
+        command.arg(domain.config_file()).current_dir(domain.path(""));
+        let ended = Process::start(command).finish();
+        assert!(!ended.stderr.contains("panicked"), "{}", ended.stderr);
+        let is_success = ended.status.success();
+        let Ok(summary) = serde_json::from_str::<Value>(&ended.stdout) else {
+            assert!(!is_success, "{limit}: {}", ended.stderr);
+            continue;
+        };
+        let services = summary["services"].as_array().unwrap().len();
+        let is_whole = services == 1 + names.len();
+        assert_eq!(summary["is_complete"], is_whole, "{limit}: {summary}");
+        assert!(is_whole || !is_success, "{limit}: {summary}");
+    }
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn services_that_cannot_be_looked_for_for_a_while_end_no_recording() {
+    let (domain, node) = plant();
+    let mut recorder = recording(&domain, "record -o out.mcap --json", "out.mcap");
+    let id = Pid::from_raw(recorder.id() as i32).unwrap();
+    let limit = getrlimit(Resource::Nofile);
+    let none = Rlimit { current: Some(3), maximum: limit.maximum };
+    prlimit(Some(id), Resource::Nofile, none).unwrap();
+    recorder.wait_for("warning: services that come now are not found");
+    let length = || fs::metadata(domain.path("out.mcap")).unwrap().len();
+    let before = length();
+    wait_until("the recording goes on", || length() > before);
+    prlimit(Some(id), Resource::Nofile, limit).unwrap();
+    recorder.wait_for("note: services that come now are found again");
+    let ended = recorder.stop().expect_code(0);
+    let summary: Value = serde_json::from_str(&ended.stdout).unwrap();
+    assert_eq!(summary["is_complete"], true, "{summary}");
+    assert_eq!(summary["frames"], read(domain.path("out.mcap")));
+    node.stop().expect_code(0);
+}
+
+#[test]
+fn whoever_reads_a_recording_from_a_pipe_and_goes_is_told_to_stay() {
+    let (domain, node) = plant();
+    let path = pipe(&domain, "pipe");
+    let reader = thread::spawn(move || {
+        let mut some = [0; 64];
+        std::io::Read::read_exact(&mut File::open(path).unwrap(), &mut some).unwrap();
+    });
+    let ended = domain.run("record plant/saw -o pipe").expect_code(1);
+    reader.join().unwrap();
+    assert!(ended.stderr.contains("Let its reader run until"), "{}", ended.stderr);
+    assert!(!ended.stderr.contains("isochrone export"), "{}", ended.stderr);
+    node.stop().expect_code(0);
 }
 
 #[test]
