@@ -2,13 +2,13 @@
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io::{self, ErrorKind, Write};
-use std::os::unix::fs::{FileTypeExt, MetadataExt, OpenOptionsExt};
+use std::os::unix::fs::{FileTypeExt, MetadataExt};
 use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::Duration;
 
 use isochrone_processes::is_asked_to_end;
-use isochrone_runtime::RecordingFile;
+use isochrone_runtime::{RecordingFile, open_output};
 use rustix::fs::OFlags;
 use rustix::io::Errno;
 use serde::Serialize;
@@ -48,7 +48,8 @@ impl ResultFile {
         let open = |is_new| {
             let mut options = OpenOptions::new();
             // What is no new file may still be none: a link to a file that does not exist.
-            options.write(true).truncate(false).create_new(is_new).create(!is_new).open(path)
+            options.write(true).truncate(false).create_new(is_new).create(!is_new);
+            open_output(path, &options, OFlags::empty())
         };
         let (opened, is_new) = match open(true) {
             Err(error) if error.kind() == ErrorKind::AlreadyExists => (open(false), false),
@@ -161,9 +162,7 @@ fn await_reader(path: &Path) -> io::Result<Option<File>> {
     }
     let mut is_said = false;
     loop {
-        let mut options = OpenOptions::new();
-        options.write(true).custom_flags(OFlags::NONBLOCK.bits() as i32);
-        match options.open(path) {
+        match open_output(path, OpenOptions::new().write(true), OFlags::NONBLOCK) {
             Err(error) if Errno::from_io_error(&error) == Some(Errno::NXIO) => {}
             opened => return opened.map(Some),
         }

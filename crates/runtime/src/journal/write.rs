@@ -2,7 +2,7 @@
 
 use std::fs::{self, File, OpenOptions, Permissions};
 use std::io::{self, ErrorKind, Write};
-use std::os::unix::fs::{MetadataExt, OpenOptionsExt, PermissionsExt};
+use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -13,6 +13,7 @@ use super::error::JournalError;
 use super::line::{FORMAT, Line, RunEnd, RunHeader};
 use super::lines::JournalLines;
 use crate::operating::unix_ns;
+use crate::output_file::open_output;
 
 /// A file that is longer is kept beside the next one. The text of the configuration does not count, which may be
 /// longer by itself.
@@ -319,7 +320,7 @@ fn open(path: &Path) -> io::Result<(File, bool)> {
         let mut options = OpenOptions::new();
         // A pipe that nobody reads must hold up nothing.
         options.append(true).create_new(is_new).create(!is_new);
-        options.custom_flags(OFlags::NONBLOCK.bits() as i32).open(path)
+        open_output(path, &options, OFlags::NONBLOCK)
     };
     match open(true) {
         Err(error) if error.kind() == ErrorKind::AlreadyExists => Ok((open(false)?, false)),
