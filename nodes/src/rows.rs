@@ -12,6 +12,8 @@ use crate::result_file::ResultFile;
 pub(crate) const TIME: &str = "time_s";
 /// The column of cycles.
 pub(crate) const CYCLE: &str = "cycle";
+/// The column of cycles that were missed before a row.
+pub(crate) const MISSED: &str = "missed_cycles";
 
 /// Whether a column of this name is none of values.
 pub(crate) fn is_reserved(name: &str) -> bool {

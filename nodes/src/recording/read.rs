@@ -10,10 +10,13 @@ use isochrone_blocks::PinType;
 use super::error::{MAX_BYTES, RecordingError, expected, known, quoted};
 use super::values::Recording;
 use crate::numbers;
-use crate::rows::{CYCLE, TIME};
+use crate::rows::{CYCLE, MISSED, TIME};
 
 /// Most columns: as many values as a frame has at most, and two of times.
 pub(super) const MAX_COLUMNS: usize = 65_536 + 2;
+
+/// The column that the export of a task of a recorded node has, whatever the task.
+const ENTRIES: &str = "journal.entries";
 
 /// What a column of the file is.
 enum Column {
@@ -21,6 +24,8 @@ enum Column {
     Time,
     /// The cycles that the rows are for.
     Cycle,
+    /// How many cycles were missed before the row.
+    Missed,
     /// Nothing that is a value.
     Ignored,
     /// Values of this type, or of any.
@@ -69,10 +74,16 @@ fn read(
         csv::ReaderBuilder::new().flexible(true).trim(csv::Trim::All).from_reader(text.as_bytes());
     let refused = |source| RecordingError::Csv { path: name(), source };
     let header = reader.headers().map_err(refused)?.clone();
+    // The export of a task says of each row which cycle it is of.
+    let is_of_task = inputs.is_some() && header.iter().any(|column| column == ENTRIES);
+    let rows = if is_of_task { RowsAre::OfCycles } else { rows };
     let line_of = |row: &csv::StringRecord| line_at(text.as_bytes(), start(&text, row));
-    let columns = columns(&header, inputs, rows, &name(), line_of(&header))?;
+    let names: csv::StringRecord =
+        header.iter().map(|column| of_input(column, is_of_task).unwrap_or(column)).collect();
+    let what = What { inputs, rows, is_of_task };
+    let columns = columns(&header, &what, &name(), line_of(&header))?;
     let of_values = |column: &Column| matches!(column, Column::Values(_));
-    let names = header.iter().zip(&columns).filter(|(_, column)| of_values(column));
+    let names = names.iter().zip(&columns).filter(|(_, column)| of_values(column));
     let mut recording = Recording::new(name(), names.map(|(name, _)| name.to_owned()).collect());
     let mut first_s = None;
     for row in reader.records() {
@@ -91,6 +102,10 @@ fn read(
         for ((cell, column), header) in row.iter().zip(&columns).zip(&header) {
             match column {
                 Column::Ignored => {}
+                Column::Missed => {
+                    let missed = numbers::parse_number(cell).unwrap_or_default();
+                    recording.missed.push(missed as u64);
+                }
                 Column::Again(first) if row.get(*first) == Some(cell) => {}
                 Column::Again(_) => {
                     let (line, column) = (line_of(&row), quoted(header));
@@ -137,11 +152,24 @@ fn read(
     Ok(recording)
 }
 
+/// What a file is read for.
+struct What<'a> {
+    /// The inputs that it may have columns of; `None`: any values.
+    inputs: Option<&'a [(&'a str, PinType)]>,
+    rows: RowsAre,
+    /// It is an export of a node's recording, with more columns than those of inputs.
+    is_of_task: bool,
+}
+
+/// The input that a column of such an export is of.
+fn of_input(column: &str, is_of_task: bool) -> Option<&str> {
+    column.strip_prefix("in.").filter(|_| is_of_task)
+}
+
 /// What the columns are; refuses those that stand for nothing.
 fn columns(
     header: &csv::StringRecord,
-    inputs: Option<&[(&str, PinType)]>,
-    rows: RowsAre,
+    &What { inputs, rows, is_of_task }: &What<'_>,
     path: &str,
     line: usize,
 ) -> Result<Vec<Column>, RecordingError> {
@@ -173,18 +201,26 @@ fn columns(
             continue;
         }
         seen.insert(column, index);
-        columns.push(match (column, inputs, types.get(column)) {
+        let input = of_input(column, is_of_task);
+        let value_type = match input {
+            None if is_of_task => None,
+            input => types.get(input.unwrap_or(column)),
+        };
+        columns.push(match (column, inputs, value_type) {
             (_, _, Some(value_type)) => Column::Values(Some(*value_type)),
             (TIME, None, _) => Column::Time,
             (CYCLE, ..) if rows == RowsAre::OfCycles => Column::Cycle,
+            (MISSED, None, _) if rows == RowsAre::OfCycles => Column::Missed,
             // An input has its row at each cycle, whenever that was recorded.
-            (TIME | CYCLE, _, _) => Column::Ignored,
+            (TIME | CYCLE, _, _) | (MISSED, Some(_), _) => Column::Ignored,
+            // What the task computed, and what it read of other tasks.
+            _ if is_of_task && input.is_none() => Column::Ignored,
             (_, None, _) => Column::Values(None),
             (_, Some(inputs), None) => {
                 // What an input is worth may have a column too; the inputs themselves are enough to know.
                 let names = inputs.iter().map(|(name, _)| *name);
                 let names: Vec<&str> = names.filter(|name| !name.contains('.')).collect();
-                let known = known(column, names.iter().copied());
+                let known = known(input.unwrap_or(column), names.iter().copied());
                 let column = quoted(column);
                 return Err(RecordingError::UnknownColumn { path: path(), line, column, known });
             }

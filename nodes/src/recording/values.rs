@@ -18,6 +18,8 @@ pub(crate) struct Recording {
     pub(super) times_ns: Vec<u64>,
     /// Of each row, the cycle that it is for; empty where row k is for cycle k.
     pub(super) cycles: Vec<u64>,
+    /// Of each row, how many cycles were missed before it; empty where the file does not say.
+    pub(super) missed: Vec<u64>,
     /// The time of the first row, in seconds; 0 where the file does not say.
     pub(super) begin_s: f64,
     pub(super) rows: usize,
@@ -50,6 +52,11 @@ impl Recording {
     /// The cycle of a row, if the file says.
     pub(crate) fn cycle(&self, row: usize) -> Option<u64> {
         self.cycles.get(row).copied()
+    }
+
+    /// How many cycles were missed before a row, as far as the file says.
+    pub(crate) fn missed(&self, row: usize) -> u64 {
+        self.missed.get(row).copied().unwrap_or_default()
     }
 
     /// The time of the first row, in seconds; 0 where the file does not say.
@@ -88,6 +95,7 @@ impl Recording {
             values,
             times_ns: self.times_ns,
             cycles: self.cycles,
+            missed: self.missed,
             begin_s: self.begin_s,
             rows: self.rows,
             ..selected

@@ -10,7 +10,7 @@ use isochrone_scope::{Head, Shot, Track};
 use super::Captured;
 use crate::failure::Failure;
 use crate::result_file::ResultFile;
-use crate::rows::{CYCLE, Rows, TIME};
+use crate::rows::{CYCLE, MISSED, Rows, TIME};
 
 /// The marks of a shot: the instant that it was captured around, from where to where it was wanted, that a task
 /// had cycles before, and the first cycle of a task behind.
@@ -126,12 +126,19 @@ pub(super) fn check_tasks<'t>(
 
 fn write_csv(shot: &Shot, mut rows: Rows) -> Result<(), Failure> {
     for track in &shot.tracks {
-        let names: Vec<&str> = track.signals.iter().map(|signal| signal.name.as_str()).collect();
+        let mut names: Vec<&str> =
+            track.signals.iter().map(|signal| signal.name.as_str()).collect();
+        // What is not there was lost, unless the file says that it was missed.
+        let tells_missed =
+            track.rows.heads().any(|head| head.missed > 0) && !names.contains(&MISSED);
+        names.extend(tells_missed.then_some(MISSED));
         rows.header(&[TIME, CYCLE], &names)?;
         for (head, values) in track.rows.iter() {
             // The instant of the trigger is 0, so that the file says which one it is.
             let after_ns = head.release_ns.wrapping_sub(shot.zero_ns()).cast_signed();
-            rows.row(Some(after_ns as f64 / 1e9), head.cycle, values.map(Some))?;
+            let missed = tells_missed.then_some(head.missed as f64);
+            let values = values.chain(missed).map(Some);
+            rows.row(Some(after_ns as f64 / 1e9), head.cycle, values)?;
         }
     }
     rows.flush()

@@ -259,6 +259,37 @@ fn a_damaged_file_never_passes_for_a_run_that_differs_without_saying_that_it_is_
 }
 
 #[test]
+fn what_the_inputs_of_a_run_read_is_exported_and_simulated_as_it_is() {
+    let folder = recorded();
+    folder.write("level.toml", CONFIGURATION);
+    folder.run("export run.mcap --task fast -o fast.csv").noting();
+    folder.run("simulate level.toml --inputs fast.csv --output again.csv").silently();
+    let (exported, again) = (folder.read("fast.csv"), folder.read("again.csv"));
+    let (exported, again) = (cells(&exported), cells(&again));
+    assert_eq!(again.len() as u64, 1 + CYCLES, "the rows are for their cycles, missed ones hold");
+    let column = |rows: &[Vec<&str>], name: &str| {
+        rows[0].iter().position(|it| *it == name).unwrap_or_else(|| panic!("{name}"))
+    };
+    for (of_run, name) in [
+        ("out.plant/level.target", "target"),
+        ("out.plant/level.ramp.delayedValue", "ramp.delayedValue"),
+    ] {
+        let (of_run, name) = (column(&exported, of_run), column(&again, name));
+        // Until somebody operated the node.
+        for cycle in 1..60 {
+            assert_eq!(exported[cycle][of_run], again[cycle][name], "cycle {}", cycle - 1);
+        }
+    }
+    // A column of an input that the configuration does not have is one that was meant.
+    let other = CONFIGURATION
+        .replace("name = \"target\"", "name = \"goal\"")
+        .replace("\"target\"", "\"goal\"");
+    folder.write("level.toml", &other);
+    let said = folder.run("simulate level.toml --inputs fast.csv").refused(2);
+    assert_says(&said, &["there is no input \"in.target\"; there is: goal"]);
+}
+
+#[test]
 fn the_online_change_of_the_run_is_in_effect_from_its_cycles_on() {
     let folder = recorded();
     folder.run("export run.mcap --task slow -o slow.csv").noting();

@@ -31,7 +31,10 @@ fn set(domain: &Domain, assignment: &str) {
 fn by_cycle(text: &str) -> BTreeMap<u64, String> {
     // The last one may be being written.
     let whole = text.rsplit_once('\n').unwrap().0;
+    // A shot of a task that missed cycles has them behind the signals.
+    let tells_missed = whole.lines().next().unwrap().ends_with(",missed_cycles");
     let rows = whole.lines().skip(1).map(|row| {
+        let row = if tells_missed { row.rsplit_once(',').unwrap().0 } else { row };
         let (_, row) = row.split_once(',').unwrap();
         let (cycle, values) = row.split_once(',').unwrap();
         (cycle.parse().unwrap(), values.to_owned())

@@ -61,10 +61,11 @@ impl Readable for OfCsv {
         let mut last = None;
         for (row, after_ns) in self.recording.times_ns().unwrap_or_default().iter().enumerate() {
             let cycle = self.recording.cycle(row).unwrap_or(row as u64);
-            // A cycle that is not there was lost or missed; the file does not say which.
-            let lost =
+            // A cycle that is not there was lost, unless the file says that it was missed.
+            let between =
                 last.replace(cycle).map_or(0, |last| cycle.saturating_sub(last.saturating_add(1)));
-            let head = Head { cycle, release_ns: *after_ns, lost, missed: 0 };
+            let missed = self.recording.missed(row).min(between);
+            let head = Head { cycle, release_ns: *after_ns, lost: between - missed, missed };
             if each(0, head, self.recording.row(row as u64))? == Enough::Yes {
                 break;
             }

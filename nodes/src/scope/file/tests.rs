@@ -65,6 +65,28 @@ fn a_shot_out_of_its_file_is_the_one_that_was_written_with_what_is_known_of_its_
 }
 
 #[test]
+fn cycles_that_were_missed_are_missed_in_a_csv_file_as_well_and_lost_ones_are_lost() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("shot.csv");
+    let mut shot = shot();
+    shot.tracks.truncate(1);
+    let captured = Captured { shot, clock: None };
+    Output::open(&path, false).unwrap().write(&captured).unwrap();
+    let window = Window { before_ns: 0, after_ns: MS };
+    let look = Look { path: &path, names: &[], window, length_ns: None };
+    let (again, judged) = look.capture(None).unwrap();
+    assert!(judged.is_ok());
+    assert_eq!(again.shot.missing(), captured.shot.missing());
+    let [again, before] = [&again.shot, &captured.shot].map(|shot| &shot.tracks[0]);
+    assert_eq!(again.signals.len(), 1);
+    let heads = |track: &Track| {
+        let heads = track.rows.heads().map(|head| (head.cycle, head.lost, head.missed));
+        heads.collect::<Vec<_>>()
+    };
+    assert_eq!(heads(again), heads(before));
+}
+
+#[test]
 fn a_file_that_ends_within_the_shot_is_shown_as_far_as_it_goes_and_is_a_finding() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("short.csv");
