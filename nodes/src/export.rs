@@ -1,24 +1,26 @@
 //! `export`: a recording as CSV, or closed.
 
+mod table;
+
 use std::path::{Path, PathBuf};
 
 use isochrone_engine::escaped;
-use isochrone_ipc::SignalSpec;
 use isochrone_processes::Stop;
-use isochrone_recording::{Item, RecordedFrame, RecordedRow, RepairError, WriteError, repair};
+use isochrone_recording::{Item, RepairError, WriteError, repair};
 use isochrone_timing::units::counted;
 
+use self::table::Table;
 use crate::failure::Failure;
-use crate::recording_file::{self, Gaps, Place, accept, damage, lack, lacking, unreadable};
+use crate::recording_file::{self, Gaps, accept, damage, lack, lacking, unreadable};
 use crate::result_file::ResultFile;
-use crate::rows::{CYCLE, Rows, TIME};
-use crate::subscribe::channels_of;
+use crate::subscribe::Column;
 use crate::{configuration, meant, stop, terminal};
 
 /// Make CSV of a recording, or close one whose recorder was killed
 ///
 /// The CSV is that of `subscribe --csv`: `time_s`, `cycle` and the signals, bit for bit; where the
-/// publisher changed its signals, a new header row follows. Of the recording of a node it has a row for each
+/// publisher changed its signals, a new header row follows. `time_s` counts from the first frame or cycle in the
+/// recording, whatever it is of, so that the rows of all services and tasks have the same times. Of the recording of a node it has a row for each
 /// cycle of a task: what it read, and what it computed. A file that was not closed is read as far as it goes, and
 /// what is damaged is left out. Stderr then says what was not read, and the exit status is 4, unless --incomplete
 /// is given. To close a recording that was not closed and is not damaged ends with 0; the copy says of itself that
@@ -27,6 +29,7 @@ use crate::{configuration, meant, stop, terminal};
 #[command(after_help = "Examples:\n  isochrone export level.mcap -o level.csv\n  \
     isochrone export shift_*.mcap --service plant/level -o - | head\n  \
     isochrone export node.mcap --task fast -o fast.csv\n  \
+    isochrone export level.mcap --columns unix_ns,flags -o level.csv\n  \
     isochrone export killed.mcap -o closed.mcap")]
 pub(crate) struct Args {
     /// Recording; for CSV also several, in their order
@@ -41,6 +44,9 @@ pub(crate) struct Args {
     /// Task to export, if the recording is of a node with several
     #[arg(long, conflicts_with = "service")]
     task: Option<String>,
+    /// With CSV, further columns behind `cycle`; of the cycles of a task there is `unix_ns`
+    #[arg(long, value_delimiter = ',', value_name = "COLUMN,…")]
+    columns: Vec<Column>,
     /// Accept recordings that were not closed, or of which parts are damaged. Without this, the exit status is then 4
     #[arg(long)]
     incomplete: bool,
@@ -62,7 +68,10 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         return export_csv(args, &stop);
     }
     match (&args.files[..], args.service.as_ref().or(args.task.as_ref())) {
-        ([file], None) => close(file, args, &stop),
+        ([file], None) if args.columns.is_empty() => close(file, args, &stop),
+        _ if !args.columns.is_empty() => {
+            Err(Failure::usage("--columns is for CSV; a closed recording has everything"))
+        }
         (_, Some(_)) => Err(Failure::usage(
             "--service is for CSV, and so is --task; a closed recording has everything",
         )),
@@ -109,27 +118,26 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
         (None, Some(task)) => (Kind::Task, task.clone()),
         (None, None) => only_one(&args.files, stop)?,
     };
-    let mut table = Csv {
-        rows: Rows::create(&args.output)?,
-        header: None,
-        channel: None,
-        first_ns: None,
-        last: None,
-        begins_file: false,
-        goes_back: false,
-        frames: 0,
-        lost: 0,
-    };
+    let of_frames = |column: &&Column| !matches!(column, Column::UnixNs);
+    if let (Kind::Task, Some(column)) = (kind, args.columns.iter().find(of_frames)) {
+        return Err(Failure::usage(format!(
+            "`{}` is of frames, and the cycles of a task have `unix_ns` alone; export a service, or give --columns \
+             unix_ns",
+            column.as_str()
+        )));
+    }
+    let mut table = Table::create(&args.output, &args.columns)?;
     let mut found = Found::default();
     let (mut judged, mut damaged) = (Ok(()), None);
     for file in &args.files {
         let mut reader = recording_file::open_until(file, stop)?;
         let mut gaps = Gaps::default();
-        (table.channel, table.begins_file) = (None, true);
+        table.begin_file();
         while !stop.is_due() {
             let Some(item) = reader.next_item().map_err(|error| unreadable(file, &error))? else {
                 break;
             };
+            table.note_time(&item);
             match &item {
                 Item::Frame(frame) if kind == Kind::Service && frame.carried.service == name => {
                     table.write_frame(frame)?;
@@ -148,7 +156,7 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
         }
         damaged = damaged.or(damage(file, reader.condition()));
         judged = judged.and(accept(lack(file, reader.condition(), &gaps), args.incomplete));
-        if std::mem::take(&mut table.goes_back) {
+        if table.goes_back() {
             judged = judged.and(Err(Failure::found(format!(
                 "{} does not begin after the end of the file before it; name each file once, in the order of recording",
                 file.display()
@@ -165,7 +173,7 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
         let none = format!("the recording has no {what} \"{name}\"; it has: {there}{question}");
         return Err(lacking(damaged, none));
     }
-    table.rows.flush()?;
+    table.flush()?;
     let word = match kind {
         Kind::Service => "frame",
         Kind::Task => "cycle",
@@ -243,71 +251,5 @@ fn listed(services: &[String]) -> String {
         services => {
             services.iter().map(|it| escaped(it).into_owned()).collect::<Vec<_>>().join(", ")
         }
-    }
-}
-
-/// The CSV of one service or task.
-struct Csv {
-    rows: Rows,
-    /// The names in the header row.
-    header: Option<Vec<String>>,
-    /// The channel of the last frame, in its file.
-    channel: Option<u16>,
-    first_ns: Option<u64>,
-    last: Option<Place>,
-    /// Nothing of the file was written yet.
-    begins_file: bool,
-    /// The file is not of later than the one before.
-    goes_back: bool,
-    frames: u64,
-    lost: u64,
-}
-
-impl Csv {
-    fn write_frame(&mut self, frame: &RecordedFrame<'_>) -> Result<(), Failure> {
-        self.head(frame.channel, || frame.carried.signals.clone())?;
-        self.write(frame.header.cycle, Place::of_frame(frame), frame.lost, frame.values)
-    }
-
-    fn write_row(&mut self, row: &RecordedRow<'_>) -> Result<(), Failure> {
-        self.head(row.channel, || row.layout.columns())?;
-        self.write(row.head.cycle, Place::of_row(row), row.head.lost, row.values)
-    }
-
-    /// Writes the names of a channel's values where they are others than before.
-    fn head(&mut self, channel: u16, signals: impl Fn() -> Vec<SignalSpec>) -> Result<(), Failure> {
-        if self.channel == Some(channel) {
-            return Ok(());
-        }
-        self.channel = Some(channel);
-        let signals = signals();
-        let channels = channels_of(&signals, signals.len());
-        let names: Vec<String> = channels.into_iter().map(|channel| channel.name).collect();
-        if self.header.as_ref() != Some(&names) {
-            let columns: Vec<&str> = names.iter().map(String::as_str).collect();
-            self.rows.header(&[TIME, CYCLE], &columns)?;
-            self.header = Some(names);
-        }
-        Ok(())
-    }
-
-    fn write(
-        &mut self,
-        cycle: u64,
-        place: Place,
-        lost: u64,
-        values: &[f64],
-    ) -> Result<(), Failure> {
-        let due_ns = place.due_ns;
-        let before = self.last.replace(place).filter(|_| self.begins_file);
-        self.begins_file = false;
-        self.goes_back |= before.is_some_and(|before| due_ns <= before.due_ns);
-        // What is in a file that was not named is not known to the next one.
-        let lost = before.map_or(lost, |before| before.between(place).max(lost));
-        self.frames += 1;
-        self.lost = self.lost.saturating_add(lost);
-        let first_ns = *self.first_ns.get_or_insert(due_ns);
-        let time_s = due_ns.wrapping_sub(first_ns).cast_signed() as f64 / 1e9;
-        self.rows.row(Some(time_s), cycle, values.iter().copied().map(Some))
     }
 }

@@ -24,9 +24,9 @@ use isochrone_runtime::FrameWait;
 use isochrone_timing::units::counted;
 
 pub(crate) use self::channel::{channels_of, listed, unnamed};
+pub(crate) use self::column::Column;
 pub(crate) use self::taken::{Taken, is_settled, stamps};
 
-use self::column::Column;
 use self::line::Line;
 use self::screen::Screen;
 use self::transcript::{Choice, Sink, Transcript};

@@ -66,9 +66,10 @@ pub(crate) fn require(needed_bytes: u64) -> Result<(), Shortage> {
     let needed_bytes = needed_bytes.saturating_add(HEADROOM_BYTES);
     // Where the folder cannot be asked, iceoryx2 will say what is wrong with it.
     let Some(free_bytes) = free_bytes() else { return Ok(()) };
-    match free_bytes < needed_bytes {
-        true => Err(Shortage::Full { needed_bytes, free_bytes }),
-        false => Ok(()),
+    if free_bytes < needed_bytes {
+        Err(Shortage::Full { needed_bytes, free_bytes })
+    } else {
+        Ok(())
     }
 }
 

@@ -144,10 +144,8 @@ impl Arrivals {
                 _ => Punctuality::Late(self.in_vain(in_vain, period_ns)),
             };
         }
-        let otherwise = match in_vain > self.cycles / 20 {
-            true => Punctuality::Between,
-            false => Punctuality::InTime,
-        };
+        let otherwise =
+            if in_vain > self.cycles / 20 { Punctuality::Between } else { Punctuality::InTime };
         let of_frames = |tenths: u64| frames.saturating_mul(tenths) / 10;
         let is_faster = self.sent > self.releases.saturating_add(self.releases / 50) + 1;
         if is_faster || ready < of_frames(8) {

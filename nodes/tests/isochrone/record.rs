@@ -65,13 +65,15 @@ fn a_recording_exported_is_the_csv_of_a_subscriber_bit_for_bit() {
     let _held = service(&domain, "plant/level");
     domain.write("in.csv", &frames(200));
     let recorder = record(&domain, "plant/level -o out.mcap --json");
-    let mut subscriber = domain.start("subscribe plant/level --csv subscribed.csv");
+    let line = "subscribe plant/level --csv subscribed.csv --columns sequence,publish_ns,flags";
+    let mut subscriber = domain.start(line);
     subscriber.wait_for("subscribed to");
     domain.run("publish plant/level --csv in.csv --rate 500").expect_code(0);
     domain.wait_for_rows("subscribed.csv", 200);
     subscriber.stop().expect_code(0);
     let ended = recorder.stop().expect_code(0);
-    let (_, _, said) = export(&domain, "out.mcap -o out.csv");
+    let columns = "out.mcap --columns sequence,publish_ns,flags -o out.csv";
+    let (_, _, said) = export(&domain, columns);
     assert_eq!(domain.read("out.csv"), domain.read("subscribed.csv"));
     assert_eq!(said, "200 frames, 0 lost\n");
     let summary: Value = serde_json::from_str(&ended.stdout).unwrap();

@@ -259,6 +259,29 @@ fn a_damaged_file_never_passes_for_a_run_that_differs_without_saying_that_it_is_
 }
 
 #[test]
+fn all_exports_of_a_recording_count_their_times_from_its_first_cycle() {
+    let folder = recorded();
+    let mut origins = Vec::new();
+    for task in ["fast", "slow"] {
+        let arguments = format!("export run.mcap --task {task} --columns unix_ns -o out.csv");
+        folder.run(&arguments).noting();
+        let csv = folder.read("out.csv");
+        let rows = cells(&csv);
+        assert_eq!(rows[0][..3], ["time_s", "cycle", "unix_ns"]);
+        origins.extend(rows[1..].iter().map(|row| {
+            let after_ns = row[0].parse::<f64>().unwrap() * 1e9;
+            row[2].parse::<i64>().unwrap() - after_ns.round() as i64
+        }));
+    }
+    origins.dedup();
+    assert_eq!(origins.len(), 1, "{origins:?}");
+    let said = folder.run("export run.mcap --task fast --columns flags -o out.csv").refused(2);
+    assert_says(&said, &["`flags` is of frames"]);
+    let said = folder.run("export run.mcap --columns unix_ns -o out.mcap").refused(2);
+    assert_says(&said, &["--columns is for CSV"]);
+}
+
+#[test]
 fn what_the_inputs_of_a_run_read_is_exported_and_simulated_as_it_is() {
     let folder = recorded();
     folder.write("level.toml", CONFIGURATION);
