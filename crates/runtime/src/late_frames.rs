@@ -358,9 +358,8 @@ mod tests {
         assert_eq!(run.on(10, |_| With(0)), Some(false));
         assert_eq!(run.on(20, |_| With(399)), Some(true));
         assert_eq!(run.on(11, |_| Without), Some(false), "the source has stopped");
-        let held_up = |cycle: u64| match cycle.is_multiple_of(2) {
-            true => With(300 + cycle as i64 % 400),
-            false => Vain,
+        let held_up = |cycle: u64| {
+            if cycle.is_multiple_of(2) { With(300 + cycle as i64 % 400) } else { Vain }
         };
         assert_eq!(run.on(21, held_up), Some(true), "whenever those come");
         let said = run.followed.end(None, |_| Vec::new()).unwrap();
@@ -420,10 +419,8 @@ mod tests {
     #[test]
     fn a_slow_source_takes_longer_to_judge() {
         let mut run = Run::of(followed(None));
-        let once_a_second = |cycle: u64| match cycle.is_multiple_of(1_000) {
-            true => With(399),
-            false => Without,
-        };
+        let once_a_second =
+            |cycle: u64| if cycle.is_multiple_of(1_000) { With(399) } else { Without };
         assert_eq!(run.on(30, once_a_second), None);
         assert_eq!(run.on(30, once_a_second), Some(true));
         let the_last = |cycle: u64| if cycle < 10_000 { once_a_second(cycle) } else { Without };

@@ -219,9 +219,10 @@ impl<S: Service> Resolver<S> {
             return;
         }
         let service = self.desk.service.clone();
-        let publishers = match self.lasting.has(&WarningCode::OtherWriter, &service) {
-            true => Some(Vec::new()),
-            false => participant.publishers_at_once(&service),
+        let publishers = if self.lasting.has(&WarningCode::OtherWriter, &service) {
+            Some(Vec::new())
+        } else {
+            participant.publishers_at_once(&service)
         };
         let since = *self.unnamed_since.get_or_insert_with(Instant::now);
         if publishers.is_none() && since.elapsed() < PATIENCE {

@@ -307,7 +307,7 @@ mod tests {
             let name = "level".to_owned();
             let input =
                 InputWords { name, service: None, value_type: PinType::Int, max_age_ns, on_stale };
-            [InputState::Rejected(0.5), InputState::Missing].map(|state| {
+            [InputState::Rejected(0.5), InputState::Missing(Missing::Layout)].map(|state| {
                 let meaning = input.meaning(state);
                 meaning.rsplit_once("; it ").unwrap().1.to_owned()
             })
