@@ -94,6 +94,9 @@ pub(crate) struct Args {
     /// Say nothing while waiting for the service
     #[arg(long, hide = true)]
     wait_silently: bool,
+    /// How long a publisher may send nothing at first before that is an error
+    #[arg(long, hide = true, value_name = "TIME", value_parser = parse_seconds)]
+    patience: Option<f64>,
     #[command(flatten)]
     domain: domain::Args,
 }
@@ -159,7 +162,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     line.date_rest();
 
     let link = line.report();
-    let outcome = line.outcome();
+    let outcome = line.outcome(args.patience.unwrap_or_default());
     report.warnings = line.alarms.iter().map(Into::into).collect();
     report.links = vec![link.into()];
     if let Some(mut file) = report_file {

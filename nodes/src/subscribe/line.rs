@@ -285,8 +285,9 @@ impl<'a> Line<'a> {
         }
     }
 
-    /// Nothing received is no success, whatever the reason.
-    pub(super) fn outcome(&self) -> Result<(), Failure> {
+    /// Nothing received is no success, whatever the reason. A publisher that has sent nothing for so many seconds, or
+    /// for as long as makes a silence, has something wrong with it.
+    pub(super) fn outcome(&self, patience_s: f64) -> Result<(), Failure> {
         let service = self.service;
         if self.frames() > 0 {
             return Ok(());
@@ -305,6 +306,7 @@ impl<'a> Line<'a> {
         }
         let counters = self.subscriber.counters();
         let patience_ns = longest_silence_ns(self.period_ns().unwrap_or_default());
+        let patience_ns = patience_ns.max((patience_s * 1e9) as u64);
         let waited_ns = self.now_ns.saturating_sub(self.opened_ns);
         if counters.connect_errors + counters.receive_errors == 0 && waited_ns < patience_ns {
             return Err(Failure::nobody(format!("service \"{service}\" sent nothing")));
