@@ -96,9 +96,9 @@ pub(crate) fn lack(path: &Path, condition: &Condition, gaps: &Gaps) -> Option<St
         ));
     }
     if !condition.is_closed {
-        let after = gaps.newest().map_or(String::new(), |cycle| format!(" after {cycle}"));
+        let newest = gaps.newest().unwrap_or_else(|| "what is in it".to_owned());
         what.push(format!(
-            "{file} was not closed (its recorder was killed, could not write, or is still at it): what came{after} \
+            "{file} was not closed (its recorder was killed, could not write, or is still at it): what came after {newest} \
              is not known"
         ));
     }
