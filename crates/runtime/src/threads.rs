@@ -86,6 +86,7 @@ impl Threads {
         self.threads.push(Thread { task: name.clone(), thread: spawned, start });
         let lane = Lane {
             name: name.clone(),
+            ob: task.ob,
             schedule,
             phase_choice: task.phase_choice.clone(),
             followed_service: task.followed_service.clone(),

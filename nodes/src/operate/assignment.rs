@@ -3,8 +3,8 @@
 use std::str::FromStr;
 
 use isochrone_blocks::PinType;
-use isochrone_engine::{parse_based, parse_time_ms};
-use isochrone_runtime::control::{Value, Values};
+use isochrone_engine::{parse_based, parse_duration_ns, parse_time_ms};
+use isochrone_runtime::control::{DescribeParams, Value, Values};
 
 use super::known::{CALLING_TASK, Known};
 use super::node::Node;
@@ -25,8 +25,10 @@ pub(crate) enum Written {
     Plain(Value),
     /// A number with a unit, such as `T#100ms` or `1.5s`.
     WithUnit(String),
-    /// No value, as a `callOB` has it that nothing was given to.
+    /// What a `callOB` means that nothing was given to.
     CallingTask,
+    /// A word: the name of a task, at a `callOB`.
+    Name(String),
 }
 
 impl FromStr for Assignment {
@@ -56,6 +58,12 @@ pub(super) fn resolve(
                 // The node says which name was meant.
                 node.signals(Some(name))?;
                 Err(format!("\"{name}\" stands for several signals; name one"))
+            }
+            (Written::Name(task) | Written::WithUnit(task), Some(signal))
+                if signal.can_be_unset =>
+            {
+                let found = of_task(node, task)?;
+                found.map_err(|why| format!("{name}: {why}"))
             }
             (value, Some(signal)) => {
                 let value_type = numbers::type_of(&signal.value_type);
@@ -104,9 +112,9 @@ impl Written {
                 if has_unit(text) {
                     return Ok(Self::WithUnit(text.to_owned()));
                 }
-                Err("a value is true, false, a number such as 5, 0.5 or 16#8F00, or, for a TIME, \
-                     a time such as T#100ms"
-                    .into())
+                let is_name = !text.is_empty()
+                    && text.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c));
+                if is_name { Ok(Self::Name(text.to_owned())) } else { Err(NO_VALUE.into()) }
             }
         }
     }
@@ -115,8 +123,9 @@ impl Written {
     pub(crate) fn of(&self, value_type: PinType, unit: Option<&str>) -> Result<Value, String> {
         match (self, value_type) {
             (Self::Plain(value), _) => Ok(*value),
-            // The node knows which INT can be without a value.
-            (Self::CallingTask, PinType::Int) => Ok(Value::Number(f64::NAN)),
+            // The node knows which INT names a task.
+            (Self::CallingTask, PinType::Int) => Ok(Value::CallingTask),
+            (Self::Name(_), _) => Err(NO_VALUE.into()),
             (Self::CallingTask, _) => Err(format!(
                 "\"{CALLING_TASK}\" is for a callOB; this is {}",
                 with_article(value_type)
@@ -137,6 +146,32 @@ impl Written {
         }
     }
 }
+
+/// The value of a `callOB` for a task, given by its name or, as `get` prints one without a number, its period.
+fn of_task(node: &mut Node, written: &str) -> Result<Result<Value, String>, Failure> {
+    let tasks = node.call(&DescribeParams {})?.tasks;
+    if let Some(task) = tasks.iter().find(|task| task.name == written) {
+        let period_ns = task.period_ns;
+        return Ok(Ok(task.ob.map_or(Value::Task { period_ns }, |ob| Value::Integer(ob.into()))));
+    }
+    if let Ok(period_ns) = parse_duration_ns(written) {
+        return Ok(Ok(Value::Task { period_ns }));
+    }
+    let number = written.to_ascii_lowercase();
+    let number = number.strip_prefix("ob").map(|number| number.trim_start_matches('_'));
+    let help = match number.and_then(|number| number.parse::<u16>().ok()) {
+        Some(number) => format!("write the number alone: {number}"),
+        None => {
+            let names: Vec<_> = tasks.iter().map(|task| task.name.as_str()).collect();
+            format!("give an OB number, {CALLING_TASK}, or a task: {}", names.join(", "))
+        }
+    };
+    Ok(Err(format!("there is no task \"{written}\"; {help}")))
+}
+
+/// What a value is.
+const NO_VALUE: &str = "a value is true, false, a number such as 5, 0.5 or 16#8F00, for a TIME a time such as \
+                        T#100ms, or for a callOB the name of a task";
 
 fn with_article(value_type: PinType) -> String {
     let article = if value_type == PinType::Int { "an" } else { "a" };
@@ -217,7 +252,7 @@ mod tests {
     fn what_a_call_ob_without_a_value_is_shown_as_takes_its_value_away_again() {
         for text in ["calling task", "Calling Task"] {
             let value = written(text).unwrap().of(PinType::Int, None).unwrap();
-            assert!(matches!(value, Value::Number(value) if value.is_nan()), "{text}: {value}");
+            assert_eq!(value, Value::CallingTask, "{text}");
             assert_eq!(super::super::shown(value, PinType::Int), "calling task");
         }
         for other in [PinType::Lreal, PinType::Time, PinType::Word, PinType::Bool] {
@@ -238,7 +273,7 @@ mod tests {
             ("-0b1_01", "as -2#1_01, not"),
             ("0o17", "as 8#17, not"),
         ] {
-            let error = written(text).unwrap_err();
+            let error = written(text).and_then(|it| it.of(PinType::Lreal, None)).unwrap_err();
             assert!(error.contains(said), "{text}: {error}");
         }
         assert!(written("T#1x5s").unwrap().of(PinType::Time, None).is_err());

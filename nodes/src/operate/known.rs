@@ -4,12 +4,10 @@ use std::collections::{BTreeSet, HashMap};
 
 use isochrone_blocks::PinType;
 use isochrone_engine::operate;
+pub(crate) use isochrone_runtime::control::CALLING_TASK;
 use isochrone_runtime::control::{SignalDescription, Value};
 
 use crate::numbers::{self, Digits};
-
-/// What a `callOB` without a value means, and how it is shown and written.
-pub(crate) const CALLING_TASK: &str = "calling task";
 
 /// What a node says of some of its signals.
 #[derive(Debug, Default)]
@@ -26,7 +24,7 @@ impl Known {
         let known = self.get(name).map(|signal| numbers::type_of(&signal.value_type));
         let value_type = known.unwrap_or(match value {
             Value::Bool(_) => PinType::Bool,
-            Value::Integer(_) | Value::Number(_) => PinType::Lreal,
+            _ => PinType::Lreal,
         });
         in_words(value, value_type, Digits::Exact)
     }
@@ -54,13 +52,15 @@ pub(crate) fn number(value: Value) -> f64 {
         Value::Bool(value) => f64::from(u8::from(value)),
         Value::Integer(value) => value as f64,
         Value::Number(value) => value,
+        // No number: it is of a callOB, and compared with none.
+        Value::CallingTask | Value::Task { .. } => f64::NAN,
     }
 }
 
 fn in_words(value: Value, value_type: PinType, digits: Digits) -> String {
     match (value, operate::Value::from(value).slot(value_type)) {
         (_, Some(slot)) => numbers::shown(slot, value_type, digits),
-        // The one INT without a number: an OB that nothing was given for.
+        // As a callOB is given it in JSON, too.
         (Value::Number(number), None) if number.is_nan() && value_type == PinType::Int => {
             CALLING_TASK.into()
         }
@@ -79,7 +79,8 @@ mod tests {
         assert_eq!(shown(Value::Integer(1500), PinType::Time), "T#1s500ms");
         assert_eq!(shown(Value::Number(0.1 + 0.2), PinType::Lreal), "0.3");
         assert_eq!(shown(Value::Number(f64::NAN), PinType::Lreal), "NaN");
-        assert_eq!(shown(Value::Number(f64::NAN), PinType::Int), "calling task");
+        assert_eq!(shown(Value::CallingTask, PinType::Int), "calling task");
+        assert_eq!(shown(Value::Task { period_ns: 10_000_000 }, PinType::Int), "10ms");
     }
 
     #[test]

@@ -18,7 +18,8 @@ use crate::terminal;
 #[command(after_help = "Examples:\n  isochrone set level ramp.setChangeRate=5\n  \
     isochrone set level level.x1=-100 level.x2=27648 --comment \"sensor 3 calibrated\"\n  \
     isochrone set level ramp.setChangeRate=2 --at +500\n\n\
-    A value is true, false, a number such as 5, 0.5 or 16#8F00, or, for a TIME, a time such as T#100ms.")]
+    A value is true, false, a number such as 5, 0.5 or 16#8F00, for a TIME a time such as T#100ms, \
+    or for a callOB the name of a task.")]
 pub(crate) struct Args {
     #[command(flatten)]
     node: node::Args,

@@ -70,6 +70,7 @@ pub(super) fn entry(transaction: u64, action: Action, after: f64) -> JournalEntr
 pub(super) fn node(started_unix_ns: u64) -> DescribeResult {
     let task = |name: &str, period_ns| TaskDescription {
         name: name.into(),
+        ob: None,
         period_ns,
         phase_ns: 0,
         cycle: 123_456,

@@ -55,3 +55,41 @@ fn a_call_ob_is_set_back_as_it_is_shown_and_saved_and_replayed_so() {
     let again = domain.run("replay tank.mcap").expect_code(0);
     assert_says(&again.stdout, &["the same"]);
 }
+
+#[test]
+fn a_call_ob_takes_the_name_of_a_task_and_is_shown_by_what_it_takes_from_it() {
+    let (of_type, of_output) = ("type = \"LimRateOfChangeCI\"", "service = \"tank/out\"");
+    let tank = TANK
+        .replace("ob = 35\n[", "ob = 35\n[[task]]\nname = \"slow\"\nperiod = \"20ms\"\n[")
+        .replace(of_type, &format!("{of_type}\ntask = \"fast\""))
+        .replace(of_output, &format!("{of_output}\ntask = \"fast\""));
+    let domain = Domain::new();
+    let node = domain.start_node("tank.toml", &tank, "");
+    let set = |value: &str| domain.start_with(&["set", "tank", &format!("free.callOB={value}")]);
+    let got = || {
+        let got = domain.run("get tank free.callOB ramp.callOB --json").expect_code(0).stdout;
+        let got: serde_json::Value = serde_json::from_str(&got).unwrap();
+        got["values"].clone()
+    };
+    assert_eq!(got(), serde_json::json!({ "free.callOB": "calling task", "ramp.callOB": 35 }));
+    let done = set("slow").finish().expect_code(0);
+    assert_says(&done.stdout, &["free.callOB  calling task  -> 20ms"]);
+    assert_eq!(got(), serde_json::json!({ "free.callOB": "20ms", "ramp.callOB": 35 }));
+    let saved = domain.run("save tank").expect_code(0).stdout;
+    assert_says(&saved, &["setChangeRate = 10.0, callOB = \"slow\" }"]);
+    assert_says(&set("fast").finish().expect_code(0).stdout, &["20ms  -> 35"]);
+    assert_says(&set("20ms").finish().expect_code(0).stdout, &["35  -> 20ms"]);
+    for (value, code, says) in [
+        ("ob38", 2, "there is no task \"ob38\"; write the number alone: 38"),
+        (
+            "slwo",
+            2,
+            "there is no task \"slwo\"; give an OB number, calling task, or a task: fast, slow",
+        ),
+        ("7ms", 1, "7ms is no INT"),
+    ] {
+        assert_says(&set(value).finish().expect_code(code).stderr, &[says]);
+    }
+    assert_eq!(domain.stdout("get tank free.callOB"), "20ms\n");
+    node.stop().expect_code(0);
+}

@@ -138,7 +138,9 @@ fn what_cannot_be_set_is_refused_whole_with_every_reason() {
     assert!(refused.stderr.lines().count() >= 7, "{}", refused.stderr);
     assert_eq!(domain.stdout("get tank ramp.setChangeRate"), "10\n");
     assert_says(&domain.run("set tank ramp.setChangeRate=NaN").expect_code(1).stderr, &["NaN"]);
-    for usage in ["set tank ramp.setChangeRate", "set tank ramp.setChangeRate=fast", "set tank"] {
+    let word = domain.run("set tank ramp.setChangeRate=fast").expect_code(2);
+    assert_says(&word.stderr, &["ramp.setChangeRate: a value is true, false, a number"]);
+    for usage in ["set tank ramp.setChangeRate", "set tank"] {
         let refused = domain.run(usage).expect_code(2);
         assert_says(&refused.stderr, &["NAME=VALUE"]);
     }

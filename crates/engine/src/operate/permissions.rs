@@ -138,8 +138,9 @@ impl Permissions {
             value,
             value_type,
         })?;
-        // Where nothing is given, nothing is bounded.
-        if slot.is_nan() { Ok(slot) } else { self.bound(signal, slot, value) }
+        // Limits are for numbers, and a task is none.
+        let is_number = !matches!(value, Value::Task { .. }) && !slot.is_nan();
+        if is_number { self.bound(signal, slot, value) } else { Ok(slot) }
     }
 
     /// The limits of a parameter, if there are any: least and greatest value.

@@ -323,6 +323,9 @@ impl Refusal {
             }
             Self::Quality { .. } => "force it".into(),
             Self::Age { .. } => "force the input, or its \".ok\"".into(),
+            Self::Value { value: Value::Task { .. }, value_type: PinType::Int, .. } => {
+                "write a number, or the period of one of the node's tasks at a callOB".into()
+            }
             Self::Value { value_type, .. } => match (value_type, value_type.range()) {
                 (PinType::Bool, _) => "write true or false".into(),
                 (PinType::Time, Some((min, max))) => {

@@ -30,12 +30,27 @@ pub enum SaveError {
 
 /// The values of now of the parameters that were changed, to be written into the configuration.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Changes(Vec<(String, Value)>);
+pub struct Changes(Vec<(String, Saved)>);
+
+/// What is written for a value.
+#[derive(Debug, Clone, PartialEq)]
+enum Saved {
+    Value(Value),
+    /// The name of a task.
+    Task(String),
+}
 
 impl Operator {
     /// The parameters whose values are other than the configuration's.
     pub fn to_save(&self) -> Changes {
-        let named = |(signal, value): (Signal<'_>, Value)| (signal.name, value);
+        let named = |(signal, value): (Signal<'_>, Value)| {
+            let task = match value {
+                Value::Task { period_ns } => self.signals().task_of_period(period_ns),
+                _ => None,
+            };
+            let saved = task.map_or(Saved::Value(value), |task| Saved::Task(task.to_owned()));
+            (signal.name, saved)
+        };
         Changes(self.changed().into_iter().map(named).collect())
     }
 
@@ -60,7 +75,7 @@ impl Changes {
             SaveError::Syntax { message: error.to_string() }
         })?;
         for (name, value) in &self.0 {
-            if write(&mut document, name, *value).is_none() {
+            if write(&mut document, name, value).is_none() {
                 return Err(SaveError::Other { name: name.clone() });
             }
         }
@@ -68,7 +83,7 @@ impl Changes {
     }
 }
 
-fn write(document: &mut DocumentMut, name: &str, value: Value) -> Option<()> {
+fn write(document: &mut DocumentMut, name: &str, value: &Saved) -> Option<()> {
     let (instance, pin) = name.rsplit_once('.')?;
     let (block, number) = match instance.split_once('.') {
         Some((block, number)) => (block, Some(number)),
@@ -81,9 +96,12 @@ fn write(document: &mut DocumentMut, name: &str, value: Value) -> Option<()> {
         None => pins,
     };
     let new = match value {
-        Value::Bool(value) => toml_edit::Value::from(value),
-        Value::Integer(value) => toml_edit::Value::from(value),
-        Value::Number(value) => toml_edit::Value::from(value),
+        Saved::Value(Value::Bool(value)) => toml_edit::Value::from(*value),
+        Saved::Value(Value::Integer(value)) => toml_edit::Value::from(*value),
+        Saved::Value(Value::Number(value)) => toml_edit::Value::from(*value),
+        // A period alone names no task.
+        Saved::Value(Value::CallingTask | Value::Task { .. }) => toml_edit::Value::from(f64::NAN),
+        Saved::Task(name) => toml_edit::Value::from(name),
     };
     match pins.get_mut(pin) {
         Some(item) => {
@@ -98,9 +116,9 @@ fn write(document: &mut DocumentMut, name: &str, value: Value) -> Option<()> {
 
 /// A whole number in the notation of the text that it replaces: a time such as `T#500ms`, or a number with a
 /// base.
-fn in_notation_of(old: &toml_edit::Value, new: Value) -> Option<String> {
-    let (old, Value::Integer(new)) = (old.as_str()?, new) else { return None };
-    in_base_of(old, new).or_else(|| in_form_of(old, new))
+fn in_notation_of(old: &toml_edit::Value, new: &Saved) -> Option<String> {
+    let (old, Saved::Value(Value::Integer(new))) = (old.as_str()?, new) else { return None };
+    in_base_of(old, *new).or_else(|| in_form_of(old, *new))
 }
 
 /// Puts a value in the place of another. Blanks and comments around it belong to the place: a comment

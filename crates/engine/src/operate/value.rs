@@ -2,7 +2,9 @@
 
 use std::fmt;
 
-use isochrone_blocks::PinType;
+use isochrone_blocks::{Ob, PinType, Value as _};
+
+use crate::format_duration_ns;
 
 /// A value that a signal is given, or has.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,13 +15,24 @@ pub enum Value {
     Integer(i64),
     /// A number.
     Number(f64),
+    /// The task that runs the block, at a `callOB`.
+    CallingTask,
+    /// A task without a number, at a `callOB`: the period that the block takes from it.
+    Task {
+        /// In nanoseconds.
+        period_ns: u64,
+    },
 }
 
 impl Value {
-    /// The value that stands in a slot. An input pin that nothing was given, such as an OB's number that
-    /// is not configured, has NaN, whatever its type.
+    /// The value that stands in a slot.
     pub fn of(slot: f64, value_type: PinType) -> Self {
         match value_type {
+            PinType::Int if !value_type.holds(slot) => match Ob::from_slot(slot) {
+                Ob::Caller => Self::CallingTask,
+                Ob::Task { period_ns } => Self::Task { period_ns },
+                Ob::Number(number) => Self::Integer(number.into()),
+            },
             _ if slot.is_nan() => Self::Number(slot),
             PinType::Bool => Self::Bool(slot != 0.0),
             PinType::Lreal => Self::Number(slot),
@@ -34,6 +47,8 @@ impl Value {
         match (value_type, self) {
             (PinType::Bool, Self::Bool(value)) => Some(f64::from(u8::from(value))),
             (PinType::Bool, _) | (_, Self::Bool(_)) => None,
+            // Only a pin that names a task has them.
+            (_, Self::CallingTask | Self::Task { .. }) => None,
             (PinType::Lreal, Self::Number(value)) => Some(value).filter(|value| !value.is_nan()),
             (_, Self::Number(value)) => Some(value).filter(|value| value_type.holds(*value)),
             (_, Self::Integer(value)) => {
@@ -44,12 +59,14 @@ impl Value {
 }
 
 impl fmt::Display for Value {
-    /// As a configuration writes it.
+    /// As a configuration writes it; a task without a number has its period here.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Bool(value) => value.fmt(f),
             Self::Integer(value) => value.fmt(f),
             Self::Number(value) => write!(f, "{value:?}"),
+            Self::CallingTask => f.write_str("nan"),
+            Self::Task { period_ns } => f.write_str(&format_duration_ns(*period_ns)),
         }
     }
 }

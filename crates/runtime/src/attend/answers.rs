@@ -32,6 +32,7 @@ impl Attendant {
             let forces = operating.operator.forces().filter(|forced| forced.task == index);
             Some(TaskDescription {
                 name: lane.name.clone(),
+                ob: lane.ob,
                 period_ns: lane.schedule.period_ns,
                 phase_ns: lane.schedule.phase_ns,
                 cycle: next.saturating_sub(1),

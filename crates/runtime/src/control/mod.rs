@@ -50,7 +50,7 @@ pub use results::{
 };
 pub use texts::{Room, answer, request};
 pub use trace::{Trace, TraceRow, signals_by_task};
-pub use value::{Value, Values};
+pub use value::{CALLING_TASK, Value, Values};
 
 /// The name of the service by which a node is operated.
 pub fn service_name(node: &str) -> String {

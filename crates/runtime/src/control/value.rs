@@ -2,13 +2,13 @@
 
 use std::fmt;
 
-use isochrone_engine::operate;
+use isochrone_engine::{format_duration_ns, operate, parse_duration_ns};
 use serde::de::{Error, MapAccess, Visitor};
 use serde::ser::SerializeMap;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// The value of a signal: BOOL `true` or `false`; INT, TIME (ms) and WORD integers; LREAL any number, and
-/// the strings `"NaN"`, `"inf"` and `"-inf"`.
+/// the strings `"NaN"`, `"inf"` and `"-inf"`; a `callOB` also `"calling task"` and the period of a task.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Value {
     /// A BOOL.
@@ -17,7 +17,17 @@ pub enum Value {
     Integer(i64),
     /// Any other number; also a whole one that an `i64` does not hold.
     Number(f64),
+    /// The task that runs the block, at a `callOB`: `"calling task"`.
+    CallingTask,
+    /// A task without a number, at a `callOB`: its period, such as `"10ms"`.
+    Task {
+        /// In nanoseconds.
+        period_ns: u64,
+    },
 }
+
+/// What stands for the task that runs a block.
+pub const CALLING_TASK: &str = "calling task";
 
 impl Value {
     /// Reads one JSON value; `None` if it is none that a signal can have.
@@ -36,6 +46,8 @@ impl fmt::Display for Value {
                 Some(word) => f.write_str(word),
                 None => write!(f, "{value:?}"),
             },
+            Self::CallingTask => f.write_str(CALLING_TASK),
+            Self::Task { period_ns } => f.write_str(&format_duration_ns(*period_ns)),
         }
     }
 }
@@ -64,6 +76,8 @@ impl From<operate::Value> for Value {
             operate::Value::Bool(value) => Self::Bool(value),
             operate::Value::Integer(value) => Self::Integer(value),
             operate::Value::Number(value) => Self::Number(value),
+            operate::Value::CallingTask => Self::CallingTask,
+            operate::Value::Task { period_ns } => Self::Task { period_ns },
         }
     }
 }
@@ -74,6 +88,8 @@ impl From<Value> for operate::Value {
             Value::Bool(value) => Self::Bool(value),
             Value::Integer(value) => Self::Integer(value),
             Value::Number(value) => Self::Number(value),
+            Value::CallingTask => Self::CallingTask,
+            Value::Task { period_ns } => Self::Task { period_ns },
         }
     }
 }
@@ -97,6 +113,7 @@ impl Serialize for Value {
                 Some(word) => serializer.serialize_str(word),
                 None => serializer.serialize_f64(*value),
             },
+            Self::CallingTask | Self::Task { .. } => serializer.collect_str(self),
         }
     }
 }
@@ -132,7 +149,11 @@ impl<'de> Deserialize<'de> for Value {
                     "NaN" => Ok(Value::Number(f64::NAN)),
                     "inf" => Ok(Value::Number(f64::INFINITY)),
                     "-inf" => Ok(Value::Number(f64::NEG_INFINITY)),
-                    _ => Err(E::invalid_value(serde::de::Unexpected::Str(value), &self)),
+                    CALLING_TASK => Ok(Value::CallingTask),
+                    _ => match parse_duration_ns(value) {
+                        Ok(period_ns) => Ok(Value::Task { period_ns }),
+                        Err(_) => Err(E::invalid_value(serde::de::Unexpected::Str(value), &self)),
+                    },
                 }
             }
         }
@@ -141,7 +162,7 @@ impl<'de> Deserialize<'de> for Value {
 }
 
 /// How people are told what a value is.
-pub(super) const EXPECTED: &str = r#"true, false, a number, "NaN", "inf" or "-inf""#;
+pub(super) const EXPECTED: &str = r#"true, false, a number, "NaN", "inf" or "-inf", or, for a callOB, "calling task" or a task's period such as "10ms""#;
 
 /// Values by name, in the order in which they are written: a JSON object.
 ///
@@ -214,6 +235,8 @@ mod tests {
             (Value::Number(0.1), "0.1"),
             (Value::Number(f64::INFINITY), "\"inf\""),
             (Value::Number(f64::NEG_INFINITY), "\"-inf\""),
+            (Value::CallingTask, "\"calling task\""),
+            (Value::Task { period_ns: 10_000_000 }, "\"10ms\""),
         ] {
             assert_eq!(serde_json::to_string(&value).unwrap(), text);
             assert_eq!(Value::of_json(text), Some(value));

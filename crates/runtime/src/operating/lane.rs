@@ -22,6 +22,7 @@ const PATIENCE_NS: u64 = 1_000_000_000;
 /// One task's.
 pub(crate) struct Lane {
     pub(crate) name: String,
+    pub(crate) ob: Option<i16>,
     pub(crate) schedule: Schedule,
     pub(crate) phase_choice: PhaseChoice,
     pub(crate) followed_service: Option<String>,

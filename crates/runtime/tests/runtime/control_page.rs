@@ -39,6 +39,7 @@ fn described() -> DescribeResult {
     };
     let task = TaskDescription {
         name: String::new(),
+        ob: Some(0),
         period_ns: 0,
         phase_ns: 0,
         cycle: 0,

@@ -263,6 +263,12 @@ impl Operator {
     /// The slot of a value that a signal can have, also in the configuration that is on its way to its
     /// task.
     fn allowed(&self, signal: &Signal<'_>, value: Value) -> Result<f64, Refusal> {
+        if let Value::Task { period_ns } = value
+            && self.signals.task_of_period(period_ns).is_none()
+        {
+            let (name, value_type) = (signal.name.clone(), signal.value_type);
+            return Err(Refusal::Value { name, value, value_type });
+        }
         let mut slots = self.permissions_of(signal.task).map(|of| of.slot(signal, value));
         let first = slots.next().unwrap_or_else(|| self.permissions.slot(signal, value))?;
         slots.try_fold(first, |_, slot| slot)

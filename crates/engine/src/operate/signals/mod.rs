@@ -7,7 +7,7 @@ mod meant;
 mod published;
 mod sources;
 
-use isochrone_blocks::{BlockType, Pin, PinDefault, PinType};
+use isochrone_blocks::{BlockType, Ob, Pin, PinDefault, PinType};
 
 use super::refusal::Refusal;
 use super::value::Value;
@@ -143,6 +143,8 @@ impl Signal<'_> {
     pub(super) fn slot_of(&self, value: Value) -> Option<f64> {
         match value {
             Value::Number(number) if number.is_nan() && self.can_be_unset => Some(f64::NAN),
+            Value::CallingTask if self.can_be_unset => Some(Ob::Caller.slot()),
+            Value::Task { period_ns } if self.can_be_unset => Some(Ob::Task { period_ns }.slot()),
             value => value.slot(self.value_type),
         }
     }
@@ -170,6 +172,12 @@ impl Signals {
     /// Name of a task.
     pub fn task_name(&self, task: usize) -> &str {
         self.tasks.get(task).map_or("", |task| &task.name)
+    }
+
+    /// The name of the first task with this period.
+    pub(super) fn task_of_period(&self, period_ns: u64) -> Option<&str> {
+        let task = self.tasks.iter().find(|task| task.period_ns == period_ns);
+        task.map(|task| task.name.as_str())
     }
 
     /// How many parameters a task has.

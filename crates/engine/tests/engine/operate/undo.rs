@@ -97,12 +97,12 @@ fn an_undo_can_be_taken_back_too() {
 }
 
 #[test]
-fn a_pin_that_nothing_was_given_reads_nan_and_has_nothing_again_after_an_undo() {
+fn a_pin_that_nothing_was_given_means_the_calling_task_and_does_again_after_an_undo() {
     let mut hand = Hand::new(NODE);
     let set = hand.set([("ramp.0.callOB", 35.into())]);
     hand.step(0);
     let Some(Done::Applied(entry)) = hand.done.pop() else { panic!("it was applied") };
-    assert!(matches!(entry.changes[0].before, Value::Number(before) if before.is_nan()));
+    assert_eq!(entry.changes[0].before, Value::CallingTask);
     let undo = hand.operator.undo(set, Request::default(), &hand.next);
     hand.send(undo);
     hand.step(0);

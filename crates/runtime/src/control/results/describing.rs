@@ -53,6 +53,9 @@ pub struct ConfigurationOrigin {
 pub struct TaskDescription {
     /// Its name.
     pub name: String,
+    /// Its OB number, by which a `callOB` can name it; `None`: it has none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ob: Option<i16>,
     /// From release to release, ns.
     pub period_ns: u64,
     /// Of its first release after that of the grid, ns.
