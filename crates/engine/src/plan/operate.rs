@@ -42,8 +42,8 @@ fn check_limit(names: &Names<'_>, wiring: &Wiring, limit: &Limit) -> Option<Find
         let known = entry.block_type?.inputs.get(pin.pin)?;
         let constants = wiring.constants_of(entry.first + pin.instance, pin.entry);
         let constant = constants.get(pin.pin).copied().flatten()?;
-        // Where nothing was given, nothing is bounded.
-        let is_given = known.default != PinDefault::CallingTask || !constant.is_nan();
+        // Limits are for numbers, and a task is none.
+        let is_given = known.default != PinDefault::CallingTask || known.pin_type.holds(constant);
         let is_bounded = known.pin_type != PinType::Bool;
         is_bounded.then(|| {
             let name = format!("{}.{}", entry.instance_name(pin.instance), known.name);

@@ -62,6 +62,32 @@ fn a_pin_that_can_be_without_a_value_is_set_back_whatever_its_limits_are() {
 }
 
 #[test]
+fn a_task_without_a_number_is_given_by_its_period_and_saved_by_its_name() {
+    let slow = "[[task]]\nname = \"slow\"\nperiod = \"300ms\"\n\n[[block]]\nname = \"ramp\"";
+    let node = NODE
+        .replace("type = \"LimRateOfChangeCI\"", "type = \"LimRateOfChangeCI\"\ntask = \"fast\"")
+        .replace("type = \"SawTooth\"", "type = \"SawTooth\"\ntask = \"fast\"")
+        .replace("[[block]]\nname = \"ramp\"", slow);
+    let period = |period_ns| Value::Task { period_ns };
+    let mut hand = Hand::new(&node);
+    // It is no number, so limits of numbers do not bound it.
+    hand.set([("ramp.0.callOB", period(300_000_000)), ("free.callOB", period(300_000_000))]);
+    hand.step(0);
+    let saved = hand.operator.save(&node).unwrap();
+    let again = Hand::new(&saved);
+    for pin in ["ramp.0.callOB", "free.callOB"] {
+        assert_eq!(again.value(pin), hand.value(pin), "{pin} of {saved}");
+    }
+    assert!(saved.contains("callOB = \"slow\""), "{saved}");
+    for (name, period_ns) in [("free.callOB", 7), ("beat.numberSteps", 300_000_000)] {
+        let refused =
+            hand.operator.set([(name, period(period_ns))], Request::default(), &hand.next);
+        let refused = refused.unwrap_err().to_string();
+        assert!(refused.contains("is no INT"), "{name}: {refused}");
+    }
+}
+
+#[test]
 fn what_was_set_back_to_what_is_configured_is_no_change() {
     let hand = after_setting([("free.callOB", 35.into()), ("free.callOB", unset())]);
     assert!(!hand.operator.has_changed());
