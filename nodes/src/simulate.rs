@@ -81,7 +81,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
             recording
         }
     };
-    let cycles = args.cycles.unwrap_or(recording.len() as u64);
+    let cycles = args.cycles.unwrap_or(recording.end());
     let mut simulation = Simulation::new(&plan, reference, recording).map_err(Failure::found)?;
     let stop = stop::on_signal(None)?;
     hold_panic_messages();
@@ -205,10 +205,7 @@ impl<'a> Simulation<'a> {
 
     /// Reads the row of a cycle; what has none holds.
     fn read(&mut self, cycle: u64) {
-        if cycle >= self.recording.len() as u64 {
-            return;
-        }
-        let row = self.recording.row(cycle);
+        let Some(row) = self.recording.row_of(cycle) else { return };
         for (task, inputs) in self.inputs.iter_mut().enumerate() {
             for input in inputs {
                 let plan = &self.plan.tasks[task].inputs[input.index];

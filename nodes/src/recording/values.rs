@@ -49,6 +49,21 @@ impl Recording {
         self.values.get(first..first + self.columns.len()).unwrap_or_default()
     }
 
+    /// The values of the row for a cycle, if it has one.
+    pub(crate) fn row_of(&self, cycle: u64) -> Option<&[f64]> {
+        if self.cycles.is_empty() {
+            return (cycle < self.rows as u64).then(|| self.row(cycle));
+        }
+        // A node that was ended sends its last frame again.
+        let row = self.cycles.partition_point(|of| *of <= cycle).checked_sub(1)?;
+        (self.cycles.get(row) == Some(&cycle)).then(|| self.row(row as u64))
+    }
+
+    /// The first cycle after the last row's.
+    pub(crate) fn end(&self) -> u64 {
+        self.cycles.last().map_or(self.rows as u64, |last| last.saturating_add(1))
+    }
+
     /// The cycle of a row, if the file says.
     pub(crate) fn cycle(&self, row: usize) -> Option<u64> {
         self.cycles.get(row).copied()
