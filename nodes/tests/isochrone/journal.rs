@@ -93,6 +93,65 @@ fn a_full_file_is_kept_beside_the_next_one_and_one_that_was_renamed_is_followed_
     assert!(domain.read("tank.jsonl").contains("{\"end\""));
 }
 
+#[test]
+fn a_full_disk_costs_no_entry_and_no_older_file_while_the_file_is_followed_by_another() {
+    let domain = Domain::new();
+    domain.write("tank.toml", TANK);
+    let mut node = start_limited(&domain, "");
+    let participant = domain.join("operator");
+    let mut client = Client::connect(&participant, "tank", PATIENCE).unwrap();
+    let (mut rate, mut done) = (1.0, Vec::new());
+    let mut set = || {
+        rate += 1.0;
+        let values = [("ramp.setChangeRate", rate)].into_iter().collect();
+        client.call(&SetParams { values, ..SetParams::default() })
+    };
+    done.push(set().unwrap().transaction);
+    // It was renamed, and the next one cannot be begun.
+    std::fs::rename(domain.path("tank.jsonl"), domain.path("tank.jsonl.1")).unwrap();
+    let first = domain.read("tank.jsonl.1");
+    limit_files(&node, Some(1));
+    wait_until("it is refused", || set().map(|set| done.push(set.transaction)).is_err());
+    node.wait_for("cannot be written (File too large");
+    assert_eq!(domain.read("tank.jsonl"), "");
+    limit_files(&node, None);
+    wait_until("it is written", || set().map(|set| done.push(set.transaction)).is_ok());
+    assert_eq!(domain.read("tank.jsonl.1"), first);
+    let written = || {
+        let files = ["tank.jsonl.1", "tank.jsonl"];
+        let runs = files.map(|file| transactions(&runs(&domain, file)[0]));
+        runs.concat()
+    };
+    wait_until("all is written", || written() == done);
+
+    // It is full, and the next one cannot be begun either.
+    node.stop().expect_code(0);
+    let text = domain.read("tank.jsonl");
+    let long = format!("\"comment\":\"{}\",\"action\"", "x".repeat((16 << 20) - 2500));
+    domain.write("tank.jsonl", &text.replacen("\"action\"", &long, 1));
+    let mut node = start_limited(&domain, "");
+    let mut client = Client::connect(&participant, "tank", PATIENCE).unwrap();
+    let mut set = || {
+        rate += 1.0;
+        let values = [("ramp.setChangeRate", rate)].into_iter().collect();
+        client.call(&SetParams { values, ..SetParams::default() })
+    };
+    let length = || std::fs::metadata(domain.path("tank.jsonl")).unwrap().len();
+    let header = text.lines().next().unwrap().len() as u64;
+    wait_until("it is full", || set().is_ok() && length() >= (16 << 20) + header);
+    let full = length();
+    limit_files(&node, Some(1));
+    wait_until("it is refused", || set().is_err());
+    node.wait_for("no other can take its place (File too large");
+    assert_eq!((length(), domain.read("tank.jsonl.1")), (full, first.clone()));
+    assert!(!domain.path("tank.jsonl.new").exists() && !domain.path("tank.jsonl.2").exists());
+    limit_files(&node, None);
+    wait_until("it is written", || set().is_ok());
+    assert!(length() > full, "it grows on");
+    node.stop().expect_code(0);
+    assert_eq!(domain.read("tank.jsonl.1"), first);
+}
+
 /// Lets a process make files of so many bytes; `None`: as long as this one may.
 fn limit_files(process: &Process, bytes: Option<u64>) {
     let own = getrlimit(Resource::Fsize);

@@ -49,6 +49,11 @@ impl JournalLines {
         })
     }
 
+    /// The same, named otherwise in errors.
+    pub(super) fn named(self, path: &Path) -> Self {
+        Self { path: path.display().to_string(), ..self }
+    }
+
     /// The incomplete last line, from 1, once all others were read: the node was killed while it wrote.
     pub fn cut_line(&self) -> Option<usize> {
         self.cut_line

@@ -2,6 +2,7 @@
 
 use std::fs::{self, File, OpenOptions, Permissions};
 use std::io::{self, ErrorKind, Write};
+use std::os::fd::AsRawFd;
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -32,7 +33,10 @@ const KEPT: u32 = 8;
 /// followed by another one in the same way.
 #[derive(Debug)]
 pub struct Journal {
+    /// As it was given.
     path: PathBuf,
+    /// Where it led when it was opened.
+    place: PathBuf,
     file: File,
     /// A regular file, which has a length; pipes and devices have none.
     is_regular: bool,
@@ -42,11 +46,9 @@ pub struct Journal {
     has_ended: bool,
     last_transaction: u64,
     has_cut_line: bool,
-    /// Length of the file, in bytes, and how much of that is the line of the run.
+    /// Length of the file, in bytes, and from which on it is kept beside another.
     written: u64,
-    header_bytes: u64,
-    /// Whether a file that is full is kept beside another; not where it cannot be renamed.
-    can_rotate: bool,
+    full_at: u64,
     waiting: Vec<u8>,
     /// The last transaction of what waits.
     waiting_transaction: u64,
@@ -65,6 +67,7 @@ impl Journal {
         let is_regular = file.metadata().map_err(write)?.is_file();
         let mut journal = Self {
             path: path.to_owned(),
+            place: fs::canonicalize(path).unwrap_or_else(|_| path.to_owned()),
             is_regular,
             is_new,
             header: RunHeader {
@@ -83,8 +86,7 @@ impl Journal {
             last_transaction: 0,
             has_cut_line: false,
             written: 0,
-            header_bytes: 0,
-            can_rotate: is_regular,
+            full_at: LARGEST_BYTES,
             waiting: Vec::new(),
             waiting_transaction: 0,
             unwritten: None,
@@ -124,8 +126,11 @@ impl Journal {
     /// Writes that a run begins.
     pub(crate) fn begin(&mut self, started_unix_ns: u64) -> Result<(), JournalError> {
         self.header.started_unix_ns = started_unix_ns;
-        let begun =
-            if self.is_full() && self.rotate() { self.go_on() } else { self.write_header() };
+        let begun = if self.is_full() && self.rotate() {
+            Ok(())
+        } else {
+            self.file.try_clone().and_then(|file| self.begin_in(file, self.written))
+        };
         let path = || self.path.display().to_string();
         begun.map_err(|source| JournalError::Write { path: path(), source })?;
         self.has_begun = true;
@@ -200,8 +205,8 @@ impl Journal {
                 self.path.display()
             );
         }
-        if self.is_full() && !self.waiting.is_empty() && self.rotate() {
-            self.go_on()?;
+        if self.is_full() && !self.waiting.is_empty() {
+            self.rotate();
         }
         let mut waiting = std::mem::take(&mut self.waiting);
         let written = self.write(&mut waiting);
@@ -219,76 +224,100 @@ impl Journal {
         }
         let own = self.file.metadata()?;
         Ok(own.len() >= self.written
-            && match fs::metadata(&self.path) {
+            && match fs::metadata(&self.place) {
                 Ok(there) => (there.dev(), there.ino()) == (own.dev(), own.ino()),
                 Err(error) => error.kind() != ErrorKind::NotFound,
             })
     }
 
     fn is_full(&self) -> bool {
-        self.can_rotate && self.written - self.header_bytes >= LARGEST_BYTES
+        self.is_regular && self.written >= self.full_at
     }
 
-    /// Keeps the file under another name; whether that could be.
+    /// Keeps the file beside another that goes on; whether that could be. Nothing is lost where it could not.
     fn rotate(&mut self) -> bool {
-        let kept = |number: u32| {
-            let mut name = self.path.clone().into_os_string();
-            if number > 0 {
-                name.push(format!(".{number}"));
-            }
-            name
-        };
-        let renamed = (0..KEPT).rev().try_for_each(|number| {
-            match fs::rename(kept(number), kept(number + 1)) {
-                Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
-                renamed => renamed,
-            }
-        });
-        if let Err(error) = renamed {
-            self.can_rotate = false;
+        let next = self.beside("new");
+        let rotated = self.begin_next(&next);
+        if let Err(error) = &rotated {
+            let _ = fs::remove_file(next);
+            self.full_at = self.written + LARGEST_BYTES / 16;
             let path = self.path.display();
             tracing::warn!(
-                "the journal {path} cannot be renamed ({error}), and grows beyond 16 MiB"
+                "the journal {path} grows beyond 16 MiB: no other can take its place ({error})"
             );
-            return false;
         }
-        true
+        rotated.is_ok()
     }
 
-    /// Goes on in the file that is at the path now, or in a new one.
+    /// Begins another file, and gives it the name when it has the line of the run.
+    fn begin_next(&mut self, next: &Path) -> io::Result<()> {
+        // What a node that was killed has left.
+        let _ = fs::remove_file(next);
+        let (file, _) = open(next)?;
+        file.set_permissions(Permissions::from_mode(self.file.metadata()?.permissions().mode()))?;
+        file.try_lock()?;
+        let line = self.header_line();
+        write_whole(&file, &line, 0)?;
+        let kept = |number: u32| self.beside(&number.to_string());
+        for number in (1..KEPT).rev() {
+            match fs::rename(kept(number), kept(number + 1)) {
+                Err(error) if error.kind() != ErrorKind::NotFound => return Err(error),
+                _ => {}
+            }
+        }
+        fs::rename(&self.place, kept(1))?;
+        fs::rename(next, &self.place).inspect_err(|_| {
+            let _ = fs::rename(kept(1), &self.place);
+        })?;
+        self.go_on_in(file, line.len(), 0);
+        Ok(())
+    }
+
+    fn beside(&self, suffix: &str) -> PathBuf {
+        let mut name = self.place.clone().into_os_string();
+        name.push(format!(".{suffix}"));
+        name.into()
+    }
+
+    /// Goes on in the file that is at the place now, or in a new one.
     fn go_on(&mut self) -> io::Result<()> {
-        let (file, is_new) = open(&self.path)?;
-        let metadata = file.metadata()?;
+        let (file, is_new) = open(&self.place)?;
+        let (own, metadata) = (self.file.metadata()?, file.metadata()?);
         if !metadata.is_file() {
             return Err(io::Error::other("there is something else than a file of this name now"));
         }
         if is_new {
-            let mode = self.file.metadata()?.permissions().mode();
-            file.set_permissions(Permissions::from_mode(mode))?;
+            file.set_permissions(Permissions::from_mode(own.permissions().mode()))?;
         }
-        // The file that was only truncated is locked already, by this journal.
-        let own = self.file.metadata()?;
+        // One that was only truncated is locked already, by this journal.
         let is_own = (metadata.dev(), metadata.ino()) == (own.dev(), own.ino());
-        let tail = if is_own { Tail::read(&self.path) } else { Tail::take(&file, &self.path) };
+        let file = if is_own { self.file.try_clone()? } else { file };
+        let tail =
+            if is_own { Tail::read(&file, &self.path) } else { Tail::take(&file, &self.path) };
         let tail = tail.map_err(io::Error::other)?;
-        let written = tail.trim(&file)?;
+        let length = tail.trim(&file)?;
         self.header.run = self.header.run.max(tail.run);
         self.last_transaction = self.last_transaction.max(tail.transaction);
-        if !is_own {
-            self.file = file;
-        }
-        self.written = written;
-        self.write_header()
+        self.begin_in(file, length)
     }
 
-    /// Writes that the run begins, at the end of what there is.
-    fn write_header(&mut self) -> io::Result<()> {
-        self.header.after_transaction = Some(self.last_transaction);
-        let mut line = Line::Run(self.header.clone()).text().unwrap_or_default();
-        let length = line.len() as u64;
-        self.write(&mut line)?;
-        self.header_bytes = length;
+    /// Writes that the run begins at the end of a file of this length, and goes on there.
+    fn begin_in(&mut self, file: File, length: u64) -> io::Result<()> {
+        let line = self.header_line();
+        write_whole(&file, &line, length)?;
+        self.go_on_in(file, line.len(), length);
         Ok(())
+    }
+
+    fn header_line(&mut self) -> Vec<u8> {
+        self.header.after_transaction = Some(self.last_transaction);
+        Line::Run(self.header.clone()).text().unwrap_or_default()
+    }
+
+    fn go_on_in(&mut self, file: File, header_bytes: usize, length: u64) {
+        self.file = file;
+        self.written = length + header_bytes as u64;
+        self.full_at = LARGEST_BYTES + header_bytes as u64;
     }
 
     /// Writes bytes and takes away what is written: all of them or, in a file, none.
@@ -312,6 +341,14 @@ impl Journal {
         self.written += done as u64;
         written
     }
+}
+
+/// Adds a line to a file of this length, or nothing.
+fn write_whole(mut file: &File, line: &[u8], length: u64) -> io::Result<()> {
+    file.write_all(line).inspect_err(|_| {
+        // Fails on what has no length.
+        let _ = file.set_len(length);
+    })
 }
 
 /// Opens a file that is added to; whether it is new.
@@ -351,11 +388,12 @@ impl Tail {
             fs::TryLockError::WouldBlock => JournalError::InUse { path: name() },
             fs::TryLockError::Error(source) => JournalError::Write { path: name(), source },
         })?;
-        Self::read(path)
+        Self::read(file, path)
     }
 
-    fn read(path: &Path) -> Result<Self, JournalError> {
-        let mut lines = JournalLines::open(path)?;
+    /// Reads this very file, which was opened to be written, whatever is at its path by now.
+    fn read(file: &File, path: &Path) -> Result<Self, JournalError> {
+        let mut lines = JournalLines::open(&descriptor(file))?.named(path);
         let mut tail = Self::default();
         for line in &mut lines {
             let (run, transaction) = match line {
@@ -399,4 +437,8 @@ impl Drop for Journal {
             tracing::error!("{reason}");
         }
     }
+}
+
+fn descriptor(file: &File) -> PathBuf {
+    format!("/proc/self/fd/{}", file.as_raw_fd()).into()
 }

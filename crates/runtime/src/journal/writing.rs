@@ -15,8 +15,8 @@ use super::write::Journal;
 use crate::operating::unix_ns;
 use crate::panics;
 
-/// Between two attempts to write what could not be written.
-const RETRY_PAUSE: Duration = Duration::from_millis(100);
+/// Between two attempts to write what could not be written: ten times as long as one takes.
+const RETRY_PAUSES: [Duration; 2] = [Duration::from_millis(100), Duration::from_secs(10)];
 /// What takes longer is told, and changes are refused until it is over.
 const PATIENCE: Duration = Duration::from_secs(1);
 /// How long a node's end waits for the disk, in all.
@@ -235,9 +235,10 @@ fn work(mut journal: Journal, jobs: &Receiver<Job>, desk: &Desk) {
 /// Writes what comes, up to the end. Returns why the file lacks something there, if it does.
 fn write(journal: &mut Journal, jobs: &Receiver<Job>, desk: &Desk) -> Option<Arc<str>> {
     let mut taken = Mark::default();
+    let mut pause = Duration::ZERO;
     loop {
         let next = match journal.unwritten() {
-            Some(_) => jobs.recv_timeout(RETRY_PAUSE),
+            Some(_) => jobs.recv_timeout(pause),
             None => jobs.recv().map_err(|_| RecvTimeoutError::Disconnected),
         };
         let first = match next {
@@ -258,7 +259,10 @@ fn write(journal: &mut Journal, jobs: &Receiver<Job>, desk: &Desk) -> Option<Arc
         }
         let incomplete = end.map(|ended_unix_ns| journal.end(ended_unix_ns));
         if incomplete.is_none() {
+            let began = Instant::now();
             journal.flush();
+            let [least, most] = RETRY_PAUSES;
+            pause = (began.elapsed() * 10).clamp(least, most);
         }
         let mut told = desk.lock();
         told.tried = taken.lines;
