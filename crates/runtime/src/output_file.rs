@@ -1,11 +1,13 @@
 //! Files that a process writes, which may have more rights than whoever can write in their folders.
 
+use std::ffi::OsStr;
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, ErrorKind};
+use std::os::unix::ffi::OsStrExt;
 use std::os::unix::fs::{MetadataExt, OpenOptionsExt};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
-use rustix::fs::{OFlags, PROC_SUPER_MAGIC, statfs};
+use rustix::fs::{CWD, Mode, OFlags, PROC_SUPER_MAGIC, fstat, fstatfs, openat, readlinkat};
 use rustix::io::Errno;
 use rustix::process::geteuid;
 
@@ -25,53 +27,53 @@ pub fn open_output(path: &Path, options: &OpenOptions, flags: OFlags) -> io::Res
     options.custom_flags((flags | OFlags::NOFOLLOW).bits() as i32);
     let mut path = path.to_owned();
     for _ in 0..MOST_LINKS {
-        refuse_planted(&path)?;
+        // Whoever puts a link on the way after this look could as well put a folder of their own there.
+        for link in path.ancestors() {
+            if let Ok(found) = fs::symlink_metadata(link)
+                && found.is_symlink()
+            {
+                refuse_planted(link, found.uid())?;
+            }
+        }
         match options.open(&path) {
             Err(error) if Errno::from_io_error(&error) == Some(Errno::LOOP) => {}
             opened => return opened,
         }
+        // Since that look another one may have come. Held open, none comes between this look and the target.
+        let held = OFlags::PATH | OFlags::NOFOLLOW | OFlags::CLOEXEC;
+        let link = openat(CWD, &path, held, Mode::empty())?;
+        refuse_planted(&path, fstat(&link)?.st_uid)?;
         // Such as /dev/stdout: a link that the system makes, and that leads to no path.
-        if statfs(folder_of(&path))?.f_type == PROC_SUPER_MAGIC {
+        if fstatfs(&link)?.f_type == PROC_SUPER_MAGIC {
             options.custom_flags(flags.bits() as i32);
             return options.open(&path);
         }
-        // The owner of a link in such a folder is the only one who can replace it, and was just looked at.
-        let target = fs::read_link(&path)?;
-        path = path.parent().unwrap_or(Path::new("")).join(target);
+        let target = readlinkat(&link, "", Vec::new())?;
+        path.pop();
+        path.push(OsStr::from_bytes(target.as_bytes()));
     }
     Err(Errno::LOOP.into())
 }
 
-/// Refuses a path with a link that another user has put into a folder of everybody.
-fn refuse_planted(path: &Path) -> io::Result<()> {
-    for link in path.ancestors().filter(|it| !it.as_os_str().is_empty()) {
-        let Ok(found) = fs::symlink_metadata(link) else { continue };
-        if !found.is_symlink() {
-            continue;
-        }
-        let folder = folder_of(link);
-        let about = fs::metadata(&folder)?;
-        let is_of_all = about.mode() & STICKY_FOR_ALL == STICKY_FOR_ALL;
-        let owner = found.uid();
-        if is_of_all && owner != geteuid().as_raw() && owner != about.uid() {
-            let (link, folder) = (link.display(), folder.display());
-            return Err(io::Error::new(
-                ErrorKind::PermissionDenied,
-                format!(
-                    "{link} is a link that another user (id {owner}) has put into {folder}, where everybody may \
-                     write; remove it, or choose another file"
-                ),
-            ));
-        }
+/// Refuses a link that another user has put into a folder of everybody.
+fn refuse_planted(link: &Path, owner: u32) -> io::Result<()> {
+    let folder = match link.parent() {
+        Some(folder) if folder != Path::new("") => folder,
+        _ => Path::new("."),
+    };
+    let about = fs::metadata(folder)?;
+    let is_of_all = about.mode() & STICKY_FOR_ALL == STICKY_FOR_ALL;
+    if is_of_all && owner != geteuid().as_raw() && owner != about.uid() {
+        let (link, folder) = (link.display(), folder.display());
+        return Err(io::Error::new(
+            ErrorKind::PermissionDenied,
+            format!(
+                "{link} is a link that another user (id {owner}) has put into {folder}, where everybody may \
+                 write; remove it, or choose another file"
+            ),
+        ));
     }
     Ok(())
-}
-
-fn folder_of(path: &Path) -> PathBuf {
-    match path.parent() {
-        Some(folder) if folder != Path::new("") => folder.to_owned(),
-        _ => PathBuf::from("."),
-    }
 }
 
 #[cfg(test)]

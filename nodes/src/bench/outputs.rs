@@ -178,11 +178,9 @@ fn write_all(
     folder: &Path,
     files: impl IntoIterator<Item = (String, String)>,
 ) -> Result<(), Failure> {
-    files.into_iter().try_for_each(|(name, text)| {
-        let path = folder.join(name);
-        fs::write(&path, text)
-            .map_err(|error| Failure::found(format!("cannot write {}: {error}", path.display())))
-    })
+    files
+        .into_iter()
+        .try_for_each(|(name, text)| ResultFile::open(&folder.join(name))?.replace(&text))
 }
 
 /// A label as the name of a file: letters, digits and dashes.
