@@ -20,6 +20,9 @@ const STEADY: u64 = 50;
 /// Frames that come this part of a period earlier or later than it was said are news.
 const NEWS: u64 = 20;
 
+/// The highest real-time priority. A thread gets no CPU from another one of its own priority.
+const HIGHEST: u8 = 99;
+
 /// The frames of a service that a task follows.
 pub(crate) struct FollowedFrames {
     task: String,
@@ -193,12 +196,15 @@ fn make_way(priority: u8, sources: &Sources) -> String {
                 another CPU"
             .to_owned();
     }
-    let above = priority.saturating_add(1).min(99);
-    let commands = sources.nodes.iter().map(|node| format!("chrt -f -p {above} {}", node.pid));
+    let above = priority.saturating_add(1).min(HIGHEST);
+    // Of all its threads: which of them sends is not known.
+    let commands = sources.nodes.iter().map(|node| format!("chrt -a -f -p {above} {}", node.pid));
     let commands = commands.collect::<Vec<_>>().join(", ");
-    format!(
-        "if the task keeps its source from running, give that a higher priority ({commands}) or another CPU"
-    )
+    let what = match priority {
+        HIGHEST.. => "give the task a priority below 99 and its source a higher one",
+        _ => "give that a higher priority",
+    };
+    format!("if the task keeps its source from running, {what} ({commands}) or another CPU")
 }
 
 /// The configuration with which the frames would come in time, if there is one.

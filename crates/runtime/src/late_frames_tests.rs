@@ -69,10 +69,12 @@ fn cycles_that_time_out_in_vain_name_the_source_and_what_may_keep_it() {
     };
     let sensor = node("");
     let starved = said(Some(80), &sensor, false);
-    assert!(starved.contains("(chrt -f -p 81 4000001) or another CPU"), "{starved}");
+    assert!(starved.contains("(chrt -a -f -p 81 4000001) or another CPU"), "{starved}");
     assert!(!starved.contains("within") && !starved.contains("grid"), "{starved}");
-    assert!(said(Some(99), &sensor, false).contains("chrt -f -p 99 "));
-    assert!(said(Some(80), &sensor, true).contains("chrt -f -p 81"));
+    let highest = said(Some(99), &sensor, false);
+    let way = "a priority below 99 and its source a higher one (chrt -a -f -p 99 4000001) or";
+    assert!(highest.contains(way), "{highest}");
+    assert!(said(Some(80), &sensor, true).contains("chrt -a -f -p 81"));
     let off_grid = said(None, &sensor, true);
     assert!(off_grid.starts_with("if the source is off the grid, align it"), "{off_grid}");
     let at_the_edge = said(None, &sensor, false);
