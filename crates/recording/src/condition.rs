@@ -13,7 +13,8 @@ pub struct Condition {
     pub damaged: u64,
     /// The first of them.
     pub first_damage: Option<Damage>,
-    /// Bytes that were passed over: what is damaged, and a record at the end that was cut off.
+    /// Bytes that were passed over: what is damaged, and a record at the end that was cut off. Where a chunk is
+    /// damaged within, they are those of its rest, as unpacked.
     pub unread_bytes: u64,
 }
 

@@ -97,10 +97,10 @@ impl<R: Read> Records<R> {
                     self.condition.is_of_part |= is_of_part;
                 }
                 Err(what) => {
-                    if let Found::InChunk { .. } = found {
-                        self.chunk_at = self.chunk.len();
+                    match found {
+                        Found::InFile { .. } => self.note_unread(what),
+                        Found::InChunk { start, .. } => self.leave_chunk(start - RECORD_HEAD, what),
                     }
-                    self.note_unread(what);
                     continue;
                 }
             }
@@ -129,6 +129,13 @@ impl<R: Read> Records<R> {
     fn note_unread(&mut self, what: impl Into<String>) {
         self.note(what);
         self.condition.unread_bytes += self.source.at() - self.record_at;
+    }
+
+    /// Takes note of damage within a chunk, of which nothing is read from there on.
+    fn leave_chunk(&mut self, at: usize, what: impl Into<String>) {
+        self.note(what);
+        self.condition.unread_bytes += (self.chunk.len() - at) as u64;
+        self.chunk_at = self.chunk.len();
     }
 
     pub(crate) fn condition(&self) -> &Condition {
@@ -199,8 +206,7 @@ impl<R: Read> Records<R> {
             Some((opcode, length))
         });
         let Some((opcode, length)) = known else {
-            self.chunk_at = self.chunk.len();
-            self.note("a chunk ends within a record");
+            self.leave_chunk(self.chunk_at, "a chunk ends within a record");
             return None;
         };
         let start = self.chunk_at + RECORD_HEAD;

@@ -338,6 +338,16 @@ fn a_hostile_file_is_damaged_and_neither_fills_the_memory_nor_ends_the_program()
     // A length that the file does not have is no reason to set that much memory aside.
     let (_, condition) = read(&with_record(0x05, MAX_RECORD_BYTES as u64, b"abc")).unwrap();
     assert_eq!(condition, Condition { unread_bytes: 12, ..Condition::default() });
+    // What stands in a chunk before its damage was read.
+    let known = with_record(0x80, 3, b"abc").split_off(mcap::MAGIC.len());
+    for (rest, says) in
+        [(&[0x06, 0, 0, 0, 0, 0, 0, 0, 0][..], "that no chunk has"), (b"12345", "ends within")]
+    {
+        let data = [&known, rest].concat();
+        let (_, condition) = read(&chunk("", data.len() as u64, &data)).unwrap();
+        assert!(condition.first_damage.unwrap().what.contains(says));
+        assert_eq!(condition.unread_bytes, rest.len() as u64, "{says}");
+    }
     bomb.clear();
     let refused = read(&chunk("lz4", 5, b"12345")).unwrap_err().to_string();
     assert!(refused.contains("mcap compress"), "{refused}");
