@@ -61,11 +61,9 @@ pub(crate) struct Window {
     pub(crate) cycles: u64,
     /// Release jitter of those that were shown, ns.
     pub(crate) jitter: Summary,
-    /// Of a task that follows its data.
-    pub(crate) follow: Option<FollowWindow>,
 }
 
-/// How the cycles of a task that follows its data began.
+/// How the cycles of a task that follows its data began within the last second.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct FollowWindow {
     /// Of all cycles since the one that was shown last before.
@@ -77,10 +75,11 @@ pub(crate) struct FollowWindow {
     pub(crate) latency_ns: Option<u64>,
 }
 
-/// Both times.
+/// What both times say.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(crate) struct Windows {
-    pub(crate) second: Window,
+    /// Of a task that follows its data.
+    pub(crate) second: Option<FollowWindow>,
     pub(crate) minute: Window,
 }
 
@@ -105,25 +104,30 @@ impl TaskSamples {
             self.samples.pop_front();
         }
         Windows {
-            second: self.window(now_ns.saturating_sub(SECOND_NS), scratch),
-            minute: self.window(0, scratch),
+            second: self.second(now_ns.saturating_sub(SECOND_NS), scratch),
+            minute: self.minute(scratch),
         }
     }
 
-    fn window(&self, since_ns: u64, scratch: &mut Distribution) -> Window {
+    fn second(&self, since_ns: u64, scratch: &mut Distribution) -> Option<FollowWindow> {
         let first = self.samples.partition_point(|sample| sample.at_ns < since_ns);
-        let samples = self.samples.range(first..);
-        let cycles = match (samples.clone().next(), self.samples.back()) {
+        // What was counted until the first of them is told by the one before.
+        let counted = self.samples.range(first.saturating_sub(1)..);
+        let follows = self.samples.range(first..);
+        FollowWindow::of(
+            counted.filter_map(|sample| sample.follow),
+            follows.filter_map(|sample| sample.follow),
+            scratch,
+        )
+    }
+
+    fn minute(&self, scratch: &mut Distribution) -> Window {
+        let cycles = match (self.samples.front(), self.samples.back()) {
             (Some(first), Some(last)) => last.cycle - first.cycle + 1,
             _ => 0,
         };
-        let shown = samples.len() as u64;
-        let jitter = summary(scratch, samples.clone().map(|sample| sample.release_jitter_ns));
-        // What was counted until the first of them is told by the one before.
-        let counted = self.samples.range(first.saturating_sub(1)..);
-        let counted = counted.filter_map(|sample| sample.follow);
-        let follows = samples.filter_map(|sample| sample.follow);
-        Window { shown, cycles, jitter, follow: FollowWindow::of(counted, follows, scratch) }
+        let jitter = summary(scratch, self.samples.iter().map(|sample| sample.release_jitter_ns));
+        Window { shown: self.samples.len() as u64, cycles, jitter }
     }
 }
 
@@ -174,20 +178,17 @@ mod tests {
         let mut samples = ninety_seconds();
         let now_ns = 90 * SECOND_NS;
         let windows = samples.windows(now_ns, &mut Distribution::new());
-        assert_eq!((windows.second.shown, windows.second.cycles), (50, 981));
-        assert_eq!(
-            (windows.second.jitter.min, windows.second.jitter.max),
-            (Some(4450), Some(4499))
-        );
         assert_eq!((windows.minute.shown, windows.minute.cycles), (3000, 59_981));
         assert_eq!(windows.minute.jitter.min, Some(1500));
     }
 
     #[test]
     fn a_percentile_that_too_few_samples_support_is_none() {
-        let windows = ninety_seconds().windows(90 * SECOND_NS, &mut Distribution::new());
-        assert!(windows.second.jitter.p50.is_some() && windows.second.jitter.p99.is_none());
-        assert!(windows.minute.jitter.p99.is_some());
+        let mut samples = ninety_seconds();
+        let mut scratch = Distribution::new();
+        assert!(samples.windows(90 * SECOND_NS, &mut scratch).minute.jitter.p99.is_some());
+        let last = samples.windows(149 * SECOND_NS, &mut scratch).minute;
+        assert!(last.shown == 50 && last.jitter.p50.is_some() && last.jitter.p99.is_none());
     }
 
     #[test]
@@ -212,12 +213,9 @@ mod tests {
             wait_ns: Some(274),
             latency_ns: Some(2_000),
         };
-        assert_eq!(windows.second.follow, Some(expected));
-        assert_eq!(windows.minute.follow.unwrap().followed, 199 * 17);
-        assert_eq!(
-            ninety_seconds().windows(90 * SECOND_NS, &mut Distribution::new()).second.follow,
-            None
-        );
+        assert_eq!(windows.second, Some(expected));
+        let without = ninety_seconds().windows(90 * SECOND_NS, &mut Distribution::new());
+        assert_eq!(without.second, None);
     }
 
     #[test]
@@ -225,7 +223,6 @@ mod tests {
         let mut samples = ninety_seconds();
         let mut scratch = Distribution::new();
         let later = samples.windows(100 * SECOND_NS, &mut scratch);
-        assert_eq!(later.second, Window::default());
         assert_eq!(later.minute.shown, 2500);
         assert_eq!(samples.windows(200 * SECOND_NS, &mut scratch), Windows::default());
     }

@@ -177,7 +177,7 @@ fn draw_follow(frame: &mut Frame<'_>, area: Rect, model: &Model, palette: Palett
     frame.render_widget(Line::styled(text.clone(), palette.heading()), title);
     let service = usize::from(area.width).saturating_sub(text.chars().count() + 1);
     let rows = following(shown(model)).map(|(task, followed)| {
-        let begun = model.windows(&task.name).second.follow;
+        let begun = model.windows(&task.name).second;
         let count = |count: fn(FollowWindow) -> u64| {
             right(begun.map_or(NONE.into(), |begun| count(begun).to_string()))
         };
