@@ -27,8 +27,9 @@ pub(super) fn findings(text: &str, document: &DeTable<'_>) -> Vec<Finding> {
     findings
 }
 
-/// The first such number of a text that is not TOML, perhaps because its comment swallows the end of a table.
-pub(super) fn first_in_broken(text: &str) -> Option<Finding> {
+/// The first such number of a text that is not TOML of which the comment swallows the end of a table or an array:
+/// the parser, whose errors stand at these places, stumbles over what follows it.
+pub(super) fn first_in_broken(text: &str, stumbles: &[usize]) -> Option<Finding> {
     let mut next = 0;
     text.split_inclusive('\n').find_map(|line| {
         let start = next;
@@ -38,9 +39,25 @@ pub(super) fn first_in_broken(text: &str) -> Option<Finding> {
         let is_value = before.get(..number)?.trim_end().ends_with(['=', ',', '[']);
         let is_quoted = ['"', '\''].iter().any(|mark| before.matches(*mark).count() % 2 == 1);
         let has_digits = before.ends_with(|c: char| c.is_ascii_digit());
-        (is_value && !is_quoted && has_digits)
-            .then(|| finding(text, start + number..start + before.len(), Problem::Syntax))?
+        let end = start + before.len();
+        let next = behind_comments(text, end);
+        let is_at_fault = |at: &usize| *at == end || *at == next && next < text.len();
+        (is_value && !is_quoted && has_digits && stumbles.iter().any(is_at_fault))
+            .then(|| finding(text, start + number..end, Problem::Syntax))?
     })
+}
+
+/// Where the first thing behind a byte stands that is neither blank nor a comment.
+fn behind_comments(text: &str, mut at: usize) -> usize {
+    loop {
+        let rest = text.get(at..).unwrap_or_default();
+        let thing = rest.trim_start();
+        at += rest.len() - thing.len();
+        if !thing.starts_with('#') {
+            return at;
+        }
+        at += thing.find('\n').unwrap_or(thing.len());
+    }
 }
 
 /// What to say of the number that stands at a place.

@@ -28,9 +28,10 @@ pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<Fi
     if !syntax_errors.is_empty() {
         // What a broken file seems to say would only add errors that are none. So would what follows a
         // comment that swallows the end of a table.
-        let cut = cut::first_in_broken(&source.text);
-        let end = cut.as_ref().map_or(usize::MAX, |cut| cut.span.start);
         let errors = syntax_errors.iter().map(|e| (e.span().unwrap_or_default(), e.message()));
+        let stumbles: Vec<usize> = errors.clone().map(|(span, _)| span.start).collect();
+        let cut = cut::first_in_broken(&source.text, &stumbles);
+        let end = cut.as_ref().map_or(usize::MAX, |cut| cut.span.start);
         let errors = errors.filter(|(span, _)| span.start < end).collect();
         return (
             Config::default(),

@@ -311,6 +311,12 @@ fn a_number_that_a_comment_cuts_short_is_refused() {
         "in = { timeRange = 50, numberSteps = «16#64 }",
     );
     assert_one("inline", &inline, Syntax, "16#64 is read as 16", "write 100");
+    // There it is not what makes the file no TOML, and hides nothing of that.
+    let broken = VALID.replace("endlessSteps = true", "endlessSteps = «= true");
+    let text = format!("text = \"\"\"\nob = 16#23\n\"\"\"\n{broken}");
+    for elsewhere in [broken.replace("ob = 35", "ob = 16#23"), text] {
+        assert_one("elsewhere", &elsewhere, Syntax, "this is not TOML: extra `=`", "");
+    }
     assert!(plan(&VALID.replace("ob = 35", "ob = 35 # main")).is_ok());
 }
 
