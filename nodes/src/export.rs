@@ -97,8 +97,13 @@ fn close(file: &Path, args: &Args, stop: &Stop) -> Result<(), Failure> {
     }
     let condition = &repaired.condition;
     // What was not closed is what it is for.
-    let may_be_incomplete = args.incomplete || condition.damaged == 0;
-    accept(lack(file, condition, &Gaps::default()), may_be_incomplete)
+    judge(lack(file, condition, &Gaps::default()), args.incomplete || condition.damaged == 0)
+}
+
+/// Says how what a recording lacks is accepted, where it is not.
+fn judge(lack: Option<String>, may_be_incomplete: bool) -> Result<(), Failure> {
+    let way = if may_be_incomplete { "" } else { " (--incomplete accepts that)" };
+    accept(lack.map(|lack| lack + way), may_be_incomplete)
 }
 
 /// The failure of an export that a signal ended.
@@ -155,7 +160,7 @@ fn export_csv(args: &Args, stop: &Stop) -> Result<(), Failure> {
             break;
         }
         damaged = damaged.or(damage(file, reader.condition()));
-        judged = judged.and(accept(lack(file, reader.condition(), &gaps), args.incomplete));
+        judged = judged.and(judge(lack(file, reader.condition(), &gaps), args.incomplete));
         if table.goes_back() {
             judged = judged.and(Err(Failure::found(format!(
                 "{} does not begin after the end of the file before it; name each file once, in the order of recording",

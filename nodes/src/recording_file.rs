@@ -65,17 +65,6 @@ pub(crate) fn unreadable(path: &Path, error: &ReadError) -> Failure {
     Failure::usage(format!("cannot read {}: {error}", path.display()))
 }
 
-/// Says that a file was not closed. Damage is a failure, for when everything else is done.
-pub(crate) fn judge(path: &Path, condition: &Condition) -> Result<(), Failure> {
-    let file = path.display();
-    if !condition.is_closed {
-        terminal::note(&format!(
-            "note: {file} was not closed: its recorder was killed, or is still at it; read as far as it goes"
-        ));
-    }
-    damage(path, condition).map_or(Ok(()), |damage| Err(Failure::found(damage)))
-}
-
 /// What is damaged, if something is.
 pub(crate) fn damage(path: &Path, condition: &Condition) -> Option<String> {
     let Damage { at, what } = condition.first_damage.as_ref()?;
@@ -120,8 +109,13 @@ pub(crate) fn accept(lack: Option<String>, may_be_incomplete: bool) -> Result<()
             terminal::note(&format!("note: {lack}"));
             Ok(())
         }
-        Some(lack) => Err(Failure::inconclusive(format!("{lack} (--incomplete accepts that)"))),
+        Some(lack) => Err(Failure::inconclusive(lack)),
     }
+}
+
+/// The same for what needs no whole recording: all but damage is accepted.
+pub(crate) fn accept_undamaged(path: &Path, condition: &Condition) -> Result<(), Failure> {
+    accept(lack(path, condition, &Gaps::default()), condition.damaged == 0)
 }
 
 /// The failure of a file that does not have what is asked for; what is damaged may have had it.

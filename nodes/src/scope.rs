@@ -44,10 +44,10 @@ use crate::{configuration, domain, terminal};
     A number that rises or falls without a level crosses half of what is seen of it: for a second, or in the FILE.\n\n\
     With --repeat and --auto on a terminal, the chart is drawn anew until q or Ctrl-C.\n\n\
     Exit status: 0 captured, or left with q or Ctrl-C after a shot; 1 the node or the FILE ended within the shot, which \
-    is shown as far as it goes, the FILE is damaged, or the node refuses (no such signal, or four scopes look \
+    is shown as far as it goes, or the node refuses (no such signal, or four scopes look \
     at the task already) or does not answer; 2 the command line is wrong, or the FILE: it cannot be read, or has no such \
     signal; 3 no such node runs, or it ended before the trigger came; 4 the trigger did not come within --timeout, in \
-    the FILE, or before Ctrl-C."
+    the FILE, or before Ctrl-C, or the FILE is damaged."
 )]
 pub(crate) struct Args {
     /// Running control node, or a file to look at: .mcap or .csv

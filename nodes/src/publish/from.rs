@@ -18,7 +18,7 @@ use self::ports::Ports;
 use super::pace::sleep_until;
 use super::{Args, HEAD_START_NS, refuse_reserved};
 use crate::failure::Failure;
-use crate::recording_file::{judge, warn_of_damage};
+use crate::recording_file::{accept_undamaged, warn_of_damage};
 use crate::{meant, numbers, stop, terminal};
 
 /// How long nothing is sent before that is told.
@@ -193,7 +193,7 @@ pub(super) fn run(args: &Args, file: &Path) -> Result<(), Failure> {
             ))?;
         }
     }
-    judge(file, &condition)
+    accept_undamaged(file, &condition)
 }
 
 /// The services that are published: those that are named, or all that are not reserved.

@@ -61,7 +61,7 @@ trait Readable {
     /// Its rows, until it is enough.
     fn rows(&self, each: &mut Each<'_>) -> Result<(), Failure>;
 
-    /// Says that it was not closed. Damage is a failure, for when what there is was shown.
+    /// Says what it lacks. Damage is a failure, for when what there is was shown.
     fn judge(&self) -> Result<(), Failure> {
         Ok(())
     }

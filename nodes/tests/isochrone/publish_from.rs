@@ -195,7 +195,7 @@ fn what_cannot_be_published_is_refused_with_the_way_out() {
     let chunk = bytes.windows(4).rposition(is_chunk).unwrap();
     bytes[chunk + 200] ^= 0x10;
     std::fs::write(domain.path("bad.mcap"), bytes).unwrap();
-    let ended = domain.run("publish --from bad.mcap plant/level --speed max").expect_code(1);
+    let ended = domain.run("publish --from bad.mcap plant/level --speed max").expect_code(4);
     assert!(ended.stderr.contains("bad.mcap is damaged: 1 part left out"), "{}", ended.stderr);
     assert!(ended.stdout.starts_with("published "), "{}", ended.stdout);
 }

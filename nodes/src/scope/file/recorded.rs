@@ -14,7 +14,7 @@ use isochrone_scope::{Head, Observed, Signal, Trigger, Triggered};
 use super::super::output::{BEGIN, END, HISTORY, NEXT, TRIGGER};
 use super::{Around, Contents, Each, Enough, Readable};
 use crate::failure::Failure;
-use crate::recording_file::{judge, open, unreadable};
+use crate::recording_file::{accept_undamaged, open, unreadable};
 use crate::subscribe::channels_of;
 
 /// A file that was read once.
@@ -136,7 +136,7 @@ pub(super) fn read(path: &Path) -> Result<Recorded<'_>, Failure> {
     )?;
     let condition = reader.condition().clone();
     if tracks.is_empty() {
-        judge(path, &condition)?;
+        accept_undamaged(path, &condition)?;
         let path = path.display();
         return Err(match reader.other_messages() {
             0 => Failure::found(format!("{path} has no frames")),
@@ -211,7 +211,7 @@ impl Readable for Recorded<'_> {
     }
 
     fn judge(&self) -> Result<(), Failure> {
-        judge(self.path, &self.condition)
+        accept_undamaged(self.path, &self.condition)
     }
 }
 
