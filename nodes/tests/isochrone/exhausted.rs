@@ -1,5 +1,6 @@
 //! What a node says that finds too little of something to start with: descriptors, threads, inodes, addresses.
 
+use std::fmt::Debug;
 use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
 use std::path::PathBuf;
@@ -29,31 +30,46 @@ fn stride() -> usize {
     if is_full_volume() { 1 } else { 5 }
 }
 
-/// It runs, or it says what it has too little of, and leaves nothing behind. Returns whether it said so.
+/// It runs, or it says what it has too little of, and leaves nothing behind. The error is what it said.
 #[track_caller]
-fn is_told(domain: &Domain, ended: Ended, why: &str) -> bool {
+fn is_enough(domain: &Domain, ended: Ended, why: &str) -> Result<(), String> {
     assert!(!ended.stderr.contains("panicked"), "{}", ended.stderr);
-    assert_eq!(domain.leftovers(), Vec::<PathBuf>::new());
+    assert_eq!(domain.leftovers(), Vec::<PathBuf>::new(), "{}: {}", ended.status, ended.stderr);
     if ended.status.success() {
-        return false;
+        return Ok(());
     }
     let ended = ended.expect_code(1);
     assert!(ended.stderr.contains(why), "{why}: {}", ended.stderr);
-    true
+    Err(ended.stderr)
+}
+
+/// The first limit that is enough.
+#[track_caller]
+fn first<T: Debug>(
+    limits: impl IntoIterator<Item = T>,
+    is_enough: impl Fn(&T) -> Result<(), String>,
+) -> T {
+    let mut last = None;
+    for limit in limits {
+        match is_enough(&limit) {
+            Ok(()) => return limit,
+            Err(said) => last = Some((limit, said)),
+        }
+    }
+    panic!("no limit was enough; the last one, and what was said: {last:?}")
 }
 
 #[test]
 fn a_node_with_too_few_descriptors_is_told_the_limit_and_how_to_raise_it() {
     let domain = domain();
-    let is_too_low = |limit: &usize| {
+    let enough = first((8..68).step_by(stride()), |limit| {
         let mut shell = Command::new("sh");
         shell.args(["-c", "ulimit -n $0; exec \"$@\"", &limit.to_string()]);
         let ended = run(shell, program(), &domain);
         let why = format!("too many open files: the limit is {limit}, raise it (ulimit -n)");
-        is_told(&domain, ended, &why)
-    };
-    let enough = (8..).step_by(stride()).find(|limit| !is_too_low(limit)).unwrap();
-    assert!((13..68).contains(&enough), "{enough} descriptors are enough");
+        is_enough(&domain, ended, &why)
+    });
+    assert!(enough > 12, "{enough} descriptors are enough");
 }
 
 /// Runs a node for a moment under a limit of the shell.
@@ -67,29 +83,32 @@ fn run_limited(domain: &Domain, option: &str, limit: u64) -> Ended {
 fn a_node_that_may_make_no_files_of_the_size_of_its_memory_is_told_which_limit_to_raise() {
     let domain = domain();
     // In blocks of 512 bytes; a page is what the smallest files need to hold a sentence.
-    let limits = (3..).map(|power| 1 << power);
-    let is_too_low =
-        |limit: &u64| is_told(&domain, run_limited(&domain, "-f", *limit), "raise it (ulimit -f)");
-    let enough = limits.into_iter().find(|limit| !is_too_low(limit)).unwrap();
-    assert!((64..1 << 24).contains(&enough), "{enough} blocks are enough");
+    let enough = first((3..24).map(|power| 1 << power), |limit| {
+        is_enough(&domain, run_limited(&domain, "-f", *limit), "raise it (ulimit -f)")
+    });
+    assert!(enough >= 64, "{enough} blocks are enough");
 }
+
+/// Limits of addresses that are tried: a program that a gigabyte does not start is another one than this.
+const MOST_STEPS: u64 = 256;
 
 #[test]
 fn a_node_with_too_few_addresses_is_told_which_limit_to_raise() {
     let domain = domain();
-    let starts = |limit: &u64| {
+    let least = first((1..MOST_STEPS).map(|step| step * 4096), |limit| {
         let mut shell = Command::new("sh");
         shell.args(["-c", "ulimit -v $0; exec \"$@\"", &limit.to_string()]);
-        shell.arg(program()).arg("--version").output().unwrap().status.success()
-    };
-    let least = (1..).map(|step| step * 4096).find(starts).unwrap();
-    let is_too_low = |limit: &u64| {
+        let output = shell.arg(program()).arg("--version").output().unwrap();
+        if output.status.success() { Ok(()) } else { Err(format!("{output:?}")) }
+    });
+    let enough = first((0..MOST_STEPS).map(|step| least + step * 2048), |limit| {
         let ended = run_limited(&domain, "-v", *limit);
         // Where an allocation of its own fails, the program ends at once, and the next one tidies up.
-        ended.stderr.contains("memory allocation of")
-            || is_told(&domain, ended, "raise the limit (ulimit -v)")
-    };
-    let enough = (0..).map(|step| least + step * 2048).find(|limit| !is_too_low(limit)).unwrap();
+        if ended.stderr.contains("memory allocation of") {
+            return Err(ended.stderr);
+        }
+        is_enough(&domain, ended, "raise the limit (ulimit -v)")
+    });
     assert!(enough > least, "{enough} kB are enough, where {least} start the program");
 }
 
@@ -124,7 +143,9 @@ fn a_node_that_may_start_no_more_threads_is_told_which_limit_to_raise() {
         }
         command.arg(format!("--nproc={limit}"));
         let ended = run(command, program.clone(), &domain);
-        told += u32::from(is_told(&domain, ended, "raise the limit of processes (ulimit -u)"));
+        let is_told =
+            is_enough(&domain, ended, "raise the limit of processes (ulimit -u)").is_err();
+        told += u32::from(is_told);
     }
     assert!(told > 0, "one process was enough for all threads");
 }
@@ -145,12 +166,11 @@ fn a_node_for_whose_memory_there_are_no_inodes_is_told_what_to_remove() {
         return not_tested("a shared memory without inodes", "no mount namespace can be had");
     }
     let domain = domain();
-    let are_too_few = |left: &usize| {
+    let enough = first((0..=20).step_by(stride()), |left| {
         let mut scene = Command::new("unshare");
         scene.args(["-rm", "sh", "-c", FEW_INODES, &left.to_string()]);
         let ended = run(scene, program(), &domain);
-        is_told(&domain, ended, "the file system of /dev/shm has no inodes left, remove files")
-    };
-    let enough = (0..=20).step_by(stride()).find(|left| !are_too_few(left)).unwrap();
+        is_enough(&domain, ended, "the file system of /dev/shm has no inodes left, remove files")
+    });
     assert!(enough > 0, "no inode is enough");
 }
