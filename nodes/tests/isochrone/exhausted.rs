@@ -3,11 +3,13 @@
 use std::fmt::Debug;
 use std::fs::{self, Permissions};
 use std::os::unix::fs::PermissionsExt;
+use std::os::unix::process::ExitStatusExt;
 use std::path::PathBuf;
 use std::process::Command;
 
 use isochrone_testing::plants::RELAY;
 use isochrone_testing::{Domain, Ended, Process, is_full_volume, not_tested, program};
+use rustix::process::Signal;
 
 /// A user who runs nothing else.
 const SOMEBODY: &str = "65533";
@@ -103,8 +105,10 @@ fn a_node_with_too_few_addresses_is_told_which_limit_to_raise() {
     });
     let enough = first((0..MOST_STEPS).map(|step| least + step * 2048), |limit| {
         let ended = run_limited(&domain, "-v", *limit);
-        // Where an allocation of its own fails, the program ends at once, and the next one tidies up.
-        if ended.stderr.contains("memory allocation of") {
+        // Where an allocation of its own fails, or the stack cannot grow, of which the kernel tells with SIGSEGV
+        // alone, the program ends at once, and the next one tidies up.
+        let is_of_stack = ended.status.signal() == Some(Signal::SEGV.as_raw());
+        if is_of_stack || ended.stderr.contains("memory allocation of") {
             return Err(ended.stderr);
         }
         is_enough(&domain, ended, "raise the limit (ulimit -v)")
