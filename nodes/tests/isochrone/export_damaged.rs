@@ -1,4 +1,4 @@
-//! What `export` and `publish --from` say of recordings that are damaged, or claim the impossible.
+//! What `export`, `scope` and `publish --from` say of recordings that are damaged, or claim the impossible.
 
 use std::path::Path;
 use std::process::Command;
@@ -115,9 +115,11 @@ fn part_of_a_recording_is_no_success_unless_that_is_accepted_and_what_was_not_re
         assert_eq!((code, csv.lines().count()), (0, 1 + rows), "{said}");
         assert!(said.contains(says), "{said}");
     }
-    // To close what was not closed is what it is for; what is damaged is another matter.
+    // To close what was not closed is what it is for, and a chart needs no whole; what is damaged is another matter.
     for (bytes, status) in [(&whole[..], 0), (cut, 0), (&flipped, 4)] {
-        let (code, _, said) = run(bytes, "export out.mcap -o closed.mcap");
-        assert_eq!(code, status, "{said}");
+        for arguments in ["export out.mcap -o closed.mcap", "scope out.mcap -o shot.csv"] {
+            let (code, _, said) = run(bytes, arguments);
+            assert_eq!(code, status, "{arguments}: {said}");
+        }
     }
 }
