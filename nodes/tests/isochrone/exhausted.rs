@@ -106,9 +106,10 @@ fn a_node_with_too_few_addresses_is_told_which_limit_to_raise() {
     let enough = first((0..MOST_STEPS).map(|step| least + step * 2048), |limit| {
         let ended = run_limited(&domain, "-v", *limit);
         // Where an allocation of its own fails, or the stack cannot grow, of which the kernel tells with SIGSEGV
-        // alone, the program ends at once, and the next one tidies up.
+        // alone, the program ends at once. The next one that gets so far tidies up.
         let is_of_stack = ended.status.signal() == Some(Signal::SEGV.as_raw());
         if is_of_stack || ended.stderr.contains("memory allocation of") {
+            domain.run("list");
             return Err(ended.stderr);
         }
         is_enough(&domain, ended, "raise the limit (ulimit -v)")
