@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::thread;
 
 use isochrone_blocks::BlockType;
-use isochrone_cyclic::{Clock, Monotonic, give_back_large_blocks, prepare_process};
+use isochrone_cyclic::{Clock, Monotonic, prepare_process};
 use isochrone_engine::{Finding, Findings, Plan, Problem, parse_seconds};
 use isochrone_machine::Environment;
 use isochrone_processes::Stop;
@@ -92,8 +92,6 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     let mut report = Report::new(program::arguments(), Environment::read());
     if plan.tasks.iter().any(|task| task.priority.is_some()) {
         report.warnings.extend(prepare_process().refusals.iter().map(warning));
-    } else {
-        give_back_large_blocks();
     }
     let name = format!("isochrone/{}", plan.node);
     let participant = args.take_over.of(args.domain.join(&name)?);

@@ -58,7 +58,7 @@ pub use isochrone_schedule::{
 pub use prompt::PromptWakeUps;
 pub use realtime::{
     PREFAULTED_STACK_BYTES, Pinning, PreparedThread, ProcessGrant, Refusal, ThreadGrant,
-    ThreadRequest, give_back_large_blocks, prepare_process, prepare_thread,
+    ThreadRequest, prepare_process, prepare_thread,
 };
 pub use usage::{ThreadUsage, thread_usage};
 pub use wait::{Awake, WakeUps};

@@ -8,7 +8,7 @@ mod thread;
 
 pub(crate) use os::thread_counters;
 pub use prepared::PreparedThread;
-pub use process::{ProcessGrant, give_back_large_blocks, prepare_process};
+pub use process::{ProcessGrant, prepare_process};
 pub use refusal::Refusal;
 pub use thread::{PREFAULTED_STACK_BYTES, Pinning, ThreadGrant, ThreadRequest, prepare_thread};
 

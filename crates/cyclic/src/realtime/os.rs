@@ -43,7 +43,6 @@ pub(crate) trait Os {
     fn raise_priority_limit(&self);
     fn lock_memory(&self) -> io::Result<()>;
     fn keep_freed_memory(&self);
-    fn give_back_large_blocks(&self);
     fn set_timer_slack_ns(&self, slack_ns: NonZeroU64);
     fn block_signals(&self);
     /// The CPUs that are online, if the kernel says.
@@ -92,28 +91,16 @@ impl Os for Linux {
 
     #[cfg(target_env = "gnu")]
     fn keep_freed_memory(&self) {
-        // SAFETY: mallopt only sets a parameter of glibc's malloc, under malloc's own lock; this one takes any
-        // int.
+        // SAFETY: mallopt only sets parameters of glibc's malloc, under malloc's own lock; both
+        // parameters take any int.
         unsafe {
             libc::mallopt(libc::M_TRIM_THRESHOLD, -1);
+            libc::mallopt(libc::M_MMAP_MAX, 0);
         }
     }
 
     #[cfg(not(target_env = "gnu"))]
     fn keep_freed_memory(&self) {}
-
-    #[cfg(target_env = "gnu")]
-    fn give_back_large_blocks(&self) {
-        /// Larger than anything that a thread with a period allocates or frees, in bytes.
-        const LARGE: libc::c_int = 1 << 20;
-        // SAFETY: as above.
-        unsafe {
-            libc::mallopt(libc::M_MMAP_THRESHOLD, LARGE);
-        }
-    }
-
-    #[cfg(not(target_env = "gnu"))]
-    fn give_back_large_blocks(&self) {}
 
     fn set_timer_slack_ns(&self, slack_ns: NonZeroU64) {
         // It cannot fail for the calling thread, and the kernel ignores it under SCHED_FIFO.

@@ -1,4 +1,4 @@
-//! Once per process: memory that is never paged out, and of which no small part is ever given back.
+//! Once per process: memory that is never paged out and never given back.
 
 use super::os::{Linux, Os};
 use super::refusal::Refusal;
@@ -14,24 +14,15 @@ pub struct ProcessGrant {
 
 /// Prepares the process: call it once, early in `main`, before other threads allocate.
 ///
-/// glibc's malloc is told to keep freed memory, so that memory once touched stays touched, except for
-/// [large blocks](give_back_large_blocks); then all memory is locked. Without CAP_IPC_LOCK a finite RLIMIT_MEMLOCK
+/// glibc's malloc is told to keep freed memory and never to map it anew, so that memory once
+/// touched stays touched; then all memory is locked. Without CAP_IPC_LOCK a finite RLIMIT_MEMLOCK
 /// makes every later mapping beyond it fail, so in that case memory is left unlocked.
 pub fn prepare_process() -> ProcessGrant {
     prepare(&Linux)
 }
 
-/// Has glibc's malloc map each block of a megabyte or more on its own, whatever it has learnt of blocks before: it goes
-/// back to the system when it is freed. Such blocks are the parts of a configuration, which ordinary threads make and
-/// free; without this, a node that once had a large one would keep its memory for ever. For processes that need no
-/// [preparation](prepare_process), which includes this.
-pub fn give_back_large_blocks() {
-    Linux.give_back_large_blocks();
-}
-
 fn prepare(os: &impl Os) -> ProcessGrant {
     os.keep_freed_memory();
-    os.give_back_large_blocks();
     let refusal = lock_memory(os).err();
     ProcessGrant { memory_locked: refusal.is_none(), refusals: refusal.into_iter().collect() }
 }
@@ -62,7 +53,7 @@ mod tests {
         let os = SimulatedOs { can_lock_memory: true, ..SimulatedOs::default() }.memlock(FINITE);
         let grant = prepare(&os);
         assert_eq!(grant, ProcessGrant { memory_locked: true, refusals: vec![] });
-        assert_eq!(os.calls(), ["keep_freed_memory", "give_back_large_blocks", "lock_memory"]);
+        assert_eq!(os.calls(), ["keep_freed_memory", "lock_memory"]);
     }
 
     #[test]
@@ -74,15 +65,14 @@ mod tests {
         assert_eq!(grant.refusals[0].code(), "lock_denied");
         assert!(grant.refusals[0].to_string().contains("RLIMIT_MEMLOCK is 8388608 bytes"));
         assert!(grant.refusals[0].remedy().contains("memlock unlimited"));
-        assert_eq!(os.calls(), ["keep_freed_memory", "give_back_large_blocks"]);
+        assert_eq!(os.calls(), ["keep_freed_memory"]);
     }
 
     #[test]
     fn an_unlimited_hard_limit_is_raised_to_before_locking() {
         let os = SimulatedOs::default().memlock(Limit { soft: 65_536, hard: u64::MAX });
         assert!(prepare(&os).memory_locked);
-        let kept = ["keep_freed_memory", "give_back_large_blocks"];
-        assert_eq!(os.calls(), [&kept[..], &["raise_memory_lock_limit", "lock_memory"]].concat());
+        assert_eq!(os.calls(), ["keep_freed_memory", "raise_memory_lock_limit", "lock_memory"]);
     }
 
     #[test]

@@ -114,10 +114,6 @@ impl Os for SimulatedOs {
         self.called("keep_freed_memory");
     }
 
-    fn give_back_large_blocks(&self) {
-        self.called("give_back_large_blocks");
-    }
-
     fn set_timer_slack_ns(&self, _slack_ns: NonZeroU64) {
         self.called("set_timer_slack_ns");
     }
