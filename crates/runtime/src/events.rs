@@ -66,17 +66,32 @@ struct Watched {
 }
 
 impl Watched {
-    /// Its error, or whether it needs a caution.
-    fn state(&self, image: &[f64]) -> u16 {
-        let last = self.first_slot + self.block_type.slots();
-        let slots = image.get(self.first_slot..last).unwrap_or_default();
+    /// Its error, from one slot.
+    fn error(&self, image: &[f64]) -> u16 {
         let error = self.indication.and_then(|indication| {
-            let value = slots.get(indication.place()).copied().unwrap_or_default();
+            let value =
+                image.get(self.first_slot + indication.place()).copied().unwrap_or_default();
             let word = || indication.status_word(value).unwrap_or(ERROR_WITHOUT_WORD);
             indication.is_error(value).then(word)
         });
-        let caution = || if self.block_type.needs_caution(slots) { CAUTION } else { status::OK };
-        error.unwrap_or_else(caution)
+        error.unwrap_or(status::OK)
+    }
+
+    /// Its error, or whether it needs a caution, from all its slots.
+    fn state(&self, image: &[f64]) -> u16 {
+        let last = self.first_slot + self.block_type.slots();
+        let slots = image.get(self.first_slot..last).unwrap_or_default();
+        match self.error(image) {
+            status::OK if self.block_type.needs_caution(slots) => CAUTION,
+            error => error,
+        }
+    }
+
+    fn tell(&mut self, status: u16, cycle: u64, ring: &mut Producer<Event>) {
+        let event = Event::Block { instance: self.instance, status, cycle };
+        if status != self.told && ring.push(event).is_ok() {
+            self.told = status;
+        }
     }
 }
 
@@ -89,30 +104,37 @@ impl Events {
         }
         let errors = engine.block_errors();
         let is_same = errors == std::mem::replace(&mut self.errors, errors);
-        if is_same && !self.in_error && !self.meets_caution(engine.image()) {
-            return;
+        if !is_same || self.in_error {
+            self.look_at_errors(engine.image(), cycle);
         }
+        self.look_at_cautions(engine.image(), cycle);
+    }
+
+    fn look_at_errors(&mut self, image: &[f64], cycle: u64) {
         self.in_error = false;
         for watched in &mut self.watched {
-            let error = watched.state(engine.image());
-            let event = Event::Block { instance: watched.instance, status: error, cycle };
-            if error != watched.told && self.ring.push(event).is_ok() {
-                watched.told = error;
+            let error = watched.error(image);
+            // That the error of one that may need a caution is over is told in its turn, where all its
+            // slots are looked at.
+            if error != status::OK || watched.block_type.caution.is_none() {
+                watched.tell(error, cycle, &mut self.ring);
+                self.in_error |= error != status::OK || watched.told != status::OK;
             }
-            self.in_error |= watched.told != status::OK || error != watched.told;
         }
     }
 
-    /// Whether one of a few blocks needs a caution, others in each cycle: that lasts, and is in no hurry.
-    fn meets_caution(&mut self, image: &[f64]) -> bool {
+    /// Looks at a few of those that may need a caution, others in each cycle: that lasts, and is in no
+    /// hurry.
+    fn look_at_cautions(&mut self, image: &[f64], cycle: u64) {
         const LOOKED: usize = 8;
         let count = self.cautioned.len();
-        (0..count.min(LOOKED)).any(|_| {
+        for _ in 0..count.min(LOOKED) {
             self.next_cautioned = (self.next_cautioned + 1) % count;
             let place = self.cautioned.get(self.next_cautioned);
-            let watched = place.and_then(|place| self.watched.get(*place));
-            watched.is_some_and(|watched| watched.state(image) != watched.told)
-        })
+            if let Some(watched) = place.and_then(|place| self.watched.get_mut(*place)) {
+                watched.tell(watched.state(image), cycle, &mut self.ring);
+            }
+        }
     }
 
     /// Tells what has become of an input; `false` where there is no room.
