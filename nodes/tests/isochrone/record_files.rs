@@ -8,7 +8,7 @@ use std::os::unix::fs::{FileTypeExt, symlink};
 use std::path::PathBuf;
 use std::process::Command;
 use std::thread;
-use std::time::UNIX_EPOCH;
+use std::time::{SystemTime, UNIX_EPOCH};
 
 use isochrone_ipc::{Depth, FrameSubscriber, ipc};
 use isochrone_recording::Reader;
@@ -27,10 +27,15 @@ fn plant() -> (Domain, Process) {
 /// Starts a program that writes a recording, and waits until a whole chunk of frames is in it: what is cut off
 /// before cannot be read.
 fn recording(domain: &Domain, arguments: &str, file: &str) -> Process {
+    let before = SystemTime::now();
     let mut recorder = domain.start(arguments);
     recorder.wait_for("Press Ctrl-C to end it.");
     wait_until("frames are in the file", || {
         let Ok(file) = File::open(domain.path(file)) else { return false };
+        // One of this name may have been there.
+        if file.metadata().unwrap().modified().unwrap() < before {
+            return false;
+        }
         Reader::open(file).is_ok_and(|mut reader| reader.skip_cycle().unwrap())
     });
     recorder
