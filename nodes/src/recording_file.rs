@@ -87,7 +87,7 @@ pub(crate) fn lack(path: &Path, condition: &Condition, gaps: &Gaps) -> Option<St
     if !condition.is_closed {
         let newest = gaps.newest().unwrap_or_else(|| "what is in it".to_owned());
         what.push(format!(
-            "{file} was not closed (its recorder was killed, could not write, or is still at it): what came after {newest} \
+            "{file} was not closed (its recorder was killed, could not write, or is still at it, or this is part of a copy): what came after {newest} \
              is not known"
         ));
     }

@@ -76,7 +76,7 @@ crate::block! {
             "Automatic: from the last output toward `autoValue` by at most rate times `T`, landing on it exactly, within the limits while they are on. `T` is the period, in seconds, of the task at `callOB`; range (above or below 0.0) and direction select the rate.",
             "A rate flag is TRUE if its rate stopped the output short of the target; a limit flag is TRUE if the value before limiting is at or beyond the limit.",
             "`setHighLim` below `setLowLim` is the error `ERR_NEG_RATE_LIM`: LGF calls it so, although it is not about a rate.",
-            "Manual mode switches the limits off. They are switched on again as soon as the output reaches the range between them. Until then automatic mode is not limited, and moves further away if `autoValue` lies there; `reset` switches the limits on at once. As long as the output stays beyond a limit that is off, a node has the alarm `limits_off`.",
+            "Manual mode switches the limits off. They are switched on again as soon as the output reaches the range between them. Until then automatic mode is not limited, and moves further away if `autoValue` lies there; `reset` switches the limits on at once. As long as the output stays beyond a limit that is off after manual mode, a node has the alarm `limits_off`.",
         }
         status {
             status::OK => "STATUS_FINISHED_NO_ERROR": "no error",

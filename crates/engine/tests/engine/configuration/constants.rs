@@ -188,6 +188,14 @@ fn constants_of_another_type_or_out_of_range_are_refused() {
             "write setChangeRate = 10, the number alone, in 1/s",
         ),
         (
+            "a base, which an LREAL does not take",
+            rate,
+            "setChangeRate = «\"16#0A\"",
+            TypeMismatch,
+            "\"16#0A\" is no LREAL",
+            "write a number such as 1.0",
+        ),
+        (
             "a quoted whole number with a comma",
             "endlessSteps = true",
             "numberSteps = «\"5,0\"",
