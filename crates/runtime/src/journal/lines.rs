@@ -34,10 +34,14 @@ impl JournalLines {
     /// # Errors
     /// It cannot be read.
     pub fn open(path: &Path) -> Result<Self, JournalError> {
-        let path_name = path.display().to_string();
-        let file = File::open(path).map_err(|source| read(&path_name, source))?;
-        Ok(Self {
-            path: path_name,
+        let file = File::open(path).map_err(|source| read(&path.display().to_string(), source))?;
+        Ok(Self::of(file, path))
+    }
+
+    /// Those of a file that is open, by the path that errors name.
+    pub(super) fn of(file: File, path: &Path) -> Self {
+        Self {
+            path: path.display().to_string(),
             reader: BufReader::new(file),
             bytes: Vec::new(),
             line: 0,
@@ -46,12 +50,7 @@ impl JournalLines {
             has_run: false,
             is_over: false,
             cut_line: None,
-        })
-    }
-
-    /// The same, named otherwise in errors.
-    pub(super) fn named(self, path: &Path) -> Self {
-        Self { path: path.display().to_string(), ..self }
+        }
     }
 
     /// The incomplete last line, from 1, once all others were read: the node was killed while it wrote.

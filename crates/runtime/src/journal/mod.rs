@@ -12,6 +12,8 @@ mod entry;
 mod error;
 mod line;
 mod lines;
+mod place;
+mod tail;
 mod write;
 mod writing;
 
