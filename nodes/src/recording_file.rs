@@ -87,8 +87,8 @@ pub(crate) fn lack(path: &Path, condition: &Condition, gaps: &Gaps) -> Option<St
     if !condition.is_closed {
         let newest = gaps.newest().unwrap_or_else(|| "what is in it".to_owned());
         what.push(format!(
-            "{file} was not closed (its recorder was killed, could not write, or is still at it, or this is part of a copy): what came after {newest} \
-             is not known"
+            "{file} was not closed (its recorder was killed, could not write, or is still at it, or this is part of a \
+             copy): what came after {newest} is not known"
         ));
     }
     let bytes = condition.unread_bytes;

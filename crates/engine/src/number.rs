@@ -50,7 +50,8 @@ pub(crate) fn in_base_of(written: &str, number: i64) -> Option<String> {
 /// The number of a text that has a decimal comma or something behind it, as it is written alone: `0.5` for
 /// `0,5`, `10` for `10 m/s`.
 pub(crate) fn plain_number(text: &str) -> Option<String> {
-    let plain = text.trim().replace(',', ".");
+    // What stands before the # of a base is not the number.
+    let plain = Some(text.trim()).filter(|text| !text.contains('#'))?.replace(',', ".");
     // inf and nan are words, and what goes on behind them is another word.
     let begins = plain.trim_start_matches(['+', '-']).starts_with(|c: char| c.is_ascii_digit());
     let mut ends = (1..=plain.len()).rev().filter(|_| begins);
@@ -108,7 +109,7 @@ mod tests {
         ] {
             assert_eq!(plain_number(text).as_deref(), Some(plain), "{text}");
         }
-        for text in ["", "inf m", "m 5", "-", ",5", "raw"] {
+        for text in ["", "inf m", "m 5", "-", ",5", "raw", "16#0A", "10#5"] {
             assert_eq!(plain_number(text), None, "{text}");
         }
     }

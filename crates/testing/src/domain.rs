@@ -4,7 +4,9 @@ use std::ops::Deref;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use isochrone_ipc::{IsolatedDomain, Participant, Service, ipc};
+use iceoryx2::port::publisher::Publisher;
+use iceoryx2::prelude::{NodeBuilder, ServiceName};
+use isochrone_ipc::{FrameHeader, IsolatedDomain, Participant, Service, ipc};
 use serde_json::Value;
 
 use crate::process::{Ended, Process, program};
@@ -96,6 +98,18 @@ impl Domain {
     /// Joins it from within the test, for processes or for threads.
     pub fn join_variant<S: Service>(&self, name: &str) -> Participant<S> {
         Participant::join_variant(name, &self.0).unwrap()
+    }
+
+    /// A writer of a service that is there, which knows nothing of isochrone but the types of its frames.
+    pub fn plain_writer<S: Service>(&self, service: &str) -> Publisher<S, [f64], FrameHeader> {
+        let node = NodeBuilder::new().config(self.0.config()).create::<S>().unwrap();
+        let service = node
+            .service_builder(&ServiceName::new(service).unwrap())
+            .publish_subscribe::<[f64]>()
+            .user_header::<FrameHeader>()
+            .open()
+            .unwrap();
+        service.publisher_builder().initial_max_slice_len(1).create().unwrap()
     }
 
     /// Starts the program in this domain; the arguments are separated by spaces.

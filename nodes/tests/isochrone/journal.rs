@@ -28,6 +28,11 @@ fn operate(domain: &Domain, arguments: &str) {
     domain.run(arguments).expect_code(0);
 }
 
+fn set(client: &mut Client, rate: f64) -> Result<SetResult, ClientError> {
+    let values = [("ramp.setChangeRate", rate)].into_iter().collect();
+    client.call(&SetParams { values, ..SetParams::default() })
+}
+
 /// The runs in a file, as `journal` prints them.
 fn runs(domain: &Domain, file: &str) -> Vec<Value> {
     let printed = domain.stdout(&format!("journal {file} --json"));
@@ -49,9 +54,7 @@ fn a_node_that_is_killed_loses_nothing_that_it_acknowledged() {
         let participant = domain.join("operator");
         let mut client = Client::connect(&participant, "tank", PATIENCE).unwrap();
         for rate in 1..=20 {
-            let values = [("ramp.setChangeRate", f64::from(rate))].into_iter().collect();
-            let set = client.call(&SetParams { values, ..SetParams::default() }).unwrap();
-            numbers.push((run, set.transaction));
+            numbers.push((run, set(&mut client, f64::from(rate)).unwrap().transaction));
         }
         node.kill();
     }
@@ -103,8 +106,7 @@ fn a_full_disk_costs_no_entry_and_no_older_file_while_the_file_is_followed_by_an
     let (mut rate, mut done) = (1.0, Vec::new());
     let mut set = || {
         rate += 1.0;
-        let values = [("ramp.setChangeRate", rate)].into_iter().collect();
-        client.call(&SetParams { values, ..SetParams::default() })
+        self::set(&mut client, rate)
     };
     done.push(set().unwrap().transaction);
     // It was renamed, and the next one cannot be begun.
@@ -133,8 +135,7 @@ fn a_full_disk_costs_no_entry_and_no_older_file_while_the_file_is_followed_by_an
     let mut client = Client::connect(&participant, "tank", PATIENCE).unwrap();
     let mut set = || {
         rate += 1.0;
-        let values = [("ramp.setChangeRate", rate)].into_iter().collect();
-        client.call(&SetParams { values, ..SetParams::default() })
+        self::set(&mut client, rate)
     };
     let length = || std::fs::metadata(domain.path("tank.jsonl")).unwrap().len();
     let header = text.lines().next().unwrap().len() as u64;
@@ -201,8 +202,7 @@ fn while_the_journal_cannot_be_written_changes_are_refused_and_the_node_goes_on(
     let mut rate = 1.0;
     let mut set = || {
         rate += 1.0;
-        let values = [("ramp.setChangeRate", rate)].into_iter().collect();
-        client.call(&SetParams { values, ..SetParams::default() })
+        self::set(&mut client, rate)
     };
     set().unwrap();
     // It is as long already, and what the node writes meanwhile makes it no longer afterwards.
@@ -246,8 +246,7 @@ fn what_the_journal_cannot_have_yet_is_answered_with_a_warning_and_a_force_can_a
     let (mut rate, mut done) = (1.0, Vec::new());
     wait_until("it is refused", || {
         rate += 1.0;
-        let values = [("ramp.setChangeRate", rate)].into_iter().collect();
-        match client.call(&SetParams { values, ..SetParams::default() }) {
+        match set(&mut client, rate) {
             Ok(set) => done.push(set),
             Err(ClientError::Refused(_)) => return true,
             Err(error) => panic!("{error}"),

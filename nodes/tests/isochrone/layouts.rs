@@ -1,6 +1,6 @@
 //! Frames that explain themselves: inputs bound by names, layouts that change, readers that wait.
 
-use iceoryx2::prelude::{NodeBuilder, ServiceName, ipc};
+use iceoryx2::prelude::ipc;
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{FrameHeader, FrameLayout, LayoutAnnouncer, SignalSpec};
 use isochrone_testing::plants::relay_with;
@@ -253,14 +253,7 @@ fn a_frame_that_is_shorter_than_its_announced_layout_is_told_from_one_whose_layo
     let signals = ["a", "b"].map(|name| SignalSpec::new(name, "LREAL")).to_vec();
     let layout = FrameLayout { signals, period_ns: None };
     let mut announcer = None;
-    let plain = NodeBuilder::new().config(domain.config()).create::<ipc::Service>().unwrap();
-    let service = plain
-        .service_builder(&ServiceName::new("relay/in").unwrap())
-        .publish_subscribe::<[f64]>()
-        .user_header::<FrameHeader>()
-        .open()
-        .unwrap();
-    let port = service.publisher_builder().initial_max_slice_len(1).create().unwrap();
+    let port = domain.plain_writer::<ipc::Service>("relay/in");
     let mut sequence = 0;
     let mut wait_for_reason = |reason: &str, announcer: &mut Option<LayoutAnnouncer<_>>| {
         wait_until(reason, || {

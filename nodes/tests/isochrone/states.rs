@@ -1,6 +1,6 @@
 //! What is wrong with a service stands in the alarms of its reader as long as it lasts.
 
-use iceoryx2::prelude::{NodeBuilder, ServiceName, ipc};
+use iceoryx2::prelude::ipc;
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::FrameHeader;
 use isochrone_testing::plants::{RELAY, tank};
@@ -26,14 +26,7 @@ fn wait_for_alarm(domain: &Domain, node: &str, code: &str) -> Value {
 
 /// Sends frames that only have such a stamp, until a node has or has not an alarm any more.
 fn send_until(domain: &Domain, ahead_ns: u64, mut is_met: impl FnMut() -> bool) {
-    let node = NodeBuilder::new().config(domain.config()).create::<ipc::Service>().unwrap();
-    let service = node
-        .service_builder(&ServiceName::new("relay/in").unwrap())
-        .publish_subscribe::<[f64]>()
-        .user_header::<FrameHeader>()
-        .open()
-        .unwrap();
-    let port = service.publisher_builder().initial_max_slice_len(1).create().unwrap();
+    let port = domain.plain_writer::<ipc::Service>("relay/in");
     let mut sequence = 0;
     wait_until("a writer of another make is noticed", || {
         let mut sample = port.loan_slice(1).unwrap();

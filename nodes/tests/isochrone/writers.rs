@@ -4,8 +4,7 @@ use std::process::Command;
 use std::thread;
 use std::time::Duration;
 
-use iceoryx2::port::publisher::Publisher;
-use iceoryx2::prelude::{NodeBuilder, ServiceName, ipc};
+use iceoryx2::prelude::ipc;
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::FrameHeader;
 use isochrone_testing::plants::{counter, relay_with};
@@ -32,21 +31,9 @@ fn start_limited(domain: &Domain, descriptors: u32, arguments: &str) -> Process 
     Process::start(command)
 }
 
-/// A writer of `relay/in` that knows nothing but iceoryx2.
-fn plain_writer(domain: &Domain) -> Publisher<ipc::Service, [f64], FrameHeader> {
-    let node = NodeBuilder::new().config(domain.config()).create::<ipc::Service>().unwrap();
-    let service = node
-        .service_builder(&ServiceName::new("relay/in").unwrap())
-        .publish_subscribe::<[f64]>()
-        .user_header::<FrameHeader>()
-        .open()
-        .unwrap();
-    service.publisher_builder().initial_max_slice_len(1).create().unwrap()
-}
-
 /// Lets one send frames of one value, a millisecond apart.
 fn send_plain(domain: &Domain, frames: u64, mut frame: impl FnMut(u64) -> (FrameHeader, f64)) {
-    let port = plain_writer(domain);
+    let port = domain.plain_writer::<ipc::Service>("relay/in");
     for index in 0..frames {
         let mut sample = port.loan_slice(1).unwrap();
         (*sample.user_header_mut(), sample.payload_mut()[0]) = frame(index);
@@ -170,7 +157,7 @@ fn a_service_is_taken_from_a_living_plain_writer_only_where_that_is_asked_for() 
     let domain = Domain::new();
     let (node, observer) = relay(&domain);
     domain.write("sender.toml", &counter("sender", "2ms").replace("plant/sender", "relay/in"));
-    let plain = plain_writer(&domain);
+    let plain = domain.plain_writer::<ipc::Service>("relay/in");
     let own = format!("pid {}", std::process::id());
     let starts = ["publish relay/in --value 1 --count 1", "run sender.toml --cycles 5"];
     for start in starts {

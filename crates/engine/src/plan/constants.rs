@@ -169,9 +169,7 @@ fn value_slot(constant: &Connection, pin: &Pin) -> Result<f64, Finding> {
 
 /// What to write at a pin for a text that is a number with a decimal comma or a unit.
 fn number_help(text: &str, pin: &Pin) -> Option<String> {
-    // What stands before the # of another base is not the number.
-    if !matches!(pin.pin_type, PinType::Lreal | PinType::Int | PinType::Word) || text.contains('#')
-    {
+    if !matches!(pin.pin_type, PinType::Lreal | PinType::Int | PinType::Word) {
         return None;
     }
     let plain = plain_number(text)?;

@@ -2,7 +2,6 @@
 
 use crate::variants::{NOW_NS, layout, send};
 use iceoryx2::port::publisher::Publisher;
-use iceoryx2::prelude::{NodeBuilder, ServiceName};
 use isochrone_ipc::{Depth, FrameHeader, FramePublisher, FrameSubscriber, OpenError, Service};
 use isochrone_testing::Domain;
 
@@ -29,15 +28,7 @@ struct Plain<S: Service> {
 
 impl<S: Service> Plain<S> {
     fn open(domain: &Domain) -> Self {
-        let node = NodeBuilder::new().config(domain.config()).create::<S>().unwrap();
-        let service = node
-            .service_builder(&ServiceName::new("x").unwrap())
-            .publish_subscribe::<[f64]>()
-            .user_header::<FrameHeader>()
-            .open()
-            .unwrap();
-        let port = service.publisher_builder().initial_max_slice_len(1).create().unwrap();
-        Self { port, header: FrameHeader::default() }
+        Self { port: domain.plain_writer("x"), header: FrameHeader::default() }
     }
 
     fn send(&mut self, value: f64) {
