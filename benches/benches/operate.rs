@@ -8,8 +8,9 @@ use std::hint::black_box;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use isochrone_blocks::{BlockType, lim_rate_of_change::LimRateOfChangeCI};
-use isochrone_engine::operate::{Feeds, Hold, Operator, Order, Prepared, Request, Value};
+use isochrone_engine::operate::{Feeds, Operator, Order, Prepared, Request};
 use isochrone_engine::{Plan, Rules, Source, TaskEngine, Workload};
+use isochrone_model::{Hold, Value};
 
 const VALUES: usize = 1_000;
 

@@ -135,8 +135,9 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
     let link_report = fs::read_to_string(company.folder().join(LINK_REPORT)).unwrap_or_default();
     let reports = [node_report.recv().unwrap_or_default(), link_report];
     if reports.iter().any(String::is_empty) {
-        terminal::note("stopped before anything was measured");
-        return Ok(());
+        return Err(Failure::inconclusive(
+            "stopped before anything was measured; give the demo longer, as in `isochrone demo --seconds 60`",
+        ));
     }
     let [node, link] = reports.map(|report| parse(&report));
     let (node, link) = (node?, link?);

@@ -139,7 +139,7 @@ pub(crate) fn run(args: &Args, catalogue: &[BlockType]) -> Result<(), Failure> {
     };
     report::complete(&mut report, &plan, &outcome);
     for force in &outcome.forces {
-        let by = force.client.name().map_or_else(String::new, |name| format!(", by {name}"));
+        let by = force.client.as_ref().map_or_else(String::new, |name| format!(", by {name}"));
         terminal::note(&format!(
             "note: \"{}\" was still forced to {} when the node ended{by}",
             force.name, force.value

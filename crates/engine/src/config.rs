@@ -4,6 +4,7 @@
 //! how all errors of a file are found in one go.
 
 use isochrone_blocks::PinType;
+use isochrone_model::Access;
 use isochrone_schedule::{MissLimit, Overrun, Wake};
 use toml::Spanned;
 
@@ -13,7 +14,7 @@ pub struct Config {
     /// Name of the node.
     pub node: Option<Spanned<String>>,
     /// What others may do to the running node.
-    pub control: Control,
+    pub control: Access,
     /// Names and patterns of all `[[protect]]`.
     pub protected: Vec<Spanned<String>>,
     /// `[limits]`
@@ -26,35 +27,6 @@ pub struct Config {
     pub blocks: Vec<Block>,
     /// `[[output]]`
     pub outputs: Vec<Output>,
-}
-
-/// What others may do to the values of a running node. Each allows what those before it do.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Control {
-    /// Nothing.
-    Off,
-    /// Read them.
-    Read,
-    /// Set parameters.
-    #[default]
-    Set,
-    /// Force signals.
-    Force,
-}
-
-impl Control {
-    /// All choices.
-    pub const ALL: [Self; 4] = [Self::Off, Self::Read, Self::Set, Self::Force];
-
-    /// The word in configurations: `off`, `read`, `set` or `force`.
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::Off => "off",
-            Self::Read => "read",
-            Self::Set => "set",
-            Self::Force => "force",
-        }
-    }
 }
 
 /// Bounds of parameters.

@@ -7,7 +7,7 @@ mod row;
 mod wires;
 
 use isochrone_blocks::{BlockType, Cycle, PinType};
-use isochrone_quality::Flags;
+use isochrone_model::Flags;
 use triple_buffer::{Input as Sender, Output as Receiver};
 
 use crate::operate::Forces;

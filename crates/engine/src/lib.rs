@@ -48,7 +48,6 @@
 
 mod build;
 pub mod config;
-mod duration;
 mod engine;
 mod excerpt;
 mod finding;
@@ -62,16 +61,17 @@ mod plan;
 mod printable;
 pub mod reference;
 mod source;
-mod time;
 mod workload;
 mod worth;
 
 pub use build::BuildError;
-pub use duration::{format_duration_ns, parse_duration_ns, parse_milliseconds_ns, parse_seconds};
 pub use engine::{GivenSample, Parcel, Reading, TaskEngine, Wires};
 pub use finding::{Finding, Problem};
 pub use findings::Findings;
-pub use isochrone_quality::Flags;
+pub use isochrone_model::{
+    Flags, format_duration_ns, format_time_ms, parse_duration_ns, parse_milliseconds_ns,
+    parse_seconds, parse_time_ms,
+};
 pub use nearest::nearest_name;
 pub use number::{Based, parse_based};
 pub use plan::{
@@ -80,5 +80,4 @@ pub use plan::{
 };
 pub use printable::{escaped, escaped_lines};
 pub use source::{FileKind, MAX_BYTES, ReadError, Source, read_text};
-pub use time::{format_time_ms, parse_time_ms};
 pub use workload::{Workload, WorkloadSize};

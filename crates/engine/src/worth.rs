@@ -2,7 +2,7 @@
 //! said of them.
 
 use isochrone_blocks::Indication;
-use isochrone_quality::Flags;
+use isochrone_model::Flags;
 
 use crate::plan::{BankPlan, TaskPlan, Upstream};
 

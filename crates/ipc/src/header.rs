@@ -1,7 +1,7 @@
 //! The header that every frame carries, and what its times are worth to a reader.
 
 use iceoryx2::prelude::ZeroCopySend;
-use isochrone_quality::Flags;
+use isochrone_model::Flags;
 
 /// When a frame was made and from what. The user header of each sample; 72 bytes, all `u64`.
 ///

@@ -83,7 +83,7 @@ pub use header::{Credible, FrameHeader, SenderClock, Stamps};
 pub use iceoryx2::config::Config;
 pub use iceoryx2::prelude::LogLevel;
 pub use iceoryx2::service::{ipc, local};
-pub use isochrone_quality::Flags;
+pub use isochrone_model::Flags;
 pub use kept::KeptService;
 pub use layout::{Binding, FrameLayout, SignalSpec, Wanted};
 pub use layout_ports::{LayoutAnnouncer, LayoutWatcher};

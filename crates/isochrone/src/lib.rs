@@ -166,6 +166,7 @@ pub use isochrone_blocks as blocks;
 pub use isochrone_cyclic as cyclic;
 pub use isochrone_engine as engine;
 pub use isochrone_ipc as ipc;
+pub use isochrone_model as model;
 pub use isochrone_runtime as runtime;
 pub use isochrone_timing as timing;
 
@@ -173,8 +174,8 @@ pub use isochrone_timing as timing;
 pub mod prelude {
     pub use isochrone_blocks::{BlockType, CATALOGUE};
     pub use isochrone_cyclic::{CountingAllocator, prepare_process};
-    pub use isochrone_engine::operate::{Hold, Value};
     pub use isochrone_engine::{Plan, Rules, Source};
     pub use isochrone_ipc::{Domain, Participant, ipc, local};
+    pub use isochrone_model::{Flags, Hold, Value};
     pub use isochrone_runtime::{End, Node, Outcome, POLL_INTERVAL, Prepared, Running};
 }

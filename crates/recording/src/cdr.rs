@@ -42,7 +42,7 @@ uint64 lost
 /// Number of its fields.
 const TASK_FIELDS: usize = 6;
 
-/// The definition of `isochrone/JournalEntry`.
+/// The definition of `isochrone/Entry`.
 pub(crate) const ENTRY: &str = "\
 uint64 time_ns
 uint64 cycle

@@ -89,7 +89,7 @@ impl<W: Write> Writer<W> {
         let channel_id = match self.journal {
             Some(id) => id,
             None => {
-                let id = self.add_other("JournalEntry", cdr::ENTRY, JOURNAL_TOPIC)?;
+                let id = self.add_other("Entry", cdr::ENTRY, JOURNAL_TOPIC)?;
                 *self.journal.insert(id)
             }
         };

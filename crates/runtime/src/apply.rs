@@ -4,10 +4,9 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use isochrone_engine::operate::{
-    ChangeSummary, ChangedValue, Draft, PreparedChange, Request, Tuned,
-};
+use isochrone_engine::operate::{Draft, PreparedChange, Request};
 use isochrone_engine::{BankPlan, Plan, Source};
+use isochrone_model::{ChangeSummary, ChangedValue, Tuned};
 
 use crate::alarms::Alarm;
 use crate::error::ApplyError;
@@ -41,7 +40,7 @@ pub enum IfMissed {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Applying {
     /// Its number: [`Poll::applied`](crate::Poll::applied) has an entry of
-    /// [`Action::Apply`](isochrone_engine::operate::Action::Apply) for each task that has changed.
+    /// [`Action::Apply`](isochrone_model::Action::Apply) for each task that has changed.
     pub number: u64,
     /// The first cycle of each task that is to have it; if that is missed, it is the next that runs.
     pub cycles: Vec<u64>,
@@ -74,7 +73,7 @@ impl PreparedApply {
     pub(crate) fn new(
         shared: &Shared,
         text: &str,
-        file: Option<Arc<str>>,
+        file: Option<String>,
         request: Request,
     ) -> Result<Self, ApplyError> {
         let configuration = shared.lock().configuration.clone();

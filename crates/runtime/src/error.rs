@@ -2,9 +2,9 @@
 
 use std::io;
 
-use isochrone_engine::operate::Refusals;
 use isochrone_engine::{BuildError, Findings};
 use isochrone_ipc::{JoinError, OpenError};
+use isochrone_model::Refusal;
 use thiserror::Error;
 
 use crate::outcome::Outcome;
@@ -101,7 +101,7 @@ pub enum ApplyError {
     Build(#[from] BuildError),
     /// The running node does not allow it; all that is in the way.
     #[error(transparent)]
-    Refused(#[from] Refusals),
+    Refused(#[from] Refusal),
     /// It would take a task too much of the time between two cycles.
     #[error(
         "task \"{task}\" has {slack_ns} ns left in each of 99 % of its last 1000 cycles and may spend half \
@@ -142,7 +142,7 @@ pub enum ApplyError {
 pub enum RequestError {
     /// Something is wrong with it; all that is.
     #[error(transparent)]
-    Refused(#[from] Refusals),
+    Refused(#[from] Refusal),
     /// A task has not yet applied the requests before. Try again after the next
     /// [`poll`](crate::Running::poll).
     #[error(

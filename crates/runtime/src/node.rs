@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use isochrone_cyclic::{Clock, EPOCH_OFFSET_NS, Monotonic, Refusal, ThreadGrant};
-use isochrone_engine::config::Control;
 use isochrone_engine::operate::{Feeds, Operator};
 use isochrone_engine::{Plan, TaskEngine};
 use isochrone_ipc::{LayoutAnnouncer, OpenError, Participant, RealTime, Service, ipc, local};
+use isochrone_model::Access;
 use isochrone_recording::{self as recording, TaskLayout, WriteError};
 
 use crate::alarms::Alarm;
@@ -164,7 +164,7 @@ impl<S: Service + 'static> Prepared<S> {
             parts.announcers = outputs.map(open).collect::<Result<_, _>>()?;
             parts.alarms = cuts(plan).collect();
         }
-        let serving = parts.participant.clone().filter(|_| plan.control != Control::Off);
+        let serving = parts.participant.clone().filter(|_| plan.control != Access::Off);
         let serving = serving.map(|participant| Serving::open(participant, plan, &parts.operating));
         let serving = serving.transpose()?;
         let layouts = task_layouts(plan);

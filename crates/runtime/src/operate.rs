@@ -3,10 +3,9 @@
 use std::sync::Arc;
 
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_engine::operate::{
-    Client, Entry, Forced, Hold, Operator, Prepared, Refusals, Request, SaveError, Signals, Value,
-};
+use isochrone_engine::operate::{Operator, Prepared, Request, SaveError, Signals};
 use isochrone_ipc::Service;
+use isochrone_model::{AskedBy, Entry, Force, Hold, Refusal, Value};
 
 use crate::apply::{Applying, IfMissed, PreparedApply};
 use crate::error::{ApplyError, RequestError};
@@ -100,10 +99,9 @@ impl<S: Service> Running<S> {
     pub fn prepare_apply(
         &self,
         configuration: &str,
-        client: Client,
-        comment: Option<Arc<str>>,
+        by: AskedBy,
     ) -> Result<PreparedApply, ApplyError> {
-        let request = Request { client, comment, ..Request::default() };
+        let request = Request { by, ..Request::default() };
         PreparedApply::new(&self.parts.operating, configuration, None, request)
     }
 
@@ -138,7 +136,7 @@ impl<S: Service> Running<S> {
     /// As the operator's, or a task is more than 64 requests behind, or the node has ended.
     pub fn send(
         &mut self,
-        prepare: impl FnOnce(&Operator, &[u64]) -> Result<Prepared, Refusals>,
+        prepare: impl FnOnce(&Operator, &[u64]) -> Result<Prepared, Refusal>,
     ) -> Result<Sent, RequestError> {
         let mut operating = self.parts.operating.lock();
         operating.take_back();
@@ -155,9 +153,9 @@ impl<S: Service> Running<S> {
         Arc::clone(self.parts.operating.lock().operator.signals())
     }
 
-    /// The forces that are in place, or on their way.
-    pub fn forces(&self) -> impl Iterator<Item = Forced> + use<S> {
-        let forces: Vec<Forced> = self.parts.operating.lock().operator.forces().cloned().collect();
+    /// The forces that are in place.
+    pub fn forces(&self) -> impl Iterator<Item = Force> + use<S> {
+        let forces: Vec<Force> = self.parts.operating.lock().operator.forces().collect();
         forces.into_iter()
     }
 

@@ -8,10 +8,9 @@ use std::collections::BTreeMap;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use isochrone_engine::operate::{
-    Action, Done, Entry, Operator, Prepared, Reading, Unwritten, Warning,
-};
+use isochrone_engine::operate::{Done, Operator, Prepared, Reading, Unwritten, Warning};
 use isochrone_engine::{OwnedRules, Plan, Source};
+use isochrone_model::{Action, Entry};
 
 use self::keeping::Keeping;
 pub(crate) use self::lane::Lane;
@@ -266,16 +265,10 @@ impl Operating {
             self.arrived.push(parts);
         }
         for done in came {
-            if let (Done::Applied(entry), Some(recording)) = (&done, &mut self.recording)
-                && let Some(lane) = self.lanes.get(entry.task)
-            {
-                recording.note(entry, &lane.name);
+            if let (Done::Applied(entry), Some(recording)) = (&done, &mut self.recording) {
+                recording.note(entry);
             }
-            let name = match &done {
-                Done::Applied(entry) => self.lanes.get(entry.task).map(|lane| &*lane.name),
-                _ => None,
-            };
-            if let Some(done) = self.keeping.hold(done, name) {
+            if let Some(done) = self.keeping.hold(done) {
                 self.hand_out(Told { done, unwritten: None });
             }
         }

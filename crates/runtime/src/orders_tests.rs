@@ -1,7 +1,8 @@
 //! Orders on their way to a cycle and back, without a thread.
 
-use isochrone_engine::operate::{Feeds, Hold, Operator, OrderState, Request};
+use isochrone_engine::operate::{Feeds, Operator, OrderState, Request};
 use isochrone_engine::{Plan, Rules, Source};
+use isochrone_model::Hold;
 
 use super::*;
 

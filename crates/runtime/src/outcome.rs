@@ -1,7 +1,7 @@
 //! What a node did.
 
 use isochrone_cyclic::{ThreadGrant, ThreadUsage};
-use isochrone_engine::operate::Forced;
+use isochrone_model::Force;
 use isochrone_timing::{Direction, TaskTiming};
 
 use crate::alarms::Alarm;
@@ -17,7 +17,7 @@ pub struct Outcome {
     /// What came up while it ran; each of them was logged.
     pub alarms: Vec<Alarm>,
     /// What was still forced when it ended.
-    pub forces: Vec<Forced>,
+    pub forces: Vec<Force>,
     /// Its recording, where it had one.
     pub recording: Option<RecordingOutcome>,
 }

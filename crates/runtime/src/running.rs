@@ -5,8 +5,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
 use isochrone_cyclic::{StopReason, ThreadGrant};
-use isochrone_engine::operate::{Entry, Reading};
+use isochrone_engine::operate::Reading;
 use isochrone_ipc::{ListedNode, RealTime, Service, ipc};
+use isochrone_model::Entry;
 use isochrone_timing::{CycleRecord, FollowRecord};
 
 use crate::alarms::Alarm;
@@ -245,7 +246,7 @@ impl<S: Service> Running<S> {
         let incomplete = recording.as_ref().and_then(|recording| recording.incomplete.clone());
         alarms.extend(incomplete.map(|reason| Alarm::RecordingIncomplete { reason }));
         let mut operating = parts.operating.lock();
-        let forces = operating.operator.forces().cloned().collect();
+        let forces = operating.operator.forces().collect();
         let journal = operating.take_journal();
         drop(operating);
         if let Some(reason) = journal.and_then(|journal| journal.end(unix_ns())) {

@@ -62,7 +62,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         client: client(),
     };
     let mut is_told = false;
-    let waiting = |refused: &control::Failure| {
+    let waiting = |refused: &control::Refusal| {
         if !std::mem::replace(&mut is_told, true) {
             terminal::note(&not_yet(refused));
         }
@@ -86,7 +86,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// Why the node has to be asked again. What is in the way of a change has findings, each about a transaction.
-fn not_yet(refused: &control::Failure) -> String {
+fn not_yet(refused: &control::Refusal) -> String {
     let why = &refused.message;
     let what = match &refused.findings[..] {
         [] => "the node",
@@ -98,12 +98,12 @@ fn not_yet(refused: &control::Failure) -> String {
 /// How the verb ends when the node does not do it. Errors of the file are shown as `check` shows them.
 fn refused(error: ClientError, source: Source) -> Failure {
     match error {
-        ClientError::Refused(control::Failure { code: Code::Configuration, findings, .. }) => {
+        ClientError::Refused(control::Refusal { code: Code::Configuration, findings, .. }) => {
             terminal::note("the node refuses, and nothing was changed:");
             let findings = findings.into_iter().map(|one| placed(one, &source)).collect();
             Failure::configuration(Findings::new(source, findings))
         }
-        ClientError::Refused(control::Failure { code: Code::InvalidRequest, .. }) => {
+        ClientError::Refused(control::Refusal { code: Code::InvalidRequest, .. }) => {
             Failure::usage(format!(
                 "{} has {} bytes, which is more than a running node takes (256 KiB as JSON); write \
                  blocks of one kind as one entry with `count`, or start the node again with the file",

@@ -8,7 +8,7 @@ use std::path::Path;
 use isochrone_engine::escaped;
 use isochrone_report::Table;
 use isochrone_runtime::control::{
-    Action, AppliedChange, AskedBy, Change, JournalEntry, JournalParams, PendingEntry,
+    Action, AppliedChange, AskedBy, Change, Entry, JournalParams, PendingEntry,
 };
 use jiff::Timestamp;
 
@@ -77,15 +77,15 @@ fn in_file(path: &Path, args: &Args) -> Result<(), Failure> {
 }
 
 /// Entries as people read them, the values as their signals' types have them.
-fn told(node: &mut Node, entries: &[JournalEntry]) -> Result<String, Failure> {
+fn told(node: &mut Node, entries: &[Entry]) -> Result<String, Failure> {
     let changes = entries.iter().flat_map(|entry| &entry.changes);
     let known = node.known(changes.map(|change| change.name.as_str()))?;
     Ok(entries.iter().map(|entry| text(entry, &known)).collect())
 }
 
-fn follow(node: &mut Node, first: Vec<JournalEntry>, json: bool) -> Result<(), Failure> {
+fn follow(node: &mut Node, first: Vec<Entry>, json: bool) -> Result<(), Failure> {
     let next = Cell::new(None);
-    let tell = |(entries, told): (Vec<JournalEntry>, String)| {
+    let tell = |(entries, told): (Vec<Entry>, String)| {
         for entry in &entries {
             if json {
                 terminal::print(&terminal::json_line(entry)?)?;
@@ -94,7 +94,7 @@ fn follow(node: &mut Node, first: Vec<JournalEntry>, json: bool) -> Result<(), F
         }
         terminal::print(&told)
     };
-    let with_text = |node: &mut Node, entries: Vec<JournalEntry>| {
+    let with_text = |node: &mut Node, entries: Vec<Entry>| {
         let told = if json { String::new() } else { told(node, &entries)? };
         Ok((entries, told))
     };
@@ -106,7 +106,7 @@ fn follow(node: &mut Node, first: Vec<JournalEntry>, json: bool) -> Result<(), F
 }
 
 /// The entries from a sequence number on, or all.
-fn since(node: &mut Node, first: Option<u64>) -> Result<Vec<JournalEntry>, Failure> {
+fn since(node: &mut Node, first: Option<u64>) -> Result<Vec<Entry>, Failure> {
     all(node, first).map(|(entries, _)| entries)
 }
 
@@ -114,8 +114,8 @@ fn since(node: &mut Node, first: Option<u64>) -> Result<Vec<JournalEntry>, Failu
 pub(super) fn all(
     node: &mut Node,
     first: Option<u64>,
-) -> Result<(Vec<JournalEntry>, Vec<PendingEntry>), Failure> {
-    let mut entries: Vec<JournalEntry> = Vec::new();
+) -> Result<(Vec<Entry>, Vec<PendingEntry>), Failure> {
+    let mut entries: Vec<Entry> = Vec::new();
     loop {
         let since = entries.last().map(|entry| entry.sequence + 1).or(first);
         let page = node.call(&JournalParams { since, limit: None })?;
@@ -169,7 +169,7 @@ fn applied(change: &AppliedChange) -> String {
     text
 }
 
-fn text(entry: &JournalEntry, known: &Known) -> String {
+fn text(entry: &Entry, known: &Known) -> String {
     let mut text = format!(
         "{}  {} {}, cycle {} of task \"{}\"",
         time(entry.unix_ns),
@@ -227,7 +227,7 @@ mod tests {
 
     #[test]
     fn an_entry_tells_when_what_who_and_why() {
-        let entry = JournalEntry {
+        let entry = Entry {
             sequence: 1,
             transaction: 12,
             action: Action::Force,

@@ -3,7 +3,6 @@
 use std::collections::{BTreeSet, HashMap};
 
 use isochrone_blocks::PinType;
-use isochrone_engine::operate;
 pub(crate) use isochrone_runtime::control::CALLING_TASK;
 use isochrone_runtime::control::{SignalDescription, Value};
 
@@ -58,7 +57,7 @@ pub(crate) fn number(value: Value) -> f64 {
 }
 
 fn in_words(value: Value, value_type: PinType, digits: Digits) -> String {
-    match (value, operate::Value::from(value).slot(value_type)) {
+    match (value, value.slot(value_type)) {
         (_, Some(slot)) => numbers::shown(slot, value_type, digits),
         // As a callOB is given it in JSON, too.
         (Value::Number(number), None) if number.is_nan() && value_type == PinType::Int => {

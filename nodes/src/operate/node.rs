@@ -178,7 +178,7 @@ impl Node {
     pub(super) fn ask_again<T>(
         &mut self,
         patience: Duration,
-        mut waiting: impl FnMut(&control::Failure),
+        mut waiting: impl FnMut(&control::Refusal),
         mut ask: impl FnMut(&mut Self) -> Result<T, ClientError>,
     ) -> Result<T, ClientError> {
         /// As soon as people notice.
@@ -236,7 +236,7 @@ pub(crate) fn silence(error: &ClientError) -> String {
 }
 
 /// Everything that a node has against a request.
-pub(crate) fn refusal(failure: &control::Failure, asked: Asked) -> String {
+pub(crate) fn refusal(failure: &control::Refusal, asked: Asked) -> String {
     let mut text = match &failure.findings[..] {
         [] | [_] => failure.message.clone(),
         findings => findings.iter().map(|finding| format!("\n{finding}")).collect(),
@@ -284,13 +284,13 @@ mod tests {
     #[test]
     fn only_who_wanted_a_change_is_told_that_nothing_was_changed() {
         let finding = |name: &str| Finding::new(name, format!("there is no signal \"{name}\""));
-        let one = control::Failure::of(Code::UnknownName, vec![finding("a.b")]);
+        let one = control::Refusal::of(Code::UnknownName, vec![finding("a.b")]);
         assert_eq!(refusal(&one, Asked::ToLook), "there is no signal \"a.b\"");
         assert_eq!(
             refusal(&one, Asked::ToChange),
             "the node refuses, and nothing was changed: there is no signal \"a.b\""
         );
-        let two = control::Failure::of(Code::UnknownName, vec![finding("a.b"), finding("c.d")]);
+        let two = control::Refusal::of(Code::UnknownName, vec![finding("a.b"), finding("c.d")]);
         let both = "there is no signal \"a.b\"\nthere is no signal \"c.d\"";
         assert_eq!(refusal(&two, Asked::ToLook), both);
         assert_eq!(
@@ -302,7 +302,7 @@ mod tests {
     #[test]
     fn a_name_that_is_a_file_here_was_perhaps_a_pattern_without_quotes() {
         let finding = Finding::new("Cargo.toml", "there is no signal \"Cargo.toml\"");
-        let failure = control::Failure::of(Code::UnknownName, vec![finding]);
+        let failure = control::Refusal::of(Code::UnknownName, vec![finding]);
         assert!(refusal(&failure, Asked::ToLook).contains("in quotes"));
     }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use isochrone_engine::escaped;
-use isochrone_runtime::control::{Action, JournalEntry, PendingEntry, SetResult, UndoParams};
+use isochrone_runtime::control::{Action, Entry, PendingEntry, SetResult, UndoParams};
 
 use super::journal;
 use super::node::{self, Node};
@@ -109,7 +109,7 @@ fn last_set(node: &mut Node) -> Result<(u64, Option<String>), Failure> {
 fn still_to_come<'p>(last: Option<&Last>, pending: &'p [PendingEntry]) -> Option<&'p PendingEntry> {
     let last = last.map_or(0, |(Last::Set(number) | Last::Apply(number))| *number);
     let mut pending = pending.iter().rev();
-    pending.find(|one| matches!(&*one.action, "set" | "undo") && one.transaction >= last)
+    pending.find(|one| matches!(one.action, Action::Set | Action::Undo) && one.transaction >= last)
 }
 
 /// What an `undo` without a number is about.
@@ -120,7 +120,7 @@ pub(crate) enum Last {
 }
 
 /// The youngest of the sets that stand and the applies.
-pub(crate) fn last_change(entries: &[JournalEntry]) -> Option<Last> {
+pub(crate) fn last_change(entries: &[Entry]) -> Option<Last> {
     let undone = taken_back(entries);
     entries.iter().rev().find_map(|entry| match entry.action {
         Action::Set if !undone.contains(&entry.transaction) => Some(Last::Set(entry.transaction)),
@@ -130,7 +130,7 @@ pub(crate) fn last_change(entries: &[JournalEntry]) -> Option<Last> {
 }
 
 /// The transactions that were taken back and not made good again.
-pub(crate) fn taken_back(entries: &[JournalEntry]) -> BTreeSet<u64> {
+pub(crate) fn taken_back(entries: &[Entry]) -> BTreeSet<u64> {
     let mut undone = BTreeSet::new();
     // An undo is younger than what it takes back, and may be taken back itself.
     for entry in entries.iter().rev().filter(|entry| entry.action == Action::Undo) {
@@ -147,8 +147,8 @@ mod tests {
 
     use super::*;
 
-    fn entry(transaction: u64, action: Action, undone: Option<u64>) -> JournalEntry {
-        JournalEntry {
+    fn entry(transaction: u64, action: Action, undone: Option<u64>) -> Entry {
+        Entry {
             sequence: transaction,
             transaction,
             action,
@@ -167,16 +167,16 @@ mod tests {
 
     #[test]
     fn what_is_still_to_come_is_undone_before_what_was_set_earlier() {
-        let one = |transaction, action: &str| PendingEntry {
+        let one = |transaction, action| PendingEntry {
             transaction,
-            action: action.to_owned(),
+            action,
             task: "slow".to_owned(),
             cycle: 3,
             names: Vec::new(),
             values: Values::default(),
             by: AskedBy::default(),
         };
-        let pending = [one(4, "set"), one(6, "set"), one(7, "force")];
+        let pending = [one(4, Action::Set), one(6, Action::Set), one(7, Action::Force)];
         let found =
             |last: Option<Last>| still_to_come(last.as_ref(), &pending).map(|one| one.transaction);
         assert_eq!(found(None), Some(6));

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use isochrone_engine::operate::{Action, Applied, Entry, Replay};
+use isochrone_engine::operate::Replay;
 use isochrone_engine::{Plan, TaskEngine, Wires};
+use isochrone_model::{Action, Entry};
 
 /// What was done in a run.
 pub(super) struct Operations {
@@ -38,8 +39,8 @@ impl Operations {
     }
 
     /// The configuration that a task gets with a cycle, if it gets another one: number of its transaction,
-    /// and the configuration.
-    pub(super) fn change(&self, task: usize, cycle: u64) -> Option<(u64, Arc<Applied>)> {
+    /// and its text.
+    pub(super) fn change(&self, task: usize, cycle: u64) -> Option<(u64, Arc<str>)> {
         let entries = self.entries.get(&(task, cycle))?.iter();
         let changed = |entry: &Entry| Some((entry.transaction, entry.configuration.clone()?));
         entries.rev().find_map(changed)

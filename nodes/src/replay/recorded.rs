@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use isochrone_engine::Plan;
-use isochrone_engine::operate::{Action, Entry, Replay};
+use isochrone_engine::operate::Replay;
+use isochrone_model::{Action, Entry};
 use isochrone_processes::Stop;
 use isochrone_recording::{Condition, Item, MAX_RECORD_BYTES, Mark, Node};
 use isochrone_runtime::journal::entry_of_line;
@@ -123,9 +124,9 @@ impl Recorded {
         let mut entries: BTreeMap<_, Vec<Entry>> = BTreeMap::new();
         for (number, line) in (1_u64..).zip(&self.lines) {
             let at = |why: String| format!("entry {number} of the recorded journal: {why}");
-            let entry = entry_of_line(line, plan).map_err(at)?;
+            let (task, entry) = entry_of_line(line, plan).map_err(at)?;
             replay.check(&entry).map_err(|refusals| at(refusals.to_string()))?;
-            entries.entry((entry.task, entry.cycle)).or_default().push(entry);
+            entries.entry((task, entry.cycle)).or_default().push(entry);
         }
         Ok(Operations::new(plan, entries))
     }
@@ -136,7 +137,7 @@ impl Recorded {
         let mut entries: BTreeMap<_, Vec<Entry>> = BTreeMap::new();
         let (mut unfit, mut changes) = (Tally::default(), std::collections::BTreeSet::new());
         for line in &self.lines {
-            let entry = match entry_of_line(line, plan) {
+            let (task, entry) = match entry_of_line(line, plan) {
                 Ok(entry) => entry,
                 Err(why) => {
                     unfit.add(|| why);
@@ -148,7 +149,7 @@ impl Recorded {
                 continue;
             }
             match replay.check(&entry) {
-                Ok(()) => entries.entry((entry.task, entry.cycle)).or_default().push(entry),
+                Ok(()) => entries.entry((task, entry.cycle)).or_default().push(entry),
                 Err(refusals) => unfit.add(|| refusals.to_string()),
             }
         }

@@ -186,7 +186,7 @@ impl<'a> Rerun<'a> {
         }
         let change = self.operations.change(index, cycle).filter(|_| !self.is_other);
         let changed =
-            change.and_then(|(transaction, applied)| self.plan_of(transaction, &applied, index));
+            change.and_then(|(transaction, text)| self.plan_of(transaction, &text, index));
         let Some(places) = self.places(index, changed.as_ref()) else { return Ok(false) };
         let hands = match self.ready(index, &places, is_end) {
             Ready::Yes(hands) => hands,

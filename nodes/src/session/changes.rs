@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::Duration;
 
-use isochrone_runtime::control::{Client, ClientError, JournalEntry, JournalParams};
+use isochrone_runtime::control::{Client, ClientError, Entry, JournalParams};
 
 use super::Asker;
 use super::link::{PATIENCE, give, whole};
@@ -107,8 +107,8 @@ pub(crate) enum Outcome {
 pub(crate) fn entries(
     client: &mut Client,
     next_entry: &AtomicU64,
-) -> Result<Vec<JournalEntry>, ClientError> {
-    let mut entries: Vec<JournalEntry> = Vec::new();
+) -> Result<Vec<Entry>, ClientError> {
+    let mut entries: Vec<Entry> = Vec::new();
     loop {
         let since = Some(next_entry.load(Ordering::Relaxed));
         let page = client.call(&JournalParams { since, limit: None })?;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use isochrone_runtime::control::{
-    ActiveAlarm, DescribeResult, Force, Hold, JournalEntry, SignalDescription, Value, Values,
+    ActiveAlarm, DescribeResult, Entry, Force, Hold, SignalDescription, Value, Values,
 };
 
 /// From the session to the screen.
@@ -19,7 +19,7 @@ pub(crate) enum News {
     Alarms(Vec<ActiveAlarm>),
     Forces(Vec<Force>),
     /// Entries of the journal that came since, perhaps with some that are known.
-    Journal(Vec<JournalEntry>),
+    Journal(Vec<Entry>),
     /// Cycles that telemetry shows.
     Timing(Vec<Sample>),
     Done(Done),

@@ -1,6 +1,5 @@
 //! A frame as one JSON object, for scripts.
 
-use isochrone_engine::operate;
 use isochrone_runtime::control::Value;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
@@ -55,7 +54,7 @@ impl Serialize for Values<'_> {
 /// A value as its type has it. What the type cannot hold stands as the number that it is.
 fn typed(value: f64, value_type: &str) -> Value {
     match type_of(value_type) {
-        value_type if value_type.holds(value) => operate::Value::of(value, value_type).into(),
+        value_type if value_type.holds(value) => Value::of(value, value_type),
         _ => Value::Number(value),
     }
 }

@@ -1,8 +1,8 @@
 //! Descriptions of things that tests of the screen show.
 
 use isochrone_runtime::control::{
-    Access, Action, ActiveAlarm, AskedBy, Change, ConfigurationOrigin, DescribeResult, Force,
-    JournalEntry, LastSecond, Role, SignalDescription, TaskDescription, Value,
+    Access, Action, ActiveAlarm, AskedBy, Change, ConfigurationOrigin, DescribeResult, Entry,
+    Force, LastSecond, Role, SignalDescription, TaskDescription, Value,
 };
 use isochrone_timing::Summary;
 
@@ -48,9 +48,9 @@ pub(super) fn alarm(name: &str, status: Option<u16>) -> ActiveAlarm {
 }
 
 /// The entry of a transaction of its own that bert asked for.
-pub(super) fn entry(transaction: u64, action: Action, after: f64) -> JournalEntry {
+pub(super) fn entry(transaction: u64, action: Action, after: f64) -> Entry {
     let (before, after) = (Value::Number(0.0), Some(Value::Number(after)));
-    JournalEntry {
+    Entry {
         sequence: transaction,
         transaction,
         action,

@@ -1,6 +1,6 @@
 //! What operators did, as far as the screen needs it to take something back.
 
-use isochrone_runtime::control::{Action, JournalEntry, Value};
+use isochrone_runtime::control::{Action, Entry, Value};
 
 use super::signals::Signals;
 use crate::numbers::type_of;
@@ -14,11 +14,11 @@ const TOLD: usize = 3;
 
 /// The node's journal.
 #[derive(Debug, Default)]
-pub(super) struct History(Vec<JournalEntry>);
+pub(super) struct History(Vec<Entry>);
 
 impl History {
     /// Takes in entries; those that are known are passed over.
-    pub(super) fn take(&mut self, entries: Vec<JournalEntry>) {
+    pub(super) fn take(&mut self, entries: Vec<Entry>) {
         let last = self.0.last().map_or(0, |entry| entry.sequence);
         self.0.extend(entries.into_iter().filter(|entry| entry.sequence > last));
         let surplus = self.0.len().saturating_sub(KEPT);
@@ -46,9 +46,8 @@ impl History {
 
     /// What a transaction did and who asked for it; an error if it cannot be taken back.
     pub(super) fn told(&self, transaction: u64, signals: &Signals) -> Result<String, String> {
-        let of_it = |entry: &&JournalEntry| {
-            entry.transaction == transaction && entry.action != Action::Expiry
-        };
+        let of_it =
+            |entry: &&Entry| entry.transaction == transaction && entry.action != Action::Expiry;
         let entries: Vec<_> = self.0.iter().filter(of_it).collect();
         let Some(first) = entries.first() else {
             return Err(format!("the node's journal has no transaction {transaction}"));
@@ -112,7 +111,7 @@ mod tests {
         let told = |history: &History, number| history.told(number, &signals);
         let set = "set ramp.setChangeRate 0.0 -> 6.0, by bert at 22:13:20 UTC";
         assert_eq!(told(&history, 2), Ok(set.into()));
-        history.take(vec![JournalEntry { undone: Some(2), ..entry(4, Action::Undo, 0.0) }]);
+        history.take(vec![Entry { undone: Some(2), ..entry(4, Action::Undo, 0.0) }]);
         assert_eq!(history.undoable(), Some(1));
         assert!(told(&history, 2).unwrap_err().contains("it was taken back already"));
         assert!(told(&history, 3).unwrap_err().contains("a force ends with r"));

@@ -2,9 +2,9 @@
 
 use crate::node::Node;
 use isochrone_runtime::control::{
-    AlarmsParams, ApplyParams, Client, ClientError, Code, DescribeParams, Failure, ForceParams,
-    ForcesParams, GetParams, Hold, JournalParams, Method, Params, ReleaseParams, SaveParams,
-    SetParams, SignalsParams, TraceParams, UndoParams, Value,
+    AlarmsParams, ApplyParams, Client, ClientError, Code, DescribeParams, ForceParams,
+    ForcesParams, GetParams, Hold, JournalParams, Method, Params, Refusal, ReleaseParams,
+    SaveParams, SetParams, SignalsParams, TraceParams, UndoParams, Value,
 };
 use isochrone_testing::PATIENCE;
 use isochrone_testing::plants::{RAMP, tank};
@@ -37,7 +37,7 @@ fn needed(method: Method) -> Right {
     }
 }
 
-fn asked<P: Params>(node: &mut Node, params: &P) -> Result<(), Failure> {
+fn asked<P: Params>(node: &mut Node, params: &P) -> Result<(), Refusal> {
     match node.client.call(params) {
         Ok(_) => Ok(()),
         Err(ClientError::Refused(failure)) => Err(failure),
@@ -46,7 +46,7 @@ fn asked<P: Params>(node: &mut Node, params: &P) -> Result<(), Failure> {
 }
 
 /// Asks for something that can be done where it is allowed, if all methods before have been asked for.
-fn ask(node: &mut Node, method: Method) -> Result<(), Failure> {
+fn ask(node: &mut Node, method: Method) -> Result<(), Refusal> {
     let all = vec!["*.*".to_owned()];
     let values = |value: f64| [("ramp.value", value)].into_iter().collect();
     match method {

@@ -8,7 +8,7 @@ use crate::node::Node;
 use crate::plant::Observer;
 use isochrone_ipc::{Participant, ipc};
 use isochrone_runtime::control::{
-    ApplyParams, Client, ClientError, Code, Failure, Trace, TraceParams, TraceRow, signals_by_task,
+    ApplyParams, Client, ClientError, Code, Refusal, Trace, TraceParams, TraceRow, signals_by_task,
 };
 use isochrone_testing::plants::LEVEL;
 use isochrone_testing::{Domain, PATIENCE, wait_for_some, wait_until};
@@ -46,7 +46,7 @@ fn rows_until(trace: &mut Trace, mut is_enough: impl FnMut(&TraceRow<'_>) -> boo
     });
 }
 
-fn refused(error: ClientError) -> Failure {
+fn refused(error: ClientError) -> Refusal {
     let ClientError::Refused(failure) = error else { panic!("{error}") };
     failure
 }

@@ -4,7 +4,9 @@ use isochrone_blocks::{PinType, is_cyclic_ob};
 use isochrone_schedule::{Overrun, Wake};
 
 use super::{Absent, Form, Key, NameRule, Range, TableKeys};
-use crate::config::{Bad, Control, Cpu, OnStale};
+use isochrone_model::Access;
+
+use crate::config::{Bad, Cpu, OnStale};
 
 /// Version that introduced a key. So far, all keys date from the first one.
 const FIRST: &str = "0.1";
@@ -68,7 +70,7 @@ const BADS: [&str; 2] = {
 };
 
 const CONTROLS: [&str; 4] = {
-    let [off, read, set, force] = Control::ALL;
+    let [off, read, set, force] = Access::ALL;
     [off.as_str(), read.as_str(), set.as_str(), force.as_str()]
 };
 

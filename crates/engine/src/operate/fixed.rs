@@ -2,17 +2,17 @@
 
 use std::collections::{HashMap, HashSet};
 
-use crate::config::{Control, Cpu, PhaseChoice};
+use isochrone_model::{Access, Code, Refusal};
+
+use crate::config::{Cpu, PhaseChoice};
 use crate::plan::{InputPlan, OutputPlan, Plan, SignalPlan, TaskPlan};
 use crate::{format_duration_ns, printable::escaped};
-
-use super::refusal::Refusal;
 
 /// What of a plan must be the same in another one that takes its place online.
 #[derive(Debug)]
 pub(super) struct Fixed {
     node: String,
-    control: Control,
+    control: Access,
     protected: Vec<String>,
     tasks: Vec<Named<TaskPart>>,
     inputs: Vec<Named<(String, InputPlan)>>,
@@ -97,7 +97,10 @@ fn output(task: &TaskPlan, output: &OutputPlan) -> Named<OutputPart> {
 }
 
 fn fixed(what: &'static str, name: &str, difference: String) -> Refusal {
-    Refusal::Fixed { what, name: name.to_owned(), difference }
+    let shown = escaped(name);
+    let message = format!("{what} \"{shown}\" cannot be changed while the node runs: {difference}");
+    let help = "leave it as it is, or stop the node and start it with the new configuration";
+    Refusal::one(Code::CannotChange, name, message, help)
 }
 
 /// Compares two lists by the names of their entries.

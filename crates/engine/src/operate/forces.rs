@@ -1,6 +1,6 @@
 //! The forces of a task, as its cycle has them.
 
-use isochrone_quality::Flags;
+use isochrone_model::Flags;
 
 use super::store::Store;
 

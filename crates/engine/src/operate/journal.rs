@@ -4,131 +4,39 @@ use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use isochrone_blocks::PinType;
-
-use super::{ChangeSummary, Value};
+use isochrone_model::{Action, AppliedChange, AskedBy, ChangeSummary};
 
 /// Most entries that are kept.
 const MAX_ENTRIES: usize = 10_000;
 /// Most values that the entries that are kept hold together.
 const MAX_VALUES: usize = 1_000_000;
 
-/// Who asks for something.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub enum Client {
-    /// The program that runs the node.
-    #[default]
-    Program,
-    /// Somebody else.
-    Other {
-        /// As they call themselves, if they do.
-        name: Option<Arc<str>>,
-        /// Their process, where iceoryx2 tells it.
-        process: Option<u32>,
-    },
-}
-
-impl Client {
-    /// As they call themselves, if they do.
-    pub fn name(&self) -> Option<&str> {
-        match self {
-            Self::Program => None,
-            Self::Other { name, .. } => name.as_deref(),
-        }
-    }
-
-    /// Their process, where that is known and another than the node's.
-    pub fn process(&self) -> Option<u32> {
-        match self {
-            Self::Program => None,
-            Self::Other { process, .. } => *process,
-        }
-    }
-}
-
-/// What was done.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Action {
-    /// Parameters were set.
-    Set,
-    /// Signals were forced.
-    Force {
-        /// First cycle without the force; `None`: until it is released.
-        until: Option<u64>,
-    },
-    /// Forces were released.
-    Release,
-    /// A force came to its end.
-    Expiry,
-    /// A transaction was taken back.
-    Undo {
-        /// The transaction.
-        of: u64,
-    },
-    /// The configuration was changed. Its changes are the parameters that have a new constant.
-    Apply,
-}
-
-impl Action {
-    /// Its word in a journal: `set`, `force`, `release`, `expiry`, `undo`, `apply`.
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::Set => "set",
-            Self::Force { .. } => "force",
-            Self::Release => "release",
-            Self::Expiry => "expiry",
-            Self::Undo { .. } => "undo",
-            Self::Apply => "apply",
-        }
-    }
-}
-
-/// What was done to one task before one of its cycles.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Entry {
-    /// Counts the entries of a node, from 1.
-    pub sequence: u64,
-    /// The transaction that it belongs to; that of the force, for an expiry.
-    pub transaction: u64,
-    /// Index of the task.
-    pub task: usize,
-    /// The first cycle with it.
-    pub cycle: u64,
-    /// When that was known, in ns of UTC since 1970.
-    pub unix_ns: u64,
-    /// What was done.
-    pub action: Action,
-    /// The values that it changed.
-    pub changes: Vec<Change>,
-    /// Who asked for it.
-    pub client: Client,
-    /// What they said of it.
-    pub comment: Option<Arc<str>>,
-    /// Of a change of the configuration, what it was changed to.
-    pub configuration: Option<Arc<Applied>>,
-}
-
 /// A configuration that was put in the place of another.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Applied {
+pub(super) struct Applied {
     /// Its text.
-    pub text: Arc<str>,
+    pub(super) text: Arc<str>,
     /// SHA-256 of that, hexadecimal.
-    pub sha256: String,
+    pub(super) sha256: String,
     /// Where its author has it, as they say.
-    pub file: Option<Arc<str>>,
+    pub(super) file: Option<String>,
     /// What it changed.
-    pub summary: ChangeSummary,
+    pub(super) summary: ChangeSummary,
 }
 
-/// A value that was changed.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Change {
-    /// Name of the signal.
-    pub name: String,
-    /// What it was.
-    pub before: Value,
-    /// What it is; `None` where a wire or a block says so.
-    pub after: Option<Value>,
+impl Applied {
+    /// How much of it is new.
+    pub(super) fn extent(&self) -> AppliedChange {
+        let summary = &self.summary;
+        AppliedChange {
+            file: self.file.clone(),
+            sha256: self.sha256.clone(),
+            added: summary.added.len() as u64,
+            removed: summary.removed.len() as u64,
+            changed: summary.changed.len() as u64,
+            limits: summary.limits.clone(),
+        }
+    }
 }
 
 /// An entry as it is kept.
@@ -140,11 +48,14 @@ pub(super) struct Record {
     pub(super) cycle: u64,
     pub(super) unix_ns: u64,
     pub(super) action: Action,
+    /// Of a force: the first cycle without it, unless it is held until its release.
+    pub(super) until: Option<u64>,
+    /// Of an undo: what it took back.
+    pub(super) undone: Option<u64>,
     /// How many entries of its transaction change parameters, this one among them.
     pub(super) parts: usize,
     pub(super) changes: Box<[Changed]>,
-    pub(super) client: Client,
-    pub(super) comment: Option<Arc<str>>,
+    pub(super) by: AskedBy,
     pub(super) configuration: Option<Arc<Applied>>,
 }
 
@@ -157,20 +68,19 @@ impl Record {
         action: Action,
         changes: Box<[Changed]>,
     ) -> Self {
-        let (sequence, parts, client) = (0, 1, Client::Program);
-        let (comment, configuration) = (None, None);
         Self {
-            sequence,
+            sequence: 0,
             transaction,
             task,
             cycle,
             unix_ns,
             action,
-            parts,
+            until: None,
+            undone: None,
+            parts: 1,
             changes,
-            client,
-            comment,
-            configuration,
+            by: AskedBy::default(),
+            configuration: None,
         }
     }
 
@@ -240,8 +150,7 @@ impl Journal {
     /// The entries of a transaction that changed parameters.
     pub(super) fn changes_of(&self, transaction: u64) -> impl Iterator<Item = &Record> {
         self.records.iter().filter(move |record| {
-            record.transaction == transaction
-                && matches!(record.action, Action::Set | Action::Undo { .. })
+            record.transaction == transaction && matches!(record.action, Action::Set | Action::Undo)
         })
     }
 
@@ -256,7 +165,7 @@ impl Journal {
         let mut undone = BTreeMap::new();
         // An undo is younger than what it takes back.
         for record in self.records.iter().rev() {
-            if let Action::Undo { of } = record.action
+            if let Some(of) = record.undone
                 && !undone.contains_key(&record.transaction)
             {
                 undone.entry(of).or_insert(record.transaction);

@@ -53,27 +53,22 @@ mod save;
 mod signals;
 mod store;
 mod taint;
-mod value;
 mod warnings;
 
 pub use crate::engine::Replacement;
 pub use forces::{Ended, MAX_FORCES};
 pub(crate) use forces::{Force, Forces};
 pub use inbox::Inbox;
-pub use journal::{Action, Applied, Change, Client, Entry};
 pub use operator::{
-    Basis, ChangeSummary, ChangedValue, Done, Draft, Feeds, Forced, Given, Hold, Operator, Pending,
-    Prepared, PreparedChange, Reading, Request, Selection, Tuned,
+    Basis, Done, Draft, Feeds, Operator, Prepared, PreparedChange, Reading, Request, Selection,
 };
 pub(crate) use order::{Look, Work};
 pub use order::{Order, OrderState};
 pub use pattern::Pattern;
 pub(crate) use pattern::part_matches;
 pub use permissions::Unwritten;
-pub use refusal::{AtRefusal, Refusal, RefusalKind, Refusals};
 pub use replay::{Difference, Replay};
 pub use save::{Changes, SaveError};
-pub use signals::{Matches, Role, Signal, Signals};
+pub use signals::{Matches, Signal, Signals};
 pub(crate) use store::Store;
-pub use value::Value;
 pub use warnings::Warning;

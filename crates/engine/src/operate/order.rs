@@ -1,9 +1,11 @@
 //! What an operator sends to a task's cycle: made and freed in an ordinary thread, filled in by the
 //! cycle.
 
+use isochrone_model::Role;
+
 use super::forces::{AtEnd, Ended, Force};
 use super::quality::Behind;
-use super::signals::{Role, Signals};
+use super::signals::Signals;
 use super::store::Store;
 
 /// One box of work for one task. The cycle writes what it found into it, and gives it back.

@@ -2,10 +2,11 @@
 
 use std::sync::Arc;
 
-use super::refusal::Refusal;
-use super::signals::{Role, Signal};
-use super::{Pattern, Value};
-use crate::config::Control;
+use isochrone_model::{Access, Code, Refusal, Role, Value};
+
+use super::Pattern;
+use super::refusal::{protected, wrong_value};
+use super::signals::Signal;
 use crate::plan::Plan;
 
 /// What a request wants to do.
@@ -33,6 +34,18 @@ impl Unwritten {
         let (Self::ForNow(reason) | Self::ForGood(reason)) = self;
         reason
     }
+
+    /// Of a change, meanwhile.
+    fn refusal(&self) -> Refusal {
+        let help = match self {
+            Self::ForNow(_) => {
+                "make it writable; the node tries again all the time, and only releases forces until then"
+            }
+            Self::ForGood(_) => "start the node again; until then it only releases forces",
+        };
+        let message = format!("nothing can be changed while {}", self.reason());
+        Refusal::one(Code::Forbidden, "", message, help)
+    }
 }
 
 /// The bounds of some parameters.
@@ -47,7 +60,7 @@ struct Limits {
 
 #[derive(Debug, Clone)]
 pub(super) struct Permissions {
-    control: Control,
+    control: Access,
     protected: Vec<(String, Pattern)>,
     limits: Vec<Limits>,
     /// Why the journal cannot be written, while that is so.
@@ -70,18 +83,20 @@ impl Permissions {
     /// Whether requests of this kind are allowed at all.
     pub(super) fn check(&self, intent: Intent) -> Result<(), Refusal> {
         let (action, needs) = match intent {
-            Intent::Set => ("setting a parameter", Control::Set),
-            Intent::Force => ("forcing a signal", Control::Force),
-            Intent::Release => ("releasing a signal", Control::Force),
-            Intent::Apply => ("changing the configuration", Control::Force),
+            Intent::Set => ("setting a parameter", Access::Set),
+            Intent::Force => ("forcing a signal", Access::Force),
+            Intent::Release => ("releasing a signal", Access::Force),
+            Intent::Apply => ("changing the configuration", Access::Force),
         };
         if self.control < needs {
             let (control, needs) = (self.control.as_str(), needs.as_str());
-            return Err(Refusal::Control { control, action, needs });
+            let message = format!("[node] control = \"{control}\" does not allow {action}");
+            let help = format!("write control = \"{needs}\" and start the node again");
+            return Err(Refusal::one(Code::Forbidden, "", message, help));
         }
         match &self.unwritten {
             // Whatever is wrong with the journal, a signal can be let go.
-            Some(why) if intent != Intent::Release => Err(Refusal::Journal { why: why.clone() }),
+            Some(why) if intent != Intent::Release => Err(why.refusal()),
             _ => Ok(()),
         }
     }
@@ -121,23 +136,15 @@ impl Permissions {
             pattern.matches(&signal.name) || owner.is_some_and(|owner| pattern.matches(owner))
         };
         match self.protected.iter().find(protects) {
-            Some((pattern, _)) => {
-                let (name, pattern) = (signal.name.clone(), pattern.clone());
-                Err(Refusal::Protected { name, pattern })
-            }
+            Some((pattern, _)) => Err(protected(&signal.name, pattern)),
             None => Ok(()),
         }
     }
 
     /// The slot of a value that a signal can have.
     pub(super) fn slot(&self, signal: &Signal<'_>, value: Value) -> Result<f64, Refusal> {
-        let name = || signal.name.clone();
-        let value_type = signal.value_type;
-        let slot = signal.slot_of(value).ok_or_else(|| Refusal::Value {
-            name: name(),
-            value,
-            value_type,
-        })?;
+        let slot = signal.slot_of(value);
+        let slot = slot.ok_or_else(|| wrong_value(&signal.name, value, signal.value_type))?;
         // Limits are for numbers, and a task is none.
         let is_number = !matches!(value, Value::Task { .. }) && !slot.is_nan();
         if is_number { self.bound(signal, slot, value) } else { Ok(slot) }
@@ -163,8 +170,11 @@ impl Permissions {
         };
         match self.limits.iter().find(is_outside) {
             Some(&Limits { min, max, .. }) if signal.role == Role::Parameter => {
-                let name = signal.name.clone();
-                Err(Refusal::Limits { name, value, min, max })
+                let name = &signal.name;
+                let message =
+                    format!("{value} is outside the limits of \"{name}\", {min:?} to {max:?}");
+                let help = "[limits] in the configuration sets them";
+                Err(Refusal::one(Code::WrongValue, name, message, help))
             }
             _ => Ok(slot),
         }

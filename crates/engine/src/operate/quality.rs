@@ -4,9 +4,9 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 use isochrone_blocks::Indication;
-use isochrone_quality::Flags;
+use isochrone_model::{Flags, Role};
 
-use super::signals::{Role, Signals};
+use super::signals::Signals;
 use crate::worth::Source;
 
 /// Most instances that a reading looks through: the cycle looks at a pin of each, and may spend on that what

@@ -4,16 +4,16 @@ use std::fmt;
 use std::sync::Arc;
 
 use isochrone_blocks::PinType;
+use isochrone_model::{Action, Change, Entry, Refusal, Value};
 
 use super::fixed::Fixed;
 use super::forces::Ended;
-use super::journal::{Action, Change, Entry};
+use super::journal;
 use super::operator::{carry, changed, released};
 use super::order::{Order, Work};
-use super::refusal::{Refusal, Refusals};
+use super::refusal::{not_repeated, unknown, wrong_value};
 use super::signals::{Kept, Signals};
 use super::store::Store;
-use super::{Value, journal};
 use crate::engine::Replacement;
 use crate::plan::{OwnedRules, Plan};
 use crate::{Source, TaskEngine, Wires};
@@ -79,38 +79,45 @@ impl Replay {
     /// # Errors
     /// A signal is not there, is of another task, or cannot have the value, or another configuration
     /// cannot take the place of the one before; all that is wrong.
-    pub fn check(&mut self, entry: &Entry) -> Result<(), Refusals> {
+    pub fn check(&mut self, entry: &Entry) -> Result<(), Refusal> {
+        let task = self.task(entry);
         if entry.action != Action::Apply {
             return self.work(entry).map(drop);
         }
         let signals = self.next(entry)?.signals.clone();
-        self.enter(entry.task, signals);
+        self.enter(task, signals);
         Ok(())
     }
 
     /// The configuration of an entry.
-    fn next(&mut self, entry: &Entry) -> Result<&mut Next, Refusals> {
+    fn next(&mut self, entry: &Entry) -> Result<&mut Next, Refusal> {
         let transaction = entry.transaction;
         let next = match self.next.take_if(|next| next.transaction == transaction) {
             Some(next) => next,
             None => {
-                let refused = |why: String| Refusal::NotRepeated { transaction, why };
-                let applied = entry.configuration.as_ref();
-                let applied =
-                    applied.ok_or_else(|| refused("the journal does not say to what".into()))?;
-                let source = Source { name: self.file.clone(), text: applied.text.clone() };
+                let refused = |why: &str| not_repeated(transaction, why);
+                let text = entry.configuration.clone();
+                let text = text.ok_or_else(|| refused("the journal does not say to what"))?;
+                let source = Source { name: self.file.clone(), text };
                 let plan = self
                     .rules
                     .plan(source)
-                    .map_err(|findings| refused(format!("that has errors: {findings}")))?;
-                Refusals::check(self.fixed.differences(&Fixed::of(&plan)))?;
+                    .map_err(|findings| refused(&format!("that has errors: {findings}")))?;
+                all(self.fixed.differences(&Fixed::of(&plan)).into_iter().map(Err::<(), _>))?;
                 let engines = TaskEngine::build(&plan);
-                let engines = engines.map_err(|error| refused(error.to_string()))?;
+                let engines = engines.map_err(|error| refused(&error.to_string()))?;
                 let signals = Arc::new(Signals::of(&plan));
                 Next { transaction, signals, engines: engines.into_iter().map(Some).collect() }
             }
         };
         Ok(self.next.insert(next))
+    }
+
+    /// The index of the task of an entry; one that no task has if there is no such task.
+    fn task(&self, entry: &Entry) -> usize {
+        let signals = self.signals.first();
+        let found = signals.and_then(|signals| signals.task_index(&entry.task));
+        found.unwrap_or(usize::MAX)
     }
 
     fn enter(&mut self, task: usize, signals: Arc<Signals>) {
@@ -126,23 +133,23 @@ impl Replay {
     ///
     /// # Errors
     /// As [`check`](Self::check).
-    pub fn hand_over(&mut self, entry: &Entry, engine: &mut TaskEngine) -> Result<Wires, Refusals> {
+    pub fn hand_over(&mut self, entry: &Entry, engine: &mut TaskEngine) -> Result<Wires, Refusal> {
+        let task = self.task(entry);
         let mut replacement = self.replacement(entry, engine)?;
         let wires = replacement.loosen();
         engine.hand_over(&mut replacement);
-        if let Some(ready) = self.ready.get_mut(entry.task) {
+        if let Some(ready) = self.ready.get_mut(task) {
             *ready = Some(replacement);
         }
         Ok(wires)
     }
 
     /// The engine of another configuration, and what it takes over.
-    fn replacement(&mut self, entry: &Entry, engine: &TaskEngine) -> Result<Replacement, Refusals> {
-        let task = entry.task;
+    fn replacement(&mut self, entry: &Entry, engine: &TaskEngine) -> Result<Replacement, Refusal> {
+        let task = self.task(entry);
         let next = self.next(entry)?;
         let (signals, new) = (next.signals.clone(), next.engines.get_mut(task));
-        let not_repeated =
-            |why: &str| Refusal::NotRepeated { transaction: entry.transaction, why: why.into() };
+        let not_repeated = |why: &str| not_repeated(entry.transaction, why);
         let new = new.and_then(Option::take);
         let new = new.ok_or_else(|| not_repeated("the journal says so twice of one task"))?;
         let old = self.signals.get(task).ok_or_else(|| not_repeated("there is no such task"))?;
@@ -157,8 +164,9 @@ impl Replay {
         &mut self,
         entry: &Entry,
         engine: &mut TaskEngine,
-    ) -> Result<Vec<journal::Changed>, Refusals> {
-        let mut replacement = match self.ready.get_mut(entry.task).and_then(Option::take) {
+    ) -> Result<Vec<journal::Changed>, Refusal> {
+        let task = self.task(entry);
+        let mut replacement = match self.ready.get_mut(task).and_then(Option::take) {
             Some(mut ready) => {
                 engine.hand_imports_again(&mut ready);
                 ready
@@ -167,7 +175,7 @@ impl Replay {
         };
         engine.replace(&mut replacement, entry.cycle);
         let signals = self.next(entry)?.signals.clone();
-        self.enter(entry.task, signals);
+        self.enter(task, signals);
         let stores = replacement.carry.stores.iter();
         Ok(stores.map(|store| self::changed(store.slot, store.before, None)).collect())
     }
@@ -181,12 +189,13 @@ impl Replay {
         &mut self,
         entry: &Entry,
         engine: &mut TaskEngine,
-    ) -> Result<Vec<Difference>, Refusals> {
+    ) -> Result<Vec<Difference>, Refusal> {
+        let task = self.task(entry);
         let done = match entry.action {
             Action::Apply => self.replace(entry, engine)?,
             _ => self.order(entry, engine)?,
         };
-        let Some(signals) = self.signals.get(entry.task) else { return Ok(Vec::new()) };
+        let Some(signals) = self.signals.get(task) else { return Ok(Vec::new()) };
         let differs = |change: &Change| {
             let signal = signals.find(&change.name).ok()?;
             let slot = |done: &journal::Changed| match done.place {
@@ -206,7 +215,7 @@ impl Replay {
         &self,
         entry: &Entry,
         engine: &mut TaskEngine,
-    ) -> Result<Vec<journal::Changed>, Refusals> {
+    ) -> Result<Vec<journal::Changed>, Refusal> {
         let Some(work) = self.work(entry)? else { return Ok(Vec::new()) };
         let mut order = Order::new(entry.transaction, None, work);
         engine.apply(&mut order, entry.cycle, 0);
@@ -222,58 +231,67 @@ impl Replay {
     }
 
     /// `None`: forces end by themselves.
-    fn work(&self, entry: &Entry) -> Result<Option<Work>, Refusals> {
+    fn work(&self, entry: &Entry) -> Result<Option<Work>, Refusal> {
+        let task = self.task(entry);
         let stores = || {
             let mut stores = all(entry.changes.iter().map(|change| self.store(entry, change)))?;
             stores.sort_unstable_by_key(|store| store.slot);
-            Ok::<Box<[Store]>, Refusals>(stores.into())
+            Ok::<Box<[Store]>, Refusal>(stores.into())
         };
         Ok(Some(match entry.action {
             Action::Expiry | Action::Apply => return Ok(None),
             Action::Release => {
                 Work::release(all(entry.changes.iter().map(|change| self.slot(entry, change)))?)
             }
-            Action::Set | Action::Undo { .. } => Work::Set { feeds: [].into(), stores: stores()? },
-            Action::Force { until } => {
-                let cycles = until.map(|until| until.saturating_sub(entry.cycle));
-                let Some(signals) = self.signals.get(entry.task) else { return Ok(None) };
-                Work::force(signals, entry.task, stores()?, cycles)
+            Action::Set | Action::Undo => Work::Set { feeds: [].into(), stores: stores()? },
+            Action::Force => {
+                let cycles = entry.until_cycle.map(|until| until.saturating_sub(entry.cycle));
+                let Some(signals) = self.signals.get(task) else { return Ok(None) };
+                Work::force(signals, task, stores()?, cycles)
             }
         }))
     }
 
     fn slot(&self, entry: &Entry, change: &Change) -> Result<u32, Refusal> {
-        let unknown = |help: String| Refusal::Unknown { name: change.name.clone(), help };
-        let signals = self.signals.get(entry.task);
+        let task = self.task(entry);
+        let unknown = |help: String| unknown(&change.name, help);
+        let signals = self.signals.get(task);
         let signals = signals.ok_or_else(|| unknown("there is no such task".into()))?;
         let signal = signals.find(&change.name)?;
-        if signal.task == entry.task {
+        if signal.task == task {
             return Ok(signal.slot as u32);
         }
-        let help = format!("it is a signal of task \"{}\"", signals.task_name(signal.task));
-        Err(Refusal::Unknown { name: change.name.clone(), help })
+        let task = signals.task_name(signal.task);
+        Err(unknown(format!("it is a signal of task \"{task}\"")))
     }
 
     fn store(&self, entry: &Entry, change: &Change) -> Result<Store, Refusal> {
+        let task = self.task(entry);
         let slot = self.slot(entry, change)?;
-        let of_task = self.signals.get(entry.task);
-        let signal = of_task.and_then(|signals| signals.at(entry.task, slot as usize));
+        let of_task = self.signals.get(task);
+        let signal = of_task.and_then(|signals| signals.at(task, slot as usize));
         let value_type = signal.as_ref().map_or(PinType::Lreal, |signal| signal.value_type);
         let stored = signal.zip(change.after).and_then(|(signal, after)| signal.slot_of(after));
-        stored.map(|value| Store::new(slot as usize, value)).ok_or_else(|| Refusal::Value {
-            name: change.name.clone(),
+        stored.map(|value| Store::new(slot as usize, value)).ok_or_else(|| {
             // A value that is missing cannot be had by a signal either.
-            value: change.after.unwrap_or(Value::Number(f64::NAN)),
-            value_type,
+            let value = change.after.unwrap_or(Value::Number(f64::NAN));
+            wrong_value(&change.name, value, value_type)
         })
     }
 }
 
 /// All of them, or all that is wrong.
-fn all<T>(found: impl Iterator<Item = Result<T, Refusal>>) -> Result<Vec<T>, Refusals> {
-    let mut findings = Vec::new();
-    let found = found.filter_map(|found| found.map_err(|it| findings.push(it)).ok()).collect();
-    Refusals::check(findings).map(|()| found)
+fn all<T>(found: impl Iterator<Item = Result<T, Refusal>>) -> Result<Vec<T>, Refusal> {
+    let mut refused: Option<Refusal> = None;
+    let mut note = |refusal: Refusal| match &mut refused {
+        Some(refused) => refused.findings.extend(refusal.findings),
+        None => refused = Some(refusal),
+    };
+    let found = found.filter_map(|found| found.map_err(&mut note).ok()).collect();
+    match refused {
+        Some(Refusal { code, findings, .. }) => Err(Refusal::of(code, findings)),
+        None => Ok(found),
+    }
 }
 
 /// Whether two values are one, to the bit.

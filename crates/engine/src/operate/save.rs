@@ -4,9 +4,8 @@ use toml_edit::{DocumentMut, Item, Table, TableLike};
 
 use super::operator::Operator;
 use super::signals::Signal;
-use super::value::Value;
 use crate::number::in_base_of;
-use crate::time::in_form_of;
+use isochrone_model::{Value, in_form_of};
 
 /// Why the running values cannot be written into a configuration.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]

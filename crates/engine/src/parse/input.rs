@@ -10,7 +10,7 @@ use crate::config::{Bad, Binding, Connection, Input, OnStale};
 use crate::finding::Problem;
 use crate::keys::{INPUT_TYPES, input as keys, on_stale};
 use crate::number::parse_based;
-use crate::time::{parse_time_ms, time_help};
+use isochrone_model::{parse_time_ms, time_help};
 
 pub(super) fn input(section: Section<'_>) -> Input {
     let value_type = section.choice(&keys::TYPE, &INPUT_TYPES);

@@ -14,7 +14,9 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use self::section::{Errors, Section, is_instance, parse_integer};
-use crate::config::{Block, Config, Connection, Control, Output, Pins};
+use isochrone_model::Access;
+
+use crate::config::{Block, Config, Connection, Output, Pins};
 use crate::finding::Problem;
 use crate::keys;
 use crate::{Finding, Source};
@@ -76,22 +78,22 @@ pub(crate) fn parse(source: &Source, catalogue: &[BlockType]) -> (Config, Vec<Fi
     (config, findings)
 }
 
-fn node(file: &Section<'_>) -> (Option<Spanned<String>>, Control) {
+fn node(file: &Section<'_>) -> (Option<Spanned<String>>, Access) {
     let Some(section) = file.table(&keys::file::NODE, &keys::node::TABLE) else {
         if file.get(&keys::file::NODE).is_none() {
             let finding = Finding::new(Problem::MissingKey, 0..0, "the file has no [node]");
             file.report(finding.help("begin with [node] and name = \"…\""));
         }
-        return (None, Control::default());
+        return (None, Access::default());
     };
     let name = section.name(&keys::node::NAME);
-    let control = section.choice(&keys::node::CONTROL, &Control::ALL);
+    let control = section.choice(&keys::node::CONTROL, &Access::ALL);
     if let Some(name) = name.as_ref().filter(|name| name.get_ref() == LAYOUT) {
         let message = format!("[node] name \"{LAYOUT}\" is taken");
         let help = "layouts of frames are announced on isochrone/layout/…; choose another name";
         section.report(Finding::new(Problem::BadName, name.span(), message).help(help));
     }
-    (name, control.map_or_else(Control::default, Spanned::into_inner))
+    (name, control.map_or_else(Access::default, Spanned::into_inner))
 }
 
 fn block(section: Section<'_>, catalogue: &[BlockType]) -> Block {

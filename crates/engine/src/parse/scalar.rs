@@ -5,9 +5,9 @@ use toml::Spanned;
 use super::meant::{meant_value, plain_duration};
 use super::section::{Section, parse_integer};
 use crate::Finding;
-use crate::duration::parse_duration_ns;
 use crate::finding::Problem;
 use crate::keys::{Form, Key};
+use isochrone_model::parse_duration_ns;
 
 impl Section<'_> {
     pub(super) fn string(&self, key: &Key) -> Option<Spanned<String>> {

@@ -3,9 +3,9 @@
 use std::ops::Range;
 
 use crate::Finding;
-use crate::duration::parse_duration_ns;
 use crate::finding::Problem;
 use crate::keys::TABLES;
+use isochrone_model::parse_duration_ns;
 
 /// Places that are not TOML, before anything of a configuration, from which on the file is taken for
 /// something else.

@@ -25,8 +25,8 @@ pub use parts::{
 };
 pub(crate) use probe::first_error;
 
-use crate::config::Control;
 use crate::{Finding, Findings, ReadError, Source, config, parse};
+use isochrone_model::Access;
 
 /// What a configuration is checked against beside itself.
 pub struct Rules<'a> {
@@ -95,7 +95,7 @@ pub struct Plan {
     /// OB number and period in nanoseconds of every task that has a number.
     pub obs: Vec<(i16, u64)>,
     /// What others may do to the values of the running node.
-    pub control: Control,
+    pub control: Access,
     /// Signals that nobody may set or force: names, or patterns of names.
     pub protected: Vec<String>,
     /// Bounds of parameters.

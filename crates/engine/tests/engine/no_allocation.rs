@@ -3,8 +3,9 @@
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 
-use isochrone_engine::operate::{Draft, Feeds, Hold, Inbox, Operator, Request};
+use isochrone_engine::operate::{Draft, Feeds, Inbox, Operator, Request};
 use isochrone_engine::{Flags, Plan, Reading, Rules, Source, TaskEngine};
+use isochrone_model::Hold;
 
 thread_local! {
     /// Calls of the allocator by this thread: the test harness has threads of its own.

@@ -2,8 +2,9 @@
 
 use crate::two_tasks;
 use crate::two_tasks::{input, output, ramp};
-use isochrone_engine::operate::{Feeds, Hold, Inbox, Operator, Request};
+use isochrone_engine::operate::{Feeds, Inbox, Operator, Request};
 use isochrone_engine::{Flags, Plan, Reading, TaskEngine};
+use isochrone_model::Hold;
 
 fn plan() -> Plan {
     two_tasks::plan(

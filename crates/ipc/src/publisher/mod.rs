@@ -10,7 +10,7 @@ use iceoryx2::port::update_connections::UpdateConnections;
 use iceoryx2::sample_mut::SampleMut;
 use iceoryx2::service::port_factory::PortFactory as _;
 
-use isochrone_quality::Flags;
+use isochrone_model::Flags;
 
 use crate::file_override::Guard;
 use crate::peers::Peers;

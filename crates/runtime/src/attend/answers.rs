@@ -1,14 +1,12 @@
 //! What a node tells of itself at once.
 
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_engine::config::Control;
-use isochrone_engine::operate::{self, Selection, Signal};
+use isochrone_engine::operate::{Selection, Signal};
 
 use crate::control::{
-    Access, ActiveAlarm, AlarmsParams, AlarmsResult, AskedBy, Begun, ConfigurationOrigin,
-    DescribeResult, Failure, Force, ForcesParams, ForcesResult, JournalEntry, JournalParams,
-    JournalResult, PendingEntry, Reply, Role, Room, SignalDescription, SignalsParams,
-    SignalsResult, TaskDescription,
+    ActiveAlarm, AlarmsParams, AlarmsResult, Begun, ConfigurationOrigin, DescribeResult, Entry,
+    ForcesParams, ForcesResult, JournalParams, JournalResult, Refusal, Reply, Room,
+    SignalDescription, SignalsParams, SignalsResult, TaskDescription,
 };
 use crate::faults::Active;
 use crate::operating::unix_ns;
@@ -29,7 +27,6 @@ impl Attendant {
         let next = operating.next_cycles(now_ns);
         let task = |(index, next): (usize, u64)| {
             let lane = operating.lanes.get(index)?;
-            let forces = operating.operator.forces().filter(|forced| forced.task == index);
             Some(TaskDescription {
                 name: lane.name.clone(),
                 ob: lane.ob,
@@ -41,7 +38,7 @@ impl Attendant {
                 missed: lane.last.map_or(0, |last| last.missed),
                 overruns: lane.last.map_or(0, |last| last.overruns),
                 parameters: operating.operator.parameters(index) as u64,
-                forces: forces.count() as u64,
+                forces: operating.operator.forced(index) as u64,
                 alarms: lane.faults.total() as u64,
                 last_second: lane.seconds.last(now_ns, lane.schedule.period_ns),
                 placement: operating.placement(index),
@@ -50,12 +47,7 @@ impl Attendant {
         Reply::Describe(DescribeResult {
             node: self.node.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
-            control: match self.control {
-                Control::Off => Access::Off,
-                Control::Read => Access::Read,
-                Control::Set => Access::Set,
-                Control::Force => Access::Force,
-            },
+            control: self.control,
             configuration: ConfigurationOrigin {
                 file: operating.configuration.source.name.clone(),
                 sha256: operating.configuration.sha256.clone(),
@@ -67,7 +59,7 @@ impl Attendant {
         })
     }
 
-    pub(super) fn signals(&mut self, params: SignalsParams) -> Result<Begun, Failure> {
+    pub(super) fn signals(&mut self, params: SignalsParams) -> Result<Begun, Refusal> {
         let (offset, limit) = page(params.offset, params.limit.or(Some(SIGNALS)));
         let limit = limit.min(MOST_SIGNALS);
         let names = params.pattern.map(|pattern| vec![pattern]);
@@ -88,7 +80,7 @@ impl Attendant {
             can_be_unset: signal.can_be_unset,
             value_type: signal.value_type.to_string(),
             unit: Some(signal.unit.to_owned()).filter(|unit| !unit.is_empty()),
-            role: role(signal.role),
+            role: signal.role,
             task: signals.task_name(signal.task).to_owned(),
             doc: signal.doc.to_owned(),
             name: signal.name,
@@ -100,19 +92,8 @@ impl Attendant {
     pub(super) fn forces(&self, params: &ForcesParams) -> Reply {
         let operating = self.shared.lock();
         let (offset, limit) = page(params.offset, params.limit);
-        // One that is on its way is told when it is there.
-        let in_place = || {
-            let forces = operating.operator.forces();
-            forces.filter_map(|forced| Some((forced.since?, forced)))
-        };
-        let force = |(since_cycle, forced): (u64, &operate::Forced)| Force {
-            name: forced.name.clone(),
-            value: forced.value.into(),
-            since_cycle,
-            until_cycle: forced.until,
-            client: forced.client.name().map(str::to_owned),
-        };
-        let forces = fitting(in_place().skip(offset).take(limit).map(force));
+        let in_place = || operating.operator.forces();
+        let forces = fitting(in_place().skip(offset).take(limit));
         Reply::Forces(ForcesResult { total: in_place().count() as u64, forces })
     }
 
@@ -123,9 +104,8 @@ impl Attendant {
         let (_, limit) = page(None, params.limit);
         let mut room = Room::of_answer();
         let mut page = Vec::new();
-        let task = |index: usize| operating.lanes.get(index).map_or("", |lane| &lane.name);
-        for entry in entries.take(limit) {
-            let mut entry = JournalEntry::of(&entry, task(entry.task));
+        for mut entry in entries.take(limit) {
+            entry.configuration = None;
             if page.is_empty() {
                 shorten(&mut entry);
             }
@@ -134,15 +114,7 @@ impl Attendant {
             }
             page.push(entry);
         }
-        let pending = operating.operator.pending().map(|one| PendingEntry {
-            transaction: one.transaction,
-            action: one.action.to_owned(),
-            task: task(one.task).to_owned(),
-            cycle: one.cycle,
-            values: one.names.iter().cloned().zip(one.values).collect(),
-            names: one.names,
-            by: AskedBy::of(&one.client, one.comment.as_deref()),
-        });
+        let pending = operating.operator.pending();
         let pending = pending.take_while(|pending| room.takes(pending)).collect();
         Reply::Journal(JournalResult { total, entries: page, pending })
     }
@@ -196,22 +168,11 @@ fn fitting<T: serde::Serialize>(items: impl Iterator<Item = T>) -> Vec<T> {
 }
 
 /// Takes out as many changes as do not fit into an answer of its own.
-fn shorten(entry: &mut JournalEntry) {
+fn shorten(entry: &mut Entry) {
     let mut room = Room::of_answer();
     let changes = std::mem::take(&mut entry.changes);
     let all = changes.len();
     room.takes(entry);
     entry.changes = changes.into_iter().take_while(|change| room.takes(change)).collect();
     entry.left_out = (all - entry.changes.len()) as u64;
-}
-
-fn role(role: operate::Role) -> Role {
-    match role {
-        operate::Role::Input => Role::Input,
-        operate::Role::Parameter => Role::Parameter,
-        operate::Role::Wired => Role::Wired,
-        operate::Role::Output => Role::Output,
-        operate::Role::Ok => Role::Ok,
-        operate::Role::Age => Role::Age,
-    }
 }

@@ -1,16 +1,15 @@
 //! What has become of another configuration.
 
-use isochrone_engine::operate::{self, ChangeSummary, Entry};
+use isochrone_model::ChangeSummary;
 
-use crate::control::{ApplyResult, ByTask, ChangedValue, Finding, Given, Part, Reply, Room, Tuned};
+use crate::control::{ApplyResult, ByTask, ChangedValue, Entry, Finding, Part, Reply, Room, Tuned};
 
 /// What another configuration changes, and which tasks have it.
 pub(super) struct Applied {
-    pub(super) names: Vec<String>,
     pub(super) tasks: ByTask<Part>,
     pub(super) summary: ChangeSummary,
-    pub(super) values: Vec<operate::ChangedValue>,
-    pub(super) tuned: Vec<operate::Tuned>,
+    pub(super) values: Vec<ChangedValue>,
+    pub(super) tuned: Vec<Tuned>,
     pub(super) cost_ns: u64,
     /// Why it would be refused now, of one that is only tried.
     pub(super) refused: Option<String>,
@@ -18,9 +17,7 @@ pub(super) struct Applied {
 
 impl Applied {
     pub(super) fn take(&mut self, entry: &Entry) {
-        if let Some(name) = self.names.get(entry.task) {
-            self.tasks.insert(name.clone(), Part { cycle: entry.cycle, pending: false });
-        }
+        self.tasks.insert(entry.task.clone(), Part { cycle: entry.cycle, pending: false });
     }
 
     /// `number` is 0 of one that is only tried.
@@ -33,19 +30,9 @@ impl Applied {
         // What has changed is worth more than what has not.
         let [limits, removed, added, changed, kept] =
             [limits, removed, added, changed, kept].map(|names| fitting(names, &mut room));
-        let tuned = tuned.into_iter().map(|operate::Tuned { name, value, configured }| Tuned {
-            name,
-            value: value.into(),
-            configured: configured.into(),
-        });
-        let tuned = tuned.take_while(|one| room.takes(one)).collect();
-        let values = values.into_iter().map(|one| ChangedValue {
-            name: one.name,
-            before: given(one.before),
-            after: given(one.after),
-        });
+        let tuned = tuned.into_iter().take_while(|one| room.takes(one)).collect();
         let all = values.len();
-        let values: Vec<_> = values.take_while(|one| room.takes(one)).collect();
+        let values: Vec<_> = values.into_iter().take_while(|one| room.takes(one)).collect();
         let values_left_out = all - values.len();
         Reply::Apply(ApplyResult {
             transaction,
@@ -62,13 +49,6 @@ impl Applied {
             cost_ns,
             refused,
         })
-    }
-}
-
-fn given(given: operate::Given) -> Given {
-    match given {
-        operate::Given::Value(value) => Given::Value(value.into()),
-        operate::Given::Wire(wire) => Given::Wire { wire },
     }
 }
 

@@ -1,7 +1,6 @@
 //! Another configuration, as a client asks for it: made in a thread of its own.
 
 use std::ops::Range;
-use std::sync::Arc;
 use std::thread::{self, JoinHandle};
 
 use isochrone_cyclic::{Clock, Monotonic};
@@ -9,7 +8,7 @@ use isochrone_engine::Findings;
 
 use crate::apply::PreparedApply;
 use crate::control::{
-    ApplyParams, Begun, ByTask, Caller, Code, Failure, Finding, Part, Place, Ticket,
+    ApplyParams, Begun, ByTask, Caller, Code, Finding, Part, Place, Refusal, Ticket,
 };
 use crate::error::ApplyError;
 use crate::operating::Origin;
@@ -17,7 +16,7 @@ use crate::panics;
 
 use super::Attendant;
 use super::applied::Applied;
-use super::requests::{Beside, PATIENCE_NS, failure};
+use super::requests::{Beside, PATIENCE_NS};
 use super::under_way::{UnderWay, Work};
 
 /// A configuration that is being made.
@@ -30,21 +29,20 @@ pub(super) struct Making {
 }
 
 impl Attendant {
-    pub(super) fn apply(&mut self, params: ApplyParams, caller: Caller) -> Result<Begun, Failure> {
+    pub(super) fn apply(&mut self, params: ApplyParams, caller: Caller) -> Result<Begun, Refusal> {
         if self.making.is_some() {
             let message = "another configuration is being checked; ask again in a second";
-            return Err(Failure::new(Code::Busy, message));
+            return Err(Refusal::new(Code::Busy, message));
         }
         let ApplyParams { configuration, file, dry_run, allow_missed, client, comment } = params;
         let request = Beside { at: None, client, comment }.request(caller)?;
-        let file = file.map(Arc::from);
         let shared = self.shared.clone();
         // A configuration of thousands of blocks takes its time, and others are not to wait for it.
         let work = move || PreparedApply::new(&shared, &configuration, file, request);
         let spawned = thread::Builder::new().name("control apply".into()).spawn(work);
         let thread = spawned.map_err(|error| {
             let message = format!("cannot start a thread to check the configuration in: {error}");
-            Failure::new(Code::Internal, message)
+            Refusal::new(Code::Internal, message)
         })?;
         let ticket = self.ticket();
         let (is_dry, allow_missed) =
@@ -77,18 +75,17 @@ impl Attendant {
         }
     }
 
-    fn send_change(&mut self, made: Making) -> Result<UnderWay, Failure> {
+    fn send_change(&mut self, made: Making) -> Result<UnderWay, Refusal> {
         let Making { ticket, is_dry, allow_missed, thread, .. } = made;
         let prepared = thread.join().map_err(|panic| {
-            Failure::new(Code::Internal, format!("panicked: {}", panics::words(&*panic)))
+            Refusal::new(Code::Internal, format!("panicked: {}", panics::words(&*panic)))
         })?;
         let prepared = prepared.map_err(unapplied)?;
         let (summary, cost_ns) = (prepared.summary().clone(), prepared.cost_ns());
         let (values, tuned) = (prepared.values().to_vec(), prepared.tuned().to_vec());
         let mut operating = self.shared.lock();
-        let names = operating.lanes.iter().map(|lane| lane.name.clone()).collect();
         let (tasks, refused) = (ByTask::new(), None);
-        let mut applied = Applied { names, tasks, summary, values, tuned, cost_ns, refused };
+        let mut applied = Applied { tasks, summary, values, tuned, cost_ns, refused };
         if is_dry {
             let slack = operating.check_slack(&prepared);
             applied.refused = slack.err().filter(|_| !allow_missed).map(|error| error.to_string());
@@ -103,29 +100,29 @@ impl Attendant {
         for (task, &cycle) in sent.cycles.iter().enumerate() {
             if operating.release_ns(task, cycle) <= now_ns.saturating_add(PATIENCE_NS) {
                 missing += 1;
-            } else if let Some(name) = applied.names.get(task) {
-                applied.tasks.insert(name.clone(), Part { cycle, pending: true });
+            } else if let Some(lane) = operating.lanes.get(task) {
+                applied.tasks.insert(lane.name.clone(), Part { cycle, pending: true });
             }
         }
         Ok(UnderWay::new(ticket, sent.number, missing, Work::Apply(applied)))
     }
 }
 
-fn unapplied(error: ApplyError) -> Failure {
+fn unapplied(error: ApplyError) -> Refusal {
     match error {
         ApplyError::Configuration(findings) => configuration(&findings),
-        ApplyError::Refused(refusals) => failure(refusals),
+        ApplyError::Refused(refusal) => refusal,
         error @ (ApplyError::Busy { .. } | ApplyError::NotMeasured { .. }) => {
-            Failure::new(Code::Busy, error.to_string())
+            Refusal::new(Code::Busy, error.to_string())
         }
-        error @ ApplyError::NoSlack { .. } => Failure::new(Code::CannotChange, error.to_string()),
-        error @ ApplyError::Ended => Failure::new(Code::TooLate, error.to_string()),
-        error @ ApplyError::Build(_) => Failure::new(Code::Internal, error.to_string()),
+        error @ ApplyError::NoSlack { .. } => Refusal::new(Code::CannotChange, error.to_string()),
+        error @ ApplyError::Ended => Refusal::new(Code::TooLate, error.to_string()),
+        error @ ApplyError::Build(_) => Refusal::new(Code::Internal, error.to_string()),
     }
 }
 
 /// The findings of a check, each at its line and column.
-fn configuration(findings: &Findings) -> Failure {
+fn configuration(findings: &Findings) -> Refusal {
     let starts = findings.findings.iter().map(|finding| finding.span.start);
     let places = findings.source.positions(starts);
     let finding = |(finding, (line, column)): (&isochrone_engine::Finding, (usize, usize))| {
@@ -144,5 +141,5 @@ fn configuration(findings: &Findings) -> Failure {
     };
     let all = findings.findings.iter().zip(places);
     let errors = all.filter(|(finding, _)| !finding.is_warning());
-    Failure::of(Code::Configuration, errors.map(finding).collect())
+    Refusal::of(Code::Configuration, errors.map(finding).collect())
 }

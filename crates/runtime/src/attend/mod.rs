@@ -18,10 +18,10 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use isochrone_engine::Plan;
-use isochrone_engine::config::Control;
 use isochrone_ipc::{OpenError, RealTime, RequestUpkeep, Service};
+use isochrone_model::Access;
 
-use crate::control::{Begun, Call, Caller, Desk, Failure, Operated, Outcome, Ticket, service_name};
+use crate::control::{Begun, Call, Caller, Desk, Operated, Outcome, Refusal, Ticket, service_name};
 use crate::error::PrepareError;
 use crate::operating::{Shared, unix_ns};
 use crate::panics;
@@ -157,7 +157,7 @@ fn serve<S: Service>(
 /// Carries out what is asked for.
 struct Attendant {
     node: String,
-    control: Control,
+    control: Access,
     started_unix_ns: u64,
     shared: Shared,
     tickets: u64,
@@ -249,6 +249,6 @@ impl Operated for Attendant {
     }
 }
 
-fn refused(failure: Failure) -> Begun {
+fn refused(failure: Refusal) -> Begun {
     Begun::Ended(Err(failure))
 }

@@ -1,18 +1,14 @@
 //! What changes and reads values: checked, sent to its tasks, and answered when it has happened.
 
-use std::sync::Arc;
-
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_engine::operate::{
-    Client, Hold, Operator, Prepared, Refusal, RefusalKind, Refusals, Request, Selection, Value,
-};
+use isochrone_engine::operate::{Operator, Prepared, Request, Selection};
 
 use crate::control::{
-    self, Begun, Caller, Code, Failure, Finding, ForceParams, GetParams, Part, ReleaseParams,
-    SetParams, Ticket, UndoParams, Values,
+    AskedBy, Begun, ByTask, Caller, Code, Finding, ForceParams, GetParams, Hold, Part, Refusal,
+    ReleaseParams, SetParams, Ticket, UndoParams,
 };
 use crate::error::RequestError;
-use crate::operating::Origin;
+use crate::operating::{Lane, Origin};
 
 use super::Attendant;
 use super::searching::{Purpose, Search};
@@ -36,23 +32,19 @@ pub(super) struct Beside {
 }
 
 impl Attendant {
-    pub(super) fn set(&mut self, params: SetParams, caller: Caller) -> Result<Begun, Failure> {
+    pub(super) fn set(&mut self, params: SetParams, caller: Caller) -> Result<Begun, Refusal> {
         let SetParams { values, at, comment, client } = params;
         check_count("values", values.0.len())?;
         let request = Beside { at, client, comment }.request(caller)?;
-        self.change(at, None, |operator, next| operator.set(named(&values), request, next))
+        self.change(at, None, |operator, next| operator.set(values.iter(), request, next))
     }
 
-    pub(super) fn force(&mut self, params: ForceParams, caller: Caller) -> Result<Begun, Failure> {
-        let ForceParams { values, seconds, at, comment, client } = params;
+    pub(super) fn force(&mut self, params: ForceParams, caller: Caller) -> Result<Begun, Refusal> {
+        let ForceParams { values, seconds: hold, at, comment, client } = params;
         check_count("values", values.0.len())?;
-        let hold = match seconds {
-            control::Hold::Seconds(seconds) => Hold::Seconds(seconds),
-            control::Hold::UntilReleased => Hold::UntilReleased,
-        };
         let request = Beside { at, client, comment }.request(caller)?;
         self.change(at, Some(hold), |operator, next| {
-            operator.force(named(&values), hold, request, next)
+            operator.force(values.iter(), hold, request, next)
         })
     }
 
@@ -60,20 +52,20 @@ impl Attendant {
         &mut self,
         params: ReleaseParams,
         caller: Caller,
-    ) -> Result<Begun, Failure> {
+    ) -> Result<Begun, Refusal> {
         check_count("names", params.names.len())?;
         let request = Beside::by(params.client).request(caller)?;
         let names = params.names.iter().map(String::as_str);
         self.change(None, None, |operator, next| operator.release(names, request, next))
     }
 
-    pub(super) fn undo(&mut self, params: UndoParams, caller: Caller) -> Result<Begun, Failure> {
+    pub(super) fn undo(&mut self, params: UndoParams, caller: Caller) -> Result<Begun, Refusal> {
         let UndoParams { transaction, client } = params;
         let request = Beside::by(client).request(caller)?;
         self.change(None, None, |operator, next| operator.undo(transaction, request, next))
     }
 
-    pub(super) fn get(&mut self, params: GetParams) -> Result<Begun, Failure> {
+    pub(super) fn get(&mut self, params: GetParams) -> Result<Begun, Refusal> {
         check_count("names", params.names.len())?;
         let offset = params.offset.unwrap_or_default().try_into().unwrap_or(usize::MAX);
         let limit = params.limit.unwrap_or(MAX_VALUES as u64).min(MAX_VALUES as u64) as usize;
@@ -85,7 +77,7 @@ impl Attendant {
         &mut self,
         ticket: Ticket,
         mut selection: Selection,
-    ) -> Result<Option<Begun>, Failure> {
+    ) -> Result<Option<Begun>, Refusal> {
         let mut operating = self.shared.lock();
         let Some(mut prepared) = operating.operator.read(&mut selection) else { return Ok(None) };
         let total = selection.total();
@@ -110,19 +102,18 @@ impl Attendant {
         &mut self,
         at: Option<u64>,
         hold: Option<Hold>,
-        prepare: impl FnOnce(&Operator, &[u64]) -> Result<Prepared, Refusals>,
-    ) -> Result<Begun, Failure> {
+        prepare: impl FnOnce(&Operator, &[u64]) -> Result<Prepared, Refusal>,
+    ) -> Result<Begun, Refusal> {
         let mut operating = self.shared.lock();
         let now_ns = Monotonic.now_ns();
         let next = operating.next_cycles(now_ns);
-        let prepared = prepare(&operating.operator, &next).map_err(failure)?;
+        let prepared = prepare(&operating.operator, &next)?;
         let tasks: Vec<usize> = prepared.tasks().collect();
         let sent = operating.send(Origin::Service, prepared).map_err(unsent)?;
         let mut missing = 0;
         let mut change = Change {
-            names: operating.lanes.iter().map(|lane| lane.name.clone()).collect(),
             warnings: sent.warnings,
-            until: hold.map(|_| control::ByTask::new()),
+            until: hold.map(|_| ByTask::new()),
             ..Change::default()
         };
         for task in tasks {
@@ -131,7 +122,7 @@ impl Attendant {
                 missing += 1;
                 continue;
             }
-            let Some(name) = change.names.get(task) else { continue };
+            let Some(Lane { name, .. }) = operating.lanes.get(task) else { continue };
             change.tasks.insert(name.clone(), Part { cycle, pending: true });
             if let (Some(hold), Some(until)) = (hold, &mut change.until) {
                 let cycles = operating.operator.cycles(task, hold);
@@ -158,7 +149,7 @@ impl Beside {
         Self { client, ..Self::default() }
     }
 
-    pub(super) fn request(self, caller: Caller) -> Result<Request, Failure> {
+    pub(super) fn request(self, caller: Caller) -> Result<Request, Refusal> {
         let mut findings = Vec::new();
         let lengths = [
             ("client", &self.client, MAX_CLIENT_BYTES),
@@ -173,55 +164,28 @@ impl Beside {
             }
         }
         if !findings.is_empty() {
-            return Err(Failure::of(Code::InvalidParams, findings));
+            return Err(Refusal::of(Code::InvalidParams, findings));
         }
-        let name = self.client.map(Arc::from);
-        let client = Client::Other { name, process: caller.process };
-        Ok(Request { at: self.at, client, comment: self.comment.map(Arc::from) })
+        let Self { at, client, comment } = self;
+        let by = AskedBy { client, process: caller.process, comment };
+        Ok(Request { at, by, is_remote: true })
     }
 }
 
-fn named(values: &Values) -> impl Iterator<Item = (&str, Value)> {
-    values.iter().map(|(name, value)| (name, value.into()))
-}
-
-pub(super) fn check_count(member: &'static str, count: usize) -> Result<(), Failure> {
+pub(super) fn check_count(member: &'static str, count: usize) -> Result<(), Refusal> {
     if count <= MAX_VALUES {
         return Ok(());
     }
     let message = format!("\"{member}\" has {count} entries");
     let help = format!("at most {MAX_VALUES} are possible: divide the request");
     let finding = Finding::new(member, message).with_help(help);
-    Err(Failure::of(Code::InvalidParams, vec![finding]))
+    Err(Refusal::of(Code::InvalidParams, vec![finding]))
 }
 
-/// Why the operator refuses.
-pub(super) fn failure(refusals: Refusals) -> Failure {
-    let finding = |refusal: &Refusal| {
-        Finding::new(refusal.name(), refusal.to_string()).with_help(refusal.help())
-    };
-    let findings = refusals.findings().iter().map(finding).collect();
-    Failure::of(code(refusals.kind()), findings)
-}
-
-fn code(kind: RefusalKind) -> Code {
-    match kind {
-        RefusalKind::UnknownName => Code::UnknownName,
-        RefusalKind::NotWritable => Code::NotWritable,
-        RefusalKind::WrongValue => Code::WrongValue,
-        RefusalKind::TooLate => Code::TooLate,
-        RefusalKind::Busy => Code::Busy,
-        RefusalKind::Forbidden => Code::Forbidden,
-        RefusalKind::CannotChange => Code::CannotChange,
-        RefusalKind::Conflict => Code::Conflict,
-        _ => Code::Internal,
-    }
-}
-
-fn unsent(error: RequestError) -> Failure {
+fn unsent(error: RequestError) -> Refusal {
     match error {
-        RequestError::Refused(refusals) => failure(refusals),
-        error @ RequestError::Busy { .. } => Failure::new(Code::Busy, error.to_string()),
-        error @ RequestError::Ended => Failure::new(Code::TooLate, error.to_string()),
+        RequestError::Refused(refusal) => refusal,
+        error @ RequestError::Busy { .. } => Refusal::new(Code::Busy, error.to_string()),
+        error @ RequestError::Ended => Refusal::new(Code::TooLate, error.to_string()),
     }
 }

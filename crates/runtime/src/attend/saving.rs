@@ -6,7 +6,7 @@ use isochrone_engine::operate::{Changes, SaveError};
 use isochrone_ipc::{MAX_CLIENTS, MAX_MESSAGE_BYTES};
 
 use crate::control::{
-    Begun, Caller, Code, Failure, Outcome, Reply, SaveParams, SaveResult, Ticket,
+    Begun, Caller, Code, Outcome, Refusal, Reply, SaveParams, SaveResult, Ticket,
 };
 use crate::panics;
 
@@ -36,14 +36,14 @@ struct Text {
 
 impl Attendant {
     /// A piece of the text, which is made for the first one.
-    pub(super) fn save(&mut self, params: &SaveParams, caller: Caller) -> Result<Begun, Failure> {
+    pub(super) fn save(&mut self, params: &SaveParams, caller: Caller) -> Result<Begun, Refusal> {
         let offset = params.offset.unwrap_or_default();
         if offset > 0 {
             return self.saving.piece(caller.process, offset).map(|reply| Begun::Ended(Ok(reply)));
         }
         if self.saving.making.len() >= MAX_CLIENTS {
             let message = "the configuration is being saved for others; ask again in a second";
-            return Err(Failure::new(Code::Busy, message));
+            return Err(Refusal::new(Code::Busy, message));
         }
         let operating = self.shared.lock();
         let changes = operating.operator.to_save();
@@ -61,11 +61,11 @@ impl Saving {
         process: Option<u32>,
         changes: Changes,
         text: std::sync::Arc<str>,
-    ) -> Result<(), Failure> {
+    ) -> Result<(), Refusal> {
         // A configuration may have megabytes, and others are not to wait until it is read.
         let spawned = thread::Builder::new().name("control save".into());
         let spawned = spawned.spawn(move || changes.save(&text)).map_err(|error| {
-            Failure::new(Code::Internal, format!("cannot start a thread to save in: {error}"))
+            Refusal::new(Code::Internal, format!("cannot start a thread to save in: {error}"))
         })?;
         self.making.push(Making { ticket, process, thread: spawned });
         Ok(())
@@ -76,7 +76,7 @@ impl Saving {
         let is_made = |one: &mut Making| one.thread.is_finished();
         let made: Vec<Making> = self.making.extract_if(.., is_made).collect();
         let first = |Making { ticket, process, thread }: Making| {
-            let internal = |why: String| Failure::new(Code::Internal, why);
+            let internal = |why: String| Refusal::new(Code::Internal, why);
             let text = match thread.join() {
                 Ok(text) => text.map_err(|error| internal(error.to_string())),
                 Err(panic) => Err(internal(format!("panicked: {}", panics::words(&*panic)))),
@@ -95,8 +95,8 @@ impl Saving {
         made.into_iter().map(first).collect()
     }
 
-    fn piece(&mut self, process: Option<u32>, offset: u64) -> Result<Reply, Failure> {
-        let invalid = |message: &str| Failure::new(Code::InvalidParams, message);
+    fn piece(&mut self, process: Option<u32>, offset: u64) -> Result<Reply, Refusal> {
+        let invalid = |message: &str| Refusal::new(Code::InvalidParams, message);
         let index = self.made.iter().position(|text| text.process == process);
         let found = index.and_then(|index| Some((index, self.made.get(index)?)));
         let (index, Text { text, .. }) =

@@ -11,12 +11,11 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, TryRecvError, channel}
 use std::thread::{self, JoinHandle};
 use std::time::Instant;
 
-use isochrone_engine::operate::{Refusals, Selection, Signals};
+use isochrone_engine::operate::{Selection, Signals};
 
-use crate::control::{Begun, Code, Failure, Outcome, Ticket};
+use crate::control::{Begun, Code, Outcome, Refusal, Ticket};
 
 use super::Attendant;
-use super::requests::failure;
 use kept::{IDLE, Kept};
 
 /// What is asked of the signals of some names.
@@ -75,12 +74,12 @@ struct Job {
 
 struct Found {
     search: Search,
-    selection: Result<Selection, Refusals>,
+    selection: Result<Selection, Refusal>,
 }
 
 impl Search {
     /// Looks for its page.
-    fn page(&self, signals: &Arc<Signals>) -> Result<Selection, Refusals> {
+    fn page(&self, signals: &Arc<Signals>) -> Result<Selection, Refusal> {
         self.look(signals, self.offset, self.limit)
     }
 
@@ -89,7 +88,7 @@ impl Search {
         signals: &Arc<Signals>,
         offset: usize,
         limit: usize,
-    ) -> Result<Selection, Refusals> {
+    ) -> Result<Selection, Refusal> {
         match &self.names {
             Some(names) => Selection::of(signals, names.iter().map(String::as_str), offset, limit),
             None => Ok(Selection::of_all(signals, offset, limit)),
@@ -114,7 +113,7 @@ impl Search {
 
 impl Attendant {
     /// Looks for signals, and goes on with them: at once, or when they are found.
-    pub(super) fn search(&mut self, search: Search) -> Result<Begun, Failure> {
+    pub(super) fn search(&mut self, search: Search) -> Result<Begun, Refusal> {
         let signals = Arc::clone(self.shared.lock().operator.signals());
         let ticket = self.ticket();
         if search.takes_long(&signals) {
@@ -122,7 +121,7 @@ impl Attendant {
             self.begin_next_search();
             return Ok(Begun::Later(ticket));
         }
-        let selection = search.complete(search.page(&signals).map_err(failure)?);
+        let selection = search.complete(search.page(&signals)?);
         match self.selected(ticket, selection, search.purpose)? {
             Some(begun) => Ok(begun),
             // The configuration was changed meanwhile.
@@ -141,14 +140,13 @@ impl Attendant {
     }
 
     /// `None`: it is not over yet.
-    fn go_on(&mut self, ticket: Ticket, found: Result<Found, Failure>) -> Option<Outcome> {
+    fn go_on(&mut self, ticket: Ticket, found: Result<Found, Refusal>) -> Option<Outcome> {
         let Found { search, selection } = match found {
             Ok(found) => found,
             Err(failure) => return Some(Err(failure)),
         };
-        let begun = selection
-            .map_err(failure)
-            .and_then(|selection| self.selected(ticket, selection, search.purpose));
+        let begun =
+            selection.and_then(|selection| self.selected(ticket, selection, search.purpose));
         match begun {
             Ok(Some(Begun::Ended(outcome))) => Some(outcome),
             Ok(Some(Begun::Later(_))) => None,
@@ -173,7 +171,7 @@ impl Attendant {
         ticket: Ticket,
         selection: Selection,
         purpose: Purpose,
-    ) -> Result<Option<Begun>, Failure> {
+    ) -> Result<Option<Begun>, Refusal> {
         match purpose {
             Purpose::Read => self.read(ticket, selection),
             Purpose::Trace { process } => self.open_trace(ticket, selection, process),
@@ -196,7 +194,7 @@ impl Searching {
     }
 
     /// What the thread has found, if somebody waits for it.
-    fn found(&mut self) -> Option<(Ticket, Result<Found, Failure>)> {
+    fn found(&mut self) -> Option<(Ticket, Result<Found, Refusal>)> {
         let thread = self.thread.as_mut()?;
         let found = match thread.found.try_recv() {
             Ok(found) => Ok(found),
@@ -214,7 +212,7 @@ impl Searching {
     }
 
     /// Gives the thread, if it is idle, the search that waits longest; returns whose it was if that fails.
-    fn begin_next(&mut self, signals: impl FnOnce() -> Arc<Signals>) -> Option<(Ticket, Failure)> {
+    fn begin_next(&mut self, signals: impl FnOnce() -> Arc<Signals>) -> Option<(Ticket, Refusal)> {
         let of = self.thread.as_ref().map(|thread| &thread.occupation);
         if of.is_some_and(|occupation| *occupation != Occupation::Idle) {
             return None;
@@ -224,7 +222,7 @@ impl Searching {
         begun.err().map(|failure| (ticket, failure))
     }
 
-    fn begin(&mut self, ticket: Ticket, job: Job) -> Result<(), Failure> {
+    fn begin(&mut self, ticket: Ticket, job: Job) -> Result<(), Refusal> {
         let thread = match self.thread.take() {
             Some(thread) => thread,
             None => Searcher::start()?,
@@ -239,19 +237,19 @@ impl Searching {
     }
 }
 
-fn panicked() -> Failure {
-    Failure::new(Code::Internal, "the thread that looks for names panicked; ask again")
+fn panicked() -> Refusal {
+    Refusal::new(Code::Internal, "the thread that looks for names panicked; ask again")
 }
 
 impl Searcher {
-    fn start() -> Result<Self, Failure> {
+    fn start() -> Result<Self, Refusal> {
         let (jobs, taken) = channel();
         let (tell, found) = channel();
         let work = move || search(&taken, &tell);
         let thread = thread::Builder::new().name("control search".into()).spawn(work);
         let thread = thread.map_err(|error| {
             let message = format!("cannot start a thread to look for names in: {error}");
-            Failure::new(Code::Internal, message)
+            Refusal::new(Code::Internal, message)
         })?;
         Ok(Self::of(jobs, found, Some(thread)))
     }

@@ -8,7 +8,7 @@ use isochrone_engine::operate::{Selection, Signal, Signals};
 use isochrone_ipc::{FrameLayout, SignalSpec};
 
 use crate::control::{
-    Begun, Caller, Code, Failure, Finding, Outcome, Reply, Ticket, TraceParams, TraceResult,
+    Begun, Caller, Code, Finding, Outcome, Refusal, Reply, Ticket, TraceParams, TraceResult,
     TracedSignal,
 };
 use crate::timing_channels;
@@ -67,7 +67,7 @@ impl Tracing {
         self.ended.push_back((id, why));
     }
 
-    fn unknown(&self, id: &str) -> Failure {
+    fn unknown(&self, id: &str) -> Refusal {
         let ended = self.ended.iter().rfind(|(known, _)| known == id);
         let (message, why) = match ended {
             Some((id, why)) => (format!("trace \"{id}\" has ended"), *why),
@@ -80,12 +80,12 @@ impl Tracing {
             ),
         };
         let finding = Finding::new("id", message).with_help(format!("{why}; ask for a new one"));
-        Failure::of(Code::UnknownName, vec![finding])
+        Refusal::of(Code::UnknownName, vec![finding])
     }
 }
 
 impl Attendant {
-    pub(super) fn trace(&mut self, params: TraceParams, caller: Caller) -> Result<Begun, Failure> {
+    pub(super) fn trace(&mut self, params: TraceParams, caller: Caller) -> Result<Begun, Refusal> {
         let end = params.end.unwrap_or_default();
         match (params.signals, params.id) {
             (Some(names), None) if !end => {
@@ -100,12 +100,12 @@ impl Attendant {
                             or, with \"end\", to end";
                 let finding =
                     Finding::new("signals", "it is not clear which trace is meant").with_help(help);
-                Err(Failure::of(Code::InvalidParams, vec![finding]))
+                Err(Refusal::of(Code::InvalidParams, vec![finding]))
             }
         }
     }
 
-    fn go_on_or_end(&mut self, id: &str, end: bool) -> Result<Begun, Failure> {
+    fn go_on_or_end(&mut self, id: &str, end: bool) -> Result<Begun, Refusal> {
         let is_its =
             |trace: &&mut Trace| trace.result.id == id && matches!(trace.state, State::Running);
         let Some(trace) = self.tracing.traces.iter_mut().find(is_its) else {
@@ -128,7 +128,7 @@ impl Attendant {
         ticket: Ticket,
         selection: Selection,
         process: Option<u32>,
-    ) -> Result<Option<Begun>, Failure> {
+    ) -> Result<Option<Begun>, Refusal> {
         let mut operating = self.shared.lock();
         if !selection.is_of(operating.operator.signals()) {
             return Ok(None);
@@ -234,7 +234,7 @@ impl Attendant {
             }
             Ok(_) => Err(changing()),
             Err(error) => {
-                Err(Failure::new(Code::Internal, format!("the trace has no service: {error}")))
+                Err(Refusal::new(Code::Internal, format!("the trace has no service: {error}")))
             }
         };
         lane.traces.retain(|one| one.number != number);
@@ -255,10 +255,10 @@ fn traced(signal: &SignalSpec) -> TracedSignal {
 }
 
 /// The task of the signals.
-fn one_task(selection: &Selection, signals: &Signals) -> Result<usize, Failure> {
+fn one_task(selection: &Selection, signals: &Signals) -> Result<usize, Refusal> {
     let refused = |message: String, help: String| {
         let finding = Finding::new("signals", message).with_help(help);
-        Err(Failure::of(Code::InvalidParams, vec![finding]))
+        Err(Refusal::of(Code::InvalidParams, vec![finding]))
     };
     let total = selection.total();
     if total > MAX_TRACED {
@@ -275,7 +275,7 @@ fn one_task(selection: &Selection, signals: &Signals) -> Result<usize, Failure> 
     refused(format!("{} and {}", of(&first), of(&other)), "ask for a trace of each task".to_owned())
 }
 
-fn too_many(task: &str, traces: &[Traced]) -> Failure {
+fn too_many(task: &str, traces: &[Traced]) -> Refusal {
     let mut processes: Vec<String> = Vec::new();
     for process in traces.iter().filter_map(|trace| trace.process) {
         let process = format!("process {process}");
@@ -289,11 +289,11 @@ fn too_many(task: &str, traces: &[Traced]) -> Failure {
         "task \"{task}\" is traced {MAX_TRACES} times already{by}; end one of them, or ask again in 5 s if \
          its client is gone"
     );
-    Failure::new(Code::Busy, message)
+    Refusal::new(Code::Busy, message)
 }
 
-fn changing() -> Failure {
-    Failure::new(
+fn changing() -> Refusal {
+    Refusal::new(
         Code::Busy,
         "the configuration is being changed; ask again when every task has the new one",
     )

@@ -1,11 +1,11 @@
 //! A request that has been sent to its tasks, until all that are due soon have answered.
 
-use isochrone_engine::operate::{Action, Done, Entry, Reading, Unwritten, Warning};
+use isochrone_engine::operate::{Done, Reading, Unwritten, Warning};
 use isochrone_ipc::Flags;
 
 use crate::control::{
-    ByTask, Code, Failure, Finding, ForceResult, GetResult, Outcome, Part, ReadAt, Reply, Room,
-    SetResult, Ticket, Values,
+    ByTask, Code, Entry, Finding, ForceResult, GetResult, Outcome, Part, ReadAt, Refusal, Reply,
+    Room, SetResult, Ticket, Values,
 };
 
 use super::applied::Applied;
@@ -21,7 +21,7 @@ pub(super) struct UnderWay {
     pub(super) work: Work,
     /// What to know of it beside what the node's operator said beforehand.
     pub(super) notes: Vec<Finding>,
-    pub(super) failure: Option<Failure>,
+    pub(super) failure: Option<Refusal>,
 }
 
 pub(super) enum Work {
@@ -33,7 +33,6 @@ pub(super) enum Work {
 /// What a transaction has changed so far.
 #[derive(Default)]
 pub(super) struct Change {
-    pub(super) names: Vec<String>,
     pub(super) tasks: ByTask<Part>,
     pub(super) before: Values,
     pub(super) after: Values,
@@ -75,7 +74,7 @@ impl UnderWay {
     pub(super) fn take(&mut self, told: Told) {
         self.missing = self.missing.saturating_sub(1);
         if let (Done::Applied(entry), Some(why)) = (&told.done, &told.unwritten) {
-            self.notes.extend(self.work.task(entry.task).map(|task| unwritten(entry, task, why)));
+            self.notes.push(unwritten(entry, why));
         }
         match (told.done, &mut self.work) {
             (Done::Applied(entry), Work::Change(change)) => change.take(entry),
@@ -86,7 +85,7 @@ impl UnderWay {
             (Done::Read(reading), Work::Read(read)) => read.readings.push(reading),
             (Done::TooLate { .. }, _) => {
                 let message = "the cycle had begun before the request came to it; nothing happened";
-                self.failure = Some(Failure::new(Code::TooLate, message));
+                self.failure = Some(Refusal::new(Code::TooLate, message));
             }
             _ => {}
         }
@@ -104,21 +103,21 @@ impl UnderWay {
                 notes.push(Finding::new("", message));
                 Ok(work.reply(number, notes))
             }
-            None => Err(Failure::new(Code::TooLate, "the node ended before it came to this")),
+            None => Err(Refusal::new(Code::TooLate, "the node ended before it came to this")),
         };
         (ticket, outcome)
     }
 }
 
 /// That a signal which was there when it was asked for could not be read any more.
-fn changed_meanwhile() -> Failure {
+fn changed_meanwhile() -> Refusal {
     let message = "the configuration is being changed, and not all signals that were asked for are there; ask again";
-    Failure::new(Code::Busy, message)
+    Refusal::new(Code::Busy, message)
 }
 
 /// That an entry is not in the journal's file.
-fn unwritten(entry: &Entry, task: &str, why: &Unwritten) -> Finding {
-    let (cycle, reason) = (entry.cycle, why.reason());
+fn unwritten(entry: &Entry, why: &Unwritten) -> Finding {
+    let (Entry { cycle, task, .. }, reason) = (entry, why.reason());
     let (yet, help) = match why {
         Unwritten::ForNow(_) => (" yet", "it is written as soon as that is possible"),
         Unwritten::ForGood(_) => ("", "nothing more is written until the node is started again"),
@@ -138,13 +137,6 @@ impl Work {
         }
     }
 
-    fn task(&self, index: usize) -> Option<&str> {
-        let (Self::Change(Change { names, .. })
-        | Self::Apply(Applied { names, .. })
-        | Self::Read(Read { names, .. })) = self;
-        names.get(index).map(String::as_str)
-    }
-
     /// Whether a task has come to it.
     fn is_partly_done(&self) -> bool {
         match self {
@@ -158,15 +150,14 @@ impl Work {
 
 impl Change {
     fn take(&mut self, entry: Entry) {
-        let Entry { task, cycle, action, changes, .. } = entry;
-        let Some(name) = self.names.get(task) else { return };
-        self.tasks.insert(name.clone(), Part { cycle, pending: false });
-        if let (Action::Force { until }, Some(all)) = (action, &mut self.until) {
-            all.insert(name.clone(), until);
+        let Entry { task, cycle, until_cycle, changes, .. } = entry;
+        self.tasks.insert(task.clone(), Part { cycle, pending: false });
+        if let Some(until) = &mut self.until {
+            until.insert(task, until_cycle);
         }
         for change in changes {
-            self.after.0.extend(change.after.map(|after| (change.name.clone(), after.into())));
-            self.before.0.push((change.name, change.before.into()));
+            self.after.0.extend(change.after.map(|after| (change.name.clone(), after)));
+            self.before.0.push((change.name, change.before));
         }
     }
 
@@ -220,7 +211,6 @@ impl Read {
         for task in order {
             let next = of_tasks.get_mut(task).and_then(Iterator::next);
             let Some(((name, value), flags)) = next else { continue };
-            let value = value.into();
             let words: Vec<String> = flags.words().collect();
             let fits = room.takes_entry(&name, &value)
                 && (words.is_empty() || room.takes_entry(&name, &words));
@@ -238,27 +228,29 @@ impl Read {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_engine::operate::Client;
+    use isochrone_model::{Action, AskedBy};
 
     use super::*;
 
     /// A change of two tasks, of which the first has come to it, unless `done` is empty.
     fn ended(done: &[usize]) -> Outcome {
-        let names = vec!["fast".to_owned(), "slow".to_owned()];
-        let change = Change { names, ..Change::default() };
-        let mut request = UnderWay::new(Ticket(1), 7, 2, Work::Change(change));
+        let mut request = UnderWay::new(Ticket(1), 7, 2, Work::Change(Change::default()));
         for &task in done {
+            let task = ["fast", "slow"][task].to_owned();
             let entry = Entry {
                 sequence: 1,
                 transaction: 7,
+                action: Action::Set,
                 task,
                 cycle: 12,
                 unix_ns: 0,
-                action: Action::Set,
+                until_cycle: None,
+                undone: None,
                 changes: Vec::new(),
-                client: Client::Program,
-                comment: None,
+                left_out: 0,
+                by: AskedBy::default(),
                 configuration: None,
+                applied: None,
             };
             let reason = Unwritten::ForNow("the journal j cannot be written (disk full)".into());
             request.take(Told { done: Done::Applied(entry), unwritten: Some(reason) });

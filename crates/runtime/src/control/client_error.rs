@@ -6,7 +6,7 @@ use isochrone_engine::nearest_name;
 use isochrone_ipc::{OpenError, RequestError};
 use thiserror::Error;
 
-use super::Failure;
+use super::Refusal;
 
 /// Why a node was not asked, or did not do what it was asked for.
 #[derive(Debug, Error)]
@@ -95,7 +95,7 @@ pub enum ClientError {
     },
     /// The node refused, and says why.
     #[error("{0}")]
-    Refused(Failure),
+    Refused(Refusal),
     /// What came is not what the method answers.
     #[error(
         "node \"{node}\" answered what this program does not understand ({cause}); see that both are of one version"

@@ -4,7 +4,7 @@ use isochrone_ipc::{
     AnswerError, OpenError, Participant, Request, RequestServer, RequestUpkeep, Service, Unanswered,
 };
 
-use super::{Call, Failure, Parsed, Reply, Unparsed, answer, parse, service_name};
+use super::{Call, Parsed, Refusal, Reply, Unparsed, answer, parse, service_name};
 
 /// Requests that are looked at in one go: each client has one.
 const AT_ONCE: usize = isochrone_ipc::MAX_CLIENTS;
@@ -41,7 +41,7 @@ pub enum Begun {
 }
 
 /// A result, or why there is none.
-pub type Outcome = Result<Reply, Failure>;
+pub type Outcome = Result<Reply, Refusal>;
 
 /// Names a request that was begun; no two that are under way have the same.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]

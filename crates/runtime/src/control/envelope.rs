@@ -8,7 +8,7 @@ use serde::de::{DeserializeSeed, MapAccess, Visitor};
 use serde_json::value::RawValue;
 
 use super::members::shown;
-use super::{Call, Code, Failure, Finding, Method};
+use super::{Call, Code, Finding, Method, Refusal};
 
 /// Longest `id` of a request, in bytes.
 pub const MAX_ID_BYTES: usize = 128;
@@ -30,7 +30,7 @@ pub struct Unparsed {
     /// The request's `id`, if it can be known.
     pub id: Option<String>,
     /// The answer to it.
-    pub failure: Failure,
+    pub failure: Refusal,
 }
 
 /// Reads a request. Never panics, whatever the bytes are.
@@ -49,32 +49,32 @@ pub fn parse(bytes: &[u8]) -> Result<Parsed, Unparsed> {
         let message = format!(
             "a request of {length} bytes; at most {MAX_MESSAGE_BYTES} are possible: divide it"
         );
-        return Err(refused(&found, Failure::new(Code::InvalidRequest, message)));
+        return Err(refused(&found, Refusal::new(Code::InvalidRequest, message)));
     }
     let (text, is_whole) = valid(bytes);
     let read = found.read(text);
     if !is_whole {
         let message = format!("byte {} is no UTF-8 text", text.len());
-        return Err(refused(&found, Failure::new(Code::Parse, message)));
+        return Err(refused(&found, Refusal::new(Code::Parse, message)));
     }
     if let Err(error) = read {
         let failure = match text.trim_start().as_bytes().first() {
-            Some(b'[') => Failure::new(
+            Some(b'[') => Refusal::new(
                 Code::InvalidRequest,
                 "batches are not taken; send one request after the other",
             ),
-            _ if error.is_data() => Failure::new(
+            _ if error.is_data() => Refusal::new(
                 Code::InvalidRequest,
                 "a request is an object, such as {\"jsonrpc\": \"2.0\", \"id\": \"1\", \"method\": \"describe\"}",
             ),
-            _ => Failure::new(Code::Parse, format!("this is no JSON: {error}")),
+            _ => Refusal::new(Code::Parse, format!("this is no JSON: {error}")),
         };
         return Err(refused(&found, failure));
     }
     let call = found.check().and_then(|method| Call::read(method, found.params));
     match (call, found.id.clone()) {
         (Ok(call), Some(id)) => Ok(Parsed { id, call }),
-        (Ok(_), None) => Err(refused(&found, Failure::new(Code::InvalidRequest, NO_ID))),
+        (Ok(_), None) => Err(refused(&found, Refusal::new(Code::InvalidRequest, NO_ID))),
         (Err(failure), _) => Err(refused(&found, failure)),
     }
 }
@@ -112,10 +112,10 @@ impl<'a> Found<'a> {
         deserializer.end()
     }
 
-    fn check(&self) -> Result<Method, Failure> {
-        let invalid = |message: &str| Err(Failure::new(Code::InvalidRequest, message));
+    fn check(&self) -> Result<Method, Refusal> {
+        let invalid = |message: &str| Err(Refusal::new(Code::InvalidRequest, message));
         if !self.faults.is_empty() {
-            return Err(Failure::of(Code::InvalidRequest, self.faults.clone()));
+            return Err(Refusal::of(Code::InvalidRequest, self.faults.clone()));
         }
         if self.version.as_deref() != Some(VERSION) {
             return invalid("\"jsonrpc\" must be \"2.0\"");

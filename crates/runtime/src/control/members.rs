@@ -7,7 +7,7 @@ use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use serde_json::value::RawValue;
 
-use super::{Code, Failure, Finding, Value, Values, value};
+use super::{Code, Finding, Refusal, Value, Values};
 
 /// The members of `params`, while they are read.
 pub(super) struct Members<'a> {
@@ -20,13 +20,13 @@ pub(super) struct Members<'a> {
 
 impl<'a> Members<'a> {
     /// The members of `params`, which may be left out.
-    pub(super) fn of(params: Option<&'a RawValue>) -> Result<Self, Failure> {
+    pub(super) fn of(params: Option<&'a RawValue>) -> Result<Self, Refusal> {
         let entries = match params.map(|params| serde_json::from_str(params.get())) {
             None => Vec::new(),
             Some(Ok(Entries(entries))) => entries,
             Some(Err(_)) => {
                 let message = "\"params\" is no object; write them by name, as in {\"names\": [\"ramp.value\"]}";
-                return Err(Failure::new(Code::InvalidParams, message));
+                return Err(Refusal::new(Code::InvalidParams, message));
             }
         };
         Ok(Self { entries, known: Vec::new(), findings: Vec::new(), has_structural: false })
@@ -52,7 +52,7 @@ impl<'a> Members<'a> {
     }
 
     /// What was read, if there is nothing to find fault with.
-    pub(super) fn finish<T>(mut self, read: Option<T>) -> Result<T, Failure> {
+    pub(super) fn finish<T>(mut self, read: Option<T>) -> Result<T, Refusal> {
         let known = std::mem::take(&mut self.known);
         for (name, _) in std::mem::take(&mut self.entries) {
             let shown = shown(&name);
@@ -74,7 +74,7 @@ impl<'a> Members<'a> {
             Some(read) if self.findings.is_empty() => Ok(read),
             _ => {
                 let code = if self.has_structural { Code::InvalidParams } else { Code::WrongValue };
-                Err(Failure::of(code, self.findings))
+                Err(Refusal::of(code, self.findings))
             }
         }
     }
@@ -160,12 +160,12 @@ impl Member for Values {
         let Entries(entries) = serde_json::from_str(text).map_err(|_| Vec::new())?;
         let (mut values, mut findings) = (Vec::with_capacity(entries.len()), Vec::new());
         for (name, raw) in entries {
-            match Value::of_json(raw.get()) {
-                Some(value) => values.push((name, value)),
-                None => {
+            match serde_json::from_str(raw.get()) {
+                Ok(value) => values.push((name, value)),
+                Err(_) => {
                     let (name, shown) = (shown(&name), shown(raw.get()));
                     let message = format!("\"{name}\" cannot be {shown}");
-                    let help = format!("give {}", value::EXPECTED);
+                    let help = format!("give {}", Value::EXPECTED);
                     findings.push(Finding::new(name, message).with_help(help));
                 }
             }

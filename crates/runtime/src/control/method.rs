@@ -9,7 +9,7 @@ use super::params::{
     AlarmsParams, ApplyParams, DescribeParams, ForceParams, ForcesParams, GetParams, JournalParams,
     Params, Read, ReleaseParams, SaveParams, SetParams, SignalsParams, TraceParams, UndoParams,
 };
-use super::{Code, Failure};
+use super::{Code, Refusal};
 
 macro_rules! methods {
     ($($(#[$doc:meta])* $method:ident $name:literal $params:ident,)*) => {
@@ -63,7 +63,7 @@ macro_rules! methods {
             pub(super) fn read(
                 method: Method,
                 params: Option<&RawValue>,
-            ) -> Result<Self, Failure> {
+            ) -> Result<Self, Refusal> {
                 let mut members = Members::of(params)?;
                 match method {
                     $(Method::$method => {
@@ -112,7 +112,7 @@ impl Method {
     }
 
     /// The method of a name.
-    pub(super) fn of(name: &str) -> Result<Self, Failure> {
+    pub(super) fn of(name: &str) -> Result<Self, Refusal> {
         let found = Self::ALL.into_iter().find(|method| method.as_str() == name);
         found.ok_or_else(|| {
             let names = Self::ALL.map(Self::as_str);
@@ -121,7 +121,7 @@ impl Method {
                 None => format!("there is: {}", names.join(", ")),
             };
             let shown = shown(name);
-            Failure::new(Code::UnknownMethod, format!("there is no method \"{shown}\"; {help}"))
+            Refusal::new(Code::UnknownMethod, format!("there is no method \"{shown}\"; {help}"))
         })
     }
 }

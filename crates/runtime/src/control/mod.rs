@@ -15,42 +15,39 @@
 
 mod client;
 mod client_error;
-mod code;
 mod describing;
 mod desk;
 mod envelope;
-mod failure;
 mod members;
 mod method;
 mod params;
 mod results;
 mod texts;
 mod trace;
-mod value;
+
+pub use isochrone_model::{
+    Access, Action, AppliedChange, AskedBy, CALLING_TASK, Change, ChangedValue, Code, Entry,
+    Finding, Force, Given, Hold, PendingEntry, Place, Refusal, Role, Tuned, Value, Values,
+};
 
 pub use client::{Client, RunningNode, running_nodes};
 pub use client_error::{ClientError, beside, silence};
-pub use code::Code;
 pub use describing::{DescribedNode, describe_nodes};
 pub use desk::{Begun, Caller, Desk, Operated, Outcome, Ticket};
 pub use envelope::{MAX_ID_BYTES, Parsed, Unparsed, parse};
-pub use failure::{Failure, Finding, Place};
 pub use method::{Call, Method, Reply};
 pub use params::{
-    AlarmsParams, ApplyParams, DescribeParams, ForceParams, ForcesParams, GetParams, Hold,
-    JournalParams, Params, ReleaseParams, SaveParams, SetParams, SignalsParams, TraceParams,
-    UndoParams,
+    AlarmsParams, ApplyParams, DescribeParams, ForceParams, ForcesParams, GetParams, JournalParams,
+    Params, ReleaseParams, SaveParams, SetParams, SignalsParams, TraceParams, UndoParams,
 };
 pub use results::{
-    Access, Action, ActiveAlarm, AlarmsResult, AppliedChange, ApplyResult, AskedBy, ByTask, Change,
-    ChangedValue, ConfigurationOrigin, DescribeResult, Followed, Force, ForceResult, ForcesResult,
-    GetResult, Given, JournalEntry, JournalResult, LastSecond, Part, PendingEntry, Placement,
-    ReadAt, Role, SaveResult, SetResult, SignalDescription, SignalsResult, TaskDescription,
-    TraceResult, TracedSignal, Tuned,
+    ActiveAlarm, AlarmsResult, ApplyResult, ByTask, ConfigurationOrigin, DescribeResult, Followed,
+    ForceResult, ForcesResult, GetResult, JournalResult, LastSecond, Part, Placement, ReadAt,
+    SaveResult, SetResult, SignalDescription, SignalsResult, TaskDescription, TraceResult,
+    TracedSignal,
 };
 pub use texts::{Room, answer, request};
 pub use trace::{Trace, TraceRow, signals_by_task};
-pub use value::{CALLING_TASK, Value, Values};
 
 /// The name of the service by which a node is operated.
 pub fn service_name(node: &str) -> String {

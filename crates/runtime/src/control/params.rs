@@ -1,14 +1,14 @@
 //! What the methods are asked with.
 
+use serde::Serialize;
 use serde::de::DeserializeOwned;
-use serde::{Serialize, Serializer};
 
 use super::members::{Member, Members};
 use super::results::{
     AlarmsResult, ApplyResult, DescribeResult, ForceResult, ForcesResult, GetResult, JournalResult,
     SaveResult, SetResult, SignalsResult, TraceResult,
 };
-use super::{Finding, Method, Values};
+use super::{Finding, Hold, Method, Values};
 
 /// The parameters of a method, which say what it answers.
 pub trait Params: Serialize {
@@ -182,25 +182,6 @@ params! {
         optional id "id": Option<String>,
         /// Whether it is to end.
         optional end "end": Option<bool>,
-    }
-}
-
-/// For how long a force lasts.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub enum Hold {
-    /// So many seconds.
-    Seconds(f64),
-    /// Until it is released; `null` in JSON.
-    #[default]
-    UntilReleased,
-}
-
-impl Serialize for Hold {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        match self {
-            Self::Seconds(seconds) => serializer.serialize_some(seconds),
-            Self::UntilReleased => serializer.serialize_none(),
-        }
     }
 }
 

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::value::RawValue;
 
 use super::envelope::VERSION;
-use super::{Code, Failure, Params};
+use super::{Code, Params, Refusal};
 
 /// What the lists of an answer leave to the rest of it, in bytes.
 const AROUND: usize = 4096;
@@ -17,7 +17,7 @@ const AROUND: usize = 4096;
 ///
 /// # Errors
 /// It is longer than a message can be.
-pub fn request<P: Params>(id: &str, params: &P) -> Result<Vec<u8>, Failure> {
+pub fn request<P: Params>(id: &str, params: &P) -> Result<Vec<u8>, Refusal> {
     #[derive(Serialize)]
     struct Request<'a, P> {
         jsonrpc: &'static str,
@@ -26,21 +26,21 @@ pub fn request<P: Params>(id: &str, params: &P) -> Result<Vec<u8>, Failure> {
         params: &'a P,
     }
     let request = Request { jsonrpc: VERSION, id, method: P::METHOD.as_str(), params };
-    let internal = |error| Failure::new(Code::Internal, format!("the request: {error}"));
+    let internal = |error| Refusal::new(Code::Internal, format!("the request: {error}"));
     let text = serde_json::to_vec(&request).map_err(internal)?;
     if text.len() > MAX_MESSAGE_BYTES {
         let message = format!(
             "the request has {} bytes; at most {MAX_MESSAGE_BYTES} are possible: divide it",
             text.len()
         );
-        return Err(Failure::new(Code::InvalidRequest, message));
+        return Err(Refusal::new(Code::InvalidRequest, message));
     }
     Ok(text)
 }
 
 /// The text of an answer, which always fits into a message: of more findings than that holds the first
 /// ones are in it, and a result that does not fit is a failure that says so.
-pub fn answer<T: Serialize>(id: Option<&str>, outcome: Result<&T, &Failure>) -> Vec<u8> {
+pub fn answer<T: Serialize>(id: Option<&str>, outcome: Result<&T, &Refusal>) -> Vec<u8> {
     #[derive(Serialize)]
     struct Success<'a, T> {
         jsonrpc: &'static str,
@@ -50,14 +50,14 @@ pub fn answer<T: Serialize>(id: Option<&str>, outcome: Result<&T, &Failure>) -> 
     let failure = match outcome {
         Ok(result) => match serde_json::to_vec(&Success { jsonrpc: VERSION, id, result }) {
             Ok(text) if text.len() <= MAX_MESSAGE_BYTES => return text,
-            Ok(text) => Failure::new(
+            Ok(text) => Refusal::new(
                 Code::Internal,
                 format!(
                     "the answer would have {} bytes, and at most {MAX_MESSAGE_BYTES} are possible; ask for less at a time (\"limit\")",
                     text.len()
                 ),
             ),
-            Err(error) => Failure::new(Code::Internal, format!("the answer: {error}")),
+            Err(error) => Refusal::new(Code::Internal, format!("the answer: {error}")),
         },
         Err(failure) => fitting(failure),
     };
@@ -67,22 +67,22 @@ pub fn answer<T: Serialize>(id: Option<&str>, outcome: Result<&T, &Failure>) -> 
     }
     // Only the message can still be too long.
     let message: String = failure.message.chars().take(1000).collect();
-    refusal(id, &Failure::new(failure.code, message))
+    refusal(id, &Refusal::new(failure.code, message))
 }
 
-fn refusal(id: Option<&str>, error: &Failure) -> Vec<u8> {
+fn refusal(id: Option<&str>, error: &Refusal) -> Vec<u8> {
     #[derive(Serialize)]
-    struct Refusal<'a> {
+    struct Refused<'a> {
         jsonrpc: &'static str,
         id: Option<&'a str>,
-        error: &'a Failure,
+        error: &'a Refusal,
     }
     // Strings and numbers can always be written.
-    serde_json::to_vec(&Refusal { jsonrpc: VERSION, id, error }).unwrap_or_default()
+    serde_json::to_vec(&Refused { jsonrpc: VERSION, id, error }).unwrap_or_default()
 }
 
 /// The failure with as many of its findings as an answer holds.
-fn fitting(failure: &Failure) -> Failure {
+fn fitting(failure: &Refusal) -> Refusal {
     let mut room = Room::new(MAX_MESSAGE_BYTES - AROUND);
     let findings = failure.findings.iter().take_while(|finding| room.takes(finding));
     let findings: Vec<_> = findings.cloned().collect();
@@ -94,7 +94,7 @@ fn fitting(failure: &Failure) -> Failure {
             findings.len()
         );
     }
-    Failure { code: failure.code, message, findings }
+    Refusal { code: failure.code, message, findings }
 }
 
 /// How much room a page of results still has in an answer.
@@ -158,7 +158,7 @@ impl io::Write for Counted {
 #[derive(Debug)]
 pub(super) struct Answer<'a> {
     pub(super) id: Option<String>,
-    pub(super) outcome: Result<&'a RawValue, Failure>,
+    pub(super) outcome: Result<&'a RawValue, Refusal>,
 }
 
 impl<'a> Answer<'a> {
@@ -171,7 +171,7 @@ impl<'a> Answer<'a> {
             id: Option<String>,
             #[serde(borrow)]
             result: Option<&'a RawValue>,
-            error: Option<Failure>,
+            error: Option<Refusal>,
         }
         let raw: Raw<'_> = serde_json::from_slice(text)?;
         let outcome = match (raw.result, raw.error) {

@@ -10,7 +10,7 @@ use isochrone_ipc::{Depth, FrameSubscriber, Participant, Service, ipc};
 use crate::rows::Place;
 
 use super::{
-    Client, ClientError, Code, Failure, SignalDescription, TraceParams, TraceResult, TracedSignal,
+    Client, ClientError, Code, Refusal, SignalDescription, TraceParams, TraceResult, TracedSignal,
 };
 
 /// A trace that is not renewed for 5 s ends.
@@ -154,7 +154,7 @@ impl<S: Service> Trace<S> {
         if what(&new.shape) != what(&self.shape) {
             let message = "the configuration was changed meanwhile: the signals of the trace are of another \
                            task, period or type now; ask for a new one";
-            return Err(ClientError::Refused(Failure::new(Code::Conflict, message)));
+            return Err(ClientError::Refused(Refusal::new(Code::Conflict, message)));
         }
         new.last = self.last;
         *self = new;
@@ -241,5 +241,5 @@ pub fn signals_by_task<S: Service>(
     if findings.is_empty() {
         return Ok(tasks);
     }
-    Err(ClientError::Refused(Failure::of(Code::UnknownName, findings)))
+    Err(ClientError::Refused(Refusal::of(Code::UnknownName, findings)))
 }

@@ -1,10 +1,8 @@
 //! The lines of a journal file.
 
-use isochrone_engine::operate::Entry;
+use isochrone_model::Entry;
 use serde::de::IgnoredAny;
 use serde::{Deserialize, Serialize};
-
-use crate::control::JournalEntry;
 
 /// The format that is written, and the only one that is read.
 pub const FORMAT: u32 = 1;
@@ -16,7 +14,7 @@ pub enum Line {
     /// A run begins.
     Run(RunHeader),
     /// Something was done to a task's values.
-    Entry(JournalEntry),
+    Entry(Entry),
     /// A run has ended, and all of it was written.
     End(RunEnd),
     /// Cycles did not run: earlier versions wrote this.
@@ -25,15 +23,10 @@ pub enum Line {
 }
 
 impl Line {
-    /// What was done to a task of this name. `None`: it is in no journal, as what the program gives to inputs is
-    /// no operator's doing.
-    pub(crate) fn of_entry(entry: &Entry, task: &str) -> Option<Self> {
-        if entry.changes.is_empty() && entry.configuration.is_none() {
-            return None;
-        }
-        let applied = entry.configuration.as_deref();
-        let configuration = applied.map(|applied| applied.text.to_string());
-        Some(Self::Entry(JournalEntry { configuration, ..JournalEntry::of(entry, task) }))
+    /// What was done. `None`: it is in no journal, as what the program gives to inputs is no operator's doing.
+    pub(crate) fn of_entry(entry: &Entry) -> Option<Self> {
+        let is_an_operators = !entry.changes.is_empty() || entry.configuration.is_some();
+        is_an_operators.then(|| Self::Entry(entry.clone()))
     }
 
     /// As JSON, without an end. `None`: it cannot be written, which no line is.

@@ -7,7 +7,8 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-use isochrone_engine::operate::{Entry, Unwritten};
+use isochrone_engine::operate::Unwritten;
+use isochrone_model::Entry;
 
 use super::error::JournalError;
 use super::line::Line;
@@ -140,10 +141,10 @@ impl Writing {
         })
     }
 
-    /// Adds what was done to a task of this name. Returns where its line ends, whose [fate](Standing::fate)
+    /// Adds what was done. Returns where its line ends, whose [fate](Standing::fate)
     /// is told when it is acknowledged; `None`: it is in no journal.
-    pub(crate) fn note(&mut self, entry: &Entry, task: &str) -> Option<Mark> {
-        let line = Line::of_entry(entry, task)?.text()?;
+    pub(crate) fn note(&mut self, entry: &Entry) -> Option<Mark> {
+        let line = Line::of_entry(entry)?.text()?;
         self.sent.lines += 1;
         self.sent.bytes += line.len() as u64;
         // A thread that panicked never comes to it, and has told so.

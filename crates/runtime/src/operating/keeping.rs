@@ -25,11 +25,10 @@ impl Keeping {
         Ok(())
     }
 
-    /// Writes what was done to a task of this name, and keeps it until its fate is known; returns what needs no
-    /// line.
-    pub(super) fn hold(&mut self, done: Done, name: Option<&str>) -> Option<Done> {
-        let mark = match (&done, name, &mut self.journal) {
-            (Done::Applied(entry), Some(name), Some(journal)) => journal.note(entry, name),
+    /// Writes what was done, and keeps it until its fate is known; returns what needs no line.
+    pub(super) fn hold(&mut self, done: Done) -> Option<Done> {
+        let mark = match (&done, &mut self.journal) {
+            (Done::Applied(entry), Some(journal)) => journal.note(entry),
             _ => None,
         };
         let Some(mark) = mark else { return Some(done) };

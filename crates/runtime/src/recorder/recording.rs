@@ -6,8 +6,8 @@ use std::thread;
 use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_engine::operate;
-use isochrone_recording::{Entry, Node, WriteError, Writer};
+use isochrone_model::Entry;
+use isochrone_recording::{Entry as Recorded, Node, WriteError, Writer};
 
 use super::writing::{Desk, Ends, Job, Told, work};
 use super::{Capture, RecordingFile, RecordingOutcome};
@@ -57,16 +57,16 @@ impl Recording {
         self.send(Job::Rows { task, capture });
     }
 
-    /// Adds what was done to a task of this name.
-    pub(crate) fn note(&mut self, entry: &operate::Entry, task: &str) {
-        let Some(line) = Line::of_entry(entry, task).and_then(|line| line.json()) else { return };
+    /// Adds what was done to a task.
+    pub(crate) fn note(&mut self, entry: &Entry) {
+        let Some(line) = Line::of_entry(entry).and_then(|line| line.json()) else { return };
         if self.sent_entries - self.desk.lock().tried_entries >= MOST_ENTRIES {
             self.lost_entries += 1;
             return;
         }
         self.sent_entries += 1;
-        let (time_ns, task) = (Monotonic.now_ns(), task.to_owned());
-        self.send(Job::Entry(Entry { time_ns, cycle: entry.cycle, task, line }));
+        let (time_ns, task) = (Monotonic.now_ns(), entry.task.clone());
+        self.send(Job::Entry(Recorded { time_ns, cycle: entry.cycle, task, line }));
     }
 
     /// That it has ended before the node.

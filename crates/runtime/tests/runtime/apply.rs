@@ -1,8 +1,8 @@
 //! Another configuration for a node in a program that runs.
 
 use crate::polling::poll_until;
-use isochrone_engine::operate::{Action, Client, Entry, Hold, RefusalKind};
 use isochrone_engine::{Plan, Rules, Source};
+use isochrone_model::{Action, AskedBy, Code, Entry, Hold};
 use isochrone_runtime::{ApplyError, End, IfMissed, Node, PreparedApply, RequestError, Running};
 use isochrone_testing::plants::CLIMB;
 
@@ -33,7 +33,7 @@ fn prepare<S: isochrone_ipc::Service>(
     node: &Running<S>,
     text: &str,
 ) -> Result<PreparedApply, ApplyError> {
-    node.prepare_apply(text, Client::Program, None)
+    node.prepare_apply(text, AskedBy::default())
 }
 
 /// Runs another configuration, and waits until all tasks have it.
@@ -46,7 +46,7 @@ fn apply<S: isochrone_ipc::Service>(node: &mut Running<S>, text: &str) -> Vec<En
         entries.extend(applied.iter().filter(|entry| entry.action == Action::Apply).cloned());
         entries.len() == 2
     });
-    entries.sort_by_key(|entry| entry.task);
+    entries.sort_by(|a, b| a.task.cmp(&b.task));
     for (entry, cycle) in entries.iter().zip(sent.cycles) {
         assert_eq!(entry.transaction, sent.number);
         assert!(entry.cycle >= cycle, "{entries:?}");
@@ -78,9 +78,7 @@ fn blocks_come_and_go_while_the_others_run_on_and_no_cycle_allocates() {
     }
     let journal: Vec<Entry> = node.journal(0).collect();
     assert_eq!(journal.len(), 40, "one for each task and change");
-    assert!(
-        journal[0].configuration.as_ref().is_some_and(|applied| applied.text.contains("fresh"))
-    );
+    assert!(journal[0].configuration.as_ref().is_some_and(|applied| applied.contains("fresh")));
     let outcome = node.finish().unwrap();
     assert_eq!(outcome.end, End::Asked);
     for task in &outcome.tasks {
@@ -128,11 +126,11 @@ fn what_cannot_be_changed_is_refused_and_nothing_happens() {
     let Err(ApplyError::Configuration(findings)) = prepare(&node, &broken) else { panic!() };
     assert_eq!(findings.findings.len(), 2);
     let kind = |text: &str| match prepare(&node, text) {
-        Err(ApplyError::Refused(refusals)) => refusals.kind(),
+        Err(ApplyError::Refused(refusals)) => refusals.code,
         other => panic!("{other:?}"),
     };
-    assert_eq!(kind(&ramps(4).replace("\"20ms\"", "\"40ms\"")), RefusalKind::CannotChange);
-    assert_eq!(kind(&ramps(3)), RefusalKind::CannotChange);
+    assert_eq!(kind(&ramps(4).replace("\"20ms\"", "\"40ms\"")), Code::CannotChange);
+    assert_eq!(kind(&ramps(3)), Code::CannotChange);
     let stale = prepare(&node, &grown(4)).unwrap();
     assert_eq!(stale.summary().added, ["fresh"]);
     node.set([("ramp.0.value", 3.0)]).unwrap();
@@ -187,13 +185,13 @@ fn the_other_tasks_are_operated_and_watched_while_a_change_waits_for_a_slow_one(
         node.journal(0).filter(|entry| entry.action == Action::Set).count() == 2
     });
     let entries: Vec<Entry> = node.journal(0).collect();
-    let of = |task: usize| -> Vec<Action> {
+    let of = |task: &str| -> Vec<Action> {
         let of_task = entries.iter().filter(|entry| entry.task == task);
         of_task.map(|entry| entry.action).filter(|action| *action != Action::Apply).collect()
     };
-    assert_eq!(of(1), [Action::Set]);
-    let force = Action::Force { until: None };
-    assert_eq!(of(0), [force, Action::Release, force, Action::Set]);
+    assert_eq!(of("slow"), [Action::Set]);
+    let force = Action::Force;
+    assert_eq!(of("fast"), [force, Action::Release, force, Action::Set]);
     let applied: Vec<_> = entries.iter().filter(|entry| entry.transaction == number).collect();
     assert!(went_on || applied[1].unix_ns - applied[0].unix_ns < 1_000_000_000, "{entries:?}");
     assert_eq!(node.forces().map(|f| f.name).collect::<Vec<_>>(), ["ramp.2.delayedValue"]);

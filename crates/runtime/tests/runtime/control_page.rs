@@ -4,8 +4,8 @@ use std::collections::BTreeSet;
 
 use isochrone_runtime::control::{
     Access, Action, ActiveAlarm, AlarmsResult, AppliedChange, ApplyResult, AskedBy, ByTask, Change,
-    ChangedValue, Code, ConfigurationOrigin, DescribeResult, Finding, Followed, Force, ForceResult,
-    ForcesResult, GetResult, Given, JournalEntry, JournalResult, LastSecond, Method, Part,
+    ChangedValue, Code, ConfigurationOrigin, DescribeResult, Entry, Finding, Followed, Force,
+    ForceResult, ForcesResult, GetResult, Given, JournalResult, LastSecond, Method, Part,
     PendingEntry, Placement, ReadAt, Reply, Role, SaveResult, SetResult, SignalDescription,
     SignalsResult, TaskDescription, TraceResult, TracedSignal, Tuned, Value, Values,
 };
@@ -87,8 +87,8 @@ fn signal() -> SignalDescription {
     }
 }
 
-fn entry() -> JournalEntry {
-    JournalEntry {
+fn entry() -> Entry {
+    Entry {
         sequence: 1,
         transaction: 1,
         action: Action::Set,
@@ -100,7 +100,7 @@ fn entry() -> JournalEntry {
         changes: vec![Change { name: String::new(), before: Value::Bool(true), after: None }],
         left_out: 1,
         by: by(),
-        configuration: Some(String::new()),
+        configuration: Some("".into()),
         applied: Some(AppliedChange {
             file: Some(String::new()),
             sha256: String::new(),
@@ -119,7 +119,7 @@ fn by() -> AskedBy {
 fn pending() -> PendingEntry {
     PendingEntry {
         transaction: 1,
-        action: String::new(),
+        action: Action::Set,
         task: String::new(),
         cycle: 0,
         names: vec![String::new()],

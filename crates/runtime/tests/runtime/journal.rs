@@ -4,9 +4,8 @@ use std::fs::{self, OpenOptions};
 use std::io::Write;
 use std::path::Path;
 
-use isochrone_engine::operate::{Action, Client, Entry, Hold};
 use isochrone_ipc::local;
-use isochrone_runtime::control::JournalEntry;
+use isochrone_model::{Action, AskedBy, Entry, Hold};
 use isochrone_runtime::journal::{Journal, JournalError, JournalLines, Line, RunHeader};
 use isochrone_runtime::{Alarm, IfMissed, Node, Running};
 use isochrone_testing::{wait_for_ok, wait_for_some, wait_until};
@@ -16,7 +15,7 @@ use crate::journalled::{NODE, plan, start};
 /// What a file has of a run.
 struct Run {
     header: RunHeader,
-    entries: Vec<JournalEntry>,
+    entries: Vec<Entry>,
     has_end: bool,
 }
 
@@ -227,7 +226,7 @@ fn a_change_of_the_configuration_is_written_with_its_text() {
     let path = folder.path().join("j.jsonl");
     let mut node = start(&path);
     let next = NODE.replace("10.0", "11.0");
-    let prepared = node.prepare_apply(&next, Client::Program, None).unwrap();
+    let prepared = node.prepare_apply(&next, AskedBy::default()).unwrap();
     node.apply(prepared, IfMissed::Allow).unwrap();
     await_entry(&mut node, |entry| entry.action == Action::Apply);
     node.finish().unwrap();

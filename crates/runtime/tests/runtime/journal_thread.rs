@@ -7,8 +7,8 @@ use std::sync::{Condvar, Mutex, Once};
 use std::thread;
 
 use crate::journalled;
-use isochrone_engine::operate::{Hold, RefusalKind};
 use isochrone_ipc::local;
+use isochrone_model::{Code, Hold};
 use isochrone_runtime::{Alarm, Outcome, RequestError, Running};
 use isochrone_testing::{wait_for_some, wait_until};
 use tracing::field::{Field, Visit};
@@ -126,7 +126,7 @@ impl Told {
                     None
                 }
                 Err(RequestError::Refused(refused)) => {
-                    assert_eq!(refused.kind(), RefusalKind::Forbidden);
+                    assert_eq!(refused.code, Code::Forbidden);
                     Some(refused.to_string())
                 }
                 Err(error) => panic!("{error}"),

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use isochrone_engine::operate::Applied;
 use isochrone_engine::{Plan, Source};
 use isochrone_runtime::task_layouts;
 
@@ -15,14 +14,14 @@ impl Rerun<'_> {
     pub(super) fn plan_of(
         &mut self,
         transaction: u64,
-        applied: &Applied,
+        text: &str,
         task: usize,
     ) -> Option<Arc<Plan>> {
         if let Some(plan) = self.applied.get(&transaction) {
             return Some(plan.clone());
         }
         let before = &self.tasks.get(task)?.plan;
-        let source = Source::new(before.source.name.clone(), &*applied.text);
+        let source = Source::new(before.source.name.clone(), text);
         // That it can be read was seen to when the journal was.
         let plan = Arc::new(before.rules.plan(source).ok()?);
         self.applied.insert(transaction, plan.clone());

@@ -1,6 +1,5 @@
 use isochrone_runtime::control::{
-    Action, ActiveAlarm, DescribeResult, Force, Hold, JournalEntry, Role, SignalDescription, Value,
-    Values,
+    Action, ActiveAlarm, DescribeResult, Entry, Force, Hold, Role, SignalDescription, Value, Values,
 };
 use ratatui::Terminal;
 use ratatui::backend::TestBackend;
@@ -280,7 +279,7 @@ fn undo_proposes_the_newest_set_that_stands_and_tells_the_one_that_is_typed() {
         &mut model,
         &["Undo which transaction?", "nothing was set since the node started"],
     );
-    let undone = JournalEntry { undone: Some(3), ..entry(4, Action::Undo, 0.0) };
+    let undone = Entry { undone: Some(3), ..entry(4, Action::Undo, 0.0) };
     let sets = [1, 2, 3].map(|number| entry(number, Action::Set, number as f64));
     model.take(News::Journal([&sets[..], &[undone]].concat()));
     press(&mut model, "\u{1b}u");

@@ -2,7 +2,7 @@
 
 use isochrone_ipc::{Participant, ipc};
 use isochrone_runtime::control::{
-    Client, ClientError, Code, DescribeParams, Failure, GetParams, Params, SetParams, SetResult,
+    Client, ClientError, Code, DescribeParams, GetParams, Params, Refusal, SetParams, SetResult,
     Values,
 };
 
@@ -31,7 +31,7 @@ impl Node {
     }
 
     #[track_caller]
-    pub(crate) fn refused<P: Params>(&mut self, params: &P) -> Failure
+    pub(crate) fn refused<P: Params>(&mut self, params: &P) -> Refusal
     where
         P::Result: std::fmt::Debug,
     {

@@ -3,10 +3,10 @@
 
 use std::path::Path;
 
-use isochrone_engine::operate::{Done, Draft, Entry, Feeds, Hold, Inbox, Operator, Request};
+use isochrone_engine::operate::{Done, Draft, Feeds, Inbox, Operator, Request};
 use isochrone_engine::{Flags, Plan, Reading, Rules, Source, TaskEngine};
+use isochrone_model::{Entry, Hold};
 use isochrone_recording::{ChannelId, ClockReading, Entry as RecordedEntry, Node, RowHead, Writer};
-use isochrone_runtime::control::{Action, AskedBy, Change, JournalEntry};
 use isochrone_runtime::journal::Line;
 use isochrone_runtime::task_layouts;
 
@@ -225,38 +225,10 @@ impl Run {
     }
 
     fn write_entry(&mut self, entry: &Entry) {
-        use isochrone_engine::operate::Action as Done;
-        let (action, until_cycle) = match entry.action {
-            Done::Set => (Action::Set, None),
-            Done::Force { until } => (Action::Force, until),
-            Done::Release => (Action::Release, None),
-            Done::Expiry => (Action::Expiry, None),
-            Done::Undo { .. } => (Action::Undo, None),
-            Done::Apply => (Action::Apply, None),
-        };
-        let changes = entry.changes.iter().map(|change| Change {
-            name: change.name.clone(),
-            before: change.before.into(),
-            after: change.after.map(Into::into),
-        });
-        let task = NAMES[entry.task].to_owned();
-        let line = Line::Entry(JournalEntry {
-            sequence: entry.sequence,
-            transaction: entry.transaction,
-            action,
-            task: task.clone(),
-            cycle: entry.cycle,
-            unix_ns: entry.unix_ns,
-            until_cycle,
-            undone: None,
-            changes: changes.collect(),
-            left_out: 0,
-            by: AskedBy::default(),
-            configuration: entry.configuration.as_ref().map(|applied| applied.text.to_string()),
-            applied: None,
-        });
+        let line = Line::Entry(entry.clone());
         let line = serde_json::to_string(&line).unwrap();
-        let recorded = RecordedEntry { time_ns: 7, cycle: entry.cycle, task, line };
+        let recorded =
+            RecordedEntry { time_ns: 7, cycle: entry.cycle, task: entry.task.clone(), line };
         self.writer.write_entry(&recorded).unwrap();
     }
 }

@@ -7,6 +7,8 @@ mod values;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use isochrone_model::{ChangeSummary, ChangedValue, Refusal, Role, Tuned};
+
 use super::check::Check;
 use super::{Forced, Kind, Operator, Request, Sent};
 use crate::engine::{CarriedForce, Carry, Replacement};
@@ -14,31 +16,14 @@ use crate::operate::fixed::Fixed;
 use crate::operate::forces::{AtEnd, Force};
 use crate::operate::journal::Applied;
 use crate::operate::permissions::{Intent, Permissions};
-use crate::operate::refusal::{Refusal, Refusals};
-use crate::operate::signals::{ChangedPin, Kept, Role, Signals};
+use crate::operate::refusal::{empty, waiting};
+use crate::operate::signals::{ChangedPin, Kept, Signals};
 use crate::operate::store::Store;
 use crate::operate::warnings::Warnings;
 use crate::plan::Plan;
 use crate::{BuildError, Source, TaskEngine};
 
 pub(super) use following::Next;
-pub use values::{ChangedValue, Given, Tuned};
-
-/// What another configuration changes.
-#[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct ChangeSummary {
-    /// Blocks that are new: by their name, or some of a block's instances as `ramp.3 to ramp.7`.
-    pub added: Vec<String>,
-    /// Blocks that are gone.
-    pub removed: Vec<String>,
-    /// Blocks that go on with their state and outputs.
-    pub kept: Vec<String>,
-    /// Input pins of those that have another constant or another wire; `*` stands for all instances of
-    /// a block.
-    pub changed: Vec<String>,
-    /// Limits that differ, as `ramp.*.rate: 0.0 to 50.0 -> 0.0 to 20.0`, or `none` for no limits.
-    pub limits: Vec<String>,
-}
 
 /// Another configuration with the engines of its tasks, made without a look at the running one.
 pub struct Draft {
@@ -47,7 +32,7 @@ pub struct Draft {
     warnings: Warnings,
     fixed: Arc<Fixed>,
     source: Source,
-    file: Option<Arc<str>>,
+    file: Option<String>,
     engines: Vec<TaskEngine>,
 }
 
@@ -70,7 +55,7 @@ impl Draft {
 
     /// The same, as read from this file; for the journal.
     #[must_use]
-    pub fn from_file(self, file: Option<Arc<str>>) -> Self {
+    pub fn from_file(self, file: Option<String>) -> Self {
         Self { file, ..self }
     }
 }
@@ -83,7 +68,7 @@ pub struct Basis {
     permissions: Permissions,
     fixed: Arc<Fixed>,
     /// What is in the way already.
-    findings: Vec<Refusal>,
+    refused: Option<Refusal>,
     /// For each task its forces by slot.
     forces: Vec<BTreeMap<u32, String>>,
     values: BTreeMap<(usize, u32), f64>,
@@ -140,13 +125,14 @@ impl Operator {
     /// All that keeps the node from running it: something that cannot be changed online, a forced
     /// signal that it does not have, a change to what is protected, a running value outside of its
     /// limits, another request that is on its way.
-    pub fn change(&self, draft: Draft, request: Request) -> Result<PreparedChange, Refusals> {
+    pub fn change(&self, draft: Draft, request: Request) -> Result<PreparedChange, Refusal> {
         self.basis().change(draft, request)
     }
 
     /// What [`Basis::change`] needs.
     pub fn basis(&self) -> Basis {
         let mut check = Check::new(&self.signals);
+        check.is_empty = false;
         check.note(self.permissions.check(Intent::Apply));
         self.check_settled(&mut check);
         let is_on_its_way = |(_, sent): &(&u64, &Sent)| match sent.kind {
@@ -155,7 +141,7 @@ impl Operator {
             Kind::Read | Kind::Change => false,
         };
         if let Some((&transaction, _)) = self.sent.iter().find(is_on_its_way) {
-            check.findings.push(Refusal::Waiting { transaction });
+            check.refuse(waiting(transaction));
         }
         let forces = self.forces.iter().map(|of| {
             let name = |forced: &Vec<Forced>| {
@@ -167,7 +153,7 @@ impl Operator {
             signals: Arc::clone(&self.signals),
             permissions: self.permissions.clone(),
             fixed: Arc::clone(&self.fixed),
-            findings: check.findings,
+            refused: check.end().err(),
             forces: forces.collect(),
             values: self.values.iter().map(|(at, held)| (*at, held.value)).collect(),
             writes: self.writes,
@@ -180,16 +166,16 @@ impl Basis {
     ///
     /// # Errors
     /// As [`Operator::change`].
-    pub fn change(self, draft: Draft, request: Request) -> Result<PreparedChange, Refusals> {
+    pub fn change(self, draft: Draft, request: Request) -> Result<PreparedChange, Refusal> {
         let mut check = Check::new(&self.signals);
         check.is_empty = false;
-        check.findings.clone_from(&self.findings);
+        check.note(self.refused.clone().map_or(Ok(()), Err));
         let Draft { signals, permissions, warnings, fixed, source, file, engines } = draft;
         let differences = self.fixed.differences(&fixed);
         if !differences.is_empty() {
             // What stands where in tasks that differ means nothing.
-            check.findings.extend(differences);
-            return Err(check.end().err().unwrap_or_else(|| Refusal::Empty.into()));
+            differences.into_iter().for_each(|difference| check.refuse(difference));
+            return Err(check.end().err().unwrap_or_else(empty));
         }
         let kept = Kept::of(&self.signals, &signals);
         let changed: Vec<Vec<ChangedPin>> =
@@ -252,10 +238,10 @@ impl Operator {
         &mut self,
         prepared: PreparedChange,
         at: &[u64],
-    ) -> Result<(u64, Vec<Replacement>), Refusals> {
+    ) -> Result<(u64, Vec<Replacement>), Refusal> {
         let PreparedChange { mut replacements, mut next, request, writes, .. } = prepared;
         if writes != self.writes {
-            return Err(Refusal::Waiting { transaction: self.next - 1 }.into());
+            return Err(waiting(self.next - 1));
         }
         self.writes += 1;
         let number = self.next;
@@ -264,12 +250,11 @@ impl Operator {
             (replacement.number, replacement.at) = (number, *at);
         }
         next.number = number;
-        let Request { client, comment, .. } = request;
+        let Request { by, is_remote, .. } = request;
         let (kind, tasks, parts) = (Kind::Change, replacements.len(), replacements.len());
         let (due, writes, releases) = Default::default();
         let is_scheduled = false;
-        let sent =
-            Sent { kind, client, comment, is_scheduled, due, tasks, parts, writes, releases };
+        let sent = Sent { kind, by, is_remote, is_scheduled, due, tasks, parts, writes, releases };
         self.sent.insert(number, sent);
         self.next_plan = Some(next);
         Ok((number, replacements))

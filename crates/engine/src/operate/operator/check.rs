@@ -2,10 +2,14 @@
 
 use std::collections::HashSet;
 
-use super::{Next, Operator};
+use isochrone_model::{Code, Finding, Refusal};
+
 use crate::operate::Pattern;
-use crate::operate::refusal::{Refusal, Refusals};
+use crate::operate::refusal;
 use crate::operate::signals::{Matches, Signal, Signals};
+use crate::printable::escaped;
+
+use super::{Next, Operator};
 
 /// Names that are compared with misspelt ones of a request, before no more are.
 const COMPARISONS: usize = 20_000;
@@ -17,7 +21,9 @@ pub(super) struct Check<'s> {
     signals: &'s Signals,
     /// What is on its way to take the place of those, task by task.
     next: Option<&'s Next>,
-    pub(super) findings: Vec<Refusal>,
+    /// Of the first finding.
+    code: Code,
+    findings: Vec<Finding>,
     seen: HashSet<(usize, usize)>,
     pub(super) is_empty: bool,
     comparisons: usize,
@@ -27,9 +33,9 @@ pub(super) struct Check<'s> {
 
 impl<'s> Check<'s> {
     pub(super) fn new(signals: &'s Signals) -> Self {
-        let (findings, seen) = (Vec::new(), HashSet::new());
+        let (code, findings, seen) = (Code::WrongValue, Vec::new(), HashSet::new());
         let (is_empty, comparisons, searched) = (true, 0, 0);
-        Self { signals, next: None, findings, seen, is_empty, comparisons, searched }
+        Self { signals, next: None, code, findings, seen, is_empty, comparisons, searched }
     }
 
     /// Of a request that writes: it is about the signals that each task has at this moment.
@@ -41,7 +47,8 @@ impl<'s> Check<'s> {
     pub(super) fn find(&mut self, name: &str) -> Option<Signal<'s>> {
         let signal = self.known(name)?;
         if !self.seen.insert((signal.task, signal.slot)) {
-            self.findings.push(Refusal::Twice { name: name.to_owned() });
+            let message = format!("\"{name}\" is given twice in one request");
+            self.refuse(Refusal::one(Code::WrongValue, name, message, "name it once"));
             return None;
         }
         Some(signal)
@@ -68,8 +75,12 @@ impl<'s> Check<'s> {
         self.is_empty = false;
         // The first one of a request is always looked for.
         if self.searched > SEARCHED {
-            let name = name.to_owned();
-            self.findings.push(Refusal::NotSearched { name, searched: SEARCHED });
+            let message = format!(
+                "\"{}\" was not looked for: the names with * before it were compared with more than \
+                 {SEARCHED} signals",
+                escaped(name)
+            );
+            self.refuse(Refusal::one(Code::WrongValue, name, message, "divide the request"));
             return None;
         }
         let matches = self.signals.matching(&Pattern::new(name));
@@ -87,26 +98,38 @@ impl<'s> Check<'s> {
             next.signals.locate(name).is_some() || self.signals.locate(name).is_some()
         };
         if let Some(next) = self.next.filter(is_on_its_way) {
-            return self.findings.push(next.refusal());
+            return self.refuse(next.refusal());
         }
         let is_affordable = self.comparisons < COMPARISONS;
         self.comparisons += self.signals.comparisons();
-        self.findings.push(if is_affordable {
+        self.refuse(if is_affordable {
             self.signals.unknown(name)
         } else {
-            let help = "nor are others of the request, for which see above".into();
-            Refusal::Unknown { name: name.to_owned(), help }
+            refusal::unknown(name, "nor are others of the request, for which see above")
         });
     }
 
     pub(super) fn note<T>(&mut self, result: Result<T, Refusal>) -> Option<T> {
-        result.map_err(|refusal| self.findings.push(refusal)).ok()
+        result.map_err(|refusal| self.refuse(refusal)).ok()
     }
 
-    pub(super) fn end(mut self) -> Result<(), Refusals> {
-        if self.is_empty {
-            self.findings.push(Refusal::Empty);
+    /// Finds fault; what was found before stays.
+    pub(super) fn refuse(&mut self, refusal: Refusal) {
+        if self.findings.is_empty() {
+            self.code = refusal.code;
         }
-        Refusals::check(self.findings)
+        self.findings.extend(refusal.findings);
+    }
+
+    /// Names a reason once that several signals gave one after the other.
+    pub(super) fn dedup(&mut self) {
+        self.findings.dedup();
+    }
+
+    pub(super) fn end(mut self) -> Result<(), Refusal> {
+        if self.is_empty {
+            self.refuse(refusal::empty());
+        }
+        if self.findings.is_empty() { Ok(()) } else { Err(Refusal::of(self.code, self.findings)) }
     }
 }

@@ -13,9 +13,10 @@ mod undo;
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::sync::Arc;
 
-use super::Value;
+use isochrone_model::{AskedBy, Change, Entry, Force, Value};
+
 use super::fixed::Fixed;
-use super::journal::{Change, Changed, Client, Entry, Journal, Place, Record};
+use super::journal::{Changed, Journal, Place, Record};
 use super::order::Order;
 use super::permissions::{Permissions, Unwritten};
 use super::signals::{Signal, Signals};
@@ -24,8 +25,7 @@ use crate::plan::Plan;
 
 use change::Next;
 pub(in crate::operate) use change::carry;
-pub use change::{Basis, ChangeSummary, ChangedValue, Draft, Given, PreparedChange, Tuned};
-pub use pending::Pending;
+pub use change::{Basis, Draft, PreparedChange};
 pub use returned::{Done, Reading};
 pub(in crate::operate) use returned::{changed, released};
 pub use selection::Selection;
@@ -44,19 +44,10 @@ pub enum Feeds {
 pub struct Request {
     /// The cycle before which it is to happen; `None`: the next.
     pub at: Option<u64>,
-    /// Who asks.
-    pub client: Client,
-    /// What is to be remembered of it.
-    pub comment: Option<Arc<str>>,
-}
-
-/// How long a force lasts.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Hold {
-    /// So many seconds, counted in cycles from the first with it.
-    Seconds(f64),
-    /// Until it is released, or the node ends.
-    UntilReleased,
+    /// Who asks, and what is to be remembered of it.
+    pub by: AskedBy,
+    /// Whether another program asks than the one that runs the node; that one gives inputs their values.
+    pub is_remote: bool,
 }
 
 /// A request that was found right, and for which there is an order for each of its tasks.
@@ -105,8 +96,8 @@ enum Kind {
 #[derive(Debug)]
 struct Sent {
     kind: Kind,
-    client: Client,
-    comment: Option<Arc<str>>,
+    by: AskedBy,
+    is_remote: bool,
     /// Whether it names the cycle that it is for.
     is_scheduled: bool,
     /// The tasks that have not come to it, and the cycle that each waits for.
@@ -122,21 +113,19 @@ struct Sent {
 
 /// A force that is in place, or on its way.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Forced {
+struct Forced {
     /// Name of the signal.
-    pub name: String,
+    name: String,
     /// The forced value.
-    pub value: Value,
-    /// Index of its task.
-    pub task: usize,
+    value: Value,
     /// First cycle with it; `None`: it is on its way.
-    pub since: Option<u64>,
+    since: Option<u64>,
     /// First cycle without it; `None`: until it is released, or it is on its way.
-    pub until: Option<u64>,
+    until: Option<u64>,
     /// Who asked for it.
-    pub client: Client,
+    by: AskedBy,
     /// The transaction that made it.
-    pub transaction: u64,
+    transaction: u64,
 }
 
 /// A parameter that was set.
@@ -233,12 +222,25 @@ impl Operator {
         &self.signals
     }
 
-    /// The forces that are in place, and those that are on their way where none is.
-    pub fn forces(&self) -> impl Iterator<Item = &Forced> {
-        // The one in place, if there is one, is the first that was applied.
-        self.forces.iter().flat_map(BTreeMap::values).filter_map(|forces| {
-            forces.iter().find(|forced| forced.since.is_some()).or(forces.first())
-        })
+    /// The forces that are in place.
+    pub fn forces(&self) -> impl Iterator<Item = Force> {
+        let in_place = |forces: &Vec<Forced>| {
+            let (forced, since_cycle) =
+                forces.iter().find_map(|forced| Some((forced, forced.since?)))?;
+            Some(Force {
+                name: forced.name.clone(),
+                value: forced.value,
+                since_cycle,
+                until_cycle: forced.until,
+                client: forced.by.client.clone(),
+            })
+        };
+        self.forces.iter().flat_map(BTreeMap::values).filter_map(in_place)
+    }
+
+    /// How many signals of a task are forced, or about to be.
+    pub fn forced(&self, task: usize) -> usize {
+        self.forces.get(task).map_or(0, BTreeMap::len)
     }
 
     /// Whether one of [`signals`](Self::signals) is forced, or about to be.
@@ -334,14 +336,17 @@ impl Operator {
         Entry {
             sequence: record.sequence,
             transaction: record.transaction,
-            task: record.task,
+            action: record.action,
+            task: self.signals.task_name(record.task).to_owned(),
             cycle: record.cycle,
             unix_ns: record.unix_ns,
-            action: record.action,
+            until_cycle: record.until,
+            undone: record.undone,
             changes: record.changes.iter().filter_map(change).collect(),
-            client: record.client.clone(),
-            comment: record.comment.clone(),
-            configuration: record.configuration.clone(),
+            left_out: 0,
+            by: record.by.clone(),
+            configuration: record.configuration.as_ref().map(|applied| applied.text.clone()),
+            applied: record.configuration.as_ref().map(|applied| applied.extent()),
         }
     }
 }

@@ -1,34 +1,12 @@
 //! What is still to come.
 
-use std::sync::Arc;
+use isochrone_model::{Action, PendingEntry, Value};
 
-use super::{Client, Forced, Kind, Operator, Sent};
-use crate::operate::Value;
-
-/// A transaction that waits for a cycle of a task.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Pending {
-    /// Its number.
-    pub transaction: u64,
-    /// What it will do, as journals say: `set`, `force`, `release` or `undo`.
-    pub action: &'static str,
-    /// Index of its task.
-    pub task: usize,
-    /// The cycle that it waits for.
-    pub cycle: u64,
-    /// The signals that it will change.
-    pub names: Vec<String>,
-    /// The values that it will give them, in the order of the names; none for a release.
-    pub values: Vec<Value>,
-    /// Who asked for it.
-    pub client: Client,
-    /// What they said of it.
-    pub comment: Option<Arc<str>>,
-}
+use super::{Forced, Kind, Operator, Sent};
 
 impl Operator {
     /// What the tasks have not come to yet, in the order of its numbers: an entry for each task.
-    pub fn pending(&self) -> impl Iterator<Item = Pending> {
+    pub fn pending(&self) -> impl Iterator<Item = PendingEntry> {
         self.sent.iter().flat_map(move |(&transaction, sent)| {
             let due = sent.due.iter();
             due.filter_map(move |(&task, &cycle)| self.to_come(transaction, sent, (task, cycle)))
@@ -40,12 +18,12 @@ impl Operator {
         transaction: u64,
         sent: &Sent,
         (task, cycle): (usize, u64),
-    ) -> Option<Pending> {
+    ) -> Option<PendingEntry> {
         let action = match sent.kind {
-            Kind::Set => "set",
-            Kind::Force => "force",
-            Kind::Release => "release",
-            Kind::Undo { .. } => "undo",
+            Kind::Set => Action::Set,
+            Kind::Force => Action::Force,
+            Kind::Release => Action::Release,
+            Kind::Undo { .. } => Action::Undo,
             Kind::Read | Kind::Change => return None,
         };
         let written = sent.writes.iter().filter(|((of, _), _)| *of == task);
@@ -64,9 +42,15 @@ impl Operator {
         named.sort_unstable_by(|(one, _), (other, _)| one.cmp(other));
         // What the program gives to its inputs is no operator's doing.
         named.first()?;
-        let (names, values): (Vec<_>, Vec<_>) = named.into_iter().unzip();
-        let values = values.into_iter().flatten().collect();
-        let (client, comment) = (sent.client.clone(), sent.comment.clone());
-        Some(Pending { transaction, action, task, cycle, names, values, client, comment })
+        let values = named.iter().filter_map(|(name, value)| Some((name.clone(), (*value)?)));
+        Some(PendingEntry {
+            transaction,
+            action,
+            task: self.signals.task_name(task).to_owned(),
+            cycle,
+            values: values.collect(),
+            names: named.into_iter().map(|(name, _)| name).collect(),
+            by: sent.by.clone(),
+        })
     }
 }

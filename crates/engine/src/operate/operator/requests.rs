@@ -3,17 +3,18 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
+use isochrone_model::{Code, Hold, Refusal, Role, Value};
+
 use super::check::Check;
-use super::{Feeds, Forced, Hold, Kind, Operator, Prepared, Request, Selection};
+use super::{Feeds, Forced, Kind, Operator, Prepared, Request, Selection};
+use crate::operate::Pattern;
 use crate::operate::forces::MAX_FORCES;
-use crate::operate::journal::Client;
 use crate::operate::order::{Asked, Look, Order, Work};
 use crate::operate::permissions::Intent;
-use crate::operate::refusal::{AtRefusal, Refusal, Refusals};
-use crate::operate::signals::{Role, Signal};
+use crate::operate::refusal::wrong_value;
+use crate::operate::signals::Signal;
 use crate::operate::store::Store;
 use crate::operate::warnings::{Warning, Warnings};
-use crate::operate::{Pattern, Value};
 
 /// How far ahead of its cycle a request may come, in ns.
 const MAX_AHEAD_NS: u64 = 10_000_000_000;
@@ -32,7 +33,7 @@ impl Operator {
         values: impl IntoIterator<Item = (&'n str, Value)>,
         request: Request,
         next: &[u64],
-    ) -> Result<Prepared, Refusals> {
+    ) -> Result<Prepared, Refusal> {
         let mut check = Check::of_writing(self);
         let mut feeds: BTreeMap<usize, Vec<(u32, f64)>> = BTreeMap::new();
         let mut stores: BTreeMap<usize, Vec<Store>> = BTreeMap::new();
@@ -79,19 +80,28 @@ impl Operator {
         hold: Hold,
         request: Request,
         next: &[u64],
-    ) -> Result<Prepared, Refusals> {
+    ) -> Result<Prepared, Refusal> {
         let mut check = Check::of_writing(self);
         check.note(self.permissions.check(Intent::Force));
         if let Hold::Seconds(seconds) = hold
             && !(seconds > 0.0 && seconds <= MAX_SECONDS)
         {
-            check.findings.push(Refusal::Duration { seconds });
+            let message = format!("a force cannot last {seconds:?} s");
+            let help =
+                "write seconds greater than 0 that cycles can count, or hold it until its release";
+            check.refuse(Refusal::one(Code::WrongValue, "", message, help));
         }
         let mut stores: BTreeMap<usize, Vec<Store>> = BTreeMap::new();
         for (name, value) in values {
             let Some(signal) = check.find(name) else { continue };
             let allowed = match signal.role {
-                Role::Age => Err(Refusal::Age { name: signal.name.clone() }),
+                Role::Age => {
+                    let name = &signal.name;
+                    let message =
+                        format!("\"{name}\" is the age of an input, which cannot be forced");
+                    let help = "force the input, or its \".ok\"";
+                    Err(Refusal::one(Code::NotWritable, name, message, help))
+                }
                 _ => self.permissions.check_name(&signal),
             };
             let allowed = allowed.and_then(|()| self.check_stays(&signal));
@@ -104,8 +114,11 @@ impl Operator {
             let again = stores.iter().filter(|store| known.contains_key(&store.slot)).count();
             let pending = self.forced_again.get(*task).copied().unwrap_or_default();
             if known.len() + stores.len() - again > MAX_FORCES || pending + again > MAX_FORCES {
-                let task = self.signals.task_name(*task).to_owned();
-                check.findings.push(Refusal::TooMany { task, most: MAX_FORCES });
+                let message = format!(
+                    "task \"{}\" has room for {MAX_FORCES} forces, and these would make it more",
+                    self.signals.task_name(*task)
+                );
+                check.refuse(Refusal::one(Code::Busy, "", message, "release some of them first"));
             }
         }
         self.check_at(&mut check, &request, stores.keys().copied(), next);
@@ -130,7 +143,7 @@ impl Operator {
         names: impl IntoIterator<Item = &'n str>,
         request: Request,
         next: &[u64],
-    ) -> Result<Prepared, Refusals> {
+    ) -> Result<Prepared, Refusal> {
         let mut check = Check::of_writing(self);
         check.note(self.permissions.check(Intent::Release));
         let mut slots: BTreeMap<usize, Vec<u32>> = BTreeMap::new();
@@ -154,7 +167,9 @@ impl Operator {
                 is_forced.then_some((signal.task, slot)).into_iter().collect()
             };
             if found.is_empty() && !Pattern::is_glob(name) {
-                check.findings.push(Refusal::NotForced { name: name.to_owned() });
+                let message = format!("\"{name}\" is not forced");
+                let help = "name a signal that is; `forces` lists them";
+                check.refuse(Refusal::one(Code::NotWritable, name, message, help));
             } else if found.is_empty() && !Pattern::is_for_all(name) {
                 // Nothing of it is forced, or not any more; it stands for some signals all the same.
                 check.matching(name);
@@ -178,7 +193,7 @@ impl Operator {
         names: impl IntoIterator<Item = &'n str>,
         offset: usize,
         limit: usize,
-    ) -> Result<(Prepared, usize), Refusals> {
+    ) -> Result<(Prepared, usize), Refusal> {
         let selection = Selection::of(&self.signals, names, offset, limit)?;
         let mut selection = selection.with_quality();
         let prepared = self.read(&mut selection).unwrap_or_else(|| read(Vec::new(), Vec::new()));
@@ -220,24 +235,42 @@ impl Operator {
 
     /// Whether a signal can be set at all, by the one who asks.
     fn settable(&self, signal: &Signal<'_>, request: &Request) -> Result<(), Refusal> {
-        let name = || signal.name.clone();
-        match signal.role {
-            Role::Parameter => Ok(()),
+        let name = &signal.name;
+        let (message, help) = match signal.role {
+            Role::Parameter => return Ok(()),
             Role::Input => {
                 let service = signal.service.filter(|_| self.feeds == Feeds::Services);
-                if service.is_none() && request.client == Client::Program {
-                    return Ok(());
+                match service {
+                    None if !request.is_remote => return Ok(()),
+                    None => (
+                        format!(
+                            "\"{name}\" is an input, which the program that runs the node gives"
+                        ),
+                        "have the program give it, or force it".into(),
+                    ),
+                    Some(service) => (
+                        format!("\"{name}\" is an input, which is read from service \"{service}\""),
+                        "publish the value there, or force it".into(),
+                    ),
                 }
-                Err(Refusal::Fed { name: name(), service: service.map(str::to_owned) })
             }
             Role::Wired => {
-                let source_name =
-                    self.signals_of(signal.task).source_name(signal.task, signal.slot);
-                Err(Refusal::Wired { name: name(), source_name })
+                let source = self.signals_of(signal.task).source_name(signal.task, signal.slot);
+                (
+                    format!("\"{name}\" is wired to \"{source}\", which would write over it"),
+                    format!("set what \"{source}\" is computed from, or force the pin"),
+                )
             }
-            Role::Output => Err(Refusal::Output { name: name() }),
-            Role::Ok | Role::Age => Err(Refusal::Quality { name: name() }),
-        }
+            Role::Output => (
+                format!("\"{name}\" is an output pin, which its block computes"),
+                "set an input pin of the block, or force it".into(),
+            ),
+            Role::Ok => (worth(name), "force it".into()),
+            Role::Age => {
+                (worth(name), "it counts by itself; force the input, or its \".ok\"".to_owned())
+            }
+        };
+        Err(Refusal::one(Code::NotWritable, name, message, help))
     }
 
     /// Whether a signal is there, and can be written, whichever engine its task has when a request comes
@@ -266,8 +299,7 @@ impl Operator {
         if let Value::Task { period_ns } = value
             && self.signals.task_of_period(period_ns).is_none()
         {
-            let (name, value_type) = (signal.name.clone(), signal.value_type);
-            return Err(Refusal::Value { name, value, value_type });
+            return Err(wrong_value(&signal.name, value, signal.value_type));
         }
         let mut slots = self.permissions_of(signal.task).map(|of| of.slot(signal, value));
         let first = slots.next().unwrap_or_else(|| self.permissions.slot(signal, value))?;
@@ -285,17 +317,18 @@ impl Operator {
         let next = next.get(task).copied().unwrap_or_default();
         let period_ns = self.signals.task(task).map_or(1, |task| task.period_ns);
         let ahead_ns = at.saturating_sub(next).saturating_mul(period_ns);
-        let why = if tasks.next().is_some() {
-            AtRefusal::SeveralTasks
+        let (why, help) = if tasks.next().is_some() {
+            let why = "the values are of several tasks, each of which counts its own cycles";
+            (why, "make one request for each task")
         } else if at < next {
-            AtRefusal::TooLate
+            ("it has begun", "name a later cycle, or none")
         } else if ahead_ns > MAX_AHEAD_NS {
-            AtRefusal::TooFar
+            ("it is more than 10 s ahead", "ask again when it is near")
         } else {
-            check.note(self.check_scheduled(&request.client, task));
+            check.note(self.check_scheduled(request, task));
             return;
         };
-        check.findings.push(Refusal::At { at, why });
+        check.refuse(Refusal::one(Code::TooLate, "", format!("cycle {at}: {why}"), help));
     }
 
     /// How many cycles of a task a force lasts; `None`: until it is released.
@@ -336,6 +369,11 @@ impl Operator {
             Some(self.signal_at(task, store.slot)?.name)
         })
     }
+}
+
+/// Why what tells the worth of an input cannot be set.
+fn worth(name: &str) -> String {
+    format!("\"{name}\" tells what the value of an input is worth, so it cannot be set")
 }
 
 fn read(work: Vec<(usize, Work)>, read_from: Vec<usize>) -> Prepared {

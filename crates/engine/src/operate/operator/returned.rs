@@ -1,18 +1,17 @@
 //! What comes back from the cycles: what was done, and what it did.
 
 use std::collections::HashMap;
-use std::sync::Arc;
 
-use isochrone_quality::Flags;
+use isochrone_model::{Action, AskedBy, Entry, Flags, Value};
 
 use super::{Forced, Held, Kind, Operator, Sent};
-use crate::operate::Value;
 use crate::operate::forces::{AtEnd, Ended};
-use crate::operate::journal::{Action, Changed, Client, Entry, Place, Record};
+use crate::operate::journal::{Changed, Place, Record};
 use crate::operate::order::{Asked, Look, Order, OrderState, Work};
 use crate::operate::store::Store;
 
 /// What has come of an order.
+#[expect(clippy::large_enum_variant, reason = "there is one for an order, which is moved once")]
 #[derive(Debug, Clone, PartialEq)]
 pub enum Done {
     /// It was applied. Values that the program gave to inputs are in no journal, and not among the
@@ -51,15 +50,14 @@ pub struct Reading {
 struct Settled {
     kind: Kind,
     parts: usize,
-    client: Client,
-    comment: Option<Arc<str>>,
+    by: AskedBy,
 }
 
 impl Operator {
     /// Takes an order back. `unix_ns` is now, in ns of UTC since 1970.
     pub fn done(&mut self, task: usize, order: Box<Order>, unix_ns: u64) -> Done {
         let number = order.number;
-        let Settled { kind, parts, client, comment } = self.settle(task, &order);
+        let Settled { kind, parts, by } = self.settle(task, &order);
         let OrderState::Applied { cycle } = order.state else {
             if let Work::Force { .. } = &order.work {
                 // The slots that it names may be those of the engine before.
@@ -69,20 +67,22 @@ impl Operator {
             }
             return Done::TooLate { transaction: number };
         };
+        let undone = match kind {
+            Kind::Undo { of } => Some(of),
+            _ => None,
+        };
+        let mut until = None;
         let (action, changes) = match order.work {
             Work::Read(look) => {
                 let is_moved = self.changes.get(task).is_some_and(|now| *now != order.changes);
                 return Done::Read(self.reading(number, task, cycle, &look, is_moved));
             }
             Work::Set { stores, .. } => {
-                let action = match kind {
-                    Kind::Undo { of } => Action::Undo { of },
-                    _ => Action::Set,
-                };
-                (action, self.written(task, number, action, &stores))
+                let action = if undone.is_some() { Action::Undo } else { Action::Set };
+                (action, self.written(task, number, undone, &stores))
             }
             Work::Force { stores, cycles, .. } => {
-                let until = cycles.map(|cycles| cycle.saturating_add(cycles));
+                until = cycles.map(|cycles| cycle.saturating_add(cycles));
                 for store in &stores {
                     let forces = self.forces.get_mut(task).and_then(|of| of.get_mut(&store.slot));
                     let Some(forces) = forces else { continue };
@@ -93,7 +93,7 @@ impl Operator {
                     }
                 }
                 let changed = |store: &Store| changed(store.slot, store.before, Some(store.value));
-                (Action::Force { until }, stores.iter().map(changed).collect())
+                (Action::Force, stores.iter().map(changed).collect())
             }
             Work::Release { ended, .. } => {
                 for Ended(force) in &ended {
@@ -103,7 +103,7 @@ impl Operator {
             }
         };
         let record = Record::new(number, (task, cycle), unix_ns, action, changes);
-        let record = Record { parts, client, comment, ..record };
+        let record = Record { parts, by, until, undone, ..record };
         // What the program gives to inputs is no operator's doing.
         if record.changes.is_empty() {
             return Done::Applied(self.entry(&record));
@@ -116,17 +116,17 @@ impl Operator {
         let Ended(force) = &ended;
         let transaction = force.number;
         let forced = self.forget(task, [force.slot], force.number);
-        let client = forced.map_or(Client::Program, |forced| forced.client);
+        let by = forced.map(|forced| AskedBy { comment: None, ..forced.by }).unwrap_or_default();
         let changes = [released(&ended)].into();
         let record = Record::new(transaction, (task, cycle), unix_ns, Action::Expiry, changes);
-        let record = Record { client, ..record };
+        let record = Record { by, ..record };
         self.add(record)
     }
 
     /// Notes that one of a transaction's orders has come back.
     fn settle(&mut self, task: usize, order: &Order) -> Settled {
         let Some(sent) = self.sent.get_mut(&order.number) else {
-            return Settled { kind: Kind::Read, parts: 1, client: Client::Program, comment: None };
+            return Settled { kind: Kind::Read, parts: 1, by: AskedBy::default() };
         };
         match &order.work {
             Work::Set { stores, .. } => {
@@ -144,8 +144,7 @@ impl Operator {
         sent.due.remove(&task);
         sent.tasks -= 1;
         let Sent { kind, parts, .. } = *sent;
-        let (client, comment) = (sent.client.clone(), sent.comment.clone());
-        let settled = Settled { kind, parts, client, comment };
+        let settled = Settled { kind, parts, by: sent.by.clone() };
         if sent.tasks == 0 {
             self.sent.remove(&order.number);
         }
@@ -178,11 +177,11 @@ impl Operator {
         &mut self,
         task: usize,
         number: u64,
-        action: Action,
+        undone: Option<u64>,
         stores: &[Store],
     ) -> Box<[Changed]> {
-        let restored: HashMap<u32, u64> = match action {
-            Action::Undo { of } => {
+        let restored: HashMap<u32, u64> = match undone {
+            Some(of) => {
                 let records = self.journal.changes_of(of).filter(|record| record.task == task);
                 let changes = records.flat_map(|record| &record.changes);
                 let restored = |changed: &Changed| match changed.place {
@@ -191,7 +190,7 @@ impl Operator {
                 };
                 changes.filter_map(restored).collect()
             }
-            _ => HashMap::new(),
+            None => HashMap::new(),
         };
         let mut write = |store: &Store| {
             let version = restored.get(&store.slot).copied().unwrap_or(number);

@@ -2,8 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::{Client, Operator, Sent};
-use crate::operate::refusal::Refusal;
+use isochrone_model::{AskedBy, Code, Refusal};
+
+use super::{Operator, Request, Sent};
 use crate::printable::escaped;
 
 /// Most requests of one client that may name later cycles of a task, so that it leaves others some room.
@@ -13,10 +14,10 @@ const MAX_OF_ALL: usize = 48;
 
 impl Operator {
     /// Whether another request of a client may name a later cycle of a task.
-    pub(super) fn check_scheduled(&self, client: &Client, task: usize) -> Result<(), Refusal> {
-        let who = who(client);
+    pub(super) fn check_scheduled(&self, request: &Request, task: usize) -> Result<(), Refusal> {
+        let who = who(&request.by, request.is_remote);
         let scheduled = || self.on_way_to(task).filter(|sent| sent.is_scheduled);
-        let of_client = || scheduled().filter(|sent| self::who(&sent.client) == who);
+        let of_client = || scheduled().filter(|sent| self::who(&sent.by, sent.is_remote) == who);
         let of_client_alone = of_client().count() >= MAX_OF_CLIENT;
         if !of_client_alone && scheduled().count() < MAX_OF_ALL {
             return Ok(());
@@ -24,13 +25,18 @@ impl Operator {
         let in_the_way: Vec<&Sent> =
             if of_client_alone { of_client().collect() } else { scheduled().collect() };
         let first = in_the_way.iter().filter_map(|sent| sent.due.get(&task)).min();
-        Err(Refusal::Scheduled {
-            task: self.signals.task_name(task).to_owned(),
-            most: if of_client_alone { MAX_OF_CLIENT } else { MAX_OF_ALL },
-            of_client_alone,
-            by: clients(in_the_way.iter().copied()),
-            first: first.copied().unwrap_or_default(),
-        })
+        let (most, whose) =
+            if of_client_alone { (MAX_OF_CLIENT, " of one client") } else { (MAX_OF_ALL, "") };
+        let message = format!(
+            "task \"{}\" keeps at most {most} requests{whose} for later cycles, and has {}",
+            self.signals.task_name(task),
+            clients(in_the_way.iter().copied())
+        );
+        let help = format!(
+            "ask without a cycle, or again after cycle {}, when the first of them has come",
+            first.copied().unwrap_or_default()
+        );
+        Err(Refusal::one(Code::Busy, "", message, help))
     }
 
     /// Whose requests to write a task has not come to yet, and how many: `40 of "anna" and 3 of process 4711`.
@@ -49,7 +55,7 @@ fn clients<'s>(sent: impl Iterator<Item = &'s Sent>) -> String {
     const NAMED: usize = 4;
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     for sent in sent {
-        *counts.entry(who(&sent.client)).or_default() += 1;
+        *counts.entry(who(&sent.by, sent.is_remote)).or_default() += 1;
     }
     let mut counts: Vec<(String, usize)> = counts.into_iter().collect();
     counts.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
@@ -66,11 +72,11 @@ fn clients<'s>(sent: impl Iterator<Item = &'s Sent>) -> String {
 
 /// As whom a client counts: a name stands for all processes that call themselves so, since each run of a verb is a
 /// process of its own.
-fn who(client: &Client) -> String {
-    match client {
-        Client::Program => "the program that runs the node".to_owned(),
-        Client::Other { name: Some(name), .. } => format!("\"{}\"", escaped(name)),
-        Client::Other { process: Some(process), .. } => format!("process {process}"),
-        Client::Other { .. } => "clients without a name".to_owned(),
+fn who(by: &AskedBy, is_remote: bool) -> String {
+    match by {
+        AskedBy { client: Some(name), .. } => format!("\"{}\"", escaped(name)),
+        AskedBy { process: Some(process), .. } => format!("process {process}"),
+        AskedBy { .. } if is_remote => "clients without a name".to_owned(),
+        AskedBy { .. } => "the program that runs the node".to_owned(),
     }
 }

@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use isochrone_model::Refusal;
+
 use super::check::Check;
 use crate::operate::Pattern;
 use crate::operate::quality::Behind;
-use crate::operate::refusal::Refusals;
 use crate::operate::signals::{Matches, Signal, Signals};
 
 /// Names that are looked at while others wait.
@@ -37,7 +38,7 @@ impl Selection {
         names: impl IntoIterator<Item = &'n str>,
         offset: usize,
         limit: usize,
-    ) -> Result<Self, Refusals> {
+    ) -> Result<Self, Refusal> {
         let names: Vec<&str> = names.into_iter().collect();
         let mut check = Check::new(signals);
         let (mut page, mut total) = (Vec::new(), 0);

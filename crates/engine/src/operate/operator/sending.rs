@@ -4,9 +4,9 @@ use std::collections::{HashMap, HashSet};
 
 use super::requests::sorted;
 use super::{Forced, Kind, Operator, Prepared, Request, Sent};
-use crate::operate::Value;
+use isochrone_model::{AskedBy, Value};
+
 use crate::operate::forces::Force;
-use crate::operate::journal::Client;
 use crate::operate::order::{Order, Work};
 use crate::operate::store::Store;
 
@@ -37,7 +37,7 @@ impl Operator {
                 Work::Force { stores, forces, again, .. } => {
                     forces.iter_mut().for_each(|force| force.number = number);
                     for store in stores.iter() {
-                        let is_again = self.note_force(*task, store, number, &request.client);
+                        let is_again = self.note_force(*task, store, number, &request.by);
                         *again += usize::from(is_again);
                     }
                     if let Some(pending) = self.forced_again.get_mut(*task) {
@@ -63,10 +63,9 @@ impl Operator {
         };
         self.writes += u64::from(is_write);
         let parts = writes.keys().map(|(task, _)| task).collect::<HashSet<_>>().len();
-        let Request { client, comment, at } = request;
+        let Request { by, at, is_remote } = request;
         let (is_scheduled, tasks) = (at.is_some(), orders.len());
-        let sent =
-            Sent { kind, client, comment, is_scheduled, due, tasks, parts, writes, releases };
+        let sent = Sent { kind, by, is_remote, is_scheduled, due, tasks, parts, writes, releases };
         if sent.tasks > 0 {
             self.sent.insert(number, sent);
         }
@@ -111,15 +110,14 @@ impl Operator {
     }
 
     /// Notes a force that is on its way; whether it takes the place of another.
-    fn note_force(&mut self, task: usize, store: &Store, number: u64, client: &Client) -> bool {
+    fn note_force(&mut self, task: usize, store: &Store, number: u64, by: &AskedBy) -> bool {
         let Some(signal) = self.signal_at(task, store.slot) else { return false };
         let forced = Forced {
             value: Value::of(store.value, signal.value_type),
             name: signal.name,
-            task,
             since: None,
             until: None,
-            client: client.clone(),
+            by: by.clone(),
             transaction: number,
         };
         let Some(forces) = self.forces.get_mut(task) else { return false };

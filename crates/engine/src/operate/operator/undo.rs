@@ -5,11 +5,12 @@ use std::collections::BTreeMap;
 use super::check::Check;
 use super::requests::{prepared, sorted};
 use super::{Kind, Operator, Prepared, Request};
-use crate::operate::Value;
+use isochrone_model::{Action, Code, Refusal, Value};
+
 use crate::operate::journal::{Changed, Place, Record};
 use crate::operate::order::Work;
 use crate::operate::permissions::Intent;
-use crate::operate::refusal::{Refusal, Refusals};
+use crate::operate::refusal;
 use crate::operate::store::Store;
 
 impl Operator {
@@ -23,7 +24,7 @@ impl Operator {
         transaction: u64,
         request: Request,
         next: &[u64],
-    ) -> Result<Prepared, Refusals> {
+    ) -> Result<Prepared, Refusal> {
         let mut check = Check::of_writing(self);
         check.is_empty = false;
         check.note(self.permissions.check(Intent::Set));
@@ -37,8 +38,8 @@ impl Operator {
                 }
             }
         }
-        // One reason for all that is taken back already.
-        check.findings.dedup_by(|a, b| a == b && matches!(a, Refusal::TakenBack { .. }));
+        // All that is taken back already has one reason.
+        check.dedup();
         self.check_at(&mut check, &request, stores.keys().copied(), next);
         check.end()?;
         let warnings = self.warn_of_set(&stores);
@@ -51,18 +52,24 @@ impl Operator {
     /// Whether a transaction is one that sets, and is known whole.
     fn check_undoable(&self, transaction: u64) -> Result<(), Refusal> {
         if self.sent.contains_key(&transaction) {
-            return Err(Refusal::Waiting { transaction });
+            return Err(refusal::waiting(transaction));
         }
         let mut records = self.journal.changes_of(transaction);
         if let Some(record) = records.next() {
             // The journal forgets entry by entry.
             let is_whole = record.parts == records.count() + 1;
-            return is_whole.then_some(()).ok_or(Refusal::UnknownTransaction { transaction });
+            return is_whole.then_some(()).ok_or_else(|| refusal::unknown_transaction(transaction));
         }
         Err(match self.journal.action_of(transaction) {
-            Some(action) => Refusal::NoSet { transaction, action: action.as_str() },
-            None if (1..self.first).contains(&transaction) => Refusal::EarlierRun { transaction },
-            None => Refusal::UnknownTransaction { transaction },
+            Some(action) => no_set(transaction, action),
+            None if (1..self.first).contains(&transaction) => {
+                let message = format!(
+                    "transaction {transaction} is of an earlier run of the node, which cannot be undone"
+                );
+                let help = "set what it changed; `isochrone journal FILE.jsonl` shows that";
+                Refusal::one(Code::UnknownName, "", message, help)
+            }
+            None => refusal::unknown_transaction(transaction),
         })
     }
 
@@ -72,22 +79,39 @@ impl Operator {
         let slot = match &changed.place {
             Place::Slot(slot) => *slot,
             Place::Gone(signal) => {
-                return Err(Refusal::Gone { name: signal.0.clone(), transaction });
+                let name = &signal.0;
+                let message =
+                    format!("\"{name}\", which transaction {transaction} set, is gone since");
+                let help = "set what took its place";
+                return Err(Refusal::one(Code::Conflict, name, message, help));
             }
         };
         let key = (record.task, slot);
-        let gone = || Refusal::UnknownTransaction { transaction };
+        let gone = || refusal::unknown_transaction(transaction);
         let signal = self.signal_at(record.task, slot).ok_or_else(gone)?;
         let held = self.values.get(&key);
         if held.is_none_or(|held| held.version != changed.versions.1) {
             return Err(match self.journal.taken_back_by(transaction) {
-                Some(by) => Refusal::TakenBack { transaction, by },
-                None => Refusal::Conflict { name: signal.name, transaction },
+                Some(by) => {
+                    let message =
+                        format!("transaction {transaction} is already undone, by transaction {by}");
+                    let help = format!("undo {by} to have its values again");
+                    Refusal::one(Code::Conflict, "", message, help)
+                }
+                None => {
+                    let name = signal.name;
+                    let message = format!("\"{name}\" was changed since transaction {transaction}");
+                    let help = "undo what changed it first, or set it";
+                    Refusal::one(Code::Conflict, name, message, help)
+                }
             });
         }
         let is_moving = |(_, sent): &(&u64, &super::Sent)| sent.writes.contains_key(&key);
         if let Some((&by, _)) = self.sent.iter().find(is_moving) {
-            return Err(Refusal::Moving { name: signal.name, by });
+            let name = signal.name;
+            let message = format!("transaction {by} is about to change \"{name}\"");
+            let help = format!("undo {by} first, once it has been applied");
+            return Err(Refusal::one(Code::Conflict, name, message, help));
         }
         self.permissions.check_name(&signal)?;
         self.check_not_given(&signal)?;
@@ -100,4 +124,16 @@ impl Operator {
         }
         Ok(Store::new(slot as usize, changed.before))
     }
+}
+
+/// A transaction did something else than to set values.
+fn no_set(transaction: u64, action: Action) -> Refusal {
+    let (deed, help) = match action {
+        Action::Apply => ("an apply", "apply the configuration from before it to go back"),
+        Action::Force => ("a force", "release what it forces"),
+        Action::Expiry => ("an expiry", "force it again"),
+        Action::Release | Action::Set | Action::Undo => ("a release", "force it again"),
+    };
+    let message = format!("transaction {transaction} is {deed}, which cannot be undone");
+    Refusal::one(Code::NotWritable, "", message, help)
 }

@@ -2,10 +2,12 @@
 
 use std::cmp::Ordering;
 
+use isochrone_model::Refusal;
+
 use super::Signals;
 use crate::nearest::{Known, listing};
 use crate::operate::pattern::Pattern;
-use crate::operate::refusal::Refusal;
+use crate::operate::refusal;
 
 /// Names that a misspelt one is compared with, of each kind: comparing takes some microseconds a name.
 const COMPARED: usize = 4096;
@@ -13,7 +15,7 @@ const COMPARED: usize = 4096;
 impl Signals {
     /// Help for a name that there is not.
     pub(in crate::operate) fn unknown(&self, name: &str) -> Refusal {
-        Refusal::Unknown { name: name.to_owned(), help: self.meant(name) }
+        refusal::unknown(name, self.meant(name))
     }
 
     /// How many names a misspelt one is compared with: blocks and inputs, or pins.

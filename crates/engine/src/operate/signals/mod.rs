@@ -8,9 +8,8 @@ mod published;
 mod sources;
 
 use isochrone_blocks::{BlockType, Ob, Pin, PinDefault, PinType};
+use isochrone_model::{Refusal, Role, Value};
 
-use super::refusal::Refusal;
-use super::value::Value;
 use crate::plan::{InputPart, WirePlan};
 
 pub(super) use kept::{ChangedPin, Kept};
@@ -82,37 +81,6 @@ struct Run {
     block_type: BlockType,
     /// The slots of its input pins as they were configured.
     constants: Box<[f64]>,
-}
-
-/// What a signal is to an operator.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Role {
-    /// A value from another process.
-    Input,
-    /// An input pin that no wire leads to; it can be set.
-    Parameter,
-    /// An input pin that a wire leads to.
-    Wired,
-    /// An output pin.
-    Output,
-    /// Whether an input's value is good.
-    Ok,
-    /// How old an input's value is.
-    Age,
-}
-
-impl Role {
-    /// Its word in results: `input`, `parameter`, `wired`, `output`, `ok`, `age`.
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::Input => "input",
-            Self::Parameter => "parameter",
-            Self::Wired => "wired",
-            Self::Output => "output",
-            Self::Ok => "ok",
-            Self::Age => "age",
-        }
-    }
 }
 
 /// A named value of a node.
@@ -188,6 +156,11 @@ impl Signals {
         pins - self.tasks.get(task).map_or(0, |task| task.wires.len())
     }
 
+    /// The index of the task of a name.
+    pub(super) fn task_index(&self, name: &str) -> Option<usize> {
+        self.tasks.iter().position(|task| task.name == name)
+    }
+
     pub(super) fn task(&self, task: usize) -> Option<&Task> {
         self.tasks.get(task)
     }
@@ -195,7 +168,7 @@ impl Signals {
     /// Looks up a name.
     ///
     /// # Errors
-    /// There is no such signal; [`Refusal::Unknown`] says which one was meant.
+    /// There is no such signal; the help says which one was meant.
     pub fn find(&self, name: &str) -> Result<Signal<'_>, Refusal> {
         self.locate(name).ok_or_else(|| self.unknown(name))
     }

@@ -1,7 +1,7 @@
 //! `control`, `[[protect]]`, `[limits]` and pins of single instances: what they do, and mistakes in them.
 
 use isochrone_engine::Problem::*;
-use isochrone_engine::config::Control;
+use isochrone_model::Access;
 
 use crate::findings::{VALID, assert_rows, plan};
 
@@ -9,8 +9,8 @@ const NODE: &str = "name = \"level\"\n";
 
 #[test]
 fn a_node_may_be_set_but_not_forced_unless_it_says_otherwise() {
-    assert_eq!(plan(VALID).unwrap().control, Control::Set);
-    for control in Control::ALL {
+    assert_eq!(plan(VALID).unwrap().control, Access::Set);
+    for control in Access::ALL {
         let line = format!("{NODE}control = \"{}\"\n", control.as_str());
         let text = VALID.replacen(NODE, &line, 1);
         assert_eq!(plan(&text).unwrap().control, control);

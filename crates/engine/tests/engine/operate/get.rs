@@ -1,6 +1,7 @@
 //! Values that are read, of a cycle each, and what is looked for.
 
 use isochrone_engine::operate::*;
+use isochrone_model::*;
 
 use crate::operate::hand::Hand;
 use crate::operate::level::NODE;
@@ -24,7 +25,7 @@ fn values_are_read_after_the_blocks_of_one_cycle_have_stepped() {
     let (page, total) = hand.operator.get(names, 2, 1).unwrap();
     assert_eq!((page.tasks().collect::<Vec<_>>(), total), (vec![0], 4));
     let refused = hand.operator.get(["scale.yy", "nobody.*"], 0, 99).unwrap_err();
-    assert_eq!(refused.findings().len(), 2);
+    assert_eq!(refused.findings.len(), 2);
 }
 
 #[test]
@@ -56,7 +57,8 @@ fn a_misspelt_name_among_thousands_is_told_the_one_that_begins_alike() {
     let blocks: String = (0..5000).map(block).collect();
     let text = format!("[node]\nname = \"n\"\n[[task]]\nname = \"t\"\nperiod = \"1s\"\n{blocks}");
     let hand = Hand::new(&text);
-    let help = |name| hand.operator.get([name], 0, 1).unwrap_err().findings()[0].help();
+    let help =
+        |name| hand.operator.get([name], 0, 1).unwrap_err().findings[0].help.clone().unwrap();
     assert!(help("b47777.value").starts_with("did you mean \"b477"), "{}", help("b47777.value"));
     assert!(help("x.value").starts_with("there are 5000: b0, b1, b10, "), "{}", help("x.value"));
 }
@@ -75,7 +77,7 @@ fn what_a_request_makes_a_large_node_look_for_is_bounded() {
     assert!(all > 1_000_000);
     let unknown: Vec<String> = (0..4096).map(|n| format!("ramp.*{n}.valeu")).collect();
     let names = || unknown.iter().map(String::as_str);
-    assert_eq!(hand.operator.get(names(), 0, 1).unwrap_err().findings().len(), 4096);
+    assert_eq!(hand.operator.get(names(), 0, 1).unwrap_err().findings.len(), 4096);
     let refused = hand.operator.release(names(), Request::default(), &hand.next).unwrap_err();
-    assert_eq!(refused.findings().len(), 4096);
+    assert_eq!(refused.findings.len(), 4096);
 }

@@ -2,6 +2,7 @@
 
 use isochrone_engine::operate::*;
 use isochrone_engine::{Plan, Rules, Source, TaskEngine};
+use isochrone_model::*;
 
 /// When everything comes back from its cycle.
 pub(crate) const UNIX_NS: u64 = 7;
@@ -40,7 +41,7 @@ impl Hand {
         }
     }
 
-    pub(crate) fn send(&mut self, prepared: Result<Prepared, Refusals>) -> u64 {
+    pub(crate) fn send(&mut self, prepared: Result<Prepared, Refusal>) -> u64 {
         let (number, orders) = self.operator.send(prepared.unwrap());
         for (task, order) in orders {
             self.inboxes[task].take(order).unwrap();

@@ -2,14 +2,16 @@
 
 use isochrone_engine::TaskEngine;
 use isochrone_engine::operate::*;
+use isochrone_model::*;
 
 use crate::operate::hand::{Hand, plan};
-use crate::operate::level::{NODE, refusals};
+use crate::operate::level::{NODE, messages};
 
 #[test]
 fn what_waits_for_its_cycle_is_told_until_it_has_come() {
     let mut hand = Hand::new(NODE);
-    let request = Request { at: Some(2), comment: Some("later".into()), ..Request::default() };
+    let by = AskedBy { comment: Some("later".into()), ..AskedBy::default() };
+    let request = Request { at: Some(2), by, ..Request::default() };
     let values = [("free.value", 3.0.into()), ("free.setChangeRate", 2.0.into())];
     let prepared = hand.operator.set(values, request.clone(), &hand.next);
     let set = hand.send(prepared);
@@ -24,8 +26,14 @@ fn what_waits_for_its_cycle_is_told_until_it_has_come() {
     assert_eq!(
         told(&hand),
         [
-            (set, "set", 1, 2, vec![name("free.setChangeRate"), name("free.value")]),
-            (force, "force", 1, 2, vec![name("free.value")]),
+            (
+                set,
+                Action::Set,
+                name("slow"),
+                2,
+                vec![name("free.setChangeRate"), name("free.value")]
+            ),
+            (force, Action::Force, name("slow"), 2, vec![name("free.value")]),
         ]
     );
     (0..3).for_each(|_| hand.step(1));
@@ -40,20 +48,25 @@ fn what_names_no_cycle_waits_with_its_new_values_for_the_next_of_each_task() {
     hand.force([("free.setChangeRate", 4.0.into())], Hold::UntilReleased);
     let told = |hand: &Hand| -> Vec<_> {
         let pending = hand.operator.pending();
-        pending.map(|one| (one.action, one.cycle, one.names, one.values)).collect()
+        pending.map(|one| (one.action, one.cycle, one.names, one.values.0)).collect()
     };
     let names = |name: &str| vec![name.to_owned()];
     assert_eq!(
         told(&hand),
         [
-            ("set", 2, names("free.value"), vec![3.0.into()]),
-            ("force", 2, names("free.setChangeRate"), vec![4.0.into()]),
+            (Action::Set, 2, names("free.value"), vec![("free.value".into(), 3.0.into())]),
+            (
+                Action::Force,
+                2,
+                names("free.setChangeRate"),
+                vec![("free.setChangeRate".into(), 4.0.into())],
+            ),
         ]
     );
     hand.step(1);
     assert_eq!(told(&hand), []);
     hand.release("free.setChangeRate");
-    assert_eq!(told(&hand), [("release", 3, names("free.setChangeRate"), vec![])]);
+    assert_eq!(told(&hand), [(Action::Release, 3, names("free.setChangeRate"), vec![])]);
     hand.step(1);
     assert_eq!(told(&hand), []);
 }
@@ -61,11 +74,9 @@ fn what_names_no_cycle_waits_with_its_new_values_for_the_next_of_each_task() {
 #[test]
 fn the_journal_tells_what_was_done_in_order_by_whom_and_why() {
     let mut hand = Hand::new(NODE);
-    let request = Request {
-        client: Client::Other { name: Some("anna".into()), process: Some(7) },
-        comment: Some("test".into()),
-        at: None,
-    };
+    let by =
+        AskedBy { client: Some("anna".into()), process: Some(7), comment: Some("test".into()) };
+    let request = Request { at: None, by: by.clone(), is_remote: true };
     let prepared = hand.operator.set([("free.value", 1.0.into())], request, &hand.next);
     hand.send(prepared);
     hand.force([("free.value", 2.0.into())], Hold::Seconds(1.0));
@@ -75,8 +86,7 @@ fn the_journal_tells_what_was_done_in_order_by_whom_and_why() {
     let actions: Vec<_> =
         entries.iter().map(|e| (e.sequence, e.action.as_str(), e.cycle)).collect();
     assert_eq!(actions, [(1, "set", 0), (2, "force", 0), (3, "expiry", 1)]);
-    assert_eq!(entries[0].client, Client::Other { name: Some("anna".into()), process: Some(7) });
-    assert_eq!(entries[0].comment.as_deref(), Some("test"));
+    assert_eq!(entries[0].by, by);
     assert_eq!(hand.operator.journal(3).count(), 1);
 }
 
@@ -129,21 +139,25 @@ fn an_entry_of_another_node_is_refused_with_all_that_does_not_fit() {
     let entry = Entry {
         sequence: 1,
         transaction: 1,
-        task: 0,
+        action: Action::Set,
+        task: "fast".into(),
         cycle: 3,
         unix_ns: 0,
-        action: Action::Set,
+        until_cycle: None,
+        undone: None,
         changes: vec![
             change("rampp.0.setChangeRate", 1.0.into()),
             change("free.setChangeRate", 1.0.into()),
             change("guard.setChangeRate", true.into()),
         ],
-        client: Client::Program,
-        comment: None,
+        left_out: 0,
+        by: AskedBy::default(),
         configuration: None,
+        applied: None,
     };
     let refused = Replay::new(&plan).check(&entry).unwrap_err();
-    let told: Vec<String> = refused.findings().iter().map(|finding| finding.help()).collect();
+    let told: Vec<String> =
+        refused.findings.iter().map(|finding| finding.help.clone().unwrap()).collect();
     assert_eq!(told.len(), 3, "{refused}");
     assert!(told[0].contains("ramp"), "{told:?}");
     assert_eq!(told[1..], ["it is a signal of task \"slow\"", "write a number"]);
@@ -160,19 +174,22 @@ fn nothing_is_changed_while_the_journal_cannot_be_written_but_a_force_can_be_rel
     hand.operator.set_unwritten(Some(Unwritten::ForNow(unwritten.into())));
     let set = [("ramp.0.setChangeRate", 30.0.into())];
     let refused = hand.operator.set(set, Request::default(), &hand.next).unwrap_err();
-    assert_eq!(refused.kind(), RefusalKind::Forbidden);
+    assert_eq!(refused.code, Code::Forbidden);
     let told = "nothing can be changed while the journal j cannot be written (disk full)";
-    assert_eq!(refused.findings()[0].to_string(), told);
+    assert_eq!(refused.findings[0].message, told);
     let force =
         hand.operator.force([("raw", 1.into())], Hold::UntilReleased, Request::default(), &[0, 0]);
-    assert_eq!(refusals(force)[0].to_string(), told);
+    assert!(messages(force)[0].starts_with(told));
     assert!(hand.operator.get(["raw"], 0, 1).is_ok());
     assert_eq!(hand.release("ramp.*.value"), 43);
     hand.steps(1);
     assert_eq!(hand.operator.forces().count(), 0);
     hand.operator.set_unwritten(Some(Unwritten::ForGood(unwritten.into())));
     let refused = hand.operator.set(set, Request::default(), &hand.next).unwrap_err();
-    assert!(refused.findings()[0].help().starts_with("start the node again"), "{refused}");
+    assert!(
+        refused.findings[0].help.as_ref().unwrap().starts_with("start the node again"),
+        "{refused}"
+    );
     hand.operator.set_unwritten(None);
     assert_eq!(hand.set(set), 44);
 }

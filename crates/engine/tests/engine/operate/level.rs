@@ -1,6 +1,7 @@
 //! The node `level`, and what its operator refuses.
 
 use isochrone_engine::operate::*;
+use isochrone_model::*;
 
 /// A node with a fast and a slow task, a protected block and limits for ramps, and what is given.
 macro_rules! level {
@@ -127,10 +128,7 @@ signals = ["after.delayedValue"]
 "#
 );
 
-pub(crate) fn refusals(result: Result<Prepared, Refusals>) -> Vec<Refusal> {
-    result.unwrap_err().findings().to_vec()
-}
-
-pub(crate) fn messages(result: Result<Prepared, Refusals>) -> Vec<String> {
-    refusals(result).iter().map(|r| format!("{r}; {}", r.help())).collect()
+/// All that is wrong with a request, each with its way out.
+pub(crate) fn messages(result: Result<Prepared, Refusal>) -> Vec<String> {
+    result.unwrap_err().findings.iter().map(Finding::to_string).collect()
 }

@@ -1,8 +1,9 @@
 //! What signals that are read are worth.
 
 use isochrone_engine::Reading;
-use isochrone_engine::operate::{Done, Hold, Request, Role};
-use isochrone_quality::Flags;
+use isochrone_engine::operate::{Done, Request};
+use isochrone_model::Flags;
+use isochrone_model::{Hold, Role, Value};
 
 use crate::operate::hand::{Hand, draft};
 use crate::two_tasks::{TASKS, input, output, ramp};
@@ -98,7 +99,7 @@ fn a_signal_has_the_flags_of_a_frame_with_it_alone_whatever_is_stale_or_forced()
         let value = match hand.operator.signals().find(name).unwrap().value_type.as_str() {
             "BOOL" => true.into(),
             "LREAL" => 2.0.into(),
-            _ => isochrone_engine::operate::Value::Integer(2),
+            _ => Value::Integer(2),
         };
         hand.force([(name, value)], Hold::UntilReleased);
         hand.steps(3);

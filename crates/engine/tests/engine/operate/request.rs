@@ -1,9 +1,10 @@
 //! What is refused of a request before anything is sent to a task.
 
 use isochrone_engine::operate::*;
+use isochrone_model::*;
 
 use crate::operate::hand::Hand;
-use crate::operate::level::{NODE, messages, refusals};
+use crate::operate::level::{NODE, messages};
 
 #[test]
 fn a_request_is_answered_with_all_that_is_wrong_with_it() {
@@ -49,15 +50,16 @@ fn ten_thousand_unknown_names_are_refused_one_by_one() {
     let hand = Hand::new(NODE);
     let names: Vec<String> = (0..10_000).map(|n| format!("nobody{n}.x")).collect();
     let values = names.iter().map(|name| (name.as_str(), Value::from(1.0)));
-    assert_eq!(refusals(hand.operator.set(values, Request::default(), &[0, 0])).len(), 10_000);
+    assert_eq!(messages(hand.operator.set(values, Request::default(), &[0, 0])).len(), 10_000);
 }
 
 #[test]
 fn a_request_for_nothing_is_refused() {
     let hand = Hand::new(NODE);
     let none: [(&str, Value); 0] = [];
-    assert_eq!(refusals(hand.operator.set(none, Request::default(), &[0, 0])), [Refusal::Empty]);
-    assert_eq!(refusals(hand.operator.release([], Request::default(), &[0, 0])), [Refusal::Empty]);
+    let empty = ["the request names no signal; name at least one"];
+    assert_eq!(messages(hand.operator.set(none, Request::default(), &[0, 0])), empty);
+    assert_eq!(messages(hand.operator.release([], Request::default(), &[0, 0])), empty);
 }
 
 #[test]
@@ -68,7 +70,7 @@ fn what_the_configuration_does_not_allow_is_refused_with_what_would() {
         let set = hand.operator.set(values, Request::default(), &[0, 0]);
         assert_eq!(set.is_ok(), may_set, "{control}");
         let force = hand.operator.force(values, Hold::UntilReleased, Request::default(), &[0, 0]);
-        assert_eq!(force.as_ref().unwrap_err().kind(), RefusalKind::Forbidden);
+        assert_eq!(force.as_ref().unwrap_err().code, Code::Forbidden);
         let found = messages(force);
         let sentence = format!("[node] control = \"{control}\" does not allow forcing a signal");
         assert!(
@@ -85,23 +87,25 @@ fn a_cycle_that_nothing_can_wait_for_is_refused() {
     let why = |values: &[(&str, Value)], at| {
         let request = Request { at: Some(at), ..Request::default() };
         let refused = hand.operator.set(values.iter().copied(), request, &next);
-        let [Refusal::At { why, .. }] = refusals(refused)[..] else { panic!() };
-        why
+        let refused = messages(refused);
+        assert_eq!(refused.len(), 1, "{refused:?}");
+        refused[0].split_once(": ").unwrap().1.to_owned()
     };
     let fast = ("scale.y1", Value::from(1.0));
     let slow = ("free.value", Value::from(1.0));
-    assert_eq!(why(&[fast], 499), AtRefusal::TooLate);
-    assert_eq!(why(&[fast], 601), AtRefusal::TooFar);
-    assert_eq!(why(&[fast], u64::MAX), AtRefusal::TooFar);
-    assert_eq!(why(&[fast, slow], 510), AtRefusal::SeveralTasks);
+    assert_eq!(why(&[fast], 499), "it has begun; name a later cycle, or none");
+    let too_far = "it is more than 10 s ahead; ask again when it is near";
+    assert_eq!(why(&[fast], 601), too_far);
+    assert_eq!(why(&[fast], u64::MAX), too_far);
+    assert!(why(&[fast, slow], 510).starts_with("the values are of several tasks"));
     let request = Request { at: Some(600), ..Request::default() };
     assert!(hand.operator.set([fast], request, &next).is_ok());
 }
 
 /// A request of a client for a later cycle.
 fn later(client: &str, process: u32, at: u64) -> Request {
-    let client = Client::Other { name: Some(client.into()), process: Some(process) };
-    Request { at: Some(at), client, comment: None }
+    let by = AskedBy { client: Some(client.into()), process: Some(process), comment: None };
+    Request { at: Some(at), by, is_remote: true }
 }
 
 #[test]
@@ -115,7 +119,7 @@ fn requests_of_one_client_for_later_cycles_leave_others_some_room() {
         hand.send(prepared);
     }
     let refused = hand.operator.set(value, later("anna", 99, 90), &hand.next);
-    assert_eq!(refused.as_ref().unwrap_err().kind(), RefusalKind::Busy);
+    assert_eq!(refused.as_ref().unwrap_err().code, Code::Busy);
     assert_eq!(
         messages(refused),
         [

@@ -1,6 +1,7 @@
 //! Parameters that are set: in which cycle, and what is warned of.
 
 use isochrone_engine::operate::*;
+use isochrone_model::*;
 
 use crate::operate::hand::Hand;
 use crate::operate::level::NODE;
@@ -13,7 +14,7 @@ fn all_values_of_a_task_are_set_before_one_cycle_which_is_told_with_what_was_the
     assert_eq!(hand.value("scale.y1"), 0.0);
     hand.step(0);
     let [entry] = &hand.entries()[..] else { panic!() };
-    assert_eq!((entry.transaction, entry.task, entry.cycle), (number, 0, 1));
+    assert_eq!((entry.transaction, &*entry.task, entry.cycle), (number, "fast", 1));
     let mut before: Vec<_> = entry.changes.iter().map(|c| (c.name.as_str(), c.before)).collect();
     before.sort_by_key(|(name, _)| *name);
     assert_eq!(
@@ -31,8 +32,8 @@ fn values_of_several_tasks_are_set_before_a_cycle_of_each() {
     hand.step(0);
     let entries = hand.entries();
     assert_eq!(
-        entries.iter().map(|e| (e.transaction, e.task)).collect::<Vec<_>>(),
-        [(number, 1), (number, 0)]
+        entries.iter().map(|e| (e.transaction, &*e.task)).collect::<Vec<_>>(),
+        [(number, "slow"), (number, "fast")]
     );
 }
 

@@ -2,6 +2,7 @@
 
 use isochrone_engine::operate::*;
 use isochrone_engine::{Plan, Rules, Source};
+use isochrone_model::*;
 
 use crate::operate::hand::Hand;
 use crate::operate::level::NODE;
@@ -47,7 +48,8 @@ fn a_name_that_is_not_there_is_answered_with_the_one_that_was_meant() {
     ];
     for (name, help) in rows {
         let refusal = hand.operator.signals().find(name).unwrap_err();
-        assert!(refusal.help().contains(help), "{name}: {}", refusal.help());
+        let found = refusal.findings[0].help.as_deref().unwrap();
+        assert!(found.contains(help), "{name}: {found}");
     }
 }
 

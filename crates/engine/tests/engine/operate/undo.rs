@@ -1,28 +1,24 @@
 //! Sets that are taken back.
 
 use isochrone_engine::operate::*;
+use isochrone_model::*;
 
 use crate::operate::hand::Hand;
-use crate::operate::level::{NODE, refusals};
+use crate::operate::level::{NODE, messages};
 
 #[test]
 fn a_set_is_taken_back_whole_and_only_while_nothing_else_has_changed_it() {
     let mut hand = Hand::new(NODE);
     let undo = |hand: &Hand, number| hand.operator.undo(number, Request::default(), &hand.next);
     let first = hand.set([("free.value", 1.0.into()), ("free.setChangeRate", 2.0.into())]);
-    assert!(
-        matches!(refusals(undo(&hand, first))[..], [Refusal::Waiting { .. }]),
-        "it is on its way"
-    );
+    let still_to_come =
+        |number| [format!("transaction {number} is still to come; ask again when it has")];
+    assert_eq!(messages(undo(&hand, first)), still_to_come(first));
     hand.step(1);
     let second = hand.set([("free.value", 3.0.into())]);
-    assert_eq!(
-        undo(&hand, first).unwrap_err().kind(),
-        RefusalKind::Conflict,
-        "the second is on its way"
-    );
+    assert_eq!(undo(&hand, first).unwrap_err().code, Code::Conflict, "the second is on its way");
     hand.step(1);
-    assert_eq!(undo(&hand, first).unwrap_err().kind(), RefusalKind::Conflict);
+    assert_eq!(undo(&hand, first).unwrap_err().code, Code::Conflict);
     let prepared = undo(&hand, second);
     let third = hand.send(prepared);
     hand.step(1);
@@ -31,10 +27,10 @@ fn a_set_is_taken_back_whole_and_only_while_nothing_else_has_changed_it() {
     hand.send(prepared);
     hand.step(1);
     assert_eq!((hand.value("free.value"), hand.value("free.setChangeRate")), (25.0, 10.0));
-    assert_eq!(undo(&hand, third).unwrap_err().kind(), RefusalKind::Conflict);
-    assert_eq!(undo(&hand, 99).unwrap_err().kind(), RefusalKind::UnknownName);
+    assert_eq!(undo(&hand, third).unwrap_err().code, Code::Conflict);
+    assert_eq!(undo(&hand, 99).unwrap_err().code, Code::UnknownName);
     let last = hand.entries().pop().unwrap();
-    assert_eq!(last.action, Action::Undo { of: first });
+    assert_eq!((last.action, last.undone), (Action::Undo, Some(first)));
 }
 
 #[test]
@@ -49,8 +45,9 @@ fn a_set_of_which_the_journal_has_dropped_a_part_is_not_taken_back_by_half() {
     }
     let known = |entry: &Entry| entry.transaction == both;
     assert_eq!(hand.operator.journal(0).filter(known).count(), 1, "one part is dropped");
-    let refused = refusals(hand.operator.undo(both, Request::default(), &hand.next));
-    assert_eq!(refused, [Refusal::UnknownTransaction { transaction: both }]);
+    let refused = messages(hand.operator.undo(both, Request::default(), &hand.next));
+    let unknown = format!("there is no transaction {both} that set values and that is still known");
+    assert!(refused.len() == 1 && refused[0].starts_with(&unknown), "{refused:?}");
 }
 
 #[test]
@@ -62,25 +59,30 @@ fn a_refused_undo_gives_the_reason_that_is_true() {
     let at = Request { at: Some(3), ..Request::default() };
     let prepared = hand.operator.set([("free.value", 3.0.into())], at, &hand.next);
     let later = hand.send(prepared);
-    let name = "free.value".to_owned();
-    assert_eq!(refusals(undo(&hand, first)), [Refusal::Moving { name, by: later }]);
-    assert_eq!(refusals(undo(&hand, later)), [Refusal::Waiting { transaction: later }]);
+    let moving = format!(
+        "transaction {later} is about to change \"free.value\"; undo {later} first, once it has been applied"
+    );
+    assert_eq!(messages(undo(&hand, first)), [moving]);
+    let waiting = format!("transaction {later} is still to come; ask again when it has");
+    assert_eq!(messages(undo(&hand, later)), [waiting]);
     (1..4).for_each(|_| hand.step(1));
     let prepared = undo(&hand, later);
     let of_later = hand.send(prepared);
     hand.step(1);
-    let taken_back = format!("transaction {later} is already undone, by transaction {of_later}");
-    let refused = refusals(undo(&hand, later));
-    assert_eq!(refused, [Refusal::TakenBack { transaction: later, by: of_later }]);
-    assert_eq!(refused[0].to_string(), taken_back);
+    let taken_back = format!(
+        "transaction {later} is already undone, by transaction {of_later}; undo {of_later} to have its values \
+         again"
+    );
+    assert_eq!(messages(undo(&hand, later)), [taken_back]);
     let prepared = undo(&hand, of_later);
     hand.send(prepared);
     hand.step(1);
     assert!(undo(&hand, later).is_ok(), "its undo was undone");
     let force = hand.force([("free.value", 1.0.into())], Hold::UntilReleased);
     hand.step(1);
-    let refused = refusals(undo(&hand, force));
-    assert_eq!(refused, [Refusal::NoSet { transaction: force, action: "force" }]);
+    let no_set =
+        format!("transaction {force} is a force, which cannot be undone; release what it forces");
+    assert_eq!(messages(undo(&hand, force)), [no_set]);
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use isochrone_engine::TaskEngine;
 use isochrone_engine::operate::*;
+use isochrone_model::*;
 
 use crate::operate::hand::{Hand, plan};
 

@@ -9,8 +9,9 @@ use std::rc::Rc;
 
 use crate::graphs::{configuration_with, entries, entry_choice};
 use action::action;
-use isochrone_engine::operate::{Feeds, Inbox, Operator, Signals, Value};
+use isochrone_engine::operate::{Feeds, Inbox, Operator, Signals};
 use isochrone_engine::{Flags, TaskEngine};
+use isochrone_model::Value;
 use node::{Hand, is_entered, plan};
 use proptest::prelude::*;
 use request::{ask, read};
@@ -62,7 +63,7 @@ proptest! {
                 let expected = Value::of(reference.now[&name], *pin_type);
                 prop_assert_eq!(format!("{}", value), format!("{expected}"), "{}", name);
             }
-            let mut forced: Vec<String> = hand.operator.forces().filter(|f| f.task == task && f.since.is_some()).map(|f| f.name.clone()).collect();
+            let mut forced: Vec<String> = hand.operator.forces().map(|force| force.name).filter(|name| reference.task_of(name) == task).collect();
             let mut expected: Vec<String> = reference.forces.keys().filter(|name| reference.task_of(name) == task).cloned().collect();
             forced.sort();
             expected.sort();

@@ -2,10 +2,9 @@
 
 use std::rc::Rc;
 
-use isochrone_engine::operate::{
-    Done, Inbox, Operator, Prepared, Refusals, Replacement, Replay, Signals, Value,
-};
+use isochrone_engine::operate::{Done, Inbox, Operator, Prepared, Replacement, Replay, Signals};
 use isochrone_engine::{Plan, Rules, Source, TaskEngine};
+use isochrone_model::{Entry, Refusal, Value};
 use proptest::prelude::*;
 
 use crate::graphs::EntryChoice;
@@ -50,7 +49,7 @@ pub(crate) fn plan(text: &str) -> Result<Plan, TestCaseError> {
 }
 
 impl Hand {
-    pub(crate) fn send(&mut self, prepared: Result<Prepared, Refusals>) -> u64 {
+    pub(crate) fn send(&mut self, prepared: Result<Prepared, Refusal>) -> u64 {
         let (number, orders) = self.operator.send(prepared.unwrap());
         orders.into_iter().for_each(|(task, order)| self.inboxes[task].take(order).unwrap());
         number
@@ -102,9 +101,8 @@ impl Hand {
                 engine.set_input(*input, *sample, 1);
             }
             engine.expire(*cycle, drop);
-            let is_due = |entry: &&isochrone_engine::operate::Entry| {
-                (entry.task, entry.cycle) == (*task, *cycle)
-            };
+            let name = self.operator.signals().task_name(*task);
+            let is_due = |entry: &&Entry| (&*entry.task, entry.cycle) == (name, *cycle);
             // When a task that changes gives the other one its values is not in the journal.
             let is_exact = !has_changed || !self.is_entered[*task];
             for entry in journal.iter().filter(is_due) {

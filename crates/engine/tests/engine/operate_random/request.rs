@@ -3,7 +3,8 @@
 use std::rc::Rc;
 
 use isochrone_blocks::PinType;
-use isochrone_engine::operate::{Draft, Hold, Replacement, Request, Signals, Value};
+use isochrone_engine::operate::{Draft, Replacement, Request, Signals};
+use isochrone_model::{Hold, Value};
 use proptest::prelude::*;
 
 use crate::graphs::{INPUTS, PERIODS_NS, configuration_with, entries};

@@ -4,7 +4,8 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use isochrone_engine::operate::{Refusals, Selection, Signals};
+use isochrone_engine::operate::{Selection, Signals};
+use isochrone_model::Refusal;
 
 use super::Search;
 
@@ -42,7 +43,7 @@ impl Kept {
         signals: &Arc<Signals>,
         search: &Search,
         now: Instant,
-    ) -> Result<Selection, Refusals> {
+    ) -> Result<Selection, Refusal> {
         self.forget_old(now);
         // Those of another configuration are of no use.
         self.found.retain(|one| one.selection.is_of(signals));

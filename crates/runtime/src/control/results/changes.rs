@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::ByTask;
-use crate::control::{Finding, Value, Values};
+use crate::control::{Finding, Force, Values};
 
 /// Of `set`, `release` and `undo`: what happened.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -54,19 +54,4 @@ pub struct ForcesResult {
     pub total: u64,
     /// Those from `offset` on.
     pub forces: Vec<Force>,
-}
-
-/// A signal that is forced.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Force {
-    /// The signal.
-    pub name: String,
-    /// What it is held at.
-    pub value: Value,
-    /// Its task's first cycle with the force.
-    pub since_cycle: u64,
-    /// The first cycle without it; `None`: until it is released.
-    pub until_cycle: Option<u64>,
-    /// Who asked for it, as they call themselves.
-    pub client: Option<String>,
 }

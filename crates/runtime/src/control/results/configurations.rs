@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{ByTask, Part};
-use crate::control::{Finding, Value};
+use crate::control::{ChangedValue, Finding, Tuned};
 
 /// Of `save`: a piece of the configuration with the values of now.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -12,41 +12,6 @@ pub struct SaveResult {
     pub total: u64,
     /// The text from byte `offset` on, as much as a message holds.
     pub configuration: String,
-}
-
-/// What an input pin has its value from.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum Given {
-    /// The value itself: a constant, or what was set.
-    Value(Value),
-    /// A wire.
-    Wire {
-        /// The signal that it comes from.
-        wire: String,
-    },
-}
-
-/// A pin that an `apply` changes.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ChangedValue {
-    /// Its name; `*` stands for all instances of a block.
-    pub name: String,
-    /// What it had.
-    pub before: Given,
-    /// What the new configuration gives it.
-    pub after: Given,
-}
-
-/// A parameter that keeps a value which was set, and which the new configuration does not have.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Tuned {
-    /// Its name.
-    pub name: String,
-    /// What it has and keeps.
-    pub value: Value,
-    /// What the new configuration says.
-    pub configured: Value,
 }
 
 /// Of `apply`: what the new configuration changes.

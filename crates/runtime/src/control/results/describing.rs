@@ -3,19 +3,7 @@
 use isochrone_timing::Summary;
 use serde::{Deserialize, Serialize};
 
-/// What operators may do, as `[node] control` says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Access {
-    /// Nothing: there is no service.
-    Off,
-    /// Look.
-    Read,
-    /// Also set parameters.
-    Set,
-    /// Also force signals and change the configuration.
-    Force,
-}
+use crate::control::Access;
 
 /// Of `describe`: what the node is.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

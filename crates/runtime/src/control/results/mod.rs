@@ -11,15 +11,13 @@ mod tracing;
 use std::collections::BTreeMap;
 
 pub use alarms::{ActiveAlarm, AlarmsResult};
-pub use changes::{Force, ForceResult, ForcesResult, Part, SetResult};
-pub use configurations::{ApplyResult, ChangedValue, Given, SaveResult, Tuned};
+pub use changes::{ForceResult, ForcesResult, Part, SetResult};
+pub use configurations::{ApplyResult, SaveResult};
 pub use describing::{
-    Access, ConfigurationOrigin, DescribeResult, Followed, LastSecond, Placement, TaskDescription,
+    ConfigurationOrigin, DescribeResult, Followed, LastSecond, Placement, TaskDescription,
 };
-pub use journal::{
-    Action, AppliedChange, AskedBy, Change, JournalEntry, JournalResult, PendingEntry,
-};
-pub use signals::{GetResult, ReadAt, Role, SignalDescription, SignalsResult};
+pub use journal::JournalResult;
+pub use signals::{GetResult, ReadAt, SignalDescription, SignalsResult};
 pub use tracing::{TraceResult, TracedSignal};
 
 /// By the name of a task.

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::ByTask;
-use crate::control::Values;
+use crate::control::{Role, Values};
 
 /// Of `signals`: a page of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -44,24 +44,6 @@ pub struct SignalDescription {
     pub can_be_unset: bool,
     /// What it is for.
     pub doc: String,
-}
-
-/// What a signal is.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Role {
-    /// A value from another process.
-    Input,
-    /// A block's input pin that no wire leads to; it can be set.
-    Parameter,
-    /// A block's input pin that a wire leads to.
-    Wired,
-    /// A block's output pin.
-    Output,
-    /// Whether an input can be believed.
-    Ok,
-    /// How old an input is; the one signal that cannot be forced.
-    Age,
 }
 
 /// Of `get`: a page of values, all of a task of one cycle.

@@ -11,9 +11,9 @@ use isochrone_ipc::{
     Domain, FrameLayout, FramePublisher, IsolatedDomain, Participant, SignalSpec, ipc,
 };
 use isochrone_runtime::control::{
-    Access, Begun, Call, Caller, Code, ConfigurationOrigin, DescribeResult, Desk, Failure, Finding,
-    ForceResult, GetResult, Hold, Operated, Outcome, Part, ReadAt, Reply, Role, Room, SaveResult,
-    SetParams, SetResult, SignalDescription, SignalsResult, Ticket, Value, Values,
+    Access, Begun, Call, Caller, Code, ConfigurationOrigin, DescribeResult, Desk, Finding,
+    ForceResult, GetResult, Hold, Operated, Outcome, Part, ReadAt, Refusal, Reply, Role, Room,
+    SaveResult, SetParams, SetResult, SignalDescription, SignalsResult, Ticket, Value, Values,
 };
 
 pub(crate) type Node = Participant<ipc::Service>;
@@ -41,7 +41,7 @@ impl Parameters {
             .map(|(name, _)| Finding::new(name, format!("there is no signal \"{name}\"")))
             .collect();
         if !unknown.is_empty() {
-            return Begun::Ended(Err(Failure::of(Code::UnknownName, unknown)));
+            return Begun::Ended(Err(Refusal::of(Code::UnknownName, unknown)));
         }
         self.transactions += 1;
         self.processes.push(caller.process);
@@ -114,7 +114,7 @@ impl Operated for Parameters {
             Call::Get(get) => {
                 if let Some(name) = get.names.iter().find(|name| !self.values.contains_key(*name)) {
                     let finding = Finding::new(name, format!("there is no signal \"{name}\""));
-                    return Begun::Ended(Err(Failure::of(Code::UnknownName, vec![finding])));
+                    return Begun::Ended(Err(Refusal::of(Code::UnknownName, vec![finding])));
                 }
                 let values = get.names.iter().map(|name| (name.as_str(), self.values[name]));
                 Reply::Get(GetResult {
@@ -146,7 +146,7 @@ impl Operated for Parameters {
             }
             call => {
                 let message = format!("{} is forbidden", call.method().as_str());
-                return Begun::Ended(Err(Failure::new(Code::Forbidden, message)));
+                return Begun::Ended(Err(Refusal::new(Code::Forbidden, message)));
             }
         }))
     }

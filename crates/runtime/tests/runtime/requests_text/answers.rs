@@ -1,7 +1,7 @@
 //! Answers, which are never longer than a message.
 
 use isochrone_ipc::MAX_MESSAGE_BYTES;
-use isochrone_runtime::control::{Code, Failure, Finding, Reply, Room, SignalsResult, answer};
+use isochrone_runtime::control::{Code, Finding, Refusal, Reply, Room, SignalsResult, answer};
 use serde_json::{Value as Json, json};
 
 #[test]
@@ -12,7 +12,7 @@ fn an_answer_has_the_id_and_a_result_or_an_error_with_all_findings() {
     assert_eq!(text, expected);
     // A reply is the result of its method, with nothing around it.
     assert_eq!(answer(Some("7"), Ok(&Reply::Signals(result))), text.to_string().into_bytes());
-    let failure = Failure::of(
+    let failure = Refusal::of(
         Code::UnknownName,
         vec![
             Finding::new("a", "there is no signal \"a\"").with_help("did you mean \"b\"?"),
@@ -36,7 +36,7 @@ fn an_answer_has_the_id_and_a_result_or_an_error_with_all_findings() {
 #[test]
 fn no_answer_is_longer_than_a_message_and_a_longer_one_says_what_is_missing() {
     let finding = |n: usize| Finding::new(format!("name{n}"), "there is no such signal");
-    let failure = Failure::of(Code::UnknownName, (0..10_000).map(finding).collect());
+    let failure = Refusal::of(Code::UnknownName, (0..10_000).map(finding).collect());
     let text = answer::<Reply>(Some("7"), Err(&failure));
     assert!(text.len() <= MAX_MESSAGE_BYTES);
     let text: Json = serde_json::from_slice(&text).unwrap();
@@ -45,7 +45,7 @@ fn no_answer_is_longer_than_a_message_and_a_longer_one_says_what_is_missing() {
     let message = text["error"]["message"].as_str().unwrap();
     assert!(message.ends_with(&format!("of 10000 findings the first {shown} are in this answer")));
 
-    let failure = Failure::new(Code::Internal, "x".repeat(MAX_MESSAGE_BYTES));
+    let failure = Refusal::new(Code::Internal, "x".repeat(MAX_MESSAGE_BYTES));
     assert!(answer::<Reply>(Some("7"), Err(&failure)).len() <= MAX_MESSAGE_BYTES);
     let much = vec!["x".repeat(1000); 300];
     let text = answer(Some("7"), Ok(&much));

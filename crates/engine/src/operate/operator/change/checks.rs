@@ -1,10 +1,11 @@
 //! What keeps a node from running another configuration.
 
 use super::Basis;
-use crate::operate::Value;
+use isochrone_model::{Code, Refusal, Value};
+
 use crate::operate::operator::check::Check;
 use crate::operate::permissions::Permissions;
-use crate::operate::refusal::Refusal;
+use crate::operate::refusal::protected;
 use crate::operate::signals::{ChangedPin, Kept, Signals};
 
 impl Basis {
@@ -13,7 +14,11 @@ impl Basis {
         let forces = forces.flat_map(|(task, of)| of.iter().map(move |force| (task, force)));
         for (task, (slot, forced)) in forces {
             if kept.slot(task, *slot as usize).is_none() {
-                check.findings.push(Refusal::ForcedGone { name: forced.clone() });
+                let message = format!(
+                    "\"{forced}\" is forced, and the new configuration does not keep its block"
+                );
+                let help = "release it first";
+                check.refuse(Refusal::one(Code::CannotChange, forced, message, help));
             }
         }
     }
@@ -30,8 +35,9 @@ impl Basis {
             let matches = self.signals.matching(pattern);
             let gone = matches.slots(0).find(|(task, slot)| kept.slot(*task, *slot).is_none());
             let signal = gone.and_then(|(task, slot)| self.signals.at(task, slot));
-            let refusal = |name| Refusal::Protected { name, pattern: text.to_owned() };
-            check.findings.extend(signal.map(|signal| refusal(signal.name)));
+            if let Some(signal) = signal {
+                check.refuse(protected(&signal.name, text));
+            }
         }
         let pins = changed.iter().enumerate();
         let pins = pins.flat_map(|(task, pins)| pins.iter().map(move |pin| (task, pin.slot)));

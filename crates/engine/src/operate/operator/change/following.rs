@@ -3,14 +3,15 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
+use isochrone_model::{Action, AskedBy, Code, Entry, Refusal, Role};
+
 use crate::engine::Replacement;
 use crate::operate::fixed::Fixed;
-use crate::operate::journal::{Action, Applied, Entry, Place, Record};
+use crate::operate::journal::{Applied, Place, Record};
 use crate::operate::operator::check::Check;
 use crate::operate::operator::{Held, Operator, changed};
 use crate::operate::permissions::Permissions;
-use crate::operate::refusal::Refusal;
-use crate::operate::signals::{Kept, Role, Signal, Signals};
+use crate::operate::signals::{Kept, Signal, Signals};
 use crate::operate::store::Store;
 use crate::operate::warnings::Warnings;
 
@@ -41,7 +42,9 @@ impl Next {
 
     /// What is said of what cannot be done until all tasks have it.
     pub(in crate::operate::operator) fn refusal(&self) -> Refusal {
-        Refusal::Changing { transaction: self.number }
+        let message =
+            format!("transaction {} changes the configuration at this moment", self.number);
+        Refusal::one(Code::Busy, "", message, "ask again when it has")
     }
 
     /// Whether it gives a parameter of a task another value: the slot in its new engine.
@@ -60,9 +63,9 @@ impl Operator {
     pub fn replaced(&mut self, task: usize, replacement: Replacement, unix_ns: u64) -> Entry {
         let Replacement { number, cycle, carry, .. } = replacement;
         let applied = self.follow(task, &carry.stores);
-        let (mut client, mut comment) = (Default::default(), None);
+        let mut by = AskedBy::default();
         if let Some(sent) = self.sent.get_mut(&number) {
-            (client, comment) = (sent.client.clone(), sent.comment.clone());
+            by.clone_from(&sent.by);
             sent.tasks -= 1;
             if sent.tasks == 0 {
                 self.sent.remove(&number);
@@ -72,7 +75,7 @@ impl Operator {
         let changes = carry.stores.iter().map(written).collect();
         let at = (task, cycle.unwrap_or_default());
         let record = Record::new(number, at, unix_ns, Action::Apply, changes);
-        let entry = self.add(Record { client, comment, configuration: applied, ..record });
+        let entry = self.add(Record { by, configuration: applied, ..record });
         let is_over = |next: &Next| next.returned.iter().all(|returned| *returned);
         if let Some(next) = self.next_plan.take_if(|next| is_over(next)) {
             let Next { signals, mut permissions, warnings, fixed, .. } = *next;
@@ -90,7 +93,9 @@ impl Operator {
 
     /// Finds fault with another change while one is on its way.
     pub(in crate::operate::operator) fn check_settled(&self, check: &mut Check<'_>) {
-        check.findings.extend(self.next_plan.as_ref().map(|next| next.refusal()));
+        if let Some(next) = &self.next_plan {
+            check.refuse(next.refusal());
+        }
     }
 
     /// What is known of a task's values follows them to their new slots. Returns the configuration.

@@ -2,43 +2,13 @@
 
 use std::collections::HashMap;
 
+use isochrone_model::{ChangedValue, Given, Tuned, Value};
+
 use super::Basis;
-use crate::operate::Value;
 use crate::operate::signals::{ChangedPin, Kept, Signal, Signals};
 
 /// So many pins are told of one by one: naming them takes some microseconds each.
 const TOLD: usize = 10_000;
-
-/// What an input pin has its value from.
-#[derive(Debug, Clone, PartialEq)]
-pub enum Given {
-    /// The value itself: a constant, or what was set.
-    Value(Value),
-    /// A wire from the signal of this name.
-    Wire(String),
-}
-
-/// A pin that another configuration changes.
-#[derive(Debug, Clone, PartialEq)]
-pub struct ChangedValue {
-    /// Its name; `*` stands for all instances of a block.
-    pub name: String,
-    /// What it has now.
-    pub before: Given,
-    /// What the other configuration gives it.
-    pub after: Given,
-}
-
-/// A parameter that keeps a value which was set, and which the other configuration does not have.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Tuned {
-    /// Its name.
-    pub name: String,
-    /// What it has and keeps.
-    pub value: Value,
-    /// What the other configuration says.
-    pub configured: Value,
-}
 
 impl Basis {
     /// Values of the pins that are changed; of more than can be told of, none.
@@ -59,7 +29,7 @@ impl Basis {
                 let Some(signal) = new.at(task, pin.slot) else { continue };
                 let after = match pin.constant {
                     Some(constant) => Given::Value(Value::of(constant, signal.value_type)),
-                    None => Given::Wire(new.source_name(task, pin.slot)),
+                    None => Given::Wire { wire: new.source_name(task, pin.slot) },
                 };
                 let Some(before) = self.given(&signal) else { continue };
                 let (_, alike) =
@@ -87,7 +57,7 @@ impl Basis {
     fn given(&self, signal: &Signal<'_>) -> Option<Given> {
         let old = self.signals.locate(&signal.name)?;
         if self.signals.is_wired(old.task, old.slot) {
-            return Some(Given::Wire(self.signals.source_name(old.task, old.slot)));
+            return Some(Given::Wire { wire: self.signals.source_name(old.task, old.slot) });
         }
         let held = self.values.get(&(old.task, old.slot as u32)).copied();
         let value = held.or_else(|| self.signals.constant(old.task, old.slot))?;

@@ -1,6 +1,7 @@
 //! Constants, limits and sets: what a change replaces, and what an undo still finds.
 
 use isochrone_engine::operate::*;
+use isochrone_model::*;
 
 use super::refused;
 use crate::operate::hand::{Hand, UNIX_NS};
@@ -33,9 +34,12 @@ fn a_constant_that_differs_between_the_files_replaces_what_was_set_and_no_other_
             ("ramp.2.setChangeRate", Value::Number(10.0), now),
         ]
     );
-    let applied = entry.configuration.as_ref().unwrap();
-    assert!(applied.text.contains("setChangeRate = 40.0"));
-    assert_eq!(applied.summary, summary);
+    assert!(entry.configuration.as_ref().unwrap().contains("setChangeRate = 40.0"));
+    let applied = entry.applied.as_ref().unwrap();
+    let counts =
+        [&summary.added, &summary.removed, &summary.changed].map(|names| names.len() as u64);
+    assert_eq!([applied.added, applied.removed, applied.changed], counts);
+    assert_eq!(applied.limits, summary.limits);
     hand.step(1);
     assert_eq!((hand.value("ramp.0.delayedValue"), hand.value("ramp.1.value")), (6.0, 12.0));
 }
@@ -52,10 +56,12 @@ fn what_a_change_has_overtaken_cannot_be_taken_back_and_the_rest_can() {
     hand.steps(1);
     let undo = |hand: &Hand, number| hand.operator.undo(number, Request::default(), &hand.next);
     let refused = undo(&hand, rate).unwrap_err();
-    assert!(matches!(refused.findings()[..], [Refusal::Conflict { .. }]), "{refused}");
+    let was_changed = "\"ramp.0.setChangeRate\" was changed since transaction 1; ";
+    assert!(refused.findings.len() == 1 && refused.message.starts_with(was_changed), "{refused}");
     let refused = undo(&hand, gone).unwrap_err();
-    assert!(matches!(refused.findings()[..], [Refusal::Gone { .. }]), "{refused}");
-    assert_eq!(refused.kind(), RefusalKind::Conflict);
+    let is_gone = "\"ramp.2.value\", which transaction 3 set, is gone since; ";
+    assert!(refused.findings.len() == 1 && refused.message.starts_with(is_gone), "{refused}");
+    assert_eq!(refused.code, Code::Conflict);
     let journal: Vec<Entry> = hand.operator.journal(0).collect();
     let named = journal.iter().flat_map(|entry| &entry.changes).map(|change| change.name.as_str());
     assert!(named.clone().any(|name| name == "ramp.2.value"), "{journal:?}");
@@ -75,7 +81,7 @@ fn a_value_that_a_change_has_put_out_of_bounds_does_not_come_back_by_an_undo() {
     hand.steps(1);
     let undo = hand.operator.undo(second, Request::default(), &hand.next);
     let refused = undo.unwrap_err();
-    assert_eq!(refused.kind(), RefusalKind::WrongValue);
+    assert_eq!(refused.code, Code::WrongValue);
     assert!(refused.to_string().contains("40.0 is outside the limits"), "{refused}");
 }
 
@@ -85,10 +91,9 @@ fn a_change_of_the_configuration_cannot_be_undone_and_that_is_the_reason_given()
     hand.change(&RAMPS.replace("count = 3", "count = 4"));
     hand.steps(1);
     let refused = hand.operator.undo(1, Request::default(), &hand.next).unwrap_err();
-    assert!(
-        matches!(refused.findings()[..], [Refusal::NoSet { transaction: 1, action: "apply" }]),
-        "{refused}"
-    );
+    let no_set = "transaction 1 is an apply, which cannot be undone; \
+                  apply the configuration from before it to go back";
+    assert_eq!(refused.message, no_set);
 }
 
 #[test]

@@ -13,5 +13,5 @@ use crate::operate::hand::{Hand, draft};
 /// What is wrong with another configuration.
 fn refused(hand: &Hand, text: &str) -> Vec<String> {
     let refusals = hand.operator.change(draft(text), Request::default()).unwrap_err();
-    refusals.findings().iter().map(ToString::to_string).collect()
+    refusals.findings.iter().map(|finding| finding.message.clone()).collect()
 }

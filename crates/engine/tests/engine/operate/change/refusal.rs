@@ -1,6 +1,7 @@
 //! What cannot be changed while a node runs.
 
 use isochrone_engine::operate::*;
+use isochrone_model::*;
 
 use super::refused;
 use crate::operate::hand::{Hand, draft};
@@ -17,7 +18,7 @@ fn a_forced_signal_must_be_in_the_new_configuration() {
         ["\"ramp.2.delayedValue\" is forced, and the new configuration does not keep its block"]
     );
     let refusals = hand.operator.change(draft(&text), Request::default()).unwrap_err();
-    assert_eq!(refusals.kind(), RefusalKind::CannotChange);
+    assert_eq!(refusals.code, Code::CannotChange);
 }
 
 #[test]
@@ -74,8 +75,8 @@ fn what_is_protected_stays_as_it_is() {
     let hand = Hand::new(RAMPS);
     let protected = |text: &str| {
         let refusals = hand.operator.change(draft(text), Request::default()).unwrap_err();
-        assert_eq!(refusals.kind(), RefusalKind::Forbidden);
-        refusals.findings()[0].name().to_owned()
+        assert_eq!(refusals.code, Code::Forbidden);
+        refusals.findings[0].name.clone()
     };
     let raw = "value = \"raw\", setChangeRate = 10.0";
     assert_eq!(
@@ -90,6 +91,6 @@ fn only_a_node_that_may_be_forced_can_be_changed() {
     let hand = Hand::new(&RAMPS.replace("control = \"force\"", "control = \"set\""));
     let text = RAMPS.replace("control = \"force\"", "control = \"set\"");
     let refusals = hand.operator.change(draft(&text), Request::default()).unwrap_err();
-    assert_eq!(refusals.kind(), RefusalKind::Forbidden);
+    assert_eq!(refusals.code, Code::Forbidden);
     assert!(refusals.to_string().contains("changing the configuration"), "{refusals}");
 }

@@ -2,6 +2,7 @@
 
 use isochrone_engine::Flags;
 use isochrone_engine::operate::*;
+use isochrone_model::*;
 
 use crate::operate::hand::{Hand, draft};
 use crate::operate::level::RAMPS;
@@ -17,7 +18,7 @@ fn a_force_goes_on_with_its_end_and_its_flag() {
     hand.steps(1);
     assert_eq!(hand.value("ramp.0.value"), 2.0);
     assert!(hand.engines[0].output_flags(0).contains(Flags::FORCED));
-    let forced: Vec<_> = hand.operator.forces().map(|f| (f.name.clone(), f.until)).collect();
+    let forced: Vec<_> = hand.operator.forces().map(|f| (f.name, f.until_cycle)).collect();
     assert_eq!(forced, [("ramp.0.value".into(), Some(5))]);
     hand.steps(1);
     let mut ended = Vec::new();
@@ -33,8 +34,8 @@ fn a_force_goes_on_with_its_end_and_its_flag() {
 fn one_configuration_at_a_time_is_on_its_way_and_values_are_read_meanwhile() {
     let mut hand = Hand::new(RAMPS);
     hand.set([("ramp.0.value", 1.0.into())]);
-    let refusals = hand.operator.change(draft(RAMPS), Request::default()).unwrap_err();
-    assert!(matches!(refusals.findings()[..], [Refusal::Waiting { .. }]), "{refusals}");
+    let refused = hand.operator.change(draft(RAMPS), Request::default()).unwrap_err();
+    assert_eq!(refused.message, "transaction 1 is still to come; ask again when it has");
     hand.steps(1);
     let early = hand.operator.change(draft(RAMPS), Request::default()).unwrap();
     hand.change(RAMPS);
@@ -116,7 +117,7 @@ fn values_are_set_and_forced_in_tasks_that_have_changed_and_in_those_that_have_n
     assert_eq!(hand.value("ramp.3.setChangeRate"), 20.0);
     let entries = hand.entries();
     let of_slow: Vec<Action> =
-        entries.iter().filter(|e| e.task == 1).map(|entry| entry.action).skip(1).collect();
+        entries.iter().filter(|e| e.task == "slow").map(|entry| entry.action).skip(1).collect();
     assert_eq!(of_slow, [Action::Apply, Action::Set, Action::Release]);
     hand.steps(1);
     assert_ne!(hand.value("after.delayedValue"), 8.0, "nothing holds it");
@@ -192,18 +193,18 @@ fn what_is_on_its_way_out_or_is_given_a_value_by_the_change_waits_for_it() {
     };
     for name in ["ramp.2.value", "ramp.0.setChangeRate"] {
         let refused = refused(&hand, name, 1.0);
-        assert!(matches!(refused.findings()[..], [Refusal::Changing { .. }]), "{refused}");
-        assert_eq!(refused.kind(), RefusalKind::Busy);
+        assert!(refused.message.contains("changes the configuration at this moment"), "{refused}");
+        assert_eq!((refused.code, refused.findings.len()), (Code::Busy, 1));
     }
     let values = [("ramp.2.value", 1.0.into())];
     let forced = hand.operator.force(values, Hold::UntilReleased, Request::default(), &hand.next);
-    assert_eq!(forced.unwrap_err().kind(), RefusalKind::Busy);
+    assert_eq!(forced.unwrap_err().code, Code::Busy);
     let undone = hand.operator.undo(set, Request::default(), &hand.next);
-    assert_eq!(undone.unwrap_err().kind(), RefusalKind::Busy);
+    assert_eq!(undone.unwrap_err().code, Code::Busy);
     // The value would be outside of the limits that come.
-    assert_eq!(refused(&hand, "ramp.0.value", 31.0).kind(), RefusalKind::WrongValue);
+    assert_eq!(refused(&hand, "ramp.0.value", 31.0).code, Code::WrongValue);
     hand.set([("ramp.0.value", 29.0.into())]);
     hand.steps(1);
     assert_eq!(hand.value("ramp.0.value"), 29.0);
-    assert_eq!(refused(&hand, "ramp.2.value", 1.0).kind(), RefusalKind::UnknownName);
+    assert_eq!(refused(&hand, "ramp.2.value", 1.0).code, Code::UnknownName);
 }

@@ -1,6 +1,7 @@
 //! What a change of the configuration does to values, told before it is made.
 
-use isochrone_engine::operate::{ChangedValue, Given, PreparedChange, Request, Value};
+use isochrone_engine::operate::{PreparedChange, Request};
+use isochrone_model::{ChangedValue, Given, Value};
 
 use crate::operate::hand::{Hand, draft};
 
@@ -59,7 +60,7 @@ fn instances_that_change_alike_are_told_once_and_one_that_was_set_by_its_name() 
 #[test]
 fn a_wire_that_comes_goes_or_moves_is_told_by_its_source() {
     let hand = Hand::new(NODE);
-    let wire = |name: &str| Given::Wire(name.to_owned());
+    let wire = |name: &str| Given::Wire { wire: name.to_owned() };
     let told = |text: &str| match prepared(&hand, text).values() {
         [ChangedValue { name, before, after }] if name == "last.value" => {
             (before.clone(), after.clone())

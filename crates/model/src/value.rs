@@ -1,11 +1,12 @@
-//! Values of signals as JSON has them.
+//! Values of signals, as operators write and read them.
 
 use std::fmt;
 
-use isochrone_engine::{format_duration_ns, operate, parse_duration_ns};
-use serde::de::{Error, MapAccess, Visitor};
-use serde::ser::SerializeMap;
+use isochrone_blocks::{Ob, PinType, Value as _};
+use serde::de::{Error, Visitor};
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+use crate::{format_duration_ns, parse_duration_ns};
 
 /// The value of a signal: BOOL `true` or `false`; INT, TIME (ms) and WORD integers; LREAL any number, and
 /// the strings `"NaN"`, `"inf"` and `"-inf"`; a `callOB` also `"calling task"` and the period of a task.
@@ -30,9 +31,39 @@ pub enum Value {
 pub const CALLING_TASK: &str = "calling task";
 
 impl Value {
-    /// Reads one JSON value; `None` if it is none that a signal can have.
-    pub(super) fn of_json(text: &str) -> Option<Self> {
-        serde_json::from_str(text).ok()
+    /// What text stands for a value in JSON, for people.
+    pub const EXPECTED: &str = r#"true, false, a number, "NaN", "inf" or "-inf", or, for a callOB, "calling task" or a task's period such as "10ms""#;
+
+    /// The value that stands in a slot.
+    pub fn of(slot: f64, value_type: PinType) -> Self {
+        match value_type {
+            PinType::Int if !value_type.holds(slot) => match Ob::from_slot(slot) {
+                Ob::Caller => Self::CallingTask,
+                Ob::Task { period_ns } => Self::Task { period_ns },
+                Ob::Number(number) => Self::Integer(number.into()),
+            },
+            _ if slot.is_nan() => Self::Number(slot),
+            PinType::Bool => Self::Bool(slot != 0.0),
+            PinType::Lreal => Self::Number(slot),
+            PinType::Int | PinType::Time | PinType::Word => Self::Integer(slot as i64),
+        }
+    }
+
+    /// How a slot of this type holds the value; `None` if the type does not have it. A BOOL takes
+    /// `true` and `false`; INT, TIME and WORD take whole numbers in their range; an LREAL takes every
+    /// number but NaN.
+    pub fn slot(self, value_type: PinType) -> Option<f64> {
+        match (value_type, self) {
+            (PinType::Bool, Self::Bool(value)) => Some(f64::from(u8::from(value))),
+            (PinType::Bool, _) | (_, Self::Bool(_)) => None,
+            // Only a pin that names a task has them.
+            (_, Self::CallingTask | Self::Task { .. }) => None,
+            (PinType::Lreal, Self::Number(value)) => Some(value).filter(|value| !value.is_nan()),
+            (_, Self::Number(value)) => Some(value).filter(|value| value_type.holds(*value)),
+            (_, Self::Integer(value)) => {
+                Some(value as f64).filter(|value| value_type.holds(*value))
+            }
+        }
     }
 }
 
@@ -64,33 +95,15 @@ impl From<i64> for Value {
     }
 }
 
+impl From<i32> for Value {
+    fn from(value: i32) -> Self {
+        Self::Integer(value.into())
+    }
+}
+
 impl From<f64> for Value {
     fn from(value: f64) -> Self {
         Self::Number(value)
-    }
-}
-
-impl From<operate::Value> for Value {
-    fn from(value: operate::Value) -> Self {
-        match value {
-            operate::Value::Bool(value) => Self::Bool(value),
-            operate::Value::Integer(value) => Self::Integer(value),
-            operate::Value::Number(value) => Self::Number(value),
-            operate::Value::CallingTask => Self::CallingTask,
-            operate::Value::Task { period_ns } => Self::Task { period_ns },
-        }
-    }
-}
-
-impl From<Value> for operate::Value {
-    fn from(value: Value) -> Self {
-        match value {
-            Value::Bool(value) => Self::Bool(value),
-            Value::Integer(value) => Self::Integer(value),
-            Value::Number(value) => Self::Number(value),
-            Value::CallingTask => Self::CallingTask,
-            Value::Task { period_ns } => Self::Task { period_ns },
-        }
     }
 }
 
@@ -125,7 +138,7 @@ impl<'de> Deserialize<'de> for Value {
             type Value = Value;
 
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str(EXPECTED)
+                f.write_str(Value::EXPECTED)
             }
 
             fn visit_bool<E>(self, value: bool) -> Result<Value, E> {
@@ -161,68 +174,13 @@ impl<'de> Deserialize<'de> for Value {
     }
 }
 
-/// How people are told what a value is.
-pub(super) const EXPECTED: &str = r#"true, false, a number, "NaN", "inf" or "-inf", or, for a callOB, "calling task" or a task's period such as "10ms""#;
-
-/// Values by name, in the order in which they are written: a JSON object.
-///
-/// A name that comes twice is kept twice, so that whoever checks a request can refuse it.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Values(pub Vec<(String, Value)>);
-
-impl Values {
-    /// The value of a name; the last one, if there are several.
-    pub fn get(&self, name: &str) -> Option<Value> {
-        self.0.iter().rfind(|(known, _)| known == name).map(|(_, value)| *value)
-    }
-
-    /// Names and values.
-    pub fn iter(&self) -> impl Iterator<Item = (&str, Value)> {
-        self.0.iter().map(|(name, value)| (name.as_str(), *value))
-    }
-}
-
-impl<N: Into<String>, V: Into<Value>> FromIterator<(N, V)> for Values {
-    fn from_iter<I: IntoIterator<Item = (N, V)>>(values: I) -> Self {
-        Self(values.into_iter().map(|(name, value)| (name.into(), value.into())).collect())
-    }
-}
-
-impl Serialize for Values {
-    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let mut map = serializer.serialize_map(Some(self.0.len()))?;
-        for (name, value) in &self.0 {
-            map.serialize_entry(name, value)?;
-        }
-        map.end()
-    }
-}
-
-impl<'de> Deserialize<'de> for Values {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct OfValues;
-        impl<'de> Visitor<'de> for OfValues {
-            type Value = Values;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("an object of names and values")
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, mut map: A) -> Result<Values, A::Error> {
-                let mut values = Vec::new();
-                while let Some(entry) = map.next_entry()? {
-                    values.push(entry);
-                }
-                Ok(Values(values))
-            }
-        }
-        deserializer.deserialize_map(OfValues)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn of_json(text: &str) -> Option<Value> {
+        serde_json::from_str(text).ok()
+    }
 
     #[test]
     fn each_type_has_its_own_form_in_json() {
@@ -239,23 +197,55 @@ mod tests {
             (Value::Task { period_ns: 10_000_000 }, "\"10ms\""),
         ] {
             assert_eq!(serde_json::to_string(&value).unwrap(), text);
-            assert_eq!(Value::of_json(text), Some(value));
+            assert_eq!(of_json(text), Some(value));
         }
         assert_eq!(serde_json::to_string(&Value::Number(f64::NAN)).unwrap(), "\"NaN\"");
-        let nan = Value::of_json("\"NaN\"").unwrap();
+        let nan = of_json("\"NaN\"").unwrap();
         assert!(matches!(nan, Value::Number(value) if value.is_nan()));
     }
 
     #[test]
     fn what_no_signal_can_have_is_no_value() {
         for text in ["null", "[1]", "{}", "\"on\"", "1e999", "1 2", "", "\"nan\"", "tru"] {
-            assert_eq!(Value::of_json(text), None, "{text}");
+            assert_eq!(of_json(text), None, "{text}");
         }
     }
 
     #[test]
     fn a_whole_number_beyond_an_integer_is_the_nearest_number() {
-        assert_eq!(Value::of_json("18446744073709551616"), Some(Value::Number(2f64.powi(64))));
-        assert_eq!(Value::of_json("9223372036854775808"), Some(Value::Number(2f64.powi(63))));
+        assert_eq!(of_json("18446744073709551616"), Some(Value::Number(2f64.powi(64))));
+        assert_eq!(of_json("9223372036854775808"), Some(Value::Number(2f64.powi(63))));
+    }
+
+    #[test]
+    fn a_type_takes_its_own_values_only() {
+        let rows: [(PinType, Value, Option<f64>); 14] = [
+            (PinType::Bool, true.into(), Some(1.0)),
+            (PinType::Bool, 1.into(), None),
+            (PinType::Bool, 1.0.into(), None),
+            (PinType::Int, 7.into(), Some(7.0)),
+            (PinType::Int, 7.0.into(), Some(7.0)),
+            (PinType::Int, 7.5.into(), None),
+            (PinType::Int, 40_000.into(), None),
+            (PinType::Int, true.into(), None),
+            (PinType::Time, (-5).into(), Some(-5.0)),
+            (PinType::Word, (-5).into(), None),
+            (PinType::Lreal, 7.into(), Some(7.0)),
+            (PinType::Lreal, f64::INFINITY.into(), Some(f64::INFINITY)),
+            (PinType::Lreal, f64::NAN.into(), None),
+            (PinType::Lreal, true.into(), None),
+        ];
+        for (value_type, value, slot) in rows {
+            assert_eq!(value.slot(value_type), slot, "{value} as {value_type}");
+        }
+    }
+
+    #[test]
+    fn a_value_that_was_read_can_be_written_again() {
+        for value_type in PinType::ALL {
+            for slot in [0.0, 1.0] {
+                assert_eq!(Value::of(slot, value_type).slot(value_type), Some(slot));
+            }
+        }
     }
 }

@@ -7,11 +7,11 @@ const MORE_UNITS: [(&str, u64); 2] = [("d", 86_400_000_000_000), ("m", 60_000_00
 const MILLISECOND_NS: u64 = 1_000_000;
 
 /// How a TIME constant is written.
-pub(crate) const TIME_FORMS: &str = "a TIME is whole milliseconds: 100, \"100ms\" or \"T#100ms\"";
+pub const TIME_FORMS: &str = "a TIME is whole milliseconds: 100, \"100ms\" or \"T#100ms\"";
 
 /// Whether a text is a TIME constant, right or wrong. The name of an input or block neither begins
 /// with a digit, sign or point nor contains a `#`.
-pub(crate) fn is_time(text: &str) -> bool {
+pub fn is_time(text: &str) -> bool {
     text.contains('#')
         || text.trim_start().starts_with(|c: char| matches!(c, '0'..='9' | '+' | '-' | '.'))
 }
@@ -27,7 +27,7 @@ pub fn parse_time_ms(text: &str) -> Result<i32, String> {
 }
 
 /// Parses a time, with or without `T#`: whether it is negative, and its nanoseconds.
-pub(crate) fn parse_time_ns(text: &str) -> Result<(bool, u64), String> {
+pub fn parse_time_ns(text: &str) -> Result<(bool, u64), String> {
     let written = text.trim();
     let text = written.to_lowercase();
     let body = match text.split_once('#') {
@@ -54,7 +54,7 @@ pub(crate) fn parse_time_ns(text: &str) -> Result<(bool, u64), String> {
 }
 
 /// What to write at `key` for a text that is no TIME: the time that was meant, or the forms that there are.
-pub(crate) fn time_help(key: &str, written: &str) -> String {
+pub fn time_help(key: &str, written: &str) -> String {
     let plain = written.trim().replace(',', ".");
     match [plain.clone(), plain + "ms"].into_iter().find(|plain| parse_time_ms(plain).is_ok()) {
         Some(plain) => format!("write {key} = \"{plain}\""),
@@ -79,7 +79,7 @@ pub fn format_time_ms(ms: i64) -> String {
 }
 
 /// Another TIME in the notation of one: with or without its prefix. `None`: that is none.
-pub(crate) fn in_form_of(written: &str, ms: i64) -> Option<String> {
+pub fn in_form_of(written: &str, ms: i64) -> Option<String> {
     parse_time_ms(written).ok()?;
     let time = format_time_ms(ms);
     let amounts = time.strip_prefix("T#")?;

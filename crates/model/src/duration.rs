@@ -3,7 +3,7 @@
 use crate::time::parse_time_ns;
 
 /// Units of durations, from short to long.
-pub(crate) const UNITS: [(&str, u64); 7] = [
+pub const UNITS: [(&str, u64); 7] = [
     ("ns", 1),
     ("us", 1_000),
     ("µs", 1_000),
@@ -48,7 +48,7 @@ pub fn parse_duration_ns(text: &str) -> Result<u64, String> {
 }
 
 /// A duration whose unit is written as some people write it (`200 msec`), as it should be (`200ms`).
-pub(crate) fn respelled(text: &str) -> Option<String> {
+pub fn respelled(text: &str) -> Option<String> {
     const SPELLINGS: [(&str, &[&str]); 6] = [
         ("ns", &["nsec", "nanosecond"]),
         ("us", &["usec", "microsecond"]),
@@ -98,7 +98,7 @@ pub fn parse_milliseconds_ns(text: &str) -> Result<u64, String> {
 
 /// Why so many of a unit are no time in nanoseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum AmountError {
+pub enum AmountError {
     /// It is not digits, or digits on both sides of a point.
     NoNumber,
     /// There are fractions of a nanosecond.
@@ -108,7 +108,7 @@ pub(crate) enum AmountError {
 }
 
 /// So many of a unit, in decimal digits, in nanoseconds.
-pub(crate) fn amount_ns(number: &str, unit_ns: u64) -> Result<u64, AmountError> {
+pub fn amount_ns(number: &str, unit_ns: u64) -> Result<u64, AmountError> {
     let (whole, fraction) = number.split_once('.').unwrap_or((number, ""));
     let digits = |part: &str| part.bytes().all(|byte| byte.is_ascii_digit());
     if whole.is_empty() || number.ends_with('.') || !digits(whole) || !digits(fraction) {

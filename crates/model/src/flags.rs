@@ -1,24 +1,4 @@
-//! **What values are worth**: the flags that a frame carries and a process image keeps beside its
-//! inputs.
-//!
-//! ```
-//! use isochrone_quality::Flags;
-//!
-//! let flags = Flags::STALE | Flags::UPSTREAM;
-//! assert_eq!(flags.to_string(), "STALE UPSTREAM");
-//! assert_eq!(flags.bits(), 0b1_0001);
-//! ```
-#![cfg_attr(
-    not(test),
-    warn(
-        clippy::unwrap_used,
-        clippy::expect_used,
-        clippy::panic,
-        clippy::print_stdout,
-        clippy::print_stderr
-    )
-)]
-#![forbid(unsafe_code)]
+//! What values are worth.
 
 use std::fmt;
 use std::ops::{BitAnd, BitOr, BitOrAssign};

@@ -1,0 +1,56 @@
+//! What another configuration changes in a running node.
+
+use serde::{Deserialize, Serialize};
+
+use crate::Value;
+
+/// What another configuration changes, by name.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct ChangeSummary {
+    /// Blocks that are new: by their name, or some of a block's instances as `ramp.3 to ramp.7`.
+    pub added: Vec<String>,
+    /// Blocks that are gone.
+    pub removed: Vec<String>,
+    /// Blocks that go on with their state and outputs.
+    pub kept: Vec<String>,
+    /// Input pins of those that have another constant or another wire; `*` stands for all instances of
+    /// a block.
+    pub changed: Vec<String>,
+    /// Limits that differ, as `ramp.*.rate: 0.0 to 50.0 -> 0.0 to 20.0`, or `none` for no limits.
+    pub limits: Vec<String>,
+}
+
+/// What an input pin has its value from.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum Given {
+    /// The value itself: a constant, or what was set.
+    Value(Value),
+    /// A wire.
+    Wire {
+        /// The signal that it comes from.
+        wire: String,
+    },
+}
+
+/// A pin that an `apply` changes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ChangedValue {
+    /// Its name; `*` stands for all instances of a block.
+    pub name: String,
+    /// What it had.
+    pub before: Given,
+    /// What the new configuration gives it.
+    pub after: Given,
+}
+
+/// A parameter that keeps a value which was set, and which the new configuration does not have.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Tuned {
+    /// Its name.
+    pub name: String,
+    /// What it has and keeps.
+    pub value: Value,
+    /// What the new configuration says.
+    pub configured: Value,
+}

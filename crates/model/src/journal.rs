@@ -1,0 +1,153 @@
+//! What operators did, and what they are about to do.
+
+use std::fmt;
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Value, Values};
+
+/// What was done.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Action {
+    /// Parameters were set.
+    Set,
+    /// Signals were forced.
+    Force,
+    /// Forces were released.
+    Release,
+    /// A force came to its end.
+    Expiry,
+    /// A transaction was taken back.
+    Undo,
+    /// The configuration was changed. Its changes are the parameters that have a new constant.
+    Apply,
+}
+
+impl Action {
+    /// Its word in a journal: `set`, `force`, `release`, `expiry`, `undo`, `apply`.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Set => "set",
+            Self::Force => "force",
+            Self::Release => "release",
+            Self::Expiry => "expiry",
+            Self::Undo => "undo",
+            Self::Apply => "apply",
+        }
+    }
+}
+
+/// The word.
+impl fmt::Display for Action {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
+
+/// A value that was changed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Change {
+    /// The signal.
+    pub name: String,
+    /// What it was.
+    pub before: Value,
+    /// What it is; `None` where a wire or a block says so.
+    pub after: Option<Value>,
+}
+
+/// Who asked for a change, and why. Empty: the program that runs the node.
+#[derive(Debug, Clone, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AskedBy {
+    /// Who it was, as they call themselves.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub client: Option<String>,
+    /// Their process, where iceoryx2 tells it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub process: Option<u32>,
+    /// What they said of it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub comment: Option<String>,
+}
+
+/// What was done to one task before one of its cycles: an entry of the journal.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Entry {
+    /// Counts the entries of a node, from 1.
+    pub sequence: u64,
+    /// The transaction that it belongs to; that of the force, for an expiry.
+    pub transaction: u64,
+    /// What was done.
+    pub action: Action,
+    /// The task.
+    pub task: String,
+    /// The first cycle with it.
+    pub cycle: u64,
+    /// When that was known, ns of UTC since 1970.
+    pub unix_ns: u64,
+    /// Of a force: the first cycle without it, unless it is held until its release.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub until_cycle: Option<u64>,
+    /// Of an undo: the transaction that was taken back.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub undone: Option<u64>,
+    /// The values that it changed.
+    pub changes: Vec<Change>,
+    /// How many more values it changed, of an entry that is too long for an answer.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub left_out: u64,
+    /// Who asked for it.
+    #[serde(flatten)]
+    pub by: AskedBy,
+    /// Of a change of the configuration: the new text. Answers of a node leave it out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub configuration: Option<Arc<str>>,
+    /// Of a change of the configuration: which one, and how much of it is new.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub applied: Option<AppliedChange>,
+}
+
+/// Which configuration was applied, and how much of it was new.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct AppliedChange {
+    /// The file that holds it, as the client says.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<String>,
+    /// SHA-256 of its text, hexadecimal.
+    pub sha256: String,
+    /// How many blocks, or ranges of instances, it added.
+    pub added: u64,
+    /// How many it removed.
+    pub removed: u64,
+    /// How many pins and wires differ in those that it kept.
+    pub changed: u64,
+    /// Its limits that differ from those before.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub limits: Vec<String>,
+}
+
+/// A transaction that a task has not come to yet.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct PendingEntry {
+    /// Its number.
+    pub transaction: u64,
+    /// What it will do: `set`, `force`, `release` or `undo`.
+    pub action: Action,
+    /// Its task.
+    pub task: String,
+    /// The cycle that it waits for.
+    pub cycle: u64,
+    /// The signals that it will change.
+    pub names: Vec<String>,
+    /// The values that it will give them; none for a release.
+    #[serde(default)]
+    pub values: Values,
+    /// Who asked for it.
+    #[serde(flatten)]
+    pub by: AskedBy,
+}
+
+fn is_zero(count: &u64) -> bool {
+    *count == 0
+}

@@ -1,0 +1,53 @@
+//! **The nouns of a node**, once: what plans, requests, journals, reports and screens all use as it is.
+//!
+//! Types with their conversions and formats, and no rules. [`Value`], [`Role`] and [`Flags`] are of signals;
+//! [`Force`], [`Change`] and [`Entry`] of what operators did to them; [`Access`], [`Refusal`] and [`Finding`] of
+//! what they may do and why not. As JSON they are what docs/control.md says.
+//!
+//! ```
+//! use isochrone_model::{Flags, Value};
+//!
+//! let flags = Flags::STALE | Flags::UPSTREAM;
+//! assert_eq!(flags.to_string(), "STALE UPSTREAM");
+//! assert_eq!(Value::from(2.5).to_string(), "2.5");
+//! ```
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::print_stdout,
+        clippy::print_stderr
+    )
+)]
+#![forbid(unsafe_code)]
+
+mod access;
+mod configuration;
+mod duration;
+mod flags;
+mod force;
+mod journal;
+mod refusal;
+mod role;
+mod time;
+mod value;
+mod values;
+
+pub use access::Access;
+pub use configuration::{ChangeSummary, ChangedValue, Given, Tuned};
+pub use duration::{
+    AmountError, UNITS, amount_ns, format_duration_ns, parse_duration_ns, parse_milliseconds_ns,
+    parse_seconds, respelled,
+};
+pub use flags::Flags;
+pub use force::{Force, Hold};
+pub use journal::{Action, AppliedChange, AskedBy, Change, Entry, PendingEntry};
+pub use refusal::{Code, Finding, Place, Refusal};
+pub use role::Role;
+pub use time::{
+    TIME_FORMS, format_time_ms, in_form_of, is_time, parse_time_ms, parse_time_ns, time_help,
+};
+pub use value::{CALLING_TASK, Value};
+pub use values::Values;

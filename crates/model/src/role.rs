@@ -1,0 +1,21 @@
+//! What signals are.
+
+use serde::{Deserialize, Serialize};
+
+/// What a signal is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Role {
+    /// A value from another process.
+    Input,
+    /// A block's input pin that no wire leads to; it can be set.
+    Parameter,
+    /// A block's input pin that a wire leads to.
+    Wired,
+    /// A block's output pin.
+    Output,
+    /// Whether an input can be believed.
+    Ok,
+    /// How old an input is; the one signal that cannot be forced.
+    Age,
+}
