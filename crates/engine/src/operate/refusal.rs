@@ -115,14 +115,6 @@ pub enum Refusal {
         /// The name.
         name: String,
     },
-    /// The patterns before it in the request were compared with too many signals.
-    #[error("\"{}\" was not looked for: the names with * before it were compared with more than {searched} signals", escaped(.name))]
-    NotSearched {
-        /// The pattern.
-        name: String,
-        /// Most signals that patterns of a request are compared with.
-        searched: usize,
-    },
     /// The request names nothing.
     #[error("the request names no signal")]
     Empty,
@@ -285,7 +277,6 @@ impl Refusal {
             | Self::Twice { name }
             | Self::Protected { name, .. }
             | Self::NotForced { name }
-            | Self::NotSearched { name, .. }
             | Self::Fixed { name, .. }
             | Self::ForcedGone { name }
             | Self::Gone { name, .. }
@@ -348,7 +339,6 @@ impl Refusal {
                 "start the node again; until then it only releases forces".into()
             }
             Self::NotForced { .. } => "name a signal that is; `forces` lists them".into(),
-            Self::NotSearched { .. } => "divide the request".into(),
             Self::Empty => "name at least one".into(),
             Self::At { why, .. } => match why {
                 AtRefusal::TooLate => "name a later cycle, or none",

@@ -5,17 +5,17 @@ use isochrone_engine::config::Control;
 use isochrone_engine::operate::{self, Selection, Signal};
 
 use crate::control::{
-    Access, ActiveAlarm, AlarmsParams, AlarmsResult, AskedBy, Begun, ConfigurationOrigin,
-    DescribeResult, Failure, Force, ForcesParams, ForcesResult, JournalEntry, JournalParams,
-    JournalResult, PendingEntry, Reply, Role, Room, SignalDescription, SignalsParams,
-    SignalsResult, TaskDescription,
+    Access, ActiveAlarm, AlarmsParams, AlarmsResult, AskedBy, ConfigurationOrigin, DescribeResult,
+    Failure, Force, ForcesParams, ForcesResult, JournalEntry, JournalParams, JournalResult,
+    PendingEntry, Reply, Role, Room, SignalDescription, SignalsParams, SignalsResult,
+    TaskDescription,
 };
 use crate::faults::Active;
 use crate::operating::unix_ns;
 use crate::recorder::Recording;
 
 use super::Attendant;
-use super::searching::{Purpose, Search};
+use super::requests::select;
 
 /// Signals of a page, if the request does not say how many.
 const SIGNALS: u64 = 1000;
@@ -67,20 +67,14 @@ impl Attendant {
         })
     }
 
-    pub(super) fn signals(&mut self, params: SignalsParams) -> Result<Begun, Failure> {
+    pub(super) fn signals(&self, params: &SignalsParams) -> Result<Reply, Failure> {
         let (offset, limit) = page(params.offset, params.limit.or(Some(SIGNALS)));
         let limit = limit.min(MOST_SIGNALS);
-        let names = params.pattern.map(|pattern| vec![pattern]);
-        self.search(Search { names, offset, limit, purpose: Purpose::Describe })
-    }
-
-    /// What was found. `None`: the configuration was changed since.
-    pub(super) fn described(&self, selection: &Selection) -> Option<Reply> {
-        let operating = self.shared.lock();
+        let (operating, selection) = select(&self.shared, |signals| match &params.pattern {
+            Some(pattern) => Selection::of(signals, [pattern.as_str()], offset, limit),
+            None => Ok(Selection::of_all(signals, offset, limit)),
+        })?;
         let signals = operating.operator.signals();
-        if !selection.is_of(signals) {
-            return None;
-        }
         let describe = |signal: Signal<'_>| SignalDescription {
             forced: operating.operator.is_forced(&signal),
             protected: Some(operating.operator.is_protected(&signal)),
@@ -94,7 +88,7 @@ impl Attendant {
             name: signal.name,
         };
         let page = fitting(selection.signals().map(describe));
-        Some(Reply::Signals(SignalsResult { total: selection.total() as u64, signals: page }))
+        Ok(Reply::Signals(SignalsResult { total: selection.total() as u64, signals: page }))
     }
 
     pub(super) fn forces(&self, params: &ForcesParams) -> Reply {

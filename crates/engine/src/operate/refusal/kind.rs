@@ -42,7 +42,6 @@ impl Refusal {
             | Self::Limits { .. }
             | Self::Twice { .. }
             | Self::Empty
-            | Self::NotSearched { .. }
             | Self::Duration { .. } => RefusalKind::WrongValue,
             Self::At { .. } => RefusalKind::TooLate,
             Self::TooMany { .. }
