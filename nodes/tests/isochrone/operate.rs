@@ -81,10 +81,10 @@ fn pages_of_a_large_node_are_whole() {
     assert_eq!(read, sevens);
     let unknown = GetParams { names: names(&["lat.*.value"]), ..GetParams::default() };
     assert_eq!(node.refused(&unknown).code, Code::UnknownName);
-    let globs = GetParams { names: vec!["late.*7.*".into(); 17], ..GetParams::default() };
+    let globs = GetParams { names: vec!["late.*7.*".into(); COUNT], ..GetParams::default() };
     let refused = node.refused(&globs);
     assert_eq!(refused.code, Code::InvalidParams);
-    assert!(refused.message.contains("17 names with *"), "{}", refused.message);
+    assert!(refused.message.contains("4000 names with *"), "{}", refused.message);
     let fewer = NODE.replace("name = \"late\"\n", "name = \"late\"\ncount = 1000\n");
     let fewer =
         ApplyParams { configuration: fewer, allow_missed: Some(true), ..Default::default() };

@@ -20,8 +20,9 @@ use super::under_way::{Change, Read, UnderWay, Work};
 
 /// Most values and names of one request, and most values of one page.
 const MAX_VALUES: usize = 4096;
-/// Most globs of one request: each may be compared with a million names while others wait.
-const MAX_GLOBS: usize = 16;
+/// Most globs of one request times instances of the node: each glob is compared with each instance while
+/// others wait.
+const MAX_COMPARED: usize = 16_000_000;
 /// Longest comment, in bytes; the journal keeps thousands.
 const MAX_COMMENT_BYTES: usize = 1000;
 /// Longest name of a client, in bytes.
@@ -63,7 +64,7 @@ impl Attendant {
         params: ReleaseParams,
         caller: Caller,
     ) -> Result<Begun, Failure> {
-        check_names("names", &params.names)?;
+        self.check_names("names", &params.names)?;
         let request = Beside::by(params.client).request(caller)?;
         let names = params.names.iter().map(String::as_str);
         self.change(None, None, |operator, next| operator.release(names, request, next))
@@ -76,7 +77,7 @@ impl Attendant {
     }
 
     pub(super) fn get(&mut self, params: GetParams) -> Result<Begun, Failure> {
-        check_names("names", &params.names)?;
+        self.check_names("names", &params.names)?;
         let offset = params.offset.unwrap_or_default().try_into().unwrap_or(usize::MAX);
         let limit = params.limit.unwrap_or(MAX_VALUES as u64).min(MAX_VALUES as u64) as usize;
         let names = || params.names.iter().map(String::as_str);
@@ -136,6 +137,18 @@ impl Attendant {
         }
         drop(operating);
         Ok(self.begun(sent.number, missing, Work::Change(change)))
+    }
+
+    /// Refuses more names than are looked up at once.
+    pub(super) fn check_names(
+        &self,
+        member: &'static str,
+        names: &[String],
+    ) -> Result<(), Failure> {
+        check_count(member, names.len())?;
+        let globs = names.iter().filter(|name| Pattern::is_glob(name)).count();
+        let instances = self.shared.lock().operator.signals().instances();
+        check_at_most(MAX_COMPARED / instances.max(1), member, "names with *", globs)
     }
 
     fn begun(&mut self, number: u64, missing: usize, work: Work) -> Begun {
@@ -200,12 +213,6 @@ pub(super) fn select(
 
 fn check_count(member: &'static str, count: usize) -> Result<(), Failure> {
     check_at_most(MAX_VALUES, member, "entries", count)
-}
-
-pub(super) fn check_names(member: &'static str, names: &[String]) -> Result<(), Failure> {
-    check_count(member, names.len())?;
-    let globs = names.iter().filter(|name| Pattern::is_glob(name)).count();
-    check_at_most(MAX_GLOBS, member, "names with *", globs)
 }
 
 fn check_at_most(

@@ -15,7 +15,7 @@ use crate::timing_channels;
 use crate::traces::{MAX_TRACED, MAX_TRACES, Traced};
 
 use super::Attendant;
-use super::requests::{check_names, select};
+use super::requests::select;
 use super::trace_ports::{Opened, Opening};
 
 /// How long a trace goes on that nobody renews.
@@ -88,7 +88,7 @@ impl Attendant {
         let end = params.end.unwrap_or_default();
         match (params.signals, params.id) {
             (Some(names), None) if !end => {
-                check_names("signals", &names)?;
+                self.check_names("signals", &names)?;
                 self.open_trace(&names, caller.process)
             }
             (None, Some(id)) => self.go_on_or_end(&id, end),

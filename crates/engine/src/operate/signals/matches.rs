@@ -48,8 +48,10 @@ impl Signals {
         let pins = pins.filter(|(_, known)| part_matches(pin, known.name)).map(|(index, _)| index);
         let pins: Vec<usize> = pins.collect();
         // Numbers are compared last: there may be a million.
+        if pins.is_empty() {
+            return None;
+        }
         let instances = match number {
-            _ if pins.is_empty() => return None,
             Some((number, first)) => run.matching(first as usize, number),
             None => Instances::All(1),
         };

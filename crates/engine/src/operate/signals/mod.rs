@@ -164,6 +164,11 @@ impl Signals {
         self.tasks.len()
     }
 
+    /// Number of instances of blocks.
+    pub fn instances(&self) -> usize {
+        self.blocks.iter().map(|block| block.count).sum()
+    }
+
     /// Name of a task.
     pub fn task_name(&self, task: usize) -> &str {
         self.tasks.get(task).map_or("", |task| &task.name)
