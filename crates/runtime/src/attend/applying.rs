@@ -67,20 +67,16 @@ impl Attendant {
             );
             return;
         }
-        match self.send_change(&making, prepared) {
+        let prepared = prepared.and_then(|prepared| prepared.map_err(unapplied));
+        match prepared.and_then(|prepared| self.send_change(&making, prepared)) {
             Ok(under_way) if under_way.is_complete() => self.ended.push_back(under_way.end()),
             Ok(under_way) => self.under_way.push(under_way),
             Err(failure) => self.ended.push_back((ticket, Err(failure))),
         }
     }
 
-    fn send_change(
-        &self,
-        making: &Making,
-        prepared: Result<Result<PreparedApply, ApplyError>, Failure>,
-    ) -> Result<UnderWay, Failure> {
+    fn send_change(&self, making: &Making, prepared: PreparedApply) -> Result<UnderWay, Failure> {
         let Making { ticket, is_dry, allow_missed, .. } = *making;
-        let prepared = prepared?.map_err(unapplied)?;
         let (summary, cost_ns) = (prepared.summary().clone(), prepared.cost_ns());
         let (values, tuned) = (prepared.values().to_vec(), prepared.tuned().to_vec());
         let mut operating = self.shared.lock();
