@@ -1,9 +1,5 @@
 //! Numbers as people write them: with a base (`16#8F00`, `2#1010_0000`, `-8#17`), a comma or a unit.
 
-/// The bases of IEC 61131-3, as they are written, with an example of each.
-const BASES: [(&str, u32, &str); 3] =
-    [("2", 2, "2#1010_0000"), ("8", 8, "8#17"), ("16", 16, "16#8F00")];
-
 /// A whole number and the base that it is written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Based {
@@ -22,7 +18,12 @@ pub fn parse_based(text: &str) -> Option<Result<Based, String>> {
         None => ("", text.strip_prefix('+').unwrap_or(text)),
     };
     let (prefix, digits) = unsigned.split_once('#')?;
-    let &(_, base, example) = BASES.iter().find(|(name, ..)| *name == prefix)?;
+    let (base, example) = match prefix {
+        "2" => (2, "2#1010_0000"),
+        "8" => (8, "8#17"),
+        "16" => (16, "16#8F00"),
+        _ => return None,
+    };
     let is_digit = |c: char| c.is_digit(base) || c == '_';
     let has_blank_place = digits.starts_with('_') || digits.ends_with('_') || digits.contains("__");
     if digits.is_empty() || !digits.chars().all(is_digit) || has_blank_place {

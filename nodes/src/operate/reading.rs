@@ -66,12 +66,6 @@ impl Node {
         }
     }
 
-    /// In how many answers it describes all of its signals.
-    fn pages_of_signals(&mut self) -> Result<u64, Failure> {
-        let first = self.call(&SignalsParams::default())?;
-        Ok(first.total.div_ceil((first.signals.len() as u64).max(1)))
-    }
-
     /// What it says of the signals of these names; those that it does not have are missing.
     pub(super) fn known<'n>(
         &mut self,
@@ -79,9 +73,11 @@ impl Node {
     ) -> Result<Known, Failure> {
         /// So many names are asked for one by one in any case.
         const EACH: usize = 32;
+        /// Signals that a node describes in one answer.
+        const PAGE: u64 = 1000;
         let names: BTreeSet<&str> = names.into_iter().collect();
         // A large node would be asked for thousands of pages, of which a few names are wanted.
-        if names.len() > EACH && self.pages_of_signals()? < names.len() as u64 {
+        if names.len() > EACH && self.count(None)? < PAGE * names.len() as u64 {
             let all = self.signals(None)?.into_iter();
             return Ok(all.filter(|signal| names.contains(signal.name.as_str())).collect());
         }

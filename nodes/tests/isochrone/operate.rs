@@ -52,7 +52,7 @@ signals = ["scale.y"]
 "#;
 
 #[test]
-fn pages_of_a_large_node_are_whole_and_others_are_answered_meanwhile() {
+fn pages_of_a_large_node_are_whole() {
     const COUNT: usize = 4000;
     let many = format!("name = \"late\"\ncount = {COUNT}\n");
     let mut node = Node::start(&NODE.replace("name = \"late\"\n", &many));
@@ -81,7 +81,10 @@ fn pages_of_a_large_node_are_whole_and_others_are_answered_meanwhile() {
     assert_eq!(read, sevens);
     let unknown = GetParams { names: names(&["lat.*.value"]), ..GetParams::default() };
     assert_eq!(node.refused(&unknown).code, Code::UnknownName);
-    // What is kept for the next pages is of no other configuration.
+    let globs = GetParams { names: vec!["late.*7.*".into(); COUNT], ..GetParams::default() };
+    let refused = node.refused(&globs);
+    assert_eq!(refused.code, Code::InvalidParams);
+    assert!(refused.message.contains("4000 names with *"), "{}", refused.message);
     let fewer = NODE.replace("name = \"late\"\n", "name = \"late\"\ncount = 1000\n");
     let fewer =
         ApplyParams { configuration: fewer, allow_missed: Some(true), ..Default::default() };

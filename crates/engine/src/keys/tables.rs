@@ -260,8 +260,8 @@ keys! {
         TASK "task": Text, Means("the only task");
         /// Number of instances. Several instances are named `ramp.0`, `ramp.1` and so on; `{i}` in a wire stands for the number of the reading instance.
         COUNT "count" ["instances"]: integer(
-            |count| (1..=10_000_000).contains(&count),
-            "from 1 to 10000000",
+            |count| (1..=1_000_000).contains(&count),
+            "from 1 to 1000000",
         ), Default("1");
         /// Its input pins: for each a number, `true` or `false`, or a wire.
         IN "in": Table, Means("every pin takes its default");

@@ -14,8 +14,8 @@ use crate::nearest::Known;
 
 /// What the names of the nodes' own services begin with.
 const OWN_SERVICES: &str = "isochrone/";
-/// Most instances of a file. Their slots are counted in 32 bits, and their memory is finite.
-pub(crate) const MAX_INSTANCES: usize = 10_000_000;
+/// Most instances of a file: looking for names among more would keep others who ask a node waiting.
+pub(crate) const MAX_INSTANCES: usize = 1_000_000;
 
 /// Names resolved to indexes. Entries whose name, type or task is unknown are `None`; the errors
 /// about them are reported.

@@ -4,7 +4,7 @@ use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::operate::{Selection, Signal};
 
 use crate::control::{
-    ActiveAlarm, AlarmsParams, AlarmsResult, Begun, ConfigurationOrigin, DescribeResult, Entry,
+    ActiveAlarm, AlarmsParams, AlarmsResult, ConfigurationOrigin, DescribeResult, Entry,
     ForcesParams, ForcesResult, JournalParams, JournalResult, Refusal, Reply, Room,
     SignalDescription, SignalsParams, SignalsResult, TaskDescription,
 };
@@ -13,7 +13,7 @@ use crate::operating::unix_ns;
 use crate::recorder::Recording;
 
 use super::Attendant;
-use super::searching::{Purpose, Search};
+use super::requests::select;
 
 /// Signals of a page, if the request does not say how many.
 const SIGNALS: u64 = 1000;
@@ -59,20 +59,14 @@ impl Attendant {
         })
     }
 
-    pub(super) fn signals(&mut self, params: SignalsParams) -> Result<Begun, Refusal> {
+    pub(super) fn signals(&self, params: &SignalsParams) -> Result<Reply, Refusal> {
         let (offset, limit) = page(params.offset, params.limit.or(Some(SIGNALS)));
         let limit = limit.min(MOST_SIGNALS);
-        let names = params.pattern.map(|pattern| vec![pattern]);
-        self.search(Search { names, offset, limit, purpose: Purpose::Describe })
-    }
-
-    /// What was found. `None`: the configuration was changed since.
-    pub(super) fn described(&self, selection: &Selection) -> Option<Reply> {
-        let operating = self.shared.lock();
+        let (operating, selection) = select(&self.shared, |signals| match &params.pattern {
+            Some(pattern) => Selection::of(signals, [pattern.as_str()], offset, limit),
+            None => Ok(Selection::of_all(signals, offset, limit)),
+        })?;
         let signals = operating.operator.signals();
-        if !selection.is_of(signals) {
-            return None;
-        }
         let describe = |signal: Signal<'_>| SignalDescription {
             forced: operating.operator.is_forced(&signal),
             protected: Some(operating.operator.is_protected(&signal)),
@@ -86,7 +80,7 @@ impl Attendant {
             name: signal.name,
         };
         let page = fitting(selection.signals().map(describe));
-        Some(Reply::Signals(SignalsResult { total: selection.total() as u64, signals: page }))
+        Ok(Reply::Signals(SignalsResult { total: selection.total() as u64, signals: page }))
     }
 
     pub(super) fn forces(&self, params: &ForcesParams) -> Reply {

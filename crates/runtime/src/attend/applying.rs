@@ -1,7 +1,6 @@
-//! Another configuration, as a client asks for it: made in a thread of its own.
+//! Another configuration, as a client asks for it: made in the thread for long jobs.
 
 use std::ops::Range;
-use std::thread::{self, JoinHandle};
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::Findings;
@@ -12,10 +11,10 @@ use crate::control::{
 };
 use crate::error::ApplyError;
 use crate::operating::Origin;
-use crate::panics;
 
 use super::Attendant;
 use super::applied::Applied;
+use super::jobs::Job;
 use super::requests::{Beside, PATIENCE_NS};
 use super::under_way::{UnderWay, Work};
 
@@ -25,7 +24,7 @@ pub(super) struct Making {
     is_dry: bool,
     allow_missed: bool,
     is_given_up: bool,
-    thread: JoinHandle<Result<PreparedApply, ApplyError>>,
+    job: Job<Result<PreparedApply, ApplyError>>,
 }
 
 impl Attendant {
@@ -39,15 +38,11 @@ impl Attendant {
         let shared = self.shared.clone();
         // A configuration of thousands of blocks takes its time, and others are not to wait for it.
         let work = move || PreparedApply::new(&shared, &configuration, file, request);
-        let spawned = thread::Builder::new().name("control apply".into()).spawn(work);
-        let thread = spawned.map_err(|error| {
-            let message = format!("cannot start a thread to check the configuration in: {error}");
-            Refusal::new(Code::Internal, message)
-        })?;
+        let job = self.jobs.begin(work)?;
         let ticket = self.ticket();
         let (is_dry, allow_missed) =
             (dry_run.unwrap_or_default(), allow_missed.unwrap_or_default());
-        self.making = Some(Making { ticket, is_dry, allow_missed, is_given_up: false, thread });
+        self.making = Some(Making { ticket, is_dry, allow_missed, is_given_up: false, job });
         Ok(Begun::Later(ticket))
     }
 
@@ -60,27 +55,26 @@ impl Attendant {
 
     /// Sends what has been made since the last time.
     pub(super) fn send_made(&mut self) {
-        let Some(made) = self.making.take_if(|making| making.thread.is_finished()) else { return };
-        let ticket = made.ticket;
-        if made.is_given_up {
+        let result = self.making.as_ref().and_then(|making| making.job.result());
+        let Some(prepared) = result else { return };
+        let Some(making) = self.making.take() else { return };
+        let ticket = making.ticket;
+        if making.is_given_up {
             tracing::info!(
                 "the configuration that was asked for is not applied: nobody waits for it"
             );
             return;
         }
-        match self.send_change(made) {
+        let prepared = prepared.and_then(|prepared| prepared.map_err(unapplied));
+        match prepared.and_then(|prepared| self.send_change(&making, prepared)) {
             Ok(under_way) if under_way.is_complete() => self.ended.push_back(under_way.end()),
             Ok(under_way) => self.under_way.push(under_way),
             Err(failure) => self.ended.push_back((ticket, Err(failure))),
         }
     }
 
-    fn send_change(&mut self, made: Making) -> Result<UnderWay, Refusal> {
-        let Making { ticket, is_dry, allow_missed, thread, .. } = made;
-        let prepared = thread.join().map_err(|panic| {
-            Refusal::new(Code::Internal, format!("panicked: {}", panics::words(&*panic)))
-        })?;
-        let prepared = prepared.map_err(unapplied)?;
+    fn send_change(&self, making: &Making, prepared: PreparedApply) -> Result<UnderWay, Refusal> {
+        let Making { ticket, is_dry, allow_missed, .. } = *making;
         let (summary, cost_ns) = (prepared.summary().clone(), prepared.cost_ns());
         let (values, tuned) = (prepared.values().to_vec(), prepared.tuned().to_vec());
         let mut operating = self.shared.lock();

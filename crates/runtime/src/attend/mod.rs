@@ -3,9 +3,9 @@
 mod answers;
 mod applied;
 mod applying;
+mod jobs;
 mod requests;
 mod saving;
-mod searching;
 mod trace_ports;
 mod traces;
 mod under_way;
@@ -26,8 +26,8 @@ use crate::error::PrepareError;
 use crate::operating::{Shared, unix_ns};
 use crate::panics;
 use applying::Making;
+use jobs::Jobs;
 use saving::Saving;
-use searching::Searching;
 use traces::Tracing;
 use under_way::UnderWay;
 
@@ -162,8 +162,8 @@ struct Attendant {
     shared: Shared,
     tickets: u64,
     under_way: Vec<UnderWay>,
+    jobs: Jobs,
     saving: Saving,
-    searching: Searching,
     making: Option<Making>,
     tracing: Tracing,
     ended: VecDeque<(Ticket, Outcome)>,
@@ -178,8 +178,8 @@ impl Attendant {
             shared: shared.clone(),
             tickets: 0,
             under_way: Vec::new(),
+            jobs: Jobs::default(),
             saving: Saving::default(),
-            searching: Searching::default(),
             making: None,
             tracing,
             ended: VecDeque::new(),
@@ -209,7 +209,6 @@ impl Attendant {
             let (ticket, outcome) = one.end();
             self.ended.push_back((ticket, outcome));
         }
-        self.go_on_with_found();
         self.ended.extend(self.saving.made());
         self.send_made();
         self.tend_traces();
@@ -220,7 +219,7 @@ impl Operated for Attendant {
     fn begin(&mut self, call: Call, caller: Caller) -> Begun {
         let outcome = match call {
             Call::Describe(_) => Ok(self.describe()),
-            Call::Signals(params) => return self.signals(params).unwrap_or_else(refused),
+            Call::Signals(params) => self.signals(&params),
             Call::Forces(params) => Ok(self.forces(&params)),
             Call::Journal(params) => Ok(self.journal(&params)),
             Call::Alarms(params) => Ok(self.alarms(&params)),
@@ -245,7 +244,6 @@ impl Operated for Attendant {
 
     fn given_up(&mut self, ticket: Ticket) {
         self.forget_making(ticket);
-        self.searching.forget(ticket);
     }
 }
 

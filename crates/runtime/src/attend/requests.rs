@@ -1,21 +1,25 @@
 //! What changes and reads values: checked, sent to its tasks, and answered when it has happened.
 
+use std::sync::{Arc, MutexGuard};
+
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_engine::operate::{Operator, Prepared, Request, Selection};
+use isochrone_engine::operate::{Operator, Pattern, Prepared, Request, Selection, Signals};
 
 use crate::control::{
     AskedBy, Begun, ByTask, Caller, Code, Finding, ForceParams, GetParams, Hold, Part, Refusal,
-    ReleaseParams, SetParams, Ticket, UndoParams,
+    ReleaseParams, SetParams, UndoParams,
 };
 use crate::error::RequestError;
-use crate::operating::{Lane, Origin};
+use crate::operating::{Lane, Operating, Origin, Shared};
 
 use super::Attendant;
-use super::searching::{Purpose, Search};
 use super::under_way::{Change, Read, UnderWay, Work};
 
 /// Most values and names of one request, and most values of one page.
 const MAX_VALUES: usize = 4096;
+/// Most globs of one request times instances of the node: each glob is compared with each instance while
+/// others wait.
+const MAX_COMPARED: usize = 16_000_000;
 /// Longest comment, in bytes; the journal keeps thousands.
 const MAX_COMMENT_BYTES: usize = 1000;
 /// Longest name of a client, in bytes.
@@ -53,7 +57,7 @@ impl Attendant {
         params: ReleaseParams,
         caller: Caller,
     ) -> Result<Begun, Refusal> {
-        check_count("names", params.names.len())?;
+        self.check_names("names", &params.names)?;
         let request = Beside::by(params.client).request(caller)?;
         let names = params.names.iter().map(String::as_str);
         self.change(None, None, |operator, next| operator.release(names, request, next))
@@ -66,21 +70,15 @@ impl Attendant {
     }
 
     pub(super) fn get(&mut self, params: GetParams) -> Result<Begun, Refusal> {
-        check_count("names", params.names.len())?;
+        self.check_names("names", &params.names)?;
         let offset = params.offset.unwrap_or_default().try_into().unwrap_or(usize::MAX);
         let limit = params.limit.unwrap_or(MAX_VALUES as u64).min(MAX_VALUES as u64) as usize;
-        self.search(Search { names: Some(params.names), offset, limit, purpose: Purpose::Read })
-    }
-
-    /// Sends for the values of what was found. `None`: the configuration was changed since.
-    pub(super) fn read(
-        &mut self,
-        ticket: Ticket,
-        mut selection: Selection,
-    ) -> Result<Option<Begun>, Refusal> {
-        let mut operating = self.shared.lock();
-        let Some(mut prepared) = operating.operator.read(&mut selection) else { return Ok(None) };
+        let names = || params.names.iter().map(String::as_str);
+        let (mut operating, selection) = select(&self.shared, |signals| {
+            Ok(Selection::of(signals, names(), offset, limit)?.with_quality())
+        })?;
         let total = selection.total();
+        let mut prepared = operating.operator.read(selection);
         let order = std::mem::take(&mut prepared.read_from);
         let missing = prepared.tasks().count();
         let number = operating.send(Origin::Service, prepared).map_err(unsent)?.number;
@@ -94,7 +92,7 @@ impl Attendant {
             readings: Vec::new(),
         };
         drop(operating);
-        Ok(Some(self.begun(ticket, number, missing, Work::Read(read))))
+        Ok(self.begun(number, missing, Work::Read(read)))
     }
 
     /// Sends what is prepared, and says of each part whether it will be waited for.
@@ -130,14 +128,26 @@ impl Attendant {
             }
         }
         drop(operating);
-        let ticket = self.ticket();
-        Ok(self.begun(ticket, sent.number, missing, Work::Change(change)))
+        Ok(self.begun(sent.number, missing, Work::Change(change)))
     }
 
-    fn begun(&mut self, ticket: Ticket, number: u64, missing: usize, work: Work) -> Begun {
+    /// Refuses more names than are looked up at once.
+    pub(super) fn check_names(
+        &self,
+        member: &'static str,
+        names: &[String],
+    ) -> Result<(), Refusal> {
+        check_count(member, names.len())?;
+        let globs = names.iter().filter(|name| Pattern::is_glob(name)).count();
+        let instances = self.shared.lock().operator.signals().instances();
+        check_at_most(MAX_COMPARED / instances.max(1), member, "names with *", globs)
+    }
+
+    fn begun(&mut self, number: u64, missing: usize, work: Work) -> Begun {
         if missing == 0 {
             return Begun::Ended(Ok(work.reply(number, Vec::new())));
         }
+        let ticket = self.ticket();
         self.under_way.push(UnderWay::new(ticket, number, missing, work));
         Begun::Later(ticket)
     }
@@ -172,12 +182,38 @@ impl Beside {
     }
 }
 
-pub(super) fn check_count(member: &'static str, count: usize) -> Result<(), Refusal> {
-    if count <= MAX_VALUES {
+/// Looks for signals in the index of names, which may take some tenths of a second, so that nobody who shares
+/// the lock waits for it. Returns the lock under which the node still has them.
+pub(super) fn select(
+    shared: &Shared,
+    find: impl Fn(&Arc<Signals>) -> Result<Selection, Refusal>,
+) -> Result<(MutexGuard<'_, Operating>, Selection), Refusal> {
+    loop {
+        let signals = Arc::clone(shared.lock().operator.signals());
+        let selection = find(&signals)?;
+        let operating = shared.lock();
+        if selection.is_of(operating.operator.signals()) {
+            return Ok((operating, selection));
+        }
+        // The configuration was changed meanwhile.
+    }
+}
+
+fn check_count(member: &'static str, count: usize) -> Result<(), Refusal> {
+    check_at_most(MAX_VALUES, member, "entries", count)
+}
+
+fn check_at_most(
+    most: usize,
+    member: &'static str,
+    of: &'static str,
+    count: usize,
+) -> Result<(), Refusal> {
+    if count <= most {
         return Ok(());
     }
-    let message = format!("\"{member}\" has {count} entries");
-    let help = format!("at most {MAX_VALUES} are possible: divide the request");
+    let message = format!("\"{member}\" has {count} {of}");
+    let help = format!("at most {most} are possible: divide the request");
     let finding = Finding::new(member, message).with_help(help);
     Err(Refusal::of(Code::InvalidParams, vec![finding]))
 }

@@ -1,16 +1,16 @@
-//! The running values as a configuration, made in a thread of its own and handed out in pieces.
+//! The running values as a configuration, made in the thread for long jobs and handed out in pieces.
 
-use std::thread::{self, JoinHandle};
+use std::collections::VecDeque;
 
-use isochrone_engine::operate::{Changes, SaveError};
+use isochrone_engine::operate::SaveError;
 use isochrone_ipc::{MAX_CLIENTS, MAX_MESSAGE_BYTES};
 
 use crate::control::{
     Begun, Caller, Code, Outcome, Refusal, Reply, SaveParams, SaveResult, Ticket,
 };
-use crate::panics;
 
 use super::Attendant;
+use super::jobs::Job;
 
 /// What a piece leaves to the rest of its answer, in bytes.
 const AROUND: usize = 4096;
@@ -18,14 +18,15 @@ const AROUND: usize = 4096;
 /// Texts that are being made, or handed out.
 #[derive(Default)]
 pub(super) struct Saving {
-    making: Vec<Making>,
+    /// In the order in which they are made.
+    making: VecDeque<Making>,
     made: Vec<Text>,
 }
 
 struct Making {
     ticket: Ticket,
     process: Option<u32>,
-    thread: JoinHandle<Result<String, SaveError>>,
+    job: Job<Result<String, SaveError>>,
 }
 
 /// A text for one client.
@@ -49,50 +50,36 @@ impl Attendant {
         let changes = operating.operator.to_save();
         let text = operating.configuration.source.text.clone();
         drop(operating);
+        // A configuration may have megabytes, and others are not to wait until it is read.
+        let job = self.jobs.begin(move || changes.save(&text))?;
         let ticket = self.ticket();
-        self.saving.make(ticket, caller.process, changes, text).map(|()| Begun::Later(ticket))
+        self.saving.making.push_back(Making { ticket, process: caller.process, job });
+        Ok(Begun::Later(ticket))
     }
 }
 
 impl Saving {
-    fn make(
-        &mut self,
-        ticket: Ticket,
-        process: Option<u32>,
-        changes: Changes,
-        text: std::sync::Arc<str>,
-    ) -> Result<(), Refusal> {
-        // A configuration may have megabytes, and others are not to wait until it is read.
-        let spawned = thread::Builder::new().name("control save".into());
-        let spawned = spawned.spawn(move || changes.save(&text)).map_err(|error| {
-            Refusal::new(Code::Internal, format!("cannot start a thread to save in: {error}"))
-        })?;
-        self.making.push(Making { ticket, process, thread: spawned });
-        Ok(())
-    }
-
     /// The first pieces of the texts that were made since the last time.
     pub(super) fn made(&mut self) -> Vec<(Ticket, Outcome)> {
-        let is_made = |one: &mut Making| one.thread.is_finished();
-        let made: Vec<Making> = self.making.extract_if(.., is_made).collect();
-        let first = |Making { ticket, process, thread }: Making| {
-            let internal = |why: String| Refusal::new(Code::Internal, why);
-            let text = match thread.join() {
-                Ok(text) => text.map_err(|error| internal(error.to_string())),
-                Err(panic) => Err(internal(format!("panicked: {}", panics::words(&*panic)))),
-            };
-            let piece = text.and_then(|text| {
-                self.made.retain(|other| other.process != process);
-                // Clients that gave up half-way leave theirs.
-                if self.made.len() >= MAX_CLIENTS {
-                    self.made.remove(0);
-                }
-                self.made.push(Text { process, text });
-                self.piece(process, 0)
-            });
-            (ticket, piece)
-        };
-        made.into_iter().map(first).collect()
+        let mut made = Vec::new();
+        while let Some(text) = self.making.front().and_then(|making| making.job.result())
+            && let Some(Making { ticket, process, .. }) = self.making.pop_front()
+        {
+            let internal = |error: SaveError| Refusal::new(Code::Internal, error.to_string());
+            let text = text.and_then(|text| text.map_err(internal));
+            made.push((ticket, text.and_then(|text| self.first_piece(process, text))));
+        }
+        made
+    }
+
+    fn first_piece(&mut self, process: Option<u32>, text: String) -> Result<Reply, Refusal> {
+        self.made.retain(|other| other.process != process);
+        // Clients that gave up half-way leave theirs.
+        if self.made.len() >= MAX_CLIENTS {
+            self.made.remove(0);
+        }
+        self.made.push(Text { process, text });
+        self.piece(process, 0)
     }
 
     fn piece(&mut self, process: Option<u32>, offset: u64) -> Result<Reply, Refusal> {

@@ -15,8 +15,7 @@ use crate::timing_channels;
 use crate::traces::{MAX_TRACED, MAX_TRACES, Traced};
 
 use super::Attendant;
-use super::requests::check_count;
-use super::searching::{Purpose, Search};
+use super::requests::select;
 use super::trace_ports::{Opened, Opening};
 
 /// How long a trace goes on that nobody renews.
@@ -89,10 +88,8 @@ impl Attendant {
         let end = params.end.unwrap_or_default();
         match (params.signals, params.id) {
             (Some(names), None) if !end => {
-                check_count("signals", names.len())?;
-                let purpose = Purpose::Trace { process: caller.process };
-                let limit = MAX_TRACED + 1;
-                self.search(Search { names: Some(names), offset: 0, limit, purpose })
+                self.check_names("signals", &names)?;
+                self.open_trace(&names, caller.process)
             }
             (None, Some(id)) => self.go_on_or_end(&id, end),
             _ => {
@@ -122,22 +119,16 @@ impl Attendant {
         Ok(Begun::Ended(Ok(Reply::Trace(trace.result.clone()))))
     }
 
-    /// Has the service of a trace opened. `None`: the configuration was changed since the signals were found.
-    pub(super) fn open_trace(
-        &mut self,
-        ticket: Ticket,
-        selection: Selection,
-        process: Option<u32>,
-    ) -> Result<Option<Begun>, Refusal> {
-        let mut operating = self.shared.lock();
-        if !selection.is_of(operating.operator.signals()) {
-            return Ok(None);
-        }
+    /// Has the service of a trace opened.
+    fn open_trace(&mut self, names: &[String], process: Option<u32>) -> Result<Begun, Refusal> {
+        let (mut operating, selection) = select(&self.shared, |signals| {
+            Selection::of(signals, names.iter().map(String::as_str), 0, MAX_TRACED + 1)
+        })?;
         let task = one_task(&selection, operating.operator.signals())?;
         if operating.operator.changing().is_some() {
             return Err(changing());
         }
-        let Some(lane) = operating.lanes.get_mut(task) else { return Ok(None) };
+        let Some(lane) = operating.lanes.get_mut(task) else { return Err(changing()) };
         if lane.traces.len() >= MAX_TRACES {
             return Err(too_many(&lane.name, &lane.traces));
         }
@@ -173,9 +164,10 @@ impl Attendant {
         drop(operating);
         // A thread that panicked answers nothing: the client then hears that, too.
         let _ = self.tracing.jobs.send(opening);
+        let ticket = self.ticket();
         let (renewed, state) = (Instant::now(), State::Opening(ticket, selection));
         self.tracing.traces.push(Trace { number, task, result, renewed, state });
-        Ok(Some(Begun::Later(ticket)))
+        Ok(Begun::Later(ticket))
     }
 
     /// Goes on with traces whose services are open, ends those that nobody renews, and forgets those that

@@ -78,7 +78,7 @@ params! {
 
     /// Of `get`: which values.
     Get, GetParams -> GetResult {
-        /// Names and globs.
+        /// Names and globs, at most 4096.
         required names "names": Vec<String>,
         /// How many to leave out.
         optional offset "offset": Option<u64>,
@@ -114,7 +114,7 @@ params! {
 
     /// Of `release`: which forces.
     Release, ReleaseParams -> SetResult {
-        /// Names and globs.
+        /// Names and globs, at most 4096.
         required names "names": Vec<String>,
         /// Who; for the journal.
         optional client "client": Option<String>,

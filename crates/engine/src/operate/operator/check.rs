@@ -7,14 +7,11 @@ use isochrone_model::{Code, Finding, Refusal};
 use crate::operate::Pattern;
 use crate::operate::refusal;
 use crate::operate::signals::{Matches, Signal, Signals};
-use crate::printable::escaped;
 
 use super::{Next, Operator};
 
 /// Names that are compared with misspelt ones of a request, before no more are.
 const COMPARISONS: usize = 20_000;
-/// Signals that the patterns of a request are compared with, before no more are.
-const SEARCHED: usize = 1_000_000;
 
 /// What is wrong with a request so far.
 pub(super) struct Check<'s> {
@@ -27,15 +24,12 @@ pub(super) struct Check<'s> {
     seen: HashSet<(usize, usize)>,
     pub(super) is_empty: bool,
     comparisons: usize,
-    /// Signals that patterns were compared with.
-    pub(super) searched: usize,
 }
 
 impl<'s> Check<'s> {
     pub(super) fn new(signals: &'s Signals) -> Self {
         let (code, findings, seen) = (Code::WrongValue, Vec::new(), HashSet::new());
-        let (is_empty, comparisons, searched) = (true, 0, 0);
-        Self { signals, next: None, code, findings, seen, is_empty, comparisons, searched }
+        Self { signals, next: None, code, findings, seen, is_empty: true, comparisons: 0 }
     }
 
     /// Of a request that writes: it is about the signals that each task has at this moment.
@@ -70,21 +64,10 @@ impl<'s> Check<'s> {
         new.or_else(|| self.signals.locate(name).filter(|signal| !next.has_returned(signal.task)))
     }
 
-    /// The signals that a pattern stands for. `None`: there are none, or it was not looked for.
+    /// The signals that a pattern stands for. `None`: there are none.
     pub(super) fn matching(&mut self, name: &str) -> Option<Matches<'s>> {
         self.is_empty = false;
-        // The first one of a request is always looked for.
-        if self.searched > SEARCHED {
-            let message = format!(
-                "\"{}\" was not looked for: the names with * before it were compared with more than \
-                 {SEARCHED} signals",
-                escaped(name)
-            );
-            self.refuse(Refusal::one(Code::WrongValue, name, message, "divide the request"));
-            return None;
-        }
         let matches = self.signals.matching(&Pattern::new(name));
-        self.searched += matches.searched();
         if matches.total() == 0 {
             self.note_unknown(name);
             return None;

@@ -1,7 +1,6 @@
 //! Requests: found right, or all that is wrong with them.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
-use std::sync::Arc;
 
 use isochrone_model::{Code, Hold, Refusal, Role, Value};
 
@@ -151,7 +150,6 @@ impl Operator {
             check.is_empty = false;
             let found: Vec<(usize, u32)> = if Pattern::is_glob(name) {
                 let pattern = Pattern::new(name);
-                check.searched += self.forces.iter().map(BTreeMap::len).sum::<usize>();
                 let forced = self.forces.iter().enumerate();
                 let forced = forced.flat_map(|(task, of)| of.iter().map(move |f| (task, f)));
                 let matches = |forces: &[Forced]| {
@@ -195,24 +193,21 @@ impl Operator {
         limit: usize,
     ) -> Result<(Prepared, usize), Refusal> {
         let selection = Selection::of(&self.signals, names, offset, limit)?;
-        let mut selection = selection.with_quality();
-        let prepared = self.read(&mut selection).unwrap_or_else(|| read(Vec::new(), Vec::new()));
-        Ok((prepared, selection.total()))
+        let total = selection.total();
+        Ok((self.read(selection.with_quality()), total))
     }
 
-    /// Prepares to read signals that were looked for before, once. `None`: the configuration was changed
-    /// since, so look again.
-    pub fn read(&self, selection: &mut Selection) -> Option<Prepared> {
-        if !Arc::ptr_eq(&self.signals, &selection.signals) {
-            return None;
-        }
+    /// Prepares to read signals, which were looked for among [those that there are
+    /// now](Selection::is_of).
+    pub fn read(&self, selection: Selection) -> Prepared {
+        debug_assert!(selection.is_of(&self.signals), "they are of another configuration");
         let mut slots: BTreeMap<usize, Vec<Asked>> = BTreeMap::new();
         for (task, slot) in &selection.page {
             slots.entry(*task).or_default().push(self.asked(*task, *slot as u32));
         }
         // While another configuration is on its way, its slots may be asked for instead.
         let mut behind = match self.next_plan {
-            None => std::mem::take(&mut selection.behind),
+            None => selection.behind,
             Some(_) => BTreeMap::new(),
         };
         let work = |(task, slots): (usize, Vec<_>)| {
@@ -220,7 +215,9 @@ impl Operator {
             (task, Work::Read(Look { values: slots.into(), behind }))
         };
         let read_from = selection.page.iter().map(|(task, _)| *task).collect();
-        Some(read(slots.into_iter().map(work).collect(), read_from))
+        let orders = slots.into_iter().map(work).collect();
+        let prepared = prepared(orders, Request::default(), Kind::Read, Vec::new());
+        Prepared { read_from, ..prepared }
     }
 
     /// Where a value is read that is named as in the configuration before a change that is on its way.
@@ -374,11 +371,6 @@ impl Operator {
 /// Why what tells the worth of an input cannot be set.
 fn worth(name: &str) -> String {
     format!("\"{name}\" tells what the value of an input is worth, so it cannot be set")
-}
-
-fn read(work: Vec<(usize, Work)>, read_from: Vec<usize>) -> Prepared {
-    let prepared = prepared(work, Request::default(), Kind::Read, Vec::new());
-    Prepared { read_from, ..prepared }
 }
 
 pub(super) fn prepared(

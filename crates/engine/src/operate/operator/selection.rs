@@ -10,13 +10,10 @@ use crate::operate::Pattern;
 use crate::operate::quality::Behind;
 use crate::operate::signals::{Matches, Signal, Signals};
 
-/// Names that are looked at while others wait.
-const AT_ONCE: usize = 5000;
-
 /// Signals that a request names, each once and in its order, or a page of them.
 ///
-/// Looking for the names of a large node takes milliseconds. It needs the index of the names alone, so
-/// whoever shares an [`Operator`](super::Operator) need not hold it meanwhile.
+/// Looking for the names of a node with a million instances takes up to some tenths of a second. It needs the
+/// index of the names alone, so whoever shares an [`Operator`](super::Operator) need not hold it meanwhile.
 #[derive(Debug)]
 pub struct Selection {
     pub(super) signals: Arc<Signals>,
@@ -32,7 +29,7 @@ impl Selection {
     /// Looks for names, which may be patterns. Those from `offset` on are in the page, at most `limit`.
     ///
     /// # Errors
-    /// A name, or pattern, is of no signal, or the patterns are compared with too many.
+    /// A name, or pattern, is of no signal.
     pub fn of<'n>(
         signals: &Arc<Signals>,
         names: impl IntoIterator<Item = &'n str>,
@@ -63,7 +60,6 @@ impl Selection {
                 if !Pattern::is_glob(name) {
                     check.known(name).into_iter().for_each(|one| take((one.task, one.slot)));
                 } else if let Some(matches) = check.matching(name) {
-                    check.searched += matches.total();
                     matches.slots(0).for_each(&mut take);
                 }
             }
@@ -95,38 +91,6 @@ impl Selection {
     pub fn of_all(signals: &Arc<Signals>, offset: usize, limit: usize) -> Self {
         let all = signals.all();
         Self::with_page(signals, page_of(&all, offset, limit), all.total())
-    }
-
-    /// Whether looking for names may take longer than the others who ask a node should wait: names that are
-    /// not known are compared with those that are, and patterns with all.
-    pub fn takes_long<'n>(signals: &Signals, names: impl IntoIterator<Item = &'n str>) -> bool {
-        let mut looked_at = 0;
-        names.into_iter().any(|name| {
-            looked_at += if Pattern::is_glob(name) {
-                signals.slots()
-            } else if signals.locate(name).is_some() {
-                1
-            } else {
-                signals.comparisons()
-            };
-            looked_at > AT_ONCE
-        })
-    }
-
-    /// A page of these, which must be [whole](Self::is_whole).
-    pub fn page(&self, offset: usize, limit: usize) -> Self {
-        let page = self.page.iter().skip(offset).take(limit).copied().collect();
-        Self::with_page(&self.signals, page, self.total)
-    }
-
-    /// Whether all that were looked for are in the page.
-    pub fn is_whole(&self) -> bool {
-        self.page.len() == self.total
-    }
-
-    /// Bytes that a selection takes with all of them in its page.
-    pub fn whole_bytes(&self) -> usize {
-        self.total.saturating_mul(size_of::<(usize, usize)>())
     }
 
     /// The signals of the page.
@@ -201,7 +165,7 @@ mod tests {
         let rest = of(&["late.*.value"], COUNT - 2, usize::MAX);
         for (page, count) in [(&pattern, 5), (&patterns, 5), (&all, 5), (&rest, 2)] {
             assert_eq!((page.page.len(), page.page.capacity()), (count, count));
-            assert!(page.total() >= COUNT && !page.is_whole());
+            assert!(page.total() >= COUNT);
         }
         assert_eq!(pattern.signals().next().unwrap().name, "late.7.value");
         assert_eq!(rest.signals().last().unwrap().name, format!("late.{}.value", COUNT - 1));
@@ -214,7 +178,6 @@ mod tests {
         assert!(few.behind.is_empty());
         let few = few.with_quality();
         assert_eq!(few.behind.len(), 1);
-        assert!(few.page(0, 1).behind.is_empty(), "a page of it has none of its own");
         let all = Selection::of(&signals, ["late.*.delayedValue"], 0, usize::MAX).unwrap();
         assert!(all.with_quality().behind.is_empty(), "that is too much to look through");
     }

@@ -10,12 +10,10 @@ impl Signals {
         let parts: Vec<&str> = pattern.parts().iter().map(String::as_str).collect();
         let inputs = self.tasks.iter().enumerate().map(|(index, task)| {
             let pins: Vec<usize> = task.matching(&parts).collect();
-            Group { task: index, first_slot: 0, stride: 0, instances: Instances::One, pins }
+            Group::of_inputs(index, pins)
         });
-        let mut searched = self.inputs.len() + self.runs.len();
-        let runs = self.runs.iter().filter_map(|run| self.group(run, &parts, &mut searched));
-        let groups: Vec<Group> = inputs.chain(runs).filter(|group| group.len() > 0).collect();
-        Matches { total: groups.iter().map(Group::len).sum(), signals: self, groups, searched }
+        let runs = self.runs.iter().filter_map(|run| self.group(run, &parts));
+        self.matches(inputs.chain(runs))
     }
 
     /// All signals.
@@ -23,21 +21,20 @@ impl Signals {
         let inputs = self.tasks.iter().enumerate().map(|(index, task)| {
             let pins: Vec<usize> =
                 task.matching(&["*"]).chain(task.matching(&["*", "*"])).collect();
-            Group { task: index, first_slot: 0, stride: 0, instances: Instances::One, pins }
+            Group::of_inputs(index, pins)
         });
-        let runs = self.runs.iter().map(|run| Group {
-            task: run.task as usize,
-            first_slot: run.first_slot,
-            stride: run.block_type.slots(),
-            instances: Instances::All(run.len),
-            pins: (0..run.block_type.slots()).collect(),
-        });
-        let groups: Vec<Group> = inputs.chain(runs).filter(|group| group.len() > 0).collect();
-        Matches { total: groups.iter().map(Group::len).sum(), signals: self, groups, searched: 0 }
+        let pins = |run: &Run| (0..run.block_type.slots()).collect();
+        let runs = self.runs.iter().map(|run| run.group(Instances::All(run.len), pins(run)));
+        self.matches(inputs.chain(runs))
     }
 
-    /// The signals of a run that match the parts of a pattern. Counts the names that were compared.
-    fn group(&self, run: &Run, parts: &[&str], searched: &mut usize) -> Option<Group> {
+    fn matches(&self, groups: impl Iterator<Item = Group>) -> Matches<'_> {
+        let groups: Vec<Group> = groups.filter(|group| group.len() > 0).collect();
+        Matches { total: groups.iter().map(Group::len).sum(), signals: self, groups }
+    }
+
+    /// The signals of a run that match the parts of a pattern.
+    fn group(&self, run: &Run, parts: &[&str]) -> Option<Group> {
         let block = self.blocks.get(run.block as usize)?;
         let (name, number, pin) = match (parts, run.number) {
             ([name, pin], None) => (name, None, pin),
@@ -47,15 +44,18 @@ impl Signals {
         if !part_matches(name, &block.name) {
             return None;
         }
-        let instances = match number {
-            Some((number, first)) => run.matching(first, number, searched),
-            None => Instances::One,
-        };
         let pins = run.block_type.inputs.iter().chain(run.block_type.outputs).enumerate();
         let pins = pins.filter(|(_, known)| part_matches(pin, known.name)).map(|(index, _)| index);
-        let stride = run.block_type.slots();
-        let pins = pins.collect();
-        Some(Group { task: run.task as usize, first_slot: run.first_slot, stride, instances, pins })
+        let pins: Vec<usize> = pins.collect();
+        // Numbers are compared last: there may be a million.
+        if pins.is_empty() {
+            return None;
+        }
+        let instances = match number {
+            Some((number, first)) => run.matching(first as usize, number),
+            None => Instances::All(1),
+        };
+        Some(run.group(instances, pins))
     }
 }
 
@@ -81,41 +81,33 @@ impl Task {
 
 impl Run {
     /// The instances whose number matches the part of a pattern.
-    fn matching(&self, first: u32, pattern: &str, searched: &mut usize) -> Instances {
-        if pattern.chars().all(|c| c == '*') {
+    fn matching(&self, first: usize, pattern: &str) -> Instances {
+        if pattern == "*" {
             return Instances::All(self.len);
         }
-        // A plain number need not be looked for.
-        let from = pattern.parse::<u32>().ok().map(|number| number.wrapping_sub(first) as usize);
-        let candidates = from.map_or(0..self.len, |from| from..(from + 1).min(self.len));
-        *searched += candidates.len();
-        let mut digits = (first as usize + candidates.start).to_string().into_bytes();
-        let is_meant = |_: &usize| {
-            let is_meant = part_matches(pattern, str::from_utf8(&digits).unwrap_or_default());
-            increment(&mut digits);
-            is_meant
-        };
-        Instances::Those(candidates.filter(is_meant).collect())
+        let is_meant = |offset: &usize| part_matches(pattern, &(first + offset).to_string());
+        Instances::Those(match pattern.parse::<usize>() {
+            // A plain number is of one instance.
+            Ok(number) => {
+                let offset = number.checked_sub(first).filter(|offset| *offset < self.len);
+                offset.filter(is_meant).into_iter().collect()
+            }
+            Err(_) => (0..self.len).filter(is_meant).collect(),
+        })
     }
-}
 
-/// Adds one to a number as it is written: millions of numbers are compared with a pattern.
-fn increment(digits: &mut Vec<u8>) {
-    for digit in digits.iter_mut().rev() {
-        if *digit < b'9' {
-            *digit += 1;
-            return;
-        }
-        *digit = b'0';
+    fn group(&self, instances: Instances, pins: Vec<usize>) -> Group {
+        let (task, first_slot) = (self.task as usize, self.first_slot);
+        Group { task, first_slot, stride: self.block_type.slots(), instances, pins }
     }
-    digits.insert(0, b'1');
 }
 
 /// Which instances of a run.
 #[derive(Debug)]
 enum Instances {
-    One,
+    /// All of so many.
     All(usize),
+    /// Their offsets from the first.
     Those(Vec<usize>),
 }
 
@@ -131,9 +123,12 @@ struct Group {
 }
 
 impl Group {
+    fn of_inputs(task: usize, pins: Vec<usize>) -> Self {
+        Self { task, first_slot: 0, stride: 0, instances: Instances::All(1), pins }
+    }
+
     fn len(&self) -> usize {
         let instances = match &self.instances {
-            Instances::One => 1,
             Instances::All(count) => *count,
             Instances::Those(offsets) => offsets.len(),
         };
@@ -143,7 +138,6 @@ impl Group {
     fn slot(&self, index: usize) -> usize {
         let (instance, pin) = (index / self.pins.len().max(1), index % self.pins.len().max(1));
         let offset = match &self.instances {
-            Instances::One => 0,
             Instances::All(_) => instance,
             Instances::Those(offsets) => offsets.get(instance).copied().unwrap_or_default(),
         };
@@ -157,18 +151,12 @@ pub struct Matches<'a> {
     signals: &'a Signals,
     groups: Vec<Group>,
     total: usize,
-    searched: usize,
 }
 
 impl<'a> Matches<'a> {
     /// How many there are.
     pub fn total(&self) -> usize {
         self.total
-    }
-
-    /// How many names the pattern was compared with.
-    pub(in crate::operate) fn searched(&self) -> usize {
-        self.searched
     }
 
     /// Their tasks and slots, from the one at `offset` on. What is skipped costs nothing.

@@ -18,7 +18,7 @@ use published::Published;
 
 /// Every name of a node: what it stands for, and where its value is.
 ///
-/// Instances that follow each other are one entry, so the index of ten million of them is small.
+/// Instances that follow each other are one entry, so the index of a million of them is small.
 #[derive(Debug)]
 pub struct Signals {
     tasks: Box<[Task]>,
@@ -132,9 +132,9 @@ impl Signals {
         self.tasks.len()
     }
 
-    /// How many slots the images of the tasks have: there is a signal for nearly each.
-    pub(super) fn slots(&self) -> usize {
-        self.tasks.iter().map(|task| task.slots).sum()
+    /// Number of instances of blocks.
+    pub fn instances(&self) -> usize {
+        self.blocks.iter().map(|block| block.count).sum()
     }
 
     /// Name of a task.

@@ -109,12 +109,12 @@ fn values_of_tasks_that_are_out_of_range_are_refused_with_the_range() {
 }
 
 #[test]
-fn counts_are_at_least_1_and_a_file_has_at_most_ten_million_instances() {
-    let range = "from 1 to 10000000";
+fn counts_are_at_least_1_and_a_file_has_at_most_a_million_instances() {
+    let range = "from 1 to 1000000";
     assert_rows(&[
         ("zero", "count = 3", "count = «0", OutOfRange, "count 0", range),
         ("negative", "count = 3", "count = «-3", OutOfRange, "count -3", range),
-        ("too many", "count = 3", "count = «10000001", OutOfRange, "count 10000001", range),
+        ("too many", "count = 3", "count = «1000001", OutOfRange, "count 1000001", range),
         (
             "beyond 64 bits",
             "count = 3",

@@ -64,17 +64,13 @@ fn a_misspelt_name_among_thousands_is_told_the_one_that_begins_alike() {
 }
 
 #[test]
-fn what_a_request_makes_a_large_node_look_for_is_bounded() {
-    let text = NODE.replace("count = 2", "count = 1000000");
+fn patterns_stand_for_names_of_a_large_node_and_unknown_ones_are_each_a_finding() {
+    let text = NODE.replace("count = 2", "count = 900000");
     let hand = Hand::new(&text);
-    let (_, total) = hand.operator.get(["ramp.*1.value"], 0, 1).unwrap();
-    assert_eq!(total, 100_000);
-    let refused = hand.operator.get(["ramp.*1.value", "ramp.*2.value"], 0, 1).unwrap_err();
-    let said = refused.to_string();
-    assert!(said.contains("\"ramp.*2.value\" was not looked for"), "{said}");
-    assert!(said.contains("divide the request"), "{said}");
+    let (_, total) = hand.operator.get(["ramp.*1.value", "ramp.*2.value"], 0, 1).unwrap();
+    assert_eq!(total, 180_000);
     let (_, all) = hand.operator.get(["scale.*", "ramp.7.*", "ramp.*.value"], 0, 1).unwrap();
-    assert!(all > 1_000_000);
+    assert!(all > 900_000);
     let unknown: Vec<String> = (0..4096).map(|n| format!("ramp.*{n}.valeu")).collect();
     let names = || unknown.iter().map(String::as_str);
     assert_eq!(hand.operator.get(names(), 0, 1).unwrap_err().findings.len(), 4096);

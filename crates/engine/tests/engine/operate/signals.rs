@@ -65,6 +65,8 @@ fn a_pattern_stands_for_all_names_that_match_and_pages_of_them_follow_each_other
     assert_eq!(names("ramp.*.value"), ["ramp.0.value", "ramp.1.value"]);
     assert_eq!(names("*.1.set*"), ["ramp.1.setChangeRate"]);
     assert!(names("ramp.*").is_empty());
+    assert!(names("ramp..*").is_empty());
+    assert_eq!(names("ramp.**.value"), names("ramp.*.value"));
     let all = signals.matching(&Pattern::new("*.*.*"));
     let pages = (0..all.total()).step_by(3).flat_map(|offset| all.page(offset, 3));
     assert!(pages.map(|s| s.name).eq(all.page(0, all.total()).map(|s| s.name)));
