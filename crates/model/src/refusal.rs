@@ -73,11 +73,11 @@ impl Refusal {
     }
 }
 
-/// Every finding with its way out, at most 20 of them; the message where there are none.
+/// The message; where there are several findings, each with its way out, at most 20 of them.
 impl fmt::Display for Refusal {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         const SHOWN: usize = 20;
-        if self.findings.is_empty() {
+        if self.findings.len() <= 1 {
             return f.write_str(&self.message);
         }
         for (index, finding) in self.findings.iter().take(SHOWN).enumerate() {
