@@ -20,11 +20,11 @@ use std::time::{Duration, Instant};
 
 use clap::Parser;
 use isochrone_benches::{Bench, Failure, Profile, take_turns, us};
+use isochrone_control::{ApplyParams, Client, ClientError, SetParams};
 use isochrone_ipc::Participant;
 use isochrone_machine::CpuList;
 use isochrone_processes::Child;
 use isochrone_report::{Pairing, TurnSamples, ratio};
-use isochrone_runtime::control::{ApplyParams, Client, ClientError, SetParams};
 use isochrone_timing::{Distribution, Metric, TaskReport};
 use rustix::thread::CpuSet;
 

@@ -154,7 +154,7 @@ fn services(named: &[String]) -> Result<Vec<String>, Failure> {
 /// The node that a service operates, if that is what it is for.
 fn operated_by(service: &str) -> Option<&str> {
     let node = service.strip_prefix("isochrone/")?.strip_suffix("/control")?;
-    (isochrone_runtime::control::service_name(node) == service).then_some(node)
+    (isochrone_control::service_name(node) == service).then_some(node)
 }
 
 fn way(args: &Args) -> Result<Way, Failure> {

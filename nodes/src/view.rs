@@ -21,8 +21,8 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
+use isochrone_control::running_nodes;
 use isochrone_cyclic::{Clock, Monotonic};
-use isochrone_runtime::control::running_nodes;
 use serde::Serialize;
 
 use self::access::Access;

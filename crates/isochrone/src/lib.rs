@@ -147,6 +147,7 @@
 //! | [`cyclic`] | *when*: an absolute grid, the wait for it, real-time set-up |
 //! | [`ipc`] | *how values cross processes*: frames over iceoryx2 |
 //! | [`timing`] | *numbers* from cycle records |
+//! | [`control`] | *operating a node*: the protocol of its control service, client and server |
 //! | [`runtime`] | *a node*: the tasks' threads, ports, requests, telemetry |
 //!
 //! Data flows one way: TOML, `Config` (as written), [`Plan`](engine::Plan) (resolved, checked,
@@ -163,6 +164,7 @@
 //! receives or sends, and allocates and maps memory there.
 
 pub use isochrone_blocks as blocks;
+pub use isochrone_control as control;
 pub use isochrone_cyclic as cyclic;
 pub use isochrone_engine as engine;
 pub use isochrone_ipc as ipc;

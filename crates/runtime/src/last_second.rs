@@ -2,8 +2,8 @@
 
 use isochrone_timing::{Distribution, Summary};
 
-use crate::control::LastSecond;
 use crate::records::Cycle;
+use isochrone_control::LastSecond;
 
 const SECOND_NS: u64 = 1_000_000_000;
 /// What is older than that and three periods is not the last second any more.

@@ -53,7 +53,6 @@ mod apply;
 mod attend;
 mod bindings;
 mod clocks;
-pub mod control;
 mod error;
 mod event;
 mod events;

@@ -2,7 +2,7 @@
 
 use isochrone_ipc::{OpenError, Participant, Service};
 
-use crate::control::{DescribedNode, Placement, TaskDescription, describe_nodes};
+use isochrone_control::{DescribedNode, Placement, TaskDescription, describe_nodes};
 
 /// A task of another node.
 #[derive(Debug, Clone, PartialEq, Eq)]

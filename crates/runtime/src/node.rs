@@ -59,7 +59,7 @@ impl Node {
     /// 200 ms and the best one chosen, as [`Places::of`] says.
     ///
     /// Unless the configuration says `control = "off"`, a thread of its own serves the requests of
-    /// other programs ([`control`](crate::control)) from the start to the end of the node.
+    /// other programs ([`control`](isochrone_control)) from the start to the end of the node.
     ///
     /// # Errors
     /// A node of this name runs already, or a port or a thread is refused.

@@ -14,7 +14,6 @@ use isochrone_model::{Action, Entry};
 
 use self::keeping::Keeping;
 pub(crate) use self::lane::Lane;
-use crate::control::Placement;
 use crate::error::RequestError;
 use crate::faults::Active;
 use crate::journal::{Journal, JournalError, Writing};
@@ -23,6 +22,7 @@ use crate::orders::{Changeover, Returned};
 use crate::recorder::Recording;
 use crate::records::Cycle;
 use crate::snapshots::Snapshots;
+use isochrone_control::Placement;
 
 /// A request that is on its way to its tasks.
 #[derive(Debug, Clone, PartialEq, Eq)]

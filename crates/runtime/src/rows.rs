@@ -1,6 +1,5 @@
 //! Rows of values, one for each cycle, from the cycle to an ordinary thread.
 
-use isochrone_timing::CycleRecord;
 use rtrb::{Consumer, Producer, RingBuffer};
 
 use crate::records::Cycle;
@@ -33,35 +32,6 @@ pub(crate) fn ends(width: usize, rows: usize) -> (RowSender, RowReceiver) {
     let mut row = vec![0.0; width];
     while receiver.pop(&mut row).is_some() {}
     (sender, receiver)
-}
-
-/// Which cycle a row is of.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) struct Place {
-    pub(crate) cycle: u64,
-    /// Cycles that did not run, until then.
-    pub(crate) missed: u64,
-}
-
-impl Place {
-    pub(crate) fn of(record: &CycleRecord) -> Self {
-        Self { cycle: record.cycle, missed: record.missed }
-    }
-
-    /// How many cycles have run, this one included.
-    pub(crate) fn ran(self) -> u64 {
-        self.cycle.saturating_add(1).saturating_sub(self.missed)
-    }
-
-    /// How many ran between another one, or the start, and this one.
-    pub(crate) fn lost_since(self, before: Option<Self>) -> u64 {
-        self.lost_until_end(before).saturating_sub(1)
-    }
-
-    /// The same with this one, where it is lost itself.
-    pub(crate) fn lost_until_end(self, before: Option<Self>) -> u64 {
-        self.ran().saturating_sub(before.map_or(0, Self::ran))
-    }
 }
 
 /// How many rows of so many values take this time, or as much memory as a ring may have, if that is less.
@@ -111,6 +81,8 @@ impl RowReceiver {
 
 #[cfg(test)]
 mod tests {
+    use isochrone_timing::CycleRecord;
+
     use super::*;
 
     fn cycle(cycle: u64) -> Cycle {
@@ -137,22 +109,6 @@ mod tests {
         assert!(!receiver.is_over(), "the last row is still to be taken");
         assert_eq!(receiver.pop(&mut row).unwrap().record.cycle, 7);
         assert!(receiver.is_over());
-    }
-
-    #[test]
-    fn what_is_lost_is_what_ran_and_did_not_come() {
-        let lost = |(cycle, missed), before: Option<(u64, u64)>| {
-            let before = before.map(|(cycle, missed)| Place { cycle, missed });
-            Place { cycle, missed }.lost_since(before)
-        };
-        assert_eq!(lost((8, 3), Some((7, 3))), 0);
-        assert_eq!(lost((12, 7), Some((7, 3))), 0);
-        assert_eq!(lost((12, 4), Some((7, 3))), 3);
-        assert_eq!(lost((2, 0), Some((7, 3))), 0, "never less than none");
-        assert_eq!((lost((0, 0), None), lost((5, 5), None), lost((5, 1), None)), (0, 0, 4));
-        let end = Place { cycle: 9, missed: 1 };
-        assert_eq!(end.lost_until_end(Some(end)), 0);
-        assert_eq!(end.lost_until_end(Some(Place { cycle: 7, missed: 1 })), 2);
     }
 
     #[test]

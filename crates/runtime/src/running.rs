@@ -19,10 +19,10 @@ use crate::operating::{Lane, Returns, unix_ns};
 use crate::outcome::{End, InputOutcome, Outcome, TaskOutcome};
 use crate::panics::Panic;
 use crate::parts::{Parts, Task};
-use crate::rows::Place;
 use crate::task::Done;
 use crate::telemetry::Telemetry;
 use crate::threads::Threads;
+use isochrone_timing::Progress;
 
 /// How often to [poll](Running::poll): the rings of the cycles hold 40 ms at the shortest period, and a
 /// snapshot of the signals stays for 20 ms. A poll that slept as long would lose one now and then, as it
@@ -233,7 +233,7 @@ impl<S: Service> Running<S> {
                 None | Some(StopReason::Requested) => {}
             }
             if let Some(end) = ends.get_mut(index) {
-                *end = done.last.map(|last| Place::of(&last.record));
+                *end = done.last.map(|last| Progress::of(&last.record));
             }
             let followed = task.followed.take();
             let late = task.timing.late_frames();

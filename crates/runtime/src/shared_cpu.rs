@@ -4,13 +4,13 @@ use std::fmt;
 
 use isochrone_cyclic::EPOCH_OFFSET_NS;
 use isochrone_engine::{Plan, TaskPlan};
-use isochrone_schedule::{Meeting, Need, Schedule, clear_phase_ns};
+use isochrone_schedule::{Meeting, Need, clear_phase_ns};
 use isochrone_timing::units::duration;
 use isochrone_timing::{Warning, WarningCode};
 
-use crate::control::{Followed, Placement};
 use crate::neighbours::Neighbour;
 use crate::node::EPOCH_GRID_NS;
+use isochrone_control::{Followed, Placement};
 
 /// What a task needs after its release is rounded up to a multiple of this, so that the same node on the
 /// same machine gets the same answers.
@@ -90,21 +90,6 @@ impl Neighbour {
     /// [`EPOCH_GRID_NS`]; what repeats on another step cannot be known before.
     pub(crate) fn is_on_grid_with(&self, task: &Need) -> bool {
         EPOCH_GRID_NS.is_multiple_of(self.need().step_ns(task))
-    }
-}
-
-impl Followed {
-    /// What a task follows that has this schedule.
-    pub(crate) fn of(schedule: &Schedule, service: Option<&str>) -> Option<Self> {
-        let within_ns = schedule.follow_within_ns?;
-        Some(Self { service: service?.to_owned(), within_ns })
-    }
-}
-
-impl Placement {
-    /// How long after a release it watches for a frame, in ns.
-    fn follow_within_ns(&self) -> u64 {
-        self.follow.as_ref().map_or(0, |follow| follow.within_ns)
     }
 }
 

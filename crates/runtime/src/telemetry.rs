@@ -4,6 +4,7 @@
 //! node's own, `isochrone/<node>/telemetry`. Watching therefore costs the cycle the same with eight
 //! observers as with none.
 
+use isochrone_control::telemetry_service_name;
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::Plan;
 use isochrone_ipc::{FramePublisher, LayoutAnnouncer, OpenError, RealTime, Service, Stamp};
@@ -25,7 +26,7 @@ impl<S: Service> Telemetry<S> {
         node: &str,
         snapshots: &Snapshots,
     ) -> Result<Self, OpenError> {
-        let service = service(node);
+        let service = telemetry_service_name(node);
         let ordinary = participant.ordinary();
         let publisher = FramePublisher::open(ordinary, &service, snapshots.layout())?;
         let announcer = LayoutAnnouncer::open(ordinary, &service, node, snapshots.layout())?;
@@ -51,21 +52,11 @@ impl<S: Service> Telemetry<S> {
     }
 }
 
-/// Name of a node's telemetry service.
-pub(crate) fn service(node: &str) -> String {
-    format!("isochrone/{node}/telemetry")
-}
-
-/// The node whose telemetry a service carries.
-pub(crate) fn node_of_service(service: &str) -> Option<&str> {
-    service.strip_prefix("isochrone/")?.strip_suffix("/telemetry")
-}
-
 /// Says of each task with more signals than are watched how many those are.
 pub(crate) fn cuts(plan: &Plan) -> impl Iterator<Item = Alarm> {
     let counted = plan.tasks.iter().map(|task| (task, signals(task).count()));
     counted.filter(|(_, signals)| *signals > MAX_SIGNALS).map(|(task, signals)| {
         let (task, shown) = (task.name.clone(), MAX_SIGNALS);
-        Alarm::TelemetryCut { task, signals, shown, service: service(&plan.node) }
+        Alarm::TelemetryCut { task, signals, shown, service: telemetry_service_name(&plan.node) }
     })
 }

@@ -2,14 +2,14 @@
 
 use std::fmt::Display;
 
+use isochrone_control::{
+    ClientError, DescribeResult, DescribedNode, Followed, Placement, RunningNode, TaskDescription,
+    describe_nodes, running_nodes,
+};
 use isochrone_engine::escaped;
 use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::Stop;
 use isochrone_report::Table;
-use isochrone_runtime::control::{
-    ClientError, DescribeResult, DescribedNode, Followed, Placement, RunningNode, TaskDescription,
-    describe_nodes, running_nodes,
-};
 use isochrone_runtime::{Neighbour, Neighbours, SharedCpu, StarvedSource};
 use isochrone_timing::Warning;
 use isochrone_timing::units::{counted, period};

@@ -1,7 +1,7 @@
 //! `alarms`: what is wrong now.
 
+use isochrone_control::{ActiveAlarm, AlarmsParams};
 use isochrone_report::Table;
-use isochrone_runtime::control::{ActiveAlarm, AlarmsParams};
 use jiff::Timestamp;
 use serde_json::json;
 

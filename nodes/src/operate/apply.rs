@@ -4,11 +4,11 @@ use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Duration;
 
+use isochrone_control::{
+    ApplyParams, ApplyResult, ChangedValue, ClientError, Code, Given, Place, Tuned,
+};
 use isochrone_engine::{Finding, Findings, Problem, Source};
 use isochrone_report::Table;
-use isochrone_runtime::control::{
-    self, ApplyParams, ApplyResult, ChangedValue, ClientError, Code, Given, Place, Tuned,
-};
 use isochrone_timing::units::counted;
 
 use super::known::Known;
@@ -62,7 +62,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
         client: client(),
     };
     let mut is_told = false;
-    let waiting = |refused: &control::Refusal| {
+    let waiting = |refused: &isochrone_control::Refusal| {
         if !std::mem::replace(&mut is_told, true) {
             terminal::note(&not_yet(refused));
         }
@@ -86,7 +86,7 @@ pub(crate) fn run(args: &Args) -> Result<(), Failure> {
 }
 
 /// Why the node has to be asked again. What is in the way of a change has findings, each about a transaction.
-fn not_yet(refused: &control::Refusal) -> String {
+fn not_yet(refused: &isochrone_control::Refusal) -> String {
     let why = &refused.message;
     let what = match &refused.findings[..] {
         [] => "the node",
@@ -98,12 +98,16 @@ fn not_yet(refused: &control::Refusal) -> String {
 /// How the verb ends when the node does not do it. Errors of the file are shown as `check` shows them.
 fn refused(error: ClientError, source: Source) -> Failure {
     match error {
-        ClientError::Refused(control::Refusal { code: Code::Configuration, findings, .. }) => {
+        ClientError::Refused(isochrone_control::Refusal {
+            code: Code::Configuration,
+            findings,
+            ..
+        }) => {
             terminal::note("the node refuses, and nothing was changed:");
             let findings = findings.into_iter().map(|one| placed(one, &source)).collect();
             Failure::configuration(Findings::new(source, findings))
         }
-        ClientError::Refused(control::Refusal { code: Code::InvalidRequest, .. }) => {
+        ClientError::Refused(isochrone_control::Refusal { code: Code::InvalidRequest, .. }) => {
             Failure::usage(format!(
                 "{} has {} bytes, which is more than a running node takes (256 KiB as JSON); write \
                  blocks of one kind as one entry with `count`, or start the node again with the file",
@@ -116,7 +120,7 @@ fn refused(error: ClientError, source: Source) -> Failure {
 }
 
 /// A finding of the node, at its place in the file.
-fn placed(found: control::Finding, source: &Source) -> Finding {
+fn placed(found: isochrone_control::Finding, source: &Source) -> Finding {
     let bytes = |span: Range<u64>| {
         let [start, end] = [span.start, span.end].map(|byte| usize::try_from(byte).ok());
         let span = start?..end?;
@@ -181,7 +185,7 @@ fn text(result: &ApplyResult, known: &Known) -> String {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_runtime::control::Value;
+    use isochrone_control::Value;
 
     use super::*;
 

@@ -3,8 +3,8 @@
 use std::str::FromStr;
 
 use isochrone_blocks::PinType;
+use isochrone_control::{DescribeParams, Value, Values};
 use isochrone_engine::{parse_based, parse_duration_ns, parse_time_ms};
-use isochrone_runtime::control::{DescribeParams, Value, Values};
 
 use super::known::{CALLING_TASK, Known};
 use super::node::Node;

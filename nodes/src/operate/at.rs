@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use isochrone_runtime::control::DescribeParams;
+use isochrone_control::DescribeParams;
 
 use super::known::Known;
 use super::node::Node;

@@ -1,8 +1,8 @@
 //! `force`: holding signals at values.
 
 use clap::ArgGroup;
+use isochrone_control::{ForceParams, Hold, Values};
 use isochrone_engine::parse_seconds;
-use isochrone_runtime::control::{ForceParams, Hold, Values};
 
 use super::assignment::{self, Assignment};
 use super::at::At;

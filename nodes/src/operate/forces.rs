@@ -1,7 +1,7 @@
 //! `forces`: what is forced.
 
+use isochrone_control::{Force, ForcesParams};
 use isochrone_report::Table;
-use isochrone_runtime::control::{Force, ForcesParams};
 
 use super::node::{self, Node};
 use crate::failure::Failure;

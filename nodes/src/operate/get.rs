@@ -56,7 +56,7 @@ fn warning(reading: &Reading) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_runtime::control::{ByTask, Value, Values};
+    use isochrone_control::{ByTask, Value, Values};
 
     use super::*;
 

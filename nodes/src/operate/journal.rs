@@ -5,11 +5,11 @@ mod file;
 use std::cell::Cell;
 use std::path::Path;
 
-use isochrone_engine::escaped;
-use isochrone_report::Table;
-use isochrone_runtime::control::{
+use isochrone_control::{
     Action, AppliedChange, AskedBy, Change, Entry, JournalParams, PendingEntry,
 };
+use isochrone_engine::escaped;
+use isochrone_report::Table;
 use jiff::Timestamp;
 
 use super::known::Known;
@@ -221,7 +221,7 @@ pub(crate) fn time(unix_ns: u64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_runtime::control::Value;
+    use isochrone_control::Value;
 
     use super::*;
 

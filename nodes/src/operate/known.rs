@@ -3,8 +3,8 @@
 use std::collections::{BTreeSet, HashMap};
 
 use isochrone_blocks::PinType;
-pub(crate) use isochrone_runtime::control::CALLING_TASK;
-use isochrone_runtime::control::{SignalDescription, Value};
+pub(crate) use isochrone_control::CALLING_TASK;
+use isochrone_control::{SignalDescription, Value};
 
 use crate::numbers::{self, Digits};
 

@@ -4,10 +4,10 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use isochrone_control::{Client, ClientError, Code, Method, Params};
 use isochrone_engine::{escaped, nearest_name};
 use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::Stop;
-use isochrone_runtime::control::{self, Client, ClientError, Code, Method, Params};
 
 use crate::failure::Failure;
 use crate::{domain, stop, terminal};
@@ -78,7 +78,7 @@ impl Args {
             let name = &self.node;
             terminal::note(&format!(
                 "warning: node \"{name}\" answers{}",
-                control::beside(name, &strangers)
+                isochrone_control::beside(name, &strangers)
             ));
         }
         client.allow_for_first_cycles().map_err(look)?;
@@ -178,7 +178,7 @@ impl Node {
     pub(super) fn ask_again<T>(
         &mut self,
         patience: Duration,
-        mut waiting: impl FnMut(&control::Refusal),
+        mut waiting: impl FnMut(&isochrone_control::Refusal),
         mut ask: impl FnMut(&mut Self) -> Result<T, ClientError>,
     ) -> Result<T, ClientError> {
         /// As soon as people notice.
@@ -228,15 +228,15 @@ pub(crate) fn silence(error: &ClientError) -> String {
     match error {
         ClientError::NoAnswer { node, patience, process, is_stopped, strangers } => format!(
             "node \"{node}\" did not answer within {patience:?}; {}{}",
-            control::silence(*process, *is_stopped),
-            control::beside(node, strangers)
+            isochrone_control::silence(*process, *is_stopped),
+            isochrone_control::beside(node, strangers)
         ),
         error => error.to_string(),
     }
 }
 
 /// Everything that a node has against a request.
-pub(crate) fn refusal(failure: &control::Refusal, asked: Asked) -> String {
+pub(crate) fn refusal(failure: &isochrone_control::Refusal, asked: Asked) -> String {
     let mut text = match &failure.findings[..] {
         [] | [_] => failure.message.clone(),
         findings => findings.iter().map(|finding| format!("\n{finding}")).collect(),
@@ -277,20 +277,21 @@ fn absent(node: &str, running: &[String], domain: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_runtime::control::Finding;
+    use isochrone_control::Finding;
 
     use super::*;
 
     #[test]
     fn only_who_wanted_a_change_is_told_that_nothing_was_changed() {
         let finding = |name: &str| Finding::new(name, format!("there is no signal \"{name}\""));
-        let one = control::Refusal::of(Code::UnknownName, vec![finding("a.b")]);
+        let one = isochrone_control::Refusal::of(Code::UnknownName, vec![finding("a.b")]);
         assert_eq!(refusal(&one, Asked::ToLook), "there is no signal \"a.b\"");
         assert_eq!(
             refusal(&one, Asked::ToChange),
             "the node refuses, and nothing was changed: there is no signal \"a.b\""
         );
-        let two = control::Refusal::of(Code::UnknownName, vec![finding("a.b"), finding("c.d")]);
+        let two =
+            isochrone_control::Refusal::of(Code::UnknownName, vec![finding("a.b"), finding("c.d")]);
         let both = "there is no signal \"a.b\"\nthere is no signal \"c.d\"";
         assert_eq!(refusal(&two, Asked::ToLook), both);
         assert_eq!(
@@ -302,7 +303,7 @@ mod tests {
     #[test]
     fn a_name_that_is_a_file_here_was_perhaps_a_pattern_without_quotes() {
         let finding = Finding::new("Cargo.toml", "there is no signal \"Cargo.toml\"");
-        let failure = control::Refusal::of(Code::UnknownName, vec![finding]);
+        let failure = isochrone_control::Refusal::of(Code::UnknownName, vec![finding]);
         assert!(refusal(&failure, Asked::ToLook).contains("in quotes"));
     }
 

@@ -2,10 +2,10 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use isochrone_engine::escaped;
-use isochrone_runtime::control::{
+use isochrone_control::{
     ByTask, ClientError, Code, GetParams, ReadAt, SignalDescription, SignalsParams, Values,
 };
+use isochrone_engine::escaped;
 
 use super::known::Known;
 use super::node::{Asked, Node, PATIENCE, failure};

@@ -1,6 +1,6 @@
 //! `release`: the end of forces.
 
-use isochrone_runtime::control::ReleaseParams;
+use isochrone_control::ReleaseParams;
 
 use super::node;
 use super::transaction::{Transaction, client};

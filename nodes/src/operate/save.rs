@@ -2,8 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use isochrone_control::{DescribeParams, running_nodes};
 use isochrone_engine::Source;
-use isochrone_runtime::control::{DescribeParams, running_nodes};
 use serde_json::json;
 
 use super::node::{self, Node};

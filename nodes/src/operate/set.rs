@@ -1,6 +1,6 @@
 //! `set`: new values of parameters.
 
-use isochrone_runtime::control::SetParams;
+use isochrone_control::SetParams;
 
 use super::assignment::{self, Assignment};
 use super::at::At;

@@ -3,8 +3,8 @@
 use std::collections::{HashMap, HashSet};
 
 use isochrone_blocks::PinType;
+use isochrone_control::{Role, SignalDescription, Value};
 use isochrone_report::Table;
-use isochrone_runtime::control::{Role, SignalDescription, Value};
 use serde_json::json;
 
 use super::known::shown;
@@ -231,7 +231,7 @@ pub(crate) fn role(role: Role) -> &'static str {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_runtime::control::Values;
+    use isochrone_control::Values;
 
     use super::*;
 

@@ -1,7 +1,7 @@
 //! What a transaction has done, as people read it.
 
+use isochrone_control::{ByTask, Finding, ForceResult, Part, SetResult, Values};
 use isochrone_report::Table;
-use isochrone_runtime::control::{ByTask, Finding, ForceResult, Part, SetResult, Values};
 
 use super::known::Known;
 use crate::terminal;
@@ -88,7 +88,7 @@ fn account(accounts: &str, id: u32) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_runtime::control::Value;
+    use isochrone_control::Value;
 
     use super::*;
 

@@ -2,8 +2,8 @@
 
 use std::collections::BTreeSet;
 
+use isochrone_control::{Action, Entry, PendingEntry, SetResult, UndoParams};
 use isochrone_engine::escaped;
-use isochrone_runtime::control::{Action, Entry, PendingEntry, SetResult, UndoParams};
 
 use super::journal;
 use super::node::{self, Node};
@@ -143,7 +143,7 @@ pub(crate) fn taken_back(entries: &[Entry]) -> BTreeSet<u64> {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_runtime::control::{AskedBy, Values};
+    use isochrone_control::{AskedBy, Values};
 
     use super::*;
 

@@ -2,8 +2,8 @@
 
 use std::time::{Duration, Instant};
 
+use isochrone_control::{ByTask, ReadAt, Value};
 use isochrone_engine::parse_seconds;
-use isochrone_runtime::control::{ByTask, ReadAt, Value};
 
 use super::known::Known;
 use super::node;

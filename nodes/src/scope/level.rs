@@ -5,9 +5,9 @@ use std::rc::Rc;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use isochrone_control::{Client, ClientError, Trace, signals_by_task};
 use isochrone_ipc::{Participant, ipc};
 use isochrone_processes::Stop;
-use isochrone_runtime::control::{Client, ClientError, Trace, signals_by_task};
 use isochrone_scope::{Extremes, Kind, Trigger};
 
 use crate::failure::Failure;

@@ -4,8 +4,8 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
+use isochrone_control::{Client, ClientError, Code, Trace};
 use isochrone_ipc::{Participant, ipc};
-use isochrone_runtime::control::{Client, ClientError, Code, Trace};
 use isochrone_scope::{Capture, Head, Looked, Observed, Signal, Trigger};
 use isochrone_timing::units::counted;
 

@@ -1,6 +1,6 @@
 //! What is wanted of a running node: signals by task, and a trigger.
 
-use isochrone_runtime::control::{Client, signals_by_task};
+use isochrone_control::{Client, signals_by_task};
 use isochrone_scope::{Edge, Trigger};
 
 use super::chosen::{MOST, check_count, edge};
@@ -45,7 +45,7 @@ impl Wanted {
         check_count(found.iter().map(|(_, signals)| signals.len()).sum())?;
         let names = |signals: Vec<_>| {
             let names = signals.into_iter();
-            names.map(|it: isochrone_runtime::control::SignalDescription| it.name).collect()
+            names.map(|it: isochrone_control::SignalDescription| it.name).collect()
         };
         let mut tasks: Vec<(String, Vec<String>)> =
             found.into_iter().map(|(task, signals)| (task, names(signals))).collect();

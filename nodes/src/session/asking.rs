@@ -6,10 +6,8 @@ use std::sync::mpsc::{Receiver, Sender};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use isochrone_control::{AlarmsParams, ClientError, Code, DescribeParams, ForcesParams, GetParams};
 use isochrone_ipc::{Participant, ipc};
-use isochrone_runtime::control::{
-    AlarmsParams, ClientError, Code, DescribeParams, ForcesParams, GetParams,
-};
 
 use super::Asker;
 use super::changes::entries;

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender};
 use std::time::Duration;
 
-use isochrone_runtime::control::{Client, ClientError, Entry, JournalParams};
+use isochrone_control::{Client, ClientError, Entry, JournalParams};
 
 use super::Asker;
 use super::link::{PATIENCE, give, whole};

@@ -4,10 +4,10 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use isochrone_ipc::{Participant, ipc};
-use isochrone_runtime::control::{
+use isochrone_control::{
     Client, ClientError, ForceParams, ReleaseParams, SetParams, SetResult, UndoParams, Values,
 };
+use isochrone_ipc::{Participant, ipc};
 
 use super::news::{Absence, Done, Order};
 use super::telemetry::Telemetry;

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use isochrone_runtime::control::{
+use isochrone_control::{
     ActiveAlarm, DescribeResult, Entry, Force, Hold, SignalDescription, Value, Values,
 };
 

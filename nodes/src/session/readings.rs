@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 
-use isochrone_runtime::control::{Force, Role, SignalDescription, Value};
+use isochrone_control::{Force, Role, SignalDescription, Value};
 
 use super::news::Read;
 use crate::operate::ok_of;

@@ -1,7 +1,7 @@
 //! A value that people type for a signal.
 
 use isochrone_blocks::PinType;
-use isochrone_runtime::control::{SignalDescription, Value};
+use isochrone_control::{SignalDescription, Value};
 
 use crate::numbers::type_of;
 use crate::operate::{CALLING_TASK, Written, limits, number, shown};

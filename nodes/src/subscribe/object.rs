@@ -1,6 +1,6 @@
 //! A frame as one JSON object, for scripts.
 
-use isochrone_runtime::control::Value;
+use isochrone_control::Value;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 

@@ -1,6 +1,6 @@
 //! What the screen asks before it has something done, and what it does not ask for in vain.
 
-use isochrone_runtime::control::{Access, Role, SignalDescription};
+use isochrone_control::{Access, Role, SignalDescription};
 
 use super::dialog::{Asks, Dialog, Question};
 use super::input::Page;

@@ -1,7 +1,7 @@
 //! Questions that are answered with the keyboard before an order goes to the node.
 
+use isochrone_control::{Hold, Value};
 use isochrone_engine::parse_seconds;
-use isochrone_runtime::control::{Hold, Value};
 
 use super::history::History;
 use super::signals::Signals;
@@ -163,7 +163,7 @@ fn hold(text: &str) -> Result<Hold, String> {
 
 #[cfg(test)]
 mod tests {
-    use isochrone_runtime::control::{Role, SignalDescription};
+    use isochrone_control::{Role, SignalDescription};
 
     use super::*;
     use crate::top::fixtures::signal;

@@ -1,6 +1,6 @@
 //! Descriptions of things that tests of the screen show.
 
-use isochrone_runtime::control::{
+use isochrone_control::{
     Access, Action, ActiveAlarm, AskedBy, Change, ConfigurationOrigin, DescribeResult, Entry,
     Force, LastSecond, Role, SignalDescription, TaskDescription, Value,
 };

@@ -1,6 +1,6 @@
 //! What operators did, as far as the screen needs it to take something back.
 
-use isochrone_runtime::control::{Action, Entry, Value};
+use isochrone_control::{Action, Entry, Value};
 
 use super::signals::Signals;
 use crate::numbers::type_of;

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use isochrone_runtime::control::{ActiveAlarm, DescribeResult, Force};
+use isochrone_control::{ActiveAlarm, DescribeResult, Force};
 
 use super::cursor::{Cursor, Motion};
 use super::dialog::{Asks, Dialog, Next, Question};

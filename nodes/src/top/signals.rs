@@ -2,7 +2,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use isochrone_runtime::control::{Force, Role, SignalDescription, Value};
+use isochrone_control::{Force, Role, SignalDescription, Value};
 
 use super::cursor::{Cursor, Motion};
 use super::trace::{NO_LEVEL, Trace, UNSET};

@@ -5,7 +5,7 @@ mod lists;
 mod tasks;
 mod text;
 
-use isochrone_runtime::control::Access;
+use isochrone_control::Access;
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Layout, Rect};
 use ratatui::text::{Line, Span, Text};

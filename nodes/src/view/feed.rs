@@ -12,8 +12,8 @@ use std::sync::atomic::Ordering;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use isochrone_control::{Client, ClientError, Trace};
 use isochrone_ipc::{Participant, ipc};
-use isochrone_runtime::control::{Client, ClientError, Trace};
 
 use self::task::{MAX_TRACED, Task, Wanted};
 use super::{View, locked};

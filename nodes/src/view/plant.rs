@@ -3,10 +3,8 @@
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::sync::Arc;
 
+use isochrone_control::{DescribeResult, Force, Role, SignalDescription, TaskDescription, Value};
 use isochrone_cyclic::Wake;
-use isochrone_runtime::control::{
-    DescribeResult, Force, Role, SignalDescription, TaskDescription, Value,
-};
 use isochrone_timing::units::duration;
 use serde::Serialize;
 use serde_json::json;

@@ -4,7 +4,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::is_stopped;
-use isochrone_runtime::control;
 
 /// A node that answers is heard of at least once a second, whatever the periods of its tasks: it is asked so often
 /// what it is.
@@ -41,7 +40,7 @@ impl Silence {
 
 /// What is known of a node that says nothing.
 pub(super) fn why(node: &str, process: Option<u32>) -> String {
-    let state = control::silence(process, process.is_some_and(is_stopped));
+    let state = isochrone_control::silence(process, process.is_some_and(is_stopped));
     format!("node \"{node}\" has said nothing for more than a second; {state}")
 }
 

@@ -2,7 +2,7 @@
 
 use std::process::Command;
 
-use isochrone_runtime::control::{Client, ClientError, Code, JournalParams, SetParams, SetResult};
+use isochrone_control::{Client, ClientError, Code, JournalParams, SetParams, SetResult};
 use isochrone_testing::{Domain, PATIENCE, Process, wait_for_some, wait_until};
 use rustix::process::{Pid, Resource, Rlimit, getrlimit, prlimit};
 use serde_json::Value;

@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use crate::node::Node;
-use isochrone_runtime::control::{
+use isochrone_control::{
     Action, AlarmsParams, ApplyParams, ClientError, Code, DescribeParams, ForceParams,
     ForcesParams, GetParams, Hold, JournalParams, ReleaseParams, Role, SetParams, UndoParams,
     Value, Values,

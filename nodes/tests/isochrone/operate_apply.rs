@@ -6,11 +6,11 @@ use std::thread;
 use std::time::Duration;
 
 use crate::node::Node;
-use isochrone_ipc::{Depth, FrameSubscriber, ipc};
-use isochrone_runtime::control::{
+use isochrone_control::{
     Action, AlarmsParams, ApplyParams, ApplyResult, Client, ClientError, Code, DescribeParams,
     ForceParams, GetParams, Hold, JournalParams, ReleaseParams, SetParams, Value,
 };
+use isochrone_ipc::{Depth, FrameSubscriber, ipc};
 use isochrone_testing::plants::CLIMB;
 use isochrone_testing::{PATIENCE, wait_for_ok, wait_until};
 

@@ -3,7 +3,7 @@
 use std::process::Command;
 
 use crate::program::assert_says;
-use isochrone_runtime::control::{
+use isochrone_control::{
     Client, ClientError, Code, DescribeParams, GetParams, JournalParams, SetParams,
 };
 use isochrone_testing::plants::{RAMP, tank};

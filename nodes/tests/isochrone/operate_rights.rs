@@ -1,7 +1,7 @@
 //! What operators may do with a node, for each `control` that its configuration can say, and every method.
 
 use crate::node::Node;
-use isochrone_runtime::control::{
+use isochrone_control::{
     AlarmsParams, ApplyParams, Client, ClientError, Code, DescribeParams, ForceParams,
     ForcesParams, GetParams, Hold, JournalParams, Method, Params, Refusal, ReleaseParams,
     SaveParams, SetParams, SignalsParams, TraceParams, UndoParams, Value,

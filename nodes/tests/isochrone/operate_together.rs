@@ -4,11 +4,11 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-use isochrone_ipc::{Depth, FrameSubscriber, Participant, RequestClient, ipc};
-use isochrone_runtime::control::{
+use isochrone_control::{
     Client, ClientError, Code, DescribeParams, GetParams, JournalParams, SetParams, Value,
     service_name,
 };
+use isochrone_ipc::{Depth, FrameSubscriber, Participant, RequestClient, ipc};
 use isochrone_testing::{
     Domain, PATIENCE, Process, role, role_domain, volume, wait_for_ok, wait_for_some, wait_until,
 };

@@ -5,11 +5,11 @@ use std::fs::File;
 use std::path::Path;
 
 use crate::plant::{Observer, sensor};
-use isochrone_ipc::Participant;
-use isochrone_recording::{Entry, Item, Reader, RowHead};
-use isochrone_runtime::control::{
+use isochrone_control::{
     ApplyParams, Client, ForceParams, Hold, Params, ReleaseParams, SetParams, UndoParams, Values,
 };
+use isochrone_ipc::Participant;
+use isochrone_recording::{Entry, Item, Reader, RowHead};
 use isochrone_testing::plants::GAUGE;
 use isochrone_testing::{Domain, wait_until};
 use serde_json::Value;

@@ -6,10 +6,10 @@ use std::rc::Rc;
 
 use crate::node::Node;
 use crate::plant::Observer;
-use isochrone_ipc::{Participant, ipc};
-use isochrone_runtime::control::{
+use isochrone_control::{
     ApplyParams, Client, ClientError, Code, Refusal, Trace, TraceParams, TraceRow, signals_by_task,
 };
+use isochrone_ipc::{Participant, ipc};
 use isochrone_testing::plants::LEVEL;
 use isochrone_testing::{Domain, PATIENCE, wait_for_some, wait_until};
 

@@ -11,8 +11,8 @@ use std::rc::Rc;
 use std::thread;
 use std::time::Duration;
 
+use isochrone_control::{Client, ClientError, SetParams, Trace};
 use isochrone_ipc::{LayoutWatcher, Participant, ipc};
-use isochrone_runtime::control::{Client, ClientError, SetParams, Trace};
 use isochrone_testing::{Domain, PATIENCE, Process, not_tested};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;

@@ -3,14 +3,14 @@
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::operate::{Selection, Signal};
 
-use crate::control::{
+use crate::faults::Active;
+use crate::operating::unix_ns;
+use crate::recorder::Recording;
+use isochrone_control::{
     ActiveAlarm, AlarmsParams, AlarmsResult, ConfigurationOrigin, DescribeResult, Entry,
     ForcesParams, ForcesResult, JournalParams, JournalResult, Refusal, Reply, Room,
     SignalDescription, SignalsParams, SignalsResult, TaskDescription,
 };
-use crate::faults::Active;
-use crate::operating::unix_ns;
-use crate::recorder::Recording;
 
 use super::Attendant;
 use super::requests::select;

@@ -2,7 +2,9 @@
 
 use isochrone_model::ChangeSummary;
 
-use crate::control::{ApplyResult, ByTask, ChangedValue, Entry, Finding, Part, Reply, Room, Tuned};
+use isochrone_control::{
+    ApplyResult, ByTask, ChangedValue, Entry, Finding, Part, Reply, Room, Tuned,
+};
 
 /// What another configuration changes, and which tasks have it.
 pub(super) struct Applied {

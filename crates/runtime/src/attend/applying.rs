@@ -6,11 +6,11 @@ use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::Findings;
 
 use crate::apply::PreparedApply;
-use crate::control::{
-    ApplyParams, Begun, ByTask, Caller, Code, Finding, Part, Place, Refusal, Ticket,
-};
 use crate::error::ApplyError;
 use crate::operating::Origin;
+use isochrone_control::{
+    ApplyParams, Begun, ByTask, Caller, Code, Finding, Part, Place, Refusal, Ticket,
+};
 
 use super::Attendant;
 use super::applied::Applied;

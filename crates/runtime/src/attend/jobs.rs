@@ -5,8 +5,8 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread;
 
-use crate::control::{Code, Refusal};
 use crate::panics;
+use isochrone_control::{Code, Refusal};
 
 type Work = Box<dyn FnOnce() + Send>;
 

@@ -21,11 +21,13 @@ use isochrone_engine::Plan;
 use isochrone_ipc::{OpenError, RealTime, RequestUpkeep, Service};
 use isochrone_model::Access;
 
-use crate::control::{Begun, Call, Caller, Desk, Operated, Outcome, Refusal, Ticket, service_name};
 use crate::error::PrepareError;
 use crate::operating::{Shared, unix_ns};
 use crate::panics;
 use applying::Making;
+use isochrone_control::{
+    Begun, Call, Caller, Desk, Operated, Outcome, Refusal, Ticket, service_name,
+};
 use jobs::Jobs;
 use saving::Saving;
 use traces::Tracing;

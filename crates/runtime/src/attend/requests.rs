@@ -5,12 +5,12 @@ use std::sync::{Arc, MutexGuard};
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_engine::operate::{Operator, Pattern, Prepared, Request, Selection, Signals};
 
-use crate::control::{
+use crate::error::RequestError;
+use crate::operating::{Lane, Operating, Origin, Shared};
+use isochrone_control::{
     AskedBy, Begun, ByTask, Caller, Code, Finding, ForceParams, GetParams, Hold, Part, Refusal,
     ReleaseParams, SetParams, UndoParams,
 };
-use crate::error::RequestError;
-use crate::operating::{Lane, Operating, Origin, Shared};
 
 use super::Attendant;
 use super::under_way::{Change, Read, UnderWay, Work};

@@ -5,7 +5,7 @@ use std::collections::VecDeque;
 use isochrone_engine::operate::SaveError;
 use isochrone_ipc::{MAX_CLIENTS, MAX_MESSAGE_BYTES};
 
-use crate::control::{
+use isochrone_control::{
     Begun, Caller, Code, Outcome, Refusal, Reply, SaveParams, SaveResult, Ticket,
 };
 

@@ -7,12 +7,12 @@ use std::time::{Duration, Instant};
 use isochrone_engine::operate::{Selection, Signal, Signals};
 use isochrone_ipc::{FrameLayout, SignalSpec};
 
-use crate::control::{
+use crate::timing_channels;
+use crate::traces::{MAX_TRACED, MAX_TRACES, Traced};
+use isochrone_control::{
     Begun, Caller, Code, Finding, Outcome, Refusal, Reply, Ticket, TraceParams, TraceResult,
     TracedSignal,
 };
-use crate::timing_channels;
-use crate::traces::{MAX_TRACED, MAX_TRACES, Traced};
 
 use super::Attendant;
 use super::requests::select;

@@ -3,7 +3,7 @@
 use isochrone_engine::operate::{Done, Reading, Unwritten, Warning};
 use isochrone_ipc::Flags;
 
-use crate::control::{
+use isochrone_control::{
     ByTask, Code, Entry, Finding, ForceResult, GetResult, Outcome, Part, ReadAt, Refusal, Reply,
     Room, SetResult, Ticket, Values,
 };

@@ -7,7 +7,6 @@ use isochrone_cyclic::{Schedule, ThreadGrant};
 use isochrone_engine::config::PhaseChoice;
 use isochrone_timing::CycleRecord;
 
-use crate::control::{Followed, Placement};
 use crate::faults::Faults;
 use crate::last_second::Seconds;
 use crate::lasting::StateChange;
@@ -15,6 +14,7 @@ use crate::orders;
 use crate::responses::Responses;
 use crate::traces::Traced;
 use crate::words::Words;
+use isochrone_control::{Followed, Placement};
 
 /// How late a cycle may be before its task is said to stand.
 const PATIENCE_NS: u64 = 1_000_000_000;

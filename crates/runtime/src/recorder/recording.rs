@@ -14,7 +14,7 @@ use super::{Capture, RecordingFile, RecordingOutcome};
 use crate::clocks::read_clocks;
 use crate::faults::Active;
 use crate::journal::Line;
-use crate::rows::Place;
+use isochrone_timing::Progress;
 
 /// Entries of the journal that may wait: so many are changed in minutes, by programs.
 const MOST_ENTRIES: u64 = 10_000;
@@ -78,7 +78,7 @@ impl Recording {
     }
 
     /// Ends the file, when no cycle runs any more, and tells what is in it. Waits for the disk up to 5 s.
-    pub(crate) fn end(mut self, ends: Vec<Option<Place>>) -> RecordingOutcome {
+    pub(crate) fn end(mut self, ends: Vec<Option<Progress>>) -> RecordingOutcome {
         let ran: u64 = ends.iter().flatten().map(|last| last.ran()).sum();
         let (outcome, has_ended) = self.await_end(ends);
         let mut outcome = outcome;

@@ -12,7 +12,7 @@ use isochrone_recording::{ChannelId, Entry, RowHead, WriteError, Writer};
 use super::{Capture, RecordingFile, RecordingOutcome};
 use crate::clocks::read_clocks;
 use crate::panics;
-use crate::rows::Place;
+use isochrone_timing::Progress;
 
 /// Between two looks at the rings.
 const TURN: Duration = Duration::from_millis(20);
@@ -27,7 +27,7 @@ pub(super) enum Job {
 }
 
 /// For each task its last cycle, as far as it is known.
-pub(super) type Ends = Vec<Option<Place>>;
+pub(super) type Ends = Vec<Option<Progress>>;
 
 /// What the thread tells.
 #[derive(Default)]
@@ -109,7 +109,7 @@ struct Task {
     captures: VecDeque<Capture>,
     channel: Option<ChannelId>,
     row: Vec<f64>,
-    last: Option<Place>,
+    last: Option<Progress>,
 }
 
 impl<F: RecordingFile> Writing<'_, F> {
@@ -183,7 +183,7 @@ impl<F: RecordingFile> Writing<'_, F> {
                 None => *task.channel.insert(self.writer.add_task(layout)?),
             };
             let record = cycle.record;
-            let place = Place::of(&record);
+            let place = Progress::of(&record);
             let lost = place.lost_since(task.last.replace(place));
             let head = RowHead {
                 cycle: record.cycle,

@@ -1,8 +1,6 @@
 //! Nodes in this process and in others, and the requests that they answer.
 
 mod apply;
-mod control;
-mod control_page;
 mod follow;
 mod frame_wait;
 mod journal;
@@ -10,11 +8,9 @@ mod journal_thread;
 mod journalled;
 mod late_polls;
 mod node;
-mod operated;
 mod panics;
 mod polling;
 mod recording;
-mod requests_text;
 mod stands;
 
 use isochrone_cyclic::CountingAllocator;

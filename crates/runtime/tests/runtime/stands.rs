@@ -5,9 +5,9 @@ use std::thread;
 use std::time::Duration;
 
 use isochrone_blocks::{Block, BlockType, CATALOGUE, Cycle};
+use isochrone_control::{Client, DescribeParams, TaskDescription};
 use isochrone_engine::{Plan, Rules, Source};
 use isochrone_ipc::{IsolatedDomain, Participant, local};
-use isochrone_runtime::control::{Client, DescribeParams, TaskDescription};
 use isochrone_runtime::{Node, Running};
 use isochrone_testing::{PATIENCE, wait_for_ok};
 

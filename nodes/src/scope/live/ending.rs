@@ -1,6 +1,6 @@
 //! How a scope of a running node ends.
 
-use isochrone_runtime::control::ClientError;
+use isochrone_control::ClientError;
 
 use super::super::Mode;
 use super::super::display::Display;

@@ -1,7 +1,7 @@
 //! Signals, alarms and forces.
 
 use isochrone_blocks::PinType;
-use isochrone_runtime::control::{ActiveAlarm, Force, Role, SignalDescription};
+use isochrone_control::{ActiveAlarm, Force, Role, SignalDescription};
 use ratatui::Frame;
 use ratatui::layout::{Alignment, Constraint, Layout, Rect};
 use ratatui::style::Style;

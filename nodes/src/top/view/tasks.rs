@@ -1,6 +1,6 @@
 //! Tasks and the timing of their cycles.
 
-use isochrone_runtime::control::{Followed, LastSecond, TaskDescription};
+use isochrone_control::{Followed, LastSecond, TaskDescription};
 use isochrone_timing::Summary;
 use isochrone_timing::units::{duration, period, three_digits};
 use ratatui::Frame;

@@ -1,4 +1,4 @@
-use isochrone_runtime::control::{
+use isochrone_control::{
     Action, ActiveAlarm, DescribeResult, Entry, Force, Hold, Role, SignalDescription, Value, Values,
 };
 use ratatui::Terminal;

@@ -2,8 +2,8 @@
 
 use std::borrow::Cow;
 
+use isochrone_control::Value;
 use isochrone_engine::escaped;
-use isochrone_runtime::control::Value;
 use ratatui::text::{Line, Span};
 
 use crate::numbers::type_of;

@@ -5,8 +5,8 @@ use std::rc::Rc;
 use std::thread;
 use std::time::{Duration, Instant};
 
+use isochrone_control::{Client, ClientError, Trace, TraceRow};
 use isochrone_ipc::{Participant, ipc};
-use isochrone_runtime::control::{Client, ClientError, Trace, TraceRow};
 
 use super::RETRY_INTERVAL;
 use crate::operate::{Asked, refusal};

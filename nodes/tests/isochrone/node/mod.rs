@@ -1,10 +1,10 @@
 //! The node `level`, which runs in a process of its own, and a client that operates it.
 
-use isochrone_ipc::{Participant, ipc};
-use isochrone_runtime::control::{
+use isochrone_control::{
     Client, ClientError, Code, DescribeParams, GetParams, Params, Refusal, SetParams, SetResult,
     Values,
 };
+use isochrone_ipc::{Participant, ipc};
 
 use isochrone_testing::{Domain, PATIENCE, Process, wait_until};
 

@@ -5,7 +5,7 @@ mod calls;
 mod random;
 mod refusals;
 
-use isochrone_runtime::control::{Parsed, Unparsed, parse};
+use isochrone_control::{Parsed, Unparsed, parse};
 use serde_json::{Value as Json, json};
 
 fn parsed(text: &str) -> Parsed {

@@ -1,7 +1,7 @@
 //! Answers, which are never longer than a message.
 
+use isochrone_control::{Code, Finding, Refusal, Reply, Room, SignalsResult, answer};
 use isochrone_ipc::MAX_MESSAGE_BYTES;
-use isochrone_runtime::control::{Code, Finding, Refusal, Reply, Room, SignalsResult, answer};
 use serde_json::{Value as Json, json};
 
 #[test]

@@ -13,6 +13,18 @@
 //!
 //! [JSON-RPC 2.0]: https://www.jsonrpc.org/specification
 
+#![cfg_attr(
+    not(test),
+    warn(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::print_stdout,
+        clippy::print_stderr
+    )
+)]
+#![forbid(unsafe_code)]
+
 mod client;
 mod client_error;
 mod describing;
@@ -52,4 +64,14 @@ pub use trace::{Trace, TraceRow, signals_by_task};
 /// The name of the service by which a node is operated.
 pub fn service_name(node: &str) -> String {
     format!("isochrone/{node}/control")
+}
+
+/// The name of the service of all signals and timings of a node, for whoever watches it.
+pub fn telemetry_service_name(node: &str) -> String {
+    format!("isochrone/{node}/telemetry")
+}
+
+/// The node whose telemetry a service carries.
+pub fn node_of_telemetry(service: &str) -> Option<&str> {
+    service.strip_prefix("isochrone/")?.strip_suffix("/telemetry")
 }

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::ByTask;
-use crate::control::{Finding, Force, Values};
+use crate::{Finding, Force, Values};
 
 /// Of `set`, `release` and `undo`: what happened.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -1,6 +1,6 @@
 //! Requests for each method, with parameters that fit and that do not.
 
-use isochrone_runtime::control::{
+use isochrone_control::{
     ApplyParams, Call, Code, DescribeParams, ForceParams, GetParams, Hold, JournalParams, Method,
     Params, Parsed, ReleaseParams, SetParams, SignalsParams, TraceParams, UndoParams, Value,
     Values, parse, request,

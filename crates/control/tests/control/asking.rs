@@ -8,11 +8,11 @@ use std::time::Duration;
 
 use crate::operated;
 use crate::operated::{PARAMETERS, Parameters, Running, join, name, telemetry};
-use isochrone_ipc::{Domain, IsolatedDomain, RequestClient, RequestServer};
-use isochrone_runtime::control::{
+use isochrone_control::{
     Client, ClientError, Code, DescribeParams, Desk, GetParams, Part, SetParams, Value, Values,
     running_nodes, service_name,
 };
+use isochrone_ipc::{Domain, IsolatedDomain, RequestClient, RequestServer};
 use isochrone_testing::{PATIENCE, wait_for_some, wait_until};
 use serde_json::json;
 
@@ -36,7 +36,7 @@ fn takes_no_requests() {
 #[test]
 fn a_node_in_another_process_describes_itself_and_is_changed() {
     let domain = IsolatedDomain::new("isotest").unwrap();
-    let _level = Running::start(&domain, "control::takes_requests", "level");
+    let _level = Running::start(&domain, "asking::takes_requests", "level");
     let participant = join(&domain);
     let mut client = Client::connect(&participant, "level", PATIENCE).unwrap();
     let description = client.call(&DescribeParams {}).unwrap();
@@ -60,7 +60,7 @@ fn a_node_in_another_process_describes_itself_and_is_changed() {
 #[test]
 fn long_results_come_in_pages_and_are_put_together() {
     let domain = IsolatedDomain::new("isotest").unwrap();
-    let _level = Running::start(&domain, "control::takes_requests", "level");
+    let _level = Running::start(&domain, "asking::takes_requests", "level");
     let participant = join(&domain);
     let mut client = Client::connect(&participant, "level", PATIENCE).unwrap();
     let signals = client.signals(None).unwrap();
@@ -73,7 +73,7 @@ fn long_results_come_in_pages_and_are_put_together() {
 #[test]
 fn what_a_node_refuses_comes_with_its_code_and_all_findings() {
     let domain = IsolatedDomain::new("isotest").unwrap();
-    let _level = Running::start(&domain, "control::takes_requests", "level");
+    let _level = Running::start(&domain, "asking::takes_requests", "level");
     let participant = join(&domain);
     let mut client = Client::connect(&participant, "level", PATIENCE).unwrap();
     let values = [("a", 1.0), ("b", 2.0)].into_iter().collect();
@@ -96,8 +96,8 @@ fn a_node_that_does_not_run_is_told_with_those_that_do() {
     let nowhere =
         format!("no node \"level\" runs here; none runs in its domain, {}", participant.domain());
     assert_eq!(error.to_string(), nowhere);
-    let _level = Running::start(&domain, "control::takes_requests", "level");
-    let closed = Running::start(&domain, "control::takes_no_requests", "closed");
+    let _level = Running::start(&domain, "asking::takes_requests", "level");
+    let closed = Running::start(&domain, "asking::takes_no_requests", "closed");
     let error = refused("levl");
     assert!(error.to_string().ends_with("did you mean \"level\"?"), "{error}");
     let ClientError::NoNode { running, .. } = refused("\u{7}") else { panic!() };
@@ -112,7 +112,7 @@ fn a_node_that_does_not_run_is_told_with_those_that_do() {
 #[test]
 fn a_node_that_is_stopped_does_not_answer_in_time_and_its_late_answer_is_dropped() {
     let domain = IsolatedDomain::new("isotest").unwrap();
-    let level = Running::start(&domain, "control::takes_requests", "level");
+    let level = Running::start(&domain, "asking::takes_requests", "level");
     let participant = join(&domain);
     let mut client = Client::connect(&participant, "level", PATIENCE).unwrap();
     assert!(client.call(&DescribeParams {}).is_ok());
@@ -138,7 +138,7 @@ fn a_node_that_is_stopped_does_not_answer_in_time_and_its_late_answer_is_dropped
 #[test]
 fn a_request_that_takes_long_and_was_given_up_holds_up_nobody() {
     let domain = IsolatedDomain::new("isotest").unwrap();
-    let _level = Running::start(&domain, "control::takes_requests", "level");
+    let _level = Running::start(&domain, "asking::takes_requests", "level");
     let participant = join(&domain);
     let mut other = Client::connect(&participant, "level", PATIENCE).unwrap();
     let values: Values = [(name(0), 1.0)].into_iter().collect();
@@ -167,7 +167,7 @@ fn a_request_that_takes_long_and_was_given_up_holds_up_nobody() {
 #[test]
 fn a_node_that_is_killed_ends_the_waiting_of_its_clients_once_it_is_cleared() {
     let domain = IsolatedDomain::new("isotest").unwrap();
-    let level = Running::start(&domain, "control::takes_requests", "level");
+    let level = Running::start(&domain, "asking::takes_requests", "level");
     let participant = join(&domain);
     let has_ended = AtomicBool::new(false);
     let (connected, is_connected) = std::sync::mpsc::channel();
@@ -284,7 +284,7 @@ fn a_desk_that_stands_by_lets_the_other_answer_and_takes_over_when_it_is_gone() 
 #[test]
 fn what_is_no_request_is_answered_by_a_running_node_and_it_goes_on() {
     let domain = IsolatedDomain::new("isotest").unwrap();
-    let _level = Running::start(&domain, "control::takes_requests", "level");
+    let _level = Running::start(&domain, "asking::takes_requests", "level");
     let participant = join(&domain);
     let mut raw = RequestClient::open(&participant, &service_name("level")).unwrap().unwrap();
     let mut ask = |bytes: &[u8]| -> serde_json::Value {

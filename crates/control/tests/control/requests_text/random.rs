@@ -2,10 +2,8 @@
 
 use proptest::prelude::*;
 
+use isochrone_control::{Call, Method, Reply, SetParams, Value, Values, answer, parse, request};
 use isochrone_ipc::MAX_MESSAGE_BYTES;
-use isochrone_runtime::control::{
-    Call, Method, Reply, SetParams, Value, Values, answer, parse, request,
-};
 use serde_json::Value as Json;
 
 use super::asking;

@@ -7,13 +7,13 @@ use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
-use isochrone_ipc::{
-    Domain, FrameLayout, FramePublisher, IsolatedDomain, Participant, SignalSpec, ipc,
-};
-use isochrone_runtime::control::{
+use isochrone_control::{
     Access, Begun, Call, Caller, Code, ConfigurationOrigin, DescribeResult, Desk, Finding,
     ForceResult, GetResult, Hold, Operated, Outcome, Part, ReadAt, Refusal, Reply, Role, Room,
     SaveResult, SetParams, SetResult, SignalDescription, SignalsResult, Ticket, Value, Values,
+};
+use isochrone_ipc::{
+    Domain, FrameLayout, FramePublisher, IsolatedDomain, Participant, SignalSpec, ipc,
 };
 
 pub(crate) type Node = Participant<ipc::Service>;

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 use isochrone_cyclic::{Clock, Monotonic};
 use isochrone_ipc::{Depth, FrameSubscriber, Participant, Service, ipc};
 
-use crate::rows::Place;
+use isochrone_timing::Progress;
 
 use super::{
     Client, ClientError, Code, Refusal, SignalDescription, TraceParams, TraceResult, TracedSignal,
@@ -27,7 +27,7 @@ const END_PATIENCE: Duration = Duration::from_millis(200);
 /// ```no_run
 /// use std::{cell::RefCell, rc::Rc, thread, time::Duration};
 /// use isochrone_ipc::{Domain, Participant};
-/// use isochrone_runtime::control::{Client, Trace};
+/// use isochrone_control::{Client, Trace};
 ///
 /// let participant = Participant::join("scope", Domain::find()?)?;
 /// let node = Client::connect(&participant, "level", Duration::from_secs(5))?;
@@ -49,7 +49,7 @@ pub struct Trace<S: Service = ipc::Service> {
     renewed: Instant,
     /// The values of the row that was taken last.
     row: Vec<f64>,
-    last: Option<Place>,
+    last: Option<Progress>,
 }
 
 /// One cycle of a trace.
@@ -172,7 +172,7 @@ impl<S: Service> Trace<S> {
                 break *frame.header();
             }
         };
-        let now = Place { cycle: place.cycle, missed: place.missed };
+        let now = Progress { cycle: place.cycle, missed: place.missed };
         let lost = self.last.replace(now).map_or(0, |last| now.lost_since(Some(last)));
         let (timing, values) = self.row.split_at_checked(self.shape.timing.len())?;
         let (cycle, release_ns, missed) = (place.cycle, place.release_ns, place.missed);

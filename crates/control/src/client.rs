@@ -16,9 +16,8 @@ use super::client_error::ClientError;
 use super::texts::{self, Answer};
 use super::{
     DescribeParams, GetParams, Params, SaveParams, SignalDescription, SignalsParams,
-    TaskDescription, Values, service_name,
+    TaskDescription, Values, node_of_telemetry, service_name, telemetry_service_name,
 };
-use crate::telemetry;
 
 /// Between two looks for an answer. A node looks for requests every 5 ms at the latest.
 pub(super) const PAUSE: Duration = Duration::from_millis(1);
@@ -48,7 +47,7 @@ pub fn running_nodes<S: Service>(
     let services = participant.frame_services()?.into_iter();
     let mut nodes: Vec<_> = services
         .filter_map(|service| {
-            let name = telemetry::node_of_service(&service.name)?.to_owned();
+            let name = node_of_telemetry(&service.name)?.to_owned();
             let publisher = service.publishers.into_iter().next()?;
             Some(RunningNode { name, process: publisher.pid, program: publisher.program })
         })
@@ -62,7 +61,7 @@ pub fn running_nodes<S: Service>(
 /// ```no_run
 /// use std::time::Duration;
 /// use isochrone_ipc::{Domain, Participant};
-/// use isochrone_runtime::control::{Client, SetParams};
+/// use isochrone_control::{Client, SetParams};
 ///
 /// let participant = Participant::join("tuner", Domain::find()?)?;
 /// let mut node = Client::connect(&participant, "level", Duration::from_secs(5))?;
@@ -110,7 +109,7 @@ impl<S: Service> Client<S> {
         // Clients get each other's places, and late answers with them: their ids must differ.
         let chance = RandomState::new().hash_one(std::process::id());
         let beginning = format!("{}-{chance:016x}", std::process::id());
-        let owners = participant.publishing_processes(&telemetry::service(node))?;
+        let owners = participant.publishing_processes(&telemetry_service_name(node))?;
         let node = node.to_owned();
         let (requests, late, interruption) = (0, 0, None);
         let client = Self { port, node, patience, interruption, beginning, requests, late, owners };

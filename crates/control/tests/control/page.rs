@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use isochrone_runtime::control::{
+use isochrone_control::{
     Access, Action, ActiveAlarm, AlarmsResult, AppliedChange, ApplyResult, AskedBy, ByTask, Change,
     ChangedValue, Code, ConfigurationOrigin, DescribeResult, Entry, Finding, Followed, Force,
     ForceResult, ForcesResult, GetResult, Given, JournalResult, LastSecond, Method, Part,

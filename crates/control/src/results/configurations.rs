@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{ByTask, Part};
-use crate::control::{ChangedValue, Finding, Tuned};
+use crate::{ChangedValue, Finding, Tuned};
 
 /// Of `save`: a piece of the configuration with the values of now.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

@@ -1,7 +1,7 @@
 //! Texts that are no request.
 
+use isochrone_control::{ApplyParams, Code, MAX_ID_BYTES, parse, request};
 use isochrone_ipc::MAX_MESSAGE_BYTES;
-use isochrone_runtime::control::{ApplyParams, Code, MAX_ID_BYTES, parse, request};
 use serde_json::json;
 
 use super::{asking, parsed, refused};

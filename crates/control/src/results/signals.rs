@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::ByTask;
-use crate::control::{Role, Values};
+use crate::{Role, Values};
 
 /// Of `signals`: a page of them.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::control::{Entry, PendingEntry};
+use crate::{Entry, PendingEntry};
 
 /// Of `journal`: a page of its entries.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
