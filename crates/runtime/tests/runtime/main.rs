@@ -4,7 +4,6 @@ mod apply;
 mod control;
 mod control_page;
 mod follow;
-mod frame_wait;
 mod journal;
 mod journal_thread;
 mod journalled;

@@ -1,0 +1,241 @@
+//! A frame whose values are read by their names.
+
+use std::fmt;
+
+use crate::{
+    Announcement, Flags, FrameHeader, LayoutConflict, LayoutWatcher, Service, SignalError, Stamps,
+};
+
+/// A frame that a [`SignalReader`](crate::SignalReader) received, until the reader is asked for the next one.
+pub struct SignalFrame<'a, S: Service> {
+    pub(crate) receipt: Receipt,
+    pub(crate) channels: &'a [f64],
+    pub(crate) service: &'a str,
+    pub(crate) announced: Option<&'a Announcement>,
+    pub(crate) places: &'a Result<Vec<usize>, SignalError>,
+    pub(crate) watcher: &'a LayoutWatcher<S>,
+}
+
+/// What a frame's sender stamped, and how it came. All times are in nanoseconds of `CLOCK_MONOTONIC`.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Receipt {
+    /// What the sender stamped.
+    pub header: FrameHeader,
+    /// When the reader took the frame.
+    pub received_ns: u64,
+    /// How long the frame may have lain there: the time since the reader last looked and found none.
+    pub waited_ns: u64,
+    /// Frames that were lost between the one received before and this one.
+    pub lost: u64,
+    /// How often the publisher restarted or was replaced between the frame received before and this one.
+    pub restarts: u64,
+    /// Whether the stamps are used.
+    pub stamps: Stamps,
+}
+
+/// What tells frames with different channels apart.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct LayoutKey {
+    /// The [`FrameHeader::layout`].
+    pub number: u64,
+    /// Whether that layout is announced.
+    pub is_announced: bool,
+    /// Values of a frame.
+    pub channels: usize,
+}
+
+impl<'a, S: Service> SignalFrame<'a, S> {
+    /// The wanted signals and their values, in the order in which the reader was given the names; all signals
+    /// of the frame if it was given none.
+    ///
+    /// # Errors
+    /// The frame has no names, or one of the wanted signals is missing.
+    pub fn values(&self) -> Result<impl Iterator<Item = (&'a str, f64)> + 'a, SignalError> {
+        let places = self.places.as_ref().map_err(Clone::clone)?;
+        let (signals, channels) = (self.announced.map(|it| &it.layout.signals[..]), self.channels);
+        Ok(places.iter().filter_map(move |place| {
+            Some((signals?.get(*place)?.name.as_str(), *channels.get(*place)?))
+        }))
+    }
+
+    /// The value of a signal of the frame, whether or not the reader was given its name. Searches all names of the
+    /// frame.
+    ///
+    /// # Errors
+    /// The frame has no names, or no such signal.
+    pub fn value(&self, name: &str) -> Result<f64, SignalError> {
+        let place = place(self.service, self.announced, self.channels.len(), name)?;
+        let too_few = || {
+            let (available, needed) = (self.channels.len(), place + 1);
+            unfit(
+                self.service,
+                self.announced,
+                LayoutConflict::TooFewChannels { available, needed },
+            )
+        };
+        self.channels.get(place).copied().ok_or_else(too_few)
+    }
+
+    /// All values of the frame, in their order.
+    pub fn channels(&self) -> &'a [f64] {
+        self.channels
+    }
+
+    /// What the values are worth.
+    pub fn flags(&self) -> Flags {
+        self.receipt.header.flags()
+    }
+
+    /// The number of the frame: 0, 1, 2, … of one publisher.
+    pub fn sequence(&self) -> u64 {
+        self.receipt.header.sequence
+    }
+
+    /// What the sender stamped.
+    pub fn header(&self) -> &FrameHeader {
+        &self.receipt.header
+    }
+
+    /// How old the frame was when it was received, in ns; `None` if it was stamped by another clock.
+    pub fn age_ns(&self) -> Option<u64> {
+        self.receipt.age_ns()
+    }
+
+    /// Frames that were lost between the one received before and this one.
+    pub fn lost(&self) -> u64 {
+        self.receipt.lost
+    }
+
+    /// How the frame came.
+    pub fn receipt(&self) -> Receipt {
+        self.receipt
+    }
+
+    /// What is announced of the frame: its signals, their types and units, the publisher. `None` if nobody announces
+    /// it, or the announcement did not come in time.
+    pub fn announced(&self) -> Option<&'a Announcement> {
+        self.announced
+    }
+
+    /// What tells the frame from those with other channels.
+    pub fn layout(&self) -> LayoutKey {
+        LayoutKey::new(&self.receipt.header, self.announced, self.channels.len())
+    }
+
+    /// What keeps the reader from hearing what is announced of the frame, and the way out, if something does.
+    pub fn obstacle(&self) -> Option<String> {
+        let is_unheard = self.receipt.header.layout != 0 && self.announced.is_none();
+        is_unheard.then(|| self.watcher.obstacle())?
+    }
+}
+
+impl<S: Service> fmt::Debug for SignalFrame<'_, S> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SignalFrame")
+            .field("service", &self.service)
+            .field("receipt", &self.receipt)
+            .field("channels", &self.channels)
+            .field("announced", &self.announced)
+            .finish_non_exhaustive()
+    }
+}
+
+impl Receipt {
+    /// How old the frame was when it was received, in ns; `None` if it was stamped by another clock.
+    pub fn age_ns(&self) -> Option<u64> {
+        match self.stamps {
+            Stamps::Believed => Some(self.received_ns.saturating_sub(self.header.publish_ns)),
+            Stamps::Future | Stamps::Foreign => None,
+        }
+    }
+
+    /// When the frame's cycle was due on the reader's clock, or the nearest to it that is known: when the frame was sent
+    /// or received.
+    pub fn due_ns(&self) -> u64 {
+        let FrameHeader { release_ns, publish_ns, .. } = self.header;
+        match self.stamps {
+            Stamps::Believed if (1..=publish_ns).contains(&release_ns) => release_ns,
+            Stamps::Believed => publish_ns,
+            Stamps::Future | Stamps::Foreign => self.received_ns,
+        }
+    }
+}
+
+impl LayoutKey {
+    pub(crate) fn new(
+        header: &FrameHeader,
+        announced: Option<&Announcement>,
+        channels: usize,
+    ) -> Self {
+        Self { number: header.layout, is_announced: announced.is_some(), channels }
+    }
+}
+
+/// Where signals stand in frames of the layout that is announced; all of them if no name is given.
+pub(crate) fn places(
+    service: &str,
+    announced: Option<&Announcement>,
+    channels: usize,
+    names: &[String],
+) -> Result<Vec<usize>, SignalError> {
+    let places = match announced {
+        Some(announced) if names.is_empty() => (0..announced.layout.signals.len()).collect(),
+        _ if names.is_empty() => return Err(unnamed(service, channels)),
+        _ => names
+            .iter()
+            .map(|name| place(service, announced, channels, name))
+            .collect::<Result<Vec<_>, _>>()?,
+    };
+    match places.iter().max() {
+        Some(last) if *last >= channels => {
+            let too_few = LayoutConflict::TooFewChannels { available: channels, needed: last + 1 };
+            Err(unfit(service, announced, too_few))
+        }
+        _ => Ok(places),
+    }
+}
+
+fn place(
+    service: &str,
+    announced: Option<&Announcement>,
+    channels: usize,
+    name: &str,
+) -> Result<usize, SignalError> {
+    let found = announced.ok_or_else(|| unnamed(service, channels))?.layout.find(name);
+    found.map_err(|conflict| unfit(service, announced, conflict))
+}
+
+fn unnamed(service: &str, channels: usize) -> SignalError {
+    SignalError::Unnamed { service: service.to_owned(), channels }
+}
+
+fn unfit(service: &str, announced: Option<&Announcement>, conflict: LayoutConflict) -> SignalError {
+    let publisher = announced.map_or_else(String::new, |announced| announced.publisher.clone());
+    SignalError::Unfit { service: service.to_owned(), publisher, conflict }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn receipt(release_ns: u64, publish_ns: u64, stamps: Stamps) -> Receipt {
+        let header = FrameHeader { release_ns, publish_ns, ..FrameHeader::default() };
+        Receipt { header, received_ns: 900, stamps, ..Receipt::default() }
+    }
+
+    #[test]
+    fn the_time_of_a_frame_is_that_of_its_cycle_where_the_writer_says_and_is_believed() {
+        assert_eq!(receipt(700, 800, Stamps::Believed).due_ns(), 700);
+        assert_eq!(receipt(0, 800, Stamps::Believed).due_ns(), 800);
+        assert_eq!(receipt(5000, 800, Stamps::Believed).due_ns(), 800);
+        assert_eq!(receipt(700, 800, Stamps::Foreign).due_ns(), 900);
+        assert_eq!(receipt(700, 99999, Stamps::Future).due_ns(), 900);
+    }
+
+    #[test]
+    fn only_a_stamp_of_this_clock_says_how_old_a_frame_is() {
+        assert_eq!(receipt(0, 800, Stamps::Believed).age_ns(), Some(100));
+        assert_eq!(receipt(0, 800, Stamps::Foreign).age_ns(), None);
+        assert_eq!(receipt(0, 99999, Stamps::Future).age_ns(), None);
+    }
+}
