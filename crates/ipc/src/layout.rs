@@ -105,7 +105,10 @@ impl FrameLayout {
     /// No channel has it.
     pub fn find(&self, name: &str) -> Result<usize, LayoutConflict> {
         let found = self.signals.iter().position(|signal| signal.name == name);
-        found.ok_or_else(|| self.without(name))
+        found.ok_or_else(|| LayoutConflict::NoSignal {
+            needed: name.to_owned(),
+            available: self.first_names(),
+        })
     }
 
     /// Checks that a channel is there and carries values of this type.
@@ -130,14 +133,15 @@ impl FrameLayout {
         Ok(())
     }
 
-    fn without(&self, wanted: &str) -> LayoutConflict {
+    /// The names of the first signals, for people.
+    pub(crate) fn first_names(&self) -> String {
         const SHOWN: usize = 12;
         let mut names: Vec<&str> =
             self.signals.iter().take(SHOWN).map(|signal| signal.name.as_str()).collect();
         if self.signals.len() > SHOWN {
             names.push("…");
         }
-        LayoutConflict::NoSignal { needed: wanted.to_owned(), available: names.join(", ") }
+        names.join(", ")
     }
 }
 

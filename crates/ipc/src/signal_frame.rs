@@ -2,9 +2,7 @@
 
 use std::fmt;
 
-use crate::{
-    Announcement, Flags, FrameHeader, LayoutConflict, LayoutWatcher, Service, SignalError, Stamps,
-};
+use crate::{Announcement, Flags, FrameHeader, LayoutWatcher, Service, SignalError, Stamps};
 
 /// A frame that a [`SignalReader`](crate::SignalReader) received, until the reader is asked for the next one.
 pub struct SignalFrame<'a, S: Service> {
@@ -64,16 +62,9 @@ impl<'a, S: Service> SignalFrame<'a, S> {
     /// # Errors
     /// The frame has no names, or no such signal.
     pub fn value(&self, name: &str) -> Result<f64, SignalError> {
-        let place = place(self.service, self.announced, self.channels.len(), name)?;
-        let too_few = || {
-            let (available, needed) = (self.channels.len(), place + 1);
-            unfit(
-                self.service,
-                self.announced,
-                LayoutConflict::TooFewChannels { available, needed },
-            )
-        };
-        self.channels.get(place).copied().ok_or_else(too_few)
+        let origin = self.origin();
+        let place = origin.place(name)?;
+        origin.check(place).map(|()| self.channels[place])
     }
 
     /// All values of the frame, in their order.
@@ -120,6 +111,11 @@ impl<'a, S: Service> SignalFrame<'a, S> {
     /// What tells the frame from those with other channels.
     pub fn layout(&self) -> LayoutKey {
         LayoutKey::new(&self.receipt.header, self.announced, self.channels.len())
+    }
+
+    fn origin(&self) -> Origin<'a> {
+        let (service, announced) = (self.service, self.announced);
+        Origin { service, announced, channels: self.channels.len() }
     }
 
     /// What keeps the reader from hearing what is announced of the frame, and the way out, if something does.
@@ -171,47 +167,57 @@ impl LayoutKey {
     }
 }
 
-/// Where signals stand in frames of the layout that is announced; all of them if no name is given.
-pub(crate) fn places(
-    service: &str,
-    announced: Option<&Announcement>,
-    channels: usize,
-    names: &[String],
-) -> Result<Vec<usize>, SignalError> {
-    let places = match announced {
-        Some(announced) if names.is_empty() => (0..announced.layout.signals.len()).collect(),
-        _ if names.is_empty() => return Err(unnamed(service, channels)),
-        _ => names
-            .iter()
-            .map(|name| place(service, announced, channels, name))
-            .collect::<Result<Vec<_>, _>>()?,
-    };
-    match places.iter().max() {
-        Some(last) if *last >= channels => {
-            let too_few = LayoutConflict::TooFewChannels { available: channels, needed: last + 1 };
-            Err(unfit(service, announced, too_few))
-        }
-        _ => Ok(places),
+/// Whose a frame is, and what is announced of it.
+#[derive(Clone, Copy)]
+pub(crate) struct Origin<'a> {
+    pub(crate) service: &'a str,
+    pub(crate) announced: Option<&'a Announcement>,
+    /// Values of the frame.
+    pub(crate) channels: usize,
+}
+
+impl<'a> Origin<'a> {
+    /// Where signals stand in the frame; all of them if no name is given.
+    pub(crate) fn places(self, names: &[String]) -> Result<Vec<usize>, SignalError> {
+        let announced = self.announced()?;
+        let all = 0..announced.layout.signals.len();
+        let places: Vec<usize> = if names.is_empty() {
+            all.collect()
+        } else {
+            names.iter().map(|name| self.place(name)).collect::<Result<_, _>>()?
+        };
+        places.iter().max().map_or(Ok(()), |last| self.check(*last)).map(|()| places)
     }
-}
 
-fn place(
-    service: &str,
-    announced: Option<&Announcement>,
-    channels: usize,
-    name: &str,
-) -> Result<usize, SignalError> {
-    let found = announced.ok_or_else(|| unnamed(service, channels))?.layout.find(name);
-    found.map_err(|conflict| unfit(service, announced, conflict))
-}
+    fn announced(self) -> Result<&'a Announcement, SignalError> {
+        let service = || self.service.to_owned();
+        let unnamed = || SignalError::Unnamed { service: service(), channels: self.channels };
+        self.announced.ok_or_else(unnamed)
+    }
 
-fn unnamed(service: &str, channels: usize) -> SignalError {
-    SignalError::Unnamed { service: service.to_owned(), channels }
-}
+    fn place(self, name: &str) -> Result<usize, SignalError> {
+        let Announcement { publisher, layout, .. } = self.announced()?;
+        let found = layout.signals.iter().position(|signal| signal.name == name);
+        found.ok_or_else(|| SignalError::Missing {
+            service: self.service.to_owned(),
+            publisher: publisher.clone(),
+            name: name.to_owned(),
+            available: layout.first_names(),
+        })
+    }
 
-fn unfit(service: &str, announced: Option<&Announcement>, conflict: LayoutConflict) -> SignalError {
-    let publisher = announced.map_or_else(String::new, |announced| announced.publisher.clone());
-    SignalError::Unfit { service: service.to_owned(), publisher, conflict }
+    /// Whether the frame is long enough to have a value at a place.
+    fn check(self, place: usize) -> Result<(), SignalError> {
+        if place < self.channels {
+            return Ok(());
+        }
+        Err(SignalError::TooShort {
+            service: self.service.to_owned(),
+            publisher: self.announced()?.publisher.clone(),
+            channels: self.channels,
+            needed: place + 1,
+        })
+    }
 }
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use isochrone_cyclic::{Clock, Monotonic, PromptWakeUps};
 
-use crate::signal_frame::places;
+use crate::signal_frame::Origin;
 use crate::{
     Announcement, Depth, FrameHeader, FrameSubscriber, InRealTime, LayoutKey, LayoutWatcher,
     OpenError, Participant, Receipt, SenderClock, Service, SignalError, SignalFrame,
@@ -159,11 +159,11 @@ impl<'p, S: Service> SignalReader<'p, S> {
 
     /// The next frame in line; `None` if none waits. Makes no system call if one does, and makes them every 10 ms
     /// if none does.
-    pub fn next(&mut self) -> Option<SignalFrame<'_, S>> {
+    pub fn next_frame(&mut self) -> Option<SignalFrame<'_, S>> {
         if self.is_ready() { self.give() } else { None }
     }
 
-    /// As [`next`](Self::next), of the frames that were received and wait for their layouts: for the end of a
+    /// As [`next_frame`](Self::next_frame), of the frames that were received and wait for their layouts: for the end of a
     /// program, which takes no new ones.
     pub fn next_waiting(&mut self) -> Option<SignalFrame<'_, S>> {
         self.now_ns = Monotonic.now_ns();
@@ -186,10 +186,10 @@ impl<'p, S: Service> SignalReader<'p, S> {
             let look_ns = self.next_look_ns();
             Monotonic.sleep_until_ns(look_ns.min(until_ns));
         }
-        self.next()
+        self.next_frame()
     }
 
-    /// When to ask for frames again, in ns of `CLOCK_MONOTONIC`, after [`next`](Self::next) returned none: for a
+    /// When to ask for frames again, in ns of `CLOCK_MONOTONIC`, after [`next_frame`](Self::next_frame) returned none: for a
     /// thread that reads several services and sleeps until the earliest of these.
     pub fn next_look_ns(&mut self) -> u64 {
         let now_ns = Monotonic.now_ns();
@@ -296,8 +296,8 @@ impl<'p, S: Service> SignalReader<'p, S> {
         let receipt = Receipt { stamps: header.credible(clock, received_ns).stamps, ..receipt };
         let key = LayoutKey::new(&header, announced, channels.len());
         if self.places.as_ref().is_none_or(|(known, _)| *known != key) {
-            let found = places(&self.service, announced, channels.len(), &self.names);
-            self.places = Some((key, found));
+            let origin = Origin { service: &self.service, announced, channels: channels.len() };
+            self.places = Some((key, origin.places(&self.names)));
         }
         let (_, places) = self.places.as_ref()?;
         let (service, watcher) = (&self.service, &self.watcher);

@@ -123,7 +123,7 @@ impl<'p> Link<'p> {
 
     /// Takes the frames that wait.
     pub(super) fn receive(&mut self) {
-        while let Some(frame) = self.reader.next() {
+        while let Some(frame) = self.reader.next_frame() {
             let (header, receipt) = (frame.header(), frame.receipt());
             self.heard_ns = Some(receipt.received_ns);
             self.has_ended = frame.flags().contains(Flags::STOPPED);

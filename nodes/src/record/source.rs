@@ -54,7 +54,7 @@ impl<'p> Source<'p> {
     pub(super) fn write(&mut self, most: usize, output: &mut Output) -> Result<bool, Broken> {
         self.written.say_what_was_held();
         for _ in 0..most {
-            let Some(frame) = self.reader.next() else { return Ok(false) };
+            let Some(frame) = self.reader.next_frame() else { return Ok(false) };
             self.written.write(&frame, output)?;
         }
         Ok(true)

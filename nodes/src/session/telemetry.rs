@@ -48,7 +48,7 @@ impl<'p> Telemetry<'p> {
     /// The cycles that came since the last call.
     pub(crate) fn take(&mut self) -> Vec<Sample> {
         let mut samples = Vec::new();
-        while let Some(frame) = self.reader.next() {
+        while let Some(frame) = self.reader.next_frame() {
             let layout = frame.layout();
             if self.channels.as_ref().is_none_or(|(known, _)| *known != layout) {
                 self.channels = frame.announced().map(|it| (layout, channels(&it.layout)));

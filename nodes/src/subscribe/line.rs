@@ -64,7 +64,7 @@ impl<'a> Line<'a> {
 
     /// Takes the next frame into the transcript; `false` if none waits.
     pub(super) fn receive(&mut self, transcript: &mut Transcript) -> Result<bool, Failure> {
-        let Some(frame) = self.reader.next() else {
+        let Some(frame) = self.reader.next_frame() else {
             self.now_ns = Monotonic.now_ns();
             return Ok(false);
         };

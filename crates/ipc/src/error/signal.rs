@@ -2,8 +2,6 @@
 
 use thiserror::Error;
 
-use super::layout::LayoutConflict;
-
 /// Why a frame has no value for a name, see [`SignalFrame`](crate::SignalFrame).
 #[derive(Debug, Clone, PartialEq, Eq, Error)]
 pub enum SignalError {
@@ -22,13 +20,33 @@ pub enum SignalError {
     },
     /// The frame has no such signal. Its publisher may have started again with others, and may come back
     /// with this one.
-    #[error("service {service:?} of {publisher:?} does not fit: {conflict}")]
-    Unfit {
+    #[error(
+        "service {service:?} of {publisher:?} does not fit: its frames have no signal {name:?}; there is: \
+         {available}"
+    )]
+    Missing {
         /// The service.
         service: String,
         /// Who writes the frames.
         publisher: String,
-        /// What is missing, and what is there.
-        conflict: LayoutConflict,
+        /// The signal.
+        name: String,
+        /// The names of the frame's signals.
+        available: String,
+    },
+    /// The frame is shorter than the layout that is announced for it.
+    #[error(
+        "service {service:?} of {publisher:?} does not fit: it announces at least {needed} values in a \
+         frame and sent {channels}"
+    )]
+    TooShort {
+        /// The service.
+        service: String,
+        /// Who writes the frames.
+        publisher: String,
+        /// Values of the frame.
+        channels: usize,
+        /// Values that are needed.
+        needed: usize,
     },
 }

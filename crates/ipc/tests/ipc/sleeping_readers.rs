@@ -12,6 +12,9 @@ use isochrone_testing::{Domain, PATIENCE};
 
 type Ipc = ipc::Service;
 
+/// How long a writer pauses after a frame, by its number.
+type Pause = fn(u64) -> Duration;
+
 /// Fewer than a buffer holds, so that a test that gets no CPU loses none.
 const FRAMES: u64 = 100;
 
@@ -62,7 +65,7 @@ fn a_reader_that_sleeps_takes_every_frame_whatever_is_announced_and_after_each_r
     let participant = domain.join("reader");
     let mut reader = open(&participant, "test/x");
     let ms = Duration::from_millis;
-    let pauses: [(Option<Duration>, fn(u64) -> Duration); 4] = [
+    let pauses: [(Option<Duration>, Pause); 4] = [
         (Some(ms(1)), |_| Duration::from_millis(1)),
         (None, |_| Duration::from_millis(1)),
         // Not what was announced.
@@ -100,7 +103,7 @@ fn two_services_are_read_in_one_thread_by_the_earliest_of_their_looks() {
         let began = Instant::now();
         while taken != [FRAMES; 2] {
             for (reader, taken) in readers.iter_mut().zip(&mut taken) {
-                while let Some(frame) = reader.next() {
+                while let Some(frame) = reader.next_frame() {
                     assert_eq!(frame.sequence(), *taken);
                     *taken += 1;
                 }
