@@ -8,8 +8,7 @@ use crate::{Announcement, Flags, FrameHeader, LayoutWatcher, Service, SignalErro
 pub struct SignalFrame<'a, S: Service> {
     pub(crate) receipt: Receipt,
     pub(crate) channels: &'a [f64],
-    pub(crate) service: &'a str,
-    pub(crate) announced: Option<&'a Announcement>,
+    pub(crate) origin: Origin<'a>,
     pub(crate) places: &'a Result<Vec<usize>, SignalError>,
     pub(crate) watcher: &'a LayoutWatcher<S>,
 }
@@ -50,7 +49,8 @@ impl<'a, S: Service> SignalFrame<'a, S> {
     /// The frame has no names, or one of the wanted signals is missing.
     pub fn values(&self) -> Result<impl Iterator<Item = (&'a str, f64)> + 'a, SignalError> {
         let places = self.places.as_ref().map_err(Clone::clone)?;
-        let (signals, channels) = (self.announced.map(|it| &it.layout.signals[..]), self.channels);
+        let (announced, channels) = (self.announced(), self.channels);
+        let signals = announced.map(|announced| &announced.layout.signals);
         Ok(places.iter().filter_map(move |place| {
             Some((signals?.get(*place)?.name.as_str(), *channels.get(*place)?))
         }))
@@ -62,9 +62,8 @@ impl<'a, S: Service> SignalFrame<'a, S> {
     /// # Errors
     /// The frame has no names, or no such signal.
     pub fn value(&self, name: &str) -> Result<f64, SignalError> {
-        let origin = self.origin();
-        let place = origin.place(name)?;
-        origin.check(place).map(|()| self.channels[place])
+        let place = self.origin.place(name)?;
+        self.origin.check(place).map(|()| self.channels[place])
     }
 
     /// All values of the frame, in their order.
@@ -105,22 +104,17 @@ impl<'a, S: Service> SignalFrame<'a, S> {
     /// What is announced of the frame: its signals, their types and units, the publisher. `None` if nobody announces
     /// it, or the announcement did not come in time.
     pub fn announced(&self) -> Option<&'a Announcement> {
-        self.announced
+        self.origin.announced
     }
 
     /// What tells the frame from those with other channels.
     pub fn layout(&self) -> LayoutKey {
-        LayoutKey::new(&self.receipt.header, self.announced, self.channels.len())
-    }
-
-    fn origin(&self) -> Origin<'a> {
-        let (service, announced) = (self.service, self.announced);
-        Origin { service, announced, channels: self.channels.len() }
+        LayoutKey::new(&self.receipt.header, self.announced(), self.channels.len())
     }
 
     /// What keeps the reader from hearing what is announced of the frame, and the way out, if something does.
     pub fn obstacle(&self) -> Option<String> {
-        let is_unheard = self.receipt.header.layout != 0 && self.announced.is_none();
+        let is_unheard = self.receipt.header.layout != 0 && self.announced().is_none();
         is_unheard.then(|| self.watcher.obstacle())?
     }
 }
@@ -128,10 +122,10 @@ impl<'a, S: Service> SignalFrame<'a, S> {
 impl<S: Service> fmt::Debug for SignalFrame<'_, S> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("SignalFrame")
-            .field("service", &self.service)
+            .field("service", &self.origin.service)
             .field("receipt", &self.receipt)
             .field("channels", &self.channels)
-            .field("announced", &self.announced)
+            .field("announced", &self.origin.announced)
             .finish_non_exhaustive()
     }
 }

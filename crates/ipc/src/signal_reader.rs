@@ -157,8 +157,7 @@ impl<'p, S: Service> SignalReader<'p, S> {
         subscriber.for_real_time().map(|subscriber| Self { subscriber, ..self }).enter()
     }
 
-    /// The next frame in line; `None` if none waits. Makes no system call if one does, and makes them every 10 ms
-    /// if none does.
+    /// The next frame in line; `None` if none can be given now.
     pub fn next_frame(&mut self) -> Option<SignalFrame<'_, S>> {
         if self.is_ready() { self.give() } else { None }
     }
@@ -295,13 +294,12 @@ impl<'p, S: Service> SignalReader<'p, S> {
         let clock = announced.map_or(SenderClock::Shared, Announcement::clock);
         let receipt = Receipt { stamps: header.credible(clock, received_ns).stamps, ..receipt };
         let key = LayoutKey::new(&header, announced, channels.len());
+        let origin = Origin { service: &self.service, announced, channels: channels.len() };
         if self.places.as_ref().is_none_or(|(known, _)| *known != key) {
-            let origin = Origin { service: &self.service, announced, channels: channels.len() };
             self.places = Some((key, origin.places(&self.names)));
         }
         let (_, places) = self.places.as_ref()?;
-        let (service, watcher) = (&self.service, &self.watcher);
-        Some(SignalFrame { receipt, channels, service, announced, places, watcher })
+        Some(SignalFrame { receipt, channels, origin, places, watcher: &self.watcher })
     }
 }
 
